@@ -1,0 +1,23 @@
+// Prediction: where a body will be, by the dissertation's Algorithm 1 with orientation and damping added.
+//
+//   a  = F / m + g          p' = p + v t + a t^2 / 2          v' = v + a t
+//
+// and, beyond it: v' is damped as the body's own damping says, and the orientation turns by w t about w. Contacts and joints
+// are not known to it: it is right for free flight and a bound elsewhere.
+#pragma once
+
+#include "core/world/scene.h"
+
+namespace tessera::physics {
+
+struct Forces {
+  Vec3d acceleration_m_s2;  // F / m + g
+};
+
+// State `dt_s` >= 0 later. A sleeping body stays.
+BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forces, double dt_s);
+
+// Bounds of all that a body with local bounding radius `radius_m` sweeps over [0, dt_s], by the same formula.
+Aabb SweptBounds(const BodyDef& def, const BodyState& state, const Forces& forces, double radius_m, double dt_s);
+
+}  // namespace tessera::physics

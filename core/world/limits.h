@@ -1,0 +1,30 @@
+// Limits of a world: what outside input is held to. Each with its unit, its reason, and what breaks if it changes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera {
+
+// A map lists every region, and placement looks at all pairs of neighbours; beyond this both need another form.
+inline constexpr std::uint32_t kMaxRegions = 1000;
+// Bodies of one scene, scattered ones included. A snapshot index and the encoder's tables are sized by it.
+inline constexpr std::size_t kMaxBodies = 1'000'000;
+inline constexpr std::size_t kMaxJoints = 1'000'000;
+// Players of one instance; one ENet host serves at most 4095 peers.
+inline constexpr std::uint32_t kMaxPlayers = 1024;
+// Steps a second. Below 10 stacks fall; above 240 float positions lose the increments of slow bodies.
+inline constexpr std::uint32_t kMinTickRateHz = 10, kMaxTickRateHz = 240;
+// Furthest coordinate, m. Doubles resolve 2 nm here.
+inline constexpr double kMaxCoordinate_m = 1e7;
+// Extents of one shape, m: thinner falls through the collision margin, larger swamps float coordinates.
+inline constexpr double kMinExtent_m = 1e-3, kMaxExtent_m = 1e5;
+// Mass of a dynamic body, kg.
+inline constexpr double kMinMass_kg = 1e-6, kMaxMass_kg = 1e9;
+// Speeds a scene or an input may ask for. Faster bodies cross a region in one tick.
+inline constexpr double kMaxSpeed_m_s = 1e4, kMaxAngularSpeed_rad_s = 1e3;
+inline constexpr std::size_t kMaxHullPoints = 255;
+inline constexpr std::size_t kMaxCompoundChildren = 255;
+inline constexpr std::size_t kMaxMeshVertices = 1'000'000, kMaxMeshTriangles = 2'000'000;
+
+}  // namespace tessera

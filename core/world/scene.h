@@ -1,0 +1,203 @@
+// Scene: a world to run, checked and resolved. Plain data; what the rest of core works on.
+//
+// It comes from `tessera.v1.Scene` (textproto, JSON or wire) through core/world/scene_io.h, which checks every field and
+// expands what is written short (defaults, materials by name, scatters into bodies). Nothing here needs checking again.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/world/bounds.h"
+#include "core/world/ids.h"
+#include "core/world/math.h"
+
+namespace tessera {
+
+// --- Shapes. All are centred on the body's origin, which is its centre of mass unless it is a compound. -------------------
+
+struct Shape;
+using ShapePtr = std::shared_ptr<const Shape>;  // shared by all bodies that look alike
+
+struct BoxShape {
+  Vec3d half_extents_m;
+};
+struct SphereShape {
+  double radius_m = 0;
+};
+struct CapsuleShape {  // along local y; total height 2 * (half_height_m + radius_m)
+  double radius_m = 0, half_height_m = 0;
+};
+struct CylinderShape {  // along local y
+  double radius_m = 0, half_height_m = 0;
+};
+struct ConeShape {  // along local y, apex up; origin halfway up its height
+  double radius_m = 0, height_m = 0;
+};
+struct ConvexHullShape {
+  std::vector<Vec3f> points;  // 4 to kMaxHullPoints, not all in one plane
+};
+struct CompoundChild {
+  Pose pose;
+  ShapePtr shape;  // convex, never itself a compound, mesh, height field or plane
+};
+struct CompoundShape {
+  std::vector<CompoundChild> children;
+};
+struct TriangleMeshShape {  // static bodies only; counter-clockwise is outward
+  std::vector<Vec3f> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+struct HeightFieldShape {  // static only; height at column x, row z is heights_m[z * columns + x]; centred in x and z, y as given
+  std::uint32_t columns = 0, rows = 0;
+  double spacing_m = 0;
+  std::vector<float> heights_m;
+};
+struct PlaneShape {  // static only; solid below dot(normal, p) = offset_m
+  Vec3d normal{0, 1, 0};
+  double offset_m = 0;
+};
+
+struct Shape {
+  std::variant<BoxShape, SphereShape, CapsuleShape, CylinderShape, ConeShape, ConvexHullShape, CompoundShape,
+               TriangleMeshShape, HeightFieldShape, PlaneShape>
+      form;
+};
+
+// --- Bodies ----------------------------------------------------------------------------------------------------------
+
+struct Material {
+  double friction = 0.5;  // Coulomb; a pair uses the geometric mean of its two
+  double rolling_friction = 0;
+  double spinning_friction = 0;
+  double restitution = 0;  // 0 to 1; a pair uses the larger of its two
+};
+
+enum class Motion : std::uint8_t { kStatic, kDynamic };
+
+// What changes from tick to tick: all that an owner tells about a body, and all that a handover must keep.
+struct BodyState {
+  Vec3d position;     // of the centre of mass, world space, m
+  Quatf orientation;  // unit
+  Vec3f linear_velocity;   // m/s
+  Vec3f angular_velocity;  // rad/s, world frame
+  bool asleep = false;
+  friend bool operator==(const BodyState&, const BodyState&) = default;
+};
+
+// What never changes.
+struct BodyDef {
+  BodyId id;
+  std::string name;  // may be empty
+  ShapePtr shape;
+  Motion motion = Motion::kDynamic;
+  double mass_kg = 1;                    // > 0 when dynamic; 0 when static
+  std::optional<Vec3d> inertia_kg_m2;    // principal, about local x, y, z; from the shape when absent
+  Material material;
+  double linear_damping = 0, angular_damping = 0;  // share of velocity lost a second, 0 to 1
+  double gravity_scale = 1;
+  bool trigger = false;  // reports overlaps, pushes nothing
+  bool may_sleep = true;
+  BodyState initial;
+};
+
+// --- Joints. Frames are in each body's local space; the joint's own axes are those of frame_a. ----------------------------
+
+struct Limit {  // lower > upper: free
+  double lower = 1, upper = -1;
+  bool free() const { return lower > upper; }
+};
+struct Motor {  // off while max_force is 0; N or N m, m/s or rad/s
+  double target_velocity = 0, max_force = 0;
+};
+struct Spring {  // off while stiffness is 0; N/m or N m/rad, and N s/m or N m s/rad
+  double stiffness = 0, damping = 0, rest = 0;
+};
+
+struct PointJoint {};   // origins of both frames coincide
+struct FixedJoint {};   // frames coincide
+struct HingeJoint {     // turns about the frames' z
+  Limit limit_rad;
+  Motor motor;
+};
+struct SliderJoint {    // slides along the frames' x
+  Limit limit_m;
+  Motor motor;
+};
+struct ConeTwistJoint {  // twists about the frames' x; half angles of the swing cone about y and z
+  double swing_y_rad = 0, swing_z_rad = 0, twist_rad = 0;
+};
+struct SixDofAxis {
+  Limit limit{0, 0};  // locked unless said otherwise
+  Motor motor;
+  Spring spring;
+};
+struct SixDofJoint {  // linear x, y, z (m), then angular x, y, z (rad)
+  std::array<SixDofAxis, 6> axes;
+};
+struct UniversalJoint {  // turns about frame_a's z and frame_b's y
+  Limit limit_a_rad, limit_b_rad;
+};
+struct Hinge2Joint {  // a wheel: steers about frame z, turns about frame x, sprung along z
+  Limit steering_rad;
+  Spring suspension;
+  Motor drive;
+};
+struct GearJoint {  // angular velocity about a's frame z times ratio equals minus that of b about b's frame z
+  double ratio = 1;
+};
+
+struct JointDef {
+  JointId id;
+  BodyId body_a, body_b;  // body_b may be BodyId(): fixed to the world (frame_b is then in world space)
+  Pose frame_a, frame_b;
+  bool bodies_collide = false;
+  std::variant<PointJoint, FixedJoint, HingeJoint, SliderJoint, ConeTwistJoint, SixDofJoint, UniversalJoint, Hinge2Joint,
+               GearJoint>
+      kind;
+};
+
+// --- Fields: forces that act by place. Functions of a body's state alone, so both sides of a border compute the same. -----
+
+// Drags bodies toward turning about a vertical axis: a = gain_per_s * (omega x r - v), horizontal part only, within radius.
+struct VortexField {
+  Vec3d center;
+  double radius_m = 0;
+  double angular_velocity_rad_s = 0;  // about +y
+  double gain_per_s = 0;
+};
+// A constant acceleration inside a box, e.g. wind or a lift shaft.
+struct UniformField {
+  Aabb bounds;
+  Vec3d acceleration_m_s2;
+};
+using Field = std::variant<VortexField, UniformField>;
+
+// --- The whole -----------------------------------------------------------------------------------------------------------
+
+// What a player is in this scene, and what a client may do to it.
+struct PlayerRules {
+  BodyDef body;  // template: id and initial position come with the player
+  std::vector<Vec3d> spawn_points;  // player n starts at spawn_points[(n - 1) % size]
+  double max_force_n = 0;    // an input that asks for more is scaled down to it
+  double max_speed_m_s = 0;  // the input's force fades to 0 along the direction in which the body is this fast
+};
+
+struct Scene {
+  std::string name;
+  Aabb bounds;  // the world; bodies that leave it belong to the nearest cell
+  Vec3d gravity_m_s2{0, -9.81, 0};
+  std::uint32_t tick_rate_hz = 60;
+  std::vector<BodyDef> bodies;   // ascending by id
+  std::vector<JointDef> joints;  // ascending by id
+  std::vector<Field> fields;
+  std::optional<PlayerRules> player;
+
+  Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }
+};
+
+}  // namespace tessera
