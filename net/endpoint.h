@@ -1,0 +1,83 @@
+// Endpoint: one ENet host, as a worker's game or link port and as a client's socket.
+//
+// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps (reference: docs/protocol.md):
+// limits on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable, small socket buffers.
+//
+//   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
+//   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777);
+//   for (const Event& event : (*endpoint)->Service(std::chrono::milliseconds(2))) ...
+//   (*endpoint)->Send(peer, Delivery::kReliable, bytes);
+//
+// Handles are never reused. Sends are queued and leave with the next Flush or Service.
+// Thread rule: one thread at a time; Service is the only call that waits.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/world/ids.h"
+
+namespace tessera::net {
+
+using PeerHandle = Id<struct PeerTag, std::uint64_t>;  // from 1
+using Bytes = std::vector<std::uint8_t>;
+
+enum class Delivery : std::uint8_t {
+  kReliable,     // ordered, arrives or the peer is gone; up to kMaxMessageBytes
+  kUnsequenced,  // may be lost, doubled or late; at most kMaxDatagramBytes
+};
+
+struct EndpointOptions {
+  std::string bind_address = "0.0.0.0";  // IPv4
+  std::uint16_t port = 0;                // 0: the system chooses
+  std::size_t max_peers = 64;            // at most 4095
+  std::chrono::milliseconds peer_timeout{5000};  // of silence, until a peer counts as gone
+};
+
+struct Event {
+  enum class Kind : std::uint8_t { kConnected, kDisconnected, kMessage };
+  Kind kind = Kind::kMessage;
+  PeerHandle peer;
+  Delivery delivery = Delivery::kReliable;  // kMessage
+  Bytes bytes;                              // kMessage
+  bool outgoing = false;                    // kConnected: this side dialled
+};
+
+struct PeerStats {
+  std::chrono::milliseconds round_trip{0};
+  std::uint64_t bytes_sent = 0, bytes_received = 0;  // payload
+};
+
+class Endpoint {
+ public:
+  // Errors: INVALID_ARGUMENT "bind_address ...", ALREADY_EXISTS "port 7777 on 127.0.0.1 is in use".
+  static absl::StatusOr<std::unique_ptr<Endpoint>> Create(const EndpointOptions& options);
+  ~Endpoint();
+  Endpoint(const Endpoint&) = delete;
+  Endpoint& operator=(const Endpoint&) = delete;
+
+  std::uint16_t port() const;
+  // Begins to connect; kConnected or kDisconnected follows. Errors: INVALID_ARGUMENT (address), RESOURCE_EXHAUSTED (peers).
+  absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port);
+  // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
+  absl::Status Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes);
+  void Flush();
+  // What has happened; waits up to `timeout` for the first event, not at all when 0.
+  std::vector<Event> Service(std::chrono::milliseconds timeout);
+  // After what is queued has gone out. The peer hears of it; no further event of it comes here.
+  void Disconnect(PeerHandle peer);
+  PeerStats StatsOf(PeerHandle peer) const;
+
+ private:
+  struct Impl;
+  explicit Endpoint(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::net
