@@ -8,6 +8,8 @@ namespace tessera {
 
 // A map lists every region, and placement looks at all pairs of neighbours; beyond this both need another form.
 inline constexpr std::uint32_t kMaxRegions = 1000;
+// A map's index may take its square / 4 entries, 16 MB here.
+inline constexpr std::size_t kMaxCells = 4096;
 // Bodies of one scene, scattered ones included. A snapshot index and the encoder's tables are sized by it.
 inline constexpr std::size_t kMaxBodies = 1'000'000;
 inline constexpr std::size_t kMaxJoints = 1'000'000;

@@ -1,11 +1,12 @@
 // PartitionMap: who should own what part of the world.
 //
-// A list of cells, axis-aligned rectangles over x-z that cover the world's bounds exactly once, each with its owner region and
-// that owner's fencing epoch; and the regions, each with its heir. One type serves the grid, a balanced k-d tree and a failover,
-// where a region comes to own several cells. A map is a value: a change makes a new one with a higher version.
+// A list of cells, axis-aligned rectangles over x-z that cover the world's bounds exactly once, each with its owner
+// region and that owner's fencing epoch; and the regions, each with its heir. One type serves the grid, a balanced k-d
+// tree and a failover, where a region comes to own several cells. A map is a value: a change makes a new one with a
+// higher version.
 //
-// A position outside the bounds belongs to the nearest cell (the earliest in the list on a tie), so every position in space
-// has exactly one owner.
+// A position outside the bounds belongs to the nearest cell (the earliest in the list on a tie), so every position in
+// space has exactly one owner.
 #pragma once
 
 #include <span>
@@ -34,9 +35,9 @@ class PartitionMap {
  public:
   PartitionMap() = default;
 
-  // Checks and adopts. Errors (INVALID_ARGUMENT, naming the field, e.g. "cells[2].owner"): no cell, a cell without area or not
-  // finite, cells that overlap or leave a hole in `bounds`, an owner or heir that is not in `regions`, a region that
-  // appears twice, is 0 or is its own heir.
+  // Checks and adopts. Errors (INVALID_ARGUMENT, naming the field, e.g. "cells[2].owner"): no cell, a cell without area
+  // or not finite, cells that overlap or leave a hole in `bounds`, an owner or heir that is not in `regions`, a region
+  // that appears twice, is 0 or is its own heir; more than kMaxCells cells or kMaxRegions regions.
   static absl::StatusOr<PartitionMap> Create(MapVersion version, Rect bounds, std::vector<Cell> cells,
                                              std::vector<MapRegion> regions);
 
@@ -45,13 +46,14 @@ class PartitionMap {
   std::span<const Cell> cells() const { return cells_; }
   std::span<const MapRegion> regions() const { return regions_; }  // ascending by id
 
-  // The cell that holds (x, z): total, see above. Both finite.
+  // The cell that holds (x, z): total, see above. Both finite; the map is not a default-made one. Two binary searches.
   const Cell& CellAt(double x, double z) const;
   RegionId OwnerOf(Vec3d position) const { return CellAt(position.x, position.z).owner; }
 
   // Distance in x-z from `position` to the nearest cell of `region`, metres; 0 inside. Infinity if it owns no cell.
   double DistanceTo(RegionId region, Vec3d position) const;
-  // True if `box` meets a cell of `region` (closed; and beyond the bounds where that region's cells are the nearest ones).
+  // True if `box` meets a cell of `region` (closed; and beyond the bounds where that region's cells are the nearest
+  // ones).
   bool Reaches(RegionId region, const Aabb& box) const;
   // Regions other than `region` with a cell that meets one of its cells, in an edge or a corner; ascending. Symmetric.
   std::vector<RegionId> Neighbors(RegionId region) const;
@@ -59,16 +61,34 @@ class PartitionMap {
   friend bool operator==(const PartitionMap&, const PartitionMap&) = default;
 
  private:
+  // A strip of the world between two neighbouring z edges of cells, and the cells that cross it, from west to east.
+  struct Slab {
+    double min_z = 0;
+    std::vector<std::uint32_t> cells;  // ascending by min_x; adjoining, as `Create` has checked
+    friend bool operator==(const Slab&, const Slab&) = default;
+  };
+  absl::Status BuildIndex();
+  absl::Status FillSlab(Slab& slab, double max_z, std::span<const std::uint32_t> crossing) const;
+  std::size_t SlabAt(double z) const;
+  std::size_t PlaceInSlab(const Slab& slab, double x) const;
+  const Cell& NearestOutside(double x, double z) const;
+  std::span<const std::uint32_t> CellsOf(RegionId region) const;
+
   MapVersion version_;
   Rect bounds_;
   std::vector<Cell> cells_;
   std::vector<MapRegion> regions_;
+  // Follows from the above.
+  std::vector<Slab> slabs_;
+  std::vector<std::uint32_t> cells_by_owner_;   // in the order of regions_
+  std::vector<std::uint32_t> first_of_region_;  // into cells_by_owner_; one more than regions_
 };
 
-// The dissertation's Algorithm 2 with its faults mended. n regions, ids 1..n, one cell each: columns = ceil(sqrt(n)), rows =
-// ceil(n / columns); every full row has `columns` cells, the last row shares its whole width among the cells that remain, and
-// the last row and column end exactly on the bounds. Heirs: each region's is the next one (n > 1), epochs 1, version 1.
-// Errors: INVALID_ARGUMENT "regions" unless 1 <= n <= kMaxRegions, "bounds" unless finite with area.
+// The dissertation's Algorithm 2 with its faults mended. n regions, ids 1..n, one cell each: columns = ceil(sqrt(n)),
+// rows = ceil(n / columns); every full row has `columns` cells, the last row shares its whole width among the cells
+// that remain, and the last row and column end exactly on the bounds. Heirs: each region's is the next one (n > 1),
+// epochs 1, version 1. Errors: INVALID_ARGUMENT "regions" unless 1 <= n <= kMaxRegions, "bounds" unless finite with
+// area.
 absl::StatusOr<PartitionMap> MakeGridMap(Rect bounds, std::uint32_t n);
 
 }  // namespace tessera
