@@ -1,0 +1,30 @@
+// Logging: one line an event, on stderr, the same form in every process:
+//
+//   2025-03-01T12:00:00.123Z info region: handover out body=17 to=2
+//   time (UTC), level, component: what happened, then key=value
+//
+//   if (absl::Status status = InitLogging("region", flags.log_level); !status.ok()) return Usage(status);
+//   spdlog::info("worker exited pid={} last_line={}", pid, LogValue(line));
+//
+// Text from outside goes through `LogValue`, so that it cannot forge a line or a key. Tokens and keys are never logged.
+// Thread rule: `InitLogging` once, before threads start; spdlog's functions from any thread.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+
+namespace tessera::telemetry {
+
+inline constexpr char kLogEnvironment[] = "TESSERA_LOG";
+
+// Sets spdlog's default logger. The level is `flag` if it is not empty, else the environment's TESSERA_LOG, else
+// "info"; one of trace, debug, info, warning, error, off. An unknown level is kInvalidArgument and names where it came
+// from.
+absl::Status InitLogging(const std::string& component, std::string_view flag = {});
+
+// `text` as a value after `key=`: as it is where it is plain, else in double quotes with \", \\, \n, \r, \t and \xNN.
+std::string LogValue(std::string_view text);
+
+}  // namespace tessera::telemetry

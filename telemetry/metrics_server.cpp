@@ -1,0 +1,247 @@
+#include "telemetry/metrics_server.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cassert>
+#include <chrono>
+#include <exception>
+#include <map>
+#include <mutex>
+#include <shared_mutex>
+#include <string_view>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "CivetServer.h"
+#include "absl/strings/str_cat.h"
+#include "prometheus/text_serializer.h"
+#include "telemetry/process_metrics.h"
+
+namespace tessera::telemetry {
+namespace {
+
+constexpr char kThreads[] = "2";              // a scrape and a health probe at once; more only adds stacks
+constexpr char kRequestTimeoutMs[] = "3000";  // a client that stalls gives its thread back after this
+
+// CivetWeb reports why a bind failed only through its log callback, which runs on the thread that constructs the
+// server.
+thread_local std::string* start_log = nullptr;
+
+int KeepLog(const mg_connection*, const char* message) {
+  if (start_log != nullptr && start_log->empty()) *start_log = message;  // the first tells the cause
+  return 1;                                                              // handled: nothing goes to CivetWeb's own log
+}
+
+struct Endpoint {
+  sockaddr_storage address{};
+  socklen_t size = 0;
+  std::string host;  // as CivetWeb wants it: IPv6 in brackets
+};
+
+absl::StatusOr<Endpoint> ParseAddress(const std::string& text) {
+  Endpoint endpoint;
+  const std::string literal = text == "localhost" ? "127.0.0.1" : text;
+  auto* v4 = reinterpret_cast<sockaddr_in*>(&endpoint.address);
+  auto* v6 = reinterpret_cast<sockaddr_in6*>(&endpoint.address);
+  if (inet_pton(AF_INET, literal.c_str(), &v4->sin_addr) == 1) {
+    v4->sin_family = AF_INET;
+    endpoint.size = sizeof(sockaddr_in);
+    endpoint.host = literal;
+  } else if (inet_pton(AF_INET6, literal.c_str(), &v6->sin6_addr) == 1) {
+    v6->sin6_family = AF_INET6;
+    endpoint.size = sizeof(sockaddr_in6);
+    endpoint.host = absl::StrCat("[", literal, "]");
+  } else {
+    return absl::InvalidArgumentError(absl::StrCat("HTTP address \"", text, "\" is not an IP address"));
+  }
+  return endpoint;
+}
+
+// "... cannot bind to 127.0.0.1:80: 13 (Permission denied)" -> "Permission denied".
+std::string Reason(std::string_view log) {
+  const auto open = log.rfind('(');
+  const auto close = log.rfind(')');
+  if (open == std::string_view::npos || close == std::string_view::npos || close < open) return std::string(log);
+  return std::string(log.substr(open + 1, close - open - 1));
+}
+
+const char* ReasonPhrase(int status) {
+  switch (status) {
+    case 200:
+      return "OK";
+    case 400:
+      return "Bad Request";
+    case 404:
+      return "Not Found";
+    case 405:
+      return "Method Not Allowed";
+    case 500:
+      return "Internal Server Error";
+    case 503:
+      return "Service Unavailable";
+    default:
+      return "Status";
+  }
+}
+
+}  // namespace
+
+struct MetricsServer::Impl : CivetHandler {
+  Endpoint endpoint;
+  std::uint16_t port = 0;
+  std::shared_ptr<prometheus::Registry> registry;
+  ProcessMetrics process_metrics;
+
+  std::shared_mutex mutex;  // guards the two below; handlers are copied out, never called under it
+  std::map<std::string, HttpHandler, std::less<>> handlers;
+  std::vector<std::weak_ptr<prometheus::Collectable>> collectables;
+
+  std::unique_ptr<CivetServer> server;
+
+  HttpReply Metrics() {
+    std::vector<prometheus::MetricFamily> families = process_metrics.Collect();
+    const auto append = [&families](std::vector<prometheus::MetricFamily> more) {
+      families.insert(families.end(), std::make_move_iterator(more.begin()), std::make_move_iterator(more.end()));
+    };
+    if (registry != nullptr) append(registry->Collect());
+    std::vector<std::weak_ptr<prometheus::Collectable>> added;
+    {
+      const std::shared_lock lock(mutex);
+      added = collectables;
+    }
+    for (const auto& weak : added) {
+      if (const auto collectable = weak.lock()) append(collectable->Collect());
+    }
+    return {.content_type = "text/plain; version=0.0.4; charset=utf-8",
+            .body = prometheus::TextSerializer().Serialize(families)};
+  }
+
+  HttpReply Answer(const mg_request_info& info) {
+    const std::string_view method = info.request_method;
+    if (method != "GET" && method != "HEAD") return {.status = 405, .body = "only GET and HEAD\n"};
+    HttpRequest request{.path = info.local_uri, .query = info.query_string == nullptr ? "" : info.query_string};
+    HttpHandler handler;
+    {
+      const std::shared_lock lock(mutex);
+      if (const auto found = handlers.find(request.path); found != handlers.end()) handler = found->second;
+    }
+    if (!handler) return {.status = 404, .body = absl::StrCat("no page ", request.path, "\n")};
+    try {
+      return handler(request);
+    } catch (const std::exception& error) {  // must not unwind into CivetWeb, which is C
+      return {.status = 500, .body = absl::StrCat(error.what(), "\n")};
+    }
+  }
+
+  bool Reply(mg_connection* connection) {
+    const mg_request_info& info = *mg_get_request_info(connection);
+    const HttpReply reply = Answer(info);
+    std::string message =
+        absl::StrCat("HTTP/1.1 ", reply.status, " ", ReasonPhrase(reply.status),
+                     "\r\nContent-Type: ", reply.content_type, "\r\nContent-Length: ", reply.body.size(),
+                     "\r\nConnection: close\r\n", reply.status == 405 ? "Allow: GET, HEAD\r\n" : "", "\r\n");
+    if (std::string_view(info.request_method) != "HEAD") message += reply.body;
+    mg_write(connection, message.data(), message.size());
+    return true;
+  }
+
+  // CivetWeb asks its handler by method; all lead to the same answer.
+  bool handleGet(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handleHead(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handlePost(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handlePut(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handleDelete(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handleOptions(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+  bool handlePatch(CivetServer*, mg_connection* connection) override { return Reply(connection); }
+
+  // CivetWeb 1.15 looks at its stop flag only when its poll of the listening socket ends, every 2 s or on a connection
+  // (mended in 1.16). So connections are made until it has stopped.
+  void Stop() {
+    std::atomic<bool> stopped = false;
+    std::thread waker([this, &stopped] {
+      while (!stopped) {
+        const int fd = socket(endpoint.address.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+        if (fd >= 0) {
+          // A failure is fine: then nobody listens any more.
+          (void)connect(fd, reinterpret_cast<const sockaddr*>(&endpoint.address), endpoint.size);
+          close(fd);
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+    server->close();
+    stopped = true;
+    waker.join();
+  }
+};
+
+absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::string& bind_address, std::uint16_t port,
+                                                                    std::shared_ptr<prometheus::Registry> registry) {
+  absl::StatusOr<Endpoint> endpoint = ParseAddress(bind_address);
+  if (!endpoint.ok()) return endpoint.status();
+
+  auto impl = std::make_unique<Impl>();
+  impl->endpoint = *std::move(endpoint);
+  impl->registry = std::move(registry);
+  impl->handlers["/metrics"] = [raw = impl.get()](const HttpRequest&) { return raw->Metrics(); };
+
+  const std::string wanted = absl::StrCat(impl->endpoint.host, ":", port);
+  const std::vector<std::string> options = {"listening_ports",
+                                            wanted,
+                                            "num_threads",
+                                            kThreads,
+                                            "request_timeout_ms",
+                                            kRequestTimeoutMs,
+                                            "enable_keep_alive",
+                                            "no",
+                                            "enable_directory_listing",
+                                            "no"};
+  std::string log;
+  start_log = &log;
+  try {
+    CivetCallbacks callbacks;
+    callbacks.log_message = KeepLog;
+    impl->server = std::make_unique<CivetServer>(options, &callbacks);
+  } catch (const CivetException& error) {
+    if (log.empty()) log = error.what();
+  }
+  start_log = nullptr;
+  if (impl->server == nullptr) {
+    return absl::UnavailableError(absl::StrCat("cannot serve HTTP on ", wanted, ": ", Reason(log)));
+  }
+
+  const std::vector<int> ports = impl->server->getListeningPorts();
+  assert(ports.size() == 1);
+  impl->port = static_cast<std::uint16_t>(ports.front());
+  if (impl->endpoint.address.ss_family == AF_INET) {
+    reinterpret_cast<sockaddr_in*>(&impl->endpoint.address)->sin_port = htons(impl->port);
+  } else {
+    reinterpret_cast<sockaddr_in6*>(&impl->endpoint.address)->sin6_port = htons(impl->port);
+  }
+  impl->server->addHandler("**", impl.get());  // one handler for all: exact paths are ours, CivetWeb matches prefixes
+  return std::unique_ptr<MetricsServer>(new MetricsServer(std::move(impl)));
+}
+
+MetricsServer::MetricsServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+MetricsServer::~MetricsServer() { impl_->Stop(); }
+
+std::uint16_t MetricsServer::port() const { return impl_->port; }
+std::string MetricsServer::address() const { return absl::StrCat(impl_->endpoint.host, ":", impl_->port); }
+
+void MetricsServer::AddHandler(const std::string& path, HttpHandler handler) {
+  assert(path.starts_with('/') && handler);
+  const std::unique_lock lock(impl_->mutex);
+  impl_->handlers[path] = std::move(handler);
+}
+
+void MetricsServer::AddCollectable(std::weak_ptr<prometheus::Collectable> collectable) {
+  const std::unique_lock lock(impl_->mutex);
+  impl_->collectables.push_back(std::move(collectable));
+}
+
+}  // namespace tessera::telemetry

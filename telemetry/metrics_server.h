@@ -1,0 +1,68 @@
+// MetricsServer: the one HTTP port of a process.
+//
+// Serves `/metrics` in the Prometheus text format (the registry given, whatever was added, and the process's own
+// memory, CPU time and open files) and, for programs that need more, further paths: health, service discovery.
+//
+//   auto registry = std::make_shared<prometheus::Registry>();
+//   auto server = MetricsServer::Start("127.0.0.1", 0, registry);
+//   if (!server.ok()) return server.status();
+//   (*server)->AddHandler("/healthz", [](const HttpRequest&) { return HttpReply{.body = "ok\n"}; });
+//   spdlog::info("metrics at={}", (*server)->address());
+//
+// Only GET and HEAD are answered; an unknown path is 404, another method 405. There is no TLS and no authentication:
+// bind to loopback or to a network that only operators reach. Thread rule: every method may be called from any thread.
+// Handlers and collectables run on one of two server threads, at most two at a time, and must not block. The destructor
+// waits for requests under way.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "prometheus/collectable.h"
+#include "prometheus/registry.h"
+
+namespace tessera::telemetry {
+
+struct HttpRequest {
+  std::string path;   // decoded, without the query
+  std::string query;  // as sent, without '?'
+};
+
+struct HttpReply {
+  int status = 200;
+  std::string content_type = "text/plain; charset=utf-8";
+  std::string body;
+};
+
+using HttpHandler = std::function<HttpReply(const HttpRequest&)>;
+
+class MetricsServer {
+ public:
+  // `bind_address` is an IPv4 or IPv6 literal, or "localhost"; `port` 0 takes a free one. Errors name both:
+  // kInvalidArgument for an address that is none, kUnavailable where it cannot be bound (in use, not an address of this
+  // host, no permission).
+  static absl::StatusOr<std::unique_ptr<MetricsServer>> Start(const std::string& bind_address, std::uint16_t port,
+                                                              std::shared_ptr<prometheus::Registry> registry);
+  ~MetricsServer();
+  MetricsServer(const MetricsServer&) = delete;
+  MetricsServer& operator=(const MetricsServer&) = delete;
+
+  std::uint16_t port() const;
+  std::string address() const;  // "127.0.0.1:9100", "[::1]:9100"
+
+  // Answers exactly `path`, which starts with '/'. A later handler for the same path replaces the earlier one.
+  void AddHandler(const std::string& path, HttpHandler handler);
+  // Joins /metrics for as long as somebody else keeps it alive.
+  void AddCollectable(std::weak_ptr<prometheus::Collectable> collectable);
+
+ private:
+  struct Impl;
+  explicit MetricsServer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::telemetry

@@ -1,0 +1,131 @@
+#include "telemetry/process_metrics.h"
+
+#include <dirent.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <string>
+
+namespace tessera::telemetry {
+namespace {
+
+std::string ReadFile(const char* path) {
+  std::ifstream file(path);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return std::move(text).str();
+}
+
+std::uint64_t CountOpenFds() {
+  const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir("/proc/self/fd"), closedir);
+  if (folder == nullptr) return 0;
+  std::uint64_t count = 0;
+  while (const dirent* entry = readdir(folder.get())) count += entry->d_name[0] != '.';
+  return count - 1;  // the folder itself is open while it is read
+}
+
+// Boot time plus field 22 of /proc/self/stat, counted in clock ticks since boot (proc(5)). The second field is the
+// program's name in parentheses, which may hold spaces, so fields are counted from the last ')'.
+double StartTime() {
+  const std::string stat = ReadFile("/proc/self/stat");
+  const auto name_end = stat.rfind(')');
+  if (name_end == std::string::npos) return 0;
+  std::istringstream fields(stat.substr(name_end + 1));
+  std::string field;
+  for (int number = 3; number <= 22; ++number) fields >> field;
+  const double since_boot_s = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  std::istringstream kernel(ReadFile("/proc/stat"));
+  for (std::string line; std::getline(kernel, line);) {
+    if (line.starts_with("btime ")) return std::strtod(line.c_str() + 6, nullptr) + since_boot_s;
+  }
+  return 0;
+}
+
+double Seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+}
+
+prometheus::MetricFamily Family(const char* name, const char* help, prometheus::MetricType type, double value) {
+  prometheus::ClientMetric metric;
+  if (type == prometheus::MetricType::Counter) {
+    metric.counter.value = value;
+  } else {
+    metric.gauge.value = value;
+  }
+  return {.name = name, .help = help, .type = type, .metric = {metric}};
+}
+
+}  // namespace
+
+void ParseStatm(const std::string& statm, std::uint64_t page_bytes, MemoryReading& reading) {
+  std::istringstream text(statm);
+  std::uint64_t virtual_pages = 0, resident_pages = 0;
+  if (!(text >> virtual_pages >> resident_pages)) return;
+  reading.process_virtual_bytes = virtual_pages * page_bytes;
+  reading.process_physical_bytes = resident_pages * page_bytes;
+}
+
+void ParseMeminfo(const std::string& meminfo, MemoryReading& reading) {
+  std::uint64_t swap_total = 0, swap_free = 0;
+  std::istringstream text(meminfo);
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream words(line);
+    std::string key;
+    std::uint64_t kib = 0;
+    if (!(words >> key >> kib)) continue;
+    const std::uint64_t bytes = kib * 1024;  // the file says kB and means KiB
+    if (key == "MemTotal:") reading.host_physical_total_bytes = bytes;
+    if (key == "MemAvailable:") reading.host_physical_available_bytes = bytes;
+    if (key == "SwapTotal:") swap_total = bytes;
+    if (key == "SwapFree:") swap_free = bytes;
+  }
+  reading.host_virtual_total_bytes = reading.host_physical_total_bytes + swap_total;
+  reading.host_virtual_available_bytes = reading.host_physical_available_bytes + swap_free;
+}
+
+MemoryReading ReadMemory() {
+  MemoryReading reading;
+  ParseStatm(ReadFile("/proc/self/statm"), static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), reading);
+  ParseMeminfo(ReadFile("/proc/meminfo"), reading);
+  return reading;
+}
+
+ProcessReading ReadProcess() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return {.cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime),
+          .start_time_unix_s = StartTime(),
+          .open_fds = CountOpenFds()};
+}
+
+std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
+  using Type = prometheus::MetricType;
+  const MemoryReading memory = ReadMemory();
+  const ProcessReading process = ReadProcess();
+  const auto number = [](std::uint64_t value) { return static_cast<double>(value); };
+  return {
+      Family("tessera_process_virtual_memory_bytes", "Address space of this process", Type::Gauge,
+             number(memory.process_virtual_bytes)),
+      Family("tessera_process_resident_memory_bytes", "Physical memory of this process", Type::Gauge,
+             number(memory.process_physical_bytes)),
+      Family("tessera_host_virtual_memory_available_bytes", "Memory and swap that the host can still give", Type::Gauge,
+             number(memory.host_virtual_available_bytes)),
+      Family("tessera_host_virtual_memory_total_bytes", "Memory and swap of the host", Type::Gauge,
+             number(memory.host_virtual_total_bytes)),
+      Family("tessera_host_physical_memory_available_bytes", "Memory that the host can give without swapping",
+             Type::Gauge, number(memory.host_physical_available_bytes)),
+      Family("tessera_host_physical_memory_total_bytes", "Memory of the host", Type::Gauge,
+             number(memory.host_physical_total_bytes)),
+      Family("tessera_process_cpu_seconds_total", "User and system time of this process", Type::Counter, process.cpu_s),
+      Family("tessera_process_open_fds", "Open file descriptors of this process", Type::Gauge,
+             number(process.open_fds)),
+      Family("tessera_process_start_time_seconds", "When this process started, Unix time", Type::Gauge,
+             process.start_time_unix_s),
+  };
+}
+
+}  // namespace tessera::telemetry
