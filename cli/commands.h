@@ -1,0 +1,20 @@
+// The commands of `tessera`, one function a group. Each adds its subcommands to `app`; a chosen one runs as CLI11 parses and
+// throws CommandError when it cannot do what it was asked.
+#pragma once
+
+#include "cli/output.h"
+
+namespace CLI {
+class App;
+}
+
+namespace tessera::cli {
+
+void AddHostCommands(CLI::App& app, Globals& globals);
+void AddInstanceCommands(CLI::App& app, Globals& globals);
+void AddSceneCommands(CLI::App& app, Globals& globals);
+void AddClientCommand(CLI::App& app, Globals& globals);
+void AddUpCommand(CLI::App& app, Globals& globals);
+void AddDemoCommand(CLI::App& app, Globals& globals);
+
+}  // namespace tessera::cli

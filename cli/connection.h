@@ -1,0 +1,51 @@
+// Connection: the stubs of one control plane, and how its errors become the command line's.
+//
+// Every call has a deadline. `Check` throws CommandError with the one line a person needs; main prints it and exits 1.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "tessera/v1/host.grpc.pb.h"
+#include "tessera/v1/instance.grpc.pb.h"
+
+namespace tessera::cli {
+
+// What a command could not do, in one line. Caught in main alone.
+class CommandError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+class Connection {
+ public:
+  // `address` is HOST:PORT. Nothing is dialled before the first call. CommandError if it is not of that form.
+  explicit Connection(const std::string& address);
+
+  v1::HostService::Stub& hosts() { return *hosts_; }
+  v1::InstanceService::Stub& instances() { return *instances_; }
+
+  // Throws unless ok: "<what>: <message> (NOT_FOUND)", or where the control plane cannot be reached, the address and what to do.
+  void Check(const grpc::Status& status, const std::string& what) const;
+
+ private:
+  std::string address_;
+  std::unique_ptr<v1::HostService::Stub> hosts_;
+  std::unique_ptr<v1::InstanceService::Stub> instances_;
+};
+
+// A client context that gives up after `timeout`.
+struct Call {
+  explicit Call(std::chrono::milliseconds timeout = std::chrono::seconds(10)) {
+    context.set_deadline(std::chrono::system_clock::now() + timeout);
+  }
+  grpc::ClientContext context;
+};
+
+const char* CodeName(grpc::StatusCode code);
+
+}  // namespace tessera::cli

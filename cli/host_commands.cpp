@@ -1,0 +1,143 @@
+// tessera host add | list | describe | drain | remove
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/connection.h"
+#include "cli/table.h"
+
+namespace tessera::cli {
+namespace {
+
+struct Options {
+  std::string name;
+  bool dry_run = false;
+  bool undo = false;
+};
+
+std::string StateOf(const v1::Host& host) { return ShortName(v1::HostState_Name(host.state()), "HOST_STATE_"); }
+
+Row HostRow(const v1::Host& host) {
+  return {host.name(),
+          StateOf(host),
+          std::to_string(host.regions()),
+          std::to_string(host.resources().region_capacity()),
+          host.advertise_address().empty() ? "-" : host.advertise_address(),
+          host.version().empty() ? "-" : host.version(),
+          FormatAge(AgeSeconds(host.create_time()))};
+}
+
+const Row kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
+
+void Add(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::AddHostRequest request;
+  request.set_name(options.name);
+  request.set_validate_only(options.dry_run);
+  v1::AddHostResponse response;
+  connection.Check(connection.hosts().AddHost(&Call().context, request, &response), "host add");
+  PrintChange(globals, "host", options.name, "added", options.dry_run, response);
+  if (globals.format == Format::kTable && !options.dry_run) {
+    std::cout << "join token (shown once): " << response.join_token() << "\n"
+              << fmt::format("on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {}\n", globals.control);
+  }
+}
+
+void List(const Globals& globals) {
+  Connection connection(globals.control);
+  v1::ListHostsResponse all;
+  v1::ListHostsRequest request;
+  do {
+    v1::ListHostsResponse page;
+    connection.Check(connection.hosts().ListHosts(&Call().context, request, &page), "host list");
+    all.mutable_hosts()->MergeFrom(page.hosts());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  if (globals.format == Format::kJson) {
+    std::cout << ToJson(all);
+    return;
+  }
+  std::vector<Row> rows{kHostHeader};
+  for (const v1::Host& host : all.hosts()) {
+    if (globals.format == Format::kName) std::cout << "host/" << host.name() << "\n";
+    rows.push_back(HostRow(host));
+  }
+  if (globals.format == Format::kName) return;
+  if (rows.size() == 1) {
+    std::cerr << "no hosts; add one with 'tessera host add NAME'\n";
+    return;
+  }
+  std::cout << FormatTable(rows);
+}
+
+void Describe(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::GetHostRequest request;
+  request.set_name(options.name);
+  v1::GetHostResponse response;
+  connection.Check(connection.hosts().GetHost(&Call().context, request, &response), "host describe");
+  if (globals.format == Format::kJson) {
+    std::cout << ToJson(response);
+    return;
+  }
+  std::cout << FormatTable({kHostHeader, HostRow(response.host())});
+  if (response.workers().empty()) return;
+  std::vector<Row> rows{{"INSTANCE", "REGION", "PID", "PHASE", "TICK", "OWNED", "MEMORY"}};
+  for (const v1::WorkerReport& worker : response.workers()) {
+    rows.push_back({worker.identity().instance_id(), std::to_string(worker.identity().region()),
+                    std::to_string(worker.identity().pid()),
+                    ShortName(v1::WorkerPhase_Name(worker.phase()), "WORKER_PHASE_"), std::to_string(worker.tick()),
+                    std::to_string(worker.owned()), FormatBytes(static_cast<double>(worker.resident_bytes()))});
+  }
+  std::cout << "\n" << FormatTable(rows);
+}
+
+void Drain(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::DrainHostRequest request;
+  request.set_name(options.name);
+  request.set_undo(options.undo);
+  request.set_validate_only(options.dry_run);
+  v1::DrainHostResponse response;
+  connection.Check(connection.hosts().DrainHost(&Call().context, request, &response), "host drain");
+  PrintChange(globals, "host", options.name, options.undo ? "takes regions again" : "draining", options.dry_run, response);
+}
+
+void Remove(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::RemoveHostRequest request;
+  request.set_name(options.name);
+  request.set_validate_only(options.dry_run);
+  v1::RemoveHostResponse response;
+  connection.Check(connection.hosts().RemoveHost(&Call().context, request, &response), "host remove");
+  PrintChange(globals, "host", options.name, "removed", options.dry_run, response);
+}
+
+}  // namespace
+
+void AddHostCommands(CLI::App& app, Globals& globals) {
+  auto options = std::make_shared<Options>();
+  CLI::App* host = app.add_subcommand("host", "Machines that run an agent")->require_subcommand(1);
+  const auto with_name = [&](CLI::App* command, bool changes) {
+    command->add_option("name", options->name, "Name of the host")->required();
+    if (changes) command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
+    return command;
+  };
+  with_name(host->add_subcommand("add", "Expect a new host; prints the join token that admits its agent"), true)
+      ->callback([&globals, options] { Add(globals, *options); });
+  host->add_subcommand("list", "List the hosts")->callback([&globals] { List(globals); });
+  with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {
+    Describe(globals, *options);
+  });
+  CLI::App* drain = with_name(host->add_subcommand("drain", "Place no new regions on a host"), true);
+  drain->add_flag("--undo", options->undo, "Take regions again");
+  drain->callback([&globals, options] { Drain(globals, *options); });
+  with_name(host->add_subcommand("remove", "Forget a host on which nothing runs"), true)->callback([&globals, options] {
+    Remove(globals, *options);
+  });
+}
+
+}  // namespace tessera::cli

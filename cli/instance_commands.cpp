@@ -1,0 +1,178 @@
+// tessera instance create | list | describe | watch | delete
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <iostream>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/connection.h"
+#include "cli/instance_view.h"
+#include "cli/scene_file.h"
+#include "cli/table.h"
+
+namespace tessera::cli {
+namespace {
+
+struct Options {
+  std::string id;
+  std::string scene;
+  std::uint32_t regions = 1;
+  std::uint32_t players = 0;
+  std::uint32_t snapshot_rate_hz = 0;
+  std::optional<std::uint32_t> bodies;
+  double start_deadline_s = 0;
+  double timeout_s = 30;
+  bool lazy = false, wait = false, dry_run = false;
+  std::string request_id;
+};
+
+v1::CreateInstanceRequest RequestOf(const Options& options) {
+  v1::CreateInstanceRequest request;
+  v1::InstanceSpec& spec = *request.mutable_spec();
+  const std::string path =
+      options.scene.find_first_of("/.") == std::string::npos ? FindScene(options.scene) : options.scene;
+  *spec.mutable_scene() = LoadScene(path, options.bodies).message;
+  spec.set_regions(options.regions);
+  spec.set_expected_players(options.players);
+  spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
+  spec.set_lazy(options.lazy);
+  if (options.start_deadline_s > 0) {
+    const auto whole = static_cast<std::int64_t>(options.start_deadline_s);
+    spec.mutable_start_deadline()->set_seconds(whole);
+    spec.mutable_start_deadline()->set_nanos(
+        static_cast<std::int32_t>((options.start_deadline_s - static_cast<double>(whole)) * 1e9));
+  }
+  request.set_request_id(options.request_id);
+  request.set_validate_only(options.dry_run);
+  return request;
+}
+
+void Create(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  const v1::CreateInstanceRequest request = RequestOf(options);
+  v1::CreateInstanceResponse response;
+  connection.Check(connection.instances().CreateInstance(&Call().context, request, &response), "instance create");
+  const std::string id = response.instance().id();
+  if (options.wait && !options.dry_run) {
+    *response.mutable_instance() = WaitUntilSettled(connection, id, Seconds(options.timeout_s));
+    const std::string state = InstanceStateName(response.instance());
+    if (response.instance().state() == v1::INSTANCE_STATE_FAILED) {
+      throw CommandError(fmt::format("instance/{} failed: {}", id, response.instance().reason()));
+    }
+    PrintChange(globals, "instance", id, "created, " + state, false, response.instance());
+    return;
+  }
+  PrintChange(globals, "instance", options.dry_run ? request.spec().scene().name() : id, "created", options.dry_run,
+              response.instance());
+}
+
+void List(const Globals& globals) {
+  Connection connection(globals.control);
+  v1::ListInstancesResponse all;
+  v1::ListInstancesRequest request;
+  do {
+    v1::ListInstancesResponse page;
+    connection.Check(connection.instances().ListInstances(&Call().context, request, &page), "instance list");
+    all.mutable_instances()->MergeFrom(page.instances());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  if (globals.format == Format::kJson) {
+    std::cout << ToJson(all);
+    return;
+  }
+  std::vector<Row> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "REASON", "AGE"}};
+  for (const v1::Instance& instance : all.instances()) {
+    if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
+    rows.push_back({instance.id(), InstanceStateName(instance), instance.scene_name(), std::to_string(instance.regions()),
+                    std::to_string(instance.players()), instance.reason().empty() ? "-" : instance.reason(),
+                    FormatAge(AgeSeconds(instance.create_time()))});
+  }
+  if (globals.format == Format::kName) return;
+  if (rows.size() == 1) {
+    std::cerr << "no instances; create one with 'tessera instance create --scene plaza --regions 4'\n";
+    return;
+  }
+  std::cout << FormatTable(rows);
+}
+
+void Describe(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::GetInstanceRequest request;
+  request.set_id(options.id);
+  v1::GetInstanceResponse response;
+  connection.Check(connection.instances().GetInstance(&Call().context, request, &response), "instance describe");
+  std::cout << (globals.format == Format::kJson ? ToJson(response.instance()) : DescribeInstance(response.instance()));
+}
+
+void Watch(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::WatchInstanceRequest request;
+  request.set_id(options.id);
+  grpc::ClientContext context;
+  const auto stream = connection.instances().WatchInstance(&context, request);
+  v1::WatchInstanceResponse response;
+  std::string last;
+  while (stream->Read(&response)) {
+    const std::string line = globals.format == Format::kJson ? ToJson(response.instance()) : SummaryLine(response.instance());
+    if (line != last) std::cout << line << std::flush;
+    last = line;
+  }
+  connection.Check(stream->Finish(), "instance watch");
+}
+
+void Delete(const Globals& globals, const Options& options) {
+  Connection connection(globals.control);
+  v1::DeleteInstanceRequest request;
+  request.set_id(options.id);
+  request.set_validate_only(options.dry_run);
+  v1::DeleteInstanceResponse response;
+  connection.Check(connection.instances().DeleteInstance(&Call().context, request, &response), "instance delete");
+  if (options.wait && !options.dry_run) {
+    *response.mutable_instance() = WaitUntilEnded(connection, options.id, Seconds(options.timeout_s));
+  }
+  PrintChange(globals, "instance", options.id, options.wait && !options.dry_run ? "deleted" : "stopping", options.dry_run,
+              response.instance());
+}
+
+void AddWaitOptions(CLI::App* command, Options& options, const std::string& until) {
+  command->add_flag("--wait", options.wait, "Return only when it is " + until);
+  command->add_option("--timeout", options.timeout_s, "Seconds that --wait waits")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_flag("--dry-run", options.dry_run, "Only check whether it could be done");
+}
+
+}  // namespace
+
+void AddInstanceCommands(CLI::App& app, Globals& globals) {
+  auto options = std::make_shared<Options>();
+  CLI::App* instance = app.add_subcommand("instance", "Running worlds")->require_subcommand(1);
+
+  CLI::App* create = instance->add_subcommand("create", "Start a world");
+  create->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")->required();
+  create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
+  create->add_option("--players", options->players, "Start when so many players are in; 0: at once")->capture_default_str();
+  create->add_option("--bodies", options->bodies, "Number of scattered bodies, instead of the scene's own");
+  create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)");
+  create->add_option("--snapshot-rate", options->snapshot_rate_hz, "Snapshots a second to each client (default 30)");
+  create->add_option("--request-id", options->request_id, "The same id again gives the same instance");
+  create->add_flag("--lazy", options->lazy, "Start the workers only when all expected players are there");
+  AddWaitOptions(create, *options, "RUNNING, or waiting for players");
+  create->callback([&globals, options] { Create(globals, *options); });
+
+  instance->add_subcommand("list", "List the instances")->callback([&globals] { List(globals); });
+  const auto with_id = [&](const char* name, const char* about) {
+    CLI::App* command = instance->add_subcommand(name, about);
+    command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
+    return command;
+  };
+  with_id("describe", "Show an instance and its regions")->callback([&globals, options] { Describe(globals, *options); });
+  with_id("watch", "Print an instance whenever it changes, until it ends")->callback([&globals, options] {
+    Watch(globals, *options);
+  });
+  CLI::App* remove = with_id("delete", "End a world");
+  AddWaitOptions(remove, *options, "ENDED");
+  remove->callback([&globals, options] { Delete(globals, *options); });
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,124 @@
+#include "cli/local_cluster.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "cli/connection.h"
+
+namespace tessera::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// How long a program may take until it says that it is ready. Generous: a loaded machine starts slowly, and it is not waited out.
+constexpr std::chrono::seconds kReadyTimeout{30};
+// How long agents may take to end their workers before they are killed.
+constexpr std::chrono::seconds kStopPatience{15};
+
+nlohmann::json WaitReady(ChildProcess& child, const std::string& program, const std::string& ready_file, const std::string& log) {
+  if (!child.WaitForFile(ready_file, kReadyTimeout)) {
+    const auto ended = child.Wait(std::chrono::milliseconds(0));
+    throw CommandError(fmt::format("{} {}{}", program, ended ? "ended with " + ended->Describe() : "did not become ready",
+                                   LastLines(log, 5)));
+  }
+  std::ifstream in(ready_file);
+  return nlohmann::json::parse(in);
+}
+
+std::string MakeFolder(const std::string& path) {
+  fs::create_directories(path);
+  fs::permissions(path, fs::perms::owner_all);
+  return path;
+}
+
+void WriteSecret(const std::string& path, const std::string& text) {
+  std::ofstream out(path, std::ios::trunc);
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
+  out << text << "\n";
+}
+
+}  // namespace
+
+LocalCluster::LocalCluster(const ClusterOptions& options) : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
+  StartControl();
+  for (std::uint32_t index = 0; index < options_.hosts; ++index) StartAgent(index);
+}
+
+LocalCluster::~LocalCluster() {
+  for (const auto& agent : agents_) agent->Signal(SIGTERM);
+  for (const auto& agent : agents_) agent->End(kStopPatience);
+  if (control_) control_->End(kStopPatience);
+}
+
+void LocalCluster::StartControl() {
+  const std::string log = log_dir_ + "/control.log";
+  const std::string ready = options_.data_dir + "/control-ready.json";
+  fs::remove(ready);
+  control_ = std::make_unique<ChildProcess>(
+      std::vector<std::string>{ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http, "--data-dir",
+                               MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
+      log);
+  const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
+  control_address_ = addresses.at("grpc").get<std::string>();
+  http_address_ = addresses.at("http").get<std::string>();
+}
+
+void LocalCluster::StartAgent(std::uint32_t index) {
+  const std::string name = fmt::format("local-{}", index + 1);
+  const std::string state = MakeFolder(fmt::format("{}/{}", options_.data_dir, name));
+  const std::string log = fmt::format("{}/{}.log", log_dir_, name);
+  const std::string ready = options_.data_dir + "/" + name + "-ready.json";
+  fs::remove(ready);
+  std::vector<std::string> argv{ProgramPath("tessera-agent"), "--control", control_address_, "--state-dir", state,
+                                "--ready-file", ready, "--metrics-listen", "127.0.0.1:0", "--stop-workers", "--die-with-parent"};
+  if (!fs::exists(state + "/host.json")) {
+    Connection connection(control_address_);
+    v1::AddHostRequest request;
+    request.set_name(name);
+    v1::AddHostResponse response;
+    connection.Check(connection.hosts().AddHost(&Call().context, request, &response), "host add " + name);
+    WriteSecret(state + "/join-token", response.join_token());
+    argv.insert(argv.end(), {"--join-token-file", state + "/join-token"});
+  }
+  if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
+  const int first = options_.first_port + static_cast<int>(index) * 1000;
+  argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});
+  agents_.push_back(std::make_unique<ChildProcess>(argv, log));
+  WaitReady(*agents_.back(), "tessera-agent", ready, log);
+}
+
+std::string LocalCluster::WaitForDeath(std::chrono::milliseconds timeout) {
+  if (const auto status = control_->Wait(timeout)) return "tessera-control: " + status->Describe();
+  for (const auto& agent : agents_) {
+    if (const auto status = agent->Wait(std::chrono::milliseconds(0))) return "tessera-agent: " + status->Describe();
+  }
+  return "";
+}
+
+std::string ProgramPath(const std::string& name) {
+  std::vector<fs::path> places;
+  if (const char* folder = std::getenv("TESSERA_BIN")) places.emplace_back(folder);
+  std::error_code error;
+  places.push_back(fs::read_symlink("/proc/self/exe", error).parent_path());
+  for (const fs::path& place : places) {
+    if (fs::exists(place / name, error)) return (place / name).string();
+  }
+  throw CommandError(fmt::format("{} is not beside this program in {}; build it, or set TESSERA_BIN", name, places.back().string()));
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (fs::temp_directory_path() / "tessera-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) throw CommandError(fmt::format("{}: {}", pattern, std::strerror(errno)));
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+}  // namespace tessera::cli

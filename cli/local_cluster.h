@@ -1,0 +1,68 @@
+// LocalCluster: a control plane and its agents as children of this process, on loopback. What `tessera up`, the demo, the
+// benchmarks and the end-to-end tests run on.
+//
+//   LocalCluster cluster({.data_dir = dir});
+//   Connection connection(cluster.control_address());
+//
+// Construction returns when every agent has been admitted; CommandError says which program failed, with its last log lines.
+// Destruction ends agents (with their workers), then the control plane; nothing is left running.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/child_process.h"
+
+namespace tessera::cli {
+
+struct ClusterOptions {
+  std::string data_dir;        // state and logs; must exist
+  std::string listen = "127.0.0.1:0";  // gRPC of the control plane
+  std::string http = "127.0.0.1:0";    // its HTTP
+  std::uint32_t hosts = 1;
+  std::uint32_t capacity = 0;          // regions a host; 0: the agent's default
+  std::uint16_t first_port = 7800;     // of the workers: each agent takes a range of 1000 from here
+};
+
+class LocalCluster {
+ public:
+  explicit LocalCluster(const ClusterOptions& options);
+  ~LocalCluster();
+
+  const std::string& control_address() const { return control_address_; }
+  const std::string& http_address() const { return http_address_; }
+  const std::string& log_dir() const { return log_dir_; }
+  ChildProcess& control() { return *control_; }
+  ChildProcess& agent(std::size_t index) { return *agents_.at(index); }
+  // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: signal 9". Empty: all run.
+  std::string WaitForDeath(std::chrono::milliseconds timeout);
+
+ private:
+  void StartControl();
+  void StartAgent(std::uint32_t index);
+
+  ClusterOptions options_;
+  std::string log_dir_, control_address_, http_address_;
+  std::unique_ptr<ChildProcess> control_;
+  std::vector<std::unique_ptr<ChildProcess>> agents_;
+};
+
+// The program `name` of this installation: beside the running one, or in TESSERA_BIN.
+std::string ProgramPath(const std::string& name);
+
+// A folder under the system's temporary one, removed with all in it at the end of its life.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+}  // namespace tessera::cli

@@ -1,0 +1,50 @@
+// tessera: the command line. Exit status 0, 1 when it could not be done, 2 for wrong usage.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <iostream>
+#include <map>
+
+#include "cli/commands.h"
+#include "cli/connection.h"
+
+#ifndef TESSERA_VERSION
+#define TESSERA_VERSION "unknown"
+#endif
+
+int main(int argc, char** argv) {
+  using namespace tessera::cli;
+  Globals globals;
+  CLI::App app{"Tessera: real-time physics worlds on many machines"};
+  app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION);
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.option_defaults()->always_capture_default(false);
+  app.add_option("--control", globals.control, "Address of the control plane")
+      ->envname("TESSERA_CONTROL")
+      ->capture_default_str()
+      ->type_name("HOST:PORT");
+  const std::map<std::string, Format> formats{
+      {"table", Format::kTable}, {"wide", Format::kWide}, {"json", Format::kJson}, {"name", Format::kName}};
+  app.add_option("-o,--output", globals.format, "Form of the answer: table, wide, json or name")
+      ->transform(CLI::CheckedTransformer(formats))
+      ->type_name("FORM");
+  AddUpCommand(app, globals);
+  AddHostCommands(app, globals);
+  AddInstanceCommands(app, globals);
+  AddSceneCommands(app, globals);
+  AddClientCommand(app, globals);
+  AddDemoCommand(app, globals);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const CommandError& error) {
+    std::cerr << fmt::format("tessera: {}\n", error.what());
+    return 1;
+  } catch (const std::exception& error) {
+    std::cerr << fmt::format("tessera: internal error: {}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

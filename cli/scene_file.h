@@ -1,0 +1,26 @@
+// Scene files as commands take them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/world/scene.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::cli {
+
+struct LoadedScene {
+  v1::Scene message;
+  std::shared_ptr<const Scene> scene;
+};
+
+// Reads, parses and checks. CommandError names file, place and field. `bodies` replaces the number of scattered bodies.
+LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies = {});
+
+// Where the scenes that come with tessera are: $TESSERA_SCENES, beside an installed binary (../share/tessera/scenes), or in the source tree that
+// built it. CommandError naming the places if `name`.textproto is in none of them.
+std::string FindScene(const std::string& name);
+
+}  // namespace tessera::cli

@@ -1,0 +1,32 @@
+#include "cli/signals.h"
+
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <csignal>
+
+namespace tessera::cli {
+
+StopSignal::StopSignal() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  fd_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+}
+
+StopSignal::~StopSignal() { close(fd_); }
+
+bool StopSignal::Wait(std::chrono::milliseconds timeout) {
+  if (stopped_) return true;
+  pollfd watch{fd_, POLLIN, 0};
+  if (poll(&watch, 1, static_cast<int>(timeout.count())) > 0) {
+    signalfd_siginfo info;
+    stopped_ = read(fd_, &info, sizeof info) == sizeof info;
+  }
+  return stopped_;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,78 @@
+// tessera up: a local cluster in one process tree, until Ctrl-C.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "cli/connection.h"
+#include "cli/local_cluster.h"
+#include "cli/signals.h"
+
+namespace tessera::cli {
+namespace {
+
+struct Options {
+  std::string data_dir;
+  std::string listen = "127.0.0.1:7700";
+  std::string http = "127.0.0.1:7701";
+  std::uint32_t hosts = 1;
+  std::uint32_t capacity = 0;
+};
+
+std::string DefaultDataDir() {
+  const char* state = std::getenv("XDG_STATE_HOME");
+  const char* home = std::getenv("HOME");
+  if (state != nullptr && *state != '\0') return std::string(state) + "/tessera";
+  return std::string(home != nullptr ? home : ".") + "/.local/state/tessera";
+}
+
+void Up(const Globals& globals, const Options& options) {
+  StopSignal stop;
+  ClusterOptions cluster_options{.data_dir = options.data_dir.empty() ? DefaultDataDir() : options.data_dir,
+                                 .listen = options.listen,
+                                 .http = options.http,
+                                 .hosts = options.hosts,
+                                 .capacity = options.capacity};
+  std::error_code error;
+  std::filesystem::create_directories(cluster_options.data_dir, error);
+  if (error) throw CommandError(fmt::format("--data-dir {}: {}", cluster_options.data_dir, error.message()));
+  LocalCluster cluster(cluster_options);
+  if (globals.format == Format::kJson) {
+    std::cout << nlohmann::ordered_json{{"control", cluster.control_address()},
+                                        {"http", cluster.http_address()},
+                                        {"hosts", options.hosts},
+                                        {"logs", cluster.log_dir()}}
+              << std::endl;
+  } else {
+    std::cout << fmt::format(
+                     "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs           {}\n\n"
+                     "Try: tessera --control {} instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
+                     cluster.control_address(), cluster.http_address(), options.hosts, cluster.log_dir(), cluster.control_address())
+              << std::flush;
+  }
+  while (!stop.Wait(std::chrono::milliseconds(200))) {
+    const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));
+    if (!death.empty()) throw CommandError(death + "; its log is in " + cluster.log_dir());
+  }
+  if (globals.format != Format::kJson) std::cout << "\nstopping\n" << std::flush;
+}
+
+}  // namespace
+
+void AddUpCommand(CLI::App& app, Globals& globals) {
+  auto options = std::make_shared<Options>();
+  CLI::App* up = app.add_subcommand("up", "Run a cluster on this machine until Ctrl-C");
+  up->add_option("--listen", options->listen, "gRPC address of the control plane")->capture_default_str();
+  up->add_option("--http", options->http, "Address of its metrics and service discovery")->capture_default_str();
+  up->add_option("--hosts", options->hosts, "Number of agents")->capture_default_str()->check(CLI::Range(1, 16));
+  up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");
+  up->add_option("--data-dir", options->data_dir, "State and logs (default: ~/.local/state/tessera)");
+  up->callback([&globals, options] { Up(globals, *options); });
+}
+
+}  // namespace tessera::cli
