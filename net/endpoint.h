@@ -63,6 +63,8 @@ class Endpoint {
   Endpoint& operator=(const Endpoint&) = delete;
 
   std::uint16_t port() const;
+  // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
+  int socket() const;
   // Begins to connect; kConnected or kDisconnected follows. Errors: INVALID_ARGUMENT (address), RESOURCE_EXHAUSTED (peers).
   absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port);
   // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
