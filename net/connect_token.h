@@ -1,5 +1,5 @@
-// ConnectToken: the control plane's word that a player may enter an instance, sealed with the instance's key so that every region
-// checks it alone and nobody else can read or make one.
+// ConnectToken: the control plane's word that a player may enter an instance, sealed with the instance's key so that
+// every region checks it alone and nobody else can read or make one.
 //
 // XChaCha20-Poly1305 (libsodium) over the fields, with the protocol version and instance id as associated data.
 #pragma once
@@ -24,13 +24,14 @@ struct ConnectToken {
   std::uint64_t expires_unix_s = 0;
 };
 
-InstanceKey MakeInstanceKey();  // random
+InstanceKey MakeInstanceKey();                                        // random
 absl::StatusOr<InstanceKey> InstanceKeyFrom(std::string_view bytes);  // INVALID_ARGUMENT unless 32 bytes
 
 std::vector<std::uint8_t> Seal(const ConnectToken& token, const InstanceKey& key);
-// Errors: UNAUTHENTICATED (damaged, or another key or protocol), NOT_FOUND (another instance; both are named), DEADLINE_EXCEEDED (expired).
-absl::StatusOr<ConnectToken> Open(std::span<const std::uint8_t> sealed, const std::string& instance_id, const InstanceKey& key,
-                                  std::uint64_t now_unix_s);
+// Errors: UNAUTHENTICATED (damaged, or another key or protocol), NOT_FOUND (another instance; both are named),
+// DEADLINE_EXCEEDED (expired).
+absl::StatusOr<ConnectToken> Open(std::span<const std::uint8_t> sealed, const std::string& instance_id,
+                                  const InstanceKey& key, std::uint64_t now_unix_s);
 
 // Proof in LinkHello: keyed BLAKE2b-256 over the fields.
 std::vector<std::uint8_t> LinkProof(const InstanceKey& key, const std::string& instance_id, RegionId region,

@@ -1,7 +1,8 @@
 // Endpoint: one ENet host, as a worker's game or link port and as a client's socket.
 //
-// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps (reference: docs/protocol.md):
-// limits on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable, small socket buffers.
+// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps (reference:
+// docs/protocol.md): limits on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable,
+// small socket buffers.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
 //   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777);
@@ -22,6 +23,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
+#include "net/protocol.h"
 
 namespace tessera::net {
 
@@ -29,23 +31,27 @@ using PeerHandle = Id<struct PeerTag, std::uint64_t>;  // from 1
 using Bytes = std::vector<std::uint8_t>;
 
 enum class Delivery : std::uint8_t {
-  kReliable,     // ordered, arrives or the peer is gone; up to kMaxMessageBytes
+  kReliable,     // ordered, arrives or the peer is gone; up to EndpointOptions::max_message_bytes
   kUnsequenced,  // may be lost, doubled or late; at most kMaxDatagramBytes
 };
 
 struct EndpointOptions {
-  std::string bind_address = "0.0.0.0";  // IPv4
-  std::uint16_t port = 0;                // 0: the system chooses
-  std::size_t max_peers = 64;            // at most 4095
+  std::string bind_address = "0.0.0.0";          // IPv4
+  std::uint16_t port = 0;                        // 0: the system chooses
+  std::size_t max_peers = 64;                    // 1 to 4095
+  std::size_t max_peers_per_address = 0;         // 0: max_peers
   std::chrono::milliseconds peer_timeout{5000};  // of silence, until a peer counts as gone
+  // Of one reliable message, sent or received. Both ends must agree: what is longer than the receiver's is never
+  // delivered.
+  std::size_t max_message_bytes = kMaxMessageBytes;
 };
 
 struct Event {
   enum class Kind : std::uint8_t { kConnected, kDisconnected, kMessage };
   Kind kind = Kind::kMessage;
-  PeerHandle peer;
+  PeerHandle peer{};
   Delivery delivery = Delivery::kReliable;  // kMessage
-  Bytes bytes;                              // kMessage
+  Bytes bytes{};                            // kMessage
   bool outgoing = false;                    // kConnected: this side dialled
 };
 
@@ -56,7 +62,8 @@ struct PeerStats {
 
 class Endpoint {
  public:
-  // Errors: INVALID_ARGUMENT "bind_address ...", ALREADY_EXISTS "port 7777 on 127.0.0.1 is in use".
+  // Errors: INVALID_ARGUMENT "bind_address ..." or "max_peers ...", ALREADY_EXISTS "port 7777 on 127.0.0.1 is in use",
+  // PERMISSION_DENIED (a port below 1024).
   static absl::StatusOr<std::unique_ptr<Endpoint>> Create(const EndpointOptions& options);
   ~Endpoint();
   Endpoint(const Endpoint&) = delete;
@@ -65,16 +72,19 @@ class Endpoint {
   std::uint16_t port() const;
   // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
   int socket() const;
-  // Begins to connect; kConnected or kDisconnected follows. Errors: INVALID_ARGUMENT (address), RESOURCE_EXHAUSTED (peers).
+  // Begins to connect; kConnected or kDisconnected follows. `host` is an IPv4 address or a name, whose look-up blocks.
+  // Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no route), RESOURCE_EXHAUSTED (peers).
   absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port);
   // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
   absl::Status Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes);
   void Flush();
-  // What has happened; waits up to `timeout` for the first event, not at all when 0.
+  // What has happened, oldest first; waits up to `timeout` for the first event, not at all when 0. At most a few
+  // thousand events a call, so that a flood cannot hold the caller.
   std::vector<Event> Service(std::chrono::milliseconds timeout);
   // After what is queued has gone out. The peer hears of it; no further event of it comes here.
   void Disconnect(PeerHandle peer);
-  PeerStats StatsOf(PeerHandle peer) const;
+  PeerStats StatsOf(PeerHandle peer) const;      // zeros when there is no such peer any more
+  std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
 
  private:
   struct Impl;
