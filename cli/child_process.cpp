@@ -109,7 +109,8 @@ ExitStatus ChildProcess::End(std::chrono::milliseconds patience) {
 bool ChildProcess::WaitForFile(const std::string& path, std::chrono::milliseconds timeout) {
   const auto deadline = Clock::now() + timeout;
   const int events = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-  inotify_add_watch(events, std::filesystem::path(path).parent_path().c_str(), IN_MOVED_TO | IN_CREATE | IN_CLOSE_WRITE);
+  inotify_add_watch(events, std::filesystem::path(path).parent_path().c_str(),
+                    IN_MOVED_TO | IN_CREATE | IN_CLOSE_WRITE);
   bool found = false;
   while (!(found = std::filesystem::exists(path)) && !Wait(std::chrono::milliseconds(0)) && Clock::now() < deadline) {
     std::array<pollfd, 2> watch{pollfd{events, POLLIN, 0}, pollfd{pidfd_, POLLIN, 0}};

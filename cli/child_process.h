@@ -1,7 +1,7 @@
 // ChildProcess: a program started, watched and ended by the id we hold.
 //
-// It gets SIGTERM when the thread that started it ends, so that nothing outlives a command that was killed. Destruction ends it.
-// Thread rule: start it from a thread that lives as long as it is to live.
+// It gets SIGTERM when the thread that started it ends, so that nothing outlives a command that was killed. Destruction
+// ends it. Thread rule: start it from a thread that lives as long as it is to live.
 #pragma once
 
 #include <sys/types.h>
@@ -14,8 +14,8 @@
 namespace tessera::cli {
 
 struct ExitStatus {
-  int code = 0;    // meaningful unless signal
-  int signal = 0;  // 0: ended by itself
+  int code = 0;                  // meaningful unless signal
+  int signal = 0;                // 0: ended by itself
   std::string Describe() const;  // "exit status 1", "signal 9"
 };
 

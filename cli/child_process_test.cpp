@@ -45,7 +45,8 @@ TEST_F(ChildProcessTest, NamesAProgramThatIsNotThere) {
 
 TEST_F(ChildProcessTest, EndsByForceWhatIgnoresTheRequest) {
   const std::string ready = folder_.path() + "/ready";
-  ChildProcess child({"/bin/sh", "-c", "trap '' TERM; echo > " + ready + "; while :; do read line < /dev/zero; done"}, Log());
+  ChildProcess child({"/bin/sh", "-c", "trap '' TERM; echo > " + ready + "; while :; do read line < /dev/zero; done"},
+                     Log());
   ASSERT_TRUE(child.WaitForFile(ready, seconds(20)));
   EXPECT_EQ(child.End(std::chrono::milliseconds(50)).signal, SIGKILL);
   EXPECT_EQ(kill(child.pid(), 0), -1);

@@ -1,5 +1,5 @@
-// The commands of `tessera`, one function a group. Each adds its subcommands to `app`; a chosen one runs as CLI11 parses and
-// throws CommandError when it cannot do what it was asked.
+// The commands of `tessera`, one function a group. Each adds its subcommands to `app`; a chosen one runs as CLI11
+// parses and throws CommandError when it cannot do what it was asked.
 #pragma once
 
 #include "cli/output.h"

@@ -1,6 +1,7 @@
 // Connection: the stubs of one control plane, and how its errors become the command line's.
 //
-// Every call has a deadline. `Check` throws CommandError with the one line a person needs; main prints it and exits 1.
+// Every call has a deadline. A failed one throws CommandError with the one line a person needs; main prints it and
+// exits 1.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
@@ -29,21 +30,27 @@ class Connection {
   v1::HostService::Stub& hosts() { return *hosts_; }
   v1::InstanceService::Stub& instances() { return *instances_; }
 
-  // Throws unless ok: "<what>: <message> (NOT_FOUND)", or where the control plane cannot be reached, the address and what to do.
+  // One call with a deadline; its answer. Throws as Check does.
+  //   auto answer = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
+  template <class Stub, class Request, class Response>
+  Response Call(const std::string& what, Stub& stub,
+                grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*), const Request& request,
+                std::chrono::milliseconds timeout = std::chrono::seconds(10)) const {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + timeout);
+    Response response;
+    Check((stub.*method)(&context, request, &response), what);
+    return response;
+  }
+
+  // Throws unless ok: "<what>: <message> (NOT_FOUND)", or where the control plane cannot be reached, the address and
+  // what to do.
   void Check(const grpc::Status& status, const std::string& what) const;
 
  private:
   std::string address_;
   std::unique_ptr<v1::HostService::Stub> hosts_;
   std::unique_ptr<v1::InstanceService::Stub> instances_;
-};
-
-// A client context that gives up after `timeout`.
-struct Call {
-  explicit Call(std::chrono::milliseconds timeout = std::chrono::seconds(10)) {
-    context.set_deadline(std::chrono::system_clock::now() + timeout);
-  }
-  grpc::ClientContext context;
 };
 
 const char* CodeName(grpc::StatusCode code);

@@ -37,12 +37,12 @@ void Add(const Globals& globals, const Options& options) {
   v1::AddHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
-  v1::AddHostResponse response;
-  connection.Check(connection.hosts().AddHost(&Call().context, request, &response), "host add");
+  const auto response = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
   PrintChange(globals, "host", options.name, "added", options.dry_run, response);
   if (globals.format == Format::kTable && !options.dry_run) {
     std::cout << "join token (shown once): " << response.join_token() << "\n"
-              << fmt::format("on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {}\n", globals.control);
+              << fmt::format("on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {}\n",
+                             globals.control);
   }
 }
 
@@ -51,8 +51,7 @@ void List(const Globals& globals) {
   v1::ListHostsResponse all;
   v1::ListHostsRequest request;
   do {
-    v1::ListHostsResponse page;
-    connection.Check(connection.hosts().ListHosts(&Call().context, request, &page), "host list");
+    const auto page = connection.Call("host list", connection.hosts(), &v1::HostService::Stub::ListHosts, request);
     all.mutable_hosts()->MergeFrom(page.hosts());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -77,8 +76,7 @@ void Describe(const Globals& globals, const Options& options) {
   Connection connection(globals.control);
   v1::GetHostRequest request;
   request.set_name(options.name);
-  v1::GetHostResponse response;
-  connection.Check(connection.hosts().GetHost(&Call().context, request, &response), "host describe");
+  const auto response = connection.Call("host describe", connection.hosts(), &v1::HostService::Stub::GetHost, request);
   if (globals.format == Format::kJson) {
     std::cout << ToJson(response);
     return;
@@ -101,9 +99,9 @@ void Drain(const Globals& globals, const Options& options) {
   request.set_name(options.name);
   request.set_undo(options.undo);
   request.set_validate_only(options.dry_run);
-  v1::DrainHostResponse response;
-  connection.Check(connection.hosts().DrainHost(&Call().context, request, &response), "host drain");
-  PrintChange(globals, "host", options.name, options.undo ? "takes regions again" : "draining", options.dry_run, response);
+  const auto response = connection.Call("host drain", connection.hosts(), &v1::HostService::Stub::DrainHost, request);
+  PrintChange(globals, "host", options.name, options.undo ? "takes regions again" : "draining", options.dry_run,
+              response);
 }
 
 void Remove(const Globals& globals, const Options& options) {
@@ -111,8 +109,7 @@ void Remove(const Globals& globals, const Options& options) {
   v1::RemoveHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
-  v1::RemoveHostResponse response;
-  connection.Check(connection.hosts().RemoveHost(&Call().context, request, &response), "host remove");
+  const auto response = connection.Call("host remove", connection.hosts(), &v1::HostService::Stub::RemoveHost, request);
   PrintChange(globals, "host", options.name, "removed", options.dry_run, response);
 }
 

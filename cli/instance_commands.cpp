@@ -52,8 +52,8 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
 void Create(const Globals& globals, const Options& options) {
   Connection connection(globals.control);
   const v1::CreateInstanceRequest request = RequestOf(options);
-  v1::CreateInstanceResponse response;
-  connection.Check(connection.instances().CreateInstance(&Call().context, request, &response), "instance create");
+  auto response =
+      connection.Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request);
   const std::string id = response.instance().id();
   if (options.wait && !options.dry_run) {
     *response.mutable_instance() = WaitUntilSettled(connection, id, Seconds(options.timeout_s));
@@ -73,8 +73,8 @@ void List(const Globals& globals) {
   v1::ListInstancesResponse all;
   v1::ListInstancesRequest request;
   do {
-    v1::ListInstancesResponse page;
-    connection.Check(connection.instances().ListInstances(&Call().context, request, &page), "instance list");
+    const auto page =
+        connection.Call("instance list", connection.instances(), &v1::InstanceService::Stub::ListInstances, request);
     all.mutable_instances()->MergeFrom(page.instances());
     request.set_page_token(page.next_page_token());
   } while (!request.page_token().empty());
@@ -85,8 +85,9 @@ void List(const Globals& globals) {
   std::vector<Row> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "REASON", "AGE"}};
   for (const v1::Instance& instance : all.instances()) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
-    rows.push_back({instance.id(), InstanceStateName(instance), instance.scene_name(), std::to_string(instance.regions()),
-                    std::to_string(instance.players()), instance.reason().empty() ? "-" : instance.reason(),
+    rows.push_back({instance.id(), InstanceStateName(instance), instance.scene_name(),
+                    std::to_string(instance.regions()), std::to_string(instance.players()),
+                    instance.reason().empty() ? "-" : instance.reason(),
                     FormatAge(AgeSeconds(instance.create_time()))});
   }
   if (globals.format == Format::kName) return;
@@ -101,8 +102,8 @@ void Describe(const Globals& globals, const Options& options) {
   Connection connection(globals.control);
   v1::GetInstanceRequest request;
   request.set_id(options.id);
-  v1::GetInstanceResponse response;
-  connection.Check(connection.instances().GetInstance(&Call().context, request, &response), "instance describe");
+  const auto response =
+      connection.Call("instance describe", connection.instances(), &v1::InstanceService::Stub::GetInstance, request);
   std::cout << (globals.format == Format::kJson ? ToJson(response.instance()) : DescribeInstance(response.instance()));
 }
 
@@ -115,7 +116,8 @@ void Watch(const Globals& globals, const Options& options) {
   v1::WatchInstanceResponse response;
   std::string last;
   while (stream->Read(&response)) {
-    const std::string line = globals.format == Format::kJson ? ToJson(response.instance()) : SummaryLine(response.instance());
+    const std::string line =
+        globals.format == Format::kJson ? ToJson(response.instance()) : SummaryLine(response.instance());
     if (line != last) std::cout << line << std::flush;
     last = line;
   }
@@ -127,18 +129,20 @@ void Delete(const Globals& globals, const Options& options) {
   v1::DeleteInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
-  v1::DeleteInstanceResponse response;
-  connection.Check(connection.instances().DeleteInstance(&Call().context, request, &response), "instance delete");
+  auto response =
+      connection.Call("instance delete", connection.instances(), &v1::InstanceService::Stub::DeleteInstance, request);
   if (options.wait && !options.dry_run) {
     *response.mutable_instance() = WaitUntilEnded(connection, options.id, Seconds(options.timeout_s));
   }
-  PrintChange(globals, "instance", options.id, options.wait && !options.dry_run ? "deleted" : "stopping", options.dry_run,
-              response.instance());
+  PrintChange(globals, "instance", options.id, options.wait && !options.dry_run ? "deleted" : "stopping",
+              options.dry_run, response.instance());
 }
 
 void AddWaitOptions(CLI::App* command, Options& options, const std::string& until) {
   command->add_flag("--wait", options.wait, "Return only when it is " + until);
-  command->add_option("--timeout", options.timeout_s, "Seconds that --wait waits")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--timeout", options.timeout_s, "Seconds that --wait waits")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
   command->add_flag("--dry-run", options.dry_run, "Only check whether it could be done");
 }
 
@@ -151,7 +155,8 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   CLI::App* create = instance->add_subcommand("create", "Start a world");
   create->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")->required();
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
-  create->add_option("--players", options->players, "Start when so many players are in; 0: at once")->capture_default_str();
+  create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
+      ->capture_default_str();
   create->add_option("--bodies", options->bodies, "Number of scattered bodies, instead of the scene's own");
   create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)");
   create->add_option("--snapshot-rate", options->snapshot_rate_hz, "Snapshots a second to each client (default 30)");
@@ -166,7 +171,9 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
     command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
     return command;
   };
-  with_id("describe", "Show an instance and its regions")->callback([&globals, options] { Describe(globals, *options); });
+  with_id("describe", "Show an instance and its regions")->callback([&globals, options] {
+    Describe(globals, *options);
+  });
   with_id("watch", "Print an instance whenever it changes, until it ends")->callback([&globals, options] {
     Watch(globals, *options);
   });

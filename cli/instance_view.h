@@ -15,10 +15,12 @@ inline std::chrono::milliseconds Seconds(double seconds) {
 
 std::string InstanceStateName(const v1::Instance& instance);
 
-// Watches until RUNNING, WAITING_FOR_PLAYERS, FAILED or ENDED. CommandError with the state it is in when the time is over.
+// Watches until RUNNING, WAITING_FOR_PLAYERS, FAILED or ENDED. CommandError with the state it is in when the time is
+// over.
 v1::Instance WaitUntilSettled(Connection& connection, const std::string& id, std::chrono::milliseconds timeout);
 // Watches until it is in `state` or has ended or failed.
-v1::Instance WaitFor(Connection& connection, const std::string& id, v1::InstanceState state, std::chrono::milliseconds timeout);
+v1::Instance WaitFor(Connection& connection, const std::string& id, v1::InstanceState state,
+                     std::chrono::milliseconds timeout);
 // Watches until ENDED or FAILED.
 v1::Instance WaitUntilEnded(Connection& connection, const std::string& id, std::chrono::milliseconds timeout);
 

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,16 +16,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// How long a program may take until it says that it is ready. Generous: a loaded machine starts slowly, and it is not waited out.
+// How long a program may take until it says that it is ready. Generous: a loaded machine starts slowly, and it is not
+// waited out.
 constexpr std::chrono::seconds kReadyTimeout{30};
 // How long agents may take to end their workers before they are killed.
 constexpr std::chrono::seconds kStopPatience{15};
 
-nlohmann::json WaitReady(ChildProcess& child, const std::string& program, const std::string& ready_file, const std::string& log) {
+nlohmann::json WaitReady(ChildProcess& child, const std::string& program, const std::string& ready_file,
+                         const std::string& log) {
   if (!child.WaitForFile(ready_file, kReadyTimeout)) {
     const auto ended = child.Wait(std::chrono::milliseconds(0));
-    throw CommandError(fmt::format("{} {}{}", program, ended ? "ended with " + ended->Describe() : "did not become ready",
-                                   LastLines(log, 5)));
+    throw CommandError(fmt::format(
+        "{} {}{}", program, ended ? "ended with " + ended->Describe() : "did not become ready", LastLines(log, 5)));
   }
   std::ifstream in(ready_file);
   return nlohmann::json::parse(in);
@@ -43,7 +47,8 @@ void WriteSecret(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-LocalCluster::LocalCluster(const ClusterOptions& options) : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
+LocalCluster::LocalCluster(const ClusterOptions& options)
+    : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) StartAgent(index);
 }
@@ -59,8 +64,8 @@ void LocalCluster::StartControl() {
   const std::string ready = options_.data_dir + "/control-ready.json";
   fs::remove(ready);
   control_ = std::make_unique<ChildProcess>(
-      std::vector<std::string>{ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http, "--data-dir",
-                               MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
+      std::vector<std::string>{ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http,
+                               "--data-dir", MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
       log);
   const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
   control_address_ = addresses.at("grpc").get<std::string>();
@@ -73,14 +78,15 @@ void LocalCluster::StartAgent(std::uint32_t index) {
   const std::string log = fmt::format("{}/{}.log", log_dir_, name);
   const std::string ready = options_.data_dir + "/" + name + "-ready.json";
   fs::remove(ready);
-  std::vector<std::string> argv{ProgramPath("tessera-agent"), "--control", control_address_, "--state-dir", state,
-                                "--ready-file", ready, "--metrics-listen", "127.0.0.1:0", "--stop-workers", "--die-with-parent"};
+  std::vector<std::string> argv{
+      ProgramPath("tessera-agent"), "--control",   control_address_, "--state-dir",      state, "--ready-file", ready,
+      "--metrics-listen",           "127.0.0.1:0", "--stop-workers", "--die-with-parent"};
   if (!fs::exists(state + "/host.json")) {
     Connection connection(control_address_);
     v1::AddHostRequest request;
     request.set_name(name);
-    v1::AddHostResponse response;
-    connection.Check(connection.hosts().AddHost(&Call().context, request, &response), "host add " + name);
+    const auto response =
+        connection.Call("host add " + name, connection.hosts(), &v1::HostService::Stub::AddHost, request);
     WriteSecret(state + "/join-token", response.join_token());
     argv.insert(argv.end(), {"--join-token-file", state + "/join-token"});
   }
@@ -107,7 +113,8 @@ std::string ProgramPath(const std::string& name) {
   for (const fs::path& place : places) {
     if (fs::exists(place / name, error)) return (place / name).string();
   }
-  throw CommandError(fmt::format("{} is not beside this program in {}; build it, or set TESSERA_BIN", name, places.back().string()));
+  throw CommandError(
+      fmt::format("{} is not beside this program in {}; build it, or set TESSERA_BIN", name, places.back().string()));
 }
 
 TemporaryFolder::TemporaryFolder() {

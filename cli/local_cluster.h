@@ -1,11 +1,11 @@
-// LocalCluster: a control plane and its agents as children of this process, on loopback. What `tessera up`, the demo, the
-// benchmarks and the end-to-end tests run on.
+// LocalCluster: a control plane and its agents as children of this process, on loopback. What `tessera up`, the demo,
+// the benchmarks and the end-to-end tests run on.
 //
 //   LocalCluster cluster({.data_dir = dir});
 //   Connection connection(cluster.control_address());
 //
-// Construction returns when every agent has been admitted; CommandError says which program failed, with its last log lines.
-// Destruction ends agents (with their workers), then the control plane; nothing is left running.
+// Construction returns when every agent has been admitted; CommandError says which program failed, with its last log
+// lines. Destruction ends agents (with their workers), then the control plane; nothing is left running.
 #pragma once
 
 #include <cstdint>
@@ -18,12 +18,12 @@
 namespace tessera::cli {
 
 struct ClusterOptions {
-  std::string data_dir;        // state and logs; must exist
+  std::string data_dir;                // state and logs; must exist
   std::string listen = "127.0.0.1:0";  // gRPC of the control plane
   std::string http = "127.0.0.1:0";    // its HTTP
   std::uint32_t hosts = 1;
-  std::uint32_t capacity = 0;          // regions a host; 0: the agent's default
-  std::uint16_t first_port = 7800;     // of the workers: each agent takes a range of 1000 from here
+  std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
+  std::uint16_t first_port = 7800;  // of the workers: each agent takes a range of 1000 from here
 };
 
 class LocalCluster {

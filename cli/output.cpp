@@ -26,8 +26,8 @@ std::string ShortName(const std::string& enum_name, const std::string& prefix) {
   return enum_name.starts_with(prefix) ? enum_name.substr(prefix.size()) : enum_name;
 }
 
-void PrintChange(const Globals& globals, const std::string& type, const std::string& name, const std::string& verb, bool dry_run,
-                 const google::protobuf::Message& message) {
+void PrintChange(const Globals& globals, const std::string& type, const std::string& name, const std::string& verb,
+                 bool dry_run, const google::protobuf::Message& message) {
   if (globals.format == Format::kJson) {
     std::cout << ToJson(message);
   } else if (globals.format == Format::kName) {

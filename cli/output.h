@@ -23,8 +23,9 @@ long long AgeSeconds(const google::protobuf::Timestamp& time);
 // "RUNNING" from "INSTANCE_STATE_RUNNING".
 std::string ShortName(const std::string& enum_name, const std::string& prefix);
 
-// A change that was made, or would be: "host/alpha added", "host/alpha added (dry run)"; with -o name only "host/alpha"; with -o json the message.
-void PrintChange(const Globals& globals, const std::string& type, const std::string& name, const std::string& verb, bool dry_run,
-                 const google::protobuf::Message& message);
+// A change that was made, or would be: "host/alpha added", "host/alpha added (dry run)"; with -o name only
+// "host/alpha"; with -o json the message.
+void PrintChange(const Globals& globals, const std::string& type, const std::string& name, const std::string& verb,
+                 bool dry_run, const google::protobuf::Message& message);
 
 }  // namespace tessera::cli

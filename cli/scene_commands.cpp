@@ -29,8 +29,8 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
                         {"dynamic", dynamic},
                         {"joints", loaded.scene->joints.size()}});
       if (globals.format == Format::kTable || globals.format == Format::kWide) {
-        std::cout << fmt::format("{}: valid, {} bodies ({} dynamic), {} joints\n", file, loaded.scene->bodies.size(), dynamic,
-                                 loaded.scene->joints.size());
+        std::cout << fmt::format("{}: valid, {} bodies ({} dynamic), {} joints\n", file, loaded.scene->bodies.size(),
+                                 dynamic, loaded.scene->joints.size());
       }
     } catch (const CommandError& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());

@@ -42,7 +42,8 @@ std::string FindScene(const std::string& name) {
     const fs::path file = place / (name + ".textproto");
     if (fs::exists(file, error)) return file.string();
   }
-  throw CommandError(fmt::format("scene {}: no {}.textproto beside this program; set TESSERA_SCENES to the folder of scenes", name, name));
+  throw CommandError(fmt::format(
+      "scene {}: no {}.textproto beside this program; set TESSERA_SCENES to the folder of scenes", name, name));
 }
 
 }  // namespace tessera::cli

@@ -19,8 +19,8 @@ struct LoadedScene {
 // Reads, parses and checks. CommandError names file, place and field. `bodies` replaces the number of scattered bodies.
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies = {});
 
-// Where the scenes that come with tessera are: $TESSERA_SCENES, beside an installed binary (../share/tessera/scenes), or in the source tree that
-// built it. CommandError naming the places if `name`.textproto is in none of them.
+// Where the scenes that come with tessera are: $TESSERA_SCENES, beside an installed binary (../share/tessera/scenes),
+// or in the source tree that built it. CommandError naming the places if `name`.textproto is in none of them.
 std::string FindScene(const std::string& name);
 
 }  // namespace tessera::cli

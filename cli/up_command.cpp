@@ -49,11 +49,13 @@ void Up(const Globals& globals, const Options& options) {
                                         {"logs", cluster.log_dir()}}
               << std::endl;
   } else {
-    std::cout << fmt::format(
-                     "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs           {}\n\n"
-                     "Try: tessera --control {} instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
-                     cluster.control_address(), cluster.http_address(), options.hosts, cluster.log_dir(), cluster.control_address())
-              << std::flush;
+    std::cout
+        << fmt::format(
+               "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs           {}\n\n"
+               "Try: tessera --control {} instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
+               cluster.control_address(), cluster.http_address(), options.hosts, cluster.log_dir(),
+               cluster.control_address())
+        << std::flush;
   }
   while (!stop.Wait(std::chrono::milliseconds(200))) {
     const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));

@@ -1,0 +1,76 @@
+#include "bench/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "cli/table.h"
+
+namespace tessera::bench {
+namespace {
+
+void AddUnique(std::vector<std::string>& list, const std::string& item) {
+  if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+}
+
+}  // namespace
+
+void Report::Add(const std::string& scene, const std::string& engine, const std::string& config,
+                 const std::string& metric, double value, const std::string& unit) {
+  figures_.push_back({suite_, scene, engine, config, metric, value, unit});
+}
+
+std::string Report::Table() const {
+  std::vector<std::string> scenes;
+  for (const Figure& figure : figures_) AddUnique(scenes, figure.scene);
+  std::string out;
+  for (const std::string& scene : scenes) {
+    std::vector<std::string> configs, metrics;
+    for (const Figure& figure : figures_) {
+      if (figure.scene != scene) continue;
+      AddUnique(configs, figure.config);
+      AddUnique(metrics, figure.metric);
+    }
+    std::vector<cli::Row> rows{{"METRIC"}};
+    rows[0].insert(rows[0].end(), configs.begin(), configs.end());
+    for (const std::string& metric : metrics) {
+      cli::Row row{metric};
+      for (const std::string& config : configs) {
+        const auto figure = std::find_if(figures_.begin(), figures_.end(), [&](const Figure& f) {
+          return f.scene == scene && f.config == config && f.metric == metric;
+        });
+        row.push_back(figure == figures_.end() ? "-" : Human(figure->value, figure->unit));
+      }
+      rows.push_back(row);
+    }
+    out += fmt::format("\n{} / {}\n{}", suite_, scene, cli::FormatTable(rows));
+  }
+  return out;
+}
+
+absl::Status Report::WriteCsv(const std::string& path) const {
+  std::ofstream out(path, std::ios::trunc);
+  out << "suite,scene,engine,config,metric,value,unit\n";
+  for (const Figure& f : figures_) {
+    out << fmt::format("{},{},{},{},{},{:.9g},{}\n", f.suite, f.scene, f.engine, f.config, f.metric, f.value, f.unit);
+  }
+  out.close();
+  if (!out) return absl::PermissionDeniedError(fmt::format("--csv {}: cannot be written", path));
+  return absl::OkStatus();
+}
+
+std::string Human(double value, const std::string& unit) {
+  if (!std::isfinite(value)) return "-";
+  if (unit == "s") {
+    if (value < 1e-3) return fmt::format("{:.3g}us", value * 1e6);
+    if (value < 1) return fmt::format("{:.3g}ms", value * 1e3);
+    return fmt::format("{:.3g}s", value);
+  }
+  if (unit == "bytes") return cli::FormatBytes(value);
+  if (unit == "1") return fmt::format("{:.6g}", value);
+  return fmt::format("{:.4g}{}", value, unit);
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,40 @@
+#include "bench/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+namespace tessera::bench {
+namespace {
+
+TEST(ReportTest, TableHasARowAMetricAndAColumnAConfig) {
+  Report report("suite");
+  report.Add("scene", "tessera", "n=1", "step", 1.5e-3, "s");
+  report.Add("scene", "tessera", "n=2", "step", 2.5e-5, "s");
+  report.Add("scene", "tessera", "n=2", "bodies", 12, "1");
+  EXPECT_EQ(report.Table(),
+            "\nsuite / scene\n"
+            "METRIC    n=1   n=2\n"
+            "step    1.5ms  25us\n"
+            "bodies      -    12\n");
+}
+
+TEST(ReportTest, CsvHasAFigureALine) {
+  const std::string file = testing::TempDir() + "/report_test.csv";
+  Report report("suite");
+  report.Add("scene", "tessera", "n=1", "step", 0.25, "s");
+  ASSERT_TRUE(report.WriteCsv(file).ok());
+  std::ifstream in(file);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  EXPECT_EQ(text, "suite,scene,engine,config,metric,value,unit\nsuite,scene,tessera,n=1,step,0.25,s\n");
+  std::filesystem::remove(file);
+}
+
+TEST(ReportTest, AFileThatCannotBeWrittenIsNamed) {
+  EXPECT_THAT(std::string(Report("suite").WriteCsv("/nowhere/x.csv").message()), testing::HasSubstr("/nowhere/x.csv"));
+}
+
+}  // namespace
+}  // namespace tessera::bench
