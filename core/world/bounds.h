@@ -29,8 +29,8 @@ struct Aabb {
   }
 };
 
-// A rectangle in x-z, half open: it holds its lower edges and not its upper ones, so cells that share an edge never both hold
-// a point. Height does not matter to a partition.
+// A rectangle in x-z, half open: it holds its lower edges and not its upper ones, so cells that share an edge never
+// both hold a point. Height does not matter to a partition.
 struct Rect {
   double min_x = 0, min_z = 0, max_x = 0, max_z = 0;
 

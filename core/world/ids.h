@@ -1,7 +1,7 @@
 // Identifiers: one distinct type for each kind of thing, so that a tick is never taken for a body.
 //
-// An id compares, hashes and prints; it does not add or multiply. `value()` is for codecs and messages. Ticks, which do count,
-// are the one exception: `tick + 3` and `tick_b - tick_a` exist.
+// An id compares, hashes and prints; it does not add or multiply. `value()` is for codecs and messages. Ticks, which do
+// count, are the one exception: `tick + 3` and `tick_b - tick_a` exist.
 #pragma once
 
 #include <compare>
@@ -45,7 +45,8 @@ using Incarnation = Id<struct IncarnationTag, std::uint64_t>;
 // Version of a partition map; only grows.
 using MapVersion = Id<struct MapVersionTag, std::uint64_t>;
 
-// The instance's clock: the number of steps simulated. Tick 0 is the scene as written; `Step` number t leads from tick t-1 to t.
+// The instance's clock: the number of steps simulated. Tick 0 is the scene as written; `Step` number t leads from tick
+// t-1 to t.
 class Tick {
  public:
   using rep = std::uint64_t;
@@ -76,7 +77,8 @@ inline constexpr std::uint64_t kFirstPlayerBody = std::uint64_t{1} << 32;
 constexpr BodyId PlayerBodyId(PlayerNumber player) { return BodyId(kFirstPlayerBody + player.value()); }
 constexpr bool IsPlayerBody(BodyId body) { return body.value() > kFirstPlayerBody; }
 constexpr PlayerNumber PlayerOf(BodyId body) {
-  return IsPlayerBody(body) ? PlayerNumber(static_cast<std::uint32_t>(body.value() - kFirstPlayerBody)) : PlayerNumber();
+  return IsPlayerBody(body) ? PlayerNumber(static_cast<std::uint32_t>(body.value() - kFirstPlayerBody))
+                            : PlayerNumber();
 }
 
 }  // namespace tessera

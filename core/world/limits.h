@@ -25,8 +25,20 @@ inline constexpr double kMinExtent_m = 1e-3, kMaxExtent_m = 1e5;
 inline constexpr double kMinMass_kg = 1e-6, kMaxMass_kg = 1e9;
 // Speeds a scene or an input may ask for. Faster bodies cross a region in one tick.
 inline constexpr double kMaxSpeed_m_s = 1e4, kMaxAngularSpeed_rad_s = 1e3;
+// Gravity and fields: beyond, one tick moves a body further than it is long.
+inline constexpr double kMaxAcceleration_m_s2 = 1e4;
+// Forces and torques of motors and players, spring constants, in SI units. Squares of it still fit a float.
+inline constexpr double kMaxForce = 1e15;
+inline constexpr double kMaxFriction = 10;
+// How far a quaternion's or a normal's length may be from 1 before it is taken for a mistake.
+inline constexpr double kUnitTolerance = 1e-3;
 inline constexpr std::size_t kMaxHullPoints = 255;
 inline constexpr std::size_t kMaxCompoundChildren = 255;
 inline constexpr std::size_t kMaxMeshVertices = 1'000'000, kMaxMeshTriangles = 2'000'000;
+// Characters of a name, so that an error that quotes it stays one line.
+inline constexpr std::size_t kMaxNameLength = 63;
+// Text of a scene, bytes: protobuf's parsers take no more than 2 GB, and a million bodies written out need about 200
+// MB.
+inline constexpr std::size_t kMaxSceneText = std::size_t{512} << 20;
 
 }  // namespace tessera

@@ -1,7 +1,8 @@
 // Scene: a world to run, checked and resolved. Plain data; what the rest of core works on.
 //
-// It comes from `tessera.v1.Scene` (textproto, JSON or wire) through core/world/scene_io.h, which checks every field and
-// expands what is written short (defaults, materials by name, scatters into bodies). Nothing here needs checking again.
+// It comes from `tessera.v1.Scene` (textproto, JSON or wire) through core/world/scene_io.h, which checks every field
+// and expands what is written short (defaults, materials by name, scatters into bodies). Nothing here needs checking
+// again.
 #pragma once
 
 #include <array>
@@ -18,7 +19,8 @@
 
 namespace tessera {
 
-// --- Shapes. All are centred on the body's origin, which is its centre of mass unless it is a compound. -------------------
+// --- Shapes. All are centred on the body's origin, which is its centre of mass unless it is a compound.
+// -------------------
 
 struct Shape;
 using ShapePtr = std::shared_ptr<const Shape>;  // shared by all bodies that look alike
@@ -52,7 +54,8 @@ struct TriangleMeshShape {  // static bodies only; counter-clockwise is outward
   std::vector<Vec3f> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
-struct HeightFieldShape {  // static only; height at column x, row z is heights_m[z * columns + x]; centred in x and z, y as given
+struct HeightFieldShape {  // static only; height at column x, row z is heights_m[z * columns + x]; centred in x and z,
+                           // y as given
   std::uint32_t columns = 0, rows = 0;
   double spacing_m = 0;
   std::vector<float> heights_m;
@@ -81,8 +84,8 @@ enum class Motion : std::uint8_t { kStatic, kDynamic };
 
 // What changes from tick to tick: all that an owner tells about a body, and all that a handover must keep.
 struct BodyState {
-  Vec3d position;     // of the centre of mass, world space, m
-  Quatf orientation;  // unit
+  Vec3d position;          // of the centre of mass, world space, m
+  Quatf orientation;       // unit
   Vec3f linear_velocity;   // m/s
   Vec3f angular_velocity;  // rad/s, world frame
   bool asleep = false;
@@ -95,8 +98,8 @@ struct BodyDef {
   std::string name;  // may be empty
   ShapePtr shape;
   Motion motion = Motion::kDynamic;
-  double mass_kg = 1;                    // > 0 when dynamic; 0 when static
-  std::optional<Vec3d> inertia_kg_m2;    // principal, about local x, y, z; from the shape when absent
+  double mass_kg = 1;                  // > 0 when dynamic; 0 when static
+  std::optional<Vec3d> inertia_kg_m2;  // principal, about local x, y, z; from the shape when absent
   Material material;
   double linear_damping = 0, angular_damping = 0;  // share of velocity lost a second, 0 to 1
   double gravity_scale = 1;
@@ -105,7 +108,8 @@ struct BodyDef {
   BodyState initial;
 };
 
-// --- Joints. Frames are in each body's local space; the joint's own axes are those of frame_a. ----------------------------
+// --- Joints. Frames are in each body's local space; the joint's own axes are those of frame_a.
+// ----------------------------
 
 struct Limit {  // lower > upper: free
   double lower = 1, upper = -1;
@@ -118,13 +122,13 @@ struct Spring {  // off while stiffness is 0; N/m or N m/rad, and N s/m or N m s
   double stiffness = 0, damping = 0, rest = 0;
 };
 
-struct PointJoint {};   // origins of both frames coincide
-struct FixedJoint {};   // frames coincide
-struct HingeJoint {     // turns about the frames' z
+struct PointJoint {};  // origins of both frames coincide
+struct FixedJoint {};  // frames coincide
+struct HingeJoint {    // turns about the frames' z
   Limit limit_rad;
   Motor motor;
 };
-struct SliderJoint {    // slides along the frames' x
+struct SliderJoint {  // slides along the frames' x
   Limit limit_m;
   Motor motor;
 };
@@ -156,14 +160,16 @@ struct JointDef {
   BodyId body_a, body_b;  // body_b may be BodyId(): fixed to the world (frame_b is then in world space)
   Pose frame_a, frame_b;
   bool bodies_collide = false;
-  std::variant<PointJoint, FixedJoint, HingeJoint, SliderJoint, ConeTwistJoint, SixDofJoint, UniversalJoint, Hinge2Joint,
-               GearJoint>
+  std::variant<PointJoint, FixedJoint, HingeJoint, SliderJoint, ConeTwistJoint, SixDofJoint, UniversalJoint,
+               Hinge2Joint, GearJoint>
       kind;
 };
 
-// --- Fields: forces that act by place. Functions of a body's state alone, so both sides of a border compute the same. -----
+// --- Fields: forces that act by place. Functions of a body's state alone, so both sides of a border compute the same.
+// -----
 
-// Drags bodies toward turning about a vertical axis: a = gain_per_s * (omega x r - v), horizontal part only, within radius.
+// Drags bodies toward turning about a vertical axis: a = gain_per_s * (omega x r - v), horizontal part only, within
+// radius.
 struct VortexField {
   Vec3d center;
   double radius_m = 0;
@@ -177,14 +183,15 @@ struct UniformField {
 };
 using Field = std::variant<VortexField, UniformField>;
 
-// --- The whole -----------------------------------------------------------------------------------------------------------
+// --- The whole
+// -----------------------------------------------------------------------------------------------------------
 
 // What a player is in this scene, and what a client may do to it.
 struct PlayerRules {
-  BodyDef body;  // template: id and initial position come with the player
+  BodyDef body;                     // template: id and initial position come with the player
   std::vector<Vec3d> spawn_points;  // player n starts at spawn_points[(n - 1) % size]
-  double max_force_n = 0;    // an input that asks for more is scaled down to it
-  double max_speed_m_s = 0;  // the input's force fades to 0 along the direction in which the body is this fast
+  double max_force_n = 0;           // an input that asks for more is scaled down to it
+  double max_speed_m_s = 0;         // the input's force fades to 0 along the direction in which the body is this fast
 };
 
 struct Scene {

@@ -1,0 +1,47 @@
+// Vectors, quaternions and boxes to and from their messages. They check nothing.
+#pragma once
+
+#include "core/world/bounds.h"
+#include "core/world/math.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera {
+
+inline Vec3d FromProto(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline Aabb FromProto(const v1::Box& box) { return {FromProto(box.min()), FromProto(box.max())}; }
+// All zero, that is left out, means no rotation.
+inline Quatd FromProto(const v1::Quat& q) {
+  const Quatd out{q.x(), q.y(), q.z(), q.w()};
+  return out == Quatd(0, 0, 0, 0) ? Quatd() : out;
+}
+inline Pose FromProto(const v1::Pose& pose) { return {FromProto(pose.position()), FromProto(pose.orientation())}; }
+
+inline v1::Vec3 ToProto(Vec3d v) {
+  v1::Vec3 out;
+  out.set_x(v.x);
+  out.set_y(v.y);
+  out.set_z(v.z);
+  return out;
+}
+inline v1::Quat ToProto(Quatd q) {
+  v1::Quat out;
+  out.set_x(q.x);
+  out.set_y(q.y);
+  out.set_z(q.z);
+  out.set_w(q.w);
+  return out;
+}
+inline v1::Pose ToProto(const Pose& pose) {
+  v1::Pose out;
+  *out.mutable_position() = ToProto(pose.position);
+  *out.mutable_orientation() = ToProto(pose.orientation);
+  return out;
+}
+inline v1::Box ToProto(const Aabb& box) {
+  v1::Box out;
+  *out.mutable_min() = ToProto(box.min);
+  *out.mutable_max() = ToProto(box.max);
+  return out;
+}
+
+}  // namespace tessera

@@ -1,0 +1,138 @@
+#include "core/world/resolve_body.h"
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "core/world/proto_math.h"
+
+namespace tessera {
+namespace {
+
+std::string Quoted(const std::string& name) {
+  return absl::StrCat("\"", absl::Utf8SafeCEscape(name.substr(0, kMaxNameLength)), "\"");
+}
+
+}  // namespace
+
+std::string PlaceOf(int index, const v1::Body& body) {
+  const std::string id = absl::StrCat("bodies[", index, "] (id ", body.id());
+  return body.name().empty() ? id + ")" : absl::StrCat(id, " ", Quoted(body.name()), ")");
+}
+
+void BodyResolver::AddMaterial(int index, const v1::Material& in) {
+  faults_.At(absl::StrCat("materials[", index, "]"));
+  if (in.name().empty()) return faults_.Add("name is missing");
+  if (!faults_.Name("name", in.name())) return;
+  faults_.At(absl::StrCat("materials[", index, "] (", Quoted(in.name()), ")"));
+  faults_.NotNegative("friction", in.friction(), kMaxFriction);
+  faults_.NotNegative("rolling_friction", in.rolling_friction(), kMaxFriction);
+  faults_.NotNegative("spinning_friction", in.spinning_friction(), kMaxFriction);
+  faults_.Range("restitution", in.restitution(), 0, 1);
+  const Material material{.friction = in.friction(),
+                          .rolling_friction = in.rolling_friction(),
+                          .spinning_friction = in.spinning_friction(),
+                          .restitution = in.restitution()};
+  if (!materials_.emplace(in.name(), material).second) faults_.Add("name is used twice");
+}
+
+BodyDef BodyResolver::Body(int index, const v1::Body& body) {
+  faults_.At(PlaceOf(index, body));
+  BodyDef def = Common(body);
+  def.id = BodyId(body.id());
+  if (body.id() < 1 || body.id() > kMaxSceneBody) {
+    faults_.Add(absl::StrCat("id must be 1 to ", kMaxSceneBody, ", got ", body.id()));
+  }
+  const Pose pose = faults_.Normalised("pose", body.pose(), kMaxCoordinate_m);
+  if (!bounds_.Contains(pose.position)) {
+    faults_.Add(absl::StrCat("pose.position is outside the scene's bounds, got (", pose.position.x, ", ",
+                             pose.position.y, ", ", pose.position.z, ")"));
+  }
+  def.initial.position = pose.position;
+  def.initial.orientation = Quatf(pose.orientation);
+  return def;
+}
+
+BodyDef BodyResolver::Template(const std::string& place, const v1::Body& body) {
+  faults_.At(body.name().empty() ? place : absl::StrCat(place, " (", Quoted(body.name()), ")"));
+  if (body.id() != 0) faults_.Add(absl::StrCat("id must be left out of a template, got ", body.id()));
+  if (body.has_pose()) faults_.Add("pose must be left out of a template");
+  return Common(body);
+}
+
+BodyDef BodyResolver::Common(const v1::Body& body) {
+  BodyDef def;
+  faults_.Name("name", body.name());
+  def.name = body.name();
+  if (body.motion() != v1::MOTION_UNSPECIFIED && body.motion() != v1::MOTION_DYNAMIC &&
+      body.motion() != v1::MOTION_STATIC) {
+    faults_.Add(absl::StrCat("motion must be MOTION_STATIC or MOTION_DYNAMIC, got ", static_cast<int>(body.motion())));
+  }
+  def.motion = body.motion() == v1::MOTION_STATIC ? Motion::kStatic : Motion::kDynamic;
+  def.shape = shapes_.Resolve("shape", body.shape(), def.motion);
+  if (def.motion == Motion::kStatic) {
+    CheckStatic(body);
+    def.mass_kg = 0;
+  } else {
+    CheckDynamic(body, def);
+  }
+  if (!body.material().empty()) {
+    if (const auto it = materials_.find(body.material()); it != materials_.end()) {
+      def.material = it->second;
+    } else {
+      faults_.Add(absl::StrCat("material ", Quoted(body.material()), " is not among the scene's materials"));
+    }
+  }
+  def.trigger = body.trigger();
+  return def;
+}
+
+void BodyResolver::CheckStatic(const v1::Body& body) {
+  const auto left_out = [this](const char* field, bool given) {
+    if (given) faults_.Add(absl::StrCat(field, " must be left out of a static body"));
+  };
+  left_out("mass", body.mass() != 0);  // NaN is given, too
+  left_out("inertia", body.has_inertia());
+  left_out("linear_velocity", body.has_linear_velocity());
+  left_out("angular_velocity", body.has_angular_velocity());
+  left_out("linear_damping", body.linear_damping() != 0);
+  left_out("angular_damping", body.angular_damping() != 0);
+  left_out("gravity_scale", body.has_gravity_scale());
+}
+
+void BodyResolver::CheckDynamic(const v1::Body& body, BodyDef& def) {
+  faults_.Positive("mass", body.mass(), kMinMass_kg, kMaxMass_kg);
+  def.mass_kg = body.mass();
+  if (body.has_inertia()) {
+    // The smallest and largest of what limits.h lets be: a grain and a mountain.
+    constexpr double kMin = kMinMass_kg * kMinExtent_m * kMinExtent_m, kMax = kMaxMass_kg * kMaxExtent_m * kMaxExtent_m;
+    const Vec3d inertia = FromProto(body.inertia());
+    const bool x = faults_.Positive("inertia.x", inertia.x, kMin, kMax);
+    const bool y = faults_.Positive("inertia.y", inertia.y, kMin, kMax);
+    if (faults_.Positive("inertia.z", inertia.z, kMin, kMax) && x && y) {
+      // Principal moments are sums of two of three positive integrals, so none exceeds the sum of the others.
+      const double sum = inertia.x + inertia.y + inertia.z;
+      for (const double moment : {inertia.x, inertia.y, inertia.z}) {
+        if (moment <= (sum - moment) * (1 + kUnitTolerance)) continue;
+        faults_.Add(absl::StrCat("inertia is of no body: one moment, ", moment, ", exceeds the sum of the others"));
+      }
+    }
+    def.inertia_kg_m2 = inertia;
+  }
+  if (faults_.Length("linear_velocity", body.linear_velocity(), kMaxSpeed_m_s)) {
+    def.initial.linear_velocity = Vec3f(FromProto(body.linear_velocity()));
+  }
+  if (faults_.Length("angular_velocity", body.angular_velocity(), kMaxAngularSpeed_rad_s)) {
+    def.initial.angular_velocity = Vec3f(FromProto(body.angular_velocity()));
+  }
+  faults_.Range("linear_damping", body.linear_damping(), 0, 1);
+  faults_.Range("angular_damping", body.angular_damping(), 0, 1);
+  def.linear_damping = body.linear_damping();
+  def.angular_damping = body.angular_damping();
+  if (body.has_gravity_scale()) {
+    faults_.Range("gravity_scale", body.gravity_scale(), -1000, 1000);
+    def.gravity_scale = body.gravity_scale();
+  }
+  def.may_sleep = !body.never_sleeps();
+}
+
+}  // namespace tessera

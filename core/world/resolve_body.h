@@ -1,0 +1,43 @@
+// Bodies from their messages: those written out, and templates of scatters and players. Inside core/world only. One
+// thread.
+#pragma once
+
+#include <string>
+#include <unordered_map>
+
+#include "core/world/bounds.h"
+#include "core/world/faults.h"
+#include "core/world/resolve_shape.h"
+#include "core/world/scene.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera {
+
+// Largest id of a body of a scene; players' bodies come after.
+inline constexpr std::uint64_t kMaxSceneBody = kFirstPlayerBody - 1;
+
+class BodyResolver {
+ public:
+  BodyResolver(Faults& faults, const Aabb& bounds) : faults_(faults), bounds_(bounds), shapes_(faults) {}
+
+  // Materials come before the bodies that name them.
+  void AddMaterial(int index, const v1::Material& material);
+  BodyDef Body(int index, const v1::Body& body);
+  // `place` is where it stands, e.g. "scatters[0].templates[2]". Without id and pose.
+  BodyDef Template(const std::string& place, const v1::Body& body);
+
+ private:
+  BodyDef Common(const v1::Body& body);
+  void CheckStatic(const v1::Body& body);
+  void CheckDynamic(const v1::Body& body, BodyDef& def);
+
+  Faults& faults_;
+  Aabb bounds_;
+  ShapeResolver shapes_;
+  std::unordered_map<std::string, Material> materials_;
+};
+
+// `bodies[12] (id 40 "crate")`.
+std::string PlaceOf(int index, const v1::Body& body);
+
+}  // namespace tessera

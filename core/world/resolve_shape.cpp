@@ -1,0 +1,261 @@
+#include "core/world/resolve_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "core/world/proto_math.h"
+
+namespace tessera {
+namespace {
+
+using Kind = v1::Shape::KindCase;
+
+bool StaticOnly(Kind kind) { return kind == Kind::kMesh || kind == Kind::kHeightField || kind == Kind::kPlane; }
+
+const char* NameOf(Kind kind) {
+  switch (kind) {
+    case Kind::kBox:
+      return "box";
+    case Kind::kSphere:
+      return "sphere";
+    case Kind::kCapsule:
+      return "capsule";
+    case Kind::kCylinder:
+      return "cylinder";
+    case Kind::kCone:
+      return "cone";
+    case Kind::kHull:
+      return "hull";
+    case Kind::kCompound:
+      return "compound";
+    case Kind::kMesh:
+      return "mesh";
+    case Kind::kHeightField:
+      return "height_field";
+    case Kind::kPlane:
+      return "plane";
+    case Kind::KIND_NOT_SET:
+      break;
+  }
+  return "nothing";
+}
+
+bool Extent(Faults& faults, const std::string& field, double value) {
+  return faults.Positive(field, value, kMinExtent_m, kMaxExtent_m);
+}
+
+// How thick the points are in their thinnest direction, m, as far as a tetrahedron of extreme points tells: 0 for
+// points in one plane, on one line or in one place, and then only.
+double Thickness(const std::vector<Vec3d>& points) {
+  const auto furthest = [&](auto measure) { return *std::ranges::max_element(points, {}, measure); };
+  const Vec3d a = points.front();
+  const Vec3d b = furthest([&](Vec3d p) { return LengthSquared(p - a); });
+  const Vec3d along = Normalized(b - a);
+  const auto from_line = [&](Vec3d p) { return Cross(along, p - a); };
+  const Vec3d c = furthest([&](Vec3d p) { return LengthSquared(from_line(p)); });
+  if (LengthSquared(from_line(c)) == 0) return 0;
+  const Vec3d up = Normalized(from_line(c));
+  const auto height = [&](Vec3d p) { return std::abs(Dot(up, p - a)); };
+  return height(furthest(height));
+}
+
+ConvexHullShape Hull(Faults& faults, const std::string& field, const v1::Shape::ConvexHull& hull) {
+  const auto count = static_cast<std::size_t>(hull.points_size());
+  if (count < 4 || count > kMaxHullPoints) {
+    faults.Add(absl::StrCat(field, ".points must be 4 to ", kMaxHullPoints, ", got ", count));
+    return {};
+  }
+  std::vector<Vec3d> points;
+  ConvexHullShape out;
+  for (int i = 0; i < hull.points_size(); ++i) {
+    if (!faults.Vector(absl::StrCat(field, ".points[", i, "]"), hull.points(i), kMaxExtent_m)) return {};
+    points.push_back(FromProto(hull.points(i)));
+    out.points.emplace_back(points.back());
+  }
+  const double thickness = Thickness(points);
+  if (thickness < kMinExtent_m) {
+    faults.Add(absl::StrCat(field, ".points lie in one plane: they must be at least ", kMinExtent_m, " m thick, got ",
+                            thickness));
+  }
+  return out;
+}
+
+bool HasArea(Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3d ab(b - a), ac(c - a), bc(c - b);
+  const double longest = std::max({LengthSquared(ab), LengthSquared(ac), LengthSquared(bc)});
+  // Flatter than float coordinates can tell: its normal would be noise.
+  return Length(Cross(ab, ac)) > 1e-7 * longest;
+}
+
+TriangleMeshShape Mesh(Faults& faults, const std::string& field, const v1::Shape::TriangleMesh& mesh) {
+  TriangleMeshShape out;
+  const auto vertices = static_cast<std::size_t>(mesh.vertices_size());
+  const auto indices = static_cast<std::size_t>(mesh.indices_size());
+  if (vertices < 3 || vertices > kMaxMeshVertices) {
+    faults.Add(absl::StrCat(field, ".vertices must be 3 to ", kMaxMeshVertices, ", got ", vertices));
+    return out;
+  }
+  if (indices == 0 || indices % 3 != 0 || indices / 3 > kMaxMeshTriangles) {
+    faults.Add(absl::StrCat(field, ".indices must be three a triangle, for 1 to ", kMaxMeshTriangles,
+                            " triangles, got ", indices));
+    return out;
+  }
+  for (int i = 0; i < mesh.vertices_size(); ++i) {
+    if (!faults.Vector(absl::StrCat(field, ".vertices[", i, "]"), mesh.vertices(i), kMaxExtent_m)) return out;
+    out.vertices.emplace_back(FromProto(mesh.vertices(i)));
+  }
+  for (int i = 0; i < mesh.indices_size(); i += 3) {
+    for (int corner = i; corner < i + 3; ++corner) {
+      if (mesh.indices(corner) < vertices) continue;
+      faults.Add(absl::StrCat(field, ".indices[", corner, "] must be below ", vertices,
+                              ", the number of vertices, got ", mesh.indices(corner)));
+      return out;
+    }
+    const std::array<std::uint32_t, 3> triangle{mesh.indices(i), mesh.indices(i + 1), mesh.indices(i + 2)};
+    if (!HasArea(out.vertices[triangle[0]], out.vertices[triangle[1]], out.vertices[triangle[2]])) {
+      faults.Add(absl::StrCat(field, ".indices[", i, "]: triangle ", i / 3, " (", triangle[0], ", ", triangle[1], ", ",
+                              triangle[2], ") has no area"));
+    }
+    out.triangles.push_back(triangle);
+  }
+  return out;
+}
+
+HeightFieldShape Heights(Faults& faults, const std::string& field, const v1::Shape::HeightField& in) {
+  HeightFieldShape out{.columns = in.columns(), .rows = in.rows(), .spacing_m = in.spacing(), .heights_m = {}};
+  const auto samples = std::uint64_t{in.columns()} * in.rows();
+  if (in.columns() < 2 || in.rows() < 2 || samples > kMaxMeshVertices) {
+    faults.Add(absl::StrCat(field, ".columns and rows must be at least 2, and their product at most ", kMaxMeshVertices,
+                            ", got ", in.columns(), " and ", in.rows()));
+    return out;
+  }
+  if (samples != static_cast<std::uint64_t>(in.heights_size())) {
+    faults.Add(absl::StrCat(field, ".heights must be columns * rows = ", samples, ", got ", in.heights_size()));
+    return out;
+  }
+  if (Extent(faults, field + ".spacing", in.spacing())) {
+    Extent(faults, field + ".spacing * columns", in.spacing() * in.columns());
+    Extent(faults, field + ".spacing * rows", in.spacing() * in.rows());
+  }
+  for (int i = 0; i < in.heights_size(); ++i) {
+    const double height = static_cast<double>(in.heights(i));
+    if (!faults.Range(absl::StrCat(field, ".heights[", i, "]"), height, -kMaxExtent_m, kMaxExtent_m)) return out;
+  }
+  out.heights_m.assign(in.heights().begin(), in.heights().end());
+  return out;
+}
+
+PlaneShape Plane(Faults& faults, const std::string& field, const v1::Shape::Plane& plane) {
+  faults.Range(field + ".offset", plane.offset(), -kMaxCoordinate_m, kMaxCoordinate_m);
+  if (!faults.Vector(field + ".normal", plane.normal(), kMaxCoordinate_m)) return {};
+  const Vec3d normal = FromProto(plane.normal());
+  if (std::abs(Length(normal) - 1) > kUnitTolerance) {
+    faults.Add(absl::StrCat(field, ".normal must have length 1, got ", Length(normal)));
+  }
+  return {.normal = Normalized(normal), .offset_m = plane.offset()};
+}
+
+// `message` is a capsule or a cylinder.
+template <class Out, class Message>
+Out Round(Faults& faults, const std::string& field, const Message& message) {
+  Extent(faults, field + ".radius", message.radius());
+  Extent(faults, field + ".half_height", message.half_height());
+  return {.radius_m = message.radius(), .half_height_m = message.half_height()};
+}
+
+BoxShape BoxOf(Faults& faults, const std::string& field, const v1::Vec3& half) {
+  Extent(faults, field + ".half_extents.x", half.x());
+  Extent(faults, field + ".half_extents.y", half.y());
+  Extent(faults, field + ".half_extents.z", half.z());
+  return {FromProto(half)};
+}
+
+}  // namespace
+
+ShapePtr ShapeResolver::Resolve(const std::string& field, const v1::Shape& shape, Motion motion) {
+  const Kind kind = shape.kind_case();
+  if (kind == Kind::KIND_NOT_SET) {
+    faults_.Add(absl::StrCat(field,
+                             " is missing: give one of box, sphere, capsule, cylinder, cone, hull, compound, mesh, "
+                             "height_field, plane"));
+    return nullptr;
+  }
+  if (StaticOnly(kind) && motion != Motion::kStatic) {
+    faults_.Add(absl::StrCat(field, ".", NameOf(kind), " is for static bodies only"));
+    return nullptr;
+  }
+  // A serialised terrain would only cost memory: no scene has it twice.
+  const std::string key = StaticOnly(kind) ? std::string() : shape.SerializeAsString();
+  if (const auto it = known_.find(key); it != known_.end()) return it->second;
+  const std::size_t before = faults_.count();
+  ShapePtr built = Build(absl::StrCat(field, ".", NameOf(kind)), shape);
+  if (faults_.count() != before) return nullptr;
+  if (!key.empty()) known_.emplace(key, built);
+  return built;
+}
+
+ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) {
+  auto out = std::make_shared<Shape>();
+  switch (shape.kind_case()) {
+    case Kind::kBox:
+      out->form = BoxOf(faults_, field, shape.box().half_extents());
+      break;
+    case Kind::kSphere:
+      Extent(faults_, field + ".radius", shape.sphere().radius());
+      out->form = SphereShape{shape.sphere().radius()};
+      break;
+    case Kind::kCapsule:
+      out->form = Round<CapsuleShape>(faults_, field, shape.capsule());
+      break;
+    case Kind::kCylinder:
+      out->form = Round<CylinderShape>(faults_, field, shape.cylinder());
+      break;
+    case Kind::kCone:
+      Extent(faults_, field + ".radius", shape.cone().radius());
+      Extent(faults_, field + ".height", shape.cone().height());
+      out->form = ConeShape{.radius_m = shape.cone().radius(), .height_m = shape.cone().height()};
+      break;
+    case Kind::kHull:
+      out->form = Hull(faults_, field, shape.hull());
+      break;
+    case Kind::kCompound: {
+      CompoundShape compound;
+      const auto& children = shape.compound().children();
+      if (children.empty() || static_cast<std::size_t>(children.size()) > kMaxCompoundChildren) {
+        faults_.Add(absl::StrCat(field, ".children must be 1 to ", kMaxCompoundChildren, ", got ", children.size()));
+        break;
+      }
+      for (int i = 0; i < children.size(); ++i) {
+        const std::string child = absl::StrCat(field, ".children[", i, "]");
+        const Kind kind = children[i].shape().kind_case();
+        if (kind == Kind::kCompound || StaticOnly(kind)) {
+          faults_.Add(
+              absl::StrCat(child, ".shape must be a box, sphere, capsule, cylinder, cone or hull, got ", NameOf(kind)));
+          continue;
+        }
+        const Pose pose = faults_.Normalised(child + ".pose", children[i].pose(), kMaxExtent_m);
+        compound.children.push_back({pose, Resolve(child + ".shape", children[i].shape(), Motion::kDynamic)});
+      }
+      out->form = std::move(compound);
+      break;
+    }
+    case Kind::kMesh:
+      out->form = Mesh(faults_, field, shape.mesh());
+      break;
+    case Kind::kHeightField:
+      out->form = Heights(faults_, field, shape.height_field());
+      break;
+    case Kind::kPlane:
+      out->form = Plane(faults_, field, shape.plane());
+      break;
+    case Kind::KIND_NOT_SET:
+      break;
+  }
+  return out;
+}
+
+}  // namespace tessera

@@ -1,0 +1,29 @@
+// Shapes from their messages: checked, converted, and shared where bodies look alike. Inside core/world only. One
+// thread.
+#pragma once
+
+#include <string>
+#include <unordered_map>
+
+#include "core/world/faults.h"
+#include "core/world/scene.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera {
+
+class ShapeResolver {
+ public:
+  explicit ShapeResolver(Faults& faults) : faults_(faults) {}
+
+  // The shape, one and the same for equal messages; null if it is wrong, which `faults` then tells. `field` is its
+  // path, e.g. "shape".
+  ShapePtr Resolve(const std::string& field, const v1::Shape& shape, Motion motion);
+
+ private:
+  ShapePtr Build(const std::string& field, const v1::Shape& shape);
+
+  Faults& faults_;
+  std::unordered_map<std::string, ShapePtr> known_;  // by serialised message
+};
+
+}  // namespace tessera

@@ -1,0 +1,94 @@
+#include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/text_format.h>
+#include <google/protobuf/util/json_util.h>
+
+#include <algorithm>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "core/world/scene_io.h"
+
+namespace tessera {
+namespace {
+
+// Scene > Body > Shape > Compound > Child > Shape > Hull > Vec3, with room.
+constexpr int kMaxDepth = 32;
+
+// Anything a parser says, in one line.
+std::string OneLine(std::string text) {
+  std::ranges::replace_if(
+      text, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return text;
+}
+
+// Keeps the first error and its place.
+class FirstError : public google::protobuf::io::ErrorCollector {
+ public:
+  explicit FirstError(std::string file) : file_(std::move(file)) {}
+
+  // Both from 0; -1 where the parser does not know.
+  void AddError(int line, int column, const std::string& message) override {
+    if (!text_.empty()) return;
+    const std::string place = line < 0 ? file_ : absl::StrCat(file_, ":", line + 1, ":", column + 1);
+    text_ = absl::StrCat(place, ": ", OneLine(message));
+  }
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string file_, text_;
+};
+
+absl::StatusOr<v1::Scene> ParseText(const std::string& text, const std::string& file) {
+  v1::Scene scene;
+  FirstError error(file);
+  google::protobuf::TextFormat::Parser parser;
+  parser.RecordErrorsTo(&error);
+  parser.SetRecursionLimit(kMaxDepth);
+  if (parser.ParseFromString(text, &scene)) return scene;
+  return absl::InvalidArgumentError(error.text().empty() ? absl::StrCat(file, ": not a textproto scene")
+                                                         : error.text());
+}
+
+// A JSON error of protobuf 3.21 is either one line, about a field, or three: what, the text around the place, and a
+// caret under the place. The place in the file is where that text occurs.
+std::string DescribeJsonError(const std::string& text, const std::string& file, const std::string& message) {
+  const std::size_t first = message.find('\n'), second = message.find('\n', first + 1);
+  const std::size_t caret = message.find('^', second);
+  if (first == std::string::npos || second == std::string::npos || caret == std::string::npos) {
+    return absl::StrCat(file, ": ", OneLine(message));
+  }
+  const std::string what = OneLine(message.substr(0, first));
+  const std::string around = message.substr(first + 1, second - first - 1);
+  const std::size_t found = around.empty() ? std::string::npos : text.find(around);
+  if (found == std::string::npos || text.find(around, found + 1) != std::string::npos) {
+    return absl::StrCat(file, ": ", what, " near: ", OneLine(around));
+  }
+  const std::size_t at = std::min(found + (caret - second - 1), text.size());
+  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  const std::size_t line_start = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
+  const std::size_t column = line_start == std::string::npos ? at + 1 : at - line_start;
+  return absl::StrCat(file, ":", line, ":", column, ": ", what);
+}
+
+absl::StatusOr<v1::Scene> ParseJson(const std::string& text, const std::string& file) {
+  v1::Scene scene;
+  const auto status = google::protobuf::util::JsonStringToMessage(text, &scene);
+  if (status.ok()) return scene;
+  return absl::InvalidArgumentError(DescribeJsonError(text, file, status.message().ToString()));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Scene> ParseScene(std::string_view text, std::string_view file) {
+  const std::string name(file);
+  if (text.size() > kMaxSceneText) {
+    return absl::InvalidArgumentError(absl::StrCat(name, ": at most ", kMaxSceneText, " bytes, got ", text.size()));
+  }
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  const bool json = first != std::string_view::npos && text[first] == '{';
+  return json ? ParseJson(std::string(text), name) : ParseText(std::string(text), name);
+}
+
+}  // namespace tessera

@@ -1,0 +1,275 @@
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/faults.h"
+#include "core/world/limits.h"
+#include "core/world/proto_math.h"
+#include "core/world/resolve_body.h"
+#include "core/world/resolve_joint.h"
+#include "core/world/scatter.h"
+#include "core/world/scene_io.h"
+
+namespace tessera {
+namespace {
+
+// Builds one scene. Steps in the order in which they need each other; each tells `faults_` and goes on, so that all
+// faults are counted.
+class SceneResolver {
+ public:
+  SceneResolver(const v1::Scene& in, std::string_view file) : in_(in), faults_(std::string(file)) {}
+
+  absl::StatusOr<std::shared_ptr<const Scene>> Resolve();
+
+ private:
+  void ResolveGlobals();
+  bool CheckCounts();
+  void ResolveBodies(BodyResolver& bodies);
+  void ResolveScatters(BodyResolver& bodies);
+  bool CheckScatterGrid(const v1::Scatter& in);
+  void CheckScatterIds(const std::vector<int>& usable);
+  void ResolveJoints();
+  void CheckJointEnds(const v1::Joint& joint);
+  const BodyDef* Find(std::uint64_t id) const;
+  void ResolveFields();
+  void ResolvePlayer(BodyResolver& bodies);
+
+  const v1::Scene& in_;
+  Faults faults_;
+  std::shared_ptr<Scene> out_ = std::make_shared<Scene>();
+  std::unordered_map<std::uint64_t, int> index_of_;  // body id -> place in in_.bodies()
+};
+
+absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
+  ResolveGlobals();
+  // What is too big is not looked at any further.
+  if (!CheckCounts()) return faults_.ToStatus();
+  BodyResolver bodies(faults_, out_->bounds);
+  for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
+  ResolveBodies(bodies);
+  ResolveScatters(bodies);
+  std::ranges::sort(out_->bodies, {}, &BodyDef::id);
+  ResolveJoints();
+  ResolveFields();
+  ResolvePlayer(bodies);
+  if (faults_.count() > 0) return faults_.ToStatus();
+  return out_;
+}
+
+void SceneResolver::ResolveGlobals() {
+  faults_.At("");
+  const auto allowed = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-'; };
+  if (faults_.Name("name", in_.name()) && (in_.name().empty() || !std::ranges::all_of(in_.name(), allowed))) {
+    faults_.Add(absl::StrCat("name must be of lower case letters, digits and dashes, got \"", in_.name(), "\""));
+  }
+  out_->name = in_.name();
+  faults_.Volume("bounds", in_.bounds());
+  out_->bounds = FromProto(in_.bounds());
+  if (in_.has_gravity()) {
+    faults_.Length("gravity", in_.gravity(), kMaxAcceleration_m_s2);
+    out_->gravity_m_s2 = FromProto(in_.gravity());
+  }
+  if (in_.tick_rate_hz() != 0) {
+    faults_.Range("tick_rate_hz", in_.tick_rate_hz(), kMinTickRateHz, kMaxTickRateHz);
+    out_->tick_rate_hz = in_.tick_rate_hz();
+  }
+}
+
+bool SceneResolver::CheckCounts() {
+  std::uint64_t bodies = static_cast<std::uint64_t>(in_.bodies_size());
+  for (const v1::Scatter& scatter : in_.scatters()) bodies += scatter.count();
+  const auto most = [this](const char* field, std::uint64_t count, std::uint64_t limit) {
+    if (count <= limit) return true;
+    faults_.Add(absl::StrCat(field, " must be at most ", limit, ", got ", count));
+    return false;
+  };
+  const bool fits = most("bodies, scattered ones included,", bodies, kMaxBodies);
+  if (!most("joints", static_cast<std::uint64_t>(in_.joints_size()), kMaxJoints) || !fits) return false;
+  if (bodies == 0 && !in_.has_player()) faults_.Add("the scene is empty: it has no bodies and no player");
+  out_->bodies.reserve(bodies);
+  return true;
+}
+
+void SceneResolver::ResolveBodies(BodyResolver& bodies) {
+  for (int i = 0; i < in_.bodies_size(); ++i) {
+    const v1::Body& body = in_.bodies(i);
+    out_->bodies.push_back(bodies.Body(i, body));
+    const auto [first, added] = index_of_.emplace(body.id(), i);
+    if (!added && body.id() != 0) {
+      faults_.Add(
+          absl::StrCat("id ", body.id(), " is also that of ", PlaceOf(first->second, in_.bodies(first->second))));
+    }
+  }
+}
+
+// The grid and its bodies' places; the ids are checked for all scatters together.
+bool SceneResolver::CheckScatterGrid(const v1::Scatter& in) {
+  const std::size_t before = faults_.count();
+  if (in.count() == 0) faults_.Add("count must be > 0, got 0");
+  if (in.templates().empty()) faults_.Add("templates is empty: give at least one body");
+  if (in.first_id() < 1 || in.first_id() > kMaxSceneBody || in.count() > kMaxSceneBody - in.first_id() + 1) {
+    faults_.Add(absl::StrCat("first_id must be 1 to ", kMaxSceneBody, " with room for count = ", in.count(), ", got ",
+                             in.first_id()));
+  }
+  const bool spacing = faults_.Positive("spacing", in.spacing(), kMinExtent_m, kMaxExtent_m);
+  if (!faults_.Volume("area", in.area()) || !spacing) return false;
+  faults_.Range("jitter", in.jitter(), 0, in.spacing() / 2);
+  const Aabb area = FromProto(in.area());
+  if (!out_->bounds.Contains(area.min) || !out_->bounds.Contains(area.max)) {
+    faults_.Add("area is not inside the scene's bounds");
+  }
+  if (area.max.x - area.min.x < in.spacing() || area.max.z - area.min.z < in.spacing()) {
+    faults_.Add(absl::StrCat("area must be at least one spacing, ", in.spacing(), " m, wide in x and z"));
+  }
+  if (faults_.count() != before) return false;
+  const ScatterGrid grid{.area = area, .spacing_m = in.spacing(), .jitter_m = in.jitter(), .seed = in.seed()};
+  if (const double top = grid.TopOf(in.count()); top > out_->bounds.max.y) {
+    faults_.Add(absl::StrCat("count = ", in.count(), " needs layers up to ", top,
+                             " m, above the scene's bounds.max.y = ", out_->bounds.max.y));
+  }
+  return faults_.count() == before;
+}
+
+void SceneResolver::ResolveScatters(BodyResolver& bodies) {
+  std::vector<int> usable;
+  for (int s = 0; s < in_.scatters_size(); ++s) {
+    const v1::Scatter& in = in_.scatters(s);
+    const std::string place = absl::StrCat("scatters[", s, "]");
+    std::vector<BodyDef> templates;
+    for (int t = 0; t < in.templates_size(); ++t) {
+      templates.push_back(bodies.Template(absl::StrCat(place, ".templates[", t, "]"), in.templates(t)));
+    }
+    faults_.At(place);
+    if (!CheckScatterGrid(in)) continue;
+    usable.push_back(s);
+    const ScatterGrid grid{
+        .area = FromProto(in.area()), .spacing_m = in.spacing(), .jitter_m = in.jitter(), .seed = in.seed()};
+    ForEachScattered(grid, in.count(), [&](std::uint32_t i, Vec3d position) {
+      BodyDef& body = out_->bodies.emplace_back(templates[i % templates.size()]);
+      body.id = BodyId(in.first_id() + i);
+      body.initial.position = position;
+    });
+  }
+  CheckScatterIds(usable);
+}
+
+void SceneResolver::CheckScatterIds(const std::vector<int>& usable) {
+  std::vector<int> by_first = usable;
+  std::ranges::stable_sort(by_first, {}, [&](int s) { return in_.scatters(s).first_id(); });
+  const auto end = [&](int s) { return in_.scatters(s).first_id() + in_.scatters(s).count(); };
+  for (std::size_t i = 1; i < by_first.size(); ++i) {
+    const int before = by_first[i - 1], s = by_first[i];
+    if (in_.scatters(s).first_id() >= end(before)) continue;
+    faults_.At(absl::StrCat("scatters[", s, "]"));
+    faults_.Add(absl::StrCat("first_id ", in_.scatters(s).first_id(), " is among the ids of scatters[", before, "], ",
+                             in_.scatters(before).first_id(), " to ", end(before) - 1));
+  }
+  for (int b = 0; b < in_.bodies_size(); ++b) {
+    const std::uint64_t id = in_.bodies(b).id();
+    const auto after = std::ranges::upper_bound(by_first, id, {}, [&](int s) { return in_.scatters(s).first_id(); });
+    if (after == by_first.begin() || id >= end(*(after - 1))) continue;
+    faults_.At(PlaceOf(b, in_.bodies(b)));
+    faults_.Add(absl::StrCat("id ", id, " is among the ids of scatters[", *(after - 1), "], ",
+                             in_.scatters(*(after - 1)).first_id(), " to ", end(*(after - 1)) - 1));
+  }
+}
+
+// Null if there is no such body. Bodies are sorted by now.
+const BodyDef* SceneResolver::Find(std::uint64_t id) const {
+  const auto it = std::ranges::lower_bound(out_->bodies, BodyId(id), {}, &BodyDef::id);
+  return it != out_->bodies.end() && it->id == BodyId(id) ? &*it : nullptr;
+}
+
+void SceneResolver::CheckJointEnds(const v1::Joint& joint) {
+  const BodyDef* a = Find(joint.body_a());
+  const BodyDef* b = joint.body_b() == 0 ? nullptr : Find(joint.body_b());
+  if (joint.body_a() == 0) return faults_.Add("body_a is missing");
+  if (a == nullptr) faults_.Add(absl::StrCat("body_a: there is no body ", joint.body_a()));
+  if (joint.body_b() != 0 && b == nullptr) faults_.Add(absl::StrCat("body_b: there is no body ", joint.body_b()));
+  if (joint.body_a() == joint.body_b()) faults_.Add(absl::StrCat("ties body ", joint.body_a(), " to itself"));
+  if (a == nullptr || (joint.body_b() != 0 && b == nullptr) || a == b) return;
+  if (a->motion == Motion::kStatic && (b == nullptr || b->motion == Motion::kStatic)) {
+    faults_.Add(b == nullptr ? absl::StrCat("ties static body ", joint.body_a(), " to the world")
+                             : absl::StrCat("ties two static bodies, ", joint.body_a(), " and ", joint.body_b()));
+  }
+}
+
+void SceneResolver::ResolveJoints() {
+  std::unordered_map<std::uint32_t, int> index_of;
+  for (int i = 0; i < in_.joints_size(); ++i) {
+    const v1::Joint& joint = in_.joints(i);
+    faults_.At(absl::StrCat("joints[", i, "] (id ", joint.id(), ")"));
+    if (joint.id() == 0) faults_.Add("id must be > 0, got 0");
+    const auto [first, added] = index_of.emplace(joint.id(), i);
+    if (!added && joint.id() != 0) {
+      faults_.Add(absl::StrCat("id ", joint.id(), " is also that of joints[", first->second, "]"));
+    }
+    CheckJointEnds(joint);
+    out_->joints.push_back(ResolveJoint(faults_, joint));
+  }
+  std::ranges::sort(out_->joints, {}, &JointDef::id);
+}
+
+void SceneResolver::ResolveFields() {
+  for (int i = 0; i < in_.fields_size(); ++i) {
+    const v1::Field& in = in_.fields(i);
+    faults_.At(absl::StrCat("fields[", i, "]"));
+    if (in.has_vortex()) {
+      const auto& vortex = in.vortex();
+      faults_.Vector("vortex.center", vortex.center(), kMaxCoordinate_m);
+      faults_.Positive("vortex.radius", vortex.radius(), kMinExtent_m, kMaxCoordinate_m);
+      const double turn = vortex.angular_velocity();
+      if (faults_.Range("vortex.angular_velocity", turn, -kMaxAngularSpeed_rad_s, kMaxAngularSpeed_rad_s)) {
+        faults_.Range("vortex.angular_velocity * radius", turn * vortex.radius(), -kMaxSpeed_m_s, kMaxSpeed_m_s);
+      }
+      // A larger gain overshoots within one tick and shakes bodies apart.
+      faults_.NotNegative("vortex.gain", vortex.gain(), out_->tick_rate_hz);
+      out_->fields.emplace_back(
+          VortexField{FromProto(vortex.center()), vortex.radius(), vortex.angular_velocity(), vortex.gain()});
+    } else if (in.has_uniform()) {
+      faults_.Volume("uniform.bounds", in.uniform().bounds());
+      faults_.Length("uniform.acceleration", in.uniform().acceleration(), kMaxAcceleration_m_s2);
+      out_->fields.emplace_back(UniformField{FromProto(in.uniform().bounds()), FromProto(in.uniform().acceleration())});
+    } else {
+      faults_.Add("its kind is missing: give one of vortex, uniform");
+    }
+  }
+}
+
+void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
+  if (!in_.has_player()) return;
+  const v1::PlayerRules& in = in_.player();
+  PlayerRules& out = out_->player.emplace();
+  out.body = bodies.Template("player.body", in.body());
+  if (out.body.motion == Motion::kStatic) faults_.Add("motion must be MOTION_DYNAMIC");
+  faults_.At("player");
+  if (in.spawn_points().empty()) faults_.Add("spawn_points is empty: give at least one");
+  for (int i = 0; i < in.spawn_points_size(); ++i) {
+    const std::string field = absl::StrCat("spawn_points[", i, "]");
+    if (!faults_.Vector(field, in.spawn_points(i), kMaxCoordinate_m)) continue;
+    out.spawn_points.push_back(FromProto(in.spawn_points(i)));
+    if (!out_->bounds.Contains(out.spawn_points.back())) faults_.Add(field + " is outside the scene's bounds");
+  }
+  faults_.NotNegative("max_force", in.max_force(), kMaxForce);
+  faults_.Positive("max_speed", in.max_speed(), 1e-3, kMaxSpeed_m_s);
+  out.max_force_n = in.max_force();
+  out.max_speed_m_s = in.max_speed();
+}
+
+}  // namespace
+
+absl::StatusOr<std::shared_ptr<const Scene>> ResolveScene(const v1::Scene& scene, std::string_view file) {
+  return SceneResolver(scene, file).Resolve();
+}
+
+void OverrideScatterCount(v1::Scene& scene, std::uint32_t count) {
+  if (scene.scatters().empty()) return;
+  if (count == 0) {
+    scene.mutable_scatters()->DeleteSubrange(0, 1);
+  } else {
+    scene.mutable_scatters(0)->set_count(count);
+  }
+}
+
+}  // namespace tessera
