@@ -2,8 +2,8 @@
 //
 //   a  = F / m + g          p' = p + v t + a t^2 / 2          v' = v + a t
 //
-// and, beyond it: v' is damped as the body's own damping says, and the orientation turns by w t about w. Contacts and joints
-// are not known to it: it is right for free flight and a bound elsewhere.
+// and, beyond it: v' is damped as the body's own damping says, and the orientation turns by w t about w. Contacts and
+// joints are not known to it: it is right for free flight and a bound elsewhere.
 #pragma once
 
 #include "core/world/scene.h"

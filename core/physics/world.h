@@ -1,7 +1,7 @@
 // World: the rigid bodies that one region simulates, one tick at a time.
 //
-// Speaks doubles in world space; inside, Bullet works in float coordinates about `Settings::origin`, so errors far from home
-// are those at home. Same calls in the same order give the same bits.
+// Speaks doubles in world space; inside, Bullet works in float coordinates about `Settings::origin`, so errors far from
+// home are those at home. Same calls in the same order give the same bits.
 //
 //   World world({.origin = {500, 0, 500}, .gravity_m_s2 = scene.gravity_m_s2});
 //   world.Add(def, def.initial);
@@ -30,10 +30,10 @@ struct Settings {
 // What two touching bodies did to each other in the last step, summed over their contact points. body_a < body_b.
 struct Contact {
   BodyId body_a, body_b;
-  Vec3d point;           // mean of the contact points, world space, m
-  Vec3f normal;          // from a to b, unit
-  float depth_m = 0;     // deepest point; negative while apart
-  Vec3f impulse_on_b;    // N s; a received the opposite
+  Vec3d point;                                       // mean of the contact points, world space, m
+  Vec3f normal;                                      // from a to b, unit
+  float depth_m = 0;                                 // deepest point; negative while apart
+  Vec3f impulse_on_b;                                // N s; a received the opposite
   Vec3f angular_impulse_on_a, angular_impulse_on_b;  // about each one's centre of mass, N m s
 };
 
@@ -68,31 +68,35 @@ class World {
   void RemoveJoint(JointId id);
   bool HasJoint(JointId id) const;
 
-  // --- State in and out ------------------------------------------------------------------------------------------------
-  // `StateOf` after `SetState` gives what was set, up to float rounding of the local position.
+  // --- State in and out
+  // ------------------------------------------------------------------------------------------------ `StateOf` after
+  // `SetState` gives what was set, up to float rounding of the local position.
   BodyState StateOf(BodyId id) const;
   // Wakes the body and what it touches if the state moves it; a state that is `asleep` puts it to sleep.
   void SetState(BodyId id, const BodyState& state);
-  Aabb BoundsOf(BodyId id) const;  // of the shape as posed, world space
-  double MassOf(BodyId id) const;  // kg; 0 when static
+  Aabb BoundsOf(BodyId id) const;    // of the shape as posed, world space
+  double MassOf(BodyId id) const;    // kg; 0 when static
   Vec3d InertiaOf(BodyId id) const;  // principal, local axes, kg m^2; 0 when static
 
-  // --- Forces: act in the next step, then are forgotten. Wake the body. ---------------------------------------------------
+  // --- Forces: act in the next step, then are forgotten. Wake the body.
+  // ---------------------------------------------------
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);
   // Impulses act at once.
   void ApplyImpulse(BodyId id, Vec3f impulse_ns, Vec3f angular_impulse_nms);
 
-  // --- Time ------------------------------------------------------------------------------------------------------------
+  // --- Time
+  // ------------------------------------------------------------------------------------------------------------
   void Step(double dt_s);
-  // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order does
-  // not depend on how the world was built.
+  // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order
+  // does not depend on how the world was built.
   std::span<const Contact> contacts() const;
   std::span<const PairEvent> events() const;
 
-  // --- Queries -----------------------------------------------------------------------------------------------------------
-  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;             // nearest
+  // --- Queries
+  // -----------------------------------------------------------------------------------------------------------
+  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest
   std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
-  std::vector<BodyId> Overlapping(const Aabb& box) const;                // ascending; by bounds
+  std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds
 
   std::size_t asleep_count() const;  // dynamic bodies that sleep
 

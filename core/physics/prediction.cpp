@@ -1,0 +1,80 @@
+#include "core/physics/prediction.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace tessera::physics {
+namespace {
+
+// Motion along one axis with damping: dv/dt = a - k v, whose solution is
+//
+//   v(t) = v e^(-k t) + a s(t),   p(t) = p + v s(t) + a (t - s(t)) / k,   s(t) = (1 - e^(-k t)) / k,
+//
+// and Algorithm 1 itself where k = 0. A body loses the share d of its velocity in a second: k = -ln(1 - d).
+class Damping {
+ public:
+  explicit Damping(double share_a_second) : k_(-std::log1p(-std::clamp(share_a_second, 0.0, 1.0))) {}
+
+  double Kept(double t) const { return k_ == 0 || t == 0 ? 1 : std::exp(-k_ * t); }
+  double S(double t) const {
+    if (k_ == 0 || t == 0) return t;
+    return std::isinf(k_) ? 0 : -std::expm1(-k_ * t) / k_;
+  }
+  // (t - s(t)) / k; by its series where k t is so small that the difference would be rounding.
+  double Q(double t) const {
+    const double x = k_ * t;
+    if (std::isinf(k_)) return 0;
+    if (x < 1e-3) return t * t * (0.5 - x / 6 + x * x / 24 - x * x * x / 120);
+    return (t - S(t)) / k_;
+  }
+  // When the velocity passes through zero; infinite if it never does.
+  double Turn(double v, double a) const {
+    constexpr double kNever = std::numeric_limits<double>::infinity();
+    if (a == 0 || v == 0 || (v > 0) == (a > 0) || std::isinf(k_)) return kNever;
+    return k_ == 0 ? -v / a : std::log1p(-k_ * v / a) / k_;
+  }
+
+ private:
+  double k_;
+};
+
+std::array<double, 3> Array(Vec3d v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forces, double dt_s) {
+  if (state.asleep || def.motion == Motion::kStatic || dt_s <= 0) return state;
+  const Damping linear(def.linear_damping), angular(def.angular_damping);
+  const Vec3d v(state.linear_velocity), w(state.angular_velocity);
+  BodyState result = state;
+  result.position = state.position + v * linear.S(dt_s) + forces.acceleration_m_s2 * linear.Q(dt_s);
+  result.linear_velocity = Vec3f(v * linear.Kept(dt_s) + forces.acceleration_m_s2 * linear.S(dt_s));
+  result.angular_velocity = Vec3f(w * angular.Kept(dt_s));
+  const double speed = Length(w), half_angle = speed * angular.S(dt_s) / 2;
+  if (half_angle > 0) {
+    const Vec3d axis = w * (std::sin(half_angle) / speed);
+    const Quatd turn{axis.x, axis.y, axis.z, std::cos(half_angle)};
+    result.orientation = Quatf(Normalized(turn * Quatd(state.orientation)));
+  }
+  return result;
+}
+
+Aabb SweptBounds(const BodyDef& def, const BodyState& state, const Forces& forces, double radius_m, double dt_s) {
+  const Vec3d start = state.position, end = Predict(def, state, forces, dt_s).position;
+  const Aabb first{start, start}, last{end, end};
+  Aabb path = first.United(last);
+  if (state.asleep || def.motion == Motion::kStatic) return path.Expanded(radius_m);
+  const Damping damping(def.linear_damping);
+  const auto v = Array(Vec3d(state.linear_velocity)), a = Array(forces.acceleration_m_s2);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double turn = damping.Turn(v[axis], a[axis]);
+    if (turn >= dt_s) continue;
+    const Vec3d p = Predict(def, state, forces, turn).position;
+    path = path.United({p, p});
+  }
+  return path.Expanded(radius_m);
+}
+
+}  // namespace tessera::physics

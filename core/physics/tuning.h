@@ -1,0 +1,32 @@
+// Constants of the Bullet engine. Each with its unit, its reason, and what breaks if it changes.
+#pragma once
+
+namespace tessera::physics {
+
+// Rounding of a convex hull, m, and its share of the hull's inner radius where that is smaller. A hull is shrunk by it
+// and padded again, so faces lie where they were given and only edges are rounded. Larger spares Bullet's slow
+// deep-penetration search; smaller keeps corners sharp.
+inline constexpr float kHullMargin_m = 0.01f, kHullMarginShare = 0.1f;
+inline constexpr float kConeMargin_m = 0.01f, kConeMarginShare = 0.1f;
+
+// A pair touches when it is at most this far apart, and has parted when it is further than that. The gap between the
+// two keeps a resting body, which breathes by a fraction of a millimetre, from touching and parting again and again.
+inline constexpr float kTouchBegin_m = 0.0f, kTouchEnd_m = 0.005f;
+
+// Slower than both for Bullet's two seconds, an island falls asleep. Bullet's own .8 m/s and 1 rad/s stop bodies that
+// visibly move; half of these keeps piles of 500 awake for good.
+inline constexpr float kSleepLinear_m_s = 0.05f, kSleepAngular_rad_s = 0.05f;
+
+// How far a sleeper may be moved from where it fell asleep, m and rad, by states that are slow enough to sleep with.
+// Larger lets a creeping neighbour sink into a sleeper; 0 lets two regions wake each other for ever.
+inline constexpr double kCreep_m = 0.002;
+inline constexpr float kCreep_rad = 0.01f;
+
+// Contact manifolds and collision algorithms that a world holds without going to the heap, 1 KB each. More bodies cost
+// a malloc a pair; a larger pool is memory that small worlds never use.
+inline constexpr int kManifoldPool = 512;
+
+// Products of inertia below this share of the trace are rounding, and the shape's own axes are the principal ones.
+inline constexpr double kSymmetryTolerance = 1e-6;
+
+}  // namespace tessera::physics
