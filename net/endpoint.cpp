@@ -242,6 +242,8 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
 
 std::uint16_t Endpoint::port() const { return impl_->port; }
 
+int Endpoint::socket() const { return impl_->host->socket; }
+
 absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint16_t port) {
   if (port == 0) return absl::InvalidArgumentError("port 0: nobody can listen there");
   const absl::StatusOr<ENetAddress> address = Resolve(host, port);
