@@ -22,7 +22,7 @@
 namespace tessera::physics {
 
 struct Settings {
-  Vec3d origin;  // of the local float coordinates, m
+  Vec3d origin{};  // of the local float coordinates, m
   Vec3d gravity_m_s2{0, -9.81, 0};
   int solver_iterations = 10;
 };

@@ -1,26 +1,393 @@
+// State in and out, sleep, and that the same calls give the same bits.
 #include "core/physics/world.h"
 
 #include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
 
 #include "core/physics/test_bodies.h"
 
 namespace tessera::physics {
 namespace {
 
-TEST(WorldTest, BoxComesToRestOnThePlane) {
+ShapePtr Lopsided() {
+  return MakeShapePtr(CompoundShape{{{{{0, 0, 0}, {}}, Box(0.6, 0.1, 0.1)},
+                                     {{{0.5, 0.4, 0}, {}}, Box(0.1, 0.3, 0.1)},
+                                     {{{-0.4, 0, 0.3}, {}}, Ball(0.15)}}});
+}
+
+ShapePtr Wedge() {
+  return MakeShapePtr(ConvexHullShape{{{0, 0, 0}, {1, 0, 0}, {0, 0.6f, 0}, {0, 0, 0.8f}, {0.4f, 0.5f, 0.1f}}});
+}
+
+// Boxes, balls, cylinders, cones, capsules, hulls and compounds thrown together; ids on both sides of 2^32.
+std::vector<BodyDef> Heap(std::size_t count, unsigned seed) {
+  const ShapePtr shapes[] = {Cube(0.4),
+                             Ball(0.4),
+                             MakeShapePtr(CylinderShape{0.3, 0.4}),
+                             MakeShapePtr(ConeShape{0.4, 0.9}),
+                             MakeShapePtr(CapsuleShape{0.25, 0.3}),
+                             Lopsided(),
+                             Wedge()};
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(-1, 1);
+  std::vector<BodyDef> bodies = {Static(5, Ground())};
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t id = i % 3 == 0 ? kFirstPlayerBody + 1 + i : 4'000'000'000 + i;
+    BodyDef body =
+        Dynamic(id, shapes[i % 7], {2.0 * unit(random), 0.6 + 0.3 * static_cast<double>(i), 2.0 * unit(random)});
+    body.initial.linear_velocity = {unit(random), unit(random), unit(random)};
+    body.initial.angular_velocity = {unit(random), unit(random), unit(random)};
+    body.material = {.friction = 0.5, .rolling_friction = 0.005, .spinning_friction = 0.01, .restitution = 0.2};
+    bodies.push_back(body);
+  }
+  return bodies;
+}
+
+std::vector<BodyState> StatesOf(const World& world, std::vector<BodyDef> bodies) {
+  std::sort(bodies.begin(), bodies.end(), [](const BodyDef& a, const BodyDef& b) { return a.id < b.id; });
+  std::vector<BodyState> states;
+  for (const BodyDef& body : bodies) states.push_back(world.StateOf(body.id));
+  return states;
+}
+
+// --- Same bits
+// -----------------------------------------------------------------------------------------------------------
+
+TEST(DeterminismTest, SameCallsGiveTheSameBits) {
+  const std::vector<BodyDef> bodies = Heap(60, 1);
+  World a({}), b({});
+  AddAll(a, bodies);
+  AddAll(b, bodies);
+  for (int i = 0; i < 600; ++i) {
+    a.Step(kDt);
+    b.Step(kDt);
+  }
+  EXPECT_EQ(StatesOf(a, bodies), StatesOf(b, bodies));
+}
+
+TEST(DeterminismTest, OrderOfInsertionLeavesNoTrace) {
+  std::vector<BodyDef> bodies = Heap(60, 2);
+  World a({});
+  AddAll(a, bodies);
+  std::mt19937 random(3);
+  std::shuffle(bodies.begin(), bodies.end(), random);
+  World b({});
+  AddAll(b, bodies);
+  for (int i = 0; i < 900; ++i) {
+    a.Step(kDt);
+    b.Step(kDt);
+    ASSERT_EQ(StatesOf(a, bodies), StatesOf(b, bodies)) << "step " << i;
+    ASSERT_TRUE(std::equal(a.events().begin(), a.events().end(), b.events().begin(), b.events().end())) << "step " << i;
+  }
+  EXPECT_GT(a.asleep_count(), 0u);
+}
+
+// Joints too: their order is that of their ids.
+TEST(DeterminismTest, OrderOfJointsLeavesNoTrace) {
+  std::vector<BodyDef> bodies = {Static(1, Ground())};
+  std::vector<JointDef> joints;
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    bodies.push_back(Dynamic(10 + i, Cube(0.2), {0.6 * i, 2, 0.1 * i}));
+    if (i == 0) continue;
+    joints.push_back({.id = JointId(i),
+                      .body_a = BodyId(9 + i),
+                      .body_b = BodyId(10 + i),
+                      .frame_a = {{0.3, 0, 0.05}, {}},
+                      .frame_b = {{-0.3, 0, -0.05}, {}},
+                      .bodies_collide = false,
+                      .kind = PointJoint{}});
+  }
+  World a({}), b({});
+  AddAll(a, bodies);
+  for (const JointDef& joint : joints) a.AddJoint(joint);
+  std::reverse(bodies.begin(), bodies.end());
+  std::reverse(joints.begin(), joints.end());
+  AddAll(b, bodies);
+  for (const JointDef& joint : joints) b.AddJoint(joint);
+  Simulate(a, 5);
+  Simulate(b, 5);
+  EXPECT_EQ(StatesOf(a, bodies), StatesOf(b, bodies));
+}
+
+// What else is in a world, and in which company islands are solved, does not show.
+TEST(DeterminismTest, PairIsTheSameInAnyCompany) {
+  const BodyDef ground = Static(5, Ground());
+  BodyDef lower = Dynamic(20, Cube(), {0, 0.5, 0}), upper = Dynamic(kFirstPlayerBody + 9, Cube(), {0.2, 1.7, 0.1});
+  upper.initial.angular_velocity = {0.4f, 0.2f, 0.1f};
+  World alone({}), crowded({});
+  AddAll(alone, {ground, lower, upper});
+  std::vector<BodyDef> crowd = Heap(40, 4);
+  for (BodyDef& body : crowd) {
+    if (body.motion == Motion::kStatic) continue;
+    body.initial.position.x += 100;
+  }
+  AddAll(crowded, crowd);
+  AddAll(crowded, {upper, lower});
+  for (int i = 0; i < 600; ++i) {
+    alone.Step(kDt);
+    crowded.Step(kDt);
+    ASSERT_EQ(alone.StateOf(lower.id), crowded.StateOf(lower.id)) << i;
+    ASSERT_EQ(alone.StateOf(upper.id), crowded.StateOf(upper.id)) << i;
+  }
+}
+
+TEST(OriginTest, FarFromHomeIsAsAtHomeToTheBit) {
+  const Vec3d far{1e6, 0, -1e6};
+  const std::vector<BodyDef> bodies = Heap(40, 5);
+  World home({}), away({.origin = far});
+  AddAll(home, bodies);
+  for (BodyDef body : bodies) {
+    body.initial.position += far;
+    // What a double at 1e6 m keeps of it is 1e-10 m; give home the same.
+    away.Add(body, body.initial);
+  }
+  for (const BodyDef& body : bodies) {
+    BodyState state = home.StateOf(body.id);
+    state.position = away.StateOf(body.id).position - far;
+    home.SetState(body.id, state);
+  }
+  for (int i = 0; i < 600; ++i) {
+    home.Step(kDt);
+    away.Step(kDt);
+    for (const BodyDef& body : bodies) {
+      BodyState at_home = home.StateOf(body.id);
+      at_home.position += far;
+      ASSERT_EQ(at_home, away.StateOf(body.id)) << "step " << i << " body " << body.id;
+    }
+  }
+}
+
+// --- State
+// ---------------------------------------------------------------------------------------------------------------
+
+TEST(StateTest, WhatOneWorldReadsOutAnotherHoldsToTheBit) {
+  const std::vector<BodyDef> bodies = Heap(40, 6);
+  World source({});
+  AddAll(source, bodies);
+  Simulate(source, 1);
+  World copy({});
+  for (const BodyDef& body : bodies) copy.Add(body, source.StateOf(body.id));
+  EXPECT_EQ(StatesOf(copy, bodies), StatesOf(source, bodies));
+  // In free flight from equal states they stay equal: nothing hidden was lost on the way.
+  World flying({}), followed({});
+  BodyDef body = Dynamic(2, Lopsided(), {0, 100, 0});
+  body.initial.angular_velocity = {3, 2, 1};
+  flying.Add(body, body.initial);
+  Simulate(flying, 0.5);
+  followed.Add(body, flying.StateOf(body.id));
+  for (int i = 0; i < 60; ++i) {
+    flying.Step(kDt);
+    followed.Step(kDt);
+    ASSERT_EQ(flying.StateOf(body.id), followed.StateOf(body.id)) << i;
+  }
+}
+
+TEST(StateTest, SetStateGivesWhatWasSet) {
+  World world({.origin = {500, 0, 500}});
+  BodyDef body = Dynamic(2, Lopsided(), {501, 3, 502});
+  world.Add(body, body.initial);
+  BodyState state;
+  state.position = {512.3, 4.5, 480.25};
+  state.orientation = Normalized(Quatf{0.1f, 0.2f, 0.3f, 0.9f});
+  state.linear_velocity = {1, 2, 3};
+  state.angular_velocity = {4, 5, 6};
+  world.SetState(body.id, state);
+  EXPECT_EQ(world.StateOf(body.id), state);
+  const Aabb bounds = world.BoundsOf(body.id);
+  EXPECT_TRUE(bounds.Contains(state.position));
+  EXPECT_TRUE(world.CastRay(state.position + Vec3d{0, 5, 0}, state.position - Vec3d{0, 5, 0}).has_value());
+  EXPECT_THAT(world.Overlapping(Aabb{{500, 2, 501}, {503, 4, 503}}), testing::IsEmpty());
+}
+
+// A ghost is told its owner's state each tick; if that is where it is anyway, its contacts go on as if nothing
+// happened.
+TEST(StateTest, SettingTheSameStateEachTickChangesNothing) {
+  const std::vector<BodyDef> bodies = Heap(40, 7);
+  World plain({}), told({});
+  AddAll(plain, bodies);
+  AddAll(told, bodies);
+  for (int i = 0; i < 900; ++i) {
+    plain.Step(kDt);
+    told.Step(kDt);
+    for (const BodyDef& body : bodies) told.SetState(body.id, plain.StateOf(body.id));
+    ASSERT_EQ(StatesOf(plain, bodies), StatesOf(told, bodies)) << i;
+    ASSERT_EQ(plain.asleep_count(), told.asleep_count()) << i;
+  }
+  EXPECT_GT(plain.asleep_count(), 0u);
+}
+
+TEST(StateTest, MassAndInertiaAreTheShapesOrWhatWasSaid) {
   World world({});
-  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.6, 0})});
-  Simulate(world, 5);
-  EXPECT_NEAR(world.StateOf(BodyId(2)).position.y, 0.5, 2e-3);
+  BodyDef box = Dynamic(2, Box(0.5, 1, 1.5), {}, 12), said = Dynamic(3, Box(0.5, 1, 1.5), {9, 0, 0}, 12);
+  said.inertia_kg_m2 = Vec3d{1, 2, 3};
+  AddAll(world, {Static(1, Ground()), box, said});
+  EXPECT_EQ(world.MassOf(BodyId(1)), 0);
+  EXPECT_EQ(world.InertiaOf(BodyId(1)), Vec3d());
+  EXPECT_EQ(world.MassOf(box.id), 12);
+  EXPECT_EQ(world.InertiaOf(box.id), (Vec3d{1 + 2.25, 0.25 + 2.25, 0.25 + 1} * 4.0));
+  EXPECT_EQ(world.InertiaOf(said.id), (Vec3d{1, 2, 3}));
+  world.ApplyImpulse(said.id, {12, 0, 0}, {0, 0, 6});
+  EXPECT_NEAR(world.StateOf(said.id).linear_velocity.x, 1, 1e-6);
+  EXPECT_NEAR(world.StateOf(said.id).angular_velocity.z, 2, 1e-6);
+}
+
+// A lopsided body turns about its centre of mass, and spun about none of its principal axes keeps its angular momentum.
+TEST(StateTest, PositionIsTheCentreOfMass) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef body = Dynamic(2, Lopsided(), {1, 2, 3});
+  body.initial.angular_velocity = {0, 0, 3};
+  world.Add(body, body.initial);
+  Simulate(world, 2);
+  EXPECT_LT(Length(world.StateOf(body.id).position - body.initial.position), 1e-5);
+}
+
+TEST(StateTest, ForcesActForOneStepAboutTheCentreOfMass) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef body = Dynamic(2, Ball(), {}, 10);  // 1 kg m^2
+  world.Add(body, body.initial);
+  world.ApplyForce(body.id, {600, 0, 0}, {0, 60, 0});
+  Simulate(world, 0.5);
+  EXPECT_NEAR(world.StateOf(body.id).linear_velocity.x, 1, 1e-5);
+  EXPECT_NEAR(world.StateOf(body.id).angular_velocity.y, 1, 1e-5);
+}
+
+TEST(StateTest, GravityScaleAndDampingAreTheBodysOwn) {
+  World world({});
+  BodyDef floats = Dynamic(2, Ball(), {}), rises = Dynamic(3, Ball(), {5, 0, 0}),
+          damped = Dynamic(4, Ball(), {10, 0, 0});
+  floats.gravity_scale = damped.gravity_scale = 0;
+  rises.gravity_scale = -0.5;
+  damped.linear_damping = 0.3;
+  damped.angular_damping = 0.6;
+  damped.initial.linear_velocity = {0, 0, 2};
+  damped.initial.angular_velocity = {0, 2, 0};
+  AddAll(world, {floats, rises, damped});
+  Simulate(world, 1);
+  EXPECT_EQ(world.StateOf(floats.id).position, Vec3d());
+  EXPECT_NEAR(world.StateOf(rises.id).linear_velocity.y, kGravity / 2, 1e-3);
+  EXPECT_NEAR(world.StateOf(damped.id).linear_velocity.z, 2 * 0.7, 1e-4);
+  EXPECT_NEAR(world.StateOf(damped.id).angular_velocity.y, 2 * 0.4, 1e-4);
+}
+
+// --- Sleep
+// ---------------------------------------------------------------------------------------------------------------
+
+std::vector<BodyDef> Tower() {
+  return {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0}),
+          Dynamic(4, Cube(), {0, 2.5, 0}), Dynamic(9, Cube(), {2, 0.5, 0})};
+}
+
+TEST(SleepTest, TowerFallsAsleepAndAPushWakesAllOfItAndNothingElse) {
+  World world({});
+  AddAll(world, Tower());
+  Simulate(world, 6);
+  ASSERT_EQ(world.asleep_count(), 4u);
+  EXPECT_EQ(world.StateOf(BodyId(3)).linear_velocity, Vec3f());
+  EXPECT_TRUE(world.contacts().empty());  // nothing is solved
+  world.ApplyImpulse(BodyId(4), {0.3f, 0, 0}, {});
+  world.Step(kDt);
+  EXPECT_EQ(world.asleep_count(), 1u);
+  EXPECT_TRUE(world.StateOf(BodyId(9)).asleep);  // 1 m away: its bounds are near, it is not touched
+}
+
+TEST(SleepTest, RemovingWhatTheyLieOnWakesThem) {
+  World world({});
+  AddAll(world, Tower());
+  Simulate(world, 6);
+  world.Remove(BodyId(2));
+  Simulate(world, 1.5);
+  EXPECT_NEAR(world.StateOf(BodyId(4)).position.y, 1.5, 0.02);
+}
+
+TEST(SleepTest, TakingAwayWhatTheyLieOnWakesThem) {
+  World world({});
+  AddAll(world, Tower());
+  Simulate(world, 6);
+  BodyState away = world.StateOf(BodyId(2));
+  away.position.x += 50;
+  away.asleep = false;
+  world.SetState(BodyId(2), away);
+  Simulate(world, 1.5);
+  EXPECT_NEAR(world.StateOf(BodyId(4)).position.y, 1.5, 0.02);
+}
+
+TEST(SleepTest, MovedGroundWakesWhatLiesOnIt) {
+  World world({});
+  AddAll(world, {Static(1, Box(5, 1, 5), {0, -1, 0}), Dynamic(2, Cube(), {0, 0.5, 0})});
+  Simulate(world, 6);
+  ASSERT_EQ(world.asleep_count(), 1u);
+  BodyState lower;
+  lower.position = {0, -3, 0};
+  world.SetState(BodyId(1), lower);
+  Simulate(world, 2);
+  EXPECT_NEAR(world.StateOf(BodyId(2)).position.y, -1.5, 0.01);
+}
+
+TEST(SleepTest, SameOrCreepingStateLetsThemSleepAndARealOneWakesThem) {
+  World world({});
+  AddAll(world, Tower());
+  Simulate(world, 6);
+  BodyState state = world.StateOf(BodyId(3));
+  state.asleep = false;
+  world.SetState(BodyId(3), state);
+  world.Step(kDt);
+  EXPECT_EQ(world.asleep_count(), 4u);
+  state.position.x += 1e-4;
+  state.linear_velocity = {0.001f, 0, 0};
+  world.SetState(BodyId(3), state);
+  world.Step(kDt);
+  EXPECT_EQ(world.asleep_count(), 4u);
+  EXPECT_EQ(world.StateOf(BodyId(3)).position, state.position);
+  for (int i = 0; i < 60 && world.asleep_count() == 4; ++i) {  // creeping on adds up
+    state.position.x += 1e-4;
+    world.SetState(BodyId(3), state);
+  }
+  world.Step(kDt);
   EXPECT_EQ(world.asleep_count(), 1u);
 }
 
-TEST(WorldTest, BallComesToRestOnTheBox) {
+TEST(SleepTest, IsPartOfAState) {
   World world({});
-  AddAll(world, {Static(1, Cube(1)), Dynamic(2, Ball(), {0, 1.6, 0})});
-  Simulate(world, 5);
-  EXPECT_NEAR(world.StateOf(BodyId(2)).position.y, 1.5, 2e-3);
+  BodyDef body = Dynamic(2, Ball(), {0, 10, 0});
+  body.initial.asleep = true;
+  world.Add(body, body.initial);
+  Simulate(world, 1);
   EXPECT_EQ(world.asleep_count(), 1u);
+  EXPECT_EQ(world.StateOf(body.id), body.initial);
+  world.ApplyForce(body.id, {}, {});  // no force is no reason to wake
+  EXPECT_EQ(world.asleep_count(), 1u);
+  world.ApplyForce(body.id, {0, 0, 1}, {});
+  EXPECT_EQ(world.asleep_count(), 0u);
+  BodyState asleep = world.StateOf(body.id);
+  asleep.asleep = true;
+  world.SetState(body.id, asleep);
+  EXPECT_EQ(world.asleep_count(), 1u);
+}
+
+TEST(SleepTest, NeverForABodyThatMayNotAndNeverInFlight) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef awake = Dynamic(2, Ball(), {}), drifts = Dynamic(3, Ball(), {5, 0, 0});
+  awake.may_sleep = false;
+  drifts.initial.linear_velocity = {0.1f, 0, 0};
+  AddAll(world, {awake, drifts});
+  Simulate(world, 10);
+  EXPECT_EQ(world.asleep_count(), 0u);
+  EXPECT_NEAR(world.StateOf(drifts.id).position.x, 6, 1e-3);
+}
+
+TEST(SleepTest, WhatArrivesWakesWhatItHits) {
+  World world({});
+  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0})});
+  Simulate(world, 4);
+  ASSERT_EQ(world.asleep_count(), 1u);
+  BodyDef ball = Dynamic(3, Ball(0.3), {-3, 0.5, 0}, 2);
+  ball.initial.linear_velocity = {8, 0, 0};
+  world.Add(ball, ball.initial);
+  Simulate(world, 1);
+  EXPECT_GT(world.StateOf(BodyId(2)).position.x, 0.1);
 }
 
 }  // namespace

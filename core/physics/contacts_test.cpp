@@ -1,0 +1,284 @@
+// What contacts do: bounce, friction, momentum, and that the impulses they report are the ones they applied.
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <map>
+
+#include "core/physics/test_bodies.h"
+
+namespace tessera::physics {
+namespace {
+
+Quatf About(Vec3d axis, double angle) {
+  const Vec3d v = Normalized(axis) * std::sin(angle / 2);
+  return Quatf(Quatd{v.x, v.y, v.z, std::cos(angle / 2)});
+}
+
+// --- Restitution
+// -------------------------------------------------------------------------------------------------------
+
+// Speed after the first bounce over the speed before it.
+double BounceRatio(double ball_restitution, double ground_restitution) {
+  World world({});
+  BodyDef ground = Static(1, Ground()), ball = Dynamic(2, Ball(), {0, 3, 0});
+  ground.material.restitution = ground_restitution;
+  ball.material.restitution = ball_restitution;
+  ball.may_sleep = false;
+  AddAll(world, {ground, ball});
+  double before = 0;
+  for (int i = 0; i < 120; ++i) {
+    world.Step(kDt);
+    const double v = world.StateOf(ball.id).linear_velocity.y;
+    if (v > 0 || (v == 0 && before < 0)) return -v / before;
+    before = v;
+  }
+  return -1;
+}
+
+TEST(RestitutionTest, BallLeavesWithItsShareOfTheSpeed) {
+  // The contact takes what gravity adds in its own step, v / g dt of the speed: about 2 %.
+  EXPECT_NEAR(BounceRatio(1, 1), 1, 0.03);
+  EXPECT_NEAR(BounceRatio(0.5, 0.5), 0.5, 0.03);
+  EXPECT_NEAR(BounceRatio(0, 0), 0, 0.03);
+}
+
+TEST(RestitutionTest, PairTakesTheLarger) {
+  EXPECT_NEAR(BounceRatio(0.5, 0), 0.5, 0.03);
+  EXPECT_NEAR(BounceRatio(0.2, 0.8), 0.8, 0.03);
+}
+
+// --- Friction
+// ----------------------------------------------------------------------------------------------------------
+
+// How far a box slides in a second on a slope of the given inclination.
+double Slide(double slope_rad, double box_friction, double ground_friction) {
+  World world({});
+  BodyDef ground = Static(1, MakeShapePtr(PlaneShape{{std::sin(slope_rad), std::cos(slope_rad), 0}, 0}));
+  BodyDef box = Dynamic(2, Box(1, 0.25, 1), Vec3d{std::sin(slope_rad), std::cos(slope_rad), 0} * 0.25);
+  box.initial.orientation = About({0, 0, 1}, -slope_rad);
+  box.may_sleep = false;
+  ground.material.friction = ground_friction;
+  box.material.friction = box_friction;
+  AddAll(world, {ground, box});
+  Simulate(world, 1);
+  return Length(world.StateOf(box.id).position - box.initial.position);
+}
+
+TEST(FrictionTest, HoldsBelowTheLimitAndSlidesAboveIt) {
+  const double friction = 0.5;
+  EXPECT_LT(Slide(std::atan(0.9 * friction), friction, friction), 0.01);
+  const double slope = std::atan(1.1 * friction);
+  const double acceleration = kGravity * (std::sin(slope) - friction * std::cos(slope));
+  EXPECT_NEAR(Slide(slope, friction, friction), acceleration / 2, 0.1 * acceleration / 2);
+}
+
+TEST(FrictionTest, PairTakesTheGeometricMean) {
+  EXPECT_LT(Slide(std::atan(0.9 * 0.5), 0.25, 1), 0.01);  // sqrt(.25 * 1) = .5
+  EXPECT_GT(Slide(std::atan(1.1 * 0.5), 0.25, 1), 0.1);
+  EXPECT_GT(Slide(std::atan(0.1), 0, 1), 0.3);
+}
+
+TEST(FrictionTest, SlidingBallComesToRollAtFiveSeventhsOfItsSpeed) {
+  World world({});
+  BodyDef ball = Dynamic(2, Ball(), {0, 0.5, 0});
+  ball.initial.linear_velocity = {7, 0, 0};
+  AddAll(world, {Static(1, Ground()), ball});
+  Simulate(world, 2);
+  const BodyState state = world.StateOf(ball.id);
+  EXPECT_NEAR(state.linear_velocity.x, 5, 0.02);
+  EXPECT_NEAR(state.angular_velocity.z, -5 / 0.5, 0.05);
+}
+
+TEST(FrictionTest, RollingFrictionStopsABallAndSpinningFrictionATop) {
+  for (const bool resisted : {false, true}) {
+    World world({});
+    BodyDef rolling = Dynamic(2, Ball(), {0, 0.5, 0}), spinning = Dynamic(3, Ball(), {10, 0.5, 0});
+    rolling.initial.linear_velocity = {1, 0, 0};
+    rolling.initial.angular_velocity = {0, 0, -2};
+    spinning.initial.angular_velocity = {0, 4, 0};
+    if (resisted) {
+      rolling.material.rolling_friction = 0.05;
+      spinning.material.spinning_friction = 0.05;
+    }
+    AddAll(world, {Static(1, Ground()), rolling, spinning});
+    Simulate(world, 4);
+    if (resisted) {
+      EXPECT_LT(Length(world.StateOf(rolling.id).linear_velocity), 0.05);
+      EXPECT_LT(Length(world.StateOf(spinning.id).angular_velocity), 0.05);
+    } else {
+      EXPECT_NEAR(world.StateOf(rolling.id).linear_velocity.x, 1, 0.01);
+      EXPECT_NEAR(world.StateOf(spinning.id).angular_velocity.y, 4, 0.01);
+    }
+  }
+}
+
+// --- Momentum
+// ----------------------------------------------------------------------------------------------------------
+
+TEST(MomentumTest, IsKeptWhenTwoBodiesCollide) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef a = Dynamic(1, Cube(), {-2, 0.3, 0.1}, 2), b = Dynamic(2, Ball(0.7), {2, 0, 0}, 5);
+  a.initial.linear_velocity = {4, 0, 0};
+  b.initial.linear_velocity = {-1, 0, 0.2f};
+  a.material.restitution = 0.4;
+  AddAll(world, {a, b});
+  const auto momentum = [&] {
+    return Vec3d(world.StateOf(a.id).linear_velocity) * 2.0 + Vec3d(world.StateOf(b.id).linear_velocity) * 5.0;
+  };
+  const Vec3d before = momentum();
+  Simulate(world, 2);
+  EXPECT_GT(world.StateOf(b.id).linear_velocity.x, 0);  // they met
+  EXPECT_LT(Length(momentum() - before), 1e-5);
+}
+
+// Inertia of a body in world space, times w.
+Vec3d AngularMomentum(const World& world, BodyId id) {
+  const BodyState state = world.StateOf(id);
+  const Quatd q(state.orientation);
+  const Vec3d local = Rotate(Conjugate(q), Vec3d(state.angular_velocity)), inertia = world.InertiaOf(id);
+  return Rotate(q, {inertia.x * local.x, inertia.y * local.y, inertia.z * local.z});
+}
+
+struct Impulses {
+  Vec3d linear, angular;
+};
+
+std::map<BodyId, Impulses> SumOfContacts(const World& world) {
+  std::map<BodyId, Impulses> sums;
+  for (const Contact& contact : world.contacts()) {
+    sums[contact.body_a].linear -= Vec3d(contact.impulse_on_b);
+    sums[contact.body_a].angular += Vec3d(contact.angular_impulse_on_a);
+    sums[contact.body_b].linear += Vec3d(contact.impulse_on_b);
+    sums[contact.body_b].angular += Vec3d(contact.angular_impulse_on_b);
+  }
+  return sums;
+}
+
+// A heap of round inertia (whose angular momentum does not turn with the body by itself) with every kind of friction.
+TEST(ContactTest, ImpulsesAreWhatTheBodiesGained) {
+  World world({});
+  std::vector<BodyDef> bodies = {Static(1, Ground())};
+  const ShapePtr shapes[] = {
+      Cube(0.4),
+      Ball(0.5),
+      MakeShapePtr(CylinderShape{0.4, 0.5}),
+      MakeShapePtr(CapsuleShape{0.4, 0.3}),
+      MakeShapePtr(ConeShape{0.5, 1}),
+      MakeShapePtr(CompoundShape{{{{{-0.3, 0, 0}, {}}, Cube(0.3)}, {{{0.3, 0.1, 0}, {}}, Ball(0.3)}}})};
+  for (std::uint64_t i = 0; i < 24; ++i) {
+    const double x = static_cast<double>(i % 2), y = 0.6 + 1.1 * static_cast<double>(i / 4),
+                 z = static_cast<double>(i / 2 % 2);
+    BodyDef body = Dynamic(10 + i, shapes[i % 6], {x, y, z}, 1 + static_cast<double>(i % 5));
+    body.inertia_kg_m2 = Vec3d{0.2, 0.2, 0.2};
+    body.material = {.friction = 0.6, .rolling_friction = 0.01, .spinning_friction = 0.02, .restitution = 0.3};
+    body.initial.angular_velocity = {1, 2, static_cast<float>(i)};
+    body.may_sleep = false;
+    bodies.push_back(body);
+  }
+  AddAll(world, bodies);
+  double pushed = 0;
+  for (int step = 0; step < 200; ++step) {
+    std::map<BodyId, Impulses> before;
+    for (const BodyDef& body : bodies)
+      before[body.id] = {Vec3d(world.StateOf(body.id).linear_velocity) * body.mass_kg, AngularMomentum(world, body.id)};
+    world.Step(kDt);
+    auto sums = SumOfContacts(world);
+    for (const BodyDef& body : bodies) {
+      if (body.motion == Motion::kStatic) continue;
+      const Impulses& sum = sums[body.id];
+      const Vec3d gained = Vec3d(world.StateOf(body.id).linear_velocity) * body.mass_kg - before[body.id].linear;
+      const Vec3d turned = AngularMomentum(world, body.id) - before[body.id].angular;
+      const double scale = 1 + Length(sum.linear) + Length(before[body.id].linear);
+      EXPECT_LT(Length(gained - sum.linear - Vec3d{0, -kGravity * body.mass_kg * kDt, 0}), 5e-6 * scale)
+          << "body " << body.id << " step " << step;
+      EXPECT_LT(Length(turned - sum.angular), 5e-6 * scale) << "body " << body.id << " step " << step;
+      pushed += Length(sum.linear);
+    }
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(pushed, 100);
+}
+
+TEST(ContactTest, TellsWhereAndHowDeepInOrderOfIds) {
+  World world({});
+  BodyDef upper = Dynamic(2, Cube(), {5, 1.5, 0}), lower = Dynamic(7, Cube(), {5, 0.5, 0});
+  upper.may_sleep = lower.may_sleep = false;
+  AddAll(world, {Static(9, Ground()), lower, upper});
+  Simulate(world, 1);
+  ASSERT_EQ(world.contacts().size(), 2u);
+  const Contact &boxes = world.contacts()[0], &floor = world.contacts()[1];
+  EXPECT_EQ(boxes.body_a, BodyId(2));
+  EXPECT_EQ(boxes.body_b, BodyId(7));
+  EXPECT_EQ(floor.body_a, BodyId(7));
+  EXPECT_EQ(floor.body_b, BodyId(9));
+  EXPECT_NEAR(boxes.normal.y, -1, 1e-3);  // from 2 down to 7
+  EXPECT_NEAR(boxes.point.x, 5, 0.02);
+  EXPECT_NEAR(boxes.point.y, 1, 0.01);
+  EXPECT_NEAR(boxes.depth_m, 0, 0.01);
+  EXPECT_NEAR(boxes.impulse_on_b.y, -kGravity * kDt, 0.01);
+  EXPECT_NEAR(floor.impulse_on_b.y, -2 * kGravity * kDt, 0.02);
+}
+
+// --- Events
+// ------------------------------------------------------------------------------------------------------------
+
+std::vector<PairEvent> EventsOf(World& world, double seconds) {
+  std::vector<PairEvent> events;
+  for (int i = 0; i < static_cast<int>(seconds / kDt); ++i) {
+    world.Step(kDt);
+    events.insert(events.end(), world.events().begin(), world.events().end());
+  }
+  return events;
+}
+
+TEST(EventTest, RestingContactBeginsOnce) {
+  World world({});
+  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.8, 0})});
+  EXPECT_THAT(EventsOf(world, 6), testing::ElementsAre(PairEvent{BodyId(1), BodyId(2), false, true}));
+  EXPECT_EQ(world.asleep_count(), 1u);  // and did not end by falling asleep
+}
+
+TEST(EventTest, TriggerBeginsAndEndsOnceAndPushesNothing) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef trigger = Static(1, Ball(1)), probe = Dynamic(2, Ball(0.25), {-4, 0.5, 0});
+  trigger.trigger = true;
+  probe.initial.linear_velocity = {2, 0, 0};
+  AddAll(world, {trigger, probe});
+  std::vector<double> where;
+  std::vector<PairEvent> events;
+  for (int i = 0; i < 240; ++i) {
+    world.Step(kDt);
+    for (const PairEvent& event : world.events()) {
+      events.push_back(event);
+      where.push_back(world.StateOf(probe.id).position.x);
+    }
+  }
+  EXPECT_THAT(events, testing::ElementsAre(PairEvent{BodyId(1), BodyId(2), true, true},
+                                           PairEvent{BodyId(1), BodyId(2), true, false}));
+  const double reach = std::sqrt(1.25 * 1.25 - 0.5 * 0.5);  // exact, not by bounds
+  const double tick = 2 * kDt;
+  EXPECT_NEAR(where[0], -reach, 2 * tick);
+  EXPECT_NEAR(where[1], reach, 2 * tick);
+  EXPECT_NEAR(world.StateOf(probe.id).linear_velocity.x, 2, 1e-6);
+  EXPECT_TRUE(world.contacts().empty());
+}
+
+TEST(EventTest, BoundsThatOverlapAreNoContact) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef trigger = Static(1, Ball(1));
+  trigger.trigger = true;
+  AddAll(world, {trigger, Dynamic(2, Ball(1), {1.5, 1.5, 0})});
+  EXPECT_THAT(EventsOf(world, 0.5), testing::IsEmpty());
+}
+
+TEST(EventTest, RemovalEndsWhatTouched) {
+  World world({});
+  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0})});
+  Simulate(world, 0.5);
+  world.Remove(BodyId(2));
+  EXPECT_THAT(EventsOf(world, 0.1), testing::ElementsAre(PairEvent{BodyId(1), BodyId(2), false, false}));
+}
+
+}  // namespace
+}  // namespace tessera::physics

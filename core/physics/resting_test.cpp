@@ -1,0 +1,115 @@
+// Where each shape comes to rest, on each kind of ground, against where it must.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <string>
+
+#include "core/physics/mass_properties.h"
+#include "core/physics/test_bodies.h"
+
+namespace tessera::physics {
+namespace {
+
+constexpr double kBase_m = 3;  // height of the ground
+
+struct Lying {
+  std::string name;
+  ShapePtr shape;
+  double height_m;  // of the centre of mass above the ground
+};
+
+ShapePtr CubeHull(Vec3f center) {
+  ConvexHullShape hull;
+  for (int i = 0; i < 8; ++i) {
+    hull.points.push_back(center + Vec3f{i & 1 ? 0.5f : -0.5f, i & 2 ? 0.5f : -0.5f, i & 4 ? 0.5f : -0.5f});
+  }
+  return MakeShapePtr(std::move(hull));
+}
+
+// A table: a top (2 x .2 x 2) on a foot (.8 x 1 x .8).
+ShapePtr Table() {
+  return MakeShapePtr(CompoundShape{{{{{0, 1.1, 0}, {}}, Box(1, 0.1, 1)}, {{{0, 0.5, 0}, {}}, Box(0.4, 0.5, 0.4)}}});
+}
+
+std::vector<Lying> Shapes() {
+  return {{"Box", Cube(), 0.5},
+          {"Sphere", Ball(), 0.5},
+          {"Capsule", MakeShapePtr(CapsuleShape{0.5, 0.6}), 1.1},
+          {"Cylinder", MakeShapePtr(CylinderShape{0.5, 0.6}), 0.6},
+          {"Cone", MakeShapePtr(ConeShape{0.8, 1.2}), 0.3},
+          {"Hull", CubeHull({}), 0.5},
+          {"HullOffCenter", CubeHull({4, 5, 6}), 0.5},
+          {"Compound", Table(), (0.8 * 1.1 + 0.64 * 0.5) / (0.8 + 0.64)}};
+}
+
+ShapePtr FlatMesh() {
+  TriangleMeshShape mesh;
+  mesh.vertices = {{-20, 0, -20}, {20, 0, -20}, {20, 0, 20}, {-20, 0, 20}};
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+  return MakeShapePtr(std::move(mesh));
+}
+
+// Flat but for one corner, so that the lowest and the highest point differ and Bullet's centring would show.
+ShapePtr FlatField() {
+  HeightFieldShape field{.columns = 21, .rows = 21, .spacing_m = 2, .heights_m = std::vector<float>(441, 1)};
+  field.heights_m[0] = 7;
+  return MakeShapePtr(std::move(field));
+}
+
+std::vector<BodyDef> Grounds() {
+  return {Static(1, Ground(), {0, kBase_m, 0}), Static(1, MakeShapePtr(PlaneShape{{0, 2, 0}, 2 * kBase_m})),
+          Static(1, FlatMesh(), {0, kBase_m, 0}), Static(1, FlatField(), {0, kBase_m - 1, 0}),
+          Static(1, Box(20, 1, 20), {0, kBase_m - 1, 0})};
+}
+
+TEST(RestingTest, EveryShapeLiesOnEveryGround) {
+  for (const BodyDef& ground : Grounds()) {
+    for (const Lying& lying : Shapes()) {
+      SCOPED_TRACE(lying.name + " on " + std::to_string(ground.shape->form.index()));
+      World world({});
+      BodyDef body = Dynamic(2, lying.shape, {0.3, kBase_m + lying.height_m + 0.02, 0.2});
+      body.material.rolling_friction = body.material.spinning_friction = 0.02;
+      AddAll(world, {ground, body});
+      Simulate(world, 4);
+      const BodyState state = world.StateOf(body.id);
+      EXPECT_NEAR(state.position.y - kBase_m, lying.height_m, 3e-3);
+      EXPECT_GT(Rotate(state.orientation, {0, 1, 0}).y, 0.9999f);
+      EXPECT_TRUE(state.asleep);
+    }
+  }
+}
+
+// The same plane, seen from a region 100 km along it: a slanted one is where it would go wrong.
+TEST(RestingTest, PlaneIsWhereItIsFarFromItsOwnOrigin) {
+  const Vec3d normal = Normalized(Vec3d{1, 2, 0});
+  const Vec3d down{2 / std::sqrt(5.0), -1 / std::sqrt(5.0), 0};  // along the slope
+  const Vec3d far = down * 1e5;
+  World world({.origin = far, .gravity_m_s2 = normal * -kGravity});
+  BodyDef body = Dynamic(2, Ball(), far + normal * 0.52);
+  body.material.rolling_friction = 0.02;
+  AddAll(world, {Static(1, MakeShapePtr(PlaneShape{normal, 0})), body});
+  Simulate(world, 4);
+  EXPECT_NEAR(Dot(world.StateOf(body.id).position, normal), 0.5, 3e-3);
+}
+
+TEST(RestingTest, HeightFieldHasItsHeightsWhereTheyWereGiven) {
+  // A ramp in x, a step in z: heights[z * columns + x].
+  HeightFieldShape field{.columns = 5, .rows = 3, .spacing_m = 2, .heights_m = {}};
+  for (int z = 0; z < 3; ++z)
+    for (int x = 0; x < 5; ++x) field.heights_m.push_back(static_cast<float>(x) + 10.0f * static_cast<float>(z));
+  World world({});
+  const BodyDef ground = Static(1, MakeShapePtr(field), {100, 50, 200});
+  AddAll(world, {ground});
+  for (int z = 0; z < 3; ++z) {
+    for (int x = 0; x < 5; ++x) {
+      // Just inside, for the outermost samples.
+      const double px = 100 + (x - 2) * 2 * 0.999, pz = 200 + (z - 1) * 2 * 0.999;
+      const auto hit = world.CastRay({px, 200, pz}, {px, 0, pz});
+      ASSERT_TRUE(hit.has_value()) << x << ' ' << z;
+      EXPECT_NEAR(hit->point.y, 50 + x + 10 * z, 0.03) << x << ' ' << z;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::physics
