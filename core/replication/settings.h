@@ -1,5 +1,5 @@
-// Settings of replication: precision and sizes, each with its unit, its reason, and what breaks if it changes. Both ends must
-// agree: they are part of the protocol version.
+// Settings of replication: precision and sizes, each with its unit, its reason, and what breaks if it changes. Both
+// ends must agree: they are part of the protocol version.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,8 @@ struct Settings {
   // Velocity resolution, m/s and rad/s: only extrapolation uses it.
   double linear_velocity_step_m_s = 1.0 / 64;
   double angular_velocity_step_rad_s = 1.0 / 32;
+  // Ticks a second. Only scales how far a body is predicted from its baseline: a wrong one costs bits, not truth.
+  double tick_rate_hz = 60;
   // Largest datagram: mtu 1200 less ENet's headers and the AEAD's tag, so that ENet never fragments it.
   std::size_t max_datagram_bytes = 1148;
   // Ticks kept as baselines: an acknowledgement older than this (2 s at 30 a second) falls back to full.

@@ -1,8 +1,9 @@
 // Snapshots: how a client comes to see what a region owns.
 //
-// A region quantises its bodies once a tick into a SnapshotHistory that all its clients share. Per client a SnapshotSender writes
-// datagrams: each decodes alone, holds some bodies, and says per body against which acknowledged tick it is coded (none: full).
-// The client's SnapshotReceiver rebuilds them and makes the acknowledgements. So a lost datagram costs only itself.
+// A region quantises its bodies once a tick into a SnapshotHistory that all its clients share. Per client a
+// SnapshotSender writes datagrams: each decodes alone, holds some bodies, and says per body against which acknowledged
+// tick it is coded (none: full). The client's SnapshotReceiver rebuilds them and makes the acknowledgements. So a lost
+// datagram costs only itself.
 //
 //   history.Push(tick, bodies, departures);                    // once a tick that is sent
 //   for (auto& bytes : sender.Write(history).datagrams) send;  // per client
@@ -11,9 +12,9 @@
 //   ...
 //   sender.Acknowledge(ack_bytes);
 //
-// A body that rests and is acknowledged costs nothing. A body that left is named until its absence is acknowledged, with where it went.
-// Nothing in a datagram is trusted: every count and range is checked, an error leaves the receiver as it was.
-// Thread rule: one thread at a time.
+// A body that rests and is acknowledged costs nothing. A body that left is named until its absence is acknowledged,
+// with where it went. Nothing in a datagram is trusted: every count and range is checked, an error leaves the receiver
+// as it was. Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -40,8 +41,8 @@ struct BodyRecord {
 
 struct DepartureRecord {
   BodyId id;
-  Epoch epoch;   // of the ownership that ended
-  RegionId to;   // RegionId(): removed for good
+  Epoch epoch;  // of the ownership that ended
+  RegionId to;  // RegionId(): removed for good
 };
 
 // Quantised states of the last ticks, shared by all clients of a region.
@@ -69,8 +70,8 @@ class SnapshotSender {
   explicit SnapshotSender(const Settings& settings);
   ~SnapshotSender();
   SnapshotSender(SnapshotSender&&) noexcept;
-  // Of the history's newest tick. `last_input` and `input_margin` are told to the client: the last input of its that was applied,
-  // and how many ticks early it came.
+  // Of the history's newest tick. `last_input` and `input_margin` are told to the client: the last input of its that
+  // was applied, and how many ticks early it came.
   WrittenSnapshot Write(const SnapshotHistory& history, std::uint32_t last_input, std::int32_t input_margin_ticks);
   absl::Status Acknowledge(std::span<const std::uint8_t> ack);
 
@@ -84,7 +85,7 @@ struct ReceivedSnapshot {
   Tick tick;
   std::uint32_t last_input = 0;
   std::int32_t input_margin_ticks = 0;
-  std::vector<BodyRecord> bodies;            // at `tick`
+  std::vector<BodyRecord> bodies;  // at `tick`
   std::vector<DepartureRecord> departures;
 };
 
@@ -93,8 +94,8 @@ class SnapshotReceiver {
   SnapshotReceiver(const Aabb& world_bounds, const Settings& settings);
   ~SnapshotReceiver();
   SnapshotReceiver(SnapshotReceiver&&) noexcept;
-  // Errors: INVALID_ARGUMENT (malformed, names what), FAILED_PRECONDITION (its baseline is not here; harmless, it is not acknowledged).
-  // A datagram that is a duplicate gives ALREADY_EXISTS.
+  // Errors: INVALID_ARGUMENT (malformed, names what), FAILED_PRECONDITION (its baseline is not here; harmless, it is
+  // not acknowledged). A datagram that is a duplicate gives ALREADY_EXISTS.
   absl::StatusOr<ReceivedSnapshot> Read(std::span<const std::uint8_t> datagram);
   // The newest sequence and a bit mask of those before it; empty while nothing came.
   Bytes WriteAck() const;

@@ -1,0 +1,105 @@
+#include "core/replication/bit_stream.h"
+
+#include <algorithm>
+
+namespace tessera::replication {
+namespace {
+
+constexpr std::uint64_t LowBits(int bits) { return bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1; }
+
+}  // namespace
+
+void BitWriter::Write(std::uint64_t value, int bits) {
+  assert(bits >= 0 && bits <= 64 && (value & ~LowBits(bits)) == 0);
+  if (bits > 32) {
+    Write(value & LowBits(32), 32);
+    value >>= 32;
+    bits -= 32;
+  }
+  pending_ |= value << pending_bits_;
+  pending_bits_ += bits;
+  if (pending_bits_ < 32) return;
+  for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(pending_ >> (8 * i)));
+  pending_ >>= 32;
+  pending_bits_ -= 32;
+}
+
+void BitWriter::WriteVarint(std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7) Write((value & 0x7f) | 0x80, 8);
+  Write(value, 8);
+}
+
+void BitWriter::WriteBanded(std::uint64_t value, Bands bands) {
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const std::uint64_t size = std::uint64_t{1} << bands[i];
+    const int prefix_bits = static_cast<int>(i) + 1;  // i ones and a zero
+    if (value < size) return Write((value << prefix_bits) | LowBits(static_cast<int>(i)), prefix_bits + bands[i]);
+    value -= size;
+  }
+  Write(LowBits(static_cast<int>(bands.size())), static_cast<int>(bands.size()));
+  WriteVarint(value);
+}
+
+void BitWriter::Rewind(const Mark& mark) {
+  assert(mark.bytes <= bytes_.size());
+  bytes_.resize(mark.bytes);
+  pending_ = mark.pending;
+  pending_bits_ = mark.pending_bits;
+}
+
+std::vector<std::uint8_t> BitWriter::Finish() {
+  for (; pending_bits_ > 0; pending_bits_ -= 8, pending_ >>= 8) bytes_.push_back(static_cast<std::uint8_t>(pending_));
+  pending_ = 0;
+  pending_bits_ = 0;
+  return std::move(bytes_);
+}
+
+std::uint64_t BitReader::Read32(int bits) {
+  if (static_cast<std::size_t>(bits) > bytes_.size() * 8 - position_) {
+    ok_ = false;
+    position_ = bytes_.size() * 8;
+    return 0;
+  }
+  const std::size_t first = position_ / 8;
+  const int shift = static_cast<int>(position_ % 8);
+  std::uint64_t window = 0;  // 32 bits and a shift below 8 lie within five bytes
+  for (std::size_t i = 0; i < std::min<std::size_t>(5, bytes_.size() - first); ++i) {
+    window |= std::uint64_t{bytes_[first + i]} << (8 * i);
+  }
+  position_ += static_cast<std::size_t>(bits);
+  return (window >> shift) & LowBits(bits);
+}
+
+std::uint64_t BitReader::Read(int bits) {
+  assert(bits >= 0 && bits <= 64);
+  if (bits <= 32) return Read32(bits);
+  const std::uint64_t low = Read32(32);
+  return low | Read32(bits - 32) << 32;
+}
+
+std::uint64_t BitReader::ReadVarint() {
+  std::uint64_t value = 0;
+  for (int shift = 0; shift < 64; shift += 7) {
+    const std::uint64_t group = Read32(8);
+    value |= (group & 0x7f) << shift;
+    if ((group & 0x80) == 0) return value;
+  }
+  ok_ = false;  // longer than any 64-bit number
+  return 0;
+}
+
+std::uint64_t BitReader::ReadBanded(Bands bands) {
+  std::uint64_t before = 0;
+  for (const std::uint8_t bits : bands) {
+    if (!ReadBit()) return before + Read(bits);
+    before += std::uint64_t{1} << bits;
+  }
+  return before + ReadVarint();
+}
+
+bool BitReader::AtEnd() {
+  const std::size_t left = bytes_.size() * 8 - position_;
+  return ok_ && left < 8 && Read32(static_cast<int>(left)) == 0;
+}
+
+}  // namespace tessera::replication

@@ -1,0 +1,81 @@
+// BitWriter and BitReader: numbers in as few bits as they need, lowest bit first.
+//
+//   BitWriter writer;
+//   writer.Write(5, 3);
+//   Bytes bytes = writer.Finish();
+//   BitReader reader(bytes);
+//   auto five = reader.Read(3);
+//   if (!reader.ok()) return error;  // it was too short
+//
+// A reader never leaves its bytes: beyond the end it gives zeros and is no longer ok, so a parser checks once, at its
+// end, and wherever a value it has read sizes a loop. A writer trusts its caller. Thread rule: one thread at a time.
+#pragma once
+
+#include <cassert>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace tessera::replication {
+
+// Small signed numbers to small unsigned ones: 0, -1, 1, -2, ... to 0, 1, 2, 3, ...
+constexpr std::uint64_t ZigZag(std::int64_t v) {
+  return (static_cast<std::uint64_t>(v) << 1) ^ static_cast<std::uint64_t>(v >> 63);
+}
+constexpr std::int64_t UnZigZag(std::uint64_t v) {
+  return static_cast<std::int64_t>(v >> 1) ^ -static_cast<std::int64_t>(v & 1);
+}
+
+// Widths of the bands of a banded number. The first 2^bands[0] values take bands[0] bits, the next 2^bands[1] take
+// bands[1], and so on; each band costs one more bit of prefix, and what lies beyond the last is written as a varint.
+using Bands = std::span<const std::uint8_t>;
+
+class BitWriter {
+ public:
+  // Where the writer was; valid while nothing before it is rewound.
+  struct Mark {
+    std::size_t bytes = 0;
+    std::uint64_t pending = 0;
+    int pending_bits = 0;
+  };
+
+  // Requires 0 <= bits <= 64 and value < 2^bits.
+  void Write(std::uint64_t value, int bits);
+  void WriteBit(bool bit) { Write(bit ? 1 : 0, 1); }
+  void WriteVarint(std::uint64_t value);  // 8 bits for each 7 that it has
+  void WriteBanded(std::uint64_t value, Bands bands);
+
+  std::size_t bit_count() const { return bytes_.size() * 8 + static_cast<std::size_t>(pending_bits_); }
+  Mark mark() const { return {bytes_.size(), pending_, pending_bits_}; }
+  void Rewind(const Mark& mark);
+  // The whole, filled up with zeros to a byte. The writer is empty then.
+  std::vector<std::uint8_t> Finish();
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+  std::uint64_t pending_ = 0;  // bits that do not fill 32 yet
+  int pending_bits_ = 0;       // below 32
+};
+
+class BitReader {
+ public:
+  explicit BitReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+
+  std::uint64_t Read(int bits);  // 0 to 64
+  bool ReadBit() { return Read(1) != 0; }
+  std::uint64_t ReadVarint();
+  std::uint64_t ReadBanded(Bands bands);
+
+  bool ok() const { return ok_; }
+  // True if nothing but the zeros that fill the last byte is left.
+  bool AtEnd();
+
+ private:
+  std::uint64_t Read32(int bits);
+
+  std::span<const std::uint8_t> bytes_;
+  std::size_t position_ = 0;  // in bits
+  bool ok_ = true;
+};
+
+}  // namespace tessera::replication

@@ -1,0 +1,20 @@
+// What the unsequenced channel between a client and a region carries: the first byte of every datagram says.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace tessera::replication {
+
+enum class DatagramKind : std::uint8_t {
+  kUnknown = 0,   // never sent: empty, or of a kind that this version does not know
+  kSnapshot = 1,  // region -> client: core/replication/snapshot.h
+  kInput = 2,     // client -> region: core/replication/input.h
+};
+
+inline DatagramKind KindOf(std::span<const std::uint8_t> datagram) {
+  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kInput)) return DatagramKind::kUnknown;
+  return static_cast<DatagramKind>(datagram[0]);
+}
+
+}  // namespace tessera::replication

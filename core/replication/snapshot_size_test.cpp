@@ -1,0 +1,82 @@
+// What snapshots cost, in bytes and in time: 500 bodies in motion, 8 clients, 30 snapshots a second. Prints its
+// figures; holds them to bounds that only a mistake would exceed.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "core/replication/moving_bodies.h"
+
+namespace tessera::replication {
+namespace {
+
+constexpr std::size_t kBodies = 500, kClients = 8, kSnapshots = 300, kAckDelay = 2;
+constexpr std::uint64_t kTicksPerSnapshot = 2;
+
+struct Client {
+  explicit Client(const Aabb& bounds, const Settings& settings) : sender(settings), receiver(bounds, settings) {}
+  SnapshotSender sender;
+  SnapshotReceiver receiver;
+  std::vector<Bytes> acks;
+};
+
+struct Cost {
+  std::size_t snapshots = 0, bytes = 0, records = 0;
+  double seconds = 0;
+  void Print(const char* what) const {
+    std::printf("%-8s %6.2f bytes a body, %7.0f bytes a snapshot, %6.1f us a snapshot and client\n", what,
+                double(bytes) / double(records), double(bytes) / double(snapshots), seconds / double(snapshots) * 1e6);
+  }
+};
+
+double Seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+TEST(SnapshotSizeTest, FiveHundredMovingBodies) {
+  MovingBodies world({.count = kBodies});
+  const Settings settings;
+  SnapshotHistory history(world.bounds(), settings);
+  std::vector<Client> clients;
+  for (std::size_t i = 0; i < kClients; ++i) clients.emplace_back(world.bounds(), settings);
+
+  Cost full, delta, push, ack, read;
+  for (std::size_t n = 0; n < kSnapshots; ++n) {
+    for (std::uint64_t i = 0; i < kTicksPerSnapshot; ++i) world.Step(1.0 / 60);
+    const auto start = std::chrono::steady_clock::now();
+    history.Push(Tick((n + 1) * kTicksPerSnapshot), world.bodies(), {});
+    push.seconds += Seconds(std::chrono::steady_clock::now() - start);
+    for (Client& client : clients) {
+      const auto before = std::chrono::steady_clock::now();
+      const WrittenSnapshot written = client.sender.Write(history, 0, 0);
+      const auto after = std::chrono::steady_clock::now();
+      Cost& cost = written.full ? full : delta;
+      cost.seconds += Seconds(after - before);
+      ++cost.snapshots;
+      cost.records += written.bodies;
+      for (const Bytes& bytes : written.datagrams) {
+        cost.bytes += bytes.size();
+        ASSERT_LE(bytes.size(), settings.max_datagram_bytes);
+        ASSERT_TRUE(client.receiver.Read(bytes).ok());
+      }
+      const auto read_done = std::chrono::steady_clock::now();
+      read.seconds += Seconds(read_done - after);
+      client.acks.push_back(client.receiver.WriteAck());
+      if (n >= kAckDelay) {
+        ASSERT_TRUE(client.sender.Acknowledge(client.acks[n - kAckDelay]).ok());
+      }
+      ack.seconds += Seconds(std::chrono::steady_clock::now() - read_done);
+    }
+  }
+  full.Print("full");
+  delta.Print("delta");
+  std::printf("push %.1f us a tick; read %.1f, acknowledge %.1f us a snapshot and client\n",
+              push.seconds / double(kSnapshots) * 1e6, read.seconds / double(kSnapshots * kClients) * 1e6,
+              ack.seconds / double(kSnapshots * kClients) * 1e6);
+  const double writing = full.seconds + delta.seconds + push.seconds + ack.seconds;
+  std::printf("region's share of a core at %zu clients and 30 Hz: %.2f %%\n", kClients,
+              writing / (kSnapshots / 30.0) * 100);
+  EXPECT_LT(double(full.bytes) / double(full.records), 26);
+  EXPECT_LT(double(delta.bytes) / double(delta.records), 15);
+}
+
+}  // namespace
+}  // namespace tessera::replication
