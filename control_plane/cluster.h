@@ -1,0 +1,197 @@
+// Cluster: all that the control plane knows and decides: hosts, instances, players. A state machine without sockets,
+// threads or clocks; requests, agents' messages and the time come in, answers and `Effects` come out.
+//
+// Promises. What must survive (specs, placements, maps, keys, players, states) is stored before anything that follows
+// from it is given out, so a control plane may die between any two calls and the next one, loaded from the same store,
+// goes on. What agents can tell again is not stored. Ids and incarnations are never given twice. A request that fails
+// changes nothing.
+//
+//   auto cluster = Cluster::Load(store, settings, SystemRandomBytes, now);
+//   absl::StatusOr<v1::AddHostResponse> host = (*cluster)->AddHost(now, request);
+//   Effects effects = (*cluster)->TakeEffects();  // after every call: who is to be woken, what is to be logged
+//
+// Thread rule: none of its own; the owner calls it under one lock. `store` outlives it.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "control_plane/entries.h"
+#include "control_plane/instance_plan.h"
+#include "control_plane/moment.h"
+#include "control_plane/secrets.h"
+#include "control_plane/settings.h"
+#include "control_plane/store.h"
+#include "tessera/v1/agent_link.pb.h"
+#include "tessera/v1/host.pb.h"
+#include "tessera/v1/instance.pb.h"
+#include "tessera/v1/session.pb.h"
+
+namespace tessera::control {
+
+// What a call set off outside.
+struct Effects {
+  std::set<SessionId> desired;               // TakeDesired has something for these
+  std::map<SessionId, absl::Status> closed;  // these are over, and why
+  std::set<std::string> instances;           // changed, or a report of theirs did
+  std::vector<std::string> log;              // one line each
+};
+
+// How many there are in each state; what the metrics show.
+struct Census {
+  std::map<v1::HostState, int> hosts;
+  std::map<v1::InstanceState, int> instances;
+};
+
+// A process that serves metrics.
+struct ScrapeTarget {
+  std::string address;      // "10.0.0.5:9101"
+  std::string host;         // name
+  std::string instance_id;  // of a worker; empty for an agent
+  std::uint32_t region = 0;
+};
+
+class Cluster {
+ public:
+  static absl::StatusOr<std::unique_ptr<Cluster>> Load(Store& store, const Settings& settings, RandomBytes random,
+                                                       Moment now);
+
+  // --- Hosts. Errors: kInvalidArgument, kAlreadyExists, kNotFound, kFailedPrecondition, naming the field.
+  absl::StatusOr<v1::AddHostResponse> AddHost(Moment now, const v1::AddHostRequest& request);
+  absl::StatusOr<v1::ListHostsResponse> ListHosts(const v1::ListHostsRequest& request) const;
+  absl::StatusOr<v1::GetHostResponse> GetHost(const v1::GetHostRequest& request) const;
+  absl::StatusOr<v1::DrainHostResponse> DrainHost(Moment now, const v1::DrainHostRequest& request);
+  absl::Status RemoveHost(Moment now, const v1::RemoveHostRequest& request);
+
+  // --- Agents. A session is one attached stream; the latest one of a host counts, and earlier ones end with kAborted.
+  struct Admission {
+    SessionId session = 0;
+    v1::Admitted admitted;
+  };
+  // kUnauthenticated, kPermissionDenied (host was removed), kInvalidArgument.
+  absl::StatusOr<Admission> HandleHello(Moment now, const v1::AgentHello& hello);
+  // Not OK: the session is over.
+  absl::Status HandleAgentMessage(Moment now, SessionId session, const v1::AgentMessage& message);
+  void HandleAgentGone(Moment now, SessionId session);
+  // The host's whole desired set, if it has changed since it was last taken.
+  std::optional<v1::DesiredSet> TakeDesired(Moment now, SessionId session);
+  absl::Status CheckHostSecret(const std::string& host_id, const std::string& secret) const;
+
+  // --- Instances.
+  // kResourceExhausted when there is no room for all regions.
+  absl::StatusOr<v1::Instance> CreateInstance(Moment now, const InstancePlan& plan, bool validate_only);
+  // The instance that this request id made before; kNotFound.
+  absl::StatusOr<v1::Instance> FindByRequestId(const std::string& request_id) const;
+  absl::StatusOr<v1::Instance> GetInstance(const std::string& id) const;
+  absl::StatusOr<v1::ListInstancesResponse> ListInstances(const v1::ListInstancesRequest& request) const;
+  // Repeating it is fine: an instance that stops or has ended is returned as it is.
+  absl::StatusOr<v1::Instance> DeleteInstance(Moment now, const v1::DeleteInstanceRequest& request);
+  // True if a live instance uses the scene; it then lies in the store under SceneKey(hash).
+  bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
+
+  // --- Sessions of players. A join first waits (`BeginWait`), which is what starts a lazy instance, until `CanJoin`;
+  // then `Join` and `EndWait`, in one go.
+  absl::Status BeginWait(Moment now, const v1::JoinInstanceRequest& request);
+  void EndWait(Moment now, const std::string& instance_id);
+  // False: not all workers are bound yet. An error: it will never be.
+  absl::StatusOr<bool> CanJoin(const std::string& instance_id) const;
+  struct Joined {
+    v1::JoinInstanceResponse response;
+    std::uint64_t mark = 0;  // for AllKnow
+  };
+  absl::StatusOr<Joined> Join(Moment now, const v1::JoinInstanceRequest& request);
+  // True once every worker of the instance has acted on an order made after `mark`.
+  bool AllKnow(const std::string& instance_id, std::uint64_t mark) const;
+  absl::Status Leave(Moment now, const v1::LeaveInstanceRequest& request);
+
+  // --- Time. Call it about every kTimerInterval.
+  void HandleTimer(Moment now);
+
+  Effects TakeEffects() { return std::exchange(effects_, {}); }
+  Census Count() const;
+  std::vector<ScrapeTarget> ScrapeTargets() const;
+
+ private:
+  Cluster(Store& store, const Settings& settings, RandomBytes random)
+      : store_(store), settings_(settings), random_(std::move(random)) {}
+
+  // Loading.
+  absl::Status LoadAll(Moment now);
+  absl::Status LoadCounters();
+  absl::Status LoadHosts(Moment now);
+  absl::Status LoadInstances(Moment now);
+  absl::Status LoadScenes();
+
+  // Storing: memory follows the store, never the other way round.
+  absl::Status StoreHost(HostEntry& host, const records::Host& next);
+  absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next);
+
+  // Hosts.
+  const HostEntry* FindHost(const std::string& name_or_id) const;
+  absl::StatusOr<HostEntry*> HostOf(SessionId session);
+  absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello);
+  v1::HostState StateOf(const HostEntry& host) const;
+  v1::Host View(const HostEntry& host) const;
+  std::vector<FreeHost> FreeHosts(const InstanceEntry* without) const;
+  void MarkDesired(HostEntry& host);
+  void Heard(Moment now, HostEntry& host);
+  void MarkLost(Moment now, HostEntry& host);
+  absl::Status HandleHeartbeat(Moment now, HostEntry& host, const v1::AgentHeartbeat& heartbeat);
+  void TakeReports(HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
+                   std::set<std::uint64_t>& touched);
+  void NoticeAbsent(HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
+                    std::optional<std::uint64_t> acted_revision, std::set<std::uint64_t>& touched);
+  void HandleExited(HostEntry& host, const v1::WorkerExited& exited, std::set<std::uint64_t>& touched);
+  // Null if it is not a worker that this host is to run, or one of an earlier incarnation.
+  std::pair<InstanceEntry*, WorkerEntry*> FindWorker(const HostEntry& host, const v1::WorkerIdentity& identity);
+  void TakeReport(HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched);
+  bool Holds(const HostEntry& host) const;
+
+  // Instances.
+  const InstanceEntry* FindInstance(const std::string& id) const;
+  InstanceEntry* FindInstance(const std::string& id);
+  LifeFacts Facts(const InstanceEntry& instance, Moment now) const;
+  void Reconcile(Moment now, InstanceEntry& instance);
+  void Reconcile(Moment now, const std::set<std::uint64_t>& numbers);
+  std::optional<records::Instance> NextRecord(Moment now, const InstanceEntry& instance, const LifeFacts& facts) const;
+  void NoteDegraded(InstanceEntry& instance, const LifeFacts& facts);
+  void StepPlacing(Moment now, const InstanceEntry& instance, records::Instance& next) const;
+  void Entered(Moment now, InstanceEntry& instance, v1::InstanceState previous);
+  void SetGone(InstanceEntry& instance, WorkerEntry& worker, std::string ending);
+  InstanceEntry& Adopt(Moment now, std::uint64_t number, const records::Instance& record, Revision revision);
+  void Assign(InstanceEntry& instance);
+  void MarkOrders(InstanceEntry& instance);
+  void Changed(InstanceEntry& instance);
+  void ForgetEnded(Moment now);
+  void PrunePlayers(Moment now, InstanceEntry& instance);
+  v1::Instance View(const InstanceEntry& instance, bool whole) const;
+
+  std::uint64_t NextRevision() { return last_revision_ += 1; }
+
+  Store& store_;
+  const Settings settings_;
+  const RandomBytes random_;
+  records::Counters counters_;
+  Revision counters_revision_ = kAbsent;
+  std::map<std::uint64_t, HostEntry> hosts_;          // by the number in their id
+  std::map<std::uint64_t, InstanceEntry> instances_;  // so listings are in the order of creation
+  std::map<std::string, SceneUse> scenes_;            // by hash; of instances that have not ended
+  std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
+  std::map<SessionId, std::uint64_t> sessions_;       // to the host's number
+  SessionId last_session_ = 0;
+  std::uint64_t last_revision_ = 0;  // of orders and desired sets; the upper half is the number of this life
+  Effects effects_;
+};
+
+// "host-12" with the prefix "host-" is 12; 0 if it is not of that form.
+std::uint64_t NumberOf(std::string_view id, std::string_view prefix);
+std::string SceneKey(std::string_view hash);
+
+}  // namespace tessera::control

@@ -1,0 +1,70 @@
+// What Cluster remembers of hosts, instances and workers: the stored record, and beside it what was observed. Plain
+// data.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "control_plane/control_records.pb.h"
+#include "control_plane/life.h"
+#include "control_plane/moment.h"
+#include "control_plane/placement.h"
+#include "control_plane/store.h"
+#include "core/world/partition_map.h"
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::control {
+
+// One attached stream of an agent; from 1, never used twice in a process. 0: none.
+using SessionId = std::uint64_t;
+
+struct WorkerEntry {
+  std::uint32_t region = 0;
+  v1::WorkerReport report;  // the last one; empty before the first
+  bool reported = false;
+  bool gone = false;           // has ended; for good, since incarnations are not used twice
+  std::string ending;          // why, if nobody asked it to
+  int missed = 0;              // heartbeats in a row that did not name it
+  v1::WorkerOrder order;       // as last given out
+  std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end
+
+  // Listens, and we know where.
+  bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
+};
+
+struct HostEntry {
+  std::uint64_t number = 0;
+  records::Host record;
+  Revision revision = kAbsent;
+  SessionId session = 0;
+  bool lost = false;
+  Steady last_heard{0};
+  std::chrono::nanoseconds last_heartbeat_time{0};  // wall clock; 0: none in this life
+  bool desired_changed = false;
+  std::uint64_t acted_revision = 0;                         // the last desired set that the agent has acted on
+  std::set<std::pair<std::uint64_t, std::size_t>> workers;  // (instance number, index) placed here and not gone
+};
+
+struct InstanceEntry {
+  std::uint64_t number = 0;
+  records::Instance record;
+  Revision revision = kAbsent;
+  PartitionMap map;
+  std::vector<WorkerEntry> workers;  // as record.placements
+  std::string degraded;              // why; empty in good health
+  int waiting = 0;                   // joins that wait for the workers
+  Steady start_deadline{0};
+  Steady state_since{0};
+  bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
+  std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow
+};
+
+struct SceneUse {
+  int instances = 0;
+  Revision revision = kAbsent;
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,76 @@
+#include "control_plane/instance_plan.h"
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/settings.h"
+#include "core/world/limits.h"
+#include "core/world/scene_io.h"
+
+namespace tessera::control {
+namespace {
+
+absl::Status CheckRange(const char* field, std::uint64_t value, std::uint64_t lowest, std::uint64_t highest) {
+  if (value >= lowest && value <= highest) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(field, ": ", value, " is not in ", lowest, " to ", highest));
+}
+
+absl::StatusOr<std::chrono::milliseconds> StartDeadline(const v1::InstanceSpec& spec) {
+  if (!spec.has_start_deadline()) return kDefaultStartDeadline;
+  const auto& asked = spec.start_deadline();
+  const std::int64_t largest_s = std::chrono::duration_cast<std::chrono::seconds>(kMaxStartDeadline).count();
+  if (asked.seconds() < 0 || asked.seconds() >= largest_s || asked.nanos() < 0 || asked.nanos() > 999'999'999) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.start_deadline: ", asked.seconds(), " s is not in 0 to ", largest_s, " s"));
+  }
+  return std::chrono::milliseconds(asked.seconds() * 1000 + asked.nanos() / 1'000'000);
+}
+
+absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
+  const v1::InstanceSpec& spec = request.spec();
+  if (request.request_id().size() > kMaxRequestIdBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("request_id: ", request.request_id().size(), " bytes are more than ", kMaxRequestIdBytes));
+  }
+  if (!request.has_spec()) return absl::InvalidArgumentError("spec: missing");
+  if (!spec.has_scene()) return absl::InvalidArgumentError("spec.scene: missing");
+  if (absl::Status status = CheckRange("spec.regions", spec.regions(), 1, kMaxRegions); !status.ok()) return status;
+  return CheckRange("spec.expected_players", spec.expected_players(), 0, kMaxPlayers);
+}
+
+}  // namespace
+
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request) {
+  if (absl::Status status = CheckNumbers(request); !status.ok()) return status;
+  const v1::InstanceSpec& spec = request.spec();
+  const auto deadline = StartDeadline(spec);
+  if (!deadline.ok()) return deadline.status();
+
+  const auto scene = ResolveScene(spec.scene(), "spec.scene");
+  if (!scene.ok()) return scene.status();
+  auto map = MakeGridMap((*scene)->ground(), spec.regions());
+  if (!map.ok()) return map.status();
+  if (absl::Status status = CheckRange("spec.snapshot_rate_hz", spec.snapshot_rate_hz(), 0, (*scene)->tick_rate_hz);
+      !status.ok()) {
+    return status;
+  }
+  if (spec.expected_players() > 0 && !(*scene)->player) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.expected_players: ", spec.expected_players(), ", but the scene has no player"));
+  }
+
+  InstancePlan plan;
+  plan.request_id = request.request_id();
+  plan.scene_name = (*scene)->name;
+  plan.scene_hash = SceneHash(spec.scene());
+  plan.scene_bytes = spec.scene().SerializeAsString();
+  plan.tick_rate_hz = (*scene)->tick_rate_hz;
+  plan.snapshot_rate_hz =
+      spec.snapshot_rate_hz() > 0 ? spec.snapshot_rate_hz() : std::min(kDefaultSnapshotRateHz, plan.tick_rate_hz);
+  plan.expected_players = spec.expected_players();
+  plan.start_deadline = *deadline;
+  plan.lazy = spec.lazy();
+  plan.map = *std::move(map);
+  if ((*scene)->player) plan.spawn_points = (*scene)->player->spawn_points;
+  return plan;
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,32 @@
+// InstancePlan: what a client asked for, checked, with all that follows from it alone. Made outside any lock, because a
+// scene can be large; what it needs from the cluster (room, an id) comes later.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/world/partition_map.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::control {
+
+struct InstancePlan {
+  std::string request_id;
+  std::string scene_name;
+  std::string scene_hash;
+  std::string scene_bytes;  // serialised tessera.v1.Scene
+  std::uint32_t tick_rate_hz = 0;
+  std::uint32_t snapshot_rate_hz = 0;
+  std::uint32_t expected_players = 0;
+  std::chrono::milliseconds start_deadline{0};
+  bool lazy = false;
+  PartitionMap map;                 // the grid
+  std::vector<Vec3d> spawn_points;  // empty: nobody can join
+};
+
+// kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000".
+absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request);
+
+}  // namespace tessera::control

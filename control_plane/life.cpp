@@ -1,0 +1,88 @@
+#include "control_plane/life.h"
+
+#include <algorithm>
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+
+namespace tessera::control {
+namespace {
+
+bool AllReached(const LifeFacts& facts, v1::WorkerPhase phase) {
+  return std::all_of(facts.workers.begin(), facts.workers.end(), [phase](const WorkerFacts& worker) {
+    return worker.phase >= phase && worker.phase != v1::WORKER_PHASE_STOPPING;
+  });
+}
+
+// Why an instance that wants all its workers cannot go on; empty if it can.
+std::string Failure(const LifeFacts& facts, bool started) {
+  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
+    const WorkerFacts& worker = facts.workers[i];
+    if (worker.gone) return absl::StrCat("region ", i + 1, " on ", worker.host_name, ": ", worker.ending);
+    if (worker.host_lost && !started) {
+      return absl::StrCat("region ", i + 1, ": host ", worker.host_name, " was lost before the start");
+    }
+  }
+  return "";
+}
+
+std::string StartTimedOut(const LifeFacts& facts) {
+  std::vector<std::string> late;
+  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
+    if (facts.workers[i].phase < v1::WORKER_PHASE_LINKED) {
+      late.push_back(absl::StrCat(i + 1, " on ", facts.workers[i].host_name));
+    }
+  }
+  return absl::StrCat("start timed out: not linked: region ", absl::StrJoin(late, ", "));
+}
+
+}  // namespace
+
+bool WantsWorkers(v1::InstanceState state) {
+  return state == v1::INSTANCE_STATE_STARTING || state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS ||
+         state == v1::INSTANCE_STATE_RUNNING;
+}
+
+bool IsFinal(v1::InstanceState state) {
+  return state == v1::INSTANCE_STATE_ENDED || state == v1::INSTANCE_STATE_FAILED;
+}
+
+LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
+  if (WantsWorkers(state)) {
+    std::string failure = Failure(facts, run);
+    if (!failure.empty()) return {v1::INSTANCE_STATE_FAILED, run, std::move(failure)};
+  }
+  if (state == v1::INSTANCE_STATE_PENDING && (facts.players_ready || facts.start_deadline_passed)) {
+    return {v1::INSTANCE_STATE_PLACING, run, ""};
+  }
+  if (state == v1::INSTANCE_STATE_STARTING) {
+    if (!AllReached(facts, v1::WORKER_PHASE_LINKED)) {
+      if (facts.start_timed_out) return {v1::INSTANCE_STATE_FAILED, run, StartTimedOut(facts)};
+      return {state, run, ""};
+    }
+    state = v1::INSTANCE_STATE_WAITING_FOR_PLAYERS;
+  }
+  if (state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS) {
+    run = run || facts.players_ready || facts.start_deadline_passed;
+    if (run && AllReached(facts, v1::WORKER_PHASE_RUNNING)) state = v1::INSTANCE_STATE_RUNNING;
+  }
+  if (state == v1::INSTANCE_STATE_STOPPING &&
+      std::all_of(facts.workers.begin(), facts.workers.end(), [](const WorkerFacts& worker) { return worker.gone; })) {
+    state = v1::INSTANCE_STATE_ENDED;
+  }
+  return {state, run, ""};
+}
+
+std::string DegradedReason(const LifeFacts& facts) {
+  std::map<std::string, std::vector<std::size_t>> silent;
+  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
+    if (facts.workers[i].host_lost) silent[facts.workers[i].host_name].push_back(i + 1);
+  }
+  return absl::StrJoin(silent, "; ", [](std::string* out, const auto& host) {
+    absl::StrAppend(out, "host ", host.first, " is silent: region", host.second.size() == 1 ? " " : "s ",
+                    absl::StrJoin(host.second, ", "));
+  });
+}
+
+}  // namespace tessera::control

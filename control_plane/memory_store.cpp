@@ -1,0 +1,56 @@
+#include "control_plane/memory_store.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::control {
+
+absl::StatusOr<Entry> MemoryStore::Get(std::string_view key) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = entries_.find(key);
+  if (found == entries_.end()) return absl::NotFoundError(absl::StrCat("store: no key ", std::string(key)));
+  return Entry{found->first, found->second.value, found->second.revision};
+}
+
+absl::StatusOr<std::vector<Entry>> MemoryStore::List(std::string_view prefix) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<Entry> result;
+  for (auto it = entries_.lower_bound(prefix); it != entries_.end() && it->first.starts_with(prefix); ++it) {
+    result.push_back({it->first, it->second.value, it->second.revision});
+  }
+  return result;
+}
+
+absl::StatusOr<Revision> MemoryStore::Txn(std::span<const StoreOp> ops) {
+  if (absl::Status status = CheckOps(ops); !status.ok()) return status;
+  const std::lock_guard lock(mutex_);
+  if (failures_ > 0) {
+    --failures_;
+    return absl::UnavailableError("store: no space left");
+  }
+  for (const StoreOp& op : ops) {
+    const auto found = entries_.find(op.key);
+    const Revision at = found == entries_.end() ? kAbsent : found->second.revision;
+    if (at != op.expected) return Conflict(op, at);
+  }
+  ++revision_;
+  for (const StoreOp& op : ops) {
+    if (op.kind == StoreOp::Kind::kDelete) {
+      entries_.erase(op.key);
+    } else {
+      entries_[op.key] = {op.value, revision_};
+    }
+  }
+  return revision_;
+}
+
+Revision MemoryStore::revision() const {
+  const std::lock_guard lock(mutex_);
+  return revision_;
+}
+
+void MemoryStore::FailNext(int count) {
+  const std::lock_guard lock(mutex_);
+  failures_ = count;
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,32 @@
+// MemoryStore: a Store that ends with its process. For tests and simulations.
+#pragma once
+
+#include <map>
+#include <mutex>
+
+#include "control_plane/store.h"
+
+namespace tessera::control {
+
+class MemoryStore final : public Store {
+ public:
+  absl::StatusOr<Entry> Get(std::string_view key) const override;
+  absl::StatusOr<std::vector<Entry>> List(std::string_view prefix) const override;
+  absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override;
+  Revision revision() const override;
+
+  // The next `count` transactions fail with kUnavailable and change nothing: a full disk, for tests.
+  void FailNext(int count);
+
+ private:
+  struct Versioned {
+    std::string value;
+    Revision revision;
+  };
+  mutable std::mutex mutex_;
+  std::map<std::string, Versioned, std::less<>> entries_;
+  Revision revision_ = 0;
+  int failures_ = 0;
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,66 @@
+#include "control_plane/orders.h"
+
+#include <string.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "control_plane/settings.h"
+
+namespace tessera::control {
+
+v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
+  const records::Instance& record = instance.record;
+  const records::Placement& placement = record.placements(static_cast<int>(index));
+  v1::WorkerOrder order;
+  order.set_instance_id(record.id());
+  order.set_region(placement.region());
+  order.set_incarnation(placement.incarnation());
+  order.set_scene_hash(record.scene_hash());
+  *order.mutable_map() = record.map();
+  order.set_instance_key(record.key());
+  for (const WorkerEntry& peer : instance.workers) {
+    if (peer.region != placement.region() && peer.bound()) *order.add_peers() = peer.report.address();
+  }
+  *order.mutable_players() = record.players();
+  order.set_run(record.run());
+  order.set_stop(!WantsWorkers(record.state()));
+  order.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  order.set_expected_players(record.expected_players());
+  return order;
+}
+
+std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport& last_report) {
+  std::string text = "worker ";
+  if (!exited.started()) {
+    text += "could not be started";
+  } else if (exited.signal() != 0) {
+    const char* name = sigabbrev_np(exited.signal());
+    absl::StrAppend(&text, "was killed by signal ", exited.signal(),
+                    name != nullptr ? absl::StrCat(" (SIG", name, ")") : "");
+  } else {
+    absl::StrAppend(&text, "exited with status ", exited.exit_code());
+  }
+  if (!last_report.failure().empty()) absl::StrAppend(&text, ": ", last_report.failure());
+  if (!exited.reason().empty() && exited.reason() != last_report.failure())
+    absl::StrAppend(&text, ": ", exited.reason());
+  const auto& lines = exited.last_log_lines();
+  if (!lines.empty()) {
+    const auto kept = std::min<std::ptrdiff_t>(lines.size(), kReasonLogLines);
+    absl::StrAppend(&text, "; last log: ", absl::StrJoin(lines.end() - kept, lines.end(), " | "));
+  }
+  return OneLine(text, kMaxReasonBytes);
+}
+
+std::string OneLine(std::string_view text, std::size_t max_bytes) {
+  std::size_t size = std::min(text.size(), max_bytes);
+  // Bytes 10xxxxxx continue a UTF-8 character: step back to where it began.
+  while (size < text.size() && size > 0 && (static_cast<unsigned char>(text[size]) & 0xC0) == 0x80) --size;
+  std::string line(text.substr(0, size));
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, ' ');
+  return line;
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,41 @@
+#include "control_plane/secrets.h"
+
+#include <sodium.h>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+
+namespace tessera::control {
+namespace {
+
+constexpr std::size_t kSecretBytes = 32;
+
+}  // namespace
+
+std::string SystemRandomBytes(std::size_t n) {
+  std::string bytes(n, '\0');
+  randombytes_buf(bytes.data(), n);
+  return bytes;
+}
+
+std::string MakeJoinToken(const RandomBytes& random) {
+  return absl::StrCat("tsj_", absl::BytesToHexString(random(kSecretBytes)));
+}
+
+std::string MakeHostSecret(const RandomBytes& random) {
+  return absl::StrCat("tsh_", absl::BytesToHexString(random(kSecretBytes)));
+}
+
+std::string HashSecret(std::string_view secret) {
+  std::string hash(crypto_generichash_BYTES, '\0');
+  crypto_generichash(reinterpret_cast<unsigned char*>(hash.data()), hash.size(),
+                     reinterpret_cast<const unsigned char*>(secret.data()), secret.size(), nullptr, 0);
+  return hash;
+}
+
+bool SecretMatches(std::string_view secret, std::string_view hash) {
+  const std::string computed = HashSecret(secret);
+  return hash.size() == computed.size() && sodium_memcmp(hash.data(), computed.data(), computed.size()) == 0;
+}
+
+}  // namespace tessera::control
