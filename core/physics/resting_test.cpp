@@ -70,7 +70,7 @@ TEST(RestingTest, EveryShapeLiesOnEveryGround) {
       BodyDef body = Dynamic(2, lying.shape, {0.3, kBase_m + lying.height_m + 0.02, 0.2});
       body.material.rolling_friction = body.material.spinning_friction = 0.02;
       AddAll(world, {ground, body});
-      Simulate(world, 4);
+      Simulate(world, 8);
       const BodyState state = world.StateOf(body.id);
       EXPECT_NEAR(state.position.y - kBase_m, lying.height_m, 3e-3);
       EXPECT_GT(Rotate(state.orientation, {0, 1, 0}).y, 0.9999f);

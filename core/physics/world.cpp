@@ -2,6 +2,7 @@
 
 #include <absl/container/flat_hash_map.h>
 
+#include <algorithm>
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
@@ -46,7 +47,6 @@ struct World::Impl {
   PairWatch pairs;
   std::vector<Contact> contacts;
   std::vector<PairEvent> events;
-  std::size_t asleep = 0;
   double tuned_dt_s = 0;
   bool unsettled = true;  // something changed since the last step, or something is awake
   bool bounds_late = false;
@@ -70,7 +70,6 @@ void World::Add(const BodyDef& def, const BodyState& state) {
   impl_->bullet->addRigidBody(&body->bullet());
   impl_->RefreshBounds(*body);
   if (body->dynamic()) impl_->moving.push_back(body.get());
-  impl_->asleep += body->asleep();
   impl_->bodies.emplace(def.id, std::move(body));
 }
 
@@ -81,8 +80,6 @@ void World::Remove(BodyId id) {
   impl_->bullet->removeRigidBody(&body.bullet());
   std::erase(impl_->moving, &body);
   impl_->bodies.erase(id);
-  impl_->asleep = 0;
-  for (const Body* other : impl_->moving) impl_->asleep += other->asleep();
   impl_->unsettled = true;
 }
 
@@ -140,7 +137,6 @@ BodyState World::StateOf(BodyId id) const { return impl_->At(id).state(); }
 
 void World::SetState(BodyId id, const BodyState& state) {
   Body& body = impl_->At(id);
-  const bool was_asleep = body.asleep();
   switch (body.Compare(state)) {
     case Body::Change::kNone:
       return;
@@ -148,12 +144,11 @@ void World::SetState(BodyId id, const BodyState& state) {
       body.Set(state, impl_->settings.origin);
       break;
     case Body::Change::kMoves:
-      if (was_asleep || !body.dynamic()) impl_->bullet->WakeTouching(body);
+      if (body.asleep() || !body.dynamic()) impl_->bullet->WakeTouching(body);
       body.Set(state, impl_->settings.origin);
       break;
   }
   impl_->RefreshBounds(body);
-  impl_->asleep += body.asleep() - was_asleep;
 }
 
 Aabb World::BoundsOf(BodyId id) const {
@@ -203,12 +198,11 @@ void World::Step(double dt_s) {
   }
   impl_->bullet->stepSimulation(static_cast<btScalar>(dt_s), 0);
   impl_->bounds_late = true;
-  impl_->asleep = 0;
+  impl_->unsettled = false;
   for (Body* body : impl_->moving) {
     if (!body->asleep() || body->bullet().isActive()) body->Publish(impl_->settings.origin);
-    impl_->asleep += body->asleep();
+    if (!body->asleep()) impl_->unsettled = true;
   }
-  impl_->unsettled = impl_->asleep < impl_->moving.size();
   SummarizeContacts(impl_->bullet->solved(), impl_->bullet->impulses(), impl_->settings.origin, &impl_->contacts);
   impl_->pairs.Update(impl_->bullet->touches(), &impl_->events);
 }
@@ -229,6 +223,9 @@ std::vector<BodyId> World::Overlapping(const Aabb& box) const {
   return OverlappingBox(impl_->Current(), impl_->settings.origin, box);
 }
 
-std::size_t World::asleep_count() const { return impl_->asleep; }
+std::size_t World::asleep_count() const {
+  const auto asleep = [](const Body* body) { return body->asleep(); };
+  return static_cast<std::size_t>(std::count_if(impl_->moving.begin(), impl_->moving.end(), asleep));
+}
 
 }  // namespace tessera::physics
