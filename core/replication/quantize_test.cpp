@@ -1,0 +1,165 @@
+#include "core/replication/quantize.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "core/replication/record_codec.h"
+
+namespace tessera::replication {
+namespace {
+
+constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double operator()(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  Vec3d Vector(double limit) { return {(*this)(-limit, limit), (*this)(-limit, limit), (*this)(-limit, limit)}; }
+  BodyState State(double position_m) {
+    const Vec3d axis = Vector(1);
+    return {.position = Vector(position_m),
+            .orientation = Normalized(Quatf(Quatd(axis.x, axis.y, axis.z, (*this)(-1, 1)))),
+            .linear_velocity = Vec3f(Vector(50)),
+            .angular_velocity = Vec3f(Vector(20))};
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+double AngleBetween(Quatf a, Quatf b) {
+  const Quatd d = Normalized(Quatd(a)) * Conjugate(Normalized(Quatd(b)));
+  return 2 * std::atan2(Length(Vec3d(d.x, d.y, d.z)), std::abs(d.w));
+}
+
+TEST(QuantizeTest, ErrsByHalfAStepAndNoMore) {
+  const Settings settings;
+  const Quantizer quantizer(kBounds, settings);
+  Random random(1);
+  double worst_angle = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const BodyState truth = random.State(i % 2 == 0 ? 150 : 5000);  // within the bounds, and far beyond
+    const BodyState seen = quantizer.Dequantize(quantizer.Quantize(truth));
+    const Vec3d p = seen.position - truth.position;
+    const Vec3f v = seen.linear_velocity - truth.linear_velocity, w = seen.angular_velocity - truth.angular_velocity;
+    for (const double e : {p.x, p.y, p.z}) EXPECT_LE(std::abs(e), settings.position_step_m * 0.5000001);
+    for (const float e : {v.x, v.y, v.z}) EXPECT_LE(std::abs(e), settings.linear_velocity_step_m_s * 0.5001);
+    for (const float e : {w.x, w.y, w.z}) EXPECT_LE(std::abs(e), settings.angular_velocity_step_rad_s * 0.5001);
+    EXPECT_NEAR(Length(seen.orientation), 1, 1e-6);
+    worst_angle = std::max(worst_angle, AngleBetween(seen.orientation, truth.orientation));
+  }
+  EXPECT_LE(worst_angle, 0.13 * std::numbers::pi / 180);
+}
+
+TEST(QuantizeTest, TheIdentityAndRestAreExact) {
+  const Quantizer quantizer(kBounds, Settings());
+  BodyState rest;
+  rest.position = {1, 2, 3};
+  rest.asleep = true;
+  EXPECT_EQ(quantizer.Dequantize(quantizer.Quantize(rest)), rest);
+}
+
+TEST(QuantizeTest, OppositeQuaternionsAreOneRotation) {
+  const Quantizer quantizer(kBounds, Settings());
+  Random random(2);
+  for (int i = 0; i < 1000; ++i) {
+    BodyState state = random.State(100);
+    const QuantizedState one = quantizer.Quantize(state);
+    state.orientation = {-state.orientation.x, -state.orientation.y, -state.orientation.z, -state.orientation.w};
+    EXPECT_EQ(quantizer.Quantize(state), one);
+  }
+}
+
+TEST(QuantizeTest, WhatIsNotANumberOrBeyondAllBoundsStaysInRange) {
+  const Quantizer quantizer(kBounds, Settings());
+  BodyState state;
+  state.position = {std::nan(""), 1e300, -1e300};
+  state.linear_velocity = {1e30f, -1e30f, std::nanf("")};
+  const QuantizedState q = quantizer.Quantize(state);
+  for (const std::int64_t c : q.position) EXPECT_LE(std::abs(c), kMaxPosition);
+  for (const std::int32_t c : q.linear) EXPECT_LE(std::abs(c), kMaxVelocity);
+}
+
+TEST(PredictTest, FreeFallLeavesAResidualOfRounding) {
+  Settings settings;
+  const Quantizer quantizer(kBounds, settings);
+  BodyState body;
+  body.position = {0, 100, 0};
+  body.linear_velocity = {3, 1, -2};
+  const QuantizedState base = quantizer.Quantize(body);
+  constexpr std::uint64_t kTicks = 6;
+  const double t = kTicks / 60.0;
+  body.position = {3 * t, 100 + 1 * t - 9.81 * t * t / 2, -2 * t};
+  body.linear_velocity.y = static_cast<float>(1 - 9.81 * t);
+  const QuantizedState truth = quantizer.Quantize(body);
+  QuantizedState predicted = truth;
+  quantizer.Predict(base, kTicks, predicted);
+  for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_LE(std::abs(predicted.position[axis] - truth.position[axis]), 2);
+}
+
+TEST(PredictTest, SteadySpinLeavesAResidualOfRounding) {
+  const Quantizer quantizer(kBounds, Settings());
+  constexpr std::uint64_t kTicks = 4;
+  const double angle = 8.0 * kTicks / 60;
+  BodyState body;
+  body.angular_velocity = {0, 8, 0};
+  const QuantizedState base = quantizer.Quantize(body);
+  body.orientation = Quatf(Quatd(0, std::sin(angle / 2), 0, std::cos(angle / 2)));
+  const QuantizedState truth = quantizer.Quantize(body);
+  QuantizedState predicted = truth;
+  quantizer.Predict(base, kTicks, predicted);
+  EXPECT_EQ(predicted.largest, truth.largest);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_LE(std::abs(predicted.smallest[i] - truth.smallest[i]), 2);
+}
+
+TEST(PredictTest, WithoutVelocityABodyStays) {
+  const Quantizer quantizer(kBounds, Settings());
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) {
+    BodyState state = random.State(100);
+    state.linear_velocity = state.angular_velocity = {};
+    const QuantizedState base = quantizer.Quantize(state);
+    QuantizedState predicted;
+    quantizer.Predict(base, 2, predicted);
+    EXPECT_EQ(predicted, base);
+  }
+}
+
+// Any state from any baseline: what is written comes back to the bit.
+TEST(RecordCodecTest, FullAndDeltaComeBackExactly) {
+  const Quantizer quantizer(kBounds, Settings());
+  Random random(4);
+  for (int i = 0; i < 20'000; ++i) {
+    BodyState from = random.State(i % 3 == 0 ? 20'000 : 100);
+    BodyState to = from;
+    if (i % 2 == 0) to = random.State(i % 5 == 0 ? 20'000 : 100);
+    to.position += random.Vector(0.05);
+    to.asleep = i % 7 == 0;
+    const QuantizedState base = quantizer.Quantize(from), state = quantizer.Quantize(to);
+    const auto ticks = static_cast<std::uint64_t>(random(1, 400));
+    BitWriter writer;
+    WriteFull(writer, quantizer, state);
+    WriteDelta(writer, quantizer, state, base, ticks);
+    const std::vector<std::uint8_t> bytes = writer.Finish();
+    BitReader reader(bytes);
+    QuantizedState full, delta;
+    ASSERT_TRUE(ReadFull(reader, quantizer, full));
+    ASSERT_TRUE(ReadDelta(reader, quantizer, base, ticks, delta));
+    ASSERT_TRUE(reader.AtEnd());
+    ASSERT_EQ(full, state);
+    ASSERT_EQ(delta, state);
+  }
+}
+
+TEST(QuantizeTest, OtherSettingsAndBoundsHaveOtherFingerprints) {
+  const std::uint16_t fingerprint = Quantizer(kBounds, Settings()).fingerprint();
+  EXPECT_EQ(fingerprint, Quantizer(kBounds, Settings()).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds.Expanded(1), Settings()).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds, Settings{.tick_rate_hz = 30}).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds, Settings{.orientation_bits = 12}).fingerprint());
+}
+
+}  // namespace
+}  // namespace tessera::replication

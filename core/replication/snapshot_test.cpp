@@ -1,0 +1,427 @@
+// Sender and receiver over a network that loses, doubles and reorders, from seeds.
+#include "core/replication/snapshot.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <random>
+#include <set>
+
+#include "core/replication/moving_bodies.h"
+#include "core/replication/quantize.h"
+
+namespace tessera::replication {
+namespace {
+
+using Truth = std::map<BodyId, BodyRecord>;  // as a client should see it: quantised
+
+// One region and one client, and what lies between them.
+class Link {
+ public:
+  struct Network {
+    double loss = 0, duplicate = 0;
+    int max_delay = 0;  // snapshots; each datagram's own
+    unsigned seed = 1;
+  };
+
+  Link(const Aabb& bounds, const Network& network, const Settings& settings = {})
+      : network_(network),
+        random_(network.seed),
+        quantizer_(bounds, settings),
+        history_(bounds, settings),
+        sender_(settings),
+        receiver_(bounds, settings) {}
+
+  WrittenSnapshot Snapshot(std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures = {}) {
+    tick_ = tick_ + 2;
+    Truth& now = truth_[tick_];
+    for (const BodyRecord& body : bodies) {
+      now[body.id] = {body.id, body.epoch, quantizer_.Dequantize(quantizer_.Quantize(body.state))};
+    }
+    history_.Push(tick_, bodies, departures);
+    WrittenSnapshot written = sender_.Write(history_, 7, -3);
+    for (const Bytes& datagram : written.datagrams) Post(datagram, down_);
+    Deliver();
+    Post(receiver_.WriteAck(), up_);
+    for (auto at = up_.begin(); at != up_.end() && at->first <= now_; at = up_.erase(at)) {
+      EXPECT_TRUE(sender_.Acknowledge(at->second).ok());
+    }
+    ++now_;
+    return written;
+  }
+
+  // The client's newest state of each body, as a user of ReceivedSnapshot would keep it.
+  struct Seen {
+    BodyRecord record;
+    Tick tick;
+  };
+  const std::map<BodyId, Seen>& seen() const { return seen_; }
+  const Truth& TruthAt(Tick tick) { return truth_.at(tick); }
+  Tick tick() const { return tick_; }
+  const std::multiset<std::pair<BodyId, Epoch>>& departures() const { return departures_; }
+  std::size_t refused() const { return refused_; }
+  void SetNetwork(const Network& network) { network_ = network; }
+  SnapshotReceiver& receiver() { return receiver_; }
+  SnapshotSender& sender() { return sender_; }
+
+ private:
+  using Mail = std::multimap<int, Bytes>;
+
+  double Uniform() { return std::uniform_real_distribution<double>(0, 1)(random_); }
+  void Post(const Bytes& bytes, Mail& mail) {
+    const int copies = Uniform() < network_.loss ? 0 : (Uniform() < network_.duplicate ? 2 : 1);
+    for (int i = 0; i < copies; ++i) {
+      mail.emplace(now_ + static_cast<int>(Uniform() * (network_.max_delay + 1)), bytes);
+    }
+  }
+
+  void Deliver() {
+    for (auto at = down_.begin(); at != down_.end() && at->first <= now_; at = down_.erase(at)) {
+      const auto got = receiver_.Read(at->second);
+      if (!got.ok()) {
+        EXPECT_NE(got.status().code(), absl::StatusCode::kInvalidArgument) << got.status();
+        ++refused_;
+        continue;
+      }
+      EXPECT_EQ(got->last_input, 7u);
+      EXPECT_EQ(got->input_margin_ticks, -3);
+      for (const BodyRecord& body : got->bodies) Adopt(got->tick, body);
+      for (const DepartureRecord& departure : got->departures) {
+        departures_.insert({departure.id, departure.epoch});
+        const auto found = seen_.find(departure.id);
+        if (found != seen_.end() && found->second.record.epoch <= departure.epoch) seen_.erase(found);
+      }
+    }
+  }
+
+  // Whatever arrives, however late, is what the region had at that tick, to the bit.
+  void Adopt(Tick tick, const BodyRecord& body) {
+    const Truth& truth = truth_.at(tick);
+    const auto was = truth.find(body.id);
+    ASSERT_NE(was, truth.end()) << "body " << body.id << " was not there at tick " << tick;
+    ASSERT_EQ(was->second.state, body.state) << "body " << body.id << " at tick " << tick;
+    ASSERT_EQ(was->second.epoch, body.epoch);
+    Seen& seen = seen_[body.id];
+    if (body.epoch > seen.record.epoch || tick > seen.tick) seen = {body, tick};
+  }
+
+  Network network_;
+  std::mt19937 random_;
+  Quantizer quantizer_;
+  SnapshotHistory history_;
+  SnapshotSender sender_;
+  SnapshotReceiver receiver_;
+  Tick tick_;
+  int now_ = 0;
+  Mail down_, up_;
+  std::map<Tick, Truth> truth_;
+  std::map<BodyId, Seen> seen_;
+  std::multiset<std::pair<BodyId, Epoch>> departures_;
+  std::size_t refused_ = 0;
+};
+
+void ExpectSeesAll(Link& link, Tick at_least) {
+  const Truth& truth = link.TruthAt(link.tick());
+  EXPECT_EQ(link.seen().size(), truth.size());
+  for (const auto& [id, seen] : link.seen()) {
+    ASSERT_TRUE(truth.contains(id)) << "body " << id;
+    if (seen.record.state == truth.at(id).state) continue;  // at rest since
+    EXPECT_GE(seen.tick, at_least) << "body " << id;
+  }
+}
+
+TEST(SnapshotTest, OnAPerfectNetworkEachSnapshotIsSeenWhole) {
+  MovingBodies world({.count = 60});
+  Link link(world.bounds(), {});
+  for (int n = 0; n < 100; ++n) {
+    world.Step(1.0 / 30);
+    const WrittenSnapshot written = link.Snapshot(world.bodies());
+    EXPECT_EQ(written.bodies, 60u);
+    EXPECT_EQ(written.full, n == 0) << n;
+    ExpectSeesAll(link, link.tick());
+  }
+}
+
+TEST(SnapshotTest, LossDuplicatesAndReorderingNeverGiveAWrongState) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    MovingBodies world({.count = 150, .seed = seed, .rest_speed_m_s = 0.8});
+    Link link(world.bounds(), {.loss = 0.02 * seed, .duplicate = 0.1, .max_delay = 6, .seed = seed});
+    for (int n = 0; n < 300; ++n) {
+      world.Step(1.0 / 30);
+      link.Snapshot(world.bodies());
+      ASSERT_FALSE(testing::Test::HasFatalFailure()) << "seed " << seed;
+    }
+    link.SetNetwork({});
+    for (int n = 0; n < 10; ++n) link.Snapshot(world.bodies());  // everything arrives
+    ExpectSeesAll(link, link.tick());
+  }
+}
+
+TEST(SnapshotTest, RestCostsNothingOnceAcknowledged) {
+  MovingBodies world({.count = 200});
+  for (BodyRecord& body : world.bodies()) {
+    body.state.asleep = true;
+    body.state.linear_velocity = body.state.angular_velocity = {};
+  }
+  Link link(world.bounds(), {});
+  EXPECT_TRUE(link.Snapshot(world.bodies()).full);
+  for (int n = 0; n < 200; ++n) {
+    const WrittenSnapshot written = link.Snapshot(world.bodies());
+    EXPECT_EQ(written.bodies, 0u);
+    ASSERT_EQ(written.datagrams.size(), 1u);  // still tells the tick
+    EXPECT_LE(written.datagrams[0].size(), 16u);
+  }
+  // Long after its state left the history, a body that wakes is told as a change of what the client has.
+  world.bodies()[17].state.asleep = false;
+  world.bodies()[17].state.position.x += 0.01;
+  const WrittenSnapshot written = link.Snapshot(world.bodies());
+  EXPECT_EQ(written.bodies, 1u);
+  EXPECT_FALSE(written.full);
+  ExpectSeesAll(link, link.tick());
+}
+
+TEST(SnapshotTest, ABodyThatComesToRestIsRepeatedUntilAcknowledged) {
+  MovingBodies world({.count = 1, .kicks_per_s = 0});
+  Link link(world.bounds(), {});
+  link.Snapshot(world.bodies());
+  link.Snapshot(world.bodies());
+  world.bodies()[0].state.asleep = true;
+  link.SetNetwork({.loss = 1});
+  for (int n = 0; n < 20; ++n) EXPECT_EQ(link.Snapshot(world.bodies()).bodies, 1u);
+  link.SetNetwork({});
+  link.Snapshot(world.bodies());
+  EXPECT_EQ(link.Snapshot(world.bodies()).bodies, 0u);
+  ExpectSeesAll(link, link.tick());
+}
+
+TEST(SnapshotTest, WithoutAcknowledgementsEverySnapshotIsFull) {
+  MovingBodies world({.count = 20});
+  Link link(world.bounds(), {.loss = 1});
+  for (int n = 0; n < 200; ++n) {
+    world.Step(1.0 / 30);
+    const WrittenSnapshot written = link.Snapshot(world.bodies());
+    EXPECT_TRUE(written.full);
+    EXPECT_EQ(written.bodies, 20u);
+  }
+}
+
+TEST(SnapshotTest, AfterALongSilenceDeltasComeBack) {
+  MovingBodies world({.count = 20});
+  Link link(world.bounds(), {});
+  const auto run = [&](int snapshots) {
+    WrittenSnapshot last;
+    for (int n = 0; n < snapshots; ++n) {
+      world.Step(1.0 / 30);
+      last = link.Snapshot(world.bodies());
+    }
+    return last;
+  };
+  EXPECT_FALSE(run(10).full);
+  link.SetNetwork({.loss = 1});
+  EXPECT_TRUE(run(70).full);  // the acknowledged baseline has left the history
+  link.SetNetwork({});
+  EXPECT_FALSE(run(10).full);
+  ExpectSeesAll(link, link.tick());
+  EXPECT_EQ(link.refused(), 0u);
+}
+
+TEST(SnapshotTest, DatagramsKeepWithinTheirSize) {
+  for (const std::size_t limit : {std::size_t{120}, std::size_t{300}, std::size_t{1148}}) {
+    Settings settings;
+    settings.max_datagram_bytes = limit;
+    MovingBodies world({.count = 300});
+    Link link(world.bounds(), {.loss = 0.2}, settings);
+    for (int n = 0; n < 60; ++n) {
+      world.Step(1.0 / 30);
+      for (const Bytes& bytes : link.Snapshot(world.bodies()).datagrams) EXPECT_LE(bytes.size(), limit);
+    }
+  }
+}
+
+// Bodies leave and come back under a higher epoch, over a bad network; the client hears of each departure exactly once
+// and ends with what is there.
+TEST(SnapshotTest, DeparturesAreHeardOnceAndReturnsAreSeen) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    MovingBodies world({.count = 60, .seed = seed});
+    Link link(world.bounds(), {.loss = 0.3, .duplicate = 0.2, .max_delay = 4, .seed = seed});
+    std::vector<BodyRecord> away;
+    std::set<std::pair<BodyId, Epoch>> left;
+    for (int n = 0; n < 400; ++n) {
+      world.Step(1.0 / 30);
+      std::vector<BodyRecord>& here = world.bodies();
+      std::vector<DepartureRecord> departures;
+      for (auto at = here.begin(); at != here.end();) {
+        if (n > 20 && n < 350 && world.Chance(0.01)) {
+          departures.push_back({at->id, at->epoch, RegionId(2)});
+          left.insert({at->id, at->epoch});
+          away.push_back(*at);
+          at = here.erase(at);
+        } else {
+          ++at;
+        }
+      }
+      for (auto at = away.begin(); at != away.end();) {
+        if (world.Chance(0.1)) {
+          at->epoch = Epoch(at->epoch.value() + 2);
+          here.insert(std::lower_bound(here.begin(), here.end(), at->id,
+                                       [](const BodyRecord& body, BodyId id) { return body.id < id; }),
+                      *at);
+          at = away.erase(at);
+        } else {
+          ++at;
+        }
+      }
+      link.Snapshot(here, departures);
+      ASSERT_FALSE(testing::Test::HasFatalFailure()) << "seed " << seed;
+    }
+    link.SetNetwork({});
+    for (int n = 0; n < 10; ++n) link.Snapshot(world.bodies());
+    ExpectSeesAll(link, link.tick());
+    for (const auto& departure : left) EXPECT_LE(link.departures().count(departure), 1u);
+    for (const auto& departure : link.departures()) EXPECT_TRUE(left.contains(departure));
+    for (const BodyRecord& body : away) EXPECT_EQ(link.departures().count({body.id, body.epoch}), 1u);
+  }
+}
+
+TEST(SnapshotTest, ADepartureTellsWhereTo) {
+  const Aabb bounds{{-10, -10, -10}, {10, 10, 10}};
+  SnapshotHistory history(bounds, {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(bounds, {});
+  const std::vector<BodyRecord> both = {{BodyId(1), Epoch(4), {}}, {BodyId(2), Epoch(1), {}}};
+  history.Push(Tick(1), both, {});
+  ASSERT_TRUE(receiver.Read(sender.Write(history, 0, 0).datagrams.at(0)).ok());
+  const std::vector<DepartureRecord> departures = {{BodyId(1), Epoch(4), RegionId(3)},
+                                                   {BodyId(2), Epoch(1), RegionId()}};
+  history.Push(Tick(2), {}, departures);
+  const auto got = receiver.Read(sender.Write(history, 0, 0).datagrams.at(0));
+  ASSERT_TRUE(got.ok());
+  ASSERT_EQ(got->departures.size(), 2u);
+  EXPECT_EQ(got->departures[0].to, RegionId(3));
+  EXPECT_EQ(got->departures[0].epoch, Epoch(4));
+  EXPECT_EQ(got->departures[1].to, RegionId());
+}
+
+TEST(SnapshotTest, ALateStateOfADepartedBodyDoesNotBringItBack) {
+  const Aabb bounds{{-10, -10, -10}, {10, 10, 10}};
+  SnapshotHistory history(bounds, {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(bounds, {});
+  const std::vector<BodyRecord> one = {{BodyId(1), Epoch(4), {}}};
+  history.Push(Tick(1), one, {});
+  const Bytes late = sender.Write(history, 0, 0).datagrams.at(0);
+  history.Push(Tick(2), {}, std::vector<DepartureRecord>{{BodyId(1), Epoch(4), RegionId(3)}});
+  EXPECT_EQ(receiver.Read(sender.Write(history, 0, 0).datagrams.at(0))->departures.size(), 1u);
+  const auto got = receiver.Read(late);
+  ASSERT_TRUE(got.ok());
+  EXPECT_TRUE(got->bodies.empty());
+}
+
+TEST(SnapshotTest, ADuplicateIsNamed) {
+  MovingBodies world({.count = 3});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds(), {});
+  EXPECT_TRUE(receiver.WriteAck().empty());
+  history.Push(Tick(1), world.bodies(), {});
+  const Bytes datagram = sender.Write(history, 0, 0).datagrams.at(0);
+  EXPECT_TRUE(receiver.Read(datagram).ok());
+  EXPECT_EQ(receiver.Read(datagram).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST(SnapshotTest, OtherBoundsAreRefused) {
+  MovingBodies world({.count = 3});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds().Expanded(1), {});
+  history.Push(Tick(1), world.bodies(), {});
+  EXPECT_EQ(receiver.Read(sender.Write(history, 0, 0).datagrams.at(0)).status().message(),
+            "snapshot: of other settings or world bounds");
+}
+
+TEST(SnapshotTest, AcknowledgementsOfWhatWasNeverSentAreRefused) {
+  SnapshotSender sender({});
+  EXPECT_TRUE(sender.Acknowledge({}).ok());
+  EXPECT_EQ(sender.Acknowledge(Bytes(12, 1)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(sender.Acknowledge(Bytes(11, 0)).code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(sender.Acknowledge(Bytes(12, 0)).code(), absl::StatusCode::kInvalidArgument);
+  std::mt19937 random(1);
+  for (int i = 0; i < 10'000; ++i) {
+    Bytes noise(random() % 14);
+    for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random());
+    EXPECT_EQ(sender.Acknowledge(noise).ok(), noise.empty());
+  }
+}
+
+// Noise, flipped bits and cut tails between good datagrams: nothing aborts, and what is refused leaves no trace, so
+// that the good ones go on to give true states.
+TEST(SnapshotTest, MalformedDatagramsLeaveNoTrace) {
+  std::mt19937 random(3);
+  MovingBodies world({.count = 80, .rest_speed_m_s = 0.8});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds(), {});
+  const Quantizer quantizer(world.bounds(), {});
+  std::size_t refused = 0;
+  for (std::uint64_t n = 1; n <= 400; ++n) {
+    world.Step(1.0 / 30);
+    history.Push(Tick(2 * n), world.bodies(), {});
+    for (const Bytes& good : sender.Write(history, 0, 0).datagrams) {
+      for (int i = 0; i < 50; ++i) {
+        Bytes bad = good;
+        if (i % 3 == 0) bad.resize(random() % good.size());
+        if (i % 3 == 1) {
+          for (std::size_t at = 7 + random() % 4; at < bad.size(); ++at) bad[at] = static_cast<std::uint8_t>(random());
+        }
+        if (i % 3 == 2) bad.push_back(static_cast<std::uint8_t>(random()));
+        if (bad == good) continue;
+        const Bytes ack = receiver.WriteAck();
+        SnapshotReceiver& target = receiver;
+        const auto got = target.Read(bad);
+        if (got.ok()) {
+          // Noise that parses is not wrong in itself: only a checksum can tell. It must not happen to what is cut or
+          // longer.
+          ADD_FAILURE() << "kind " << i % 3 << " of " << bad.size() << " bytes was accepted";
+          return;
+        }
+        ++refused;
+        EXPECT_EQ(receiver.WriteAck(), ack);
+      }
+      const auto got = receiver.Read(good);
+      ASSERT_TRUE(got.ok()) << got.status();
+      for (const BodyRecord& body : got->bodies) {
+        const BodyRecord& truth = world.bodies()[body.id.value() - 1];
+        ASSERT_EQ(body.state, quantizer.Dequantize(quantizer.Quantize(truth.state)));
+      }
+    }
+    ASSERT_TRUE(sender.Acknowledge(receiver.WriteAck()).ok());
+  }
+  EXPECT_GT(refused, 10'000u);
+}
+
+// Single flipped bits parse now and then; whatever they say stays in range and harms nothing.
+TEST(SnapshotTest, FlippedBitsNeverHarm) {
+  std::mt19937 random(4);
+  MovingBodies world({.count = 40});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds(), {});
+  for (std::uint64_t n = 1; n <= 2000; ++n) {
+    world.Step(1.0 / 30);
+    history.Push(Tick(2 * n), world.bodies(), {});
+    for (Bytes bytes : sender.Write(history, 0, 0).datagrams) {
+      const std::size_t bit = random() % (bytes.size() * 8);
+      if (n % 2 == 0) bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ (1u << (bit % 8)));
+      const auto got = receiver.Read(bytes);
+      if (!got.ok()) continue;
+      for (const BodyRecord& body : got->bodies) {
+        EXPECT_TRUE(IsFinite(body.state.position) && IsFinite(body.state.orientation));
+        EXPECT_TRUE(IsFinite(body.state.linear_velocity) && IsFinite(body.state.angular_velocity));
+      }
+    }
+    (void)sender.Acknowledge(receiver.WriteAck());
+  }
+}
+
+}  // namespace
+}  // namespace tessera::replication
