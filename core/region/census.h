@@ -1,8 +1,9 @@
 // Census: what a region owns right after one tick, in a form that adds up.
 //
-// All regions take theirs at the same ticks (`DueAt`). Over an instance the counts add up to the number of bodies, and the checksums,
-// modulo 2^64, to the checksum of their ids, if and only if (but for chance, 2^-64) each body is owned exactly once. A body whose
-// grant takes effect at the next tick still counts for the old owner, so the sum holds during handovers too.
+// All regions take theirs at the same ticks (`DueAt`). Over an instance the counts add up to the number of bodies, and
+// the checksums, modulo 2^64, to the checksum of their ids, if and only if (but for chance, 2^-64) each body is owned
+// exactly once. A body whose grant takes effect at the next tick still counts for the old owner, so the sum holds
+// during handovers too.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,8 @@ struct Census {
   friend bool operator==(const Census&, const Census&) = default;
 };
 
-// A bijection that spreads ids over 64 bits (the finaliser of SplitMix64, Steele et al. 2014), so that sums of ids do not cancel.
+// A bijection that spreads ids over 64 bits (the finaliser of SplitMix64, Steele et al. 2014), so that sums of ids do
+// not cancel.
 constexpr std::uint64_t Mix(BodyId id) {
   std::uint64_t z = id.value() + 0x9e3779b97f4a7c15u;
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;

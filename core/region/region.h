@@ -1,7 +1,7 @@
 // Region: one region's life, one tick at a time: what it owns, what it sees of its neighbours, what it hands over.
 //
-// Pure: frames, inputs and maps come in as arguments, frames and events go out as results; no socket, thread or clock. So a
-// whole instance runs in one process (tests/simulation), and region_worker is a thin shell around this.
+// Pure: frames, inputs and maps come in as arguments, frames and events go out as results; no socket, thread or clock.
+// So a whole instance runs in one process (tests/simulation), and region_worker is a thin shell around this.
 //
 //   Region region(config);
 //   send(region.Start());                       // frames of tick 0
@@ -10,8 +10,8 @@
 //     if (region.CanStep()) send(region.Step());  // frames of tick t
 //   }
 //
-// Promise: at every tick each body has at most one owner among regions in step. Regions with the same inputs give the same bits.
-// Thread rule: one thread at a time.
+// Promise: at every tick each body has at most one owner among regions in step. Regions with the same inputs give the
+// same bits. Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -70,12 +70,15 @@ struct OutgoingFrame {
 };
 
 struct StepResult {
-  Tick tick;  // that this step led to
+  Tick tick;                          // that this step led to
   std::vector<OutgoingFrame> frames;  // send all, reliably and in order
   std::vector<Departure> departures;
-  std::vector<physics::PairEvent> events;  // those that this region reports: it owns body_a
+  std::vector<physics::PairEvent> events;  // those that this region reports: it owns the lower dynamic body of the pair
   std::uint32_t handed_out = 0, handed_in = 0;
-  std::vector<BodyId> nonfinite;  // taken out of the world because their state was no longer finite
+  std::vector<BodyId> nonfinite;  // taken out of the world because their state was no longer finite, or beyond limits
+  // How far the owned bodies that were awake came out from where Algorithm 1 had predicted them one tick before, m.
+  std::uint32_t predicted = 0;  // bodies
+  double mean_prediction_error_m = 0, max_prediction_error_m = 0;
 };
 
 // Parts of a step, in order; the shell times them.
@@ -97,8 +100,9 @@ class Region {
 
   // Frames of tick 0. Call once, before anything else.
   std::vector<OutgoingFrame> Start();
-  // A frame as it came off the wire. An error says why it was dropped ("truncated", "not a neighbour", "old tick", "body 7: state is
-  // not finite"); nothing of it was used. A good one is kept until its tick; one that is here already is ignored.
+  // A frame as it came off the wire. An error says why it was dropped ("truncated", "not a neighbour", "old tick",
+  // "body 7: state is not finite"); nothing of it was used. A good one is kept until its tick; one that is here already
+  // is ignored.
   absl::Status Receive(RegionId from, std::span<const std::uint8_t> frame);
   // True when every neighbour's frame of tick() is here, so that the next tick can be stepped.
   bool CanStep() const;
@@ -106,20 +110,25 @@ class Region {
   // Requires CanStep().
   StepResult Step(const PhaseObserver& observer = {});
 
-  // Queues an input for the next step if this region owns the player's body. Errors: PERMISSION_DENIED "body 17 is not player 2's",
-  // NOT_FOUND when the body is not owned here, OUT_OF_RANGE for a late number, INVALID_ARGUMENT naming a field that is not finite.
+  // Queues an input if this region owns the player's body. Inputs act one a tick, in order; the first of the queue two
+  // steps from now, because neighbours that see the body are told before it acts. Errors: PERMISSION_DENIED "body 17 is
+  // not player 2's", NOT_FOUND when the body is not owned here, OUT_OF_RANGE for a late number, RESOURCE_EXHAUSTED when
+  // kMaxQueuedInputs wait already, INVALID_ARGUMENT naming a field that is not finite.
   absl::Status QueueInput(const PlayerInput& input);
-  // Makes the player's body at its spawn point, owned by this region, at the next step. Repeating it does nothing. Requires
-  // scene->player.
+  // Makes the player's body at its spawn point, owned by this region, at the next step. Repeating it does nothing, nor
+  // does it when the player was removed. Requires scene->player. One region of the instance is told to.
   void SpawnPlayer(PlayerNumber player);
-  // Removes the player's body at the next step if it is owned here then; does nothing otherwise.
+  // The player has left for good: removes its body at the first step at which it is owned here. Tell all regions, so it
+  // does not matter where the body is or whether it is being handed over.
   void RemovePlayer(PlayerNumber player);
   // Number of the last input that moved this player's body, carried along by handovers; 0 if none or not owned here.
   std::uint32_t LastInput(PlayerNumber player) const;
+  std::size_t QueuedInputs(PlayerNumber player) const;  // that wait; how many ticks early the newest came
 
-  std::size_t owned_count() const;   // dynamic bodies
+  std::size_t owned_count() const;  // dynamic bodies
   std::size_t ghost_count() const;
-  std::size_t asleep_count() const;  // of the owned ones
+  std::size_t asleep_count() const;        // of the owned ones
+  std::size_t unconfirmed_grants() const;  // bodies handed over whose new owner has not told yet that it has them
   bool Owns(BodyId body) const;
   // All that this region owns, ascending by id; valid until the next call that changes the region.
   std::span<const OwnedBody> owned() const;

@@ -1,18 +1,32 @@
 // Settings of a region: each with its unit, its reason, and what breaks if it changes.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace tessera::region {
 
 struct Settings {
-  // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells. Less, and bodies
-  // that overhang their owner's cells meet nothing; more, and ghosts cost what bodies cost.
+  // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells. Less, and
+  // bodies that overhang their owner's cells meet nothing; more, and ghosts cost what bodies cost.
   double aura_m = 1.0;
   // How far ahead the swept bounds look, ticks. At least 2: a frame is used one tick after it was made.
   std::uint32_t lookahead_ticks = 4;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
+  // All regions compute in the same local coordinates. Equal to the bit, at the price of float error far from the
+  // world's centre.
+  bool shared_origin = false;
 };
+
+// Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
+// origins are exact in float.
+inline constexpr double kOriginGrid_m = 64;
+// What a state may hold at most. A body beyond is as good as lost (a float has steps of metres there): its owner takes
+// it out and reports it, and a frame that shows one is refused.
+inline constexpr double kMaxStatePosition_m = 1e8;
+inline constexpr float kMaxStateSpeed_m_s = 1e6F, kMaxStateAngularSpeed_rad_s = 1e6F;
+// Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.
+inline constexpr std::size_t kMaxQueuedInputs = 8;
 
 }  // namespace tessera::region

@@ -1,0 +1,80 @@
+// Bodies: what is in this region's physics world: static bodies, owned ones, and ghosts of the neighbours'.
+//
+// Promise: `owned` and `ghosts` are ascending by id and disjoint; every member is in the world, with all joints whose
+// bodies are there. A state that the world holds already is not written again, so contact caches and sleep live on
+// where both sides agree. Thread rule: one thread at a time.
+#pragma once
+
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/physics/world.h"
+#include "core/region/catalog.h"
+#include "core/region/frame.h"
+#include "core/region/region.h"
+
+namespace tessera::region {
+
+// Beside each OwnedBody, at the same index.
+struct OwnedExtra {
+  double radius_m = 0;  // bound of the shape about its centre of mass
+  bool predicted = false;
+  Vec3d predicted_position;  // for the next tick
+};
+
+struct Ghost {
+  GhostRecord record;  // as its owner last told
+  RegionId owner;
+  const BodyDef* def = nullptr;
+  bool just_granted = false;  // was owned here in the last step: no neighbour shows it yet
+};
+
+class Bodies {
+ public:
+  Bodies(const Catalog& catalog, const physics::Settings& settings);
+
+  physics::World& world() { return world_; }
+  const physics::World& world() const { return world_; }
+  std::span<const OwnedBody> owned() const { return owned_; }
+  std::span<OwnedExtra> extras() { return extras_; }
+  std::span<const OwnedExtra> extras() const { return extras_; }
+  std::span<const Ghost> ghosts() const { return ghosts_; }
+  // Index into owned(), or -1.
+  std::ptrdiff_t IndexOf(BodyId id) const;
+  bool Owns(BodyId id) const { return IndexOf(id) >= 0; }
+  const Ghost* FindGhost(BodyId id) const;
+
+  // Owns a body that is new here or was a ghost.
+  void Own(BodyId id, Epoch epoch, const BodyState& state);
+  // An owned body lives on as a ghost of `record.epoch`'s owner.
+  void BecomeGhost(const GhostRecord& record, RegionId owner);
+  void RemoveOwned(BodyId id);
+  // Makes the ghosts those of `shown` (ascending by id, none owned here) and those just granted. True if any was taken
+  // out.
+  bool PlaceGhosts(std::span<const Ghost> shown);
+  // Ties bodies that came since the last call.
+  void TieJoints();
+  // Reads the states of the owned bodies. Those that are not sane are taken out and returned, ascending; ghosts that
+  // are not sane are taken out silently: their owner tells them anew.
+  std::vector<std::pair<BodyId, Epoch>> ReadBack();
+
+ private:
+  const BodyDef* DefOf(BodyId id);
+  void AddToWorld(const BodyDef& def, const BodyState& state);
+  void RemoveFromWorld(BodyId id);
+  void Write(BodyId id, const BodyState& state);
+  double RadiusOf(BodyId id) const;
+
+  const Catalog& catalog_;
+  const Vec3d origin_;
+  physics::World world_;
+  std::vector<OwnedBody> owned_;
+  std::vector<OwnedExtra> extras_;
+  std::vector<Ghost> ghosts_;
+  std::map<BodyId, BodyDef> player_defs_;
+  std::vector<BodyId> untied_;
+};
+
+}  // namespace tessera::region

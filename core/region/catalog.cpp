@@ -1,0 +1,101 @@
+#include "core/region/catalog.h"
+
+#include <algorithm>
+#include <cassert>
+#include <map>
+
+namespace tessera::region {
+namespace {
+
+// Disjoint sets over body ids, each named by its lowest member.
+class Sets {
+ public:
+  BodyId Find(BodyId id) {
+    const auto [it, added] = parent_.try_emplace(id, id);
+    if (it->second == id) return id;
+    const BodyId root = Find(it->second);
+    parent_[id] = root;
+    return root;
+  }
+  void Unite(BodyId a, BodyId b) {
+    const auto [low, high] = std::minmax(Find(a), Find(b));
+    parent_[high] = low;
+  }
+
+ private:
+  std::map<BodyId, BodyId> parent_;
+};
+
+}  // namespace
+
+Catalog::Catalog(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
+  Sets sets;
+  std::map<BodyId, Assembly> by_root;
+  for (const JointDef& joint : scene_->joints) {
+    if (Dynamic(joint.body_a) && Dynamic(joint.body_b)) sets.Unite(joint.body_a, joint.body_b);
+  }
+  for (const JointDef& joint : scene_->joints) {
+    const BodyId member = Dynamic(joint.body_a) ? joint.body_a : joint.body_b;
+    if (!Dynamic(member)) continue;
+    Assembly& assembly = by_root[sets.Find(member)];
+    assembly.joints.push_back(&joint);
+    for (const BodyId id : {joint.body_a, joint.body_b}) {
+      if (Dynamic(id)) assembly.bodies.push_back(id);
+    }
+  }
+  for (auto& [root, assembly] : by_root) {
+    std::sort(assembly.bodies.begin(), assembly.bodies.end());
+    assembly.bodies.erase(std::unique(assembly.bodies.begin(), assembly.bodies.end()), assembly.bodies.end());
+    for (const BodyId id : assembly.bodies) assembly_of_[id] = assemblies_.size();
+    assemblies_.push_back(std::move(assembly));
+  }
+}
+
+bool Catalog::Dynamic(BodyId id) const {
+  const BodyDef* def = Find(id);
+  return def != nullptr && def->motion == Motion::kDynamic;
+}
+
+bool Catalog::Known(BodyId id) const {
+  if (IsPlayerBody(id)) return scene_->player.has_value() && PlayerBodyId(PlayerOf(id)) == id;
+  return Dynamic(id);
+}
+
+const BodyDef* Catalog::Find(BodyId id) const {
+  const std::vector<BodyDef>& bodies = scene_->bodies;
+  if (bodies.empty() || id < bodies.front().id) return nullptr;
+  // Ids mostly count up without a gap.
+  const std::uint64_t guess = id.value() - bodies.front().id.value();
+  if (guess < bodies.size() && bodies[guess].id == id) return &bodies[guess];
+  const auto it =
+      std::lower_bound(bodies.begin(), bodies.end(), id, [](const BodyDef& b, BodyId wanted) { return b.id < wanted; });
+  return it != bodies.end() && it->id == id ? &*it : nullptr;
+}
+
+double Catalog::MassOf(BodyId id) const {
+  assert(Known(id));
+  return IsPlayerBody(id) ? scene_->player->body.mass_kg : Find(id)->mass_kg;
+}
+
+BodyDef Catalog::MakePlayer(PlayerNumber player) const {
+  assert(scene_->player.has_value());
+  BodyDef def = scene_->player->body;
+  def.id = PlayerBodyId(player);
+  const std::vector<Vec3d>& points = scene_->player->spawn_points;
+  if (!points.empty()) def.initial.position = points[(player.value() - 1) % points.size()];
+  return def;
+}
+
+std::span<const BodyId> Catalog::AssemblyOf(const BodyId& id) const {
+  const auto it = assembly_of_.find(id);
+  if (it == assembly_of_.end()) return {&id, 1};
+  return assemblies_[it->second].bodies;
+}
+
+std::span<const JointDef* const> Catalog::JointsOf(BodyId id) const {
+  const auto it = assembly_of_.find(id);
+  if (it == assembly_of_.end()) return {};
+  return assemblies_[it->second].joints;
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,47 @@
+// Catalog: a scene as a region looks things up in it: bodies by id, and which bodies joints tie into one assembly.
+//
+// An assembly is a set of dynamic bodies connected by joints; it has one owner and moves as one. Static bodies and the
+// world tie nothing: every region has them. A body without joints is an assembly of itself; so is a player's. Thread
+// rule: immutable after construction.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "core/world/scene.h"
+
+namespace tessera::region {
+
+class Catalog {
+ public:
+  explicit Catalog(std::shared_ptr<const Scene> scene);
+
+  const Scene& scene() const { return *scene_; }
+  // A dynamic body of the scene, or a player's if the scene has players.
+  bool Known(BodyId id) const;
+  // Of the scene; null for players' bodies and unknown ids.
+  const BodyDef* Find(BodyId id) const;
+  // `Known(id)`. kg.
+  double MassOf(BodyId id) const;
+  BodyDef MakePlayer(PlayerNumber player) const;  // requires scene().player
+
+  // Bodies of the same assembly, ascending, `id` among them. `id` must outlive the result.
+  std::span<const BodyId> AssemblyOf(const BodyId& id) const;
+  // Joints that hold bodies of its assembly, ascending.
+  std::span<const JointDef* const> JointsOf(BodyId id) const;
+
+ private:
+  struct Assembly {
+    std::vector<BodyId> bodies;
+    std::vector<const JointDef*> joints;
+  };
+  bool Dynamic(BodyId id) const;
+
+  std::shared_ptr<const Scene> scene_;
+  std::vector<Assembly> assemblies_;
+  std::unordered_map<BodyId, std::size_t> assembly_of_;  // of bodies with joints
+};
+
+}  // namespace tessera::region

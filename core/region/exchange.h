@@ -1,0 +1,47 @@
+// Exchange: momentum across a border.
+//
+// Both owners of a touching pair solved the contact, each in its own world: a's owner found the impulses S (on a and on
+// b), b's owner found S'. Each keeps its own body's result, so S on a and -S' on b do not balance. One tick later both
+// know both, and each makes up its share: both bodies end with (1 - w) S + w S', where w = m_a / (m_a + m_b). Either
+// solution balances in itself, linear and angular, so the blend does, and momentum is exact (reference: the
+// measurements in docs/benchmarks.md, borders).
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "core/region/frame.h"
+
+namespace tessera::region {
+
+// One owner's solution of a pair's contact in the last step; a < b.
+struct Solution {
+  BodyId a, b;
+  bool by_owner_of_a = false;
+  Vec3f impulse_on_b;  // N s; a received the opposite
+  Vec3f angular_on_a, angular_on_b;
+};
+
+Solution ToSolution(const ImpulseRecord& record);
+
+// What each body of a pair is to receive now.
+struct PairCorrection {
+  BodyId a, b;
+  Vec3d impulse_on_a, impulse_on_b;  // N s
+  Vec3d angular_on_a, angular_on_b;  // about each one's centre of mass, N m s
+};
+
+// Pairs ascending by (a, b). `solutions` in any order, at most one a side: a side that is missing found no contact.
+// Both owners compute the same bits.
+std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
+                                          const std::function<double(BodyId)>& mass_of);
+
+// The state after the impulses acted on a body of this mass and principal inertia (local axes, kg m^2). A state that is
+// set does not restart the time for which a body has been slow, as an applied impulse would; so a pile across a border
+// falls asleep.
+BodyState Kicked(const BodyState& state, double mass_kg, Vec3d inertia_kg_m2, Vec3d impulse_ns, Vec3d angular_nms);
+
+}  // namespace tessera::region

@@ -1,0 +1,319 @@
+#include "core/region/frame.h"
+
+#include <algorithm>
+#include <bit>
+#include <string>
+
+#include "core/region/wire.h"
+
+namespace tessera::region {
+namespace {
+
+constexpr std::uint8_t kFormat = 1;
+
+// Flags of a state.
+constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;  // kAtRest: both velocities are +0
+
+constexpr std::size_t kMinStateBytes = 1 + 24 + 16;
+constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
+constexpr std::size_t kImpulseBytes = 2 + 36;
+constexpr std::size_t kMinInputBytes = 1 + 24;
+constexpr std::size_t kLateBytes = 1 + 24;
+
+bool Zero(Vec3f v) {
+  return (std::bit_cast<std::uint32_t>(v.x) | std::bit_cast<std::uint32_t>(v.y) | std::bit_cast<std::uint32_t>(v.z)) ==
+         0;
+}
+
+std::uint8_t FlagsOf(const BodyState& state) {
+  const bool at_rest = Zero(state.linear_velocity) && Zero(state.angular_velocity);
+  return static_cast<std::uint8_t>((state.asleep ? kAsleep : 0) | (at_rest ? kAtRest : 0));
+}
+
+void WriteState(Writer& out, const BodyState& state, std::uint8_t more_flags) {
+  const std::uint8_t flags = FlagsOf(state) | more_flags;
+  out.U8(flags);
+  out.V(state.position);
+  out.Q(state.orientation);
+  if ((flags & kAtRest) == 0) {
+    out.V(state.linear_velocity);
+    out.V(state.angular_velocity);
+  }
+}
+
+std::uint8_t ReadState(Reader& in, BodyState& state) {
+  const std::uint8_t flags = in.U8();
+  state.asleep = (flags & kAsleep) != 0;
+  state.position = in.V3d();
+  state.orientation = in.Q();
+  if ((flags & kAtRest) == 0) {
+    state.linear_velocity = in.V3f();
+    state.angular_velocity = in.V3f();
+  }
+  return flags;
+}
+
+const GhostRecord* FindGhost(std::span<const GhostRecord> ghosts, BodyId id) {
+  const auto it =
+      std::lower_bound(ghosts.begin(), ghosts.end(), id, [](const GhostRecord& g, BodyId v) { return g.id < v; });
+  return it != ghosts.end() && it->id == id ? &*it : nullptr;
+}
+
+bool Unchanged(const GhostRecord& ghost, std::span<const GhostRecord> previous) {
+  if (!ghost.state.asleep || !Zero(ghost.force_n) || !Zero(ghost.torque_nm)) return false;
+  const GhostRecord* before = FindGhost(previous, ghost.id);
+  return before != nullptr && before->epoch == ghost.epoch && SameBits(before->state, ghost.state);
+}
+
+void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<const GhostRecord> previous) {
+  std::vector<const GhostRecord*> changed;
+  std::vector<BodyId> same;
+  for (const GhostRecord& ghost : ghosts) {
+    if (Unchanged(ghost, previous)) {
+      same.push_back(ghost.id);
+    } else {
+      changed.push_back(&ghost);
+    }
+  }
+  std::uint64_t last = 0;
+  out.Varint(same.size());
+  for (const BodyId id : same) {
+    out.Varint(id.value() - last);
+    last = id.value();
+  }
+  last = 0;
+  out.Varint(changed.size());
+  for (const GhostRecord* ghost : changed) {
+    const bool force = !Zero(ghost->force_n) || !Zero(ghost->torque_nm);
+    out.Varint(ghost->id.value() - last);
+    last = ghost->id.value();
+    out.Varint(ghost->epoch.value());
+    WriteState(out, ghost->state, force ? kHasForce : std::uint8_t{0});
+    if (force) {
+      out.V(ghost->force_n);
+      out.V(ghost->torque_nm);
+    }
+  }
+}
+
+// Ids of a list ascend: each is the one before plus a difference that is not 0 and does not wrap.
+bool NextId(Reader& in, std::uint64_t& last) {
+  const std::uint64_t step = in.Varint();
+  if (step == 0 || last + step < last) return false;
+  last += step;
+  return true;
+}
+
+absl::Status Malformed(const char* what) { return absl::InvalidArgumentError(what); }
+
+absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::vector<GhostRecord>& ghosts) {
+  std::uint64_t last = 0;
+  const std::size_t same = in.Count(1);
+  for (std::size_t i = 0; i < same; ++i) {
+    if (!NextId(in, last)) return Malformed("unchanged ghosts: ids do not ascend");
+    const GhostRecord* before = FindGhost(previous, BodyId(last));
+    if (before == nullptr) return Malformed("unchanged ghosts: not in the frame before");
+    ghosts.push_back(*before);
+    ghosts.back().force_n = ghosts.back().torque_nm = Vec3f();
+  }
+  last = 0;
+  const std::size_t changed = in.Count(kMinGhostBytes);
+  for (std::size_t i = 0; i < changed; ++i) {
+    GhostRecord ghost;
+    if (!NextId(in, last)) return Malformed("ghosts: ids do not ascend");
+    ghost.id = BodyId(last);
+    ghost.epoch = Epoch(in.Varint32());
+    if ((ReadState(in, ghost.state) & kHasForce) != 0) {
+      ghost.force_n = in.V3f();
+      ghost.torque_nm = in.V3f();
+    }
+    ghosts.push_back(ghost);
+  }
+  const auto middle = ghosts.begin() + static_cast<std::ptrdiff_t>(std::min(same, ghosts.size()));
+  const auto by_id = [](const GhostRecord& a, const GhostRecord& b) { return a.id < b.id; };
+  std::inplace_merge(ghosts.begin(), middle, ghosts.end(), by_id);
+  const auto same_id = [](const GhostRecord& a, const GhostRecord& b) { return a.id == b.id; };
+  if (std::adjacent_find(ghosts.begin(), ghosts.end(), same_id) != ghosts.end()) {
+    return Malformed("ghosts: a body twice");
+  }
+  return absl::OkStatus();
+}
+
+void WriteInput(Writer& out, const QueuedInput& input) {
+  out.Varint(input.number);
+  out.V(input.force_n);
+  out.V(input.torque_nm);
+}
+
+void ReadInput(Reader& in, QueuedInput& input) {
+  input.number = in.Varint32();
+  input.force_n = in.V3f();
+  input.torque_nm = in.V3f();
+}
+
+void WriteControl(Writer& out, const PlayerControl& control) {
+  out.Varint(control.last_input);
+  out.U8(control.committed ? 1 : 0);
+  out.Varint(control.committed_number);
+  out.V(control.force_n);
+  out.V(control.torque_nm);
+  out.Varint(control.queue.size());
+  for (const QueuedInput& input : control.queue) WriteInput(out, input);
+}
+
+void ReadControl(Reader& in, PlayerControl& control) {
+  control.last_input = in.Varint32();
+  control.committed = in.U8() != 0;
+  control.committed_number = in.Varint32();
+  control.force_n = in.V3f();
+  control.torque_nm = in.V3f();
+  control.queue.resize(in.Count(kMinInputBytes));
+  for (QueuedInput& input : control.queue) ReadInput(in, input);
+}
+
+void WriteGrant(Writer& out, const Grant& grant) {
+  out.Varint(grant.bodies.size());
+  for (const GrantedBody& body : grant.bodies) {
+    out.Varint(body.id.value());
+    out.Varint(body.epoch.value());
+    WriteState(out, body.state, 0);
+  }
+  const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
+  if (player) WriteControl(out, grant.control);
+  out.Varint(grant.touching.size());
+  for (const TouchingPair& pair : grant.touching) {
+    out.Varint(pair.body_a.value());
+    out.Varint(pair.body_b.value());
+    out.U8(pair.trigger ? 1 : 0);
+  }
+}
+
+void ReadGrant(Reader& in, Grant& grant) {
+  grant.bodies.resize(in.Count(kMinGhostBytes));
+  for (GrantedBody& body : grant.bodies) {
+    body.id = BodyId(in.Varint());
+    body.epoch = Epoch(in.Varint32());
+    ReadState(in, body.state);
+  }
+  const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
+  if (player) ReadControl(in, grant.control);
+  grant.touching.resize(in.Count(3));
+  for (TouchingPair& pair : grant.touching) {
+    pair.body_a = BodyId(in.Varint());
+    pair.body_b = BodyId(in.Varint());
+    pair.trigger = in.U8() != 0;
+  }
+}
+
+absl::StatusOr<FrameHeader> ReadHeader(Reader& in) {
+  const std::uint8_t format = in.U8();
+  FrameHeader header;
+  header.tick = Tick(in.Varint());
+  header.sender = RegionId(in.Varint32());
+  header.map_version = MapVersion(in.Varint());
+  if (!in.ok()) return Malformed("truncated");
+  if (format != kFormat) return Malformed("unknown format");
+  return header;
+}
+
+}  // namespace
+
+bool SameBits(const BodyState& a, const BodyState& b) {
+  const auto same_f = [](float x, float y) {
+    return std::bit_cast<std::uint32_t>(x) == std::bit_cast<std::uint32_t>(y);
+  };
+  const auto same_d = [](double x, double y) {
+    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+  };
+  const auto same_v = [&](Vec3f x, Vec3f y) { return same_f(x.x, y.x) && same_f(x.y, y.y) && same_f(x.z, y.z); };
+  return a.asleep == b.asleep && same_d(a.position.x, b.position.x) && same_d(a.position.y, b.position.y) &&
+         same_d(a.position.z, b.position.z) && same_f(a.orientation.x, b.orientation.x) &&
+         same_f(a.orientation.y, b.orientation.y) && same_f(a.orientation.z, b.orientation.z) &&
+         same_f(a.orientation.w, b.orientation.w) && same_v(a.linear_velocity, b.linear_velocity) &&
+         same_v(a.angular_velocity, b.angular_velocity);
+}
+
+std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord> previous) {
+  Writer out;
+  out.U8(kFormat);
+  out.Varint(frame.tick.value());
+  out.Varint(frame.sender.value());
+  out.Varint(frame.map_version.value());
+  WriteGhosts(out, frame.ghosts, previous);
+  out.Varint(frame.impulses.size());
+  for (const ImpulseRecord& record : frame.impulses) {
+    out.Varint(record.own.value());
+    out.Varint(record.other.value());
+    out.V(record.impulse_on_own);
+    out.V(record.angular_on_own);
+    out.V(record.angular_on_other);
+  }
+  out.Varint(frame.grants.size());
+  for (const Grant& grant : frame.grants) WriteGrant(out, grant);
+  out.Varint(frame.confirmations.size());
+  for (const Confirmation& confirmation : frame.confirmations) {
+    out.Varint(confirmation.id.value());
+    out.Varint(confirmation.epoch.value());
+  }
+  out.Varint(frame.late_corrections.size());
+  for (const LateCorrection& late : frame.late_corrections) {
+    out.Varint(late.id.value());
+    out.V(late.impulse_ns);
+    out.V(late.angular_nms);
+  }
+  out.Varint(frame.inputs.size());
+  for (const ForwardedInput& forwarded : frame.inputs) {
+    out.Varint(forwarded.body.value());
+    WriteInput(out, forwarded.input);
+  }
+  return out.Take();
+}
+
+absl::StatusOr<FrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes) {
+  Reader in(bytes);
+  return ReadHeader(in);
+}
+
+absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous) {
+  Reader in(bytes);
+  const absl::StatusOr<FrameHeader> header = ReadHeader(in);
+  if (!header.ok()) return header.status();
+  Frame frame;
+  frame.tick = header->tick;
+  frame.sender = header->sender;
+  frame.map_version = header->map_version;
+  if (absl::Status status = ReadGhosts(in, previous, frame.ghosts); !status.ok()) {
+    return in.ok() ? status : Malformed("truncated");
+  }
+  frame.impulses.resize(in.Count(kImpulseBytes));
+  for (ImpulseRecord& record : frame.impulses) {
+    record.own = BodyId(in.Varint());
+    record.other = BodyId(in.Varint());
+    record.impulse_on_own = in.V3f();
+    record.angular_on_own = in.V3f();
+    record.angular_on_other = in.V3f();
+  }
+  frame.grants.resize(in.Count(2));
+  for (Grant& grant : frame.grants) ReadGrant(in, grant);
+  frame.confirmations.resize(in.Count(2));
+  for (Confirmation& confirmation : frame.confirmations) {
+    confirmation.id = BodyId(in.Varint());
+    confirmation.epoch = Epoch(in.Varint32());
+  }
+  frame.late_corrections.resize(in.Count(kLateBytes));
+  for (LateCorrection& late : frame.late_corrections) {
+    late.id = BodyId(in.Varint());
+    late.impulse_ns = in.V3f();
+    late.angular_nms = in.V3f();
+  }
+  frame.inputs.resize(in.Count(1 + kMinInputBytes));
+  for (ForwardedInput& forwarded : frame.inputs) {
+    forwarded.body = BodyId(in.Varint());
+    ReadInput(in, forwarded.input);
+  }
+  if (!in.ok()) return Malformed("truncated");
+  if (in.remaining() != 0) return Malformed("trailing bytes");
+  return frame;
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,118 @@
+// Frame: what a region tells one neighbour about one tick, and its lossless wire form.
+//
+// Made after the step to `tick` and used by the receiver at the start of the step to tick + 1. Frames of a link come in
+// order, one a tick, so a sleeping ghost that did not change since the frame before costs a byte or so: both ends keep
+// that frame's ghosts. docs/protocol.md describes the bytes.
+//
+//   Bytes bytes = Encode(frame, ghosts_of_the_frame_before);
+//   absl::StatusOr<Frame> frame = Decode(bytes, ghosts_of_the_frame_before);
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/world/ids.h"
+#include "core/world/scene.h"
+
+namespace tessera::region {
+
+// A body of the sender's that the receiver must see. `force_n` and `torque_nm` are what a player's input will do to it
+// in the next step (fields are not among them: both sides compute those).
+struct GhostRecord {
+  BodyId id;
+  Epoch epoch;
+  BodyState state;
+  Vec3f force_n, torque_nm;
+};
+
+// What the sender's solver did in the last step to its body `own`, which touched `other`, a ghost there.
+struct ImpulseRecord {
+  BodyId own, other;
+  Vec3f impulse_on_own;                    // N s; `other` received the opposite
+  Vec3f angular_on_own, angular_on_other;  // about each one's centre of mass, N m s
+};
+
+struct QueuedInput {
+  std::uint32_t number = 0;
+  Vec3f force_n, torque_nm;  // as asked for; limits are applied when its tick comes
+};
+
+// All that a region knows about the steering of a player's body.
+struct PlayerControl {
+  std::uint32_t last_input = 0;  // number of the last one that moved the body
+  bool committed = false;        // an input is chosen for the next step:
+  std::uint32_t committed_number = 0;
+  Vec3f force_n, torque_nm;        // what it will do, limits applied
+  std::vector<QueuedInput> queue;  // ascending by number
+};
+
+// A touching pair whose events the new owner reports from now on.
+struct TouchingPair {
+  BodyId body_a, body_b;
+  bool trigger = false;
+  friend auto operator<=>(const TouchingPair&, const TouchingPair&) = default;
+};
+
+struct GrantedBody {
+  BodyId id;
+  Epoch epoch;  // of the new ownership
+  BodyState state;
+};
+
+// One assembly changes hands: from the step to frame.tick + 1 on, the receiver owns it.
+struct Grant {
+  std::vector<GrantedBody> bodies;  // ascending
+  PlayerControl control;            // of a player's body; otherwise as made
+  std::vector<TouchingPair> touching;
+};
+
+// The sender owns what it was granted: the granter may forget it.
+struct Confirmation {
+  BodyId id;
+  Epoch epoch;
+};
+
+// The granter's last share of an impulse exchange, for a body that it had already handed over.
+struct LateCorrection {
+  BodyId id;
+  Vec3f impulse_ns, angular_nms;
+};
+
+// An input that reached the granter after it had sent the grant.
+struct ForwardedInput {
+  BodyId body;
+  QueuedInput input;
+};
+
+struct FrameHeader {
+  Tick tick;
+  RegionId sender;
+  MapVersion map_version;
+};
+
+struct Frame {
+  Tick tick;
+  RegionId sender;
+  MapVersion map_version;
+  std::vector<GhostRecord> ghosts;      // ascending by id
+  std::vector<ImpulseRecord> impulses;  // ascending by (own, other)
+  std::vector<Grant> grants;
+  std::vector<Confirmation> confirmations;
+  std::vector<LateCorrection> late_corrections;
+  std::vector<ForwardedInput> inputs;
+};
+
+bool SameBits(const BodyState& a, const BodyState& b);
+
+std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord> previous);
+// Only the first few bytes are looked at.
+absl::StatusOr<FrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes);
+// INVALID_ARGUMENT if the bytes are not a frame: truncated, a count too large, ids not ascending, trailing bytes, an
+// unchanged ghost that was not in `previous`. Values are not judged: see frame_check.h.
+absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous);
+
+}  // namespace tessera::region

@@ -1,0 +1,125 @@
+#include "core/region/players.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::region {
+namespace {
+
+Vec3d Clamped(Vec3d v, double limit) {
+  const double length = Length(v);
+  return length > limit ? v * (limit / length) : v;
+}
+
+}  // namespace
+
+Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s) {
+  Vec3d force = Clamped(Vec3d(asked_n), rules.max_force_n);
+  const Vec3d velocity(velocity_m_s);
+  const double speed = Length(velocity);
+  if (speed <= 0) return Vec3f(force);
+  const Vec3d along = velocity / speed;
+  const double pushing = Dot(force, along);
+  if (pushing <= 0) return Vec3f(force);
+  const double share = rules.max_speed_m_s > 0 ? std::max(0.0, 1 - speed / rules.max_speed_m_s) : 0.0;
+  return Vec3f(force - along * (pushing * (1 - share)));
+}
+
+void Players::Spawn(PlayerNumber player) {
+  if (spawned_.insert(player).second) asked_.insert(player);
+}
+
+std::vector<PlayerNumber> Players::TakeSpawns() {
+  std::vector<PlayerNumber> spawns;
+  for (const PlayerNumber player : asked_) {
+    if (!HasLeft(player)) spawns.push_back(player);
+  }
+  asked_.clear();
+  return spawns;
+}
+
+void Players::Adopt(PlayerNumber player, PlayerControl control) {
+  Steering steering;
+  steering.newest = std::max(control.last_input, control.committed ? control.committed_number : 0);
+  if (!control.queue.empty()) steering.newest = std::max(steering.newest, control.queue.back().number);
+  steering.control = std::move(control);
+  steering_[player] = std::move(steering);
+}
+
+const PlayerControl* Players::Find(PlayerNumber player) const {
+  const auto it = steering_.find(player);
+  return it == steering_.end() ? nullptr : &it->second.control;
+}
+
+absl::Status Players::Queue(const PlayerInput& input) {
+  if (input.body != PlayerBodyId(input.player)) {
+    return absl::PermissionDeniedError(
+        absl::StrCat("body ", input.body.value(), " is not player ", input.player.value(), "'s"));
+  }
+  if (!IsFinite(input.force_n)) return absl::InvalidArgumentError("force_n is not finite");
+  if (!IsFinite(input.torque_nm)) return absl::InvalidArgumentError("torque_nm is not finite");
+  const auto it = steering_.find(input.player);
+  if (it == steering_.end()) {
+    return absl::NotFoundError(absl::StrCat("body ", input.body.value(), " is not owned here"));
+  }
+  Steering& steering = it->second;
+  if (input.number <= steering.newest) {
+    return absl::OutOfRangeError(
+        absl::StrCat("input ", input.number, " is late: ", steering.newest, " is here already"));
+  }
+  if (steering.control.queue.size() >= kMaxQueuedInputs) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("player ", input.player.value(), " has ", kMaxQueuedInputs, " inputs waiting already"));
+  }
+  steering.newest = input.number;
+  steering.control.queue.push_back({input.number, input.force_n, input.torque_nm});
+  return absl::OkStatus();
+}
+
+void Players::QueueForwarded(PlayerNumber player, const QueuedInput& input) {
+  const auto it = steering_.find(player);
+  if (it == steering_.end()) return;
+  PlayerControl& control = it->second.control;
+  const std::uint32_t done = std::max(control.last_input, control.committed ? control.committed_number : 0);
+  if (input.number <= done || control.queue.size() >= kMaxQueuedInputs) return;
+  const auto at = std::lower_bound(control.queue.begin(), control.queue.end(), input.number,
+                                   [](const QueuedInput& queued, std::uint32_t n) { return queued.number < n; });
+  if (at != control.queue.end() && at->number == input.number) return;
+  control.queue.insert(at, input);
+  it->second.newest = std::max(it->second.newest, input.number);
+}
+
+void Players::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
+  PlayerControl& control = steering_.at(player).control;
+  if (control.queue.empty()) return;
+  const QueuedInput input = control.queue.front();
+  control.queue.erase(control.queue.begin());
+  control.committed = true;
+  control.committed_number = input.number;
+  control.force_n = LimitedForce(*scene_.player, input.force_n, state.linear_velocity);
+  // As much as the largest force does at the body's surface.
+  control.torque_nm = Vec3f(Clamped(Vec3d(input.torque_nm), scene_.player->max_force_n * radius_m));
+}
+
+void Players::Applied(PlayerNumber player) {
+  PlayerControl& control = steering_.at(player).control;
+  if (control.committed) control.last_input = control.committed_number;
+  control.committed = false;
+  control.force_n = control.torque_nm = Vec3f();
+}
+
+PlayerControl Players::MakeGrant(PlayerNumber player) {
+  PlayerControl& control = steering_.at(player).control;
+  PlayerControl granted = control;
+  control.queue.clear();
+  return granted;
+}
+
+std::vector<QueuedInput> Players::Release(PlayerNumber player) {
+  auto node = steering_.extract(player);
+  return node.empty() ? std::vector<QueuedInput>() : std::move(node.mapped().control.queue);
+}
+
+}  // namespace tessera::region

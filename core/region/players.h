@@ -1,0 +1,55 @@
+// Players: who came, who left, and the steering of the bodies that are owned here.
+//
+// An input is chosen ("committed") one tick before it acts, because neighbours that see the body must apply the same
+// force; it acts exactly once, and goes along when the body is handed over. Thread rule: one thread at a time.
+#pragma once
+
+#include <map>
+#include <set>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/region/frame.h"
+#include "core/region/region.h"
+
+namespace tessera::region {
+
+class Players {
+ public:
+  explicit Players(const Scene& scene) : scene_(scene) {}
+
+  void Spawn(PlayerNumber player);
+  void Leave(PlayerNumber player) { left_.insert(player); }
+  bool HasLeft(PlayerNumber player) const { return left_.contains(player); }
+  const std::set<PlayerNumber>& left() const { return left_; }
+  // Those asked for since the last call, ascending; each player comes out once in a life.
+  std::vector<PlayerNumber> TakeSpawns();
+
+  // Steering of the bodies owned here.
+  void Adopt(PlayerNumber player, PlayerControl control);
+  const PlayerControl* Find(PlayerNumber player) const;
+  absl::Status Queue(const PlayerInput& input);
+  // An input that came by way of the last owner: takes its place by number, unless it is here already or too late.
+  void QueueForwarded(PlayerNumber player, const QueuedInput& input);
+  // Chooses the input of the next step and applies the scene's limits to it, given the body's state now.
+  void Commit(PlayerNumber player, const BodyState& state, double radius_m);
+  // The committed input is acting: its number becomes the last one.
+  void Applied(PlayerNumber player);
+  // All that the new owner must know. What is queued after this comes out of `Release` and has to be sent after it.
+  PlayerControl MakeGrant(PlayerNumber player);
+  std::vector<QueuedInput> Release(PlayerNumber player);
+
+ private:
+  struct Steering {
+    PlayerControl control;
+    std::uint32_t newest = 0;  // number of the newest input that was taken
+  };
+  const Scene& scene_;
+  std::set<PlayerNumber> asked_, spawned_, left_;
+  std::map<PlayerNumber, Steering> steering_;
+};
+
+// Scaled down to `max_force_n`; then the part along the velocity fades to 0 as the body nears `max_speed_m_s` that way.
+Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s);
+
+}  // namespace tessera::region

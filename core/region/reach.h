@@ -1,0 +1,40 @@
+// Reach: which neighbours must see an owned body: those into whose cells its predicted swept bounds, grown by the aura,
+// reach.
+//
+// A body well inside its own cell is told apart by one look at the map. Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/physics/prediction.h"
+#include "core/region/settings.h"
+#include "core/world/partition_map.h"
+
+namespace tessera::region {
+
+class Reach {
+ public:
+  Reach(const PartitionMap& map, RegionId self, std::span<const RegionId> neighbors, const Settings& settings,
+        double tick_s);
+
+  // Starts over for `bodies` bodies, none of which reaches anyone.
+  void Clear(std::size_t bodies);
+  // Marks whom the body reaches.
+  void Look(std::size_t body, const BodyDef& def, const BodyState& state, const physics::Forces& forces,
+            double radius_m);
+  void Show(std::size_t body, std::size_t neighbor) { seen_[body * neighbors_.size() + neighbor] = 1; }
+  bool Shows(std::size_t body, std::size_t neighbor) const { return seen_[body * neighbors_.size() + neighbor] != 0; }
+  // What one of an assembly's bodies is shown to, all are.
+  void Unite(std::span<const std::size_t> bodies);
+
+ private:
+  const PartitionMap& map_;
+  const RegionId self_;
+  const std::span<const RegionId> neighbors_;
+  const double aura_m_, horizon_s_;
+  std::vector<std::uint8_t> seen_;  // bodies by neighbours
+};
+
+}  // namespace tessera::region

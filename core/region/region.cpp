@@ -1,0 +1,88 @@
+#include "core/region/region.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/step.h"
+
+namespace tessera::region {
+
+struct Region::Impl : RegionStep {
+  using RegionStep::RegionStep;
+};
+
+Region::Region(Config config) : impl_(std::make_unique<Impl>(std::move(config))) {}
+Region::~Region() = default;
+
+RegionId Region::id() const { return impl_->config.self; }
+Tick Region::tick() const { return impl_->tick; }
+const PartitionMap& Region::map() const { return impl_->config.map; }
+std::span<const RegionId> Region::neighbors() const { return impl_->neighbors; }
+
+std::vector<OutgoingFrame> Region::Start() { return impl_->Start(); }
+
+absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame) {
+  const Frame* taken = nullptr;
+  if (absl::Status status = impl_->inbox.Put(from, frame, impl_->tick, &taken); !status.ok()) return status;
+  if (taken == nullptr) return absl::OkStatus();
+  absl::Status claims = impl_->CheckClaims(*taken);
+  if (!claims.ok()) impl_->inbox.Reject(from);
+  return claims;
+}
+
+bool Region::CanStep() const {
+  for (std::size_t i = 0; i < impl_->neighbors.size(); ++i) {
+    if (!impl_->inbox.Has(i, impl_->tick)) return false;
+  }
+  return true;
+}
+
+std::vector<RegionId> Region::WaitingFor() const {
+  std::vector<RegionId> missing;
+  for (std::size_t i = 0; i < impl_->neighbors.size(); ++i) {
+    if (!impl_->inbox.Has(i, impl_->tick)) missing.push_back(impl_->neighbors[i]);
+  }
+  return missing;
+}
+
+StepResult Region::Step(const PhaseObserver& observer) {
+  assert(CanStep());
+  return impl_->Step(observer);
+}
+
+absl::Status Region::QueueInput(const PlayerInput& input) { return impl_->players.Queue(input); }
+
+void Region::SpawnPlayer(PlayerNumber player) {
+  assert(impl_->config.scene->player.has_value());
+  impl_->players.Spawn(player);
+}
+
+void Region::RemovePlayer(PlayerNumber player) { impl_->players.Leave(player); }
+
+std::uint32_t Region::LastInput(PlayerNumber player) const {
+  const PlayerControl* control = impl_->players.Find(player);
+  return control == nullptr ? 0 : control->last_input;
+}
+
+std::size_t Region::QueuedInputs(PlayerNumber player) const {
+  const PlayerControl* control = impl_->players.Find(player);
+  return control == nullptr ? 0 : control->queue.size();
+}
+
+std::size_t Region::owned_count() const { return impl_->bodies.owned().size(); }
+std::size_t Region::ghost_count() const { return impl_->bodies.ghosts().size(); }
+
+std::size_t Region::asleep_count() const {
+  const std::span<const OwnedBody> bodies = impl_->bodies.owned();
+  return static_cast<std::size_t>(
+      std::count_if(bodies.begin(), bodies.end(), [](const OwnedBody& body) { return body.state.asleep; }));
+}
+
+std::size_t Region::unconfirmed_grants() const { return impl_->unconfirmed.size(); }
+bool Region::Owns(BodyId body) const { return impl_->bodies.Owns(body); }
+std::span<const OwnedBody> Region::owned() const { return impl_->bodies.owned(); }
+const physics::World& Region::world() const { return impl_->bodies.world(); }
+
+}  // namespace tessera::region

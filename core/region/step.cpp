@@ -1,0 +1,260 @@
+#include "core/region/step.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/fields.h"
+
+namespace tessera::region {
+namespace {
+
+double ToGrid(double v) { return std::round(v / kOriginGrid_m) * kOriginGrid_m; }
+
+Vec3d OriginFor(const Config& config) {
+  const Aabb& bounds = config.scene->bounds;
+  Vec3d center = (bounds.min + bounds.max) * 0.5;
+  if (!config.settings.shared_origin) {
+    Rect area;
+    bool first = true;
+    for (const Cell& cell : config.map.cells()) {
+      if (cell.owner != config.self) continue;
+      const Rect& more = cell.area;
+      area = first ? more
+                   : Rect{std::min(area.min_x, more.min_x), std::min(area.min_z, more.min_z),
+                          std::max(area.max_x, more.max_x), std::max(area.max_z, more.max_z)};
+      first = false;
+    }
+    if (!first) center = {(area.min_x + area.max_x) / 2, center.y, (area.min_z + area.max_z) / 2};
+  }
+  return {ToGrid(center.x), ToGrid(center.y), ToGrid(center.z)};
+}
+
+physics::Settings WorldSettings(const Config& config) {
+  physics::Settings settings;
+  settings.origin = OriginFor(config);
+  settings.gravity_m_s2 = config.scene->gravity_m_s2;
+  return settings;
+}
+
+}  // namespace
+
+RegionStep::RegionStep(Config config_in)
+    : config(std::move(config_in)),
+      neighbors(config.map.Neighbors(config.self)),
+      tick_s(1.0 / config.scene->tick_rate_hz),
+      catalog(config.scene),
+      bodies(catalog, WorldSettings(config)),
+      players(*config.scene),
+      inbox(neighbors, config.map.version(), catalog),
+      reports(catalog),
+      reach(config.map, config.self, neighbors, config.settings, tick_s),
+      outboxes_(neighbors.size()) {
+  for (const BodyDef& def : config.scene->bodies) {
+    if (def.motion != Motion::kDynamic) continue;
+    const BodyDef* anchor = catalog.Find(catalog.AssemblyOf(def.id).front());
+    if (config.map.OwnerOf(anchor->initial.position) == config.self) bodies.Own(def.id, Epoch(1), def.initial);
+  }
+  bodies.TieJoints();
+}
+
+std::vector<OutgoingFrame> RegionStep::Start() {
+  Predict();
+  return MakeFrames();
+}
+
+StepResult RegionStep::Step(const PhaseObserver& observer) {
+  const auto enter = [&](Phase phase) {
+    if (observer) observer(phase);
+  };
+  StepResult result;
+  enter(Phase::kPlaceGhosts);
+  const Frames frames = TakeFrames();
+  HandOut(result);
+  TakeIn(frames, result);
+  PlaceGhosts(frames);
+  bodies.TieJoints();
+  ExchangeImpulses(frames);
+  UpdatePlayers(result);
+  ApplyForces();
+  enter(Phase::kPhysics);
+  bodies.world().Step(tick_s);
+  ++tick;
+  result.tick = tick;
+  ReadBack(result);
+  enter(Phase::kPrediction);
+  MeasurePrediction(result);
+  CommitInputs();
+  DecideHandovers();
+  Predict();
+  enter(Phase::kFrames);
+  result.frames = MakeFrames();
+  enter(Phase::kDone);
+  return result;
+}
+
+absl::Status RegionStep::CheckClaims(const Frame& frame) const {
+  const auto owned_here = [this](BodyId id) { return bodies.Owns(id) && FindHandedOut(id) == nullptr; };
+  for (const GhostRecord& ghost : frame.ghosts) {
+    if (owned_here(ghost.id)) {
+      return absl::PermissionDeniedError(absl::StrCat("body ", ghost.id.value(), " is owned here"));
+    }
+  }
+  for (const Grant& grant : frame.grants) {
+    for (const GrantedBody& body : grant.bodies) {
+      if (owned_here(body.id)) {
+        return absl::PermissionDeniedError(absl::StrCat("body ", body.id.value(), " is owned here and granted"));
+      }
+      const Ghost* ghost = bodies.FindGhost(body.id);
+      if (ghost != nullptr && body.epoch <= ghost->record.epoch) {
+        return absl::PermissionDeniedError(absl::StrCat("body ", body.id.value(), " is granted with epoch ",
+                                                        body.epoch.value(), " after ", ghost->record.epoch.value()));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+RegionStep::Frames RegionStep::TakeFrames() {
+  Frames frames;
+  for (std::size_t i = 0; i < neighbors.size(); ++i) {
+    frames.push_back(inbox.Take(i, tick));
+    for (const Confirmation& confirmation : frames.back().confirmations) {
+      std::erase_if(unconfirmed, [&](const Unconfirmed& grant) {
+        return grant.id == confirmation.id && grant.epoch == confirmation.epoch && grant.to == neighbors[i];
+      });
+    }
+  }
+  return frames;
+}
+
+void RegionStep::HandOut(StepResult& result) {
+  for (const HandedOut& out : handed_out) {
+    const BodyId id = out.record.id;
+    if (!bodies.Owns(id)) continue;
+    if (IsPlayerBody(id)) {
+      for (const QueuedInput& input : players.Release(PlayerOf(id))) {
+        outboxes_[NeighborIndex(out.to)].inputs.push_back({id, input});
+      }
+    }
+    reports.Release(id);
+    result.departures.push_back({id, Epoch(out.record.epoch.value() - 1), DepartureReason::kHandedOver, out.to});
+    bodies.BecomeGhost(out.record, out.to);
+    ++result.handed_out;
+  }
+}
+
+void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
+  taken_in.clear();
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const Grant& grant : frames[i].grants) {
+      for (const GrantedBody& body : grant.bodies) {
+        if (bodies.Owns(body.id)) continue;  // two neighbours grant one body: the first counts
+        bodies.Own(body.id, body.epoch, body.state);
+        taken_in.push_back(body.id);
+        outboxes_[i].confirmations.push_back({body.id, body.epoch});
+        if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), grant.control);
+        ++result.handed_in;
+      }
+      reports.Adopt(grant.touching);
+    }
+    for (const ForwardedInput& forwarded : frames[i].inputs) {
+      players.QueueForwarded(PlayerOf(forwarded.body), forwarded.input);
+    }
+  }
+  std::sort(taken_in.begin(), taken_in.end());
+}
+
+void RegionStep::PlaceGhosts(const Frames& frames) {
+  std::vector<Ghost> shown;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const GhostRecord& record : frames[i].ghosts) {
+      if (!bodies.Owns(record.id)) shown.push_back({record, neighbors[i], nullptr, false});
+    }
+  }
+  // One body shown by two: the higher epoch is right.
+  std::stable_sort(shown.begin(), shown.end(), [](const Ghost& a, const Ghost& b) {
+    return a.record.id != b.record.id ? a.record.id < b.record.id : a.record.epoch > b.record.epoch;
+  });
+  const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };
+  shown.erase(std::unique(shown.begin(), shown.end(), same), shown.end());
+  if (bodies.PlaceGhosts(shown)) reports.BodyLeft();
+}
+
+void RegionStep::UpdatePlayers(StepResult& result) {
+  for (const PlayerNumber player : players.left()) {
+    const BodyId id = PlayerBodyId(player);
+    const std::ptrdiff_t index = bodies.IndexOf(id);
+    if (index < 0) continue;
+    const Epoch epoch = bodies.owned()[static_cast<std::size_t>(index)].epoch;
+    result.departures.push_back({id, epoch, DepartureReason::kRemoved, RegionId()});
+    players.Release(player);
+    bodies.RemoveOwned(id);
+    reports.BodyLeft();
+  }
+  for (const PlayerNumber player : players.TakeSpawns()) {
+    const BodyId id = PlayerBodyId(player);
+    if (bodies.Owns(id) || bodies.FindGhost(id) != nullptr) continue;
+    bodies.Own(id, Epoch(1), catalog.MakePlayer(player).initial);
+    players.Adopt(player, {});
+  }
+}
+
+void RegionStep::ApplyForces() {
+  const std::vector<Field>& fields = config.scene->fields;
+  const auto push = [&](const BodyDef& def, const BodyState& state, Vec3f force, Vec3f torque) {
+    if (!fields.empty() && !state.asleep) force += Vec3f(FieldAcceleration(fields, state) * def.mass_kg);
+    bodies.world().ApplyForce(def.id, force, torque);
+  };
+  for (const OwnedBody& body : bodies.owned()) {
+    if (fields.empty() && !IsPlayerBody(body.def->id)) continue;
+    Vec3f force, torque;
+    if (const PlayerControl* control = ControlOf(body.def->id); control != nullptr) {
+      force = control->force_n;
+      torque = control->torque_nm;
+      players.Applied(PlayerOf(body.def->id));
+    }
+    push(*body.def, bodies.world().StateOf(body.def->id), force, torque);
+  }
+  for (const Ghost& ghost : bodies.ghosts()) {
+    push(*ghost.def, bodies.world().StateOf(ghost.record.id), ghost.record.force_n, ghost.record.torque_nm);
+  }
+}
+
+void RegionStep::ReadBack(StepResult& result) {
+  NoteContacts();
+  result.events = reports.Report(
+      bodies.world().events(), [this](BodyId id) { return bodies.Owns(id); },
+      [this](BodyId id) { return bodies.world().Has(id); });
+  for (const auto& [id, epoch] : bodies.ReadBack()) {
+    result.departures.push_back({id, epoch, DepartureReason::kRemoved, RegionId()});
+    result.nonfinite.push_back(id);
+    if (IsPlayerBody(id)) players.Release(PlayerOf(id));
+    std::erase_if(border, [lost = id](const BorderContact& contact) { return contact.own == lost; });
+    reports.BodyLeft();
+  }
+}
+
+const RegionStep::HandedOut* RegionStep::FindHandedOut(BodyId id) const {
+  const auto it = std::lower_bound(handed_out.begin(), handed_out.end(), id,
+                                   [](const HandedOut& out, BodyId wanted) { return out.record.id < wanted; });
+  return it != handed_out.end() && it->record.id == id ? &*it : nullptr;
+}
+
+bool RegionStep::WasOwned(BodyId id) const {
+  if (FindHandedOut(id) != nullptr) return true;
+  return bodies.Owns(id) && !std::binary_search(taken_in.begin(), taken_in.end(), id);
+}
+
+std::size_t RegionStep::NeighborIndex(RegionId id) const {
+  const auto it = std::lower_bound(neighbors.begin(), neighbors.end(), id);
+  assert(it != neighbors.end() && *it == id);
+  return static_cast<std::size_t>(it - neighbors.begin());
+}
+
+const PlayerControl* RegionStep::ControlOf(BodyId id) const {
+  return IsPlayerBody(id) ? players.Find(PlayerOf(id)) : nullptr;
+}
+
+}  // namespace tessera::region

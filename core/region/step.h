@@ -1,0 +1,113 @@
+// RegionStep: the parts of a region and the order in which a tick puts them to work.
+//
+//   hand out -> take in -> place ghosts -> exchange -> players -> forces -> physics -> read back -> decide, predict ->
+//   frames
+//
+// What each part is, its own header says. Behind Region; thread rule as there.
+#pragma once
+
+#include <map>
+#include <vector>
+
+#include "core/region/bodies.h"
+#include "core/region/catalog.h"
+#include "core/region/exchange.h"
+#include "core/region/inbox.h"
+#include "core/region/pair_reports.h"
+#include "core/region/players.h"
+#include "core/region/reach.h"
+#include "core/region/region.h"
+
+namespace tessera::region {
+
+class RegionStep {
+ public:
+  explicit RegionStep(Config config_in);
+
+  std::vector<OutgoingFrame> Start();
+  StepResult Step(const PhaseObserver& observer);
+  // Whether what a frame says agrees with what is owned here; names the body.
+  absl::Status CheckClaims(const Frame& frame) const;
+
+  // A body that is the neighbour's from the next step on.
+  struct HandedOut {
+    GhostRecord record;  // epoch: of the new ownership
+    RegionId to;
+  };
+  // Granted; kept until the new owner tells that it has it.
+  struct Unconfirmed {
+    BodyId id;
+    Epoch epoch;
+    RegionId to;
+  };
+  // This region's solution of a contact across a border, and who owned the other body then.
+  struct BorderContact {
+    Solution solution;
+    BodyId own, other;
+    RegionId other_owner;
+  };
+
+  Config config;
+  std::vector<RegionId> neighbors;
+  double tick_s;
+  Catalog catalog;
+  Bodies bodies;
+  Players players;
+  Inbox inbox;
+  PairReports reports;
+  Reach reach;
+  Tick tick;
+  std::vector<HandedOut> handed_out;  // decided in the last step, ascending by body; true from the next on
+  std::vector<BodyId> taken_in;       // owned since this step, ascending
+  std::vector<Unconfirmed> unconfirmed;
+  std::vector<BorderContact> border;  // of the last step
+
+ private:
+  // What is being written for one neighbour, and what it was last told.
+  struct Outbox {
+    std::vector<Grant> grants;
+    std::vector<Confirmation> confirmations;
+    std::vector<LateCorrection> late_corrections;
+    std::vector<ForwardedInput> inputs;
+    std::vector<GhostRecord> told;
+  };
+  using Frames = std::vector<Frame>;  // in the order of the neighbours
+
+  Frames TakeFrames();
+  void HandOut(StepResult& result);
+  void TakeIn(const Frames& frames, StepResult& result);
+  void PlaceGhosts(const Frames& frames);
+  void ExchangeImpulses(const Frames& frames);
+  void UpdatePlayers(StepResult& result);
+  void ApplyForces();
+  void ReadBack(StepResult& result);
+  void NoteContacts();
+  void Predict();
+  void MeasurePrediction(StepResult& result) const;
+  void CommitInputs();
+  void DecideHandovers();
+  void GrantTo(RegionId to, std::span<const std::size_t> assembly);
+  void ShowTouching();
+  void ShowSleepers();
+  std::vector<OutgoingFrame> MakeFrames();
+  Frame MakeFrame(std::size_t neighbor);
+
+  const HandedOut* FindHandedOut(BodyId id) const;
+  bool WasOwned(BodyId id) const;  // in the last step
+  std::size_t NeighborIndex(RegionId id) const;
+  std::vector<std::size_t> OwnedAssembly(std::size_t index) const;
+  physics::Forces ForcesOn(const OwnedBody& body) const;
+  const PlayerControl* ControlOf(BodyId id) const;
+
+  // Due to a body whose contact across a border is settled.
+  struct Kick {
+    Vec3d impulse, angular;
+  };
+  void KickBodies(const std::map<BodyId, Kick>& kicks);
+
+  std::vector<Outbox> outboxes_;
+  std::vector<std::pair<BodyId, BodyId>>
+      touching_;  // dynamic pairs of the last step of which one or both are owned here
+};
+
+}  // namespace tessera::region

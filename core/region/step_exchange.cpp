@@ -1,0 +1,142 @@
+// The part of a tick that keeps momentum across borders. Who applies what to a body that changes hands between the
+// contact and its settlement is a rule that both regions can tell without asking: its new owner, if that owned the
+// other body and so has both solutions; otherwise the old owner settles and sends the new one what is due, a tick
+// later. So each share acts exactly once.
+#include <algorithm>
+
+#include "core/region/frame_check.h"
+#include "core/region/step.h"
+
+namespace tessera::region {
+namespace {
+
+// What a frame tells of a body; null if it is not told of.
+const BodyState* Told(const Frame& frame, BodyId id) {
+  const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id,
+                                   [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; });
+  if (it != frame.ghosts.end() && it->id == id) return &it->state;
+  for (const Grant& grant : frame.grants) {
+    for (const GrantedBody& body : grant.bodies) {
+      if (body.id == id) return &body.state;
+    }
+  }
+  return nullptr;
+}
+
+const BodyState* Told(const std::vector<Frame>& frames, BodyId id) {
+  for (const Frame& frame : frames) {
+    if (const BodyState* state = Told(frame, id); state != nullptr) return state;
+  }
+  return nullptr;
+}
+
+bool Finite(const physics::Contact& contact) {
+  return IsFinite(contact.impulse_on_b) && IsFinite(contact.angular_impulse_on_a) &&
+         IsFinite(contact.angular_impulse_on_b);
+}
+
+}  // namespace
+
+void RegionStep::NoteContacts() {
+  border.clear();
+  touching_.clear();
+  if (neighbors.empty()) return;
+  for (const physics::Contact& contact : bodies.world().contacts()) {
+    const BodyId a = contact.body_a, b = contact.body_b;
+    if (!catalog.Known(a) || !catalog.Known(b)) continue;
+    const bool owns_a = bodies.Owns(a), owns_b = bodies.Owns(b);
+    if (!owns_a && !owns_b) continue;
+    touching_.emplace_back(a, b);
+    const Ghost* ghost = owns_a && owns_b ? nullptr : bodies.FindGhost(owns_a ? b : a);
+    if (ghost == nullptr || !Finite(contact)) continue;
+    const Solution solution{
+        a, b, owns_a, contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
+    border.push_back({solution, owns_a ? a : b, owns_a ? b : a, ghost->owner});
+  }
+}
+
+void RegionStep::ExchangeImpulses(const Frames& frames) {
+  std::map<BodyId, Kick> kicks;
+  for (const Frame& frame : frames) {
+    for (const LateCorrection& late : frame.late_corrections) {
+      const HandedOut* out = FindHandedOut(late.id);
+      if (out != nullptr) {
+        outboxes_[NeighborIndex(out->to)].late_corrections.push_back(late);
+      } else if (bodies.Owns(late.id)) {
+        kicks[late.id].impulse += Vec3d(late.impulse_ns);
+        kicks[late.id].angular += Vec3d(late.angular_nms);
+      }
+    }
+  }
+  std::vector<Solution> solutions;
+  std::map<BodyId, RegionId> owner_then;
+  for (const BorderContact& contact : border) {
+    solutions.push_back(contact.solution);
+    owner_then[contact.other] = contact.other_owner;
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const ImpulseRecord& record : frames[i].impulses) {
+      if (WasOwned(record.own)) continue;
+      solutions.push_back(ToSolution(record));
+      owner_then[record.own] = neighbors[i];
+    }
+  }
+  const auto asleep = [&](BodyId id) {
+    if (const HandedOut* out = FindHandedOut(id); out != nullptr) return out->record.state.asleep;
+    const std::ptrdiff_t index = WasOwned(id) ? bodies.IndexOf(id) : -1;
+    if (index >= 0) return bodies.owned()[static_cast<std::size_t>(index)].state.asleep;
+    const BodyState* told = Told(frames, id);
+    return told != nullptr && told->asleep;
+  };
+  const auto kick = [&](BodyId id, Vec3d impulse, Vec3d angular) {
+    if (!bodies.world().Has(id)) return;
+    kicks[id].impulse += impulse;
+    kicks[id].angular += angular;
+  };
+  const auto mass_of = [this](BodyId id) { return catalog.MassOf(id); };
+  for (const PairCorrection& pair : CorrectionsOf(std::move(solutions), mass_of)) {
+    // A sleeper is not solved by its owner: there is nothing to balance.
+    if (asleep(pair.a) || asleep(pair.b)) continue;
+    const bool a_here = WasOwned(pair.a), b_here = WasOwned(pair.b);
+    if (a_here && b_here) continue;
+    const auto settle = [&](BodyId own, BodyId other, Vec3d impulse, Vec3d angular) {
+      const HandedOut* out = FindHandedOut(own);
+      if (out != nullptr && out->to != owner_then[other]) {
+        outboxes_[NeighborIndex(out->to)].late_corrections.push_back({own, Vec3f(impulse), Vec3f(angular)});
+      } else {
+        kick(own, impulse, angular);
+      }
+    };
+    // A ghost's share, so that it starts the step as it does with its owner.
+    const auto follow = [&](BodyId id, Vec3d impulse, Vec3d angular) {
+      if (a_here || b_here) {
+        kick(id, impulse, angular);
+      } else if (!bodies.Owns(id) && Told(frames, pair.a) != nullptr && Told(frames, pair.b) != nullptr) {
+        kick(id, impulse, angular);
+      }
+    };
+    if (a_here) {
+      settle(pair.a, pair.b, pair.impulse_on_a, pair.angular_on_a);
+      follow(pair.b, pair.impulse_on_b, pair.angular_on_b);
+    } else if (b_here) {
+      follow(pair.a, pair.impulse_on_a, pair.angular_on_a);
+      settle(pair.b, pair.a, pair.impulse_on_b, pair.angular_on_b);
+    } else {
+      follow(pair.a, pair.impulse_on_a, pair.angular_on_a);
+      follow(pair.b, pair.impulse_on_b, pair.angular_on_b);
+    }
+  }
+  KickBodies(kicks);
+}
+
+void RegionStep::KickBodies(const std::map<BodyId, Kick>& kicks) {
+  physics::World& world = bodies.world();
+  for (const auto& [id, kick] : kicks) {
+    const BodyState state = world.StateOf(id);
+    if (state.asleep || (kick.impulse == Vec3d() && kick.angular == Vec3d())) continue;
+    const BodyState kicked = Kicked(state, world.MassOf(id), world.InertiaOf(id), kick.impulse, kick.angular);
+    if (IsSane(kicked)) world.SetState(id, kicked);
+  }
+}
+
+}  // namespace tessera::region

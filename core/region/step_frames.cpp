@@ -1,0 +1,197 @@
+// The end of a tick: inputs are chosen, bodies that left are granted, the rest is predicted, and each neighbour is
+// told.
+#include <algorithm>
+
+#include "core/region/fields.h"
+#include "core/region/handover.h"
+#include "core/region/step.h"
+
+namespace tessera::region {
+
+physics::Forces RegionStep::ForcesOn(const OwnedBody& body) const {
+  physics::Forces forces;
+  if (body.state.asleep) return forces;
+  forces.acceleration_m_s2 =
+      config.scene->gravity_m_s2 * body.def->gravity_scale + FieldAcceleration(config.scene->fields, body.state);
+  if (const PlayerControl* control = ControlOf(body.def->id); control != nullptr) {
+    forces.acceleration_m_s2 += Vec3d(control->force_n) / body.def->mass_kg;
+  }
+  return forces;
+}
+
+void RegionStep::MeasurePrediction(StepResult& result) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedExtra& extra = bodies.extras()[i];
+    if (!extra.predicted) continue;
+    const double error = Length(bodies.owned()[i].state.position - extra.predicted_position);
+    sum += error;
+    result.max_prediction_error_m = std::max(result.max_prediction_error_m, error);
+    ++result.predicted;
+  }
+  if (result.predicted > 0) result.mean_prediction_error_m = sum / result.predicted;
+}
+
+void RegionStep::CommitInputs() {
+  if (!config.scene->player.has_value()) return;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    if (IsPlayerBody(body.def->id)) {
+      players.Commit(PlayerOf(body.def->id), body.state, bodies.extras()[i].radius_m);
+    }
+  }
+}
+
+std::vector<std::size_t> RegionStep::OwnedAssembly(std::size_t index) const {
+  std::vector<std::size_t> members;
+  for (const BodyId id : catalog.AssemblyOf(bodies.owned()[index].def->id)) {
+    const std::ptrdiff_t member = bodies.IndexOf(id);
+    if (member >= 0) members.push_back(static_cast<std::size_t>(member));
+  }
+  return members;
+}
+
+void RegionStep::DecideHandovers() {
+  handed_out.clear();
+  if (neighbors.empty()) return;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const bool tied = catalog.AssemblyOf(body.def->id).size() > 1;
+    if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
+    const std::optional<RegionId> to =
+        HandoverTarget(config.map, config.self, neighbors, body.state.position, config.settings.hysteresis_m);
+    if (!to.has_value()) continue;
+    if (tied) {
+      GrantTo(*to, OwnedAssembly(i));
+    } else {
+      GrantTo(*to, std::span(&i, 1));
+    }
+  }
+  std::sort(handed_out.begin(), handed_out.end(),
+            [](const HandedOut& a, const HandedOut& b) { return a.record.id < b.record.id; });
+}
+
+void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
+  Grant grant;
+  for (const std::size_t index : assembly) {
+    const OwnedBody& body = bodies.owned()[index];
+    const BodyId id = body.def->id;
+    const Epoch epoch(body.epoch.value() + 1);
+    GhostRecord record{id, epoch, body.state, {}, {}};
+    if (const PlayerControl* control = ControlOf(id); control != nullptr) {
+      record.force_n = control->force_n;
+      record.torque_nm = control->torque_nm;
+      grant.control = players.MakeGrant(PlayerOf(id));
+    }
+    grant.bodies.push_back({id, epoch, body.state});
+    for (const TouchingPair& pair : reports.Pairs(id)) grant.touching.push_back(pair);
+    handed_out.push_back({record, to});
+    unconfirmed.push_back({id, epoch, to});
+  }
+  outboxes_[NeighborIndex(to)].grants.push_back(std::move(grant));
+}
+
+void RegionStep::Predict() {
+  reach.Clear(bodies.owned().size());
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    OwnedExtra& extra = bodies.extras()[i];
+    const physics::Forces forces = ForcesOn(body);
+    reach.Look(i, *body.def, body.state, forces, extra.radius_m);
+    extra.predicted = !body.state.asleep;
+    if (extra.predicted) {
+      extra.predicted_position = physics::Predict(*body.def, body.state, forces, tick_s).position;
+    }
+  }
+  ShowTouching();
+  ShowSleepers();
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    if (catalog.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
+    const std::vector<std::size_t> members = OwnedAssembly(i);
+    if (members.front() == i) reach.Unite(members);
+  }
+}
+
+// What touches a neighbour's body, or one that becomes the neighbour's, is shown whatever its place: bodies larger than
+// the aura meet each other deep in one's cells.
+void RegionStep::ShowTouching() {
+  const auto show = [this](BodyId own, BodyId other) {
+    const std::ptrdiff_t index = bodies.IndexOf(own);
+    if (index < 0) return;
+    RegionId to;
+    if (const HandedOut* out = FindHandedOut(other); out != nullptr) to = out->to;
+    if (const Ghost* ghost = bodies.FindGhost(other); ghost != nullptr) to = ghost->owner;
+    if (to != RegionId()) reach.Show(static_cast<std::size_t>(index), NeighborIndex(to));
+  };
+  for (const auto& [a, b] : touching_) {
+    show(a, b);
+    show(b, a);
+  }
+}
+
+// A sleeper stays with whoever saw it fall asleep: taking it away would wake what leans on it.
+void RegionStep::ShowSleepers() {
+  for (std::size_t n = 0; n < neighbors.size(); ++n) {
+    for (const GhostRecord& told : outboxes_[n].told) {
+      if (!told.state.asleep) continue;
+      const std::ptrdiff_t index = bodies.IndexOf(told.id);
+      if (index < 0) continue;
+      const auto i = static_cast<std::size_t>(index);
+      if (bodies.owned()[i].state.asleep) reach.Show(i, n);
+    }
+  }
+}
+
+std::vector<OutgoingFrame> RegionStep::MakeFrames() {
+  std::vector<OutgoingFrame> out;
+  for (std::size_t n = 0; n < neighbors.size(); ++n) {
+    Frame frame = MakeFrame(n);
+    out.push_back({neighbors[n], Encode(frame, outboxes_[n].told)});
+    outboxes_[n].told = std::move(frame.ghosts);
+  }
+  return out;
+}
+
+Frame RegionStep::MakeFrame(std::size_t neighbor) {
+  const RegionId to = neighbors[neighbor];
+  Frame frame;
+  frame.tick = tick;
+  frame.sender = config.self;
+  frame.map_version = config.map.version();
+  const auto granted = [&](BodyId id) {
+    const HandedOut* out = FindHandedOut(id);
+    return out != nullptr && out->to == to;
+  };
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const BodyId id = body.def->id;
+    if (!reach.Shows(i, neighbor) || granted(id)) continue;
+    GhostRecord record{id, body.epoch, body.state, {}, {}};
+    if (const PlayerControl* control = ControlOf(id); control != nullptr) {
+      record.force_n = control->force_n;
+      record.torque_nm = control->torque_nm;
+    }
+    frame.ghosts.push_back(record);
+  }
+  for (const BorderContact& contact : border) {
+    const std::ptrdiff_t index = bodies.IndexOf(contact.own);
+    if (index < 0) continue;
+    const bool told = reach.Shows(static_cast<std::size_t>(index), neighbor) || granted(contact.own);
+    if (!told && contact.other_owner != to) continue;
+    const Solution& s = contact.solution;
+    const bool own_a = s.by_owner_of_a;
+    frame.impulses.push_back({contact.own, contact.other, own_a ? -s.impulse_on_b : s.impulse_on_b,
+                              own_a ? s.angular_on_a : s.angular_on_b, own_a ? s.angular_on_b : s.angular_on_a});
+  }
+  std::sort(frame.impulses.begin(), frame.impulses.end(), [](const ImpulseRecord& a, const ImpulseRecord& b) {
+    return std::pair(a.own, a.other) < std::pair(b.own, b.other);
+  });
+  Outbox& box = outboxes_[neighbor];
+  frame.grants = std::exchange(box.grants, {});
+  frame.confirmations = std::exchange(box.confirmations, {});
+  frame.late_corrections = std::exchange(box.late_corrections, {});
+  frame.inputs = std::exchange(box.inputs, {});
+  return frame;
+}
+
+}  // namespace tessera::region
