@@ -1,0 +1,82 @@
+#include "tests/end_to_end/prometheus_server.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <regex>
+#include <stdexcept>
+
+#include "tests/end_to_end/dashboard.h"
+#include "tests/end_to_end/http_get.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+constexpr std::chrono::seconds kReadyTimeout{60};
+
+// Prometheus 2.42 cannot say which port it took, so one that was free a moment ago is given to it.
+std::string FreeAddress() {
+  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  const bool found = bind(fd, reinterpret_cast<const sockaddr*>(&address), size) == 0 &&
+                     getsockname(fd, reinterpret_cast<sockaddr*>(&address), &size) == 0;
+  close(fd);
+  if (!found) throw std::runtime_error("no free port on 127.0.0.1");
+  return "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+}
+
+void Write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+std::string Adapted(const std::string& config, const std::string& discovery_address) {
+  const std::string sed =
+      std::regex_replace(config, std::regex("http://127\\.0\\.0\\.1:7701/"), "http://" + discovery_address + "/");
+  const std::string faster = std::regex_replace(sed, std::regex("(_interval|scrape_timeout): \\ds"), "$1: 1s");
+  if (sed == config || faster == sed)
+    throw std::runtime_error("deploy/prometheus/prometheus.yml is not as this test expects");
+  return faster;
+}
+
+cli::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
+  Write(folder + "/prometheus.yml", Adapted(ReadSource("deploy/prometheus/prometheus.yml"), discovery_address));
+  Write(folder + "/rules.yml", ReadSource("deploy/prometheus/rules.yml"));
+  return cli::ChildProcess({TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
+                            "--storage.tsdb.path=" + folder + "/data", "--web.listen-address=" + address},
+                           folder + "/prometheus.log");
+}
+
+}  // namespace
+
+PrometheusServer::PrometheusServer(const std::string& discovery_address, const std::string& folder)
+    : address_(FreeAddress()), process_(Start(address_, discovery_address, folder)) {
+  const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
+  while (true) {
+    const auto answer = HttpGet(address_, "/-/ready");
+    if (answer && answer->status == 200) return;
+    if (process_.Wait(std::chrono::milliseconds(50)) || std::chrono::steady_clock::now() > deadline) {
+      throw std::runtime_error("prometheus did not become ready" + cli::LastLines(folder + "/prometheus.log", 5));
+    }
+  }
+}
+
+PrometheusServer::~PrometheusServer() { process_.End(std::chrono::seconds(10)); }
+
+nlohmann::json PrometheusServer::Api(const std::string& path_and_query) const {
+  const auto answer = HttpGet(address_, path_and_query);
+  if (!answer) throw std::runtime_error("prometheus does not answer " + path_and_query);
+  auto json = nlohmann::json::parse(answer->body);
+  if (json.at("status") != "success") throw std::runtime_error(path_and_query + ": " + answer->body);
+  return json.at("data");
+}
+
+nlohmann::json PrometheusServer::Query(const std::string& expression) const {
+  return Api("/api/v1/query?query=" + UrlEncode(expression)).at("result");
+}
+
+}  // namespace tessera::end_to_end

@@ -1,0 +1,50 @@
+// What MetricsServer serves is what Prometheus reads, through the configuration that operators install.
+#include "tests/end_to_end/prometheus_server.h"
+
+#include "cli/local_cluster.h"
+#include "gtest/gtest.h"
+#include "prometheus/counter.h"
+#include "prometheus/registry.h"
+#include "telemetry/metrics_server.h"
+#include "tests/end_to_end/eventually.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
+  auto registry = std::make_shared<prometheus::Registry>();
+  prometheus::BuildCounter().Name("tessera_region_ticks_total").Help("Ticks").Register(*registry).Add({}).Increment(42);
+  auto server = telemetry::MetricsServer::Start("127.0.0.1", 0, registry);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const nlohmann::json targets = {
+      {{"targets", {(*server)->address()}},
+       {"labels", {{"component", "region"}, {"host", "h1"}, {"instance_id", "i1"}, {"region", "2"}}}}};
+  (*server)->AddHandler("/sd/prometheus", [&](const telemetry::HttpRequest&) {
+    return telemetry::HttpReply{.content_type = "application/json", .body = targets.dump()};
+  });
+
+  const cli::TemporaryFolder folder;
+  const PrometheusServer prometheus((*server)->address(), folder.path());
+  nlohmann::json result;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (result.empty() && std::chrono::steady_clock::now() < deadline) {
+    result =
+        prometheus.Query(R"(tessera_region_ticks_total{component="region", host="h1", instance_id="i1", region="2"})");
+  }
+  ASSERT_EQ(result.size(), 1u);
+  EXPECT_EQ(result[0].at("value").at(1), "42");
+  EXPECT_EQ(prometheus.Query(R"(up{job="tessera"} == 1)").size(), 1u);
+  EXPECT_EQ(prometheus.Query("tessera_process_resident_memory_bytes > 1e6").size(), 1u);
+}
+
+TEST(PrometheusServerTest, TellsWhatIsWrongWithAQuery) {
+  auto server = telemetry::MetricsServer::Start("127.0.0.1", 0, nullptr);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const cli::TemporaryFolder folder;
+  const PrometheusServer prometheus((*server)->address(), folder.path());
+  EXPECT_THROW(prometheus.Query("rate("), std::runtime_error);
+  EXPECT_TRUE(prometheus.Query("no_such_metric").empty());
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
