@@ -309,6 +309,13 @@ void Endpoint::Disconnect(PeerHandle peer) {
   enet_peer_disconnect_later(&enet, 0);
 }
 
+std::size_t Endpoint::connections() const {
+  const std::span<const ENetPeer> peers(impl_->host->peers, impl_->host->peerCount);
+  return static_cast<std::size_t>(std::count_if(peers.begin(), peers.end(), [](const ENetPeer& peer) {
+    return peer.state != ENET_PEER_STATE_DISCONNECTED;
+  }));
+}
+
 PeerStats Endpoint::StatsOf(PeerHandle peer) const {
   const auto found = impl_->peers.find(peer);
   if (found == impl_->peers.end()) return {};

@@ -83,6 +83,8 @@ class Endpoint {
   std::vector<Event> Service(std::chrono::milliseconds timeout);
   // After what is queued has gone out. The peer hears of it; no further event of it comes here.
   void Disconnect(PeerHandle peer);
+  // Those that are being made or ended included: 0 after Disconnect of the last peer once all has gone out.
+  std::size_t connections() const;
   PeerStats StatsOf(PeerHandle peer) const;      // zeros when there is no such peer any more
   std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
 
