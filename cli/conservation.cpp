@@ -1,0 +1,53 @@
+#include "cli/conservation.h"
+
+#include <algorithm>
+
+#include "core/region/census.h"
+
+namespace tessera::cli {
+
+Conservation::Conservation(std::span<const BodyId> bodies) {
+  for (const BodyId body : bodies) Expect(body, 0);
+}
+
+void Conservation::Expect(BodyId body, std::uint64_t from_tick) {
+  ++expected_;
+  checksum_ += region::Mix(body);
+  from_tick_ = std::max(from_tick_, from_tick);
+}
+
+void Conservation::Observe(const v1::Instance& instance) {
+  for (const v1::RegionStatus& region : instance.region_status()) {
+    for (const v1::Census& census : region.report().censuses()) {
+      if (census.tick() <= last_compared_ || census.tick() < from_tick_) continue;
+      Sum& sum = open_[census.tick()];
+      if (!sum.regions.emplace(region.region(), true).second) continue;
+      sum.owned += census.owned();
+      sum.checksum += census.id_checksum();
+    }
+  }
+  while (!open_.empty()) {
+    const auto oldest = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) {
+      return entry.second.regions.size() == instance.regions();
+    });
+    if (oldest == open_.end()) return;
+    if (oldest->first >= from_tick_) Compare(oldest->first, oldest->second);
+    open_.erase(open_.begin(), std::next(oldest));
+  }
+}
+
+void Conservation::Compare(std::uint64_t tick, const Sum& sum) {
+  if (!result_) result_.emplace();
+  last_compared_ = tick;
+  result_->tick = tick;
+  result_->expected = expected_;
+  result_->found = sum.owned;
+  ++result_->censuses;
+  std::uint64_t lost = sum.owned < expected_ ? expected_ - sum.owned : 0;
+  std::uint64_t duplicated = sum.owned > expected_ ? sum.owned - expected_ : 0;
+  if (sum.owned == expected_ && sum.checksum != checksum_) lost = duplicated = 1;
+  result_->lost = std::max(result_->lost, lost);
+  result_->duplicated = std::max(result_->duplicated, duplicated);
+}
+
+}  // namespace tessera::cli

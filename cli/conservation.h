@@ -1,0 +1,51 @@
+// Conservation: whether an instance still has every body, once each, by the censuses of its regions.
+//
+// All regions take a census at the same ticks (core/region/census.h). A tick counts once every region has reported it;
+// then the sums must equal the number of bodies and the checksum of their ids.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "core/world/ids.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::cli {
+
+struct ConservationResult {
+  std::uint64_t tick = 0;  // of the newest complete census
+  std::uint64_t expected = 0;
+  std::uint64_t found = 0;
+  std::uint64_t lost = 0, duplicated = 0;  // if both happen in equal number, each counts at least 1
+  std::uint64_t censuses = 0;              // complete ones that were compared
+};
+
+class Conservation {
+ public:
+  // `bodies`: the dynamic ones of the scene.
+  explicit Conservation(std::span<const BodyId> bodies);
+
+  // From now on this body is expected as well. Censuses older than `from_tick` are not compared.
+  void Expect(BodyId body, std::uint64_t from_tick);
+  // Takes in what the regions report; call it on every change of the instance.
+  void Observe(const v1::Instance& instance);
+
+  // The worst over all complete censuses, with the newest tick; empty before the first one.
+  std::optional<ConservationResult> result() const { return result_; }
+
+ private:
+  struct Sum {
+    std::uint64_t owned = 0, checksum = 0;
+    std::map<std::uint32_t, bool> regions;
+  };
+  void Compare(std::uint64_t tick, const Sum& sum);
+
+  std::uint64_t expected_ = 0, checksum_ = 0, from_tick_ = 0;
+  std::map<std::uint64_t, Sum> open_;  // by tick
+  std::uint64_t last_compared_ = 0;
+  std::optional<ConservationResult> result_;
+};
+
+}  // namespace tessera::cli

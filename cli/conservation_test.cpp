@@ -1,0 +1,92 @@
+#include "cli/conservation.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/region/census.h"
+
+namespace tessera::cli {
+namespace {
+
+std::vector<BodyId> Ids(std::initializer_list<std::uint64_t> values) {
+  std::vector<BodyId> ids;
+  for (const std::uint64_t value : values) ids.emplace_back(value);
+  return ids;
+}
+
+void AddCensus(v1::Instance& instance, std::uint32_t region, std::uint64_t tick, const std::vector<BodyId>& owned) {
+  while (static_cast<std::uint32_t>(instance.region_status_size()) < region) {
+    instance.add_region_status()->set_region(static_cast<std::uint32_t>(instance.region_status_size()));
+  }
+  v1::Census& census = *instance.mutable_region_status(static_cast<int>(region) - 1)->mutable_report()->add_censuses();
+  census.set_tick(tick);
+  census.set_owned(owned.size());
+  std::uint64_t checksum = 0;
+  for (const BodyId id : owned) checksum += region::Mix(id);
+  census.set_id_checksum(checksum);
+}
+
+class ConservationTest : public testing::Test {
+ protected:
+  ConservationTest() { instance_.set_regions(2); }
+  v1::Instance instance_;
+  Conservation conservation_{Ids({1, 2, 3})};
+};
+
+TEST_F(ConservationTest, SaysNothingBeforeEveryRegionReportedATick) {
+  AddCensus(instance_, 1, 60, Ids({1, 2, 3}));
+  conservation_.Observe(instance_);
+  EXPECT_FALSE(conservation_.result().has_value());
+}
+
+TEST_F(ConservationTest, FindsAllBodiesWhereverTheyAre) {
+  AddCensus(instance_, 1, 60, Ids({1, 3}));
+  AddCensus(instance_, 2, 60, Ids({2}));
+  AddCensus(instance_, 1, 120, Ids({}));
+  AddCensus(instance_, 2, 120, Ids({3, 2, 1}));
+  conservation_.Observe(instance_);
+  conservation_.Observe(instance_);
+  ASSERT_TRUE(conservation_.result().has_value());
+  EXPECT_EQ(conservation_.result()->tick, 120u);
+  EXPECT_EQ(conservation_.result()->censuses, 2u);
+  EXPECT_EQ(conservation_.result()->found, 3u);
+  EXPECT_EQ(conservation_.result()->lost, 0u);
+  EXPECT_EQ(conservation_.result()->duplicated, 0u);
+}
+
+TEST_F(ConservationTest, CountsLostAndDoubledBodies) {
+  AddCensus(instance_, 1, 60, Ids({1}));
+  AddCensus(instance_, 2, 60, Ids({2}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->lost, 1u);
+  AddCensus(instance_, 1, 120, Ids({1, 2, 3}));
+  AddCensus(instance_, 2, 120, Ids({1, 2}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->duplicated, 2u);
+  EXPECT_EQ(conservation_.result()->lost, 1u) << "the worst is kept";
+}
+
+TEST_F(ConservationTest, SeesOneLostAndAnotherDoubled) {
+  AddCensus(instance_, 1, 60, Ids({1, 2}));
+  AddCensus(instance_, 2, 60, Ids({2}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->lost, 1u);
+  EXPECT_EQ(conservation_.result()->duplicated, 1u);
+}
+
+TEST_F(ConservationTest, APlayersBodyCountsFromItsTickOn) {
+  conservation_.Expect(PlayerBodyId(PlayerNumber(1)), 100);
+  AddCensus(instance_, 1, 60, Ids({1, 2, 3}));
+  AddCensus(instance_, 2, 60, Ids({}));
+  conservation_.Observe(instance_);
+  EXPECT_FALSE(conservation_.result().has_value());
+  AddCensus(instance_, 1, 120, Ids({1, 2, 3}));
+  AddCensus(instance_, 2, 120, {PlayerBodyId(PlayerNumber(1))});
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->expected, 4u);
+  EXPECT_EQ(conservation_.result()->lost + conservation_.result()->duplicated, 0u);
+}
+
+}  // namespace
+}  // namespace tessera::cli
