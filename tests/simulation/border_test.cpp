@@ -1,6 +1,9 @@
 // What crosses, meets or rests on a border behaves as in one world.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cstdio>
+
 #include "tests/simulation/cluster.h"
 #include "tests/simulation/scene_builder.h"
 
@@ -22,6 +25,43 @@ Cluster Make(const SceneBuilder& builder, std::uint32_t regions, const ClusterOp
   return Cluster(scene, *MakeGridMap(scene->ground(), regions), options);
 }
 
+Vec3d Momentum(const Cluster& cluster, const Scene& scene) {
+  Vec3d sum;
+  for (const auto& [id, state] : cluster.States()) {
+    const auto def =
+        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) { return b.id == id; });
+    sum += Vec3d(state.linear_velocity) * def->mass_kg;
+  }
+  return sum;
+}
+
+// Sum over the bodies of the length of their momentum: what a drift is measured against.
+double AbsoluteMomentum(const Scene& scene) {
+  double sum = 0;
+  for (const BodyDef& def : scene.bodies) sum += Length(Vec3d(def.initial.linear_velocity)) * def.mass_kg;
+  return sum;
+}
+
+double LargestDistance(const Cluster& a, const Cluster& b) {
+  double largest = 0;
+  const std::map<BodyId, BodyState> states = b.States();
+  for (const auto& [id, state] : a.States()) {
+    largest = std::max(largest, Length(state.position - states.at(id).position));
+  }
+  return largest;
+}
+
+void ExpectSameBitsAsOneWorld(const SceneBuilder& builder, std::uint32_t regions, std::uint64_t ticks) {
+  Cluster one = Make(builder, 1);
+  Cluster many = Make(builder, regions);
+  for (std::uint64_t t = 1; t <= ticks; ++t) {
+    one.RunTo(Tick(t));
+    many.RunTo(Tick(t));
+    ASSERT_THAT(many.problems(), IsEmpty());
+    ASSERT_EQ(one.States(), many.States()) << "tick " << t;
+  }
+}
+
 TEST(BorderTest, ABallCrossesWithItsVelocityToTheBit) {
   SceneBuilder builder(kHalf);
   BodyDef& ball = builder.Add(Ball(0.5), {-5, 1, 3}, {6.1F, 0.2F, -0.3F});
@@ -35,6 +75,181 @@ TEST(BorderTest, ABallCrossesWithItsVelocityToTheBit) {
   }
   EXPECT_EQ(two.totals().handovers, 1U);
   EXPECT_EQ(two.OwnerOf(BodyId(1)), RegionId(2));
+  EXPECT_THAT(two.problems(), IsEmpty());
+}
+
+TEST(BorderTest, ABallCrossesTheCornerOfFour) {
+  SceneBuilder builder(kHalf);
+  builder.Add(Ball(0.5), {-3, 1, -3}, {6, 0, 6});
+  builder.Add(Ball(0.5), {3, 1, -3.01}, {-6, 0, 6});
+  ExpectSameBitsAsOneWorld(builder, 4, 90);
+}
+
+struct Pair {
+  const char* name;
+  bool boxes;
+  double mass_a, mass_b;
+  Vec3d place_b;
+};
+
+class PairTest : public ::testing::TestWithParam<Pair> {};
+
+TEST_P(PairTest, CollidesAcrossTheBorderAsInOneWorldToTheBit) {
+  const Pair& pair = GetParam();
+  const ShapePtr shape = pair.boxes ? Box(0.5) : Ball(0.5);
+  SceneBuilder builder(kHalf);
+  builder.Add(shape, {-2, 1, 0}, {4, 0, 0}, pair.mass_a).material.restitution = 0.7;
+  builder.Add(shape, pair.place_b, {-3, 0, 0}, pair.mass_b).material.restitution = 0.7;
+  ExpectSameBitsAsOneWorld(builder, 2, 120);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PairTest,
+                         ::testing::Values(Pair{"Spheres", false, 1, 1, {2, 1, 0}},
+                                           Pair{"SpheresOfUnequalMass", false, 1, 20, {2, 1, 0}},
+                                           Pair{"SpheresOblique", false, 1, 1, {2, 1.3, 0.4}},
+                                           Pair{"Boxes", true, 1, 1, {2, 1, 0}},
+                                           Pair{"BoxesOfUnequalMass", true, 30, 1, {2, 1, 0}},
+                                           Pair{"BoxesOblique", true, 2, 1, {2, 1.3, 0.4}}),
+                         [](const auto& kind) { return kind.param.name; });
+
+TEST(BorderTest, AJointedAssemblyCrossesAsOne) {
+  SceneBuilder builder(kHalf);
+  for (int i = 0; i < 4; ++i)
+    builder.Add(Box(0.3), {-3.0 - i, 1, 0}, {4, 0, 0}).initial.angular_velocity = {0, 0.5F, 0};
+  for (std::uint64_t i = 1; i < 4; ++i) builder.Tie(BodyId(i), BodyId(i + 1), {-0.5, 0, 0}, {0.5, 0, 0});
+  Cluster cluster = Make(builder, 2);
+  Cluster one = Make(builder, 1);
+  for (std::uint64_t t = 1; t <= 120; ++t) {
+    cluster.RunTo(Tick(t));
+    one.RunTo(Tick(t));
+    for (std::uint64_t i = 2; i <= 4; ++i) ASSERT_EQ(cluster.OwnerOf(BodyId(i)), cluster.OwnerOf(BodyId(1)));
+    ASSERT_EQ(one.States(), cluster.States()) << "tick " << t;
+  }
+  EXPECT_EQ(cluster.OwnerOf(BodyId(1)), RegionId(2));
+  EXPECT_EQ(cluster.totals().handovers, 4U);  // each body once
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+// A row of balls flies into a row at rest, all across the border.
+double RowDrift(double restitution, double gap) {
+  SceneBuilder builder(kHalf);
+  for (int i = 0; i < 6; ++i) {
+    BodyDef& ball = builder.Add(Ball(0.5), {-3.0 + i * (1 + gap), 1, 0}, i == 0 ? Vec3f{5, 0, 0} : Vec3f());
+    ball.material.restitution = restitution;
+    ball.material.friction = 0;
+  }
+  Cluster cluster = Make(builder, 2);
+  const Vec3d before = Momentum(cluster, builder.scene());
+  cluster.RunTo(Tick(240));
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+  return Length(Momentum(cluster, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
+}
+
+TEST(BorderTest, ARowOfBallsKeepsItsMomentum) {
+  for (const double restitution : {0.0, 0.5, 1.0}) {
+    for (const double gap : {0.0, 0.05}) {
+      const double drift = RowDrift(restitution, gap);
+      std::printf("row of six, e = %.1f, gap %.2f m: momentum drift %.2e\n", restitution, gap, drift);
+      EXPECT_LT(drift, 1e-5) << "restitution " << restitution << ", gap " << gap;
+    }
+  }
+}
+
+TEST(BorderTest, TwoCollidingBlocksKeepTheirMomentum) {
+  SceneBuilder builder(kHalf);
+  for (int side : {-1, 1}) {
+    for (int i = 0; i < 64; ++i) {
+      const Vec3d place{side * (2.0 + i % 4), 1.0 + i / 4 % 4, -2.0 + i / 16};
+      builder.Add(Ball(0.49), place, {static_cast<float>(-3 * side), 0, side > 0 ? 0.5F : 0.0F});
+    }
+  }
+  Cluster cluster = Make(builder, 2);
+  const Vec3d before = Momentum(cluster, builder.scene());
+  cluster.RunTo(Tick(300));
+  const double drift = Length(Momentum(cluster, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
+  std::printf("two blocks of 64: momentum drift %.2e, %lu handovers\n", drift,
+              static_cast<unsigned long>(cluster.totals().handovers));
+  EXPECT_LT(drift, 1e-5);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+TEST(BorderTest, AStackAcrossTheBorderStandsAndSleeps) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor(0.6);
+  for (int i = 0; i < 8; ++i) builder.Add(Box(0.5), {i % 2 == 0 ? -0.05 : 0.05, 0.5 + i, 0});
+  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  one.RunTo(Tick(600));
+  two.RunTo(Tick(600));
+  const double apart = LargestDistance(one, two);
+  std::printf("stack of 8, 600 ticks: %.2e m from one world, asleep %zu and %zu of 8, %lu handovers\n", apart,
+              one.region(1).asleep_count(), two.region(1).asleep_count() + two.region(2).asleep_count(),
+              static_cast<unsigned long>(two.totals().handovers));
+  EXPECT_LT(apart, 0.01);
+  EXPECT_EQ(two.region(1).asleep_count() + two.region(2).asleep_count(), 8U);
+  EXPECT_THAT(two.problems(), IsEmpty());
+}
+
+TEST(BorderTest, APileAcrossTheBorderStandsAsHighAsInOneWorld) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor(0.6);
+  constexpr int kBase = 8;
+  for (int level = 0; level < kBase; ++level) {
+    for (int i = 0; i < kBase - level; ++i) {
+      for (int j = 0; j < kBase - level; ++j) {
+        const double start = -(kBase - level - 1) / 2.0;
+        builder.Add(Box(0.5), {start + i, 0.5 + level, start + j});
+      }
+    }
+  }
+  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  const BodyId top = builder.scene().bodies.back().id;
+  one.RunTo(Tick(500));
+  two.RunTo(Tick(500));
+  const double height_one = one.StateOf(top).position.y, height_two = two.StateOf(top).position.y;
+  std::printf(
+      "pyramid of %zu: top %.4f m, in one world %.4f m; largest distance %.4f m; asleep %zu of one, %zu of two\n",
+      builder.scene().bodies.size() - 1, height_two, height_one, LargestDistance(one, two),
+      one.region(1).asleep_count(), two.region(1).asleep_count() + two.region(2).asleep_count());
+  EXPECT_NEAR(height_two, height_one, 0.02);
+  EXPECT_THAT(two.problems(), IsEmpty());
+}
+
+TEST(BorderTest, ACrowdOnTheLineIsNotPassedToAndFro) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor();
+  for (int i = 0; i < 30; ++i) builder.Add(i % 2 == 0 ? Ball(0.4) : Box(0.4), {0, 0.5 + 0.05 * (i % 3), -14.5 + i});
+  Cluster cluster = Make(builder, 2);
+  cluster.RunTo(Tick(600));
+  EXPECT_LE(cluster.totals().handovers, 30U);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+TEST(BorderTest, ABodyLargerThanARegionMeetsBodiesFarInside) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor();
+  builder.Add(MakeShape(BoxShape{{8, 0.5, 8}}), {-1, 0.5, -1}, {}, 500);  // a table over all four regions
+  for (int i = 0; i < 4; ++i) builder.Add(Box(0.4), {i % 2 == 0 ? -6.5 : 5.5, 1.6, i < 2 ? -6.5 : 5.5});
+  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  one.RunTo(Tick(300));
+  four.RunTo(Tick(300));
+  std::printf("table over four regions: %.2e m from one world\n", LargestDistance(one, four));
+  EXPECT_LT(LargestDistance(one, four), 0.02);
+  EXPECT_THAT(four.problems(), IsEmpty());
+}
+
+TEST(BorderTest, ContactEventsAreReportedOnceAndNotByHandovers) {
+  SceneBuilder builder(kHalf);
+  builder.Floor(0.0);
+  builder.scene().gravity_m_s2 = {0, -9.81, 0};
+  // Two boxes slide together, one on the other, over the border.
+  builder.Add(Box(0.5), {-3, 0.5, 0}, {3, 0, 0}, 5).material.friction = 0;
+  builder.Add(Box(0.4), {-3, 1.4, 0}, {3, 0, 0}, 1);
+  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  one.RunTo(Tick(150));
+  two.RunTo(Tick(150));
+  EXPECT_EQ(two.totals().handovers, 2U);
+  EXPECT_EQ(one.totals().events, two.totals().events);
+  EXPECT_FALSE(one.totals().events.empty());
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
