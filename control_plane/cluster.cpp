@@ -211,10 +211,7 @@ void Cluster::ForgetEnded(Moment now) {
 Census Cluster::Count() const {
   Census census;
   for (const auto& [number, host] : hosts_) ++census.hosts[StateOf(host)];
-  for (const auto& [number, instance] : instances_) {
-    const bool degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();
-    ++census.instances[degraded ? v1::INSTANCE_STATE_DEGRADED : instance.record.state()];
-  }
+  for (const auto& [number, instance] : instances_) ++census.instances[ShownState(instance)];
   return census;
 }
 

@@ -93,6 +93,8 @@ class Cluster {
   absl::StatusOr<v1::ListInstancesResponse> ListInstances(const v1::ListInstancesRequest& request) const;
   // Repeating it is fine: an instance that stops or has ended is returned as it is.
   absl::StatusOr<v1::Instance> DeleteInstance(Moment now, const v1::DeleteInstanceRequest& request);
+  // As GetInstance would tell it; nothing if there is no such instance.
+  std::optional<v1::InstanceState> StateOf(const std::string& instance_id) const;
   // True if a live instance uses the scene; it then lies in the store under SceneKey(hash).
   bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
 
@@ -115,6 +117,8 @@ class Cluster {
   void HandleTimer(Moment now);
 
   Effects TakeEffects() { return std::exchange(effects_, {}); }
+  // The name of the host behind a session, for logs; empty if the session is over.
+  std::string HostName(SessionId session) const;
   Census Count() const;
   std::vector<ScrapeTarget> ScrapeTargets() const;
 
@@ -157,6 +161,7 @@ class Cluster {
   // Instances.
   const InstanceEntry* FindInstance(const std::string& id) const;
   InstanceEntry* FindInstance(const std::string& id);
+  v1::InstanceState ShownState(const InstanceEntry& instance) const;
   LifeFacts Facts(const InstanceEntry& instance, Moment now) const;
   void Reconcile(Moment now, InstanceEntry& instance);
   void Reconcile(Moment now, const std::set<std::uint64_t>& numbers);

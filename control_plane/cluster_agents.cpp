@@ -124,6 +124,11 @@ absl::StatusOr<HostEntry*> Cluster::HostOf(SessionId session) {
   return &hosts_.at(found->second);
 }
 
+std::string Cluster::HostName(SessionId session) const {
+  const auto found = sessions_.find(session);
+  return found == sessions_.end() ? "" : hosts_.at(found->second).record.name();
+}
+
 absl::Status Cluster::HandleAgentMessage(Moment now, SessionId session, const v1::AgentMessage& message) {
   const auto found = HostOf(session);
   if (!found.ok()) return found.status();

@@ -161,6 +161,17 @@ InstanceEntry* Cluster::FindInstance(const std::string& id) {
   return const_cast<InstanceEntry*>(std::as_const(*this).FindInstance(id));
 }
 
+std::optional<v1::InstanceState> Cluster::StateOf(const std::string& instance_id) const {
+  const InstanceEntry* instance = FindInstance(instance_id);
+  if (instance == nullptr) return std::nullopt;
+  return ShownState(*instance);
+}
+
+v1::InstanceState Cluster::ShownState(const InstanceEntry& instance) const {
+  const bool degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();
+  return degraded ? v1::INSTANCE_STATE_DEGRADED : instance.record.state();
+}
+
 LifeFacts Cluster::Facts(const InstanceEntry& instance, Moment now) const {
   LifeFacts facts;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
@@ -304,9 +315,8 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   const records::Instance& record = instance.record;
   v1::Instance view;
   view.set_id(record.id());
-  const bool degraded = record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();
-  view.set_state(degraded ? v1::INSTANCE_STATE_DEGRADED : record.state());
-  view.set_reason(degraded ? instance.degraded : record.reason());
+  view.set_state(ShownState(instance));
+  view.set_reason(instance.degraded.empty() ? record.reason() : instance.degraded);
   view.set_scene_name(record.scene_name());
   view.set_scene_hash(record.scene_hash());
   view.set_regions(static_cast<std::uint32_t>(record.placements_size()));

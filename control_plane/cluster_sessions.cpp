@@ -18,8 +18,8 @@ absl::Status CheckOpen(const records::Instance& record) {
   const v1::InstanceState state = record.state();
   if (IsFinal(state) || state == v1::INSTANCE_STATE_STOPPING) {
     const absl::string_view what = state == v1::INSTANCE_STATE_FAILED  ? " has failed"
-                                  : state == v1::INSTANCE_STATE_ENDED ? " has ended"
-                                                                      : " is stopping";
+                                   : state == v1::INSTANCE_STATE_ENDED ? " has ended"
+                                                                       : " is stopping";
     return absl::FailedPreconditionError(
         absl::StrCat("instance_id: ", record.id(), what, record.reason().empty() ? "" : ": ", record.reason()));
   }

@@ -1,0 +1,88 @@
+#include "control_plane/control_metrics.h"
+
+#include "absl/strings/ascii.h"
+
+namespace tessera::control {
+namespace {
+
+// Seconds: from an answer out of memory to one that waits for a disk or for workers.
+const prometheus::Histogram::BucketBoundaries kRpcBuckets{0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
+                                                          0.1,    0.25,  0.5,    1,     2.5,  10};
+
+// "INSTANCE_STATE_RUNNING" is "running".
+std::string Label(const std::string& name, std::size_t prefix) { return absl::AsciiStrToLower(name.substr(prefix)); }
+
+// All methods whose answers are timed, so that each is there from the start.
+constexpr const char* kMethods[] = {
+    "HostService/AddHost",         "HostService/ListHosts",         "HostService/GetHost",
+    "HostService/DrainHost",       "HostService/RemoveHost",        "InstanceService/CreateInstance",
+    "InstanceService/GetInstance", "InstanceService/ListInstances", "InstanceService/DeleteInstance",
+    "SessionService/JoinInstance", "SessionService/GetScene",       "SessionService/LeaveInstance",
+    "AgentLinkService/FetchScene"};
+
+void AddGauge(prometheus::MetricFamily& family, std::string state, int value) {
+  prometheus::ClientMetric metric;
+  metric.label.push_back({"state", std::move(state)});
+  metric.gauge.value = value;
+  family.metric.push_back(std::move(metric));
+}
+
+}  // namespace
+
+ControlMetrics::ControlMetrics()
+    : registry_(std::make_shared<prometheus::Registry>()),
+      placements_(prometheus::BuildCounter()
+                      .Name("tessera_control_placements_total")
+                      .Help("placements tried, by result")
+                      .Register(*registry_)),
+      sessions_(prometheus::BuildCounter()
+                    .Name("tessera_control_sessions_total")
+                    .Help("joins, by result")
+                    .Register(*registry_)),
+      rpc_seconds_(prometheus::BuildHistogram()
+                       .Name("tessera_control_rpc_seconds")
+                       .Help("time to answer a call")
+                       .Register(*registry_)) {
+  for (const char* result : {"placed", "no_room", "failed"}) placements_.Add({{"result", result}});
+  for (const char* result : {"joined", "refused", "gave_up"}) sessions_.Add({{"result", result}});
+  for (const char* method : kMethods) rpc_seconds_.Add({{"method", method}}, kRpcBuckets);
+}
+
+void ControlMetrics::CountPlacement(const absl::Status& status) {
+  const char* result = status.ok() ? "placed" : absl::IsResourceExhausted(status) ? "no_room" : "failed";
+  placements_.Add({{"result", result}}).Increment();
+}
+
+void ControlMetrics::CountSession(const absl::Status& status) {
+  const bool gave_up = absl::IsCancelled(status) || absl::IsDeadlineExceeded(status);
+  sessions_.Add({{"result", status.ok() ? "joined" : gave_up ? "gave_up" : "refused"}}).Increment();
+}
+
+void ControlMetrics::ObserveRpc(const std::string& method, std::chrono::nanoseconds took) {
+  rpc_seconds_.Add({{"method", method}}, kRpcBuckets).Observe(std::chrono::duration<double>(took).count());
+}
+
+std::vector<prometheus::MetricFamily> CensusMetrics::Collect() const {
+  const Census census = count_();
+  prometheus::MetricFamily hosts{"tessera_control_hosts", "hosts by state", prometheus::MetricType::Gauge, {}};
+  for (int state = v1::HOST_STATE_EXPECTED; state <= v1::HOST_STATE_DRAINING; ++state) {
+    const auto found = census.hosts.find(static_cast<v1::HostState>(state));
+    AddGauge(hosts, Label(v1::HostState_Name(state), sizeof("HOST_STATE_") - 1),
+             found == census.hosts.end() ? 0 : found->second);
+  }
+  prometheus::MetricFamily instances{
+      "tessera_control_instances", "instances by state", prometheus::MetricType::Gauge, {}};
+  for (int state = v1::INSTANCE_STATE_PENDING; state <= v1::INSTANCE_STATE_FAILED; ++state) {
+    const auto found = census.instances.find(static_cast<v1::InstanceState>(state));
+    AddGauge(instances, Label(v1::InstanceState_Name(state), sizeof("INSTANCE_STATE_") - 1),
+             found == census.instances.end() ? 0 : found->second);
+  }
+  prometheus::MetricFamily writes{
+      "tessera_control_store_writes_total", "writes to the store", prometheus::MetricType::Counter, {}};
+  prometheus::ClientMetric written;
+  written.counter.value = static_cast<double>(revision_() - first_revision_);
+  writes.metric.push_back(written);
+  return {hosts, instances, writes};
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,51 @@
+// ControlMetrics: the control plane's own metrics; docs/metrics.md lists them.
+//
+// Counters are there from the start. Thread rule: any thread.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "control_plane/cluster.h"
+#include "prometheus/collectable.h"
+#include "prometheus/counter.h"
+#include "prometheus/histogram.h"
+#include "prometheus/registry.h"
+
+namespace tessera::control {
+
+class ControlMetrics {
+ public:
+  ControlMetrics();
+
+  std::shared_ptr<prometheus::Registry> registry() const { return registry_; }
+  // `result`: placed, no_room, failed.
+  void CountPlacement(const absl::Status& status);
+  // joined, refused, gave_up.
+  void CountSession(const absl::Status& status);
+  // `method`: "HostService/AddHost".
+  void ObserveRpc(const std::string& method, std::chrono::nanoseconds took);
+
+ private:
+  std::shared_ptr<prometheus::Registry> registry_;
+  prometheus::Family<prometheus::Counter>& placements_;
+  prometheus::Family<prometheus::Counter>& sessions_;
+  prometheus::Family<prometheus::Histogram>& rpc_seconds_;
+};
+
+// Hosts and instances by state, and writes to the store, read when scraped.
+class CensusMetrics final : public prometheus::Collectable {
+ public:
+  CensusMetrics(std::function<Census()> count, std::function<Revision()> revision)
+      : count_(std::move(count)), revision_(std::move(revision)), first_revision_(revision_()) {}
+  std::vector<prometheus::MetricFamily> Collect() const override;
+
+ private:
+  const std::function<Census()> count_;
+  const std::function<Revision()> revision_;
+  const Revision first_revision_;
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,92 @@
+// ControlPlane: the Cluster under one lock, with what waits on it: attached agents, watched instances, joining players.
+//
+// Everything is woken by the change it waits for. Thread rule: any thread. The calls that wait take `given_up`, asked
+// about five times a second, and end early with kCancelled; after `Stop` they all end with kUnavailable.
+//
+//   ControlPlane plane(store, std::move(cluster));
+//   auto host = plane.Call([&](Cluster& cluster, Moment now) { return cluster.AddHost(now, request); });
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "control_plane/cluster.h"
+
+namespace tessera::control {
+
+class ControlPlane {
+ public:
+  // An attached agent.
+  struct Session {
+    SessionId id = 0;
+    v1::Admitted admitted;
+    std::function<void()> cancel;  // ends the stream's reading
+    std::condition_variable wake;
+    bool desired = false;
+    std::optional<absl::Status> closed;
+  };
+
+  ControlPlane(Store& store, std::unique_ptr<Cluster> cluster);
+  ~ControlPlane();
+
+  // `action(Cluster&, Moment)` under the lock; what it sets off goes out before the result comes back.
+  template <class Action>
+  auto Call(Action&& action) {
+    const std::lock_guard lock(mutex_);
+    auto result = action(*cluster_, Now());
+    Publish();
+    return result;
+  }
+
+  // Planning and placing; the scene is checked outside the lock.
+  absl::StatusOr<v1::Instance> CreateInstance(const v1::CreateInstanceRequest& request);
+  // The instance as it is, then after each change: of its state at once, else at most every kWatchInterval. Ends with
+  // OK after ENDED, FAILED or when it is forgotten, or when `sink` returns false.
+  absl::Status WatchInstance(const std::string& id, const std::function<bool(const v1::Instance&)>& sink,
+                             const std::function<bool()>& given_up);
+  // Waits until all workers are bound, then until they know of the player.
+  absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
+                                                const std::function<bool()>& given_up);
+  // kNotFound unless a live instance uses it.
+  absl::StatusOr<std::string> SceneBytes(const std::string& hash);
+
+  absl::StatusOr<std::shared_ptr<Session>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
+  void Detach(Session& session);
+  // Waits for the next set; nothing once the session is over.
+  std::optional<v1::DesiredSet> NextDesired(Session& session);
+  absl::Status HandleAgentMessage(Session& session, const v1::AgentMessage& message);
+
+  Revision store_revision() const { return store_.revision(); }
+  // Ends what waits, and every session.
+  void Stop();
+
+ private:
+  struct Watch;
+  using Lock = std::unique_lock<std::mutex>;
+
+  static Moment Now();
+  void Publish();
+  void RunTimer();
+  absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
+                       const std::function<bool()>& given_up);
+  absl::Status WaitForNews(Lock& lock, Watch& watch, v1::InstanceState shown, const std::function<bool()>& given_up);
+  absl::StatusOr<Cluster::Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+                                              const std::function<bool()>& given_up);
+
+  Store& store_;
+  std::mutex mutex_;
+  std::unique_ptr<Cluster> cluster_;
+  std::map<SessionId, std::shared_ptr<Session>> sessions_;
+  std::multimap<std::string, Watch*> watches_;
+  bool stopping_ = false;
+  std::condition_variable stop_;
+  std::thread timer_;
+};
+
+}  // namespace tessera::control

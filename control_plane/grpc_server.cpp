@@ -1,0 +1,299 @@
+#include "control_plane/grpc_server.h"
+
+#include <grpc/support/log.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <spdlog/spdlog.h>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/orders.h"
+#include "control_plane/settings.h"
+#include "control_plane/socket_address.h"
+#include "telemetry/logging.h"
+#include "tessera/v1/agent_link.grpc.pb.h"
+#include "tessera/v1/host.grpc.pb.h"
+#include "tessera/v1/instance.grpc.pb.h"
+#include "tessera/v1/session.grpc.pb.h"
+
+namespace tessera::control {
+namespace {
+
+using telemetry::LogValue;
+
+// Keepalive: a peer that is silent gets a ping, and is dropped if it does not answer. Ours may ping as often as we do,
+// also while no call is open; gRPC's default would drop them after two pings in five minutes.
+constexpr int kKeepaliveTimeMs = 10'000, kKeepaliveTimeoutMs = 5'000, kMinPingIntervalMs = 1'000;
+// How long calls under way may take to end at shutdown.
+constexpr std::chrono::seconds kShutdownPatience{2};
+
+grpc::Status ToGrpc(const absl::Status& status) {
+  return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
+}
+
+enum class Kind { kRead, kCommand };
+
+// What all unary calls share: time, log line, status.
+class Answerer {
+ public:
+  Answerer(ControlPlane& plane, ControlMetrics& metrics) : plane_(plane), metrics_(metrics) {}
+
+ protected:
+  // `call() -> absl::Status`. `subject` is logged: a name or an id, never a secret.
+  template <class Call>
+  grpc::Status Answer(grpc::ServerContext* context, const char* method, Kind kind, const std::string& subject,
+                      Call&& call) {
+    const auto begun = std::chrono::steady_clock::now();
+    const absl::Status status = call();
+    const auto took = std::chrono::steady_clock::now() - begun;
+    metrics_.ObserveRpc(method, took);
+    const auto level = kind == Kind::kCommand ? spdlog::level::info : spdlog::level::debug;
+    spdlog::log(level, "rpc method={} from={} subject={} result={} ms={:.1f}{}", method, context->peer(),
+                LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
+                std::chrono::duration<double, std::milli>(took).count(),
+                status.ok() ? "" : " error=" + LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)));
+    return ToGrpc(status);
+  }
+  // Puts the value of a StatusOr into `out`.
+  template <class Result, class Out>
+  static absl::Status Take(absl::StatusOr<Result> result, Out* out) {
+    if (result.ok()) *out = *std::move(result);
+    return result.status();
+  }
+
+  ControlPlane& plane_;
+  ControlMetrics& metrics_;
+};
+
+class HostServiceImpl final : public v1::HostService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+
+  grpc::Status AddHost(grpc::ServerContext* context, const v1::AddHostRequest* request,
+                       v1::AddHostResponse* response) override {
+    return Answer(context, "HostService/AddHost", Kind::kCommand, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.AddHost(now, *request); }), response);
+    });
+  }
+  grpc::Status ListHosts(grpc::ServerContext* context, const v1::ListHostsRequest* request,
+                         v1::ListHostsResponse* response) override {
+    return Answer(context, "HostService/ListHosts", Kind::kRead, "", [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListHosts(*request); }), response);
+    });
+  }
+  grpc::Status GetHost(grpc::ServerContext* context, const v1::GetHostRequest* request,
+                       v1::GetHostResponse* response) override {
+    return Answer(context, "HostService/GetHost", Kind::kRead, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.GetHost(*request); }), response);
+    });
+  }
+  grpc::Status DrainHost(grpc::ServerContext* context, const v1::DrainHostRequest* request,
+                         v1::DrainHostResponse* response) override {
+    return Answer(context, "HostService/DrainHost", Kind::kCommand, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.DrainHost(now, *request); }),
+                  response);
+    });
+  }
+  grpc::Status RemoveHost(grpc::ServerContext* context, const v1::RemoveHostRequest* request,
+                          v1::RemoveHostResponse*) override {
+    return Answer(context, "HostService/RemoveHost", Kind::kCommand, request->name(), [&] {
+      return plane_.Call([&](Cluster& cluster, Moment now) { return cluster.RemoveHost(now, *request); });
+    });
+  }
+};
+
+class InstanceServiceImpl final : public v1::InstanceService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+
+  grpc::Status CreateInstance(grpc::ServerContext* context, const v1::CreateInstanceRequest* request,
+                              v1::CreateInstanceResponse* response) override {
+    const std::string subject = absl::StrCat(request->spec().scene().name(), " x ", request->spec().regions());
+    return Answer(context, "InstanceService/CreateInstance", Kind::kCommand, subject, [&] {
+      const absl::Status status = Take(plane_.CreateInstance(*request), response->mutable_instance());
+      if (!absl::IsInvalidArgument(status)) metrics_.CountPlacement(status);
+      return status;
+    });
+  }
+  grpc::Status GetInstance(grpc::ServerContext* context, const v1::GetInstanceRequest* request,
+                           v1::GetInstanceResponse* response) override {
+    return Answer(context, "InstanceService/GetInstance", Kind::kRead, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.GetInstance(request->id()); }),
+                  response->mutable_instance());
+    });
+  }
+  grpc::Status ListInstances(grpc::ServerContext* context, const v1::ListInstancesRequest* request,
+                             v1::ListInstancesResponse* response) override {
+    return Answer(context, "InstanceService/ListInstances", Kind::kRead, "", [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListInstances(*request); }), response);
+    });
+  }
+  grpc::Status WatchInstance(grpc::ServerContext* context, const v1::WatchInstanceRequest* request,
+                             grpc::ServerWriter<v1::WatchInstanceResponse>* writer) override {
+    const auto sink = [writer](const v1::Instance& instance) {
+      v1::WatchInstanceResponse response;
+      *response.mutable_instance() = instance;
+      return writer->Write(response);
+    };
+    return ToGrpc(plane_.WatchInstance(request->id(), sink, [context] { return context->IsCancelled(); }));
+  }
+  grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
+                              v1::DeleteInstanceResponse* response) override {
+    return Answer(context, "InstanceService/DeleteInstance", Kind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.DeleteInstance(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
+};
+
+class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+
+  grpc::Status JoinInstance(grpc::ServerContext* context, const v1::JoinInstanceRequest* request,
+                            v1::JoinInstanceResponse* response) override {
+    return Answer(context, "SessionService/JoinInstance", Kind::kCommand, request->instance_id(), [&] {
+      const absl::Status status = Take(plane_.Join(*request, [context] { return context->IsCancelled(); }), response);
+      metrics_.CountSession(status);
+      return status;
+    });
+  }
+  grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
+                        v1::GetSceneResponse* response) override {
+    return Answer(context, "SessionService/GetScene", Kind::kRead, request->scene_hash(),
+                  [&] { return Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()); });
+  }
+  grpc::Status LeaveInstance(grpc::ServerContext* context, const v1::LeaveInstanceRequest* request,
+                             v1::LeaveInstanceResponse*) override {
+    return Answer(context, "SessionService/LeaveInstance", Kind::kCommand, request->instance_id(), [&] {
+      return plane_.Call([&](Cluster& cluster, Moment now) { return cluster.Leave(now, *request); });
+    });
+  }
+};
+
+class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+  using Stream = grpc::ServerReaderWriter<v1::ControlMessage, v1::AgentMessage>;
+
+  grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
+    v1::AgentMessage first;
+    if (!stream->Read(&first)) return ToGrpc(absl::CancelledError("no hello came"));
+    const absl::Status status = Serve(context, stream, first);
+    spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
+                 status.ok() ? "" : " error=" + LogValue(std::string(status.message())));
+    return ToGrpc(status);
+  }
+  grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
+                          v1::FetchSceneResponse* response) override {
+    return Answer(context, "AgentLinkService/FetchScene", Kind::kRead, request->scene_hash(), [&]() -> absl::Status {
+      const absl::Status known = plane_.Call([&](Cluster& cluster, Moment) {
+        return cluster.CheckHostSecret(request->host_id(), request->host_secret());
+      });
+      return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
+    });
+  }
+
+ private:
+  absl::Status Serve(grpc::ServerContext* context, Stream* stream, const v1::AgentMessage& first) {
+    if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
+    const auto attached = plane_.Attach(first.hello(), [context] { context->TryCancel(); });
+    if (!attached.ok()) return attached.status();
+    ControlPlane::Session& session = **attached;
+    spdlog::info("agent attached host={} id={} from={} address={} workers={}", session.admitted.host_name(),
+                 session.admitted.host_id(), context->peer(), LogValue(first.hello().advertise_address()),
+                 first.hello().workers_size());
+    v1::ControlMessage admitted;
+    *admitted.mutable_admitted() = session.admitted;
+    absl::Status status;
+    if (stream->Write(admitted)) {
+      std::thread writer([&] { WriteDesired(stream, session); });
+      status = ReadMessages(stream, session);
+      plane_.Detach(session);
+      writer.join();
+    } else {
+      plane_.Detach(session);
+    }
+    return status;
+  }
+  void WriteDesired(Stream* stream, ControlPlane::Session& session) {
+    v1::ControlMessage message;
+    while (std::optional<v1::DesiredSet> desired = plane_.NextDesired(session)) {
+      spdlog::debug("desired set host={} revision={} workers={}", session.admitted.host_name(), desired->revision(),
+                    desired->workers_size());
+      message.mutable_desired()->Swap(&*desired);
+      if (!stream->Write(message)) return;
+    }
+  }
+  absl::Status ReadMessages(Stream* stream, ControlPlane::Session& session) {
+    v1::AgentMessage message;
+    while (stream->Read(&message)) {
+      if (absl::Status status = plane_.HandleAgentMessage(session, message); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+};
+
+// gRPC's own log lines are for those who debug it.
+void ForwardGrpcLog(gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", args->file, args->line, args->message); }
+
+}  // namespace
+
+struct GrpcServer::Impl {
+  Impl(ControlPlane& plane, ControlMetrics& metrics)
+      : hosts(plane, metrics), instances(plane, metrics), sessions(plane, metrics), agents(plane, metrics) {}
+  HostServiceImpl hosts;
+  InstanceServiceImpl instances;
+  SessionServiceImpl sessions;
+  AgentLinkServiceImpl agents;
+  std::unique_ptr<grpc::Server> server;  // ends before what it serves
+};
+
+GrpcServer::GrpcServer() = default;
+
+absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const std::string& address, ControlPlane& plane,
+                                                              ControlMetrics& metrics) {
+  auto parsed = ParseSocketAddress(address);
+  if (!parsed.ok()) return parsed.status();
+  if (absl::Status status = CheckBindable(*parsed, "grpc"); !status.ok()) return status;
+  gpr_set_log_function(ForwardGrpcLog);
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+
+  std::unique_ptr<GrpcServer> result(new GrpcServer());
+  result->impl_ = std::make_unique<Impl>(plane, metrics);
+  Impl& impl = *result->impl_;
+  int port = 0;
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(ToString(*parsed), grpc::InsecureServerCredentials(), &port);
+  // Else a second control plane would share the port, and every other call would go to it.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  builder.SetMaxSendMessageSize(kMaxMessageBytes);
+  for (grpc::Service* service :
+       std::initializer_list<grpc::Service*>{&impl.hosts, &impl.instances, &impl.sessions, &impl.agents}) {
+    builder.RegisterService(service);
+  }
+  impl.server = builder.BuildAndStart();
+  if (!impl.server || port == 0)
+    return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (grpc)"));
+  for (const char* service : {v1::HostService::service_full_name(), v1::InstanceService::service_full_name(),
+                              v1::SessionService::service_full_name(), v1::AgentLinkService::service_full_name()}) {
+    impl.server->GetHealthCheckService()->SetServingStatus(service, true);
+  }
+  parsed->port = static_cast<std::uint16_t>(port);
+  result->address_ = ToString(*parsed);
+  return result;
+}
+
+GrpcServer::~GrpcServer() {
+  if (!impl_ || !impl_->server) return;
+  impl_->server->GetHealthCheckService()->SetServingStatus(false);
+  impl_->server->Shutdown(std::chrono::system_clock::now() + kShutdownPatience);
+}
+
+}  // namespace tessera::control
