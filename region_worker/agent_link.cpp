@@ -1,0 +1,181 @@
+#include "region_worker/agent_link.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "region_worker/wake_event.h"
+#include "spdlog/spdlog.h"
+#include "telemetry/logging.h"
+#include "tessera/v1/worker_link.grpc.pb.h"
+
+namespace tessera::worker {
+namespace {
+
+using Stream = grpc::ClientReaderWriter<v1::WorkerMessage, v1::AgentOrder>;
+
+std::unique_ptr<v1::WorkerLinkService::Stub> MakeStub(const std::string& socket_path) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMinBackoff.count()));
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMinBackoff.count()));
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMaxBackoff.count()));
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // an environment's proxy is not for this
+  return v1::WorkerLinkService::NewStub(
+      grpc::CreateCustomChannel(absl::StrCat("unix:", socket_path), grpc::InsecureChannelCredentials(), arguments));
+}
+
+}  // namespace
+
+struct AgentLink::Impl {
+  explicit Impl(const std::string& path) : socket_path(path), stub(MakeStub(path)) {}
+
+  const std::string socket_path;
+  const std::unique_ptr<v1::WorkerLinkService::Stub> stub;
+  WakeEvent wake;
+  std::thread thread;
+
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  std::optional<v1::WorkerOrder> order;  // for the loop
+  v1::WorkerReport newest;               // said again at each attachment
+  bool has_report = false, unsent = false;
+  bool closing = false, refused = false, attached = false;
+  bool stream_broken = false;              // its reader has seen the end
+  grpc::ClientContext* context = nullptr;  // of the stream that stands, for Close to cancel
+
+  void Run();
+  grpc::Status Attach();
+  void ReadOrders(Stream& stream);
+  void WriteReports(Stream& stream);
+};
+
+// Dials until closed or refused.
+void AgentLink::Impl::Run() {
+  auto backoff = kMinBackoff;
+  while (true) {
+    {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [&] { return has_report || closing; });
+      if (closing && !unsent) return;
+    }
+    const grpc::Status status = Attach();
+    std::unique_lock lock(mutex);
+    if (std::exchange(attached, false)) {
+      backoff = kMinBackoff;
+      if (!closing) {
+        spdlog::warn("agent gone socket={} reason={}", telemetry::LogValue(socket_path),
+                     telemetry::LogValue(status.error_message()));
+      }
+    }
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
+      refused = true;
+      wake.Set();
+      return;
+    }
+    if (closing) return;
+    changed.wait_for(lock, backoff, [&] { return closing; });
+    if (closing) return;
+    backoff = std::min(backoff * 2, kMaxBackoff);
+  }
+}
+
+// One attachment, from dialling to its end.
+grpc::Status AgentLink::Impl::Attach() {
+  grpc::ClientContext here;
+  {
+    const std::lock_guard lock(mutex);
+    stream_broken = false;
+    unsent = true;  // a new stream begins with who we are
+    context = &here;
+  }
+  const std::unique_ptr<Stream> stream = stub->Attach(&here);
+  std::thread reader([&] { ReadOrders(*stream); });
+  WriteReports(*stream);
+  stream->WritesDone();
+  reader.join();
+  grpc::Status status = stream->Finish();
+  const std::lock_guard lock(mutex);
+  context = nullptr;
+  changed.notify_all();
+  return status;
+}
+
+void AgentLink::Impl::ReadOrders(Stream& stream) {
+  v1::AgentOrder message;
+  while (stream.Read(&message)) {
+    const std::lock_guard lock(mutex);
+    if (!std::exchange(attached, true)) {
+      spdlog::info("attached to agent socket={}", telemetry::LogValue(socket_path));
+    }
+    order = std::move(*message.mutable_order());
+    wake.Set();
+  }
+  const std::lock_guard lock(mutex);
+  stream_broken = true;
+  changed.notify_all();
+}
+
+void AgentLink::Impl::WriteReports(Stream& stream) {
+  std::unique_lock lock(mutex);
+  while (true) {
+    changed.wait(lock, [&] { return unsent || closing || stream_broken; });
+    if (stream_broken || !unsent) return;
+    v1::WorkerMessage message;
+    *message.mutable_report() = newest;
+    unsent = false;
+    lock.unlock();
+    const bool written = stream.Write(message);
+    lock.lock();
+    if (!written) return;
+  }
+}
+
+AgentLink::AgentLink(const std::string& socket_path) : impl_(std::make_unique<Impl>(socket_path)) {
+  impl_->thread = std::thread([impl = impl_.get()] { impl->Run(); });
+}
+
+AgentLink::~AgentLink() { Close(std::chrono::milliseconds(0)); }
+
+int AgentLink::wake_fd() const { return impl_->wake.fd(); }
+
+std::optional<v1::WorkerOrder> AgentLink::TakeOrder() {
+  impl_->wake.Clear();
+  const std::lock_guard lock(impl_->mutex);
+  return std::exchange(impl_->order, std::nullopt);
+}
+
+void AgentLink::Report(const v1::WorkerReport& report) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->newest = report;
+  impl_->has_report = impl_->unsent = true;
+  impl_->changed.notify_all();
+}
+
+bool AgentLink::refused() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->refused;
+}
+
+bool AgentLink::attached() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->attached;
+}
+
+void AgentLink::Close(std::chrono::milliseconds patience) {
+  if (!impl_->thread.joinable()) return;
+  {
+    std::unique_lock lock(impl_->mutex);
+    // The writer sends what waits and then half-closes; the agent answers by ending the stream.
+    impl_->closing = true;
+    impl_->changed.notify_all();
+    impl_->changed.wait_for(lock, patience, [&] { return impl_->context == nullptr || impl_->stream_broken; });
+    if (impl_->context != nullptr) impl_->context->TryCancel();
+  }
+  impl_->thread.join();
+}
+
+}  // namespace tessera::worker

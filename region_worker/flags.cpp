@@ -1,0 +1,131 @@
+#include "region_worker/flags.h"
+
+#include <filesystem>
+
+#include "CLI/CLI.hpp"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "region_worker/by_hand.h"
+
+namespace tessera::worker {
+namespace {
+
+constexpr std::uint32_t kPortsPerRegion = 3;
+
+struct RawFlags {
+  ByHand by_hand;
+  double seconds = 0;
+  std::uint32_t region = 0;
+  std::uint64_t incarnation = 0;
+  WorkerOptions options;
+};
+
+void Declare(CLI::App& app, RawFlags& raw) {
+  WorkerOptions& options = raw.options;
+  const auto port = CLI::Range(0, 65535);
+  app.add_option("--region", raw.region, "which region of the instance this is, from 1")->required();
+  app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on (127.0.0.1)");
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off (info)");
+  app.add_option("--log-file", options.log_file, "append the log to this file instead of stderr");
+
+  const char* hand = "By hand, without a control plane";
+  app.add_option("--scene", raw.by_hand.scene_path, "scene file, textproto or JSON")->group(hand);
+  app.add_option("--regions", raw.by_hand.regions, "how many regions the world is cut into (1)")->group(hand);
+  app.add_option("--base-port", raw.by_hand.base_port,
+                 "region r listens on base + 3 (r - 1): game, links, metrics (7900)")
+      ->group(hand);
+  app.add_option("--players", raw.by_hand.players, "start when so many clients are connected (0)")->group(hand);
+  app.add_option("--seconds", raw.seconds, "end after so many seconds of running")->group(hand);
+  app.add_option("--snapshot-rate", raw.by_hand.snapshot_rate_hz, "snapshots a second to each client (30)")
+      ->group(hand);
+
+  const char* agent = "Under an agent";
+  app.add_option("--agent-socket", options.agent_socket, "Unix socket of the agent that gives the orders")
+      ->group(agent);
+  app.add_option("--instance", options.identity.instance_id, "id of the instance")->group(agent);
+  app.add_option("--incarnation", raw.incarnation, "which life of the worker this is")->group(agent);
+  app.add_option("--advertise-address", options.advertise_address, "where others reach this host (the bind address)")
+      ->group(agent);
+  app.add_option("--game-port", options.game_port, "UDP port for clients; 0: any")->check(port)->group(agent);
+  app.add_option("--link-port", options.link_port, "UDP port for other regions; 0: any")->check(port)->group(agent);
+  app.add_option("--metrics-port", options.metrics_port, "HTTP port of /metrics; 0: any")->check(port)->group(agent);
+}
+
+absl::Status CheckAgentFlags(RawFlags& raw) {
+  if (raw.options.identity.instance_id.empty()) return absl::InvalidArgumentError("--instance is required");
+  if (raw.region == 0) return absl::InvalidArgumentError("--region 0: regions are numbered from 1");
+  if (raw.incarnation == 0) return absl::InvalidArgumentError("--incarnation is required, from 1");
+  raw.options.identity.incarnation = Incarnation(raw.incarnation);
+  return absl::OkStatus();
+}
+
+absl::Status CheckHandFlags(RawFlags& raw, bool has_seconds) {
+  ByHand& hand = raw.by_hand;
+  if (hand.scene_path.empty()) return absl::InvalidArgumentError("--scene is required (or --agent-socket)");
+  if (std::error_code error; !std::filesystem::is_regular_file(hand.scene_path, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--scene ", hand.scene_path, ": no such file"));
+  }
+  if (hand.regions == 0 || hand.regions > kMaxRegions) {
+    return absl::InvalidArgumentError(absl::StrCat("--regions ", hand.regions, ": must be 1 to ", kMaxRegions));
+  }
+  if (raw.region == 0 || raw.region > hand.regions) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--region ", raw.region, ": this instance has regions 1 to ", hand.regions));
+  }
+  if (hand.base_port == 0) hand.base_port = kDefaultBasePort;
+  if (hand.base_port + kPortsPerRegion * hand.regions > 65536) {
+    return absl::InvalidArgumentError(absl::StrCat("--base-port ", hand.base_port, ": ", hand.regions,
+                                                   " regions take three ports each, which ends past 65535"));
+  }
+  if (hand.players > kMaxPlayers) {
+    return absl::InvalidArgumentError(absl::StrCat("--players ", hand.players, ": must be 0 to ", kMaxPlayers));
+  }
+  if (hand.snapshot_rate_hz == 0 || hand.snapshot_rate_hz > kMaxTickRateHz) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--snapshot-rate ", hand.snapshot_rate_hz, ": must be 1 to ", kMaxTickRateHz));
+  }
+  if (has_seconds) {
+    if (!(raw.seconds > 0) || raw.seconds > kMaxSeconds) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--seconds ", raw.seconds, ": must be above 0, at most ", kMaxSeconds));
+    }
+    hand.seconds = raw.seconds;
+  }
+  const auto first = static_cast<std::uint16_t>(hand.base_port + kPortsPerRegion * (raw.region - 1));
+  raw.options.game_port = first;
+  raw.options.link_port = static_cast<std::uint16_t>(first + 1);
+  raw.options.metrics_port = static_cast<std::uint16_t>(first + 2);
+  raw.options.identity.instance_id = kHandInstanceId;
+  raw.options.identity.incarnation = Incarnation(1);
+  raw.options.by_hand = hand;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* argv) {
+  RawFlags raw;
+  CLI::App app("Simulates one region of a Tessera world.", "tessera-region");
+  Declare(app, raw);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    return ExitNow{kExitOk, app.help()};
+  } catch (const CLI::Error& error) {
+    return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", error.what(), "\n")};
+  }
+  const bool under_agent = !raw.options.agent_socket.empty();
+  absl::Status status = absl::OkStatus();
+  if (under_agent && !raw.by_hand.scene_path.empty()) {
+    status = absl::InvalidArgumentError("--agent-socket and --scene: the agent gives the scene; use one of them");
+  } else {
+    status = under_agent ? CheckAgentFlags(raw) : CheckHandFlags(raw, app.count("--seconds") > 0);
+  }
+  if (!status.ok()) return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", status.message(), "\n")};
+  raw.options.identity.region = RegionId(raw.region);
+  if (raw.options.advertise_address.empty()) raw.options.advertise_address = raw.options.bind_address;
+  return raw.options;
+}
+
+}  // namespace tessera::worker

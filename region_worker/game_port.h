@@ -1,0 +1,122 @@
+// GamePort: the connections of clients: who may enter, what they are told, what they send.
+//
+// A client's first message is a ClientHello with a connect token, sealed by the control plane with the instance's key.
+// A player that the orders have not named yet is kept waiting for kHelloTimeout, because its token may be faster than
+// the order; any other fault is refused with its reason and the connection closed. A player that comes again takes the
+// place of its older connection. One that leaves snapshots unanswered for kSilence is dropped.
+//
+//   GamePort port(*std::move(endpoint), metrics);
+//   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
+//   loop: for (ClientInput& input : port.Service(now, tick)) ...
+//
+// Nothing that a client sends is trusted. Thread rule: one thread.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/replication/input.h"
+#include "core/replication/snapshot.h"
+#include "net/connect_token.h"
+#include "net/endpoint.h"
+#include "region_worker/tick_pacer.h"
+#include "region_worker/worker_metrics.h"
+#include "region_worker/worker_options.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::worker {
+
+enum class Admission : std::uint8_t { kWelcome, kNotYet, kLeft };
+
+struct GameRules {
+  Identity self;
+  net::InstanceKey key{};
+  std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
+  v1::PartitionMap map;
+  replication::Settings replication;
+};
+
+// One that was welcomed.
+struct Client {
+  PlayerNumber player;
+  replication::SnapshotSender sender;
+  std::optional<TimePoint> unanswered_since{};  // the first datagram to it since its last
+  std::uint32_t newest_input = 0;               // number of the newest that was decided on
+  std::uint32_t newest_misplaced = 0;           // number of the newest that asked for a body that is elsewhere
+  std::int32_t input_margin_ticks = 0;
+  TimePoint may_refuse_at{};  // InputRefused are this rare
+};
+
+struct ClientInput {
+  net::PeerHandle peer;
+  replication::InputCommand command;
+};
+
+class GamePort {
+ public:
+  using Admit = std::function<Admission(PlayerNumber)>;
+
+  static constexpr Duration kHelloTimeout = std::chrono::seconds(3);
+  static constexpr Duration kSilence = std::chrono::seconds(10);
+  static constexpr Duration kRefusalDistance = std::chrono::milliseconds(100);
+
+  GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
+
+  std::uint16_t port() const { return endpoint_->port(); }
+  int socket() const { return endpoint_->socket(); }
+
+  // From now on hellos are answered; those that came before have waited. Once.
+  void Open(GameRules rules, Admit admit);
+  // Takes in what has come, without waiting; `tick` and `started` go into welcomes. True in `any` if anything had come.
+  std::vector<ClientInput> Service(TimePoint now, Tick tick, bool started, bool* any);
+
+  const std::map<net::PeerHandle, Client>& clients() const { return clients_; }
+  Client* Find(net::PeerHandle peer);
+  std::vector<PlayerNumber> players() const;  // ascending
+  bool Has(PlayerNumber player) const;
+
+  // Calls `write` for each client and sends what it gives; the bytes sent.
+  std::uint64_t Broadcast(TimePoint now, const std::function<std::vector<net::Bytes>(Client&)>& write);
+  void TellStarted(Tick tick);
+  void TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,
+                        TimePoint now);
+  // The player has left: its connection is closed.
+  void Expel(PlayerNumber player);
+  // Tells all that the region ends, and ends their connections in order.
+  void Close(const std::string& reason);
+  // True while farewells are under way; Service carries them on.
+  bool draining() const { return endpoint_->connections() > 0; }
+
+ private:
+  // Connected, not yet welcomed.
+  struct Guest {
+    TimePoint until{};
+    std::optional<v1::ClientHello> hello;
+  };
+
+  void OnMessage(const net::Event& event, TimePoint now, Tick tick, bool started, std::vector<ClientInput>& inputs);
+  void OnControl(const net::Event& event, TimePoint now, Tick tick, bool started);
+  void OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<ClientInput>& inputs);
+  // False: it has to wait.
+  bool Answer(net::PeerHandle peer, const v1::ClientHello& hello, TimePoint now, Tick tick, bool started);
+  void AnswerWaiting(TimePoint now, Tick tick, bool started);
+  void DropSilent(TimePoint now);
+  void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
+  void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);
+  void Tell(net::PeerHandle peer, const v1::RegionControl& message);
+  void CountClients();
+
+  std::unique_ptr<net::Endpoint> endpoint_;
+  WorkerMetrics& metrics_;
+  std::optional<GameRules> rules_;
+  Admit admit_;
+  std::map<net::PeerHandle, Guest> guests_;
+  std::map<net::PeerHandle, Client> clients_;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,52 @@
+// tessera-region: simulates one region of a world. See flags.h for the two ways to start it.
+#include <fcntl.h>
+#include <malloc.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include "region_worker/flags.h"
+#include "region_worker/wait.h"
+#include "region_worker/worker.h"
+#include "telemetry/logging.h"
+
+namespace {
+
+// An allocation arena for each thread would cost memory for nothing: only the loop allocates much.
+constexpr int kArenas = 2;
+
+int Exit(int status, const std::string& text) {
+  std::fputs(text.c_str(), status == tessera::worker::kExitOk ? stdout : stderr);
+  return status;
+}
+
+// Everything that the process says goes to the file, what the C library says when it aborts too.
+bool RedirectStderr(const std::string& path) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
+  if (fd < 0) return false;
+  const bool done = dup2(fd, STDERR_FILENO) >= 0;
+  close(fd);
+  return done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace tessera::worker;
+  mallopt(M_ARENA_MAX, kArenas);
+  std::signal(SIGPIPE, SIG_IGN);
+  const auto parsed = ParseFlags(argc, argv);
+  if (const auto* exit_now = std::get_if<ExitNow>(&parsed)) return Exit(exit_now->status, exit_now->text);
+  const auto& options = std::get<WorkerOptions>(parsed);
+  if (!options.log_file.empty() && !RedirectStderr(options.log_file)) {
+    return Exit(kExitUsage, "tessera-region: --log-file " + options.log_file + ": " + std::strerror(errno) + "\n");
+  }
+  if (const absl::Status status = tessera::telemetry::InitLogging("region", options.log_level); !status.ok()) {
+    return Exit(kExitUsage, "tessera-region: " + std::string(status.message()) + "\n");
+  }
+  const SignalWatch signals;  // before any thread
+  return Worker(options, signals).Run();
+}

@@ -1,0 +1,104 @@
+// RegionLinks: the connections to the neighbour regions, and the frames that go over them.
+//
+// Of two neighbours the one with the lower id dials, again and again. The first message each way is a LinkHello with a
+// proof by the instance's key; the side that was dialled answers only a proven hello, so that it gives a stranger
+// nothing. Every later message is a frame.
+//
+// A link that breaks loses what was on its way, so the last two frames for each neighbour are kept and sent when a
+// link is confirmed: neighbours in step are at most one tick apart. Frames of tick 0 take the same way.
+//
+//   RegionLinks links(*std::move(endpoint), metrics);
+//   links.Open(identity, map.Neighbors(identity.region));
+//   links.SetPeers(order.peers);
+//   loop: links.Service(now, [&](RegionId from, auto bytes) { ... });  links.Send(std::move(result.frames));
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/region/region.h"
+#include "net/connect_token.h"
+#include "net/endpoint.h"
+#include "region_worker/order.h"
+#include "region_worker/tick_pacer.h"
+#include "region_worker/worker_metrics.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::worker {
+
+struct LinkIdentity {
+  Identity self;
+  MapVersion map_version;
+  net::InstanceKey key;
+};
+
+class RegionLinks {
+ public:
+  using OnFrame = std::function<void(RegionId from, std::span<const std::uint8_t> bytes)>;
+
+  static constexpr Duration kMinRedial = std::chrono::milliseconds(20), kMaxRedial = std::chrono::milliseconds(1000);
+  static constexpr Duration kHelloTimeout = std::chrono::seconds(3);  // of an accepted connection that says nothing
+  static constexpr std::size_t kFramesKept = 2;
+
+  RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
+
+  std::uint16_t port() const { return endpoint_->port(); }
+  int socket() const { return endpoint_->socket(); }
+
+  // From now on hellos are answered and neighbours dialled. Once.
+  void Open(LinkIdentity identity, std::span<const RegionId> neighbors);
+  void SetPeers(std::span<const PeerAddress> peers);
+
+  // Sends to those that are linked, and keeps for those that are not.
+  void Send(std::vector<region::OutgoingFrame> frames);
+  // Takes in what has come, without waiting. True if anything had.
+  bool Service(TimePoint now, const OnFrame& on_frame);
+  void Close();                                                   // ends all links in order
+  bool draining() const { return endpoint_->connections() > 0; }  // while Close is under way
+
+  std::vector<RegionId> linked() const;  // ascending
+  bool AllLinked() const;                // false before Open
+  std::optional<TimePoint> next_dial() const;
+
+ private:
+  struct Link {
+    std::optional<PeerAddress> address;
+    net::PeerHandle peer;  // dialled or confirmed; none: PeerHandle()
+    bool confirmed = false;
+    TimePoint dial_at{};
+    Duration backoff = kMinRedial;
+    std::vector<net::Bytes> kept;  // oldest first
+  };
+  // Accepted, not yet known who it is.
+  struct Stranger {
+    TimePoint until{};
+    std::optional<net::Bytes> hello;  // came before Open
+  };
+
+  void OnConnected(const net::Event& event, TimePoint now);
+  void OnDisconnected(net::PeerHandle peer, TimePoint now);
+  void OnMessage(const net::Event& event, TimePoint now, const OnFrame& on_frame);
+  void OnHello(net::PeerHandle peer, std::span<const std::uint8_t> bytes, TimePoint now);
+  void DialDue(TimePoint now);
+  void DropSilentStrangers(TimePoint now);
+  void Confirm(RegionId region, Link& link, net::PeerHandle peer);
+  void SendHello(net::PeerHandle peer);
+  absl::Status CheckHello(const v1::LinkHello& hello, std::optional<RegionId> expected) const;
+  void Drop(net::PeerHandle peer, std::string_view why);
+  std::map<RegionId, Link>::iterator LinkOf(net::PeerHandle peer);
+
+  std::unique_ptr<net::Endpoint> endpoint_;
+  WorkerMetrics& metrics_;
+  std::optional<LinkIdentity> identity_;
+  std::map<RegionId, Link> links_;
+  std::map<net::PeerHandle, Stranger> strangers_;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,58 @@
+#include "region_worker/report.h"
+
+#include <unistd.h>
+
+#include "telemetry/process_metrics.h"
+
+namespace tessera::worker {
+namespace {
+
+void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
+  const region::Region& region = ticks.region();
+  report.set_tick(region.tick().value());
+  report.set_tick_rate_hz(ticks.rate_hz());
+  const TimeSummary step = ticks.step_times();
+  report.mutable_step()->set_p50_seconds(step.p50_s);
+  report.mutable_step()->set_p99_seconds(step.p99_s);
+  report.mutable_step()->set_max_seconds(step.max_s);
+  report.set_owned(region.owned_count());
+  report.set_ghosts(region.ghost_count());
+  report.set_asleep(region.asleep_count());
+  report.set_map_version(region.map().version().value());
+  const TickCounts& counts = ticks.counts();
+  report.set_handovers_in(counts.handovers_in);
+  report.set_handovers_out(counts.handovers_out);
+  report.set_late_ticks(counts.late_ticks);
+  report.set_nonfinite_bodies(counts.nonfinite_bodies);
+  report.set_spawned_bodies(counts.spawned_bodies);
+  report.set_removed_bodies(counts.removed_bodies);
+  for (const region::Census& census : ticks.censuses()) {
+    v1::Census& out = *report.add_censuses();
+    out.set_tick(census.tick.value());
+    out.set_owned(census.owned);
+    out.set_id_checksum(census.id_checksum);
+  }
+}
+
+}  // namespace
+
+v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& address, const ReportedState& state,
+                            const TickLoop* ticks) {
+  v1::WorkerReport report;
+  v1::WorkerIdentity& identity = *report.mutable_identity();
+  identity.set_instance_id(self.instance_id);
+  identity.set_region(self.region.value());
+  identity.set_incarnation(self.incarnation.value());
+  identity.set_pid(getpid());
+  *report.mutable_address() = address;
+  report.set_phase(state.phase);
+  report.set_order_revision(state.order_revision);
+  report.set_failure(state.failure);
+  for (const RegionId region : state.linked) report.add_linked_regions(region.value());
+  for (const PlayerNumber player : state.players) report.add_connected_players(player.value());
+  report.set_resident_bytes(telemetry::ReadMemory().process_physical_bytes);
+  if (ticks != nullptr) AddTicks(*ticks, report);
+  return report;
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,37 @@
+// SnapshotBroadcast: shows the clients of a region what it owns, snapshot_rate_hz times a second.
+//
+// Nothing is quantised or encoded while there is no client. What bodies ceased to be owned since the last snapshot is
+// gathered for the next.
+// Thread rule: one thread.
+#pragma once
+
+#include <vector>
+
+#include "core/region/region.h"
+#include "core/replication/snapshot.h"
+#include "region_worker/game_port.h"
+#include "region_worker/worker_metrics.h"
+
+namespace tessera::worker {
+
+class SnapshotBroadcast {
+ public:
+  SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_rate_hz, const replication::Settings& settings,
+                    WorkerMetrics& metrics);
+
+  // After each tick; sends if a snapshot falls on it.
+  void AfterTick(const region::Region& region, std::span<const region::Departure> departures, GamePort& port);
+
+ private:
+  bool FallsOn(Tick tick) const;
+  void Gather(std::span<const region::Departure> departures);
+  void Push(const region::Region& region);
+
+  const std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
+  WorkerMetrics& metrics_;
+  replication::SnapshotHistory history_;
+  std::vector<replication::DepartureRecord> departures_;  // since the last Push
+  std::vector<replication::BodyRecord> bodies_;           // room used again and again
+};
+
+}  // namespace tessera::worker

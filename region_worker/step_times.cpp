@@ -1,0 +1,37 @@
+#include "region_worker/step_times.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace tessera::worker {
+namespace {
+
+constexpr Duration kSampleDistance = std::chrono::milliseconds(100);
+
+}  // namespace
+
+TimeSummary StepTimes::Summary() const {
+  const std::size_t size = std::min(count_, kSamples);
+  if (size == 0) return {};
+  std::vector<float> sorted(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(size));
+  std::sort(sorted.begin(), sorted.end());
+  // Nearest rank: the smallest value that at least so many of a hundred do not exceed.
+  const auto rank = [&](std::size_t percent) { return static_cast<double>(sorted[(size * percent + 99) / 100 - 1]); };
+  return {.p50_s = rank(50), .p99_s = rank(99), .max_s = sorted.back()};
+}
+
+void RateMeter::Observe(TimePoint now, Tick tick) {
+  if (!samples_.empty() && now < samples_.back().at + kSampleDistance) return;
+  samples_.push_back({now, tick});
+  // Keeps one sample at or beyond the window's far end.
+  while (samples_.size() > 2 && samples_[1].at <= now - kWindow) samples_.pop_front();
+}
+
+double RateMeter::rate_hz() const {
+  if (samples_.size() < 2) return 0;
+  const Sample& first = samples_.front();
+  const Sample& last = samples_.back();
+  return static_cast<double>(last.tick - first.tick) / std::chrono::duration<double>(last.at - first.at).count();
+}
+
+}  // namespace tessera::worker

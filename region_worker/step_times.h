@@ -1,0 +1,48 @@
+// What a report tells of the last few seconds: how long steps took, and how many ticks went by a second.
+//
+// Thread rule: none of its own. Time is passed in.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <deque>
+
+#include "core/world/ids.h"
+#include "region_worker/tick_pacer.h"
+
+namespace tessera::worker {
+
+struct TimeSummary {
+  double p50_s = 0, p99_s = 0, max_s = 0;
+};
+
+// The last kSamples durations. Adding costs a store; summing up sorts a copy.
+class StepTimes {
+ public:
+  static constexpr std::size_t kSamples = 256;  // 4 s at 60 Hz
+
+  void Add(Duration time) { samples_[count_++ % kSamples] = std::chrono::duration<float>(time).count(); }
+  TimeSummary Summary() const;  // nearest rank; zeros while there is none
+
+ private:
+  std::array<float, kSamples> samples_{};
+  std::size_t count_ = 0;
+};
+
+// Ticks a second over the last kWindow.
+class RateMeter {
+ public:
+  static constexpr Duration kWindow = std::chrono::seconds(2);
+
+  void Observe(TimePoint now, Tick tick);
+  double rate_hz() const;  // 0 until two observations
+
+ private:
+  struct Sample {
+    TimePoint at;
+    Tick tick;
+  };
+  std::deque<Sample> samples_;
+};
+
+}  // namespace tessera::worker

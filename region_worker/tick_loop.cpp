@@ -1,0 +1,187 @@
+#include "region_worker/tick_loop.h"
+
+#include <algorithm>
+#include <array>
+
+#include "spdlog/spdlog.h"
+#include "telemetry/logging.h"
+
+namespace tessera::worker {
+namespace {
+
+constexpr Duration kLogDistance = std::chrono::seconds(1);
+
+double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+}  // namespace
+
+TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const replication::Settings& replication,
+                   RegionLinks& links, GamePort& game, WorkerMetrics& metrics)
+    : region_(config),
+      links_(links),
+      game_(game),
+      metrics_(metrics),
+      tick_rate_hz_(config.scene->tick_rate_hz),
+      scene_has_players_(config.scene->player.has_value()),
+      pacer_(tick_rate_hz_),
+      broadcast_(*config.scene, snapshot_rate_hz, replication, metrics) {
+  links_.Send(region_.Start());
+  KeepCensus();
+  ShowBodies();
+}
+
+void TickLoop::SetPlayers(std::span<const OrderedPlayer> players) {
+  for (const OrderedPlayer& player : players) {
+    if (player.left) {
+      if (left_.insert(player.number).second) game_.Expel(player.number);
+    } else if (scene_has_players_ && player.spawn_region == region_.id() &&
+               asked_to_spawn_.insert(player.number).second) {
+      spdlog::info("spawn player={}", player.number.value());
+      region_.SpawnPlayer(player.number);
+      spawning_.push_back(player.number);
+    }
+  }
+}
+
+void TickLoop::OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now) {
+  const absl::Status status = region_.Receive(from, bytes);
+  if (status.ok()) return;
+  metrics_.CountDropped(ReasonOf(status));
+  ++drops_unlogged_;
+  if (now < may_log_drop_at_) return;
+  may_log_drop_at_ = now + kLogDistance;
+  spdlog::warn("frame dropped from={} reason={} since_last_line={}", from.value(),
+               telemetry::LogValue(std::string(status.message())), std::exchange(drops_unlogged_, 0));
+}
+
+void TickLoop::OnInput(const ClientInput& input, TimePoint now) {
+  Client* client = game_.Find(input.peer);
+  if (client == nullptr) return;
+  const replication::InputCommand& command = input.command;
+  const absl::Status status = region_.QueueInput({.player = client->player,
+                                                  .number = command.number,
+                                                  .body = command.body,
+                                                  .force_n = command.force_n,
+                                                  .torque_nm = command.torque_nm});
+  const bool misplaced = status.code() == absl::StatusCode::kNotFound && command.body == PlayerBodyId(client->player);
+  if (misplaced) {
+    // The body is being handed over, to or from here: not the player's fault, and it may be here when the input comes
+    // again.
+    if (command.number <= client->newest_misplaced) return;
+    client->newest_misplaced = command.number;
+    metrics_.inputs_refused.Increment();
+    return;
+  }
+  client->newest_input = std::max(client->newest_input, command.number);
+  if (status.ok()) {
+    metrics_.inputs_applied.Increment();
+  } else if (status.code() == absl::StatusCode::kOutOfRange) {
+    metrics_.inputs_late.Increment();
+  } else {
+    metrics_.inputs_refused.Increment();
+    game_.TellInputRefused(input.peer, command, std::string(status.message()), now);
+  }
+}
+
+void TickLoop::Run(TimePoint now) {
+  running_ = true;
+  pacer_.Start(now);
+  rate_.Observe(now, region_.tick());
+  game_.TellStarted(region_.tick());
+}
+
+bool TickLoop::Advance() {
+  if (!running_) return false;
+  const TimePoint now = Clock::now();
+  rate_.Observe(now, region_.tick());
+  if (now < pacer_.due()) return false;
+  if (!region_.CanStep()) {
+    if (!waiting_since_) waiting_since_ = now;
+    return false;
+  }
+  metrics_.frame_wait.Observe(waiting_since_ ? Seconds(now - *waiting_since_) : 0);
+  waiting_since_.reset();
+  StepOnce(now);
+  return true;
+}
+
+void TickLoop::StepOnce(TimePoint begin) {
+  RemoveLeft();
+  region::StepResult result = TimedStep();
+  links_.Send(std::move(result.frames));
+  broadcast_.AfterTick(region_, result.departures, game_);
+  Count(result);
+  if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
+
+  const TimePoint end = Clock::now();
+  const Duration whole = end - begin + std::exchange(receive_time_, Duration(0));
+  step_times_.Add(whole);
+  metrics_.step.Observe(Seconds(whole));
+  if (pacer_.Finished(end)) {
+    ++counts_.late_ticks;
+    metrics_.late_ticks.Increment();
+  }
+}
+
+region::StepResult TickLoop::TimedStep() {
+  std::array<TimePoint, static_cast<std::size_t>(region::Phase::kDone) + 1> entered{};
+  region::StepResult result =
+      region_.Step([&entered](region::Phase phase) { entered[static_cast<std::size_t>(phase)] = Clock::now(); });
+  const auto length_of = [&](region::Phase phase) {
+    const auto index = static_cast<std::size_t>(phase);
+    return Seconds(entered[index + 1] - entered[index]);
+  };
+  metrics_.physics.Observe(length_of(region::Phase::kPhysics));
+  metrics_.prediction.Observe(length_of(region::Phase::kPrediction));
+  return result;
+}
+
+void TickLoop::Count(const region::StepResult& result) {
+  const auto removed = std::count_if(result.departures.begin(), result.departures.end(), [&](const auto& departure) {
+    return departure.reason == region::DepartureReason::kRemoved &&
+           std::find(result.nonfinite.begin(), result.nonfinite.end(), departure.body) == result.nonfinite.end();
+  });
+  counts_.removed_bodies += static_cast<std::uint64_t>(removed);
+  counts_.nonfinite_bodies += result.nonfinite.size();
+  counts_.handovers_in += result.handed_in;
+  counts_.handovers_out += result.handed_out;
+  CountSpawned();
+  for (const BodyId body : result.nonfinite) spdlog::error("body not finite, taken out body={}", body.value());
+
+  metrics_.ticks.Increment();
+  if (result.handed_in > 0) metrics_.handovers_in.Increment(result.handed_in);
+  if (result.handed_out > 0) metrics_.handovers_out.Increment(result.handed_out);
+  if (!result.nonfinite.empty()) metrics_.nonfinite_bodies.Increment(static_cast<double>(result.nonfinite.size()));
+  ShowBodies();
+}
+
+void TickLoop::CountSpawned() {
+  counts_.spawned_bodies +=
+      std::erase_if(spawning_, [&](PlayerNumber player) { return region_.Owns(PlayerBodyId(player)); });
+}
+
+void TickLoop::ShowBodies() {
+  metrics_.tick.Set(static_cast<double>(region_.tick().value()));
+  metrics_.owned.Set(static_cast<double>(region_.owned_count()));
+  metrics_.ghosts.Set(static_cast<double>(region_.ghost_count()));
+  metrics_.asleep.Set(static_cast<double>(region_.asleep_count()));
+}
+
+// A body may be on its way from another region when its player leaves, so this is asked again and again.
+void TickLoop::RemoveLeft() {
+  for (const PlayerNumber player : left_) {
+    if (region_.Owns(PlayerBodyId(player))) region_.RemovePlayer(player);
+  }
+}
+
+void TickLoop::KeepCensus() {
+  censuses_.push_back(region::TakeCensus(region_.tick(), region_.owned()));
+  if (censuses_.size() > kCensusesKept) censuses_.pop_front();
+}
+
+std::optional<TimePoint> TickLoop::wake_at(TimePoint now) const {
+  if (!running_ || now >= pacer_.due()) return std::nullopt;
+  return pacer_.due();
+}
+
+}  // namespace tessera::worker

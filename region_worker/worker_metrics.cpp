@@ -1,0 +1,85 @@
+#include "region_worker/worker_metrics.h"
+
+#include <string>
+
+#include "absl/strings/match.h"
+
+namespace tessera::worker {
+namespace {
+
+// 50 us to 100 ms: a tick at 240 Hz has 4 ms, one at 10 Hz has 100.
+const prometheus::Histogram::BucketBoundaries kBuckets = {50e-6, 100e-6, 200e-6, 400e-6, 800e-6, 1.6e-3, 3e-3,
+                                                          5e-3,  8e-3,   12e-3,  16e-3,  25e-3,  50e-3,  100e-3};
+
+prometheus::Counter& Counter(prometheus::Registry& registry, const char* name, const char* help,
+                             const prometheus::Labels& labels = {}) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add(labels);
+}
+
+prometheus::Gauge& Gauge(prometheus::Registry& registry, const char* name, const char* help,
+                         const prometheus::Labels& labels = {}) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add(labels);
+}
+
+prometheus::Histogram& Histogram(prometheus::Registry& registry, const char* name, const char* help) {
+  return prometheus::BuildHistogram().Name(name).Help(help).Register(registry).Add({}, kBuckets);
+}
+
+// A family that has several members is registered again for each with the same help; the registry merges them.
+constexpr char kBodies[] = "tessera_region_bodies", kBodiesHelp[] = "Bodies by state; the sleeping ones are owned.";
+constexpr char kHandovers[] = "tessera_region_handovers_total", kHandoversHelp[] = "Bodies handed over.";
+constexpr char kFrameBytes[] = "tessera_region_frame_bytes_total";
+constexpr char kFrameBytesHelp[] = "Bytes of frames to and from neighbours.";
+constexpr char kInputs[] = "tessera_region_inputs_total", kInputsHelp[] = "Inputs of clients by what came of them.";
+
+}  // namespace
+
+DropReason ReasonOf(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kPermissionDenied:
+      return DropReason::kNotNeighbor;
+    case absl::StatusCode::kFailedPrecondition:
+      return DropReason::kMapVersion;
+    case absl::StatusCode::kOutOfRange:
+      return absl::StartsWith(status.message(), "old tick") ? DropReason::kOldTick : DropReason::kOutOfOrder;
+    case absl::StatusCode::kInvalidArgument:
+      return absl::StartsWith(status.message(), "body ") ? DropReason::kBadBody : DropReason::kMalformed;
+    default:
+      return DropReason::kOther;
+  }
+}
+
+WorkerMetrics::WorkerMetrics()
+    : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
+      tick(Gauge(*registry_, "tessera_region_tick", "The last tick simulated.")),
+      ticks(Counter(*registry_, "tessera_region_ticks_total", "Ticks simulated.")),
+      late_ticks(Counter(*registry_, "tessera_region_late_ticks_total",
+                         "Ticks that finished more than one tick after they were due.")),
+      step(Histogram(*registry_, "tessera_region_step_seconds", "Work of a whole tick, without waiting.")),
+      physics(Histogram(*registry_, "tessera_region_physics_seconds", "The physics update of a tick.")),
+      prediction(Histogram(*registry_, "tessera_region_prediction_seconds", "The prediction of a tick.")),
+      snapshot_full(Histogram(*registry_, "tessera_region_snapshot_full_seconds",
+                              "A broadcast in which some client got bodies without a baseline.")),
+      snapshot_delta(Histogram(*registry_, "tessera_region_snapshot_delta_seconds", "A broadcast of deltas alone.")),
+      frame_wait(Histogram(*registry_, "tessera_region_frame_wait_seconds", "Waiting for the neighbours' frames.")),
+      owned(Gauge(*registry_, kBodies, kBodiesHelp, {{"state", "owned"}})),
+      ghosts(Gauge(*registry_, kBodies, kBodiesHelp, {{"state", "ghost"}})),
+      asleep(Gauge(*registry_, kBodies, kBodiesHelp, {{"state", "asleep"}})),
+      handovers_in(Counter(*registry_, kHandovers, kHandoversHelp, {{"direction", "in"}})),
+      handovers_out(Counter(*registry_, kHandovers, kHandoversHelp, {{"direction", "out"}})),
+      frame_bytes_in(Counter(*registry_, kFrameBytes, kFrameBytesHelp, {{"direction", "in"}})),
+      frame_bytes_out(Counter(*registry_, kFrameBytes, kFrameBytesHelp, {{"direction", "out"}})),
+      snapshot_bytes(Counter(*registry_, "tessera_region_snapshot_bytes_total", "Bytes of snapshots sent to clients.")),
+      clients(Gauge(*registry_, "tessera_region_clients", "Clients connected.")),
+      inputs_applied(Counter(*registry_, kInputs, kInputsHelp, {{"result", "applied"}})),
+      inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
+      inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
+      nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
+                               "Bodies taken out because their state was not a number.")) {
+  for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
+    frames_dropped[i] = &Counter(*registry_, "tessera_region_frames_dropped_total", "Frames that were not used.",
+                                 {{"reason", std::string(kDropReasonNames[i])}});
+  }
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,61 @@
+// WorkerMetrics: what a worker tells Prometheus. docs/metrics.md lists the names and meanings.
+//
+// Every series exists from the start. Counting costs an atomic add, a histogram an uncontended lock; the loop does so a
+// few times a tick, never per body. Thread rule: the loop writes, the HTTP server reads; the objects lock themselves.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "prometheus/counter.h"
+#include "prometheus/gauge.h"
+#include "prometheus/histogram.h"
+#include "prometheus/registry.h"
+
+namespace tessera::worker {
+
+// Why a neighbour's frame was not used.
+enum class DropReason : std::uint8_t {
+  kMalformed,    // truncated, or not a frame
+  kBadBody,      // names a body that it may not, or a state that cannot be
+  kNotNeighbor,  // of a region that sends none here, or under another's name
+  kMapVersion,   // made under another map
+  kOldTick,      // sent again after a link broke; harmless
+  kOutOfOrder,   // one before it is missing
+  kOther,
+};
+
+inline constexpr std::array<std::string_view, 7> kDropReasonNames = {
+    "malformed", "bad_body", "not_neighbor", "map_version", "old_tick", "out_of_order", "other"};
+
+// From what Region::Receive says.
+DropReason ReasonOf(const absl::Status& status);
+
+class WorkerMetrics {
+ public:
+  WorkerMetrics();
+
+  std::shared_ptr<prometheus::Registry> registry() const { return registry_; }
+
+ private:
+  std::shared_ptr<prometheus::Registry> registry_;
+
+ public:
+  prometheus::Gauge& tick;
+  prometheus::Counter &ticks, &late_ticks;
+  prometheus::Histogram &step, &physics, &prediction, &snapshot_full, &snapshot_delta, &frame_wait;
+  prometheus::Gauge &owned, &ghosts, &asleep;
+  prometheus::Counter &handovers_in, &handovers_out;
+  prometheus::Counter &frame_bytes_in, &frame_bytes_out;
+  prometheus::Counter& snapshot_bytes;
+  prometheus::Gauge& clients;
+  prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late;
+  std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
+  prometheus::Counter& nonfinite_bodies;
+
+  void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }
+};
+
+}  // namespace tessera::worker
