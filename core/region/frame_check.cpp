@@ -25,7 +25,7 @@ absl::Status CheckState(BodyId id, const BodyState& state) {
 
 absl::Status CheckControl(BodyId id, const PlayerControl& control) {
   if (!IsFinite(control.force_n) || !IsFinite(control.torque_nm)) return Bad(id, ": input is not finite");
-  if (control.queue.size() > kMaxQueuedInputs) return Bad(id, ": too many queued inputs");
+  if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
   std::uint32_t last = std::max(control.last_input, control.committed ? control.committed_number : 0);
   for (const QueuedInput& input : control.queue) {
     if (input.number <= last) return Bad(id, ": input numbers do not ascend");

@@ -69,7 +69,7 @@ absl::Status Players::Queue(const PlayerInput& input) {
     return absl::OutOfRangeError(
         absl::StrCat("input ", input.number, " is late: ", steering.newest, " is here already"));
   }
-  if (steering.control.queue.size() >= kMaxQueuedInputs) {
+  if (steering.gone + steering.control.queue.size() >= kMaxQueuedInputs) {
     return absl::ResourceExhaustedError(
         absl::StrCat("player ", input.player.value(), " has ", kMaxQueuedInputs, " inputs waiting already"));
   }
@@ -83,7 +83,7 @@ void Players::QueueForwarded(PlayerNumber player, const QueuedInput& input) {
   if (it == steering_.end()) return;
   PlayerControl& control = it->second.control;
   const std::uint32_t done = std::max(control.last_input, control.committed ? control.committed_number : 0);
-  if (input.number <= done || control.queue.size() >= kMaxQueuedInputs) return;
+  if (input.number <= done || control.queue.size() >= kMaxGrantedInputs) return;
   const auto at = std::lower_bound(control.queue.begin(), control.queue.end(), input.number,
                                    [](const QueuedInput& queued, std::uint32_t n) { return queued.number < n; });
   if (at != control.queue.end() && at->number == input.number) return;
@@ -111,9 +111,10 @@ void Players::Applied(PlayerNumber player) {
 }
 
 PlayerControl Players::MakeGrant(PlayerNumber player) {
-  PlayerControl& control = steering_.at(player).control;
-  PlayerControl granted = control;
-  control.queue.clear();
+  Steering& steering = steering_.at(player);
+  PlayerControl granted = steering.control;
+  steering.gone = granted.queue.size();
+  steering.control.queue.clear();
   return granted;
 }
 

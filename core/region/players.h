@@ -43,6 +43,7 @@ class Players {
   struct Steering {
     PlayerControl control;
     std::uint32_t newest = 0;  // number of the newest input that was taken
+    std::size_t gone = 0;      // inputs that went with a grant already
   };
   const Scene& scene_;
   std::set<PlayerNumber> asked_, spawned_, left_;

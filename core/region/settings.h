@@ -28,5 +28,7 @@ inline constexpr double kMaxStatePosition_m = 1e8;
 inline constexpr float kMaxStateSpeed_m_s = 1e6F, kMaxStateAngularSpeed_rad_s = 1e6F;
 // Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.
 inline constexpr std::size_t kMaxQueuedInputs = 8;
+// A new owner may get a full queue with the grant and as many that reached the old owner just after it.
+inline constexpr std::size_t kMaxGrantedInputs = 2 * kMaxQueuedInputs;
 
 }  // namespace tessera::region

@@ -1,0 +1,163 @@
+// Players in an instance: made once, steered once, removed wherever they are.
+#include <gmock/gmock.h>
+
+#include "tests/simulation/cluster.h"
+#include "tests/simulation/scene_builder.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr double kHalf = 20;
+constexpr PlayerNumber kPlayer{1};
+constexpr BodyId kBody = PlayerBodyId(kPlayer);
+
+SceneBuilder World(Vec3d spawn, Vec3f velocity = {}) {
+  SceneBuilder builder(kHalf);
+  PlayerRules rules;
+  rules.body.shape = Ball(0.5);
+  rules.body.mass_kg = 2;
+  rules.body.initial.linear_velocity = velocity;
+  rules.spawn_points = {spawn};
+  rules.max_force_n = 50;
+  rules.max_speed_m_s = 1e6;  // no fading to speak of: impulses add up
+  builder.scene().player = rules;
+  return builder;
+}
+
+Cluster Make(const SceneBuilder& builder, std::uint32_t regions) {
+  ClusterOptions options;
+  options.settings.shared_origin = true;
+  const std::shared_ptr<const Scene> scene = builder.Build();
+  return Cluster(scene, *MakeGridMap(scene->ground(), regions), options);
+}
+
+region::PlayerInput Input(std::uint32_t number, Vec3f force = {0, 0, 6}) { return {kPlayer, number, kBody, force, {}}; }
+
+TEST(PlayerTest, IsMadeExactlyOnce) {
+  Cluster cluster = Make(World({-3, 1, 0}, {4, 0, 0}), 2);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.region(1).SpawnPlayer(kPlayer);
+  cluster.RunTo(Tick(1));
+  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(1));
+  cluster.RunTo(Tick(100));
+  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(2));
+  cluster.region(1).SpawnPlayer(kPlayer);  // told again when it has long gone over
+  cluster.RunTo(Tick(120));
+  EXPECT_EQ(cluster.States().size(), 1U);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+TEST(PlayerTest, GoesToItsPlacesOwnerWhenMadeElsewhere) {
+  Cluster cluster = Make(World({15, 1, 15}), 4);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.RunTo(Tick(10));
+  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(4));
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+// Momentum tells how often inputs acted: each adds force * tick.
+TEST(PlayerTest, InputsActExactlyOnceThroughHandovers) {
+  Cluster cluster = Make(World({-2, 1, 0}, {5, 0, 0}), 2);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.RunTo(Tick(1));
+  std::uint32_t number = 0;
+  for (std::uint64_t t = 1; t < 60; ++t) {
+    // Regions may be a tick apart: offered to the owner of the moment, like a client's.
+    ASSERT_TRUE(cluster.QueueInput(Input(++number)).ok());
+    cluster.RunTo(Tick(t + 1));
+  }
+  cluster.RunTo(Tick(80));
+  EXPECT_EQ(cluster.totals().handovers, 1U);
+  EXPECT_EQ(cluster.region(2).LastInput(kPlayer), number);
+  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, number * 6.0 / 60 / 2, 1e-4);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+TEST(PlayerTest, AQueueGoesAlong) {
+  Cluster cluster = Make(World({-0.2, 1, 0}, {5, 0, 0}), 2);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.RunTo(Tick(2));
+  std::uint32_t number = 0;
+  while (cluster.OwnerOf(kBody) == RegionId(1)) {  // the queue is kept full until the body goes
+    while (cluster.region(1).QueueInput(Input(number + 1)).ok()) ++number;
+    cluster.RunTo(cluster.tick() + 1);
+  }
+  ASSERT_GT(number, region::kMaxQueuedInputs);
+  cluster.RunTo(cluster.tick() + 30);
+  EXPECT_EQ(cluster.region(2).LastInput(kPlayer), number);
+  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, number * 6.0 / 60 / 2, 1e-4);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
+TEST(PlayerTest, PushesANeighboursBodyAsInOneWorld) {
+  SceneBuilder builder = World({-1.2, 1, 0});
+  builder.Add(Ball(0.5), {0.5, 1, 0}, {}, 1);
+  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  for (Cluster* cluster : {&one, &two}) {
+    cluster->SpawnPlayer(kPlayer, 1);
+    cluster->RunTo(Tick(1));
+    // One in advance: an input that comes while the body changes hands takes a tick longer.
+    ASSERT_TRUE(cluster->QueueInput(Input(1, {20, 0, 0})).ok());
+  }
+  for (std::uint64_t t = 2; t < 100; ++t) {
+    for (Cluster* cluster : {&one, &two}) {
+      ASSERT_TRUE(cluster->QueueInput(Input(static_cast<std::uint32_t>(t), {20, 0, 0})).ok());
+      cluster->RunTo(Tick(t));
+    }
+    ASSERT_EQ(one.States(), two.States()) << "tick " << t;
+  }
+  EXPECT_GT(two.StateOf(BodyId(1)).linear_velocity.x, 0.5);
+}
+
+TEST(PlayerTest, IsRemovedWhereverItIs) {
+  for (std::uint64_t when = 20; when < 50; ++when) {  // before, during and after the handover
+    Cluster cluster = Make(World({-1, 1, 0}, {3, 0, 0}), 2);
+    cluster.SpawnPlayer(kPlayer, 1);
+    cluster.RunTo(Tick(when));
+    cluster.RemovePlayer(kPlayer);
+    cluster.RunTo(Tick(when + 3));
+    EXPECT_EQ(cluster.OwnerOf(kBody), RegionId()) << "removed at tick " << when;
+    EXPECT_EQ(cluster.region(1).ghost_count() + cluster.region(2).ghost_count(), 0U);
+    cluster.region(1).SpawnPlayer(kPlayer);
+    cluster.RunTo(Tick(when + 6));
+    EXPECT_EQ(cluster.OwnerOf(kBody), RegionId());
+    EXPECT_THAT(cluster.problems(), IsEmpty());
+  }
+}
+
+TEST(PlayerTest, MayMoveOnlyItsOwnBodyWithFiniteForcesInOrder) {
+  SceneBuilder builder = World({-3, 1, 0});
+  builder.Add(Ball(0.5), {5, 1, 0});
+  Cluster cluster = Make(builder, 2);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.RunTo(Tick(1));
+  region::Region& region = cluster.region(1);
+  region::PlayerInput input = Input(5);
+  EXPECT_TRUE(region.QueueInput(input).ok());
+  EXPECT_EQ(region.QueueInput(input).code(), absl::StatusCode::kOutOfRange);
+  input.number = 6;
+  input.force_n.y = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(region.QueueInput(input).message(), "force_n is not finite");
+  input = Input(6);
+  input.body = BodyId(1);
+  EXPECT_EQ(region.QueueInput(input).message(), "body 1 is not player 1's");
+  EXPECT_EQ(cluster.region(2).QueueInput(Input(7)).code(), absl::StatusCode::kNotFound);
+  std::uint32_t number = 6;
+  while (region.QueueInput(Input(number)).ok()) ++number;
+  EXPECT_EQ(region.QueueInput(Input(number)).code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(region.QueuedInputs(kPlayer), region::kMaxQueuedInputs);
+}
+
+TEST(PlayerTest, ForcesAreHeldToTheScenesLimits) {
+  Cluster cluster = Make(World({-3, 1, 0}), 1);
+  cluster.SpawnPlayer(kPlayer, 1);
+  cluster.RunTo(Tick(1));
+  ASSERT_TRUE(cluster.QueueInput(Input(1, {0, 0, 1e9F})).ok());
+  cluster.RunTo(Tick(4));
+  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, 50.0 / 60 / 2, 1e-4);
+}
+
+}  // namespace
+}  // namespace tessera::simulation
