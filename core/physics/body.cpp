@@ -32,6 +32,9 @@ Body::Body(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d orig
   bullet_->setFlags(bullet_->getFlags() | BT_DISABLE_WORLD_GRAVITY);
   bullet_->setGravity(ToBullet(gravity * def.gravity_scale));
   if (trigger_) bullet_->setCollisionFlags(bullet_->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  if (form_.shape->bullet()->isConcave()) {  // has edges inside: see InstallContactRules
+    bullet_->setCollisionFlags(bullet_->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+  }
   if (dynamic_ && !may_sleep_) bullet_->setActivationState(DISABLE_DEACTIVATION);
   Set(state, origin);
 }

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/physics/materials.h"
+#include "core/physics/contact_rules.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
@@ -72,7 +72,7 @@ BulletParts::BulletParts() : configuration(ConfigurationInfo()), dispatcher(&con
 
 BulletWorld::BulletWorld(const btVector3& gravity, int solver_iterations)
     : btDiscreteDynamicsWorld(&dispatcher, &broadphase, &solver, &configuration) {
-  InstallMaterialRules();
+  InstallContactRules();
   setGravity(gravity);
   setForceUpdateAllAabbs(false);  // statics cost nothing
   btContactSolverInfo& info = getSolverInfo();

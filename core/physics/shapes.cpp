@@ -1,5 +1,6 @@
 #include "core/physics/shapes.h"
 
+#include <BulletCollision/CollisionDispatch/btInternalEdgeUtility.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
@@ -58,6 +59,7 @@ class Mesh : public CollisionShape {
     arrays_.addIndexedMesh(part, PHY_INTEGER);
     shape_ = std::make_unique<btBvhTriangleMeshShape>(&arrays_, true);
     shape_->setMargin(0);  // a margin would lift all that lies on the mesh
+    btGenerateInternalEdgeInfo(shape_.get(), &edges_);
   }
   btCollisionShape* bullet() override { return shape_.get(); }
 
@@ -65,6 +67,7 @@ class Mesh : public CollisionShape {
   std::vector<Vec3f> vertices_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   btTriangleIndexVertexArray arrays_;
+  btTriangleInfoMap edges_;
   std::unique_ptr<btBvhTriangleMeshShape> shape_;
 };
 
@@ -77,11 +80,13 @@ class HeightField : public CollisionShape {
     const auto spacing = static_cast<btScalar>(field.spacing_m);
     shape_->setLocalScaling({spacing, 1, spacing});
     shape_->setMargin(0);
+    if (field.columns <= kSmoothFieldColumns) btGenerateInternalEdgeInfo(shape_.get(), &edges_);
   }
   btCollisionShape* bullet() override { return shape_.get(); }
 
  private:
   std::vector<float> heights_;
+  btTriangleInfoMap edges_;
   std::unique_ptr<btHeightfieldTerrainShape> shape_;
 };
 

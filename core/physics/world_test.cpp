@@ -371,11 +371,11 @@ TEST(SleepTest, NeverForABodyThatMayNotAndNeverInFlight) {
   World world({.gravity_m_s2 = {}});
   BodyDef awake = Dynamic(2, Ball(), {}), drifts = Dynamic(3, Ball(), {5, 0, 0});
   awake.may_sleep = false;
-  drifts.initial.linear_velocity = {0.1f, 0, 0};
+  drifts.initial.linear_velocity = {0.2f, 0, 0};
   AddAll(world, {awake, drifts});
   Simulate(world, 10);
   EXPECT_EQ(world.asleep_count(), 0u);
-  EXPECT_NEAR(world.StateOf(drifts.id).position.x, 6, 1e-3);
+  EXPECT_NEAR(world.StateOf(drifts.id).position.x, 7, 1e-3);
 }
 
 TEST(SleepTest, WhatArrivesWakesWhatItHits) {
