@@ -1,0 +1,85 @@
+#include "core/region/exchange.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace tessera::region {
+namespace {
+
+constexpr BodyId kA{1}, kB{2};
+
+// A contact at `point` with this impulse on b, between bodies at `a` and `b`.
+Solution At(Vec3d point, Vec3d a, Vec3d b, Vec3d impulse_on_b, bool by_owner_of_a) {
+  return {kA,
+          kB,
+          by_owner_of_a,
+          Vec3f(impulse_on_b),
+          Vec3f(Cross(point - a, -impulse_on_b)),
+          Vec3f(Cross(point - b, impulse_on_b))};
+}
+
+TEST(ExchangeTest, BalancesLinearAndAngularMomentum) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> draw(-3, 3);
+  const auto vector = [&] { return Vec3d{draw(random), draw(random), draw(random)}; };
+  for (int i = 0; i < 100; ++i) {
+    const Vec3d a = vector(), b = vector();
+    const Solution of_a = At(vector(), a, b, vector(), true), of_b = At(vector(), a, b, vector(), false);
+    const auto mass = [](BodyId id) { return id == kA ? 7.0 : 0.3; };
+    const std::vector<PairCorrection> all = CorrectionsOf({of_b, of_a}, mass);
+    ASSERT_EQ(all.size(), 1U);
+    const PairCorrection& c = all[0];
+    const Vec3d on_a = -Vec3d(of_a.impulse_on_b) + c.impulse_on_a, on_b = Vec3d(of_b.impulse_on_b) + c.impulse_on_b;
+    EXPECT_LT(Length(on_a + on_b), 1e-6);
+    const Vec3d turn_a = Vec3d(of_a.angular_on_a) + c.angular_on_a, turn_b = Vec3d(of_b.angular_on_b) + c.angular_on_b;
+    EXPECT_LT(Length(Cross(a, on_a) + turn_a + Cross(b, on_b) + turn_b), 1e-5);
+  }
+}
+
+TEST(ExchangeTest, SharesByMassSoBothChangeVelocityAlike) {
+  const Solution of_a = At({}, {}, {}, {3, 0, 0}, true), of_b = At({}, {}, {}, {1, 0, 0}, false);
+  const auto mass = [](BodyId id) { return id == kA ? 6.0 : 2.0; };
+  const PairCorrection c = CorrectionsOf({of_a, of_b}, mass)[0];
+  EXPECT_DOUBLE_EQ(c.impulse_on_a.x / 6.0, c.impulse_on_b.x / 2.0);
+  EXPECT_DOUBLE_EQ(c.impulse_on_a.x + c.impulse_on_b.x, 2.0);
+}
+
+TEST(ExchangeTest, NothingIsDueWhenBothFoundTheSame) {
+  const auto mass = [](BodyId) { return 1.0; };
+  const Solution of_a = At({1, 2, 3}, {}, {1, 1, 1}, {3, 1, 2}, true),
+                 of_b = At({1, 2, 3}, {}, {1, 1, 1}, {3, 1, 2}, false);
+  const PairCorrection c = CorrectionsOf({of_a, of_b}, mass)[0];
+  EXPECT_EQ(c.impulse_on_a, Vec3d());
+  EXPECT_EQ(c.angular_on_b, Vec3d());
+}
+
+TEST(ExchangeTest, ASideThatFoundNoContactStillTakesItsShare) {
+  const auto mass = [](BodyId) { return 1.0; };
+  const PairCorrection c = CorrectionsOf({At({}, {}, {}, {4, 0, 0}, false)}, mass)[0];
+  EXPECT_DOUBLE_EQ(c.impulse_on_a.x, -2);
+  EXPECT_DOUBLE_EQ(c.impulse_on_b.x, -2);  // b has 4 already
+}
+
+TEST(ExchangeTest, AKickTurnsABodyByItsInertiaInTheWorldsFrame) {
+  BodyState state;
+  state.orientation = {0, 0, std::sqrt(0.5F), std::sqrt(0.5F)};  // local x points along world y
+  const BodyState kicked = Kicked(state, 2, {4, 1, 1}, {2, 0, 0}, {0, 8, 0});
+  EXPECT_NEAR(kicked.linear_velocity.x, 1, 1e-6);
+  EXPECT_NEAR(kicked.angular_velocity.y, 2, 1e-5);
+  EXPECT_NEAR(kicked.angular_velocity.x, 0, 1e-5);
+}
+
+TEST(ExchangeTest, ARecordReadsTheSameFromBothSides) {
+  const Solution from_b = ToSolution({kB, kA, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+  EXPECT_FALSE(from_b.by_owner_of_a);
+  EXPECT_EQ(from_b.impulse_on_b, Vec3f(1, 2, 3));
+  EXPECT_EQ(from_b.angular_on_b, Vec3f(4, 5, 6));
+  EXPECT_EQ(from_b.angular_on_a, Vec3f(7, 8, 9));
+  const Solution from_a = ToSolution({kA, kB, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+  EXPECT_EQ(from_a.impulse_on_b, Vec3f(-1, -2, -3));
+  EXPECT_EQ(from_a.angular_on_a, Vec3f(4, 5, 6));
+}
+
+}  // namespace
+}  // namespace tessera::region

@@ -1,0 +1,177 @@
+#include "core/region/frame.h"
+
+#include <gtest/gtest.h>
+
+#include "core/region/catalog.h"
+#include "core/region/frame_check.h"
+
+namespace tessera::region {
+namespace {
+
+BodyState State(double x, bool asleep = false) {
+  BodyState state;
+  state.position = {x, 1e-300, -x / 3};
+  state.orientation = {0.6F, 0, -0.0F, 0.8F};
+  state.asleep = asleep;
+  if (!asleep) {
+    state.linear_velocity = {1.1F, -2.2F, 3.3F};
+    state.angular_velocity = {0, 1e-40F, -5};
+  }
+  return state;
+}
+
+Frame MakeFrame() {
+  Frame frame;
+  frame.tick = Tick(1'000'000);
+  frame.sender = RegionId(3);
+  frame.map_version = MapVersion(7);
+  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}},
+                  {BodyId(5), Epoch(200), State(2, true), {}, {}},
+                  {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}}};
+  frame.impulses = {{BodyId(1), BodyId(9), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
+  Grant grant;
+  grant.bodies = {{BodyId(20), Epoch(2), State(4)}, {BodyId(21), Epoch(3), State(5)}};
+  grant.touching = {{BodyId(3), BodyId(20), true}};
+  Grant player;
+  player.bodies = {{PlayerBodyId(PlayerNumber(1)), Epoch(4), State(6)}};
+  player.control = {11, true, 12, {1, 0, 0}, {0, 1, 0}, {{13, {1, 1, 1}, {2, 2, 2}}, {15, {}, {}}}};
+  frame.grants = {grant, player};
+  frame.confirmations = {{BodyId(30), Epoch(31)}};
+  frame.late_corrections = {{BodyId(40), {1, 2, 3}, {4, 5, 6}}};
+  frame.inputs = {{PlayerBodyId(PlayerNumber(4)), {77, {1, 2, 3}, {}}}};
+  return frame;
+}
+
+// A frame says the same if it encodes to the same bytes: the encoding holds every field.
+TEST(FrameTest, ComesBackWithoutLoss) {
+  const Frame frame = MakeFrame();
+  const std::vector<std::uint8_t> bytes = Encode(frame, {});
+  const absl::StatusOr<Frame> back = Decode(bytes, {});
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(Encode(*back, {}), bytes);
+  EXPECT_EQ(back->tick, frame.tick);
+  ASSERT_EQ(back->ghosts.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(back->ghosts[i].id, frame.ghosts[i].id);
+    EXPECT_EQ(back->ghosts[i].epoch, frame.ghosts[i].epoch);
+    EXPECT_TRUE(SameBits(back->ghosts[i].state, frame.ghosts[i].state));
+    EXPECT_EQ(back->ghosts[i].force_n, frame.ghosts[i].force_n);
+    EXPECT_EQ(back->ghosts[i].torque_nm, frame.ghosts[i].torque_nm);
+  }
+  EXPECT_EQ(back->impulses[0].angular_on_other, frame.impulses[0].angular_on_other);
+  EXPECT_EQ(back->grants[0].touching, frame.grants[0].touching);
+  EXPECT_TRUE(SameBits(back->grants[0].bodies[1].state, frame.grants[0].bodies[1].state));
+  EXPECT_EQ(back->grants[1].control.committed_number, 12U);
+  EXPECT_EQ(back->grants[1].control.queue[1].number, 15U);
+  EXPECT_EQ(back->confirmations[0].epoch, Epoch(31));
+  EXPECT_EQ(back->late_corrections[0].angular_nms, frame.late_corrections[0].angular_nms);
+  EXPECT_EQ(back->inputs[0].input.number, 77U);
+  EXPECT_EQ(DecodeHeader(bytes)->sender, RegionId(3));
+}
+
+TEST(FrameTest, ASleeperThatDidNotChangeCostsTwoBytesAtMost) {
+  Frame frame;
+  frame.ghosts = {{BodyId(5), Epoch(200), State(2, true), {}, {}}};
+  const std::size_t empty = Encode(Frame(), {}).size();
+  const std::vector<std::uint8_t> bytes = Encode(frame, frame.ghosts);
+  EXPECT_LE(bytes.size(), empty + 2);
+  const absl::StatusOr<Frame> back = Decode(bytes, frame.ghosts);
+  ASSERT_TRUE(back.ok());
+  EXPECT_TRUE(SameBits(back->ghosts[0].state, frame.ghosts[0].state));
+  EXPECT_FALSE(Decode(bytes, {}).ok());
+}
+
+TEST(FrameTest, EveryTruncationIsRefused) {
+  const std::vector<std::uint8_t> bytes = Encode(MakeFrame(), {});
+  for (std::size_t n = 0; n < bytes.size(); ++n) {
+    EXPECT_EQ(Decode(std::span(bytes).first(n), {}).status().message(), "truncated") << n << " bytes";
+  }
+  std::vector<std::uint8_t> longer = bytes;
+  longer.push_back(0);
+  EXPECT_EQ(Decode(longer, {}).status().message(), "trailing bytes");
+}
+
+TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
+  // Format 1, tick, sender, map version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{1, 0, 1, 1, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  EXPECT_FALSE(Decode(bytes, {}).ok());
+}
+
+class FrameCheckTest : public ::testing::Test {
+ protected:
+  FrameCheckTest() {
+    auto scene = std::make_shared<Scene>();
+    for (std::uint64_t id = 1; id <= 6; ++id) {
+      BodyDef def;
+      def.id = BodyId(id);
+      def.motion = id == 1 ? Motion::kStatic : Motion::kDynamic;
+      scene->bodies.push_back(def);
+    }
+    JointDef joint;
+    joint.id = JointId(1);
+    joint.body_a = BodyId(2);
+    joint.body_b = BodyId(3);
+    joint.kind = PointJoint{};
+    scene->joints.push_back(joint);
+    catalog = std::make_unique<Catalog>(scene);
+    frame.ghosts = {{BodyId(4), Epoch(1), State(1), {}, {}}};
+    Grant grant;
+    grant.bodies = {{BodyId(2), Epoch(2), State(1)}, {BodyId(3), Epoch(2), State(1)}};
+    frame.grants = {grant};
+    frame.impulses = {{BodyId(4), BodyId(5), {}, {}, {}}};
+  }
+  std::string Error() const { return std::string(CheckFrame(frame, *catalog).message()); }
+
+  std::unique_ptr<Catalog> catalog;
+  Frame frame;
+};
+
+TEST_F(FrameCheckTest, AcceptsAGoodFrame) { EXPECT_EQ(Error(), ""); }
+
+TEST_F(FrameCheckTest, RefusesUnknownAndStaticBodies) {
+  frame.ghosts[0].id = BodyId(77);
+  EXPECT_EQ(Error(), "body 77 is not a dynamic body of the scene");
+  frame.ghosts[0].id = BodyId(1);
+  EXPECT_EQ(Error(), "body 1 is not a dynamic body of the scene");
+  frame.ghosts[0].id = PlayerBodyId(PlayerNumber(1));  // the scene has no players
+  EXPECT_NE(Error(), "");
+}
+
+TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
+  for (const double bad : {std::nan(""), HUGE_VAL, 1e9}) {
+    frame.ghosts[0].state.position.y = bad;
+    EXPECT_EQ(Error(), "body 4: state is not finite or beyond limits");
+  }
+  frame.ghosts[0].state = State(1);
+  frame.ghosts[0].state.orientation = {0, 0, 0, 0};
+  EXPECT_NE(Error(), "");
+  frame.ghosts[0].state = State(1);
+  frame.grants[0].bodies[1].state.linear_velocity.x = 2e6F;
+  EXPECT_EQ(Error(), "body 3: state is not finite or beyond limits");
+}
+
+TEST_F(FrameCheckTest, RefusesGrantsThatAreNotOneAssembly) {
+  frame.grants[0].bodies[1].id = BodyId(5);
+  EXPECT_EQ(Error(), "body 5 is not of the assembly");
+  frame.grants[0].bodies.clear();
+  EXPECT_EQ(Error(), "a grant without bodies");
+}
+
+TEST_F(FrameCheckTest, RefusesABodyGrantedTwiceOrAlsoShown) {
+  frame.grants.push_back(frame.grants[0]);
+  EXPECT_EQ(Error(), "body 2 is granted twice");
+  frame.grants.pop_back();
+  frame.ghosts[0].id = BodyId(3);
+  EXPECT_EQ(Error(), "body 3 is granted and shown");
+}
+
+TEST_F(FrameCheckTest, RefusesImpulsesThatAreNotFiniteOrNotInOrder) {
+  frame.impulses[0].angular_on_own.z = std::nanf("");
+  EXPECT_EQ(Error(), "body 4: impulse is not finite");
+  frame.impulses[0].angular_on_own.z = 0;
+  frame.impulses.push_back(frame.impulses[0]);
+  EXPECT_EQ(Error(), "body 4: impulses do not ascend");
+}
+
+}  // namespace
+}  // namespace tessera::region
