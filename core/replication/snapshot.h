@@ -70,6 +70,7 @@ class SnapshotSender {
   explicit SnapshotSender(const Settings& settings);
   ~SnapshotSender();
   SnapshotSender(SnapshotSender&&) noexcept;
+  SnapshotSender& operator=(SnapshotSender&&) noexcept;
   // Of the history's newest tick. `last_input` and `input_margin` are told to the client: the last input of its that
   // was applied, and how many ticks early it came.
   WrittenSnapshot Write(const SnapshotHistory& history, std::uint32_t last_input, std::int32_t input_margin_ticks);
@@ -85,6 +86,7 @@ struct ReceivedSnapshot {
   Tick tick;
   std::uint32_t last_input = 0;
   std::int32_t input_margin_ticks = 0;
+  std::uint32_t full_records = 0;  // bodies that came without a baseline
   std::vector<BodyRecord> bodies;  // at `tick`
   std::vector<DepartureRecord> departures;
 };
@@ -94,11 +96,15 @@ class SnapshotReceiver {
   SnapshotReceiver(const Aabb& world_bounds, const Settings& settings);
   ~SnapshotReceiver();
   SnapshotReceiver(SnapshotReceiver&&) noexcept;
+  SnapshotReceiver& operator=(SnapshotReceiver&&) noexcept;
   // Errors: INVALID_ARGUMENT (malformed, names what), FAILED_PRECONDITION (its baseline is not here; harmless, it is
   // not acknowledged). A datagram that is a duplicate gives ALREADY_EXISTS.
   absl::StatusOr<ReceivedSnapshot> Read(std::span<const std::uint8_t> datagram);
   // The newest sequence and a bit mask of those before it; empty while nothing came.
   Bytes WriteAck() const;
+  // Of the datagrams that were sent up to the newest one that came; 0 while nothing came. What is missing was lost or
+  // is late.
+  std::uint32_t newest_sequence() const;
 
  private:
   struct Impl;

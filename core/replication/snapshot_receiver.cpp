@@ -192,6 +192,7 @@ SnapshotReceiver::SnapshotReceiver(const Aabb& world_bounds, const Settings& set
     : impl_(std::make_unique<Impl>(world_bounds, settings)) {}
 SnapshotReceiver::~SnapshotReceiver() = default;
 SnapshotReceiver::SnapshotReceiver(SnapshotReceiver&&) noexcept = default;
+SnapshotReceiver& SnapshotReceiver::operator=(SnapshotReceiver&&) noexcept = default;
 
 absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uint8_t> datagram) {
   const absl::StatusOr<Parsed> parsed = impl_->Parse(datagram);
@@ -208,10 +209,13 @@ absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uin
   result.bodies.reserve(parsed->bodies.size());
   for (const ParsedBody& body : parsed->bodies) {
     if (!impl_->Store(parsed->header.tick, body)) continue;
+    if (!body.baseline.has_value()) ++result.full_records;
     result.bodies.push_back({body.id, body.epoch, impl_->quantizer.Dequantize(body.state)});
   }
   return result;
 }
+
+std::uint32_t SnapshotReceiver::newest_sequence() const { return impl_->newest; }
 
 Bytes SnapshotReceiver::WriteAck() const {
   if (impl_->newest == 0) return {};

@@ -226,6 +226,7 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
 SnapshotSender::SnapshotSender(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 SnapshotSender::~SnapshotSender() = default;
 SnapshotSender::SnapshotSender(SnapshotSender&&) noexcept = default;
+SnapshotSender& SnapshotSender::operator=(SnapshotSender&&) noexcept = default;
 
 WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& shared, std::uint32_t last_input,
                                       std::int32_t input_margin_ticks) {

@@ -1,0 +1,137 @@
+// Client: a player's way into a running world. What a game embeds.
+//
+// It joins through the control plane, holds one connection to each region, and merges what the regions tell into one
+// world: of a body that two of them tell about, the one with the higher ownership epoch counts, then the later tick. So
+// a body that crosses a border is always there, and there once.
+//
+//   auto client = Client::Join({.control_address = "127.0.0.1:7700", .instance_id = "plaza-1", .player_name = "ada"});
+//   if (!client.ok()) ...                                  // says why
+//   while (running) {                                      // once a frame
+//     for (const ClientEvent& event : (*client)->Poll(Clock::now())) ...
+//     (*client)->Move(steering, {});
+//     for (const ShownBody& body : (*client)->Interpolated(Clock::now())) Draw(body.id, body.pose);
+//   }
+//
+// Poll never waits; Join and Leave do, up to a deadline. It uses no thread of its own beyond gRPC's.
+// Thread rule: one thread at a time. Times given to one client never go back.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client_sdk/stats.h"
+#include "core/world/partition_map.h"
+#include "core/world/scene.h"
+
+namespace tessera::client {
+
+using Clock = std::chrono::steady_clock;
+using TimePoint = Clock::time_point;
+
+struct JoinOptions {
+  std::string control_address;  // host:port
+  std::string instance_id;
+  std::string player_name;  // shown to others; at most 63 bytes
+  // Until the control plane has answered, and then until all regions have. A lazy instance starts its workers
+  // meanwhile.
+  std::chrono::milliseconds deadline{10'000};
+  std::string bind_address = "0.0.0.0";  // IPv4, of the local socket
+};
+
+enum class ClientState : std::uint8_t {
+  kJoining,  // not all regions have answered yet
+  kWaiting,  // for the other players
+  kPlaying,  // the world moves
+  kEnded,    // for good; see Client::reason()
+};
+
+struct ClientEvent {
+  enum class Kind : std::uint8_t {
+    kAppeared,      // body, region
+    kVanished,      // body: removed for good, or no region has it any more
+    kStarted,       // the world moves from now on
+    kInputRefused,  // body, input_number, detail
+    kRegionLost,    // region: the connection is gone, it is dialled again; its bodies stand still
+    kRegionBack,    // region
+    kMapChanged,
+    kEnded,  // detail
+  };
+  Kind kind = Kind::kEnded;
+  BodyId body{};
+  RegionId region{};
+  std::uint32_t input_number = 0;
+  std::string detail{};
+};
+
+// The newest that is known of a body.
+struct SeenBody {
+  BodyId id;
+  RegionId region;  // its owner
+  Epoch epoch;      // of the ownership
+  Tick tick;        // that `state` is of; older than the world's where nothing has changed since
+  BodyState state;
+};
+
+// A body as it is to be drawn.
+struct ShownBody {
+  BodyId id;
+  Pose pose;
+  bool extrapolated = false;  // its newest state is older than the moment that is shown
+};
+
+class Client {
+ public:
+  // Errors: NOT_FOUND "instance plaza-9: no such instance", UNAVAILABLE "control plane at ...", DEADLINE_EXCEEDED,
+  // FAILED_PRECONDITION (it has ended, or its scene has no player), RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT.
+  static absl::StatusOr<std::unique_ptr<Client>> Join(const JoinOptions& options);
+  ~Client();  // without Leave: the body stays in the world
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  // Takes in what has come, sends what is due. Call at least 30 times a second.
+  std::vector<ClientEvent> Poll(TimePoint now);
+  ClientState state() const;
+  // Why it ended: OK after Leave and when the instance ended in order. OK while it has not.
+  absl::Status reason() const;
+
+  PlayerNumber player() const;
+  BodyId own_body() const;
+  const Scene& scene() const;
+  const PartitionMap& map() const;
+  // The newest tick that any region told.
+  Tick tick() const;
+  // Number of the last input that a region has applied to the own body.
+  std::uint32_t last_applied_input() const;
+
+  // All bodies, as new as they are known; ascending by id.
+  const std::map<BodyId, SeenBody>& World() const;
+  // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
+  // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. Ascending by id.
+  std::vector<ShownBody> Interpolated(TimePoint now);
+  static constexpr std::chrono::milliseconds kMaxExtrapolation{250};
+
+  // Force and torque on the own body, world frame, N and N m, from now until the next Move: each tick's worth is sent
+  // with the Polls that follow. The scene limits it. Returns the number that the next input will have.
+  std::uint32_t Move(Vec3f force_n, Vec3f torque_nm);
+  // The same, once, for any body: regions refuse what is not the player's own, and say so by an event. For tools and
+  // tests.
+  std::uint32_t MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm);
+
+  // Tells the control plane, which has the body removed, and ends. Waits up to `deadline`.
+  absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));
+
+  ClientStats Stats() const;
+
+ private:
+  struct Impl;
+  explicit Client(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::client

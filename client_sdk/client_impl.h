@@ -1,0 +1,82 @@
+// Inside of Client. Not for others.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client_sdk/client.h"
+#include "client_sdk/playout_clock.h"
+#include "client_sdk/region_link.h"
+#include "client_sdk/session.h"
+#include "client_sdk/world_view.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::client {
+
+struct Client::Impl {
+  Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint_in);
+
+  // What has come (client.cpp).
+  void Receive(TimePoint now);
+  void OnConnected(RegionLink& link);
+  void OnDisconnected(TimePoint now, RegionLink& link);
+  void OnControl(TimePoint now, RegionLink& link, const net::Bytes& bytes);
+  void OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome);
+  void OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal);
+  void OnStopping(RegionLink& link, const std::string& why);
+  void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
+  void AdoptMap(RegionLink& from, const v1::PartitionMap& map);
+  void Start();
+  RegionLink* LinkOf(net::PeerHandle peer);
+  bool AllWelcomed() const;
+
+  // What goes out (client_input.cpp).
+  void MakeInputs(TimePoint now);
+  void SendInputs();
+  std::vector<replication::InputCommand> InputsFor(const RegionLink& link) const;
+  void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
+
+  // Whether it can go on.
+  void CheckProgress(TimePoint now);
+  void End(absl::Status why, std::string detail);
+
+  void Sent(std::size_t bytes) { bytes_out += bytes; }
+  void MeasureRates(TimePoint now);
+
+  struct PendingInput {
+    replication::InputCommand command;
+    int sendings_left = 0;
+  };
+  struct Traffic {
+    TimePoint time;
+    std::uint64_t in = 0, out = 0;
+  };
+
+  JoinOptions options;
+  Session session;
+  std::unique_ptr<net::Endpoint> endpoint;
+  std::vector<RegionLink> links;  // ascending by region
+  ClientState state = ClientState::kJoining;
+  bool started = false;
+  absl::Status reason;
+  std::vector<ClientEvent> events;  // of the Poll under way
+
+  WorldView world;
+  PlayoutClock playout;
+  Tick newest_tick;
+  std::uint32_t last_applied_input = 0;
+
+  Vec3f steering_force_n, steering_torque_nm;
+  std::uint32_t next_input = 1;
+  std::deque<PendingInput> pending;         // ascending by number
+  std::optional<TimePoint> inputs_made_at;  // up to when ticks have been given their input
+
+  std::optional<TimePoint> joined_by, last_poll, silent_since;
+  std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;
+  std::deque<Traffic> traffic;  // over the last second
+  DurationStats frame_time, network_time, update_time;
+};
+
+}  // namespace tessera::client

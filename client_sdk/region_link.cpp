@@ -1,0 +1,95 @@
+#include "client_sdk/region_link.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::client {
+
+RegionLink::RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::Settings& settings)
+    : where_(std::move(where)), world_bounds_(world_bounds), settings_(settings), receiver_(world_bounds, settings) {
+  stats_.region = where_.region;
+}
+
+std::string RegionLink::Where() const {
+  return absl::StrCat("region ", where_.region.value(), " at ", where_.host, ":", where_.port);
+}
+
+void RegionLink::DialIfDue(TimePoint now, net::Endpoint& endpoint) {
+  if (state_ != State::kIdle || (dial_at_.has_value() && now < *dial_at_)) return;
+  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port);
+  if (!peer.ok()) {
+    last_error_ = std::string(peer.status().message());
+    return Disconnected(now);
+  }
+  peer_ = *peer;
+  state_ = State::kDialling;
+}
+
+std::size_t RegionLink::Greet(net::Endpoint& endpoint, const std::string& connect_token) {
+  v1::ClientControl message;
+  message.mutable_hello()->set_protocol_version(net::kProtocolVersion);
+  message.mutable_hello()->set_connect_token(connect_token);
+  const std::string bytes = message.SerializeAsString();
+  const std::span data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  state_ = State::kGreeting;
+  return endpoint.Send(peer_, net::Delivery::kReliable, data).ok() ? bytes.size() : 0;
+}
+
+void RegionLink::Welcomed() {
+  state_ = State::kWelcomed;
+  receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
+  unacknowledged_ = 0;
+  read_here_ = 0;
+  retry_ = kFirstRetry;
+  if (was_welcomed_) ++stats_.reconnects;
+  was_welcomed_ = true;
+}
+
+void RegionLink::Disconnected(TimePoint now) {
+  if (state_ == State::kWelcomed) stats_.datagrams_lost += receiver_.newest_sequence() - read_here_;
+  state_ = State::kIdle;
+  peer_ = net::PeerHandle();
+  dial_at_ = now + retry_;
+  retry_ = std::min(2 * retry_, kMaxRetry);
+}
+
+void RegionLink::Stop(net::Endpoint& endpoint) {
+  if (state_ == State::kWelcomed) stats_.datagrams_lost += receiver_.newest_sequence() - read_here_;
+  if (peer_ != net::PeerHandle()) endpoint.Disconnect(peer_);
+  peer_ = net::PeerHandle();
+  state_ = State::kStopped;
+}
+
+std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<const std::uint8_t> datagram) {
+  if (!welcomed()) return std::nullopt;  // overtook the welcome; not acknowledged, so it is told again
+  absl::StatusOr<replication::ReceivedSnapshot> snapshot = receiver_.Read(datagram);
+  if (!snapshot.ok()) {
+    if (!absl::IsAlreadyExists(snapshot.status())) ++stats_.decode_errors;
+    return std::nullopt;
+  }
+  ++unacknowledged_;
+  ++read_here_;
+  ++stats_.datagrams;
+  return *std::move(snapshot);
+}
+
+std::size_t RegionLink::Send(net::Endpoint& endpoint, std::vector<replication::InputCommand> inputs) {
+  if (!welcomed() || (inputs.empty() && unacknowledged_ == 0)) return 0;
+  unacknowledged_ = 0;
+  const net::Bytes bytes = replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = std::move(inputs)});
+  return endpoint.Send(peer_, net::Delivery::kUnsequenced, bytes).ok() ? bytes.size() : 0;
+}
+
+RegionStats RegionLink::Stats(const net::Endpoint& endpoint) const {
+  RegionStats stats = stats_;
+  stats.connected = welcomed();
+  if (welcomed()) {
+    stats.round_trip_s = std::chrono::duration<double>(endpoint.StatsOf(peer_).round_trip).count();
+    stats.datagrams_lost += receiver_.newest_sequence() - read_here_;
+  }
+  return stats;
+}
+
+}  // namespace tessera::client

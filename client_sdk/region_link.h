@@ -1,0 +1,72 @@
+// RegionLink: a client's connection to one region: dials, says hello, reads snapshots, acknowledges, dials again when
+// it breaks.
+//
+//   IDLE -dial-> DIALLING -connected-> GREETING -welcome-> WELCOMED -stopping-> STOPPED
+//   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
+//
+// Thread rule: one thread at a time; time comes in.
+#pragma once
+
+#include <chrono>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "client_sdk/session.h"
+#include "client_sdk/stats.h"
+#include "core/replication/input.h"
+#include "core/replication/snapshot.h"
+#include "net/endpoint.h"
+
+namespace tessera::client {
+
+class RegionLink {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+  enum class State : std::uint8_t { kIdle, kDialling, kGreeting, kWelcomed, kStopped };
+
+  static constexpr std::chrono::milliseconds kFirstRetry{100}, kMaxRetry{2000};
+
+  RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::Settings& settings);
+
+  RegionId region() const { return where_.region; }
+  State state() const { return state_; }
+  bool welcomed() const { return state_ == State::kWelcomed; }
+  net::PeerHandle peer() const { return peer_; }  // PeerHandle() while idle or stopped
+  std::string Where() const;                      // "region 2 at 127.0.0.1:7777"
+  const std::string& last_error() const { return last_error_; }
+
+  void DialIfDue(TimePoint now, net::Endpoint& endpoint);
+  std::size_t Greet(net::Endpoint& endpoint, const std::string& connect_token);  // the bytes sent
+  void Welcomed();
+  void Disconnected(TimePoint now);
+  void Stop(net::Endpoint& endpoint);
+  // Counts an answer that made no sense.
+  void CountError() { ++stats_.decode_errors; }
+
+  // Nothing where it is refused or this side is not welcomed yet.
+  std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
+  // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to tell.
+  std::size_t Send(net::Endpoint& endpoint, std::vector<replication::InputCommand> inputs);
+  // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
+  bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
+
+  RegionStats Stats(const net::Endpoint& endpoint) const;
+
+ private:
+  RegionEndpoint where_;
+  Aabb world_bounds_;
+  replication::Settings settings_;
+  State state_ = State::kIdle;
+  net::PeerHandle peer_;
+  std::optional<TimePoint> dial_at_;  // nothing: at once
+  std::chrono::milliseconds retry_ = kFirstRetry;
+  replication::SnapshotReceiver receiver_;
+  std::size_t unacknowledged_ = 0;
+  std::uint64_t read_here_ = 0;  // datagrams of this connection
+  bool was_welcomed_ = false;
+  RegionStats stats_;
+  std::string last_error_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,147 @@
+#include "client_sdk/session.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/partition_io.h"
+#include "core/world/scene_io.h"
+#include "tessera/v1/session.grpc.pb.h"
+
+namespace tessera::client {
+namespace {
+
+using Stub = v1::SessionService::Stub;
+using Deadline = std::chrono::system_clock::time_point;
+
+constexpr int kMaxSceneBytes = 256 * 1024 * 1024;
+constexpr std::uint32_t kMaxRateHz = 1000;
+
+struct SceneCache {
+  std::mutex mutex;
+  std::map<std::string, std::shared_ptr<const Scene>> scenes;  // by hash
+};
+
+SceneCache& Scenes() {
+  static SceneCache cache;
+  return cache;
+}
+
+std::unique_ptr<Stub> Dial(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxSceneBytes);
+  return v1::SessionService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+}
+
+// gRPC's codes are Abseil's.
+absl::Status ToStatus(const grpc::Status& status, const std::string& address, const std::string& instance_id) {
+  const auto code = static_cast<absl::StatusCode>(status.error_code());
+  switch (code) {
+    case absl::StatusCode::kNotFound:
+      return absl::NotFoundError(absl::StrCat("instance ", instance_id, ": no such instance"));
+    case absl::StatusCode::kUnavailable:
+      return absl::UnavailableError(absl::StrCat("control plane at ", address, ": ", status.error_message()));
+    case absl::StatusCode::kDeadlineExceeded:
+      return absl::DeadlineExceededError(absl::StrCat("instance ", instance_id, ": no answer from ", address));
+    default:
+      return {code, absl::StrCat("instance ", instance_id, ": ", status.error_message())};
+  }
+}
+
+absl::Status BadAnswer(const std::string& what) {
+  return absl::InternalError(absl::StrCat("the control plane's answer: ", what));
+}
+
+absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::string& hash, Deadline deadline,
+                                                        const std::string& address, const std::string& instance_id) {
+  {
+    const std::lock_guard lock(Scenes().mutex);
+    if (const auto found = Scenes().scenes.find(hash); found != Scenes().scenes.end()) return found->second;
+  }
+  grpc::ClientContext context;
+  context.set_deadline(deadline);
+  v1::GetSceneRequest request;
+  request.set_scene_hash(hash);
+  v1::GetSceneResponse response;
+  if (const grpc::Status status = stub.GetScene(&context, request, &response); !status.ok()) {
+    return ToStatus(status, address, instance_id);
+  }
+  v1::Scene written;
+  if (!written.ParseFromString(response.scene())) return BadAnswer("scene: not a scene");
+  if (SceneHash(written) != hash) return BadAnswer(absl::StrCat("scene: its hash is not ", hash));
+  absl::StatusOr<std::shared_ptr<const Scene>> scene = ResolveScene(written, "scene");
+  if (scene.ok()) {
+    const std::lock_guard lock(Scenes().mutex);
+    Scenes().scenes.emplace(hash, *scene);
+  }
+  return scene;
+}
+
+absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& session) {
+  for (const v1::RegionAddress& address : response.regions()) {
+    if (address.game_port() == 0 || address.game_port() > 65535) {
+      return BadAnswer(absl::StrCat("regions: region ", address.region(), " has port ", address.game_port()));
+    }
+    session.regions.push_back(
+        {RegionId(address.region()), address.host(), static_cast<std::uint16_t>(address.game_port())});
+  }
+  std::sort(session.regions.begin(), session.regions.end(),
+            [](const RegionEndpoint& a, const RegionEndpoint& b) { return a.region < b.region; });
+  const bool same = std::equal(session.regions.begin(), session.regions.end(), session.map.regions().begin(),
+                               session.map.regions().end(),
+                               [](const RegionEndpoint& a, const MapRegion& b) { return a.region == b.id; });
+  return same ? absl::OkStatus() : BadAnswer("regions: not those of the map");
+}
+
+}  // namespace
+
+absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
+                                     const std::string& player_name, std::chrono::milliseconds deadline) {
+  const Deadline until = std::chrono::system_clock::now() + deadline;
+  const std::unique_ptr<Stub> stub = Dial(control_address);
+  grpc::ClientContext context;
+  context.set_deadline(until);
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(instance_id);
+  request.set_player_name(player_name);
+  v1::JoinInstanceResponse response;
+  if (const grpc::Status status = stub->JoinInstance(&context, request, &response); !status.ok()) {
+    return ToStatus(status, control_address, instance_id);
+  }
+  if (response.player() == 0) return BadAnswer("player 0");
+  if (response.tick_rate_hz() < 1 || response.tick_rate_hz() > kMaxRateHz) return BadAnswer("tick_rate_hz");
+  if (response.snapshot_rate_hz() < 1 || response.snapshot_rate_hz() > kMaxRateHz) return BadAnswer("snapshot_rate_hz");
+  absl::StatusOr<PartitionMap> map = FromProto(response.map());
+  if (!map.ok()) return BadAnswer(absl::StrCat("map: ", map.status().message()));
+
+  Session session{.player = PlayerNumber(response.player()),
+                  .connect_token = response.connect_token(),
+                  .map = *std::move(map),
+                  .regions = {},
+                  .scene = nullptr,
+                  .tick_rate_hz = response.tick_rate_hz(),
+                  .snapshot_rate_hz = std::min(response.snapshot_rate_hz(), response.tick_rate_hz())};
+  if (absl::Status status = TakeRegions(response, session); !status.ok()) return status;
+  auto scene = FetchScene(*stub, response.scene_hash(), until, control_address, instance_id);
+  if (!scene.ok()) return scene.status();
+  session.scene = *std::move(scene);
+  return session;
+}
+
+absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
+                           const std::string& connect_token, std::chrono::milliseconds deadline) {
+  const std::unique_ptr<Stub> stub = Dial(control_address);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + deadline);
+  v1::LeaveInstanceRequest request;
+  request.set_instance_id(instance_id);
+  request.set_connect_token(connect_token);
+  v1::LeaveInstanceResponse response;
+  const grpc::Status status = stub->LeaveInstance(&context, request, &response);
+  return status.ok() ? absl::OkStatus() : ToStatus(status, control_address, instance_id);
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,39 @@
+// Session: what a client asks the control plane. The only part of the SDK that knows gRPC.
+//
+// Calls wait, up to their deadline. Thread rule: any thread; no state but the cache of scenes, which is locked.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "core/world/partition_map.h"
+#include "core/world/scene.h"
+
+namespace tessera::client {
+
+struct RegionEndpoint {
+  RegionId region;
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+struct Session {
+  PlayerNumber player;
+  std::string connect_token;  // secret
+  PartitionMap map;
+  std::vector<RegionEndpoint> regions;  // one for each region of the map, ascending
+  std::shared_ptr<const Scene> scene;
+  std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
+};
+
+// A scene that this process has had before, by its hash, is not fetched again.
+absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
+                                     const std::string& player_name, std::chrono::milliseconds deadline);
+absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
+                           const std::string& connect_token, std::chrono::milliseconds deadline);
+
+}  // namespace tessera::client

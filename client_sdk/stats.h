@@ -1,0 +1,64 @@
+// What a client measures about itself.
+//
+// Thread rule: plain data; DurationStats one thread at a time.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <vector>
+
+#include "core/world/ids.h"
+
+namespace tessera::client {
+
+struct DurationSummary {
+  std::uint64_t count = 0;
+  double mean_s = 0, p50_s = 0, p99_s = 0, max_s = 0;
+};
+
+// Counts durations in buckets that grow by a twelfth of an octave, from 100 ns to over a minute: quantiles err by at
+// most 6 %.
+class DurationStats {
+ public:
+  void Add(std::chrono::nanoseconds duration);
+  DurationSummary Summary() const;
+
+ private:
+  static constexpr std::size_t kPerOctave = 12, kBuckets = 30 * kPerOctave;
+  double Quantile(double q) const;
+
+  std::array<std::uint64_t, kBuckets> buckets_{};
+  std::uint64_t count_ = 0;
+  std::chrono::nanoseconds sum_{0}, max_{0};
+};
+
+struct RegionStats {
+  RegionId region;
+  bool connected = false;
+  double round_trip_s = 0;
+  std::uint64_t datagrams = 0;       // snapshots that were read
+  std::uint64_t datagrams_lost = 0;  // or on their way
+  std::uint64_t decode_errors = 0;   // refused: malformed, or their baseline was not here
+  std::uint64_t reconnects = 0;
+};
+
+struct ClientStats {
+  // Payload of all connections since Join, and over the last second or so.
+  std::uint64_t bytes_in = 0, bytes_out = 0;
+  double bytes_in_per_s = 0, bytes_out_per_s = 0;
+  std::vector<RegionStats> regions;                     // ascending by id
+  std::uint64_t datagrams_lost = 0, decode_errors = 0;  // sums of the above
+  std::uint64_t full_records = 0, delta_records = 0;    // bodies that came whole, and as changes
+  std::uint64_t inputs_refused = 0;
+  std::size_t bodies = 0;
+  double tick_rate_hz = 0;           // of the world, as seen here
+  double snapshot_delay_s = 0;       // how far behind the newest state Interpolated shows the world
+  double jitter_s = 0;               // mean deviation of arrivals from their rhythm
+  std::uint64_t extrapolations = 0;  // bodies shown beyond their newest state, summed over calls of Interpolated
+  std::uint64_t playout_jumps = 0;   // times the moment shown had to jump instead of to glide
+  // The dissertation's client metrics: between calls of Poll, within Poll, within Interpolated.
+  DurationSummary frame_time, network_time, update_time;
+};
+
+}  // namespace tessera::client

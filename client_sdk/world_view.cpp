@@ -1,0 +1,167 @@
+#include "client_sdk/world_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::client {
+namespace {
+
+// States of a body that are kept for showing: over a second at 30 a second.
+constexpr std::size_t kMaxSamples = 40;
+
+bool AtRest(const BodyState& state) {
+  return state.asleep || (state.linear_velocity == Vec3f() && state.angular_velocity == Vec3f());
+}
+
+Pose PoseOf(const BodyState& state) { return {state.position, Quatd(state.orientation)}; }
+
+// Along the straight line, and the shorter arc.
+Pose Between(const Pose& a, const Pose& b, double share) {
+  const Quatd& p = a.orientation;
+  const Quatd& q = b.orientation;
+  const double near = 1 - share;
+  const double far = p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w < 0 ? -share : share;
+  return {a.position + (b.position - a.position) * share,
+          Normalized(
+              Quatd(near * p.x + far * q.x, near * p.y + far * q.y, near * p.z + far * q.z, near * p.w + far * q.w))};
+}
+
+Pose Ahead(const BodyState& state, double seconds) {
+  const Vec3d turn = Vec3d(state.angular_velocity) * seconds;
+  const double angle = Length(turn);
+  Quatd rotation;
+  if (angle > 0) {
+    const Vec3d axis = turn * (std::sin(angle / 2) / angle);
+    rotation = {axis.x, axis.y, axis.z, std::cos(angle / 2)};
+  }
+  return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * Quatd(state.orientation))};
+}
+
+double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
+
+}  // namespace
+
+WorldView::WorldView(double tick_rate_hz, double snapshot_ticks)
+    : tick_rate_hz_(tick_rate_hz), snapshot_ticks_(snapshot_ticks) {}
+
+void WorldView::Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
+                     std::vector<ClientEvent>& events) {
+  for (const replication::BodyRecord& body : snapshot.bodies) TakeBody(from, snapshot.tick, body, events);
+  for (const replication::DepartureRecord& departure : snapshot.departures) TakeDeparture(now, departure, events);
+}
+
+void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body,
+                         std::vector<ClientEvent>& events) {
+  const auto removed = removed_.find(body.id);
+  if (removed != removed_.end()) {
+    if (body.epoch <= removed->second) return;
+    removed_.erase(removed);
+  }
+  const auto [at, fresh] = seen_.try_emplace(body.id, SeenBody{body.id, from, body.epoch, tick, body.state});
+  SeenBody& seen = at->second;
+  if (!fresh && body.epoch < seen.epoch) return;
+  const bool new_owner = !fresh && body.epoch > seen.epoch;
+  Track& track = tracks_[body.id];
+  AddSample(track, tick, body.state, new_owner);
+  track.expires.reset();
+  if (fresh || new_owner || tick > seen.tick) seen = {body.id, from, body.epoch, tick, body.state};
+  if (fresh) {
+    events.push_back({.kind = ClientEvent::Kind::kAppeared, .body = body.id, .region = from});
+  }
+}
+
+void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const {
+  std::deque<Sample>& samples = track.samples;
+  // What an earlier owner told about the new one's time was its guess at best.
+  while (new_owner && !samples.empty() && samples.back().tick >= tick) samples.pop_back();
+  const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
+                                   [](const Sample& sample, Tick t) { return sample.tick < t; });
+  if (at != samples.end()) {
+    if (at->tick != tick) samples.insert(at, {tick, state});
+    return;
+  }
+  // Nothing is told of a body at rest, so it stood until the snapshot before this one: it must not glide through its
+  // rest.
+  const auto interval = static_cast<std::uint64_t>(std::ceil(snapshot_ticks_));
+  if (!samples.empty() && AtRest(samples.back().state) && samples.back().tick + interval < tick) {
+    samples.push_back({Tick(tick.value() - interval), samples.back().state});
+  }
+  samples.push_back({tick, state});
+  while (samples.size() > kMaxSamples) samples.pop_front();
+}
+
+void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord& departure,
+                              std::vector<ClientEvent>& events) {
+  const auto found = seen_.find(departure.id);
+  if (departure.to == RegionId()) {
+    Epoch& last = removed_[departure.id];
+    last = std::max(last, departure.epoch);
+    if (found != seen_.end() && found->second.epoch <= departure.epoch) Vanish(departure.id, events);
+    return;
+  }
+  if (found == seen_.end() || found->second.epoch > departure.epoch) return;  // the next owner has told of it already
+  found->second.region = departure.to;
+  const auto link = connected_.find(departure.to);
+  // Of an owner that cannot be heard nothing can be expected.
+  if (link != connected_.end() && link->second) tracks_[departure.id].expires = now + kGrace;
+}
+
+void WorldView::RegionBegins(TimePoint now, RegionId region) {
+  connected_[region] = true;
+  for (auto& [id, body] : seen_) {
+    if (body.region == region) tracks_[id].expires = now + kGrace;
+  }
+}
+
+void WorldView::RegionLost(RegionId region) {
+  connected_[region] = false;
+  for (auto& [id, body] : seen_) {
+    if (body.region == region) tracks_[id].expires.reset();
+  }
+}
+
+void WorldView::Expire(TimePoint now, std::vector<ClientEvent>& events) {
+  std::vector<BodyId> gone;
+  for (const auto& [id, track] : tracks_) {
+    if (track.expires.has_value() && *track.expires <= now) gone.push_back(id);
+  }
+  for (const BodyId id : gone) Vanish(id, events);
+}
+
+void WorldView::Vanish(BodyId body, std::vector<ClientEvent>& events) {
+  events.push_back({.kind = ClientEvent::Kind::kVanished, .body = body, .region = seen_.at(body).region});
+  seen_.erase(body);
+  tracks_.erase(body);
+}
+
+std::optional<RegionId> WorldView::OwnerOf(BodyId body) const {
+  const auto found = seen_.find(body);
+  if (found == seen_.end()) return std::nullopt;
+  return found->second.region;
+}
+
+std::vector<ShownBody> WorldView::At(double tick, double rate_hz) {
+  std::vector<ShownBody> shown;
+  shown.reserve(seen_.size());
+  for (const auto& [id, body] : seen_) shown.push_back(Show(id, tracks_.at(id), tick, rate_hz));
+  return shown;
+}
+
+ShownBody WorldView::Show(BodyId id, Track& track, double tick, double rate_hz) {
+  std::deque<Sample>& samples = track.samples;
+  while (samples.size() > 1 && AsDouble(samples[1].tick) <= tick) samples.pop_front();
+  const Sample& before = samples.front();
+  const double past = tick - AsDouble(before.tick);
+  if (past <= 0 || (samples.size() == 1 && AtRest(before.state))) return {id, PoseOf(before.state), false};
+  if (samples.size() > 1) {
+    const Sample& after = samples[1];
+    const double share = past / AsDouble(Tick(static_cast<std::uint64_t>(after.tick - before.tick)));
+    return {id, Between(PoseOf(before.state), PoseOf(after.state), share), false};
+  }
+  ++extrapolations_;
+  // Ticks are the world's own seconds, whatever its rate on the wall.
+  const double limit_ticks = std::chrono::duration<double>(Client::kMaxExtrapolation).count() * rate_hz;
+  return {id, Ahead(before.state, std::min(past, limit_ticks) / tick_rate_hz_), true};
+}
+
+}  // namespace tessera::client

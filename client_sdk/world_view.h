@@ -1,0 +1,67 @@
+// WorldView: one world out of what many regions tell.
+//
+// Of a body the record with the highest ownership epoch counts, then the latest tick. A body that its owner has handed
+// on stays, with its last states, until the next owner tells of it: always there, there once. Late news of an ownership
+// that has ended is dropped.
+//
+// Pure: time comes in. Thread rule: one thread at a time.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "client_sdk/client.h"
+#include "core/replication/snapshot.h"
+
+namespace tessera::client {
+
+class WorldView {
+ public:
+  // `snapshot_ticks`: between two snapshots of a region.
+  explicit WorldView(double tick_rate_hz, double snapshot_ticks);
+
+  void Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
+            std::vector<ClientEvent>& events);
+  // `region` begins to tell all that it owns, from nothing: what it does not name within kGrace is not there any more.
+  void RegionBegins(TimePoint now, RegionId region);
+  void RegionLost(RegionId region);
+  // Lets go of what nobody has told of for too long.
+  void Expire(TimePoint now, std::vector<ClientEvent>& events);
+
+  const std::map<BodyId, SeenBody>& bodies() const { return seen_; }
+  std::optional<RegionId> OwnerOf(BodyId body) const;
+  // At `tick`, in parts of one; `rate_hz` is the world's, for extrapolation. Counts what it extrapolates.
+  std::vector<ShownBody> At(double tick, double rate_hz);
+  std::uint64_t extrapolations() const { return extrapolations_; }
+
+  // How long a body may be between two owners, or unnamed by a region that has begun anew.
+  static constexpr std::chrono::milliseconds kGrace{2000};
+
+ private:
+  struct Sample {
+    Tick tick;
+    BodyState state;
+  };
+  struct Track {
+    std::deque<Sample> samples;  // ascending by tick, never empty
+    std::optional<TimePoint> expires;
+  };
+
+  void TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, std::vector<ClientEvent>& events);
+  void TakeDeparture(TimePoint now, const replication::DepartureRecord& departure, std::vector<ClientEvent>& events);
+  void AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const;
+  void Vanish(BodyId body, std::vector<ClientEvent>& events);
+  ShownBody Show(BodyId id, Track& track, double tick, double rate_hz);
+
+  const double tick_rate_hz_, snapshot_ticks_;
+  std::map<BodyId, SeenBody> seen_;
+  std::unordered_map<BodyId, Track> tracks_;
+  std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had
+  std::unordered_map<RegionId, bool> connected_;
+  std::uint64_t extrapolations_ = 0;
+};
+
+}  // namespace tessera::client
