@@ -1,0 +1,57 @@
+#include "cli/bot.h"
+
+namespace tessera::cli {
+namespace {
+
+// A waypoint counts as reached within this distance, m.
+constexpr double kArrived_m = 4;
+// Waypoints keep this far from the edge of the world, as a share of its size, where walls may stand.
+constexpr double kEdge = 0.1;
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const std::string& control_address, const std::string& instance_id,
+                                               const std::string& name, std::uint64_t seed) {
+  auto client =
+      client::Client::Join({.control_address = control_address, .instance_id = instance_id, .player_name = name});
+  if (!client.ok()) return client.status();
+  return std::unique_ptr<Bot>(new Bot(*std::move(client), name, seed));
+}
+
+bool Bot::Frame(client::TimePoint now) {
+  client_->Poll(now);
+  if (client_->state() == client::ClientState::kEnded) return false;
+  const auto self = client_->World().find(client_->own_body());
+  if (self != client_->World().end()) {
+    if (region_ != RegionId() && self->second.region != region_) ++region_changes_;
+    region_ = self->second.region;
+    Steer(self->second);
+  }
+  client_->Interpolated(now);
+  return true;
+}
+
+void Bot::Steer(const client::SeenBody& self) {
+  const Vec3d to_waypoint = waypoint_ - self.state.position;
+  const Vec3d flat{to_waypoint.x, 0, to_waypoint.z};
+  if (!has_waypoint_ || Length(flat) < kArrived_m) {
+    const Rect ground = client_->scene().ground();
+    const auto pick = [this](double low, double high) {
+      return low + (high - low) * (kEdge + (1 - 2 * kEdge) * Random());
+    };
+    waypoint_ = {pick(ground.min_x, ground.max_x), self.state.position.y, pick(ground.min_z, ground.max_z)};
+    has_waypoint_ = true;
+    return;
+  }
+  const double force = client_->scene().player ? client_->scene().player->max_force_n : 0;
+  client_->Move(Vec3f(Normalized(flat) * force), {});
+}
+
+double Bot::Random() {  // xorshift64* (Vigna 2016)
+  random_ ^= random_ >> 12;
+  random_ ^= random_ << 25;
+  random_ ^= random_ >> 27;
+  return static_cast<double>((random_ * 0x2545f4914f6cdd1du) >> 11) * 0x1p-53;
+}
+
+}  // namespace tessera::cli

@@ -1,0 +1,44 @@
+// Bot: a player that wanders through a world, for demos, benchmarks and tests.
+//
+// It walks from waypoint to waypoint, drawn from its seed inside the world's bounds, so that it crosses every border
+// sooner or later. Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "client_sdk/client.h"
+
+namespace tessera::cli {
+
+class Bot {
+ public:
+  // Errors: those of Client::Join.
+  static absl::StatusOr<std::unique_ptr<Bot>> Join(const std::string& control_address, const std::string& instance_id,
+                                                   const std::string& name, std::uint64_t seed);
+
+  // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.
+  bool Frame(client::TimePoint now);
+
+  client::Client& client() { return *client_; }
+  const std::string& name() const { return name_; }
+  std::uint64_t region_changes() const { return region_changes_; }  // of its own body
+
+ private:
+  Bot(std::unique_ptr<client::Client> client, std::string name, std::uint64_t seed)
+      : client_(std::move(client)), name_(std::move(name)), random_(seed) {}
+  void Steer(const client::SeenBody& self);
+  double Random();  // in [0, 1)
+
+  std::unique_ptr<client::Client> client_;
+  std::string name_;
+  std::uint64_t random_;
+  Vec3d waypoint_;
+  bool has_waypoint_ = false;
+  RegionId region_;
+  std::uint64_t region_changes_ = 0;
+};
+
+}  // namespace tessera::cli

@@ -1,0 +1,104 @@
+#include "cli/client_view.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace tessera::cli {
+namespace {
+
+using client::ClientState;
+using client::ClientStats;
+using client::DurationSummary;
+
+nlohmann::ordered_json Json(const DurationSummary& d) {
+  return {{"count", d.count}, {"mean_s", d.mean_s}, {"p50_s", d.p50_s}, {"p99_s", d.p99_s}, {"max_s", d.max_s}};
+}
+
+Row DurationRow(const std::string& name, const DurationSummary& d) {
+  return {name,
+          std::to_string(d.count),
+          FormatMillis(d.mean_s),
+          FormatMillis(d.p50_s),
+          FormatMillis(d.p99_s),
+          FormatMillis(d.max_s)};
+}
+
+}  // namespace
+
+std::string StateName(ClientState state) {
+  switch (state) {
+    case ClientState::kJoining:
+      return "JOINING";
+    case ClientState::kWaiting:
+      return "WAITING";
+    case ClientState::kPlaying:
+      return "PLAYING";
+    case ClientState::kEnded:
+      return "ENDED";
+  }
+  return "?";
+}
+
+std::string ClientLine(Bot& bot) {
+  const ClientStats stats = bot.client().Stats();
+  return fmt::format("{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated\n", StateName(bot.client().state()),
+                     bot.client().tick().value(), stats.bodies, FormatBytes(stats.bytes_in_per_s),
+                     FormatMillis(stats.snapshot_delay_s), stats.extrapolations);
+}
+
+std::string ClientTable(const std::vector<Bot*>& bots) {
+  std::vector<Row> rows{
+      {"CLIENT", "STATE", "BODIES", "IN/S", "OUT/S", "DELAY", "JITTER", "EXTRAPOLATED", "LOST", "ERRORS", "BORDERS"}};
+  for (Bot* bot : bots) {
+    const ClientStats stats = bot->client().Stats();
+    rows.push_back({bot->name(), StateName(bot->client().state()), std::to_string(stats.bodies),
+                    FormatBytes(stats.bytes_in_per_s), FormatBytes(stats.bytes_out_per_s),
+                    FormatMillis(stats.snapshot_delay_s), FormatMillis(stats.jitter_s),
+                    std::to_string(stats.extrapolations), std::to_string(stats.datagrams_lost),
+                    std::to_string(stats.decode_errors), std::to_string(bot->region_changes())});
+  }
+  return FormatTable(rows);
+}
+
+std::string ClientReport(Bot& bot) {
+  const ClientStats stats = bot.client().Stats();
+  std::vector<Row> regions{{"REGION", "ROUND-TRIP", "DATAGRAMS", "LOST", "ERRORS", "RECONNECTS"}};
+  for (const client::RegionStats& region : stats.regions) {
+    regions.push_back({std::to_string(region.region.value()), FormatMillis(region.round_trip_s),
+                       std::to_string(region.datagrams), std::to_string(region.datagrams_lost),
+                       std::to_string(region.decode_errors), std::to_string(region.reconnects)});
+  }
+  return ClientTable({&bot}) + "\n" + FormatTable(regions) + "\n" +
+         FormatTable({{"TIME", "COUNT", "MEAN", "P50", "P99", "MAX"},
+                      DurationRow("frame", stats.frame_time),
+                      DurationRow("network", stats.network_time),
+                      DurationRow("update", stats.update_time)});
+}
+
+nlohmann::ordered_json ClientJson(Bot& bot) {
+  const ClientStats stats = bot.client().Stats();
+  return {{"name", bot.name()},
+          {"player", bot.client().player().value()},
+          {"state", StateName(bot.client().state())},
+          {"tick", bot.client().tick().value()},
+          {"bodies", stats.bodies},
+          {"bytes_in", stats.bytes_in},
+          {"bytes_out", stats.bytes_out},
+          {"bytes_in_per_s", stats.bytes_in_per_s},
+          {"snapshot_delay_s", stats.snapshot_delay_s},
+          {"jitter_s", stats.jitter_s},
+          {"extrapolations", stats.extrapolations},
+          {"datagrams_lost", stats.datagrams_lost},
+          {"decode_errors", stats.decode_errors},
+          {"full_records", stats.full_records},
+          {"delta_records", stats.delta_records},
+          {"inputs_refused", stats.inputs_refused},
+          {"region_changes", bot.region_changes()},
+          {"last_applied_input", bot.client().last_applied_input()},
+          {"frame_time", Json(stats.frame_time)},
+          {"network_time", Json(stats.network_time)},
+          {"update_time", Json(stats.update_time)}};
+}
+
+}  // namespace tessera::cli

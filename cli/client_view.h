@@ -1,0 +1,26 @@
+// How a bot's view of the world is shown: in the demo's table, by `tessera client`, as JSON.
+#pragma once
+
+#include <chrono>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/bot.h"
+#include "cli/table.h"
+
+namespace tessera::cli {
+
+// Between two frames of a bot: a game's 60 a second.
+inline constexpr std::chrono::milliseconds kFrameTime{16};
+
+std::string StateName(client::ClientState state);
+// "PLAYING tick 812, 2002 bodies, 412.1kB/s in, 58.20ms behind, 0 extrapolated\n"
+std::string ClientLine(Bot& bot);
+// A row a client: state, bytes, delay, extrapolations.
+std::string ClientTable(const std::vector<Bot*>& bots);
+// Everything it measured, for people and for programs.
+std::string ClientReport(Bot& bot);
+nlohmann::ordered_json ClientJson(Bot& bot);
+
+}  // namespace tessera::cli

@@ -1,0 +1,50 @@
+#include "cli/instance_watch.h"
+
+namespace tessera::cli {
+
+InstanceWatch::InstanceWatch(Connection& connection, const std::string& id,
+                             std::function<void(const v1::Instance&)> on_change)
+    : on_change_(std::move(on_change)) {
+  v1::WatchInstanceRequest request;
+  request.set_id(id);
+  stream_ = connection.instances().WatchInstance(&context_, request);
+  thread_ = std::thread([this] { Run(); });
+}
+
+InstanceWatch::~InstanceWatch() {
+  context_.TryCancel();
+  thread_.join();
+}
+
+void InstanceWatch::Run() {
+  v1::WatchInstanceResponse response;
+  while (stream_->Read(&response)) {
+    if (on_change_) on_change_(response.instance());
+    {
+      const std::lock_guard lock(mutex_);
+      latest_ = response.instance();
+    }
+    changed_.notify_all();
+  }
+  stream_->Finish();
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  changed_.notify_all();
+}
+
+v1::Instance InstanceWatch::Latest() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return latest_.has_value() || over_; });
+  return latest_.value_or(v1::Instance());
+}
+
+bool InstanceWatch::WaitUntil(const std::function<bool(const v1::Instance&)>& holds,
+                              std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, timeout, [&] { return over_ || (latest_ && holds(*latest_)); });
+  return latest_ && holds(*latest_);
+}
+
+}  // namespace tessera::cli

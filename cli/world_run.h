@@ -1,0 +1,100 @@
+// WorldRun: a world on a cluster of this machine with bots in it, from creation to its orderly end. What the demo shows
+// and the benchmarks measure.
+//
+//   WorldRun run({.scene = FindScene("plaza"), .regions = 4, .bots = 2});
+//   while (...) run.Frame();           // about 60 times a second
+//   RunSummary summary = run.Finish();
+//
+// CommandError where something cannot be started. Destruction leaves nothing running.
+// Thread rule: one thread.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/bot.h"
+#include "cli/connection.h"
+#include "cli/conservation.h"
+#include "cli/instance_watch.h"
+#include "cli/local_cluster.h"
+#include "cli/scene_file.h"
+
+namespace tessera::cli {
+
+struct RunOptions {
+  std::string scene;  // path
+  std::uint32_t regions = 4;
+  std::optional<std::uint32_t> bodies;  // scattered ones, instead of the scene's own number
+  std::uint32_t bots = 2;
+  std::uint32_t hosts = 1;
+};
+
+// What a region did over the run.
+struct RegionSummary {
+  std::uint32_t region = 0;
+  double tick_rate_hz = 0;      // ticks over the time from the first report that ran to the last
+  double worst_step_p99_s = 0;  // of any report's window
+  v1::WorkerReport last;
+};
+
+struct RunSummary {
+  double ready_s = 0;                 // from CreateInstance until all workers were linked
+  double running_s = 0;               // how long the world ran
+  std::uint64_t bodies_at_start = 0;  // dynamic ones of the scene, and a body for each bot
+  std::optional<ConservationResult> conservation;
+  std::uint64_t nonfinite = 0;
+  std::vector<RegionSummary> regions;
+  std::string ended_as;                      // state of the instance after it was deleted
+  std::vector<std::int64_t> processes_left;  // workers that still run; always empty unless something is badly wrong
+  std::string failure;                       // why the run is no proof: empty when every body is accounted for
+};
+
+class WorldRun {
+ public:
+  explicit WorldRun(const RunOptions& options);
+  ~WorldRun();
+
+  // One frame of every bot. False when the instance or a bot has ended unasked.
+  bool Frame();
+  // Ends the instance in order and the cluster with it.
+  RunSummary Finish();
+
+  v1::Instance Latest() { return watch_->Latest(); }
+  std::vector<Bot*> bots();
+  double ready_s() const { return ready_s_; }
+  double running_s() const;
+  LocalCluster& cluster() { return *cluster_; }
+
+ private:
+  struct RegionProgress {
+    std::chrono::steady_clock::time_point first_time, last_time;
+    std::uint64_t first_tick = 0;
+    double worst_step_p99_s = 0;
+    v1::WorkerReport last;
+  };
+  void CreateInstance(const RunOptions& options);
+  void JoinBots(std::uint32_t count);
+  void ExpectBotBodies();
+  void Observe(const v1::Instance& instance);
+  std::string FailureOf(const RunSummary& summary) const;
+
+  LoadedScene scene_;
+  TemporaryFolder folder_;
+  std::unique_ptr<LocalCluster> cluster_;
+  std::unique_ptr<Connection> connection_;
+  std::string instance_id_;
+  double ready_s_ = 0;
+  std::chrono::steady_clock::time_point started_;
+  std::vector<std::unique_ptr<Bot>> bots_;
+
+  std::mutex mutex_;  // guards what follows: written by the watch's thread
+  std::unique_ptr<Conservation> conservation_;
+  bool bots_expected_ = false;
+  std::map<std::uint32_t, RegionProgress> progress_;
+  std::unique_ptr<InstanceWatch> watch_;  // last: its thread ends first
+};
+
+}  // namespace tessera::cli
