@@ -2,8 +2,9 @@
 //
 //   a  = F / m + g          p' = p + v t + a t^2 / 2          v' = v + a t
 //
-// and, beyond it: v' is damped as the body's own damping says, and the orientation turns by w t about w. Contacts and
-// joints are not known to it: it is right for free flight and a bound elsewhere.
+// and, beyond it: damping, as the exact solution of dv/dt = a - k v, of which the above is the case k = 0; and the
+// orientation, which turns about w by the integral of abs(w). Contacts and joints are not known to it, nor is the
+// wobble of a body that spins about none of its principal axes: it is right for free flight and a bound elsewhere.
 #pragma once
 
 #include "core/world/scene.h"

@@ -79,6 +79,80 @@ TEST(RestingTest, EveryShapeLiesOnEveryGround) {
   }
 }
 
+// --- Edges inside a surface
+// --------------------------------------------------------------------------------------------
+
+// A grid of 1 m cells; `height` of a vertex by its x.
+template <class Height>
+ShapePtr GridMesh(Height height) {
+  constexpr std::uint32_t kCells = 80;
+  TriangleMeshShape mesh;
+  for (std::uint32_t i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
+    const float x = static_cast<float>(i % (kCells + 1)) - 40, z = static_cast<float>(i / (kCells + 1)) - 40;
+    mesh.vertices.push_back({x, height(x), z});
+  }
+  for (std::uint32_t z = 0; z < kCells; ++z) {
+    for (std::uint32_t x = 0; x < kCells; ++x) {
+      const std::uint32_t a = z * (kCells + 1) + x, below = a + kCells + 1;
+      mesh.triangles.push_back({a, below, a + 1});
+      mesh.triangles.push_back({a + 1, below, below + 1});
+    }
+  }
+  return MakeShapePtr(std::move(mesh));
+}
+
+TEST(EdgeTest, FlatTrianglesAreAsSmoothAsAPlane) {
+  const ShapePtr mesh = GridMesh([](float) { return 0.0f; });
+  const ShapePtr field = MakeShapePtr(
+      HeightFieldShape{.columns = 81, .rows = 81, .spacing_m = 1, .heights_m = std::vector<float>(81 * 81, 0.0f)});
+  for (const ShapePtr& surface : {mesh, field}) {
+    for (const bool ball : {true, false}) {
+      World world({});
+      BodyDef ground = Static(1, surface), body = Dynamic(2, ball ? Ball(0.3) : Cube(0.3), {-30, 0.3, 0.37});
+      body.initial.linear_velocity = {8, 0, 0.5f};
+      if (ball) body.initial.angular_velocity = {0.5f / 0.3f, 0, -8 / 0.3f};
+      if (!ball) ground.material.friction = 0;
+      AddAll(world, {ground, body});
+      double highest = 0;
+      for (int i = 0; i < 300; ++i) {
+        world.Step(kDt);
+        highest = std::max(highest, world.StateOf(body.id).position.y);
+      }
+      EXPECT_LT(highest, 0.302) << ball;
+      EXPECT_NEAR(world.StateOf(body.id).position.x, 10, 0.02) << ball;
+      EXPECT_NEAR(world.StateOf(body.id).linear_velocity.x, 8, 0.02) << ball;
+    }
+  }
+}
+
+// Real edges stay: over a ridge and through a valley a ball keeps to the surface and to its energy.
+TEST(EdgeTest, RidgesAndValleysAreFollowed) {
+  const float slope = 0.1f;
+  const auto surface = [slope](auto x) { return x < 0 ? slope * x : x < 10 ? -slope * x : slope * (x - 20); };
+  const double stretch = std::sqrt(1 + slope * slope);
+  World world({});
+  BodyDef ball = Dynamic(2, Ball(0.3), {-8, -0.8 + 0.3 * stretch, 0.4});
+  ball.initial.linear_velocity = {4, 4 * slope, 0};
+  ball.initial.angular_velocity = {0, 0, static_cast<float>(-4 * stretch / 0.3)};
+  AddAll(world, {Static(1, GridMesh(surface)), ball});
+  double farthest = 0;
+  for (int i = 0; i < 600 && world.StateOf(ball.id).position.x < 18; ++i) {
+    world.Step(kDt);
+    const Vec3d p = world.StateOf(ball.id).position;
+    farthest = std::max(farthest, std::abs((p.y - surface(p.x)) / stretch - 0.3));
+  }
+  const Vec3d end = world.StateOf(ball.id).position;
+  EXPECT_GE(end.x, 18);
+  EXPECT_LT(farthest, 0.02);
+  // 7/10 v^2 + g h is kept, but for the velocity into the valley's other side, which is lost there.
+  const auto speed_squared = [&](double y) {
+    return 16 * stretch * stretch - kGravity * (y - ball.initial.position.y) / 0.7;
+  };
+  const double into_valley = std::sin(2 * std::atan(slope));
+  const double expected = speed_squared(end.y) - speed_squared(-1 + 0.3 * stretch) * into_valley * into_valley;
+  EXPECT_NEAR(LengthSquared(Vec3d(world.StateOf(ball.id).linear_velocity)), expected, 0.04 * expected);
+}
+
 // The same plane, seen from a region 100 km along it: a slanted one is where it would go wrong.
 TEST(RestingTest, PlaneIsWhereItIsFarFromItsOwnOrigin) {
   const Vec3d normal = Normalized(Vec3d{1, 2, 0});

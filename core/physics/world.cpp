@@ -151,6 +151,11 @@ void World::SetState(BodyId id, const BodyState& state) {
   impl_->RefreshBounds(body);
 }
 
+void World::Wake(BodyId id) {
+  impl_->At(id).Wake();
+  impl_->unsettled = true;
+}
+
 Aabb World::BoundsOf(BodyId id) const {
   btVector3 min, max;
   impl_->At(id).bullet().getAabb(min, max);

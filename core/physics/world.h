@@ -27,7 +27,8 @@ struct Settings {
   int solver_iterations = 10;
 };
 
-// What two touching bodies did to each other in the last step, summed over their contact points. body_a < body_b.
+// What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
+// rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
 struct Contact {
   BodyId body_a, body_b;
   Vec3d point;                                       // mean of the contact points, world space, m
@@ -37,7 +38,9 @@ struct Contact {
   Vec3f angular_impulse_on_a, angular_impulse_on_b;  // about each one's centre of mass, N m s
 };
 
-// A pair that began or ceased to touch (contact), or to overlap where one is a trigger. body_a < body_b.
+// A pair that began or ceased to touch (contact), or to overlap where one is a trigger. body_a < body_b. It touches
+// from a distance of 0 until it is 5 mm apart. Falling asleep ends nothing; removing a body ends its pairs in the next
+// step.
 struct PairEvent {
   BodyId body_a, body_b;
   bool trigger = false;
@@ -72,13 +75,17 @@ class World {
   // ------------------------------------------------------------------------------------------------ `StateOf` after
   // `SetState` gives what was set, up to float rounding of the local position.
   BodyState StateOf(BodyId id) const;
-  // Wakes the body and what it touches if the state moves it; a state that is `asleep` puts it to sleep.
+  // Wakes the body and what it touches if the state moves it; a state that is `asleep` puts it to sleep. A sleeper
+  // stays asleep if the state is the one it has, or creeps by less than it may sleep with. Contacts live on.
   void SetState(BodyId id, const BodyState& state);
   Aabb BoundsOf(BodyId id) const;    // of the shape as posed, world space
   double MassOf(BodyId id) const;    // kg; 0 when static
-  Vec3d InertiaOf(BodyId id) const;  // principal, local axes, kg m^2; 0 when static
+  Vec3d InertiaOf(BodyId id) const;  // principal, kg m^2, about the shape's axes unless it is lopsided; 0 when static
 
-  // --- Forces: act in the next step, then are forgotten. Wake the body.
+  // Wakes a body and, in the next step, all that it touches.
+  void Wake(BodyId id);
+
+  // --- Forces: act in the next step, then are forgotten. Wake the body, unless they are 0.
   // ---------------------------------------------------
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);
   // Impulses act at once.
@@ -94,7 +101,7 @@ class World {
 
   // --- Queries
   // -----------------------------------------------------------------------------------------------------------
-  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest
+  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle
   std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
   std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds
 

@@ -349,6 +349,16 @@ TEST(SleepTest, SameOrCreepingStateLetsThemSleepAndARealOneWakesThem) {
   EXPECT_EQ(world.asleep_count(), 1u);
 }
 
+TEST(SleepTest, WakeWakesTheIsland) {
+  World world({});
+  AddAll(world, Tower());
+  Simulate(world, 6);
+  ASSERT_EQ(world.asleep_count(), 4u);
+  world.Wake(BodyId(3));
+  world.Step(kDt);
+  EXPECT_EQ(world.asleep_count(), 1u);
+}
+
 TEST(SleepTest, IsPartOfAState) {
   World world({});
   BodyDef body = Dynamic(2, Ball(), {0, 10, 0});

@@ -19,8 +19,10 @@
 
 namespace tessera {
 
-// --- Shapes. All are centred on the body's origin, which is its centre of mass unless it is a compound.
-// -------------------
+// --- Shapes ----------------------------------------------------------------------------------------------------------
+// Each has coordinates of its own, in which joints' frames are given too. A static body's position is their origin. A dynamic
+// body's is its centre of mass at uniform density: the same point, but for a cone (a quarter of its height above the base), a
+// hull and a compound; `physics::CenterOfMass` tells.
 
 struct Shape;
 using ShapePtr = std::shared_ptr<const Shape>;  // shared by all bodies that look alike
@@ -75,8 +77,8 @@ struct Shape {
 
 struct Material {
   double friction = 0.5;  // Coulomb; a pair uses the geometric mean of its two
-  double rolling_friction = 0;
-  double spinning_friction = 0;
+  double rolling_friction = 0;   // m; a pair uses the larger
+  double spinning_friction = 0;  // m; a pair uses the larger
   double restitution = 0;  // 0 to 1; a pair uses the larger of its two
 };
 
@@ -108,8 +110,9 @@ struct BodyDef {
   BodyState initial;
 };
 
-// --- Joints. Frames are in each body's local space; the joint's own axes are those of frame_a.
-// ----------------------------
+// --- Joints ----------------------------------------------------------------------------------------------------------
+// Frames are in the coordinates of each body's shape. The joint's own axes are those of frame_a, and positions and velocities
+// along them those of body_b against body_a. In a joint to the world, the world takes the part of body_a.
 
 struct Limit {  // lower > upper: free
   double lower = 1, upper = -1;
