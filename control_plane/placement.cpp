@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
@@ -58,22 +59,52 @@ std::vector<std::size_t> Shares(std::size_t regions, std::span<const FreeHost> h
   return shares;
 }
 
-// Grows one patch of `size` bordering regions: from the free region with the fewest free neighbours (a corner), always
-// on to the one with most neighbours inside, then fewest outside, so that no free region is cut off.
+// True if the free regions other than `taken` hang together.
+bool StaysWhole(const Graph& graph, const std::vector<std::size_t>& host_of, std::size_t taken) {
+  std::vector<bool> open(graph.size());
+  for (std::size_t region = 0; region < graph.size(); ++region)
+    open[region] = host_of[region] == kNowhere && region != taken;
+  const auto first = std::find(open.begin(), open.end(), true);
+  if (first == open.end()) return true;
+  std::vector<std::size_t> front{static_cast<std::size_t>(first - open.begin())};
+  *first = false;
+  while (!front.empty()) {
+    const std::size_t region = front.back();
+    front.pop_back();
+    for (const std::size_t neighbor : graph[region]) {
+      if (!open[neighbor]) continue;
+      open[neighbor] = false;
+      front.push_back(neighbor);
+    }
+  }
+  return std::find(open.begin(), open.end(), true) == open.end();
+}
+
+// The next region of a patch: the free one with most neighbours inside, then fewest free ones outside (at first: a
+// corner), if that leaves the free regions in one piece. `inside`: each region's neighbours in the patch.
+std::size_t NextOfPatch(const Graph& graph, const std::vector<std::size_t>& host_of, const std::vector<int>& inside) {
+  std::vector<std::tuple<int, std::ptrdiff_t, std::size_t>> candidates;
+  for (std::size_t region = 0; region < graph.size(); ++region) {
+    if (host_of[region] != kNowhere) continue;
+    const auto free = std::count_if(graph[region].begin(), graph[region].end(),
+                                    [&](std::size_t neighbor) { return host_of[neighbor] == kNowhere; });
+    candidates.emplace_back(-inside[region], free, region);
+  }
+  std::sort(candidates.begin(), candidates.end());
+  for (const auto& [rank, free, region] : candidates) {
+    const bool grows = rank < 0 || std::get<0>(candidates.front()) == 0;
+    if (grows && StaysWhole(graph, host_of, region)) return region;
+  }
+  return std::get<2>(candidates.front());
+}
+
+// One patch of `size` bordering regions.
 void Grow(const Graph& graph, std::size_t host, std::size_t size, std::vector<std::size_t>& host_of) {
   std::vector<int> inside(graph.size(), 0);
   for (std::size_t placed = 0; placed < size; ++placed) {
-    std::size_t best = kNowhere;
-    std::pair<int, int> best_rank;
-    for (std::size_t region = 0; region < graph.size(); ++region) {
-      if (host_of[region] != kNowhere) continue;
-      const auto free = std::count_if(graph[region].begin(), graph[region].end(),
-                                      [&](std::size_t neighbor) { return host_of[neighbor] == kNowhere; });
-      const std::pair<int, int> rank(-inside[region], static_cast<int>(free));
-      if (best == kNowhere || rank < best_rank) best = region, best_rank = rank;
-    }
-    host_of[best] = host;
-    for (const std::size_t neighbor : graph[best]) ++inside[neighbor];
+    const std::size_t region = NextOfPatch(graph, host_of, inside);
+    host_of[region] = host;
+    for (const std::size_t neighbor : graph[region]) ++inside[neighbor];
   }
 }
 
