@@ -13,9 +13,10 @@ constexpr double kGain = 0.05;
 constexpr double kIntervalsBehind = 2, kJittersBehind = 3, kMaxDelay_s = 0.5;
 constexpr double kMaxGlide = 0.1;      // of the world's rate
 constexpr double kGlideTime_s = 0.5;   // in which an error is glided away, up to that
-constexpr double kJumpBeyond_s = 0.5;  // an error that gliding would take 5 s to mend
+constexpr double kJumpBeyond_s = 0.5;  // behind by what gliding would take 5 s to mend; it never goes back
+constexpr double kBrakeBeyond_s = 0.08, kBrakePer_s = 10;  // ahead by that much it brakes, fully .09 s further on
 // After the last arrival the line goes on for this long: then the world stands.
-constexpr double kMaxSilence_s = 0.5;
+constexpr double kMaxSilence_s = 0.25;
 
 double Seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -72,13 +73,14 @@ double PlayoutClock::Advance(TimePoint now) {
   const double target = std::max(0.0, HeadAt(now) - delay_ticks());
   const double passed = std::max(0.0, Seconds(now - shown_time_)) * rate_hz_;
   shown_time_ = now;
-  const double error = target - (shown_tick_ + passed);
-  if (std::abs(error) > kJumpBeyond_s * rate_hz_) {
+  const double ahead_s = (shown_tick_ + passed - target) / rate_hz_;
+  if (ahead_s < -kJumpBeyond_s) {
     ++jumps_;
-    shown_tick_ = std::max(shown_tick_, target);
-    return shown_tick_;
+    return shown_tick_ = target;
   }
-  const double glide = std::clamp(error / (kGlideTime_s * rate_hz_), -kMaxGlide, kMaxGlide);
+  double glide = std::clamp(-ahead_s / kGlideTime_s, -kMaxGlide, kMaxGlide);
+  // The world has slowed down or stands: nothing comes to be shown, so the moment brakes, to a halt if need be.
+  if (ahead_s > kBrakeBeyond_s) glide = std::max(-1.0, -kMaxGlide - (ahead_s - kBrakeBeyond_s) * kBrakePer_s);
   shown_tick_ += passed * (1 + glide);
   return shown_tick_;
 }

@@ -1,0 +1,367 @@
+// A client against a fake instance over real sockets. Time is the test's own: it stands while datagrams are on their
+// way, so nothing depends on how fast this machine is.
+#include "client_sdk/client.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "client_sdk/fake_instance.h"
+
+namespace tessera::client {
+namespace {
+
+using replication::BodyRecord;
+using replication::DepartureRecord;
+constexpr BodyId kBall{1};
+constexpr std::chrono::nanoseconds kTick{1'000'000'000 / kTickRate};
+
+BodyState Moving(double x, float speed) {
+  BodyState state;
+  state.position = {x, 1, 0};
+  state.linear_velocity = {speed, 0, 0};
+  return state;
+}
+
+struct ClientTest : testing::Test {
+  void Make(std::uint32_t regions) { instance = std::make_unique<FakeInstance>(regions); }
+  JoinOptions Options() const {
+    return {.control_address = instance->address,
+            .instance_id = FakeInstance::kId,
+            .player_name = "ada",
+            .bind_address = "127.0.0.1"};
+  }
+  void Join() {
+    auto joined = Client::Join(Options());
+    ASSERT_TRUE(joined.ok()) << joined.status();
+    client = *std::move(joined);
+  }
+  void PollOnce() {
+    instance->Service();
+    for (ClientEvent& event : client->Poll(now)) events.push_back(std::move(event));
+  }
+  // Polls until it is so; the test's clock stands unless `clock_runs`.
+  bool Until(const std::function<bool()>& done, bool clock_runs = false) {
+    const TimePoint limit = Clock::now() + std::chrono::seconds(30);
+    while (!done() && Clock::now() < limit) {
+      if (clock_runs) now += std::chrono::milliseconds(1);
+      PollOnce();
+    }
+    return done();
+  }
+  void Play() {
+    ASSERT_TRUE(Until([&] { return client->state() == ClientState::kWaiting; }));
+    for (const auto& region : instance->regions) region->Start(Tick(0));
+    ASSERT_TRUE(Until([&] { return client->state() == ClientState::kPlaying; }));
+  }
+  // Two ticks on; `snapshots` sends what the regions have, and the client takes it in.
+  void Advance(const std::function<void(Tick)>& snapshots) {
+    tick = tick + 2;
+    now += 2 * kTick;
+    snapshots(tick);
+    ASSERT_TRUE(Until([&] { return client->tick() == tick; })) << "tick " << tick;
+  }
+  int Count(ClientEvent::Kind kind) const {
+    return static_cast<int>(
+        std::count_if(events.begin(), events.end(), [&](const ClientEvent& e) { return e.kind == kind; }));
+  }
+  const ClientEvent* Find(ClientEvent::Kind kind) const {
+    const auto found = std::find_if(events.begin(), events.end(), [&](const ClientEvent& e) { return e.kind == kind; });
+    return found == events.end() ? nullptr : &*found;
+  }
+
+  std::unique_ptr<FakeInstance> instance;
+  std::unique_ptr<Client> client;
+  std::vector<ClientEvent> events;
+  TimePoint now{std::chrono::hours(1)};
+  Tick tick;
+};
+
+TEST_F(ClientTest, JoinsWaitsPlaysAndLeaves) {
+  Make(1);
+  Join();
+  EXPECT_EQ(client->state(), ClientState::kJoining);
+  EXPECT_EQ(client->player(), PlayerNumber(1));
+  EXPECT_EQ(client->own_body(), PlayerBodyId(PlayerNumber(1)));
+  EXPECT_EQ(client->scene().name, "plaza");
+  Play();
+  EXPECT_EQ(Count(ClientEvent::Kind::kStarted), 1);
+  EXPECT_TRUE(client->Leave().ok());
+  EXPECT_EQ(client->state(), ClientState::kEnded);
+  EXPECT_TRUE(client->reason().ok());
+  EXPECT_EQ(instance->left, 1);
+}
+
+TEST_F(ClientTest, ASceneIsFetchedOnce) {
+  Make(1);
+  Join();
+  Join();
+  EXPECT_LE(instance->scenes_fetched, 1);  // another test may have had it before
+}
+
+TEST_F(ClientTest, AnUnknownInstanceIsNamed) {
+  Make(1);
+  JoinOptions options = Options();
+  options.instance_id = "nowhere-3";
+  const auto joined = Client::Join(options);
+  EXPECT_EQ(joined.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(joined.status().message(), "instance nowhere-3: no such instance");
+}
+
+TEST_F(ClientTest, AFullInstanceSaysSo) {
+  Make(1);
+  instance->full = true;
+  const auto joined = Client::Join(Options());
+  EXPECT_EQ(joined.status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(joined.status().message(), "instance plaza-1: full: 64 players");
+}
+
+TEST_F(ClientTest, AWrongControlAddressIsNamed) {
+  const auto joined = Client::Join({.control_address = "127.0.0.1:1", .instance_id = "plaza-1", .player_name = ""});
+  EXPECT_EQ(joined.status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(std::string(joined.status().message()).rfind("control plane at 127.0.0.1:1: ", 0), 0u) << joined.status();
+}
+
+TEST_F(ClientTest, AnswersThatMakeNoSenseAreRefused) {
+  Make(2);
+  instance->wrong_hash = true;
+  EXPECT_EQ(Client::Join(Options()).status().code(), absl::StatusCode::kInternal);
+  instance->wrong_hash = false;
+  instance->forget_a_region = true;
+  EXPECT_EQ(Client::Join(Options()).status().message(), "the control plane's answer: regions: not those of the map");
+}
+
+TEST_F(ClientTest, ATokenOfAnotherKeyIsRefusedWithItsReason) {
+  Make(2);
+  instance->wrong_key = true;
+  Join();
+  ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
+  EXPECT_EQ(client->reason().code(), absl::StatusCode::kUnauthenticated);
+  ASSERT_NE(Find(ClientEvent::Kind::kEnded), nullptr);
+  EXPECT_NE(Find(ClientEvent::Kind::kEnded)->detail.find("refuses: connect token is damaged"), std::string::npos)
+      << Find(ClientEvent::Kind::kEnded)->detail;
+}
+
+TEST_F(ClientTest, ARegionThatTakesItForSomebodyElseEndsIt) {
+  Make(1);
+  instance->regions[0]->welcome_as = PlayerNumber(9);
+  Join();
+  ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
+  EXPECT_EQ(client->reason().code(), absl::StatusCode::kInternal);
+}
+
+TEST_F(ClientTest, ARegionThatDoesNotAnswerIsNamed) {
+  Make(2);
+  const std::uint16_t port = instance->regions[1]->port();
+  Join();
+  instance->regions.pop_back();
+  ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }, true));
+  EXPECT_EQ(client->reason().code(), absl::StatusCode::kDeadlineExceeded);
+  EXPECT_EQ(client->reason().message(), "region 2 at 127.0.0.1:" + std::to_string(port) + " does not answer");
+}
+
+TEST_F(ClientTest, AnInstanceThatStopsEndsItInOrder) {
+  Make(2);
+  Join();
+  Play();
+  for (const auto& region : instance->regions) region->Stop("deleted");
+  ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
+  EXPECT_TRUE(client->reason().ok());
+  EXPECT_EQ(Find(ClientEvent::Kind::kEnded)->detail, "the instance ends: deleted");
+}
+
+TEST_F(ClientTest, SeesBodiesAppearMoveAndVanish) {
+  Make(1);
+  Join();
+  Play();
+  for (int i = 0; i < 20; ++i) {
+    const std::vector<BodyRecord> bodies = {{kBall, Epoch(1), Moving(0.1 * i, 3)}};
+    Advance([&](Tick t) { instance->regions[0]->Snapshot(t, bodies); });
+    ASSERT_EQ(client->World().size(), 1u);
+    EXPECT_NEAR(client->World().at(kBall).state.position.x, 0.1 * i, 1.0 / 2048 + 1e-9);
+  }
+  const std::vector<DepartureRecord> departures = {{kBall, Epoch(1), RegionId()}};
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, {}, departures); });
+  EXPECT_TRUE(client->World().empty());
+  EXPECT_EQ(Count(ClientEvent::Kind::kAppeared), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+  const ClientStats stats = client->Stats();
+  EXPECT_GE(stats.full_records, 1u);
+  EXPECT_GE(stats.delta_records, 15u);
+  EXPECT_EQ(stats.full_records + stats.delta_records, 20u);
+  EXPECT_EQ(stats.decode_errors, 0u);
+  EXPECT_EQ(stats.datagrams_lost, 0u);
+  EXPECT_GT(stats.bytes_in_per_s, 0);
+  EXPECT_GT(stats.frame_time.count, 20u);
+}
+
+// A ball rolls from one region into the other, which takes it over at tick 60; datagrams are lost on both ways.
+TEST_F(ClientTest, TwoRegionsAreOneWorldThroughAHandover) {
+  Make(2);
+  Join();
+  Play();
+  instance->regions[0]->drop_share = 0.3;
+  constexpr double kSpeed = 4;
+  for (int i = 0; i < 90; ++i) {
+    tick = tick + 2;
+    now += 2 * kTick;
+    const double x = kSpeed * static_cast<double>(tick.value()) / kTickRate - 4;
+    const bool east = tick >= Tick(60);
+    const std::vector<BodyRecord> ball = {{kBall, Epoch(east ? 2 : 1), Moving(x, kSpeed)}};
+    const std::vector<DepartureRecord> leaves = {{kBall, Epoch(1), RegionId(2)}};
+    if (east) {
+      instance->regions[0]->Snapshot(tick, {}, tick == Tick(60) ? leaves : std::vector<DepartureRecord>());
+      instance->regions[1]->Snapshot(tick, ball);
+    } else {
+      instance->regions[0]->Snapshot(tick, ball);
+      instance->regions[1]->Snapshot(tick, {});
+    }
+    ASSERT_TRUE(Until([&] { return client->tick() == tick; }));
+    for (int more = 0; more < 3; ++more) PollOnce();
+    if (i < 3) continue;  // by then it has been heard of, whatever was lost
+    ASSERT_EQ(client->World().size(), 1u) << "tick " << tick;
+    ASSERT_EQ(client->Interpolated(now).size(), 1u);
+  }
+  EXPECT_EQ(client->World().at(kBall).region, RegionId(2));
+  EXPECT_EQ(client->World().at(kBall).epoch, Epoch(2));
+  EXPECT_EQ(Count(ClientEvent::Kind::kAppeared), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 0);
+  EXPECT_GT(client->Stats().datagrams_lost, 5u);
+}
+
+// Shown at 144 Hz between snapshots at 30: the ball is where it was `lag` ago, with one and the same lag, to a
+// millimetre.
+TEST_F(ClientTest, InterpolationFollowsTheTruthSmoothly) {
+  Make(1);
+  Join();
+  Play();
+  constexpr double kSpeed = 5;
+  const TimePoint start = now;
+  const auto seconds = [&](TimePoint t) { return std::chrono::duration<double>(t - start).count(); };
+  TimePoint next_snapshot = start;
+  double previous_x = 0, least_lag = 1e9, most_lag = 0;
+  int frames = 0;
+  for (int frame = 0; frame < 144 * 6; ++frame) {
+    now = start + frame * std::chrono::nanoseconds(1'000'000'000 / 144);
+    if (now >= next_snapshot) {
+      tick = tick + 2;
+      next_snapshot += 2 * kTick;
+      const double truth = kSpeed * static_cast<double>(tick.value()) / kTickRate - 20;
+      const std::vector<BodyRecord> ball = {{kBall, Epoch(1), Moving(truth, kSpeed)}};
+      instance->regions[0]->Snapshot(tick, ball);
+      ASSERT_TRUE(Until([&] { return client->tick() == tick; }));
+    }
+    PollOnce();
+    const std::vector<ShownBody> shown = client->Interpolated(now);
+    ASSERT_EQ(shown.size(), 1u);
+    const double x = shown[0].pose.position.x;
+    if (seconds(now) > 2) {
+      const double lag = seconds(now) - (x + 20) / kSpeed;
+      least_lag = std::min(least_lag, lag);
+      most_lag = std::max(most_lag, lag);
+      EXPECT_NEAR((x - previous_x) * 144, kSpeed, 0.15 * kSpeed);  // quantised to 1 mm, seen over 7 ms
+      ++frames;
+    }
+    previous_x = x;
+  }
+  EXPECT_GT(frames, 500);
+  EXPECT_LT(most_lag - least_lag, 0.002);
+  EXPECT_EQ(client->Stats().extrapolations, 0u);
+  EXPECT_EQ(client->Stats().playout_jumps, 0u);
+}
+
+TEST_F(ClientTest, InputsGoToTheOwnerOfTheOwnBody) {
+  Make(2);
+  Join();
+  Play();
+  const std::uint32_t first = client->Move({1, 2, 3}, {4, 5, 6});
+  ASSERT_TRUE(
+      Until([&] { return !instance->regions[0]->inputs.empty() && !instance->regions[1]->inputs.empty(); }, true));
+  EXPECT_EQ(instance->regions[0]->inputs[0].number, first);  // to both, while nobody is known to own it
+  EXPECT_EQ(instance->regions[0]->inputs[0].force_n, Vec3f(1, 2, 3));
+  EXPECT_EQ(instance->regions[0]->inputs[0].torque_nm, Vec3f(4, 5, 6));
+
+  const std::vector<BodyRecord> own = {{client->own_body(), Epoch(1), Moving(0, 0)}};
+  Advance([&](Tick t) {
+    instance->regions[0]->Snapshot(t, {});
+    instance->regions[1]->Snapshot(t, own);
+  });
+  ASSERT_TRUE(Until([&] { return client->World().contains(client->own_body()); }));
+  const std::size_t west = instance->regions[0]->inputs.size(), east = instance->regions[1]->inputs.size();
+  const TimePoint from = now;
+  while (now - from < std::chrono::seconds(1)) {
+    now += std::chrono::milliseconds(5);
+    PollOnce();
+  }
+  ASSERT_TRUE(Until([&] { return instance->regions[1]->inputs.size() >= east + 60; }));
+  EXPECT_LE(instance->regions[0]->inputs.size(), west + 8);   // those that were on their way
+  EXPECT_LE(instance->regions[1]->inputs.size(), east + 62);  // one a tick, however often it polls
+  std::set<std::uint32_t> numbers;
+  for (const auto& input : instance->regions[1]->inputs) EXPECT_TRUE(numbers.insert(input.number).second);
+
+  client->Move({}, {});
+  for (int i = 0; i < 200; ++i) PollOnce();
+  const std::size_t after = instance->regions[1]->inputs.size();
+  now += std::chrono::seconds(1);
+  for (int i = 0; i < 200; ++i) PollOnce();
+  EXPECT_EQ(instance->regions[1]->inputs.size(), after);
+}
+
+TEST_F(ClientTest, MovingAForeignBodyComesBackAsAnEvent) {
+  Make(1);
+  Join();
+  Play();
+  const std::vector<BodyRecord> ball = {{kBall, Epoch(1), Moving(0, 0)}};
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, ball); });
+  const std::uint32_t number = client->MoveBody(kBall, {1, 0, 0}, {});
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kInputRefused) == 1; }));
+  const ClientEvent& refused = *Find(ClientEvent::Kind::kInputRefused);
+  EXPECT_EQ(refused.body, kBall);
+  EXPECT_EQ(refused.input_number, number);
+  EXPECT_EQ(refused.detail, "not yours");
+  EXPECT_TRUE(instance->regions[0]->inputs.empty());
+  EXPECT_EQ(client->Stats().inputs_refused, 1u);
+}
+
+TEST_F(ClientTest, ARegionThatRestartsIsFoundAgain) {
+  Make(2);
+  Join();
+  Play();
+  const std::vector<BodyRecord> both = {{kBall, Epoch(1), Moving(0, 0)}, {BodyId(2), Epoch(1), Moving(5, 0)}};
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, both); });
+  ASSERT_EQ(client->World().size(), 2u);
+  instance->Restart(0);
+  instance->regions[0]->started = true;
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }, true));
+  EXPECT_EQ(client->World().size(), 2u);
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 1; }, true));
+  // It comes back with one of the two: the other one is not there any more.
+  const std::vector<BodyRecord> one = {{kBall, Epoch(1), Moving(1, 0)}};
+  for (int i = 0; i < 70; ++i) Advance([&](Tick t) { instance->regions[0]->Snapshot(t, one); });
+  EXPECT_EQ(client->World().size(), 1u);
+  EXPECT_TRUE(client->World().contains(kBall));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+  EXPECT_EQ(client->Stats().regions[0].reconnects, 1u);
+}
+
+TEST_F(ClientTest, FollowsANewMapAndIgnoresAnOlderOne) {
+  Make(2);
+  Join();
+  Play();
+  const auto next = [&](std::uint64_t version) {
+    const auto cells = instance->map.cells();
+    const auto regions = instance->map.regions();
+    return *PartitionMap::Create(MapVersion(version), instance->map.bounds(), {cells.begin(), cells.end()},
+                                 {regions.begin(), regions.end()});
+  };
+  instance->regions[0]->TellMap(next(7));
+  ASSERT_TRUE(Until([&] { return client->map().version() == MapVersion(7); }));
+  instance->regions[0]->TellMap(next(6));
+  instance->regions[0]->TellMap(next(8));
+  ASSERT_TRUE(Until([&] { return client->map().version() == MapVersion(8); }));
+  EXPECT_EQ(Count(ClientEvent::Kind::kMapChanged), 2);
+}
+
+}  // namespace
+}  // namespace tessera::client

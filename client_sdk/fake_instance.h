@@ -1,0 +1,256 @@
+// Test double of an instance: a control plane's SessionService on a loopback port, and regions that speak the real
+// protocol over real sockets but whose worlds the test moves by hand.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/replication/input.h"
+#include "core/replication/snapshot.h"
+#include "core/world/partition_io.h"
+#include "core/world/scene_io.h"
+#include "net/connect_token.h"
+#include "net/endpoint.h"
+#include "tessera/v1/game.pb.h"
+#include "tessera/v1/session.grpc.pb.h"
+
+namespace tessera::client {
+
+constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
+
+// One region. Poll with Service; what clients send is gathered.
+class FakeRegion {
+ public:
+  FakeRegion(RegionId self, const Scene& scene, const PartitionMap& map, const net::InstanceKey& key,
+             std::string instance_id, std::uint16_t port = 0)
+      : self_(self),
+        map_(map),
+        key_(key),
+        instance_id_(std::move(instance_id)),
+        endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
+        history_(scene.bounds, {}) {}
+
+  std::uint16_t port() const { return endpoint_->port(); }
+  std::size_t clients() const { return senders_.size(); }
+
+  bool started = false;
+  std::optional<v1::RegionRefusal> refuse_all;
+  PlayerNumber welcome_as;                        // somebody else, where set
+  std::vector<replication::InputCommand> inputs;  // new ones, as they came
+  double drop_share = 0;                          // of snapshot datagrams; every n-th
+
+  void Service() {
+    for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
+      if (event.kind == net::Event::Kind::kDisconnected) senders_.erase(event.peer);
+      if (event.kind != net::Event::Kind::kMessage) continue;
+      if (event.delivery == net::Delivery::kReliable) {
+        OnHello(event);
+      } else {
+        OnInput(event);
+      }
+    }
+  }
+  void Start(Tick tick) {
+    started = true;
+    v1::RegionControl message;
+    message.mutable_started()->set_tick(tick.value());
+    TellAll(message);
+  }
+  void Stop(const std::string& why) {
+    v1::RegionControl message;
+    message.mutable_stopping()->set_reason(why);
+    TellAll(message);
+    for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
+    senders_.clear();
+  }
+  void TellMap(const PartitionMap& map) {
+    v1::RegionControl message;
+    *message.mutable_map() = ToProto(map);
+    TellAll(message);
+  }
+  void Snapshot(Tick tick, std::span<const replication::BodyRecord> bodies,
+                std::span<const replication::DepartureRecord> departures = {}) {
+    history_.Push(tick, bodies, departures);
+    for (auto& [peer, sender] : senders_) {
+      for (const net::Bytes& bytes : sender.Write(history_, last_input_, 0).datagrams) {
+        dropped_ += drop_share;
+        if (dropped_ >= 1) {
+          dropped_ -= 1;
+          continue;
+        }
+        (void)endpoint_->Send(peer, net::Delivery::kUnsequenced, bytes);
+      }
+    }
+    endpoint_->Flush();
+  }
+
+ private:
+  void Tell(net::PeerHandle peer, const v1::RegionControl& message) {
+    const std::string bytes = message.SerializeAsString();
+    (void)endpoint_->Send(peer, net::Delivery::kReliable,
+                          {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  }
+  void TellAll(const v1::RegionControl& message) {
+    for (const auto& [peer, sender] : senders_) Tell(peer, message);
+    endpoint_->Flush();
+  }
+  void Refuse(net::PeerHandle peer, v1::RefusalReason reason, const std::string& detail) {
+    v1::RegionControl message;
+    message.mutable_refusal()->set_reason(reason);
+    message.mutable_refusal()->set_detail(detail);
+    Tell(peer, message);
+    endpoint_->Disconnect(peer);
+  }
+
+  void OnHello(const net::Event& event) {
+    v1::ClientControl control;
+    if (!control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size()))) return;
+    if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
+    const std::string& sealed = control.hello().connect_token();
+    const auto token =
+        net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, instance_id_, key_, 1000);
+    if (!token.ok()) {
+      return Refuse(event.peer, v1::REFUSAL_REASON_BAD_TOKEN, std::string(token.status().message()));
+    }
+    senders_.emplace(event.peer, replication::SnapshotSender({}));
+    players_[event.peer] = token->player;
+    v1::RegionControl message;
+    v1::RegionWelcome& welcome = *message.mutable_welcome();
+    welcome.set_region(self_.value());
+    welcome.set_incarnation(1);
+    welcome.set_player(welcome_as != PlayerNumber() ? welcome_as.value() : token->player.value());
+    welcome.set_tick_rate_hz(kTickRate);
+    welcome.set_snapshot_rate_hz(kSnapshotRate);
+    welcome.set_started(started);
+    *welcome.mutable_map() = ToProto(map_);
+    Tell(event.peer, message);
+  }
+
+  void OnInput(const net::Event& event) {
+    const auto sender = senders_.find(event.peer);
+    const auto message = replication::DecodeInput(event.bytes);
+    if (sender == senders_.end() || !message.ok()) return;
+    EXPECT_TRUE(sender->second.Acknowledge(message->ack).ok());
+    for (const replication::InputCommand& input : message->inputs) {
+      if (input.number <= last_input_) continue;
+      last_input_ = input.number;
+      if (input.body == PlayerBodyId(players_[event.peer])) {
+        inputs.push_back(input);
+        continue;
+      }
+      v1::RegionControl refused;
+      refused.mutable_input_refused()->set_body(input.body.value());
+      refused.mutable_input_refused()->set_input_number(input.number);
+      refused.mutable_input_refused()->set_detail("not yours");
+      Tell(event.peer, refused);
+    }
+  }
+
+  RegionId self_;
+  PartitionMap map_;
+  net::InstanceKey key_;
+  std::string instance_id_;
+  std::unique_ptr<net::Endpoint> endpoint_;
+  replication::SnapshotHistory history_;
+  std::map<net::PeerHandle, replication::SnapshotSender> senders_;
+  std::map<net::PeerHandle, PlayerNumber> players_;
+  std::uint32_t last_input_ = 0;
+  double dropped_ = 0;
+};
+
+class FakeInstance : public v1::SessionService::Service {
+ public:
+  static constexpr const char* kId = "plaza-1";
+
+  explicit FakeInstance(std::uint32_t count) {
+    const auto written = ParseScene(R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+      bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } }
+      player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
+                                    "plaza.textproto");
+    EXPECT_TRUE(written.ok()) << written.status();
+    scene_bytes_ = written->SerializeAsString();
+    scene_hash_ = SceneHash(*written);
+    scene = *ResolveScene(*written, "plaza.textproto");
+    map = *MakeGridMap(scene->ground(), count);
+    for (std::uint32_t i = 1; i <= count; ++i) {
+      regions.push_back(std::make_unique<FakeRegion>(RegionId(i), *scene, map, key_, kId));
+    }
+    grpc::ServerBuilder builder;
+    int port = 0;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(this);
+    server_ = builder.BuildAndStart();
+    address = "127.0.0.1:" + std::to_string(port);
+  }
+  ~FakeInstance() override { server_->Shutdown(); }
+
+  // Replaces a region by a new process on the same port.
+  void Restart(std::size_t index) {
+    const std::uint16_t port = regions[index]->port();
+    regions[index].reset();
+    regions[index] = std::make_unique<FakeRegion>(map.regions()[index].id, *scene, map, key_, kId, port);
+  }
+  void Service() {
+    for (const auto& region : regions) region->Service();
+  }
+
+  grpc::Status JoinInstance(grpc::ServerContext*, const v1::JoinInstanceRequest* request,
+                            v1::JoinInstanceResponse* response) override {
+    if (request->instance_id() != kId) return {grpc::StatusCode::NOT_FOUND, "instance_id: no instance"};
+    if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
+    const PlayerNumber player(++players_);
+    const auto token = net::Seal({kId, player, 2000}, wrong_key ? net::MakeInstanceKey() : key_);
+    response->set_player(player.value());
+    response->set_connect_token(std::string(token.begin(), token.end()));
+    *response->mutable_map() = ToProto(map);
+    for (std::size_t i = 0; i < regions.size(); ++i) {
+      v1::RegionAddress& address_of = *response->add_regions();
+      address_of.set_region(map.regions()[i].id.value());
+      address_of.set_host("127.0.0.1");
+      address_of.set_game_port(regions[i]->port());
+    }
+    if (forget_a_region) response->mutable_regions()->RemoveLast();
+    response->set_scene_hash(wrong_hash ? std::string(64, '0') : scene_hash_);
+    response->set_tick_rate_hz(kTickRate);
+    response->set_snapshot_rate_hz(kSnapshotRate);
+    return grpc::Status::OK;
+  }
+  grpc::Status GetScene(grpc::ServerContext*, const v1::GetSceneRequest*, v1::GetSceneResponse* response) override {
+    ++scenes_fetched;
+    response->set_scene(scene_bytes_);
+    return grpc::Status::OK;
+  }
+  grpc::Status LeaveInstance(grpc::ServerContext*, const v1::LeaveInstanceRequest* request,
+                             v1::LeaveInstanceResponse*) override {
+    const std::string& sealed = request->connect_token();
+    if (!net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000).ok()) {
+      return {grpc::StatusCode::UNAUTHENTICATED, "token"};
+    }
+    ++left;
+    return grpc::Status::OK;
+  }
+
+  std::shared_ptr<const Scene> scene;
+  PartitionMap map;
+  std::vector<std::unique_ptr<FakeRegion>> regions;
+  std::string address;
+  // Set before Join, read after: gRPC's threads run in between.
+  bool full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
+  int scenes_fetched = 0, left = 0;
+
+ private:
+  net::InstanceKey key_ = net::MakeInstanceKey();
+  std::string scene_bytes_, scene_hash_;
+  std::uint32_t players_ = 0;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+}  // namespace tessera::client

@@ -1,0 +1,113 @@
+#include "client_sdk/playout_clock.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <random>
+
+namespace tessera::client {
+namespace {
+
+using std::chrono::duration_cast;
+using std::chrono::nanoseconds;
+constexpr double kTickRate = 60, kSnapshotRate = 30, kFrameRate = 144;
+
+// Runs a world whose snapshots arrive after a delay of their own, and frames that show it.
+struct Showing {
+  PlayoutClock clock{kTickRate, kSnapshotRate};
+  std::chrono::steady_clock::time_point zero{std::chrono::hours(5)};
+  double shown = 0, worst_lag_s = 0, least_lag_s = 1e9, worst_speed_error = 0;
+
+  auto At(double seconds) const { return zero + duration_cast<nanoseconds>(std::chrono::duration<double>(seconds)); }
+
+  // `rate(t)`: the world's ticks a second; `delay(n)`: of snapshot n in seconds. Measures from `settle_s` on.
+  void Go(double seconds, double settle_s, const std::function<double(double)>& rate,
+          const std::function<double(int)>& delay) {
+    std::multimap<double, Tick> in_flight;
+    double world_tick = 100, next_snapshot = world_tick, last_shown = 0;
+    int number = 0;
+    for (int frame = 0; frame < static_cast<int>(seconds * kFrameRate); ++frame) {
+      const double t = frame / kFrameRate;
+      for (; next_snapshot <= world_tick; next_snapshot += kTickRate / kSnapshotRate) {
+        in_flight.emplace(t + delay(number++), Tick(static_cast<std::uint64_t>(next_snapshot)));
+      }
+      for (auto at = in_flight.begin(); at != in_flight.end() && at->first <= t; at = in_flight.erase(at)) {
+        clock.Arrived(At(t), at->second);
+      }
+      shown = clock.Advance(At(t));
+      ASSERT_GE(shown, last_shown) << "went back at " << t;
+      if (t > settle_s) {
+        const double lag_s = (world_tick - shown) / rate(t);
+        worst_lag_s = std::max(worst_lag_s, lag_s);
+        least_lag_s = std::min(least_lag_s, lag_s);
+        const double speed = (shown - last_shown) * kFrameRate / rate(t);
+        worst_speed_error = std::max(worst_speed_error, std::abs(speed - 1));
+      }
+      last_shown = shown;
+      world_tick += rate(t) / kFrameRate;
+    }
+  }
+};
+
+TEST(PlayoutClockTest, RunsSteadilyTwoSnapshotsBehind) {
+  Showing run;
+  run.Go(
+      10, 2, [](double) { return kTickRate; }, [](int) { return 0.02; });
+  EXPECT_EQ(run.clock.jumps(), 0u);
+  EXPECT_LT(run.worst_speed_error, 0.03);
+  EXPECT_GT(run.least_lag_s, 0.07);  // 20 ms on the way, two intervals of 33 ms, half an interval's sawtooth either way
+  EXPECT_LT(run.worst_lag_s, 0.16);
+  EXPECT_NEAR(run.clock.tick_rate_hz(), kTickRate, 1);
+}
+
+TEST(PlayoutClockTest, JitterDeepensTheDelay) {
+  Showing calm, rough;
+  std::mt19937 random(1);
+  calm.Go(
+      10, 2, [](double) { return kTickRate; }, [](int) { return 0.02; });
+  rough.Go(
+      10, 2, [](double) { return kTickRate; },
+      [&](int) { return std::uniform_real_distribution<double>(0, 0.08)(random); });
+  EXPECT_GT(rough.clock.jitter_s(), 2 * calm.clock.jitter_s());
+  EXPECT_GT(rough.clock.delay_s(), calm.clock.delay_s() + 0.02);
+  EXPECT_LE(rough.worst_speed_error, 0.15);
+  EXPECT_EQ(rough.clock.jumps(), 0u);
+}
+
+TEST(PlayoutClockTest, FollowsAWorldThatSlowsDown) {
+  Showing run;
+  run.Go(
+      20, 11, [](double t) { return t < 5 ? kTickRate : kTickRate / 2; }, [](int) { return 0.02; });
+  EXPECT_NEAR(run.clock.tick_rate_hz(), kTickRate / 2, 1.5);
+  EXPECT_LT(run.worst_speed_error, 0.12);
+  EXPECT_GT(run.least_lag_s, 0.02);
+  EXPECT_LT(run.worst_lag_s, 0.35);
+}
+
+TEST(PlayoutClockTest, AWorldThatStandsIsNotRunAwayFrom) {
+  Showing run;
+  run.Go(
+      6, 5, [](double t) { return t < 2 ? kTickRate : 1e-9; }, [](int) { return 0.02; });
+  const double last_tick = 100 + 2 * kTickRate;
+  EXPECT_LT(run.shown, last_tick + 0.6 * kTickRate);  // at most the silence that it bridges
+}
+
+TEST(PlayoutClockTest, AfterAGapItJumpsOnceAndGoesOn) {
+  Showing run;
+  run.Go(
+      12, 8, [](double) { return kTickRate; }, [](int n) { return n >= 90 && n < 150 ? 1e9 : 0.02; });  // 2 s lost
+  EXPECT_LE(run.clock.jumps(), 2u);
+  EXPECT_LT(run.worst_speed_error, 0.05);
+  EXPECT_LT(run.worst_lag_s, 0.2);
+}
+
+TEST(PlayoutClockTest, BeforeAnythingCameThereIsNoMoment) {
+  PlayoutClock clock(kTickRate, kSnapshotRate);
+  EXPECT_FALSE(clock.started());
+  EXPECT_EQ(clock.Advance(std::chrono::steady_clock::time_point()), 0);
+}
+
+}  // namespace
+}  // namespace tessera::client

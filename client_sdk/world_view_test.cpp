@@ -1,0 +1,159 @@
+#include "client_sdk/world_view.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace tessera::client {
+namespace {
+
+using replication::BodyRecord;
+using replication::DepartureRecord;
+using replication::ReceivedSnapshot;
+constexpr RegionId kWest{1}, kEast{2};
+constexpr BodyId kBall{7};
+const TimePoint kNow{std::chrono::hours(1)};
+
+BodyState StateAt(double x, float speed = 0) {
+  BodyState state;
+  state.position.x = x;
+  state.linear_velocity.x = speed;
+  return state;
+}
+
+struct WorldViewTest : testing::Test {
+  void Body(RegionId from, std::uint64_t tick, std::uint32_t epoch, const BodyState& state) {
+    ReceivedSnapshot snapshot;
+    snapshot.tick = Tick(tick);
+    snapshot.bodies.push_back({kBall, Epoch(epoch), state});
+    view.Take(kNow, from, snapshot, events);
+  }
+  void Departs(RegionId from, std::uint64_t tick, std::uint32_t epoch, RegionId to) {
+    ReceivedSnapshot snapshot;
+    snapshot.tick = Tick(tick);
+    snapshot.departures.push_back({kBall, Epoch(epoch), to});
+    view.Take(kNow, from, snapshot, events);
+  }
+  const SeenBody* Ball() const {
+    const auto found = view.bodies().find(kBall);
+    return found == view.bodies().end() ? nullptr : &found->second;
+  }
+  int Count(ClientEvent::Kind kind) const {
+    return static_cast<int>(
+        std::count_if(events.begin(), events.end(), [&](const ClientEvent& e) { return e.kind == kind; }));
+  }
+  double ShownAt(double tick) { return view.At(tick, 60).at(0).pose.position.x; }
+
+  WorldView view{60, 2};
+  std::vector<ClientEvent> events;
+};
+
+TEST_F(WorldViewTest, TheHigherEpochCountsThenTheLaterTick) {
+  Body(kWest, 10, 1, StateAt(1));
+  Body(kWest, 8, 1, StateAt(2));  // late
+  EXPECT_EQ(Ball()->state.position.x, 1);
+  Body(kEast, 9, 2, StateAt(3));  // an earlier tick, of a newer ownership
+  EXPECT_EQ(Ball()->state.position.x, 3);
+  EXPECT_EQ(Ball()->region, kEast);
+  Body(kWest, 12, 1, StateAt(4));
+  EXPECT_EQ(Ball()->state.position.x, 3);
+  EXPECT_EQ(Count(ClientEvent::Kind::kAppeared), 1);
+}
+
+TEST_F(WorldViewTest, AHandoverNeitherVanishesNorAppears) {
+  view.RegionBegins(kNow, kWest);
+  view.RegionBegins(kNow, kEast);
+  Body(kWest, 10, 1, StateAt(1));
+  Departs(kWest, 12, 1, kEast);
+  EXPECT_NE(Ball(), nullptr);
+  EXPECT_EQ(Ball()->region, kEast);  // whom inputs must go to from now on
+  Body(kEast, 12, 2, StateAt(2));
+  view.Expire(kNow + std::chrono::hours(1), events);
+  EXPECT_NE(Ball(), nullptr);
+  EXPECT_EQ(events.size(), 1u);
+}
+
+TEST_F(WorldViewTest, ANewOwnerMayBeHeardBeforeTheOldOneTakesLeave) {
+  Body(kWest, 10, 1, StateAt(1));
+  Body(kEast, 12, 2, StateAt(2));
+  Departs(kWest, 12, 1, kEast);
+  view.Expire(kNow + std::chrono::hours(1), events);
+  EXPECT_EQ(Ball()->state.position.x, 2);
+  EXPECT_EQ(events.size(), 1u);
+}
+
+TEST_F(WorldViewTest, ABodyThatNobodyTakesUpVanishesAfterAWhile) {
+  view.RegionBegins(kNow, kEast);
+  Body(kWest, 10, 1, StateAt(1));
+  Departs(kWest, 12, 1, kEast);
+  view.Expire(kNow + WorldView::kGrace / 2, events);
+  EXPECT_NE(Ball(), nullptr);
+  view.Expire(kNow + WorldView::kGrace, events);
+  EXPECT_EQ(Ball(), nullptr);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+}
+
+TEST_F(WorldViewTest, ARemovedBodyVanishesAtOnceAndStaysAway) {
+  Body(kWest, 10, 1, StateAt(1));
+  Body(kEast, 12, 2, StateAt(2));
+  Departs(kEast, 14, 2, RegionId());
+  EXPECT_EQ(Ball(), nullptr);
+  Body(kWest, 11, 1, StateAt(1));  // of an ownership long ended, late
+  Body(kEast, 13, 2, StateAt(2));
+  EXPECT_EQ(Ball(), nullptr);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+  Body(kWest, 20, 3, StateAt(5));
+  EXPECT_NE(Ball(), nullptr);
+}
+
+TEST_F(WorldViewTest, ARegionThatBeginsAnewNamesWhatItStillHas) {
+  view.RegionBegins(kNow, kWest);
+  Body(kWest, 10, 1, StateAt(1));
+  view.RegionLost(kWest);
+  view.Expire(kNow + std::chrono::hours(1), events);
+  EXPECT_NE(Ball(), nullptr);  // stands still while its region is silent
+  view.RegionBegins(kNow, kWest);
+  view.Expire(kNow + WorldView::kGrace, events);
+  EXPECT_EQ(Ball(), nullptr);
+}
+
+TEST_F(WorldViewTest, BetweenTwoStatesItIsBetweenThem) {
+  Body(kWest, 10, 1, StateAt(0, 6));
+  Body(kWest, 12, 1, StateAt(0.2, 6));
+  EXPECT_NEAR(ShownAt(10), 0, 1e-12);
+  EXPECT_NEAR(ShownAt(11), 0.1, 1e-12);
+  EXPECT_NEAR(ShownAt(12), 0.2, 1e-12);
+  EXPECT_EQ(view.extrapolations(), 0u);
+}
+
+TEST_F(WorldViewTest, BeyondTheNewestItGoesOnAlongItsVelocityForAWhile) {
+  Body(kWest, 10, 1, StateAt(0, 6));
+  EXPECT_NEAR(ShownAt(13), 0.3, 1e-6);
+  EXPECT_TRUE(view.At(13, 60).at(0).extrapolated);
+  EXPECT_NEAR(ShownAt(1000), 6 * 0.25, 1e-6);  // no further than kMaxExtrapolation
+  EXPECT_EQ(view.extrapolations(), 3u);
+}
+
+TEST_F(WorldViewTest, ABodyAtRestStandsUntilItIsWoken) {
+  Body(kWest, 10, 1, StateAt(1));
+  EXPECT_EQ(ShownAt(100), 1);
+  Body(kWest, 200, 1, StateAt(1.5, 3));
+  EXPECT_NEAR(ShownAt(150), 1, 1e-12);  // not on its way since tick 10
+  EXPECT_NEAR(ShownAt(198), 1, 1e-12);
+  EXPECT_NEAR(ShownAt(199), 1.25, 1e-12);
+  EXPECT_EQ(view.extrapolations(), 0u);
+}
+
+TEST_F(WorldViewTest, OrientationTakesTheShorterArc) {
+  BodyState from = StateAt(0), to = StateAt(0);
+  from.angular_velocity = to.angular_velocity = {0, 1, 0};
+  const float angle = 0.4f;
+  to.orientation = {0, -std::sin(angle / 2), 0, -std::cos(angle / 2)};  // the same rotation, opposite sign
+  Body(kWest, 10, 1, from);
+  Body(kWest, 12, 1, to);
+  const Quatd q = view.At(11, 60).at(0).pose.orientation;
+  EXPECT_NEAR(2 * std::atan2(std::abs(q.y), std::abs(q.w)), angle / 2, 1e-3);
+}
+
+}  // namespace
+}  // namespace tessera::client
