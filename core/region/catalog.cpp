@@ -11,15 +11,16 @@ namespace {
 class Sets {
  public:
   BodyId Find(BodyId id) {
-    const auto [it, added] = parent_.try_emplace(id, id);
-    if (it->second == id) return id;
-    const BodyId root = Find(it->second);
-    parent_[id] = root;
-    return root;
+    while (true) {
+      BodyId& parent = parent_.try_emplace(id, id).first->second;
+      if (parent == id) return id;
+      parent = parent_.at(parent);  // halves the way for the next one
+      id = parent;
+    }
   }
   void Unite(BodyId a, BodyId b) {
-    const auto [low, high] = std::minmax(Find(a), Find(b));
-    parent_[high] = low;
+    const BodyId root_a = Find(a), root_b = Find(b);
+    parent_[std::max(root_a, root_b)] = std::min(root_a, root_b);
   }
 
  private:
