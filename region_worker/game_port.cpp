@@ -121,6 +121,10 @@ void GamePort::AnswerWaiting(TimePoint now, Tick tick, bool started) {
 }
 
 bool GamePort::Answer(net::PeerHandle peer, const v1::ClientHello& hello, TimePoint now, Tick tick, bool started) {
+  if (closed_because_) {
+    Refuse(peer, v1::REFUSAL_REASON_STOPPING, *closed_because_);
+    return true;
+  }
   if (hello.protocol_version() != net::kProtocolVersion) {
     Refuse(
         peer, v1::REFUSAL_REASON_PROTOCOL,
@@ -257,6 +261,7 @@ void GamePort::Expel(PlayerNumber player) {
 }
 
 void GamePort::Close(const std::string& reason) {
+  closed_because_ = reason;
   v1::RegionControl stopping;
   stopping.mutable_stopping()->set_reason(reason);
   for (const auto& [peer, client] : clients_) {

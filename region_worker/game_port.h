@@ -114,6 +114,7 @@ class GamePort {
   std::unique_ptr<net::Endpoint> endpoint_;
   WorkerMetrics& metrics_;
   std::optional<GameRules> rules_;
+  std::optional<std::string> closed_because_;
   Admit admit_;
   std::map<net::PeerHandle, Guest> guests_;
   std::map<net::PeerHandle, Client> clients_;

@@ -55,20 +55,8 @@ void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
 
 bool RegionLinks::Service(TimePoint now, const OnFrame& on_frame) {
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
-  for (const net::Event& event : events) {
-    switch (event.kind) {
-      case net::Event::Kind::kConnected:
-        OnConnected(event, now);
-        break;
-      case net::Event::Kind::kDisconnected:
-        OnDisconnected(event.peer, now);
-        break;
-      case net::Event::Kind::kMessage:
-        OnMessage(event, now, on_frame);
-        break;
-    }
-  }
-  if (identity_) {
+  for (const net::Event& event : events) Handle(event, now, on_frame);
+  if (identity_ && !closed_) {
     for (auto it = strangers_.begin(); it != strangers_.end();) {
       const auto [peer, stranger] = *it++;
       if (stranger.hello) OnHello(peer, *stranger.hello, now);
@@ -77,6 +65,21 @@ bool RegionLinks::Service(TimePoint now, const OnFrame& on_frame) {
   }
   DropSilentStrangers(now);
   return !events.empty();
+}
+
+void RegionLinks::Handle(const net::Event& event, TimePoint now, const OnFrame& on_frame) {
+  if (closed_) {
+    if (event.kind == net::Event::Kind::kConnected) endpoint_->Disconnect(event.peer);
+    return;
+  }
+  switch (event.kind) {
+    case net::Event::Kind::kConnected:
+      return OnConnected(event, now);
+    case net::Event::Kind::kDisconnected:
+      return OnDisconnected(event.peer, now);
+    case net::Event::Kind::kMessage:
+      return OnMessage(event, now, on_frame);
+  }
 }
 
 void RegionLinks::OnConnected(const net::Event& event, TimePoint now) {
@@ -229,6 +232,7 @@ void RegionLinks::Drop(net::PeerHandle peer, std::string_view why) {
 }
 
 void RegionLinks::Close() {
+  closed_ = true;
   for (auto& [region, link] : links_) {
     if (link.peer != net::PeerHandle()) endpoint_->Disconnect(std::exchange(link.peer, {}));
     link.confirmed = false;

@@ -82,6 +82,7 @@ class RegionLinks {
     std::optional<net::Bytes> hello;  // came before Open
   };
 
+  void Handle(const net::Event& event, TimePoint now, const OnFrame& on_frame);
   void OnConnected(const net::Event& event, TimePoint now);
   void OnDisconnected(net::PeerHandle peer, TimePoint now);
   void OnMessage(const net::Event& event, TimePoint now, const OnFrame& on_frame);
@@ -97,6 +98,7 @@ class RegionLinks {
   std::unique_ptr<net::Endpoint> endpoint_;
   WorkerMetrics& metrics_;
   std::optional<LinkIdentity> identity_;
+  bool closed_ = false;
   std::map<RegionId, Link> links_;
   std::map<net::PeerHandle, Stranger> strangers_;
 };

@@ -10,7 +10,7 @@ namespace {
 void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
   const region::Region& region = ticks.region();
   report.set_tick(region.tick().value());
-  report.set_tick_rate_hz(ticks.rate_hz());
+  report.set_tick_rate_hz(ticks.rate_hz(Clock::now()));
   const TimeSummary step = ticks.step_times();
   report.mutable_step()->set_p50_seconds(step.p50_s);
   report.mutable_step()->set_p99_seconds(step.p99_s);

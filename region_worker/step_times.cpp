@@ -20,18 +20,19 @@ TimeSummary StepTimes::Summary() const {
   return {.p50_s = rank(50), .p99_s = rank(99), .max_s = sorted.back()};
 }
 
-void RateMeter::Observe(TimePoint now, Tick tick) {
-  if (!samples_.empty() && now < samples_.back().at + kSampleDistance) return;
-  samples_.push_back({now, tick});
+void RateMeter::Observe(TimePoint at, Tick tick) {
+  if (!samples_.empty() && at < samples_.back().at + kSampleDistance) return;
+  samples_.push_back({at, tick});
   // Keeps one sample at or beyond the window's far end.
-  while (samples_.size() > 2 && samples_[1].at <= now - kWindow) samples_.pop_front();
+  while (samples_.size() > 2 && samples_[1].at <= at - kWindow) samples_.pop_front();
 }
 
-double RateMeter::rate_hz() const {
+double RateMeter::rate_hz(TimePoint now) const {
   if (samples_.size() < 2) return 0;
   const Sample& first = samples_.front();
   const Sample& last = samples_.back();
-  return static_cast<double>(last.tick - first.tick) / std::chrono::duration<double>(last.at - first.at).count();
+  const TimePoint end = now > last.at + kStall ? now : last.at;
+  return static_cast<double>(last.tick - first.tick) / std::chrono::duration<double>(end - first.at).count();
 }
 
 }  // namespace tessera::worker

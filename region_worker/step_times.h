@@ -33,9 +33,11 @@ class StepTimes {
 class RateMeter {
  public:
   static constexpr Duration kWindow = std::chrono::seconds(2);
+  static constexpr Duration kStall = std::chrono::milliseconds(250);
 
-  void Observe(TimePoint now, Tick tick);
-  double rate_hz() const;  // 0 until two observations
+  void Observe(TimePoint at, Tick tick);  // right after it was stepped
+  // 0 until two observations. After kStall without one the time since then counts too.
+  double rate_hz(TimePoint now) const;
 
  private:
   struct Sample {

@@ -86,14 +86,12 @@ void TickLoop::OnInput(const ClientInput& input, TimePoint now) {
 void TickLoop::Run(TimePoint now) {
   running_ = true;
   pacer_.Start(now);
-  rate_.Observe(now, region_.tick());
   game_.TellStarted(region_.tick());
 }
 
 bool TickLoop::Advance() {
   if (!running_) return false;
   const TimePoint now = Clock::now();
-  rate_.Observe(now, region_.tick());
   if (now < pacer_.due()) return false;
   if (!region_.CanStep()) {
     if (!waiting_since_) waiting_since_ = now;
@@ -114,6 +112,7 @@ void TickLoop::StepOnce(TimePoint begin) {
   if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
 
   const TimePoint end = Clock::now();
+  rate_.Observe(end, region_.tick());
   const Duration whole = end - begin + std::exchange(receive_time_, Duration(0));
   step_times_.Add(whole);
   metrics_.step.Observe(Seconds(whole));

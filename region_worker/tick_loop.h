@@ -56,7 +56,7 @@ class TickLoop {
   const region::Region& region() const { return region_; }
   const TickCounts& counts() const { return counts_; }
   TimeSummary step_times() const { return step_times_.Summary(); }
-  double rate_hz() const { return rate_.rate_hz(); }
+  double rate_hz(TimePoint now) const { return rate_.rate_hz(now); }
   const std::deque<region::Census>& censuses() const { return censuses_; }  // oldest first
 
  private:

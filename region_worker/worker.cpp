@@ -235,9 +235,10 @@ void Worker::PrintStatus(TimePoint now) {
       "{} tick={} rate_hz={:.1f} step_p50_ms={:.2f} step_p99_ms={:.2f} late={} owned={} ghosts={} asleep={} in={} "
       "out={} "
       "links={} clients={}",
-      phase.substr(std::string_view("WORKER_PHASE_").size()), region.tick().value(), ticks.rate_hz(), step.p50_s * 1e3,
-      step.p99_s * 1e3, ticks.counts().late_ticks, region.owned_count(), region.ghost_count(), region.asleep_count(),
-      ticks.counts().handovers_in, ticks.counts().handovers_out, links_->linked().size(), game_->clients().size());
+      phase.substr(std::string_view("WORKER_PHASE_").size()), region.tick().value(), ticks.rate_hz(now),
+      step.p50_s * 1e3, step.p99_s * 1e3, ticks.counts().late_ticks, region.owned_count(), region.ghost_count(),
+      region.asleep_count(), ticks.counts().handovers_in, ticks.counts().handovers_out, links_->linked().size(),
+      game_->clients().size());
 }
 
 void Worker::Wait(bool stepped) {

@@ -1,0 +1,100 @@
+#include "region_worker/test_client.h"
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+
+#include "net/protocol.h"
+#include "region_worker/by_hand.h"
+#include "region_worker/worker_process.h"
+
+namespace tessera::worker {
+namespace {
+
+std::span<const std::uint8_t> AsBytes(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+}  // namespace
+
+net::ConnectToken TokenFor(std::uint32_t player) {
+  return {.instance_id = kHandInstanceId,
+          .player = PlayerNumber(player),
+          .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 3600};
+}
+
+TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, replication::Settings{}) {
+  auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1"});
+  EXPECT_TRUE(endpoint.ok()) << endpoint.status();
+  endpoint_ = *std::move(endpoint);
+}
+
+bool TestClient::Connect(std::uint16_t port) {
+  const auto peer = endpoint_->Connect("127.0.0.1", port);
+  if (!peer.ok()) return false;
+  peer_ = *peer;
+  return Until([&] { return connected; });
+}
+
+void TestClient::SayHello(std::span<const std::uint8_t> sealed_token, std::uint32_t protocol_version) {
+  v1::ClientControl message;
+  message.mutable_hello()->set_protocol_version(protocol_version);
+  message.mutable_hello()->set_connect_token(sealed_token.data(), sealed_token.size());
+  SayReliably(message.SerializeAsString());
+}
+
+void TestClient::SayReliably(const std::string& bytes) {
+  EXPECT_TRUE(endpoint_->Send(peer_, net::Delivery::kReliable, AsBytes(bytes)).ok());
+}
+
+void TestClient::SendDatagram(std::span<const std::uint8_t> bytes) {
+  EXPECT_TRUE(endpoint_->Send(peer_, net::Delivery::kUnsequenced, bytes).ok());
+}
+
+void TestClient::SendInput(const replication::InputCommand& input) {
+  SendDatagram(replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = {input}}));
+}
+
+void TestClient::Acknowledge() { SendDatagram(replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = {}})); }
+
+void TestClient::Service() {
+  for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(2))) Handle(event);
+}
+
+bool TestClient::Until(const std::function<bool()>& done) { return worker::Until({this}, done); }
+
+bool Until(std::initializer_list<TestClient*> clients, const std::function<bool()>& done) {
+  for (const auto limit = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < limit;) {
+    if (done()) return true;
+    for (TestClient* client : clients) client->Service();
+  }
+  return done();
+}
+
+void TestClient::Handle(const net::Event& event) {
+  if (event.kind == net::Event::Kind::kConnected) connected = true;
+  if (event.kind == net::Event::Kind::kDisconnected) disconnected = true;
+  if (event.kind != net::Event::Kind::kMessage) return;
+  if (event.delivery == net::Delivery::kUnsequenced) return ReadSnapshot(event.bytes);
+  v1::RegionControl control;
+  ASSERT_TRUE(control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())));
+  if (control.has_welcome()) welcome = control.welcome();
+  if (control.has_refusal()) refusal = control.refusal();
+  if (control.has_input_refused()) input_refused = control.input_refused();
+  if (control.has_stopping()) stopping = control.stopping();
+  started = started || control.has_started() || (control.has_welcome() && control.welcome().started());
+}
+
+void TestClient::ReadSnapshot(const net::Bytes& bytes) {
+  const absl::StatusOr<replication::ReceivedSnapshot> snapshot = receiver_.Read(bytes);
+  if (!snapshot.ok()) return;  // lost baselines and doubles are part of the game
+  tick = std::max(tick, snapshot->tick);
+  last_input = snapshot->last_input;
+  for (const replication::BodyRecord& body : snapshot->bodies) bodies[body.id] = body.state;
+  for (const replication::DepartureRecord& departure : snapshot->departures) bodies.erase(departure.id);
+  full_records += snapshot->full_records;
+  records += static_cast<std::uint32_t>(snapshot->bodies.size());
+  Acknowledge();
+}
+
+}  // namespace tessera::worker

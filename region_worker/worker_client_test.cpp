@@ -1,0 +1,270 @@
+// Clients of the real program: who enters, what they see, what they may do.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <cstring>
+#include <limits>
+#include <set>
+
+#include "core/replication/input.h"
+#include "net/protocol.h"
+#include "region_worker/by_hand.h"
+#include "region_worker/scene_file.h"
+#include "region_worker/test_client.h"
+#include "region_worker/worker_process.h"
+
+namespace tessera::worker {
+namespace {
+
+// A tray of balls that roll over the border between two regions at x = 0, and a player in each half.
+constexpr char kTray[] = R"(
+  name: "tray"
+  bounds { min { x: -10 y: -2 z: -10 } max { x: 10 y: 10 z: 10 } }
+  bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+  scatters {
+    first_id: 100 count: 40
+    area { min { x: -8 y: 0.5 z: -8 } max { x: 8 y: 2 z: 8 } }
+    spacing: 2 jitter: 0.3 seed: 3
+    templates { mass: 1 linear_velocity { x: 1 } shape { sphere { radius: 0.4 } } }
+  }
+  player {
+    body { name: "player" mass: 80 shape { sphere { radius: 0.5 } } never_sleeps: true }
+    spawn_points { x: -5 y: 3 z: 0 }
+    spawn_points { x: 5 y: 3 z: 0 }
+    max_force: 2000
+    max_speed: 6
+  }
+)";
+constexpr std::size_t kBalls = 40;
+
+// Workers of one world, one a region.
+class Cluster {
+ public:
+  explicit Cluster(std::uint32_t regions, std::vector<std::string> more = {}) : base_(FreeBasePort(regions)) {
+    const std::string file = WriteTestFile("tray.textproto", kTray);
+    scene_ = *LoadSceneFile(file);
+    for (std::uint32_t region = 1; region <= regions; ++region) {
+      std::vector<std::string> arguments = {"--scene",     file,
+                                            "--regions",   std::to_string(regions),
+                                            "--region",    std::to_string(region),
+                                            "--base-port", std::to_string(base_)};
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      workers_.push_back(std::make_unique<WorkerProcess>(arguments));
+    }
+    for (auto& worker : workers_) EXPECT_TRUE(worker->WaitForLine("listening")) << worker->said();
+  }
+
+  const Scene& scene() const { return *scene_; }
+  WorkerProcess& worker(std::uint32_t region) { return *workers_.at(region - 1); }
+  std::uint16_t game_port(std::uint32_t region) const { return static_cast<std::uint16_t>(base_ + 3 * (region - 1)); }
+  std::uint16_t metrics_port(std::uint32_t region) const { return static_cast<std::uint16_t>(game_port(region) + 2); }
+  std::unique_ptr<TestClient> Join(std::uint32_t region, std::uint32_t player) {
+    auto client = std::make_unique<TestClient>(scene_->bounds);
+    EXPECT_TRUE(client->Connect(game_port(region)));
+    client->SayHello(net::Seal(TokenFor(player), HandKey()), net::kProtocolVersion);
+    EXPECT_TRUE(client->Until([&] { return client->welcome.has_value(); }));
+    return client;
+  }
+
+ private:
+  std::uint16_t base_;
+  std::shared_ptr<const Scene> scene_;
+  std::vector<std::unique_ptr<WorkerProcess>> workers_;
+};
+
+double Metric(std::uint16_t port, const std::string& series) {
+  const std::string body = HttpGet(port, "/metrics").body;
+  const auto at = body.find("\n" + series + " ");
+  return at == std::string::npos ? -1 : std::atof(body.c_str() + at + series.size() + 2);
+}
+
+TEST(WorkerClientTest, TwoRegionsShowAllBodiesOnceTheWorldRuns) {
+  Cluster cluster(2, {"--players", "1"});
+  const auto one = cluster.Join(1, 1);
+  const auto two = cluster.Join(2, 1);
+  EXPECT_EQ(one->welcome->region(), 1u);
+  EXPECT_EQ(two->welcome->region(), 2u);
+  EXPECT_EQ(one->welcome->tick_rate_hz(), 60u);
+  EXPECT_EQ(one->welcome->snapshot_rate_hz(), 30u);
+  EXPECT_EQ(one->welcome->map().cells_size(), 2);
+  std::set<BodyId> seen;
+  EXPECT_TRUE(Until({one.get(), two.get()}, [&] {
+    for (const TestClient* client : {one.get(), two.get()}) {
+      for (const auto& [body, state] : client->bodies) seen.insert(body);
+    }
+    return seen.size() >= kBalls + 1;
+  }));
+  EXPECT_EQ(seen.size(), kBalls + 1);
+  for (const BodyId body : seen) {
+    EXPECT_TRUE(body == PlayerBodyId(PlayerNumber(1)) || (body.value() >= 100 && body.value() < 100 + kBalls)) << body;
+  }
+  // Balls roll over the border: in the end each region has told of bodies that the other had.
+  EXPECT_TRUE(Until({one.get(), two.get()}, [&] {
+    return Metric(cluster.metrics_port(1), "tessera_region_handovers_total{direction=\"out\"}") > 0;
+  }));
+}
+
+TEST(WorkerClientTest, DeltasFollowWhatIsAcknowledged) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  ASSERT_TRUE(client->Until([&] { return client->bodies.size() == kBalls + 1; }));
+  const std::uint32_t full_before = client->full_records, records_before = client->records;
+  ASSERT_TRUE(client->Until([&] { return client->records > records_before + 300; }));
+  EXPECT_LT(client->full_records - full_before, 100u);  // most have a baseline by now
+  EXPECT_GT(Metric(cluster.metrics_port(1), "tessera_region_snapshot_delta_seconds_count"), 0);
+  EXPECT_GT(Metric(cluster.metrics_port(1), "tessera_region_snapshot_full_seconds_count"), 0);
+  EXPECT_GT(Metric(cluster.metrics_port(1), "tessera_region_snapshot_bytes_total"), 0);
+}
+
+TEST(WorkerClientTest, WaitsForItsPlayers) {
+  Cluster cluster(1, {"--players", "2"});
+  const auto first = cluster.Join(1, 1);
+  EXPECT_FALSE(first->welcome->started());
+  EXPECT_EQ(first->welcome->tick(), 0u);
+  const auto second = cluster.Join(1, 2);
+  EXPECT_TRUE(Until({first.get(), second.get()}, [&] {
+    return first->started && second->started && first->tick > Tick(10) && second->tick > Tick(10);
+  }));
+  EXPECT_TRUE(Until({first.get(), second.get()}, [&] {
+    return first->bodies.contains(PlayerBodyId(PlayerNumber(1))) &&
+           first->bodies.contains(PlayerBodyId(PlayerNumber(2)));
+  }));
+}
+
+TEST(WorkerClientTest, InputMovesTheOwnBody) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  const BodyId own = PlayerBodyId(PlayerNumber(1));
+  ASSERT_TRUE(client->Until([&] { return client->bodies.contains(own); }));
+  std::uint32_t number = 0;
+  Tick then;
+  EXPECT_TRUE(client->Until([&] {
+    if (std::exchange(then, client->tick) < client->tick) {  // one a snapshot: faster, and they would queue up
+      client->SendInput({.number = ++number, .body = own, .target = Tick(), .force_n = {0, 0, 2000}, .torque_nm = {}});
+    }
+    return client->bodies.at(own).linear_velocity.z > 1;
+  }));
+  EXPECT_GT(client->last_input, 0u);
+  EXPECT_FALSE(client->input_refused.has_value());
+  EXPECT_GT(Metric(cluster.metrics_port(1), "tessera_region_inputs_total{result=\"applied\"}"), 0);
+}
+
+TEST(WorkerClientTest, InputForAnotherBodyIsRefusedNamingIt) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  ASSERT_TRUE(client->Until([&] { return client->bodies.contains(BodyId(100)); }));
+  std::uint32_t number = 0;
+  ASSERT_TRUE(client->Until([&] {
+    client->SendInput(
+        {.number = ++number, .body = BodyId(100), .target = Tick(), .force_n = {0, 100, 0}, .torque_nm = {}});
+    return client->input_refused.has_value();
+  }));
+  EXPECT_EQ(client->input_refused->body(), 100u);
+  EXPECT_GE(client->input_refused->input_number(), 1u);
+  EXPECT_NE(client->input_refused->detail().find("100"), std::string::npos) << client->input_refused->detail();
+  EXPECT_GT(Metric(cluster.metrics_port(1), "tessera_region_inputs_total{result=\"refused\"}"), 0);
+}
+
+TEST(WorkerClientTest, InputThatIsNotFiniteOrNotAnInputHarmsNothing) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  const BodyId own = PlayerBodyId(PlayerNumber(1));
+  ASSERT_TRUE(client->Until([&] { return client->bodies.contains(own); }));
+  auto bytes = replication::EncodeInput(
+      {.ack = {}, .inputs = {{.number = 1, .body = own, .target = Tick(), .force_n = {1, 2, 3}, .torque_nm = {}}}});
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(bytes.data() + bytes.size() - 24, &nan, sizeof nan);
+  ASSERT_TRUE(client->Until([&] {
+    client->SendDatagram(bytes);
+    return client->input_refused.has_value();
+  }));
+  EXPECT_NE(client->input_refused->detail().find("finite"), std::string::npos) << client->input_refused->detail();
+  client->SendDatagram({});
+  client->SendDatagram(std::vector<std::uint8_t>{2});
+  client->SendDatagram(std::vector<std::uint8_t>(1000, 0xff));
+  client->SayReliably("nonsense");
+  const Tick then = client->tick;
+  EXPECT_TRUE(client->Until([&] { return client->tick > then + 30; }));
+  EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_nonfinite_bodies_total"), 0);
+}
+
+// One that is refused gets the reason, then the connection is closed.
+class WorkerRefusalTest : public testing::Test {
+ protected:
+  v1::RegionRefusal RefusalOf(const std::function<void(TestClient&)>& hello) {
+    TestClient client(cluster_.scene().bounds);
+    EXPECT_TRUE(client.Connect(cluster_.game_port(1)));
+    hello(client);
+    EXPECT_TRUE(client.Until([&] { return client.refusal.has_value() && client.disconnected; }));
+    EXPECT_FALSE(client.welcome.has_value());
+    EXPECT_TRUE(client.bodies.empty());
+    return client.refusal.value_or(v1::RegionRefusal());
+  }
+  v1::RegionRefusal RefusalOfToken(const std::vector<std::uint8_t>& sealed) {
+    return RefusalOf([&](TestClient& client) { client.SayHello(sealed, net::kProtocolVersion); });
+  }
+  Cluster cluster_{1};
+};
+
+TEST_F(WorkerRefusalTest, TokenOfAnotherKey) {
+  const v1::RegionRefusal refusal = RefusalOfToken(net::Seal(TokenFor(1), net::MakeInstanceKey()));
+  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  EXPECT_FALSE(refusal.detail().empty());
+}
+
+TEST_F(WorkerRefusalTest, DamagedToken) {
+  auto sealed = net::Seal(TokenFor(1), HandKey());
+  sealed.back() ^= 1;
+  EXPECT_EQ(RefusalOfToken(sealed).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  EXPECT_EQ(RefusalOfToken({}).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+}
+
+TEST_F(WorkerRefusalTest, TokenOfAnotherInstanceNamesBoth) {
+  net::ConnectToken token = TokenFor(1);
+  token.instance_id = "inst-7";
+  const v1::RegionRefusal refusal = RefusalOfToken(net::Seal(token, HandKey()));
+  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_INSTANCE);
+  EXPECT_NE(refusal.detail().find("inst-7"), std::string::npos) << refusal.detail();
+  EXPECT_NE(refusal.detail().find(kHandInstanceId), std::string::npos) << refusal.detail();
+}
+
+TEST_F(WorkerRefusalTest, ExpiredToken) {
+  net::ConnectToken token = TokenFor(1);
+  token.expires_unix_s = 1;
+  EXPECT_EQ(RefusalOfToken(net::Seal(token, HandKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
+}
+
+TEST_F(WorkerRefusalTest, AnotherProtocolNamesBothVersions) {
+  const v1::RegionRefusal refusal =
+      RefusalOf([](TestClient& client) { client.SayHello(net::Seal(TokenFor(1), HandKey()), 999); });
+  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_PROTOCOL);
+  EXPECT_NE(refusal.detail().find("999"), std::string::npos) << refusal.detail();
+}
+
+TEST_F(WorkerRefusalTest, FirstMessageThatIsNoHello) {
+  EXPECT_EQ(RefusalOf([](TestClient& client) { client.SayReliably("\xff\xff"); }).reason(),
+            v1::REFUSAL_REASON_MALFORMED);
+  EXPECT_EQ(RefusalOf([](TestClient& client) { client.SayReliably(""); }).reason(), v1::REFUSAL_REASON_MALFORMED);
+  EXPECT_EQ(RefusalOf([](TestClient&) {}).reason(), v1::REFUSAL_REASON_MALFORMED);  // says nothing at all
+}
+
+TEST(WorkerClientTest, PlayerThatComesAgainTakesItsPlace) {
+  Cluster cluster(1);
+  const auto first = cluster.Join(1, 1);
+  const auto again = cluster.Join(1, 1);
+  EXPECT_TRUE(Until({first.get(), again.get()}, [&] { return first->disconnected && again->tick > Tick(0); }));
+  EXPECT_FALSE(again->disconnected);
+  EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_clients"), 1);
+}
+
+TEST(WorkerClientTest, SigtermTellsClientsThatTheRegionEnds) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  ASSERT_TRUE(client->Until([&] { return client->tick > Tick(0); }));
+  cluster.worker(1).Signal(SIGTERM);
+  EXPECT_TRUE(client->Until([&] { return client->stopping.has_value() && client->disconnected; }));
+  EXPECT_EQ(cluster.worker(1).Wait(), 0);
+}
+
+}  // namespace
+}  // namespace tessera::worker

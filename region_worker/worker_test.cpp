@@ -1,0 +1,164 @@
+// The real program, run by hand: its command line, its ends, its ports. Clients and links have tests of their own.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <fstream>
+#include <regex>
+
+#include "net/endpoint.h"
+#include "region_worker/by_hand.h"
+#include "region_worker/worker_process.h"
+#include "telemetry/metrics_server.h"
+
+namespace tessera::worker {
+namespace {
+
+using testing::Test;
+
+std::vector<std::string> Alone(std::uint16_t base, const std::string& scene = ScenePath("minimal")) {
+  return {"--scene", scene, "--regions", "1", "--region", "1", "--base-port", std::to_string(base)};
+}
+
+std::size_t Lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
+  const std::string scene = ScenePath("minimal");
+  const struct {
+    std::vector<std::string> arguments;
+    std::string says;
+  } cases[] = {
+      {{"--scene", scene}, "--region is required"},
+      {{"--region", "1"}, "--scene is required"},
+      {{"--scene", "/nowhere/x.textproto", "--region", "1"}, "--scene /nowhere/x.textproto: no such file"},
+      {{"--scene", scene, "--regions", "4", "--region", "5"}, "--region 5: this instance has regions 1 to 4"},
+      {{"--scene", scene, "--regions", "4", "--region", "0"}, "--region 0"},
+      {{"--scene", scene, "--regions", "0", "--region", "1"}, "--regions 0: must be 1 to 1000"},
+      {{"--scene", scene, "--regions", "1001", "--region", "1"}, "--regions 1001"},
+      {{"--scene", scene, "--region", "1", "--base-port", "65535"}, "--base-port 65535"},
+      {{"--scene", scene, "--region", "1", "--seconds", "-1"}, "--seconds -1"},
+      {{"--scene", scene, "--region", "1", "--seconds", "nan"}, "--seconds nan"},
+      {{"--scene", scene, "--region", "1", "--log-level", "loud"}, "loud"},
+      {{"--scene", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --scene"},
+      {{"--agent-socket", "/tmp/x", "--region", "1"}, "--instance is required"},
+      {{"--agent-socket", "/tmp/x", "--region", "1", "--instance", "i"}, "--incarnation is required"},
+      {{"--scene", scene, "--region", "1", "--what"}, "--what"},
+  };
+  for (const auto& test : cases) {
+    WorkerProcess worker(test.arguments);
+    EXPECT_EQ(worker.Wait(), kExitUsage) << test.says;
+    EXPECT_NE(worker.said().find(test.says), std::string::npos) << worker.said();
+    EXPECT_EQ(Lines(worker.said()), 1u) << worker.said();
+  }
+}
+
+TEST(WorkerSceneTest, BadSceneGivesStatus1NamingFileBodyAndField) {
+  const std::string file = WriteTestFile("bad.textproto",
+                                         "name: 'bad' bounds { min { x: -5 y: -5 z: -5 } max { x: 5 y: 5 z: 5 } }\n"
+                                         "bodies { id: 40 name: 'crate' mass: -1 shape { sphere { radius: 1 } } }\n");
+  WorkerProcess worker(Alone(FreeBasePort(1), file));
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  for (const char* part : {"bad.textproto", "crate", "mass"}) {
+    EXPECT_NE(worker.said().find(part), std::string::npos) << worker.said();
+  }
+  EXPECT_EQ(Lines(worker.said()), 1u) << worker.said();
+}
+
+TEST(WorkerSceneTest, UnknownFieldIsNamedWithItsLine) {
+  const std::string file = WriteTestFile("typo.textproto", "name: 'typo'\nbodys { id: 1 }\n");
+  WorkerProcess worker(Alone(FreeBasePort(1), file));
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  EXPECT_NE(worker.said().find("typo.textproto:2"), std::string::npos) << worker.said();
+}
+
+TEST(WorkerPortTest, PortInUseGivesStatus98NamingPortAndAddress) {
+  const std::uint16_t base = FreeBasePort(1);
+  for (const int offset : {0, 1}) {
+    const auto port = static_cast<std::uint16_t>(base + offset);
+    const auto taken = net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port});
+    ASSERT_TRUE(taken.ok()) << taken.status();
+    WorkerProcess worker(Alone(base));
+    EXPECT_EQ(worker.Wait(), kExitPortInUse);
+    EXPECT_NE(worker.said().find(std::to_string(port)), std::string::npos) << worker.said();
+    EXPECT_NE(worker.said().find("127.0.0.1"), std::string::npos) << worker.said();
+    EXPECT_EQ(Lines(worker.said()), 1u) << worker.said();
+  }
+  const auto taken = telemetry::MetricsServer::Start("127.0.0.1", static_cast<std::uint16_t>(base + 2),
+                                                     std::make_shared<prometheus::Registry>());
+  ASSERT_TRUE(taken.ok()) << taken.status();
+  WorkerProcess worker(Alone(base));
+  EXPECT_EQ(worker.Wait(), kExitPortInUse);
+  EXPECT_NE(worker.said().find(std::to_string(base + 2)), std::string::npos) << worker.said();
+}
+
+TEST(WorkerPortTest, AddressOfAnotherHostGivesStatus1) {
+  auto arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--bind-address", "203.0.113.7"});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  EXPECT_NE(worker.said().find("203.0.113.7"), std::string::npos) << worker.said();
+}
+
+TEST(WorkerEndTest, EndsByItselfAfterItsSeconds) {
+  auto arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--seconds", "0.3"});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitOk) << worker.said();
+  EXPECT_TRUE(worker.WaitForLine("its time is over"));
+}
+
+TEST(WorkerEndTest, SigtermAndSigintEndWithStatus0) {
+  for (const int signal : {SIGTERM, SIGINT}) {
+    WorkerProcess worker(Alone(FreeBasePort(1)));
+    ASSERT_TRUE(worker.WaitForLine("RUNNING"));
+    worker.Signal(signal);
+    EXPECT_EQ(worker.Wait(), kExitOk) << worker.said();
+  }
+}
+
+// docs/metrics.md is the one list: each row of its table for the worker, with each label value it names.
+TEST(WorkerMetricsTest, ServesEveryNameOfTheDocument) {
+  const std::uint16_t base = FreeBasePort(1);
+  WorkerProcess worker(Alone(base));
+  ASSERT_TRUE(worker.WaitForLine("RUNNING tick="));
+  const HttpAnswer answer = HttpGet(static_cast<std::uint16_t>(base + 2), "/metrics");
+  ASSERT_EQ(answer.status, 200);
+
+  std::ifstream document(std::string(TESSERA_SOURCE_DIR) + "/docs/metrics.md");
+  const std::regex row(
+      "^\\| `(tessera_(?:region|process|host)_[a-z_]+)(?:\\{[a-z]+\\})?` \\| (gauge|counter|histogram) .*");
+  int names = 0;
+  for (std::string line; std::getline(document, line);) {
+    std::smatch match;
+    if (!std::regex_match(line, match, row)) continue;
+    ++names;
+    EXPECT_NE(answer.body.find("# TYPE " + match[1].str() + " " + match[2].str() + "\n"), std::string::npos) << line;
+  }
+  EXPECT_GE(names, 24);
+  for (const char* series :
+       {"tessera_region_bodies{state=\"owned\"}", "tessera_region_bodies{state=\"ghost\"}",
+        "tessera_region_bodies{state=\"asleep\"}", "tessera_region_handovers_total{direction=\"in\"}",
+        "tessera_region_handovers_total{direction=\"out\"}", "tessera_region_frame_bytes_total{direction=\"in\"}",
+        "tessera_region_frame_bytes_total{direction=\"out\"}", "tessera_region_inputs_total{result=\"applied\"}",
+        "tessera_region_inputs_total{result=\"refused\"}", "tessera_region_inputs_total{result=\"late\"}",
+        "tessera_region_frames_dropped_total{reason=\"malformed\"}", "tessera_region_step_seconds_bucket{le=\"5e-05\"}",
+        "tessera_region_step_seconds_bucket{le=\"0.1\"}"}) {
+    EXPECT_NE(answer.body.find(series), std::string::npos) << series;
+  }
+}
+
+TEST(WorkerLogTest, LogFileTakesAllThatIsSaid) {
+  const std::string log = WriteTestFile("worker.log", "");
+  auto arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--seconds", "0.1", "--log-file", log});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitOk);
+  EXPECT_EQ(worker.said(), "");
+  std::ifstream file(log);
+  const std::string said{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  EXPECT_NE(said.find("listening instance=by-hand region=1"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace tessera::worker
