@@ -197,8 +197,7 @@ void Cluster::ForgetEnded(Moment now) {
     const auto instance = instances_.find(number);
     const auto deleted = store_.Delete(absl::StrCat(kInstancePrefix, number), instance->second.revision);
     if (!deleted.ok()) {
-      effects_.log.push_back(
-          absl::StrCat("cannot forget ", instance->second.record.id(), ": ", deleted.status().message()));
+      NoteTrouble(instance->second, "instance cannot be forgotten for now", deleted.status());
       return;
     }
     effects_.instances.insert(instance->second.record.id());

@@ -166,6 +166,7 @@ class Cluster {
   void Reconcile(Moment now, InstanceEntry& instance);
   void Reconcile(Moment now, const std::set<std::uint64_t>& numbers);
   std::optional<records::Instance> NextRecord(Moment now, const InstanceEntry& instance, const LifeFacts& facts) const;
+  void NoteTrouble(InstanceEntry& instance, const char* what, const absl::Status& status);
   void NoteDegraded(InstanceEntry& instance, const LifeFacts& facts);
   void StepPlacing(Moment now, const InstanceEntry& instance, records::Instance& next) const;
   void Entered(Moment now, InstanceEntry& instance, v1::InstanceState previous);

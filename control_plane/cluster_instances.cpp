@@ -206,9 +206,10 @@ void Cluster::Reconcile(Moment now, InstanceEntry& instance) {
     const v1::InstanceState previous = instance.record.state();
     const bool placed_anew = next->last_incarnation() != instance.record.last_incarnation();
     if (absl::Status status = StoreInstance(instance, *next); !status.ok()) {
-      effects_.log.push_back(absl::StrCat("instance cannot go on for now id=", next->id(), ": ", status.message()));
+      NoteTrouble(instance, "instance cannot go on for now", status);
       return;
     }
+    instance.trouble.clear();
     if (placed_anew) Assign(instance);
     Entered(now, instance, previous);
   }
@@ -234,6 +235,12 @@ std::optional<records::Instance> Cluster::NextRecord(Moment now, const InstanceE
   if (step.state == v1::INSTANCE_STATE_RUNNING) *next.mutable_start_time() = ToTimestamp(now.unix_time);
   if (IsFinal(step.state)) *next.mutable_end_time() = ToTimestamp(now.unix_time);
   return next;
+}
+
+// The timer tries again ten times a second; once is enough for the log.
+void Cluster::NoteTrouble(InstanceEntry& instance, const char* what, const absl::Status& status) {
+  if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
+  effects_.log.push_back(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()));
 }
 
 void Cluster::NoteDegraded(InstanceEntry& instance, const LifeFacts& facts) {

@@ -55,6 +55,7 @@ struct InstanceEntry {
   PartitionMap map;
   std::vector<WorkerEntry> workers;  // as record.placements
   std::string degraded;              // why; empty in good health
+  std::string trouble;               // why its last step could not be stored; logged once
   int waiting = 0;                   // joins that wait for the workers
   Steady start_deadline{0};
   Steady state_since{0};

@@ -111,7 +111,7 @@ class InstanceServiceImpl final : public v1::InstanceService::Service, Answerer 
     const std::string subject = absl::StrCat(request->spec().scene().name(), " x ", request->spec().regions());
     return Answer(context, "InstanceService/CreateInstance", Kind::kCommand, subject, [&] {
       const absl::Status status = Take(plane_.CreateInstance(*request), response->mutable_instance());
-      if (!absl::IsInvalidArgument(status)) metrics_.CountPlacement(status);
+      if (!request->validate_only() && !absl::IsInvalidArgument(status)) metrics_.CountPlacement(status);
       return status;
     });
   }
