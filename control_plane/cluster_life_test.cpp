@@ -365,15 +365,19 @@ TEST(InstanceLifeTest, AControlPlaneThatDiesAtAnyCallComesBackAndGoesOn) {
   EXPECT_GT(n, 50);
 }
 
-// Each write of a start fails once: the step is taken later, and nothing goes out before it is stored.
+// Nothing goes out before it is stored, and the step is taken once it can be.
 TEST(InstanceLifeTest, AStepThatCannotBeStoredIsTakenLater) {
   ClusterHarness harness;
   auto& agent = harness.AddHost("alpha", 4);
   const std::string id = Create(harness, TestPlan(2));
-  harness.store.FailNext(1);
+  harness.store.FailNext(1000);
   harness.Pump();
+  harness.Attach(agent);  // and so gets its orders anew
+  harness.Run(seconds(1));
+  ASSERT_EQ(agent.fake.workers.size(), 2u);
   for (const auto& [key, worker] : agent.fake.workers) EXPECT_FALSE(worker.order.run());
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_STARTING);
+  harness.store.FailNext(0);
   harness.Run(seconds(1));
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
 }
