@@ -20,9 +20,9 @@
 namespace tessera {
 
 // --- Shapes ----------------------------------------------------------------------------------------------------------
-// Each has coordinates of its own, in which joints' frames are given too. A static body's position is their origin. A dynamic
-// body's is its centre of mass at uniform density: the same point, but for a cone (a quarter of its height above the base), a
-// hull and a compound; `physics::CenterOfMass` tells.
+// Each has coordinates of its own, in which joints' frames are given too. A static body's position is their origin. A
+// dynamic body's is its centre of mass at uniform density: the same point, but for a cone (a quarter of its height
+// above the base), a hull and a compound; `physics::CenterOfMass` tells.
 
 struct Shape;
 using ShapePtr = std::shared_ptr<const Shape>;  // shared by all bodies that look alike
@@ -76,10 +76,10 @@ struct Shape {
 // --- Bodies ----------------------------------------------------------------------------------------------------------
 
 struct Material {
-  double friction = 0.5;  // Coulomb; a pair uses the geometric mean of its two
+  double friction = 0.5;         // Coulomb; a pair uses the geometric mean of its two
   double rolling_friction = 0;   // m; a pair uses the larger
   double spinning_friction = 0;  // m; a pair uses the larger
-  double restitution = 0;  // 0 to 1; a pair uses the larger of its two
+  double restitution = 0;        // 0 to 1; a pair uses the larger of its two
 };
 
 enum class Motion : std::uint8_t { kStatic, kDynamic };
@@ -111,8 +111,8 @@ struct BodyDef {
 };
 
 // --- Joints ----------------------------------------------------------------------------------------------------------
-// Frames are in the coordinates of each body's shape. The joint's own axes are those of frame_a, and positions and velocities
-// along them those of body_b against body_a. In a joint to the world, the world takes the part of body_a.
+// Frames are in the coordinates of each body's shape. The joint's own axes are those of frame_a, and positions and
+// velocities along them those of body_b against body_a. In a joint to the world, the world takes the part of body_a.
 
 struct Limit {  // lower > upper: free
   double lower = 1, upper = -1;

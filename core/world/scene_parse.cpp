@@ -1,4 +1,5 @@
 #include <google/protobuf/io/tokenizer.h>
+#include <google/protobuf/stubs/logging.h>
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/util/json_util.h>
 
@@ -51,25 +52,22 @@ absl::StatusOr<v1::Scene> ParseText(const std::string& text, const std::string& 
                                                          : error.text());
 }
 
-// A JSON error of protobuf 3.21 is either one line, about a field, or three: what, the text around the place, and a
-// caret under the place. The place in the file is where that text occurs.
+// A JSON error of protobuf 3.21 is either one line, about a field, or three parts: what, the text around the place
+// (which may hold line ends), and a caret under the place. The place in the file is where that text occurs.
 std::string DescribeJsonError(const std::string& text, const std::string& file, const std::string& message) {
-  const std::size_t first = message.find('\n'), second = message.find('\n', first + 1);
-  const std::size_t caret = message.find('^', second);
-  if (first == std::string::npos || second == std::string::npos || caret == std::string::npos) {
-    return absl::StrCat(file, ": ", OneLine(message));
-  }
-  const std::string what = OneLine(message.substr(0, first));
-  const std::string around = message.substr(first + 1, second - first - 1);
-  const std::size_t found = around.empty() ? std::string::npos : text.find(around);
+  const std::size_t first = message.find('\n'), last = message.rfind('\n');
+  if (first == last || message.back() != '^') return absl::StrCat(file, ": ", OneLine(message));
+  const std::string what = message.substr(0, first);
+  const std::string around = message.substr(first + 1, last - first - 1);
+  const std::size_t offset = message.size() - last - 2;  // of the caret
+  const std::size_t found = text.find(around);
   if (found == std::string::npos || text.find(around, found + 1) != std::string::npos) {
-    return absl::StrCat(file, ": ", what, " near: ", OneLine(around));
+    return absl::StrCat(file, ": ", OneLine(what), " near: ", OneLine(around));
   }
-  const std::size_t at = std::min(found + (caret - second - 1), text.size());
-  const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
-  const std::size_t line_start = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
-  const std::size_t column = line_start == std::string::npos ? at + 1 : at - line_start;
-  return absl::StrCat(file, ":", line, ":", column, ": ", what);
+  const std::string before = text.substr(0, found + offset);
+  const auto line = 1 + std::ranges::count(before, '\n');
+  const std::size_t column = before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
+  return absl::StrCat(file, ":", line, ":", column + 1, ": ", OneLine(what));
 }
 
 absl::StatusOr<v1::Scene> ParseJson(const std::string& text, const std::string& file) {
@@ -82,6 +80,7 @@ absl::StatusOr<v1::Scene> ParseJson(const std::string& text, const std::string& 
 }  // namespace
 
 absl::StatusOr<v1::Scene> ParseScene(std::string_view text, std::string_view file) {
+  const google::protobuf::LogSilencer silence;  // errors are returned, not also printed
   const std::string name(file);
   if (text.size() > kMaxSceneText) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": at most ", kMaxSceneText, " bytes, got ", text.size()));
