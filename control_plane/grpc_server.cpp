@@ -24,8 +24,8 @@ using telemetry::LogValue;
 // Keepalive: a peer that is silent gets a ping, and is dropped if it does not answer. Ours may ping as often as we do,
 // also while no call is open; gRPC's default would drop them after two pings in five minutes.
 constexpr int kKeepaliveTimeMs = 10'000, kKeepaliveTimeoutMs = 5'000, kMinPingIntervalMs = 1'000;
-// How long calls under way may take to end at shutdown.
-constexpr std::chrono::seconds kShutdownPatience{2};
+// How long calls under way, and clients that do not close, may delay the end.
+constexpr std::chrono::milliseconds kShutdownPatience{500};
 
 grpc::Status ToGrpc(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};

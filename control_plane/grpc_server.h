@@ -20,7 +20,7 @@ class GrpcServer {
   // kInvalidArgument for an address that is none.
   static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(const std::string& address, ControlPlane& plane,
                                                            ControlMetrics& metrics);
-  // Ends what is under way within about two seconds. Call ControlPlane::Stop first, so that waiting calls end by
+  // Ends what is under way within half a second. Call ControlPlane::Stop first, so that waiting calls end by
   // themselves.
   ~GrpcServer();
 
