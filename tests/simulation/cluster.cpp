@@ -81,7 +81,7 @@ void Cluster::Round(Tick target) {
 
 void Cluster::Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
   for (region::OutgoingFrame& frame : frames) {
-    if (on_frame) on_frame(from, frame);
+    if (options_.on_frame) options_.on_frame(from, frame);
     ++totals_.frames;
     totals_.frame_bytes += frame.bytes.size();
     const std::uint64_t delay = random_() % (options_.max_delay_rounds + 1);

@@ -30,6 +30,8 @@ struct ClusterOptions {
   std::uint64_t seed = 1;
   std::uint32_t max_delay_rounds = 3;
   region::Settings settings;
+  // Called with each frame as it is sent.
+  std::function<void(RegionId from, const region::OutgoingFrame&)> on_frame;
 };
 
 struct Totals {
@@ -59,8 +61,6 @@ class Cluster {
 
   // Called with each result of each region, in the order of stepping.
   std::function<void(RegionId, const region::StepResult&)> on_step;
-  // Called with each frame before it is sent; may change it.
-  std::function<void(RegionId from, region::OutgoingFrame&)> on_frame;
 
   const std::vector<std::string>& problems() const { return problems_; }
   const Totals& totals() const { return totals_; }
