@@ -1,0 +1,103 @@
+// Agent: the parts put together, and the life of the program. Decisions are the Supervisor's; here its actions are
+// carried out, and what happens in the world (processes, workers, the control plane, signals) is told to it.
+//
+//   auto agent = Agent::Create(options);
+//   if (!agent.ok()) ...
+//   return (*agent)->Run();
+//
+// Thread rule: the main thread, with SIGTERM, SIGINT and SIGHUP blocked in all threads: the agent reads them from a
+// descriptor, and workers that die with it are bound to the thread that started them.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "agent/agent_metrics.h"
+#include "agent/control_session.h"
+#include "agent/event_loop.h"
+#include "agent/options.h"
+#include "agent/process.h"
+#include "agent/scene_cache.h"
+#include "agent/service_notify.h"
+#include "agent/state_dir.h"
+#include "agent/supervisor.h"
+#include "agent/worker_socket.h"
+#include "telemetry/metrics_server.h"
+
+namespace tessera::agent {
+
+class Agent {
+ public:
+  // Takes the state folder, serves workers and metrics, adopts what runs. INVALID_ARGUMENT if neither an identity nor a
+  // join token is there, or the state folder's path is too long.
+  static absl::StatusOr<std::unique_ptr<Agent>> Create(const Options& options);
+  ~Agent();
+
+  // Until a signal (0) or a refusal by the control plane (1).
+  int Run();
+
+ private:
+  struct Running {
+    Process process;
+    std::string log_path;
+  };
+
+  Agent(const Options& options, std::unique_ptr<StateDir> state);
+  absl::Status Prepare();
+  absl::Status Restore();
+  void RestoreWorker(const WorkerRecord& record, bool same_boot);
+  void WatchSignals();
+
+  v1::AgentHello Hello() const;
+  v1::AgentHeartbeat Heartbeat();
+  void OnAdmitted(const v1::Admitted& admitted);
+  absl::Status KeepIdentity(const v1::Admitted& admitted);
+  void OnDesired(const v1::DesiredSet& set);
+  void OnRefused(const absl::Status& status);
+  void OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report);
+  void OnWorkerClosed(ConnectionId connection);
+  void OnProcessEnd(const WorkerKey& key);
+  void OnSignal();
+
+  // Carries out what the supervisor has decided, saves, and sets the next deadline. After each event.
+  void Settle();
+  void Do(const SpawnWorker& action);
+  void Do(const SignalWorker& action);
+  void Do(const SendOrder& action);
+  void Do(const FetchScene& action);
+  void Do(const TellReport& action);
+  void Do(const TellExit& action);
+  void Save();
+  void Watch(const WorkerKey& key, Process process, const std::string& log_path);
+  std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
+  void TellExited(const v1::WorkerExited& exited);
+  void WriteReadyFile();
+  void EndWorkers();
+  void Finish(int exit_code);
+
+  const Options options_;
+  const std::shared_ptr<EventLoop> loop_;
+  const std::unique_ptr<StateDir> state_;
+  const std::string boot_id_;
+  std::optional<HostIdentity> identity_;
+  AgentMetrics metrics_;
+  ServiceNotify notify_;
+  Supervisor supervisor_;
+  SceneCache scenes_;
+  std::map<WorkerKey, Running> processes_;
+  std::map<WorkerKey, ConnectionId> connections_;
+  std::map<ConnectionId, WorkerKey> attached_;
+  std::unique_ptr<telemetry::MetricsServer> metrics_server_;
+  std::unique_ptr<WorkerSocket> socket_;
+  std::unique_ptr<ControlSession> session_;
+  std::optional<EventLoop::TimerId> deadline_;
+  int signals_ = -1;
+  bool ending_workers_ = false, finishing_ = false, ready_written_ = false;
+  int exit_code_ = 0;
+};
+
+}  // namespace tessera::agent

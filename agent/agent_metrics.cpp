@@ -1,0 +1,43 @@
+#include "agent/agent_metrics.h"
+
+#include <string>
+
+namespace tessera::agent {
+namespace {
+
+prometheus::Gauge& Gauge(prometheus::Registry& registry, const std::string& name, const std::string& help) {
+  return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+}
+
+prometheus::Counter& Counter(prometheus::Registry& registry, const std::string& name, const std::string& help,
+                             const prometheus::Labels& labels = {}) {
+  return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add(labels);
+}
+
+constexpr char kExits[] = "tessera_agent_worker_exits_total";
+constexpr char kExitsHelp[] = "Workers ended";
+
+}  // namespace
+
+AgentMetrics::AgentMetrics()
+    : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
+      workers_(Gauge(*registry_, "tessera_agent_workers", "Workers that run")),
+      connected_(Gauge(*registry_, "tessera_agent_control_connected", "1 while connected to the control plane")),
+      starts_(Counter(*registry_, "tessera_agent_worker_starts_total", "Workers started")),
+      heartbeats_(Counter(*registry_, "tessera_agent_heartbeats_total", "Heartbeats sent")),
+      clean_(Counter(*registry_, kExits, kExitsHelp, {{"result", "clean"}})),
+      error_(Counter(*registry_, kExits, kExitsHelp, {{"result", "error"}})),
+      signal_(Counter(*registry_, kExits, kExitsHelp, {{"result", "signal"}})) {}
+
+void AgentMetrics::Exited(ExitResult result) {
+  switch (result) {
+    case ExitResult::kClean:
+      return clean_.Increment();
+    case ExitResult::kError:
+      return error_.Increment();
+    case ExitResult::kSignal:
+      return signal_.Increment();
+  }
+}
+
+}  // namespace tessera::agent

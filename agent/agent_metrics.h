@@ -1,0 +1,30 @@
+// AgentMetrics: the agent's figures on /metrics; docs/metrics.md lists them. Thread rule: any thread.
+#pragma once
+
+#include <memory>
+
+#include "agent/supervisor.h"
+#include "prometheus/counter.h"
+#include "prometheus/gauge.h"
+#include "prometheus/registry.h"
+
+namespace tessera::agent {
+
+class AgentMetrics {
+ public:
+  AgentMetrics();
+
+  const std::shared_ptr<prometheus::Registry>& registry() const { return registry_; }
+  void SetWorkers(std::size_t count) { workers_.Set(static_cast<double>(count)); }
+  void SetConnected(bool connected) { connected_.Set(connected ? 1 : 0); }
+  void Started() { starts_.Increment(); }
+  void Exited(ExitResult result);
+  void Heartbeat() { heartbeats_.Increment(); }
+
+ private:
+  std::shared_ptr<prometheus::Registry> registry_;
+  prometheus::Gauge &workers_, &connected_;
+  prometheus::Counter &starts_, &heartbeats_, &clean_, &error_, &signal_;
+};
+
+}  // namespace tessera::agent

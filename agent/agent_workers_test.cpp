@@ -1,0 +1,277 @@
+// What an agent does with workers: the real program and real processes.
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include "agent/agent_fixture.h"
+#include "agent/state_dir.h"
+#include "gmock/gmock.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::agent {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::SizeIs;
+
+class AgentWorkersTest : public AgentFixture {
+ protected:
+  void RunFour() {
+    control_.SetDesired({Order(1), Order(2), Order(3), Order(4)});
+    for (const std::uint32_t region : {1U, 2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+    ASSERT_THAT(HoldWorkers(), SizeIs(4));
+  }
+};
+
+TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  const auto begin = std::chrono::steady_clock::now();
+  RunFour();
+  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  std::printf("four workers from desired to RUNNING: %.1f ms\n", took.count());
+  RecordProperty("four_workers_ms", static_cast<int>(took.count()));
+
+  const ControlRecord record = control_.record();
+  std::set<std::uint32_t> ports;
+  for (const auto& [region, report] : record.reports) {
+    EXPECT_EQ(report.failure(), "");  // it found its scene and its key
+    EXPECT_EQ(report.address().host(), "127.0.0.1");
+    for (const auto port :
+         {report.address().game_port(), report.address().link_port(), report.address().metrics_port()}) {
+      EXPECT_GE(port, first_port_);
+      EXPECT_TRUE(ports.insert(port).second);
+    }
+    const std::string arguments = ReadFile("/proc/" + std::to_string(report.identity().pid()) + "/cmdline").value();
+    EXPECT_THAT(arguments, Not(HasSubstr("TOP-SECRET")));
+  }
+  EXPECT_EQ(record.scene_fetches, 1);
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.acted_on == 1; }));
+
+  control_.SetDesired({Order(2), Order(3)});
+  ASSERT_TRUE(WaitForExits(2));
+  for (const v1::WorkerExited& exited : control_.record().exits) {
+    EXPECT_THAT(exited.identity().region(), ::testing::AnyOf(1U, 4U));
+    EXPECT_EQ(exited.exit_code(), 0);
+    EXPECT_EQ(exited.signal(), 0);
+  }
+  EXPECT_THAT(agent->Log(), AllOf(HasSubstr("worker=inst-1/1#101 revision=1 outcome=\"starting on ports from"),
+                                  HasSubstr("outcome=\"no longer wanted: stopping\""), Not(HasSubstr("TOP-SECRET"))));
+}
+
+TEST_F(AgentWorkersTest, StopOrderEndsAWorkerInOrder) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  v1::WorkerOrder stop = Order(1, 2);
+  stop.set_stop(true);
+  control_.SetDesired({stop});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_EQ(control_.record().exits[0].reason(), "exited with code 0");
+}
+
+TEST_F(AgentWorkersTest, WorkerThatExitsAtItsStartIsReportedWithItsLastLines) {
+  SetMode(1, "exit:7");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForExits(1));
+  const v1::WorkerExited exited = control_.record().exits[0];
+  EXPECT_FALSE(exited.started());
+  EXPECT_EQ(exited.exit_code(), 7);
+  EXPECT_EQ(exited.reason(), "exited with code 7");
+  EXPECT_THAT(exited.last_log_lines(), ElementsAre("start line 1", "start line 2", "start line 3"));
+}
+
+TEST_F(AgentWorkersTest, CrashIsReportedWithSignalAndTheLastTwentyLines) {
+  SetMode(1, "abort");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForExits(1));
+  const v1::WorkerExited exited = control_.record().exits[0];
+  EXPECT_TRUE(exited.started());
+  EXPECT_EQ(exited.signal(), SIGABRT);
+  EXPECT_EQ(exited.reason(), "killed by SIGABRT (Aborted)");
+  ASSERT_EQ(exited.last_log_lines_size(), 20);
+  EXPECT_EQ(exited.last_log_lines(0), "crash line 11");
+  EXPECT_EQ(exited.last_log_lines(19), "crash line 30");
+}
+
+TEST_F(AgentWorkersTest, PortInUseIsTriedAgainOnOtherPorts) {
+  SetMode(1, "busy-below:" + std::to_string(first_port_ + 9));
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  EXPECT_GE(control_.record().reports.at(1).address().game_port(), first_port_ + 9U);
+  EXPECT_THAT(control_.record().exits, SizeIs(0));
+}
+
+TEST_F(AgentWorkersTest, PortInUseEverywhereIsReportedWithTheRange) {
+  SetMode(1, "exit:98");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_FALSE(control_.record().exits[0].started());
+  EXPECT_EQ(control_.record().exits[0].reason(),
+            "port in use: no three free ports in " + port_range_ + " after 16 attempts");
+}
+
+TEST_F(AgentWorkersTest, WorkerThatHangsAtItsStartIsKilledAndReported) {
+  SetMode(1, "hang");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_FALSE(control_.record().exits[0].started());
+  EXPECT_EQ(control_.record().exits[0].signal(), SIGKILL);
+  EXPECT_EQ(control_.record().exits[0].reason(), "killed: did not attach within 10 s");
+}
+
+TEST_F(AgentWorkersTest, SceneThatDoesNotHashToItsNameIsRefused) {
+  control_.Change([&](ControlRecord& record) { record.scenes[scene_hash_] = v1::Scene().SerializeAsString(); });
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_THAT(control_.record().exits[0].reason(), HasSubstr("scene " + scene_hash_ + ": what the control plane sent"));
+  EXPECT_FALSE(std::filesystem::exists(state_dir_ + "/scenes/" + scene_hash_ + ".pb"));
+}
+
+TEST_F(AgentWorkersTest, UnknownSceneIsReportedAndTheCacheServesAKnownOneTwice) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  v1::WorkerOrder unknown = Order(1);
+  unknown.set_scene_hash(std::string(64, '0'));
+  control_.SetDesired({unknown});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_THAT(control_.record().exits[0].reason(), HasSubstr("no instance uses it"));
+  control_.SetDesired({Order(2)});
+  ASSERT_TRUE(WaitForPhase(2, v1::WORKER_PHASE_RUNNING));
+  agent->Signal(SIGTERM);
+  agent->Wait();
+  const auto next = StartAgent({"--stop-workers"});
+  control_.SetDesired({Order(3)});
+  ASSERT_TRUE(WaitForPhase(3, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(control_.record().scene_fetches, 2);  // one refused, one served
+}
+
+TEST_F(AgentWorkersTest, SigtermLeavesWorkersAndTheNextAgentAdoptsThem) {
+  const auto first = StartAdmitted();
+  RunFour();
+  const std::vector<pid_t> pids = HoldWorkers();
+  first->Signal(SIGTERM);
+  EXPECT_EQ(first->Wait().code, 0);
+  EXPECT_TRUE(WorkersLive());
+
+  control_.Change([](ControlRecord& r) { r.reports.clear(); });
+  const auto second = StartAgent();
+  for (const std::uint32_t region : {1U, 2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(HoldWorkers(), pids);
+  EXPECT_EQ(control_.record().hellos.back().workers_size(), 4);
+  EXPECT_THAT(control_.record().exits, SizeIs(0));
+
+  // Adopted ones follow orders and are watched.
+  control_.SetDesired({Order(1, 2), Order(2), Order(3)});
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.exits.size() == 1; }));
+  EXPECT_EQ(control_.record().exits[0].identity().region(), 4U);
+  kill(pids[1], SIGKILL);  // not reaped: the test is its parent now
+  ASSERT_TRUE(WaitForExits(2));
+  EXPECT_THAT(control_.record().exits[1].reason(), HasSubstr("exit status is unknown"));
+}
+
+TEST_F(AgentWorkersTest, KilledAgentsWorkersAreAdoptedToo) {
+  auto first = StartAdmitted();
+  RunFour();
+  const std::vector<pid_t> pids = HoldWorkers();
+  first->Signal(SIGKILL);
+  first->Wait();
+  EXPECT_TRUE(WorkersLive());
+  kill(pids[3], SIGKILL);  // while nobody looks
+  control_.Change([](ControlRecord& r) { r.reports.clear(); });
+  const auto second = StartAgent({"--stop-workers"});
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_THAT(control_.record().exits[0].reason(), HasSubstr("ended while no agent ran"));
+  for (const std::uint32_t region : {1U, 2U, 3U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+  second->Signal(SIGTERM);  // --stop-workers ends adopted ones as well
+  EXPECT_EQ(second->Wait().code, 0);
+  EXPECT_TRUE(WaitForWorkersToEnd());
+}
+
+TEST_F(AgentWorkersTest, ControlPlaneAwayLeavesWorkersAloneAndItsReturnTellsAll) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  RunFour();
+  const std::vector<pid_t> pids = HoldWorkers();
+  control_.Stop();
+  kill(pids[0], SIGKILL);
+  ASSERT_TRUE(agent->WaitForLog("worker ended worker=inst-1/1#101"));
+  control_.Change([](ControlRecord& r) { r.reports.clear(); });
+  control_.Start();
+  ASSERT_TRUE(WaitForExits(1));  // told on return
+  EXPECT_EQ(control_.record().exits[0].signal(), SIGKILL);
+  for (const std::uint32_t region : {2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(HoldWorkers(), (std::vector<pid_t>{pids[1], pids[2], pids[3]}));
+}
+
+TEST_F(AgentWorkersTest, StopWorkersEndsAllBeforeItExitsAndTellsTheControlPlane) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  RunFour();
+  agent->Signal(SIGTERM);
+  EXPECT_EQ(agent->Wait().code, 0);
+  EXPECT_FALSE(WorkersLive());
+  ASSERT_TRUE(WaitForExits(4));
+  for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_EQ(exited.reason(), "exited with code 0");
+}
+
+TEST_F(AgentWorkersTest, StubbornWorkerIsKilledAfterItsTime) {
+  SetMode(1, "stubborn");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  HoldWorkers();
+  agent->Signal(SIGTERM);
+  EXPECT_EQ(agent->Wait().code, 0);
+  EXPECT_TRUE(WaitForWorkersToEnd());
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_EQ(control_.record().exits[0].reason(), "killed: did not stop within 3 s of SIGTERM");
+}
+
+TEST_F(AgentWorkersTest, SecondSignalKillsAtOnce) {
+  SetMode(1, "stubborn");
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  HoldWorkers();
+  agent->Signal(SIGTERM);
+  ASSERT_TRUE(agent->WaitForLog("stop=true"));
+  agent->Signal(SIGTERM);
+  EXPECT_EQ(agent->Wait().code, 0);
+  ASSERT_TRUE(WaitForExits(1));
+  EXPECT_EQ(control_.record().exits[0].reason(), "killed: told to stop at once");
+}
+
+TEST_F(AgentWorkersTest, WorkersOfAnAgentThatStopsThemDieWithItEvenWhenItIsKilled) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  RunFour();
+  agent->Signal(SIGKILL);
+  agent->Wait();
+  EXPECT_TRUE(WaitForWorkersToEnd());
+}
+
+TEST_F(AgentWorkersTest, AgentThatDiesWithItsParentEndsItsWorkersInOrder) {
+  // A shell is the parent: it starts the agent, tells its pid, and is killed.
+  const std::string bin = TESSERA_BINARY_DIR;
+  const std::string command = bin + "/bin/tessera-agent --control " + control_.address() + " --state-dir " +
+                              state_dir_ + " --metrics-listen 127.0.0.1:0 --port-range " + port_range_ +
+                              " --region-binary " + bin +
+                              "/tests/agent_fake_worker --join-token good-token --stop-workers --die-with-parent";
+  const Program shell({"/bin/sh", "-c", command + " & wait"}, folder_ + "/shell.log");
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 1; })) << shell.Log();
+  RunFour();
+  shell.Signal(SIGKILL);
+  EXPECT_TRUE(WaitForWorkersToEnd());
+  ASSERT_TRUE(WaitForExits(4));
+  for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_EQ(exited.reason(), "exited with code 0");
+  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 0; }));
+}
+
+}  // namespace
+}  // namespace tessera::agent

@@ -1,0 +1,183 @@
+#include "agent/control_link.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <chrono>
+#include <deque>
+#include <mutex>
+#include <utility>
+
+#include "agent/grpc_status.h"
+#include "agent/limits.h"
+#include "tessera/v1/agent_link.grpc.pb.h"
+
+namespace tessera::agent {
+namespace {
+
+std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // else a failed attempt's waiting time is inherited
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTime_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+bool SameWorker(const v1::WorkerReport& a, const v1::WorkerReport& b) {
+  return a.identity().instance_id() == b.identity().instance_id() && a.identity().region() == b.identity().region() &&
+         a.identity().incarnation() == b.identity().incarnation();
+}
+
+// Whether `newer` says all that `older` does.
+bool Replaces(const v1::AgentMessage& newer, const v1::AgentMessage& older) {
+  if (newer.has_heartbeat()) return older.has_heartbeat();
+  return newer.has_report() && older.has_report() && SameWorker(newer.report(), older.report());
+}
+
+// gRPC's rule that decides the shape below: once a read has failed no write may be started, and a hold keeps the call
+// open until we say that none will be. So the hold is given back when reading is over and no write is under way.
+class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::AgentMessage, v1::ControlMessage> {
+ public:
+  Stream(const std::string& address, Callbacks callbacks)
+      : stub_(v1::AgentLinkService::NewStub(NewChannel(address))), callbacks_(std::move(callbacks)) {}
+
+  void Begin(std::shared_ptr<Stream> self, const v1::AgentHello& hello) {
+    self_ = std::move(self);
+    stub_->async()->Attach(&context_, this);
+    AddHold();
+    StartRead(&incoming_);
+    v1::AgentMessage first;
+    *first.mutable_hello() = hello;
+    Send(std::move(first));
+    StartCall();
+  }
+
+  void Send(v1::AgentMessage message) override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (reading_over_ || closing_) return;
+      const auto old =
+          std::find_if(waiting_.begin(), waiting_.end(), [&](const auto& m) { return Replaces(message, m); });
+      if (old != waiting_.end()) {
+        *old = std::move(message);
+      } else {
+        waiting_.push_back(std::move(message));
+      }
+      if (writing_) return;
+      writing_ = true;
+    }
+    WriteNext();
+  }
+
+  void Close() override {
+    {
+      const std::lock_guard lock(mutex_);
+      if (reading_over_ || closing_) return;
+      closing_ = true;
+      if (writing_) return;
+      writing_ = true;
+    }
+    WriteNext();
+  }
+
+  void Cancel() override { context_.TryCancel(); }
+
+  void FetchScene(const v1::FetchSceneRequest& request,
+                  std::function<void(absl::StatusOr<std::string>)> done) override {
+    struct Call {
+      grpc::ClientContext context;
+      v1::FetchSceneRequest request;
+      v1::FetchSceneResponse response;
+    };
+    auto call = std::make_shared<Call>();
+    call->request = request;
+    call->context.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
+    stub_->async()->FetchScene(&call->context, &call->request, &call->response,
+                               [call, done = std::move(done)](const grpc::Status& status) {
+                                 if (!status.ok()) return done(FromGrpc(status));
+                                 done(std::move(*call->response.mutable_scene()));
+                               });
+  }
+
+  void OnReadDone(bool ok) override {
+    if (ok) {
+      callbacks_.on_message(std::move(incoming_));
+      incoming_.Clear();
+      StartRead(&incoming_);
+      return;
+    }
+    bool release = false;
+    {
+      const std::lock_guard lock(mutex_);
+      reading_over_ = true;
+      release = !writing_;
+    }
+    if (release) RemoveHold();
+  }
+
+  void OnWriteDone(bool ok) override { Written(ok); }
+  void OnWritesDoneDone(bool) override { Written(false); }
+
+  void OnDone(const grpc::Status& status) override {
+    const std::shared_ptr<Stream> self = std::move(self_);  // may be the last
+    callbacks_.on_closed(FromGrpc(status));
+  }
+
+ private:
+  // With `writing_` set, so this thread alone starts a write.
+  void WriteNext() {
+    {
+      const std::lock_guard lock(mutex_);
+      last_ = waiting_.empty();
+      if (!last_) {
+        outgoing_ = std::move(waiting_.front());
+        waiting_.pop_front();
+      }
+    }
+    if (last_) {
+      StartWritesDone();
+    } else {
+      StartWrite(&outgoing_);
+    }
+  }
+
+  // A write, or the half-close that follows the last one, is over.
+  void Written(bool more_possible) {
+    bool next = false, release = false;
+    {
+      const std::lock_guard lock(mutex_);
+      if (!more_possible) closing_ = true;  // nothing more goes out; a failing read ends the stream
+      next = more_possible && !reading_over_ && (closing_ || !waiting_.empty());
+      writing_ = next;
+      release = !next && reading_over_;
+    }
+    if (next) WriteNext();
+    if (release) RemoveHold();
+  }
+
+  std::unique_ptr<v1::AgentLinkService::Stub> stub_;
+  const Callbacks callbacks_;
+  grpc::ClientContext context_;
+  v1::ControlMessage incoming_;
+  v1::AgentMessage outgoing_;  // while writing_
+  bool last_ = false;
+  std::shared_ptr<Stream> self_;
+
+  std::mutex mutex_;  // guards what follows
+  std::deque<v1::AgentMessage> waiting_;
+  bool writing_ = false, closing_ = false, reading_over_ = false;
+};
+
+}  // namespace
+
+std::shared_ptr<ControlLink> ControlLink::Dial(const std::string& address, const v1::AgentHello& hello,
+                                               Callbacks callbacks) {
+  auto stream = std::make_shared<Stream>(address, std::move(callbacks));
+  stream->Begin(stream, hello);
+  return stream;
+}
+
+}  // namespace tessera::agent

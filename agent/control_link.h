@@ -1,0 +1,41 @@
+// ControlLink: one stream to the control plane, from dialling to its end.
+//
+//   auto link = ControlLink::Dial("10.0.0.1:7700", hello, {.on_message = ..., .on_closed = ...});
+//   link->Send(heartbeat);
+//   link->Close();  // what was sent still goes out; on_closed follows when the control plane has ended the stream too
+//
+// It keeps itself alive until `on_closed`, which comes exactly once and last. Each link dials anew, so none of gRPC's
+// own waiting between attempts is in the way. What waits to be sent never holds two heartbeats, nor two reports of one
+// worker: the newer replaces the older, so a slow control plane costs no memory.
+// Thread rule: every method from any thread. Callbacks run on gRPC's threads and must not block.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "tessera/v1/agent_link.pb.h"
+
+namespace tessera::agent {
+
+class ControlLink {
+ public:
+  struct Callbacks {
+    std::function<void(v1::ControlMessage)> on_message;
+    std::function<void(absl::Status)> on_closed;  // OK: the control plane ended the stream
+  };
+  static std::shared_ptr<ControlLink> Dial(const std::string& address, const v1::AgentHello& hello,
+                                           Callbacks callbacks);
+  virtual ~ControlLink() = default;
+
+  virtual void Send(v1::AgentMessage message) = 0;
+  virtual void Close() = 0;
+  virtual void Cancel() = 0;
+  // `done` is called once, on one of gRPC's threads, with the serialised scene.
+  virtual void FetchScene(const v1::FetchSceneRequest& request,
+                          std::function<void(absl::StatusOr<std::string>)> done) = 0;
+};
+
+}  // namespace tessera::agent

@@ -1,0 +1,130 @@
+#include "agent/control_session.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "spdlog/spdlog.h"
+#include "telemetry/logging.h"
+
+namespace tessera::agent {
+namespace {
+
+using telemetry::LogValue;
+
+// What no other attempt mends. A hello whose form is wrong counts before the first admission only (see OnClosed).
+bool IsRefusal(const absl::Status& status) {
+  return absl::IsUnauthenticated(status) || absl::IsPermissionDenied(status);
+}
+bool IsBadHello(const absl::Status& status) {
+  return absl::IsInvalidArgument(status) || absl::IsFailedPrecondition(status) || absl::IsUnimplemented(status);
+}
+
+}  // namespace
+
+ControlSession::ControlSession(std::shared_ptr<EventLoop> loop, std::string address, Callbacks callbacks)
+    : loop_(std::move(loop)),
+      address_(std::move(address)),
+      callbacks_(std::move(callbacks)),
+      alive_(std::make_shared<ControlSession*>(this)),
+      random_(std::random_device{}()) {}
+
+ControlSession::~ControlSession() {
+  if (timer_) loop_->Cancel(*timer_);
+  if (link_) link_->Cancel();
+}
+
+void ControlSession::Dial() {
+  const std::uint64_t dial = ++dial_;
+  // From gRPC's threads to ours; by then this session, or this dial of it, may be history.
+  const auto relay = [loop = loop_, weak = std::weak_ptr(alive_), dial](auto deliver) {
+    loop->Post([weak, dial, deliver = std::move(deliver)] {
+      const auto session = weak.lock();
+      if (session && (*session)->dial_ == dial) deliver(**session);
+    });
+  };
+  ControlLink::Callbacks callbacks;
+  callbacks.on_message = [relay](v1::ControlMessage message) {
+    relay([message = std::move(message)](ControlSession& session) { session.OnMessage(message); });
+  };
+  callbacks.on_closed = [relay](const absl::Status& status) {
+    relay([status](ControlSession& session) { session.OnClosed(status); });
+  };
+  link_ = ControlLink::Dial(address_, callbacks_.hello(), std::move(callbacks));
+  SetTimer(Clock::now() + kAdmissionTimeout, [this] { link_->Cancel(); });
+}
+
+void ControlSession::Send(v1::AgentMessage message) {
+  if (admitted_link_) admitted_link_->Send(std::move(message));
+}
+
+void ControlSession::OnMessage(const v1::ControlMessage& message) {
+  if (message.has_admitted()) {
+    OnAdmitted(message.admitted());
+  } else if (message.has_desired() && admitted_link_) {
+    callbacks_.on_desired(message.desired());
+  } else {
+    spdlog::warn("message ignored from=control kind={} admitted={}", static_cast<int>(message.kind_case()),
+                 admitted_link_ != nullptr);
+  }
+}
+
+void ControlSession::OnAdmitted(const v1::Admitted& admitted) {
+  const std::uint32_t asked = admitted.heartbeat_interval_ms();
+  heartbeat_interval_ = std::chrono::milliseconds(std::clamp(asked, kMinHeartbeat_ms, kMaxHeartbeat_ms));
+  backoff_ = kFirstBackoff;
+  admitted_link_ = link_;
+  known_ = Known::kConnected;
+  spdlog::info("control plane connected at={} host_id={} host_name={} heartbeat_ms={}", LogValue(address_),
+               LogValue(admitted.host_id()), LogValue(admitted.host_name()), asked);
+  callbacks_.on_admitted(admitted);
+  // Not at once: the hello has told all.
+  if (admitted_link_) SetTimer(Clock::now() + heartbeat_interval_, [this] { Beat(); });
+}
+
+void ControlSession::Beat() {
+  v1::AgentMessage message;
+  *message.mutable_heartbeat() = callbacks_.heartbeat();
+  Send(std::move(message));
+  SetTimer(Clock::now() + heartbeat_interval_, [this] { Beat(); });
+}
+
+void ControlSession::OnClosed(const absl::Status& status) {
+  if (timer_) loop_->Cancel(*timer_);
+  timer_.reset();
+  link_.reset();
+  const bool was_admitted = std::exchange(admitted_link_, nullptr) != nullptr;
+  if (closed_) return std::exchange(closed_, nullptr)();
+  if (IsRefusal(status) || (known_ != Known::kConnected && IsBadHello(status))) {
+    return callbacks_.on_refused(status);
+  }
+  if (known_ != Known::kAway) {
+    known_ = Known::kAway;
+    const std::string why = status.ok() ? "the stream was ended" : std::string(status.message());
+    spdlog::warn("control plane away at={} reason={}; workers run on, trying again", LogValue(address_), LogValue(why));
+  }
+  if (was_admitted) callbacks_.on_away();
+  SetTimer(Clock::now() + NextBackoff(), [this] { Dial(); });
+}
+
+void ControlSession::Close(std::function<void()> closed) {
+  if (!link_ || !admitted_link_) return closed();
+  closed_ = std::move(closed);
+  link_->Close();
+  SetTimer(Clock::now() + kFarewell, [this] { link_->Cancel(); });
+}
+
+void ControlSession::SetTimer(TimePoint when, EventLoop::Callback callback) {
+  if (timer_) loop_->Cancel(*timer_);
+  timer_ = loop_->RunAt(when, [this, callback = std::move(callback)] {
+    timer_.reset();
+    callback();
+  });
+}
+
+Duration ControlSession::NextBackoff() {
+  const Duration full = std::exchange(backoff_, std::min(2 * backoff_, kLastBackoff));
+  return full - full / 5 * std::uniform_int_distribution<int>(0, 100)(random_) / 100;
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,65 @@
+// ControlSession: being a host of the control plane, for as long as this program runs.
+//
+// Dials, says hello, is admitted, beats, and when the stream ends dials again, for ever. Each change between connected
+// and away is logged once. Only a refusal (wrong or used token, wrong secret, host removed) ends it.
+//
+// Thread rule: the event loop's thread, which also runs the callbacks.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <random>
+#include <string>
+
+#include "absl/status/status.h"
+#include "agent/control_link.h"
+#include "agent/event_loop.h"
+
+namespace tessera::agent {
+
+class ControlSession {
+ public:
+  struct Callbacks {
+    std::function<v1::AgentHello()> hello;
+    std::function<v1::AgentHeartbeat()> heartbeat;
+    std::function<void(const v1::Admitted&)> on_admitted;
+    std::function<void(const v1::DesiredSet&)> on_desired;
+    std::function<void()> on_away;
+    std::function<void(const absl::Status&)> on_refused;  // the session is over
+  };
+  ControlSession(std::shared_ptr<EventLoop> loop, std::string address, Callbacks callbacks);
+  ~ControlSession();
+
+  void Start() { Dial(); }
+  // Dropped unless admitted: whatever counts is told again on admission.
+  void Send(v1::AgentMessage message);
+  // The link while admitted, else null.
+  const std::shared_ptr<ControlLink>& link() const { return admitted_link_; }
+  // Ends in order: what was sent goes out. `closed` follows after kFarewell at most.
+  void Close(std::function<void()> closed);
+
+ private:
+  void Dial();
+  void OnMessage(const v1::ControlMessage& message);
+  void OnAdmitted(const v1::Admitted& admitted);
+  void OnClosed(const absl::Status& status);
+  void Beat();
+  void SetTimer(TimePoint when, EventLoop::Callback callback);
+  Duration NextBackoff();
+
+  const std::shared_ptr<EventLoop> loop_;
+  const std::string address_;
+  const Callbacks callbacks_;
+  // Callbacks of links hold a weak one, with the number of their dial: what an old link says is not heard.
+  const std::shared_ptr<ControlSession*> alive_;
+  std::uint64_t dial_ = 0;
+  std::shared_ptr<ControlLink> link_, admitted_link_;
+  std::optional<EventLoop::TimerId> timer_;
+  Duration heartbeat_interval_{}, backoff_ = kFirstBackoff;
+  enum class Known { kNothing, kConnected, kAway } known_ = Known::kNothing;  // as last logged
+  std::function<void()> closed_;
+  std::minstd_rand random_;
+};
+
+}  // namespace tessera::agent

@@ -1,0 +1,54 @@
+// A control plane for tests of the agent: real gRPC on 127.0.0.1, told by the test what to want, and keeping what it
+// hears. Thread rule: every method from any thread.
+#pragma once
+
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "tessera/v1/agent_link.pb.h"
+
+namespace tessera::agent {
+
+// What was heard, and the state of admission.
+struct ControlRecord {
+  std::string token = "good-token";
+  bool token_used = false;
+  std::string secret = "host-secret-of-the-test";
+  std::map<std::string, std::string> scenes;  // by hash, serialised
+  int scene_fetches = 0;
+
+  std::vector<v1::AgentHello> hellos;
+  int streams = 0;  // that stand now
+  int heartbeats = 0;
+  std::uint64_t acted_on = 0;                         // desired revision of the last heartbeat
+  std::map<std::uint32_t, v1::WorkerReport> reports;  // the last, by region
+  std::vector<v1::WorkerExited> exits;
+};
+
+class FakeControlPlane {
+ public:
+  FakeControlPlane();
+  ~FakeControlPlane();
+
+  std::string address() const;  // the same after Stop and Start
+  void Start();
+  void Stop();
+
+  // Sent to the agent that is attached and to each that attaches from now on. Revisions are counted by themselves.
+  void SetDesired(const std::vector<v1::WorkerOrder>& orders);
+  void Change(const std::function<void(ControlRecord&)>& change);
+  ControlRecord record() const;
+  // Whether `holds` came true before the test's patience ended; asked after each thing heard.
+  bool WaitUntil(const std::function<bool(const ControlRecord&)>& holds) const;
+
+ private:
+  class Service;
+  std::unique_ptr<Service> service_;
+};
+
+}  // namespace tessera::agent

@@ -1,0 +1,53 @@
+// Limits and defaults of the agent, each with its unit, its reason, and what breaks if it changes.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::agent {
+
+using Clock = std::chrono::steady_clock;
+using TimePoint = Clock::time_point;
+using Duration = Clock::duration;
+
+// A worker that starts dials its agent before anything else; one that has not after this long hangs.
+inline constexpr Duration kAttachTimeout = std::chrono::seconds(10);
+// From the order to stop to SIGTERM, and from SIGTERM to SIGKILL. A worker ends within a few ticks; the sum must stay
+// below what `tessera up` and systemd wait for this program (15 s and 90 s).
+inline constexpr Duration kStopPatience = std::chrono::seconds(5);
+inline constexpr Duration kTermPatience = std::chrono::seconds(3);
+// Exit code of a worker that could not bind one of its ports, and how many other ports it is then tried with.
+inline constexpr int kExitPortInUse = 98;
+inline constexpr int kPortAttempts = 16;
+// Game (UDP), region link (UDP), metrics (TCP).
+inline constexpr std::uint32_t kPortsPerWorker = 3;
+
+// Between attempts to reach the control plane: doubles from the first to the last, each shortened by up to a fifth at
+// random, so that a thousand agents do not come back in one wave.
+inline constexpr Duration kFirstBackoff = std::chrono::milliseconds(50);
+inline constexpr Duration kLastBackoff = std::chrono::seconds(2);
+// An attempt to reach the control plane, from dialling to its first answer.
+inline constexpr Duration kAdmissionTimeout = std::chrono::seconds(10);
+// A connection to a host that vanished without a word is given up after the sum of these two.
+inline constexpr int kKeepaliveTime_ms = 10'000, kKeepaliveTimeout_ms = 5'000;
+// What the control plane may ask for. Below, heartbeats cost more than they tell.
+inline constexpr std::uint32_t kMinHeartbeat_ms = 20, kMaxHeartbeat_ms = 60'000;
+// Last words on a stream (what just ended) before this program exits; the other side may be gone.
+inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
+
+// One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).
+inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
+inline constexpr int kMaxMessageBytes = 256 << 20;
+
+// Of a worker's log file, when it has ended.
+inline constexpr std::size_t kLastLines = 20, kMaxLineBytes = 500;
+// Log files of workers that have ended; the oldest go first.
+inline constexpr std::size_t kKeptLogs = 200;
+
+// The kernel's sun_path is 108 bytes with its final zero.
+inline constexpr std::size_t kMaxSocketPath = 107;
+
+inline constexpr std::uint32_t kRegionsPerCore = 8;
+
+}  // namespace tessera::agent

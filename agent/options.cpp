@@ -1,0 +1,176 @@
+#include "agent/options.h"
+
+#include <arpa/inet.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "agent/limits.h"
+#include "agent/state_dir.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
+constexpr std::uint32_t kMaxCapacity = 10'000;
+
+bool IsHost(const std::string& text) {
+  return !text.empty() && text.size() <= 253 && std::all_of(text.begin(), text.end(), [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_' || c == ':';
+  });
+}
+
+struct Flags {
+  std::string control = "127.0.0.1:7700", join_token, join_token_file, state_dir = "/var/lib/tessera/agent";
+  std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, log_level;
+  std::string ports = "7800-8799";
+  std::uint32_t capacity = 0;
+  bool stop_workers = false, die_with_parent = false;
+};
+
+void Declare(CLI::App& app, Flags& f) {
+  app.set_version_flag("--version", "tessera-agent " TESSERA_VERSION);
+  app.add_option("--control", f.control, "the control plane, HOST:PORT")
+      ->envname("TESSERA_CONTROL")
+      ->capture_default_str();
+  auto* token =
+      app.add_option("--join-token", f.join_token,
+                     "from `tessera host add`; the first time only. Others on this machine see it here: better "
+                     "the file or the environment's TESSERA_JOIN_TOKEN");
+  app.add_option("--join-token-file", f.join_token_file, "a file that holds it")->excludes(token);
+  app.add_option("--state-dir", f.state_dir, "where this host's identity, sockets, logs and scenes are kept")
+      ->envname("TESSERA_AGENT_STATE_DIR")
+      ->capture_default_str();
+  app.add_option("--advertise-address", f.advertise, "where clients and other hosts reach this one")
+      ->capture_default_str();
+  app.add_option(
+      "--bind-address", f.bind,
+      "IPv4 address on which workers listen; default 127.0.0.1 if the advertised one is loopback, else 0.0.0.0");
+  app.add_option("--port-range", f.ports, "ports of workers, three each, FIRST-LAST")->capture_default_str();
+  app.add_option("--capacity", f.capacity, "how many workers this host takes; default 8 a core");
+  app.add_option("--metrics-listen", f.metrics, "ADDRESS:PORT of /metrics; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
+  app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
+  app.add_flag("--stop-workers", f.stop_workers,
+               "end the workers at the end, instead of leaving them to the next agent");
+  app.add_flag("--die-with-parent", f.die_with_parent, "end as on SIGTERM when the parent process dies");
+  app.add_option("--log", f.log_level, "trace, debug, info, warning, error or off; default info");
+}
+
+absl::Status ReadToken(const Flags& f, Options& options) {
+  options.join_token = f.join_token;
+  if (!f.join_token_file.empty()) {
+    absl::StatusOr<std::string> text = ReadFile(f.join_token_file);
+    if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", text.status().message()));
+    options.join_token = std::string(absl::StripAsciiWhitespace(*text));
+    if (options.join_token.empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", f.join_token_file, ": is empty"));
+    }
+  }
+  if (const char* token = std::getenv(kTokenEnvironment); options.join_token.empty() && token != nullptr) {
+    options.join_token = token;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckAddresses(const Flags& f, Options& options) {
+  if (!IsHost(f.advertise)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--advertise-address \"", f.advertise, "\" is neither an address nor a host name"));
+  }
+  options.advertise_address = f.advertise;
+  options.bind_address = f.bind.empty() ? DefaultBindAddress(f.advertise) : f.bind;
+  in_addr ignored{};
+  if (inet_pton(AF_INET, options.bind_address.c_str(), &ignored) != 1) {
+    return absl::InvalidArgumentError(absl::StrCat("--bind-address \"", f.bind, "\" is not an IPv4 address"));
+  }
+  if (auto control = ParseHostPort("--control", f.control); !control.ok()) return control.status();
+  options.control = f.control;
+  auto metrics = ParseHostPort("--metrics-listen", f.metrics, true);
+  if (!metrics.ok()) return metrics.status();
+  options.metrics_host = metrics->host;
+  options.metrics_port = metrics->port;
+  return absl::OkStatus();
+}
+
+absl::Status CheckCapacity(const Flags& f, Options& options) {
+  auto ports = PortRange::Parse(f.ports);
+  if (!ports.ok()) return absl::InvalidArgumentError(absl::StrCat("--port-range ", ports.status().message()));
+  options.ports = *std::move(ports);
+  const std::uint32_t room = options.ports.places();
+  const std::uint32_t cores = std::max(std::thread::hardware_concurrency(), 1U);
+  options.capacity = f.capacity > 0 ? f.capacity : std::min(cores * kRegionsPerCore, room);
+  if (options.capacity > kMaxCapacity) {
+    return absl::InvalidArgumentError(absl::StrCat("--capacity must be at most ", kMaxCapacity, ", got ", f.capacity));
+  }
+  if (options.capacity > room) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--capacity ", f.capacity, ": --port-range ", f.ports, " has room for ", room, " workers only"));
+  }
+  return absl::OkStatus();
+}
+
+std::string BesideThisProgram(const char* name) {
+  std::error_code error;
+  return (std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / name).string();
+}
+
+}  // namespace
+
+absl::StatusOr<HostPort> ParseHostPort(const std::string& flag, const std::string& text, bool port_may_be_0) {
+  const std::size_t colon = text.rfind(':');
+  HostPort result;
+  std::uint32_t port = 0;
+  if (colon != std::string::npos) {
+    result.host = text.substr(0, colon);
+    const bool bracketed = result.host.size() > 2 && result.host.front() == '[' && result.host.back() == ']';
+    const bool many_colons = absl::StrContains(result.host, ':');
+    if (bracketed) result.host = result.host.substr(1, result.host.size() - 2);
+    const std::string digits = text.substr(colon + 1);
+    if (IsHost(result.host) && bracketed == many_colons && !digits.empty() && digits.size() <= 5 &&
+        std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
+        absl::SimpleAtoi(digits, &port) && port <= 65535 && (port > 0 || port_may_be_0)) {
+      result.port = static_cast<std::uint16_t>(port);
+      return result;
+    }
+  }
+  return absl::InvalidArgumentError(absl::StrCat(flag, " \"", text, "\" is not of the form HOST:PORT"));
+}
+
+std::string DefaultBindAddress(const std::string& address) {
+  return absl::StartsWith(address, "127.") || address == "localhost" ? "127.0.0.1" : "0.0.0.0";
+}
+
+absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
+  CLI::App app{"The agent of one host: starts, watches and ends the region workers that the control plane wants here."};
+  Flags f;
+  Declare(app, f);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {  // --help, --version
+    std::exit(app.exit(success));
+  } catch (const CLI::ParseError& error) {
+    return absl::InvalidArgumentError(absl::StrCat(error.what(), "; see --help"));
+  }
+  Options options;
+  if (absl::Status status = CheckAddresses(f, options); !status.ok()) return status;
+  if (absl::Status status = CheckCapacity(f, options); !status.ok()) return status;
+  if (absl::Status status = ReadToken(f, options); !status.ok()) return status;
+  options.state_dir = f.state_dir;
+  options.region_binary = f.region_binary.empty() ? BesideThisProgram("tessera-region") : f.region_binary;
+  options.ready_file = f.ready_file;
+  options.log_level = f.log_level;
+  options.stop_workers = f.stop_workers;
+  options.die_with_parent = f.die_with_parent;
+  return options;
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,43 @@
+// The command line of tessera-agent, read and checked.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "agent/ports.h"
+
+namespace tessera::agent {
+
+struct Options {
+  std::string control = "127.0.0.1:7700";
+  std::string join_token;  // secret
+  std::string state_dir = "/var/lib/tessera/agent";
+  std::string advertise_address = "127.0.0.1";
+  std::string bind_address;  // of the workers' ports
+  std::string metrics_host = "127.0.0.1";
+  std::uint16_t metrics_port = 7702;
+  std::string region_binary;
+  std::string ready_file;
+  std::string log_level;
+  PortRange ports{7800, 8799};
+  std::uint32_t capacity = 0;
+  bool stop_workers = false;
+  bool die_with_parent = false;
+};
+
+struct HostPort {
+  std::string host;
+  std::uint16_t port = 0;
+};
+// "10.0.0.1:7700", "control.example:7700", "[::1]:7700". INVALID_ARGUMENT that names `flag` and shows the text.
+absl::StatusOr<HostPort> ParseHostPort(const std::string& flag, const std::string& text, bool port_may_be_0 = false);
+
+// INVALID_ARGUMENT in one line for what cannot be read. Exits by itself, with 0, after --help and --version.
+absl::StatusOr<Options> ParseOptions(int argc, char** argv);
+
+// "127.0.0.1" if only this machine reaches `address`, else "0.0.0.0".
+std::string DefaultBindAddress(const std::string& address);
+
+}  // namespace tessera::agent

@@ -1,0 +1,84 @@
+#include "agent/options.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace tessera::agent {
+namespace {
+
+using ::testing::HasSubstr;
+
+absl::StatusOr<Options> Parse(std::vector<std::string> flags) {
+  flags.insert(flags.begin(), "tessera-agent");
+  std::vector<char*> argv;
+  for (std::string& flag : flags) argv.push_back(flag.data());
+  return ParseOptions(static_cast<int>(argv.size()), argv.data());
+}
+
+TEST(OptionsTest, DefaultsFitOneMachine) {
+  const Options options = Parse({}).value();
+  EXPECT_EQ(options.control, "127.0.0.1:7700");
+  EXPECT_EQ(options.bind_address, "127.0.0.1");
+  EXPECT_EQ(options.metrics_port, 7702);
+  EXPECT_EQ(options.ports.ToString(), "7800-8799");
+  EXPECT_EQ(options.capacity % 8, 0U);
+  EXPECT_THAT(options.region_binary, ::testing::EndsWith("/tessera-region"));
+  EXPECT_FALSE(options.stop_workers);
+}
+
+TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
+  EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3"})->bind_address, "0.0.0.0");
+  EXPECT_EQ(Parse({"--advertise-address", "localhost"})->bind_address, "127.0.0.1");
+  EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3", "--bind-address", "10.1.2.3"})->bind_address, "10.1.2.3");
+}
+
+TEST(OptionsTest, AddressesAreHostAndPort) {
+  EXPECT_EQ(ParseHostPort("--x", "[::1]:7700")->host, "::1");
+  EXPECT_EQ(ParseHostPort("--x", "control.example:1")->port, 1);
+  EXPECT_EQ(ParseHostPort("--x", "a:0", true)->port, 0);
+  for (const char* bad : {"", "7700", "host", "host:", ":7700", "host:0", "host:65536", "host:-1", "host:7x",
+                          "::1:7700", "ho st:1", "http://host:1", "host:1:2"}) {
+    const auto result = ParseHostPort("--control", bad);
+    EXPECT_EQ(std::string(result.status().message()),
+              "--control \"" + std::string(bad) + "\" is not of the form HOST:PORT");
+  }
+}
+
+TEST(OptionsTest, BadValuesNameTheirFlag) {
+  const std::vector<std::vector<std::string>> bad = {
+      {"--control", "nowhere"},          {"--metrics-listen", "7702"},      {"--port-range", "5"},
+      {"--advertise-address", "a b"},    {"--bind-address", "hostname"},    {"--capacity", "10001"},
+      {"--join-token-file", "/no/file"}, {"--join-token-file", "/dev/null"}};
+  for (const auto& flags : bad) {
+    const auto options = Parse(flags);
+    EXPECT_EQ(options.status().code(), absl::StatusCode::kInvalidArgument) << flags[0];
+    EXPECT_THAT(std::string(options.status().message()), HasSubstr(flags[0]));
+  }
+  EXPECT_THAT(std::string(Parse({"--no-such-flag"}).status().message()), HasSubstr("--no-such-flag"));
+  EXPECT_THAT(std::string(Parse({"--capacity", "many"}).status().message()), HasSubstr("--capacity"));
+  EXPECT_THAT(std::string(Parse({"--join-token", "a", "--join-token-file", "b"}).status().message()),
+              HasSubstr("--join-token"));
+  EXPECT_THAT(std::string(Parse({"--capacity", "4", "--port-range", "7800-7808"}).status().message()),
+              HasSubstr("room for 3 workers"));
+}
+
+TEST(OptionsTest, TokenComesFromFlagThenEnvironmentAndAFileIsTrimmed) {
+  setenv("TESSERA_JOIN_TOKEN", "from-environment", 1);
+  EXPECT_EQ(Parse({})->join_token, "from-environment");
+  EXPECT_EQ(Parse({"--join-token", "from-flag"})->join_token, "from-flag");
+  const std::string path = ::testing::TempDir() + "/tessera-token-" + std::to_string(getpid());
+  std::ofstream(path) << " from-file \n";
+  EXPECT_EQ(Parse({"--join-token-file", path})->join_token, "from-file");
+  std::remove(path.c_str());
+  unsetenv("TESSERA_JOIN_TOKEN");
+}
+
+}  // namespace
+}  // namespace tessera::agent

@@ -1,0 +1,86 @@
+#include "agent/scene_cache.h"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/scene_io.h"
+#include "telemetry/logging.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::agent {
+namespace {
+
+// After a call that failed though the stream stands: a control plane under load.
+constexpr Duration kRetry = std::chrono::milliseconds(500);
+
+bool MayPass(const absl::Status& status) {
+  return absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) || absl::IsCancelled(status) ||
+         absl::IsAborted(status) || absl::IsResourceExhausted(status);
+}
+
+}  // namespace
+
+absl::Status KeepScene(const std::string& bytes, const std::string& hash, const std::string& path) {
+  v1::Scene scene;
+  if (!scene.ParseFromString(bytes)) return absl::InvalidArgumentError("what the control plane sent is no scene");
+  if (const std::string got = SceneHash(scene); got != hash) {
+    return absl::InvalidArgumentError(absl::StrCat("what the control plane sent has hash ", got));
+  }
+  if (absl::Status status = WriteFile(path, bytes, true); !status.ok()) return absl::InternalError(status.message());
+  return absl::OkStatus();
+}
+
+SceneCache::SceneCache(std::shared_ptr<EventLoop> loop, const StateDir& state, Callbacks callbacks)
+    : loop_(std::move(loop)), state_(state), callbacks_(std::move(callbacks)) {}
+
+void SceneCache::Want(const std::string& hash) {
+  std::error_code error;
+  if (const std::string path = state_.ScenePath(hash); std::filesystem::exists(path, error)) {
+    return callbacks_.on_ready(hash, path);
+  }
+  missing_.try_emplace(hash, false);
+  Fetch(hash);
+}
+
+void SceneCache::Connected(std::shared_ptr<ControlLink> link, const HostIdentity& identity) {
+  link_ = std::move(link);
+  identity_ = identity;
+  for (const auto& [hash, under_way] : missing_) Fetch(hash);
+}
+
+void SceneCache::Fetch(const std::string& hash) {
+  const auto scene = missing_.find(hash);
+  if (!link_ || scene == missing_.end() || scene->second) return;
+  scene->second = true;
+  v1::FetchSceneRequest request;
+  request.set_scene_hash(hash);
+  request.set_host_id(identity_.host_id());
+  request.set_host_secret(identity_.host_secret());
+  link_->FetchScene(request, [this, loop = loop_, hash, path = state_.ScenePath(hash)](
+                                 const absl::StatusOr<std::string>& bytes) {  // on one of gRPC's threads
+    absl::Status status = bytes.ok() ? KeepScene(*bytes, hash, path) : bytes.status();
+    loop->Post([this, hash, status = std::move(status)] { Fetched(hash, status); });
+  });
+}
+
+void SceneCache::Fetched(const std::string& hash, const absl::Status& status) {
+  if (!status.ok() && MayPass(status)) {
+    missing_[hash] = false;
+    if (link_) loop_->RunAt(Clock::now() + kRetry, [this, hash] { Fetch(hash); });
+    return;
+  }
+  missing_.erase(hash);
+  if (status.ok()) {
+    spdlog::info("scene fetched hash={}", hash);
+    callbacks_.on_ready(hash, state_.ScenePath(hash));
+  } else {
+    spdlog::error("scene refused hash={} reason={}", hash, telemetry::LogValue(std::string(status.message())));
+    callbacks_.on_failed(hash, absl::StrCat("scene ", hash, ": ", status.message()));
+  }
+}
+
+}  // namespace tessera::agent

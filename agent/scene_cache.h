@@ -1,0 +1,50 @@
+// SceneCache: scenes by hash, from the state folder or, once, from the control plane.
+//
+// A fetched scene is kept only if it is a scene and hashes to what was asked for; the file appears whole or not at all,
+// so what is there need not be checked again. While the control plane is away, what is wanted waits.
+// Thread rule: the event loop's thread, which also runs the callbacks; checking and writing happens on gRPC's.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "agent/control_link.h"
+#include "agent/event_loop.h"
+#include "agent/state_dir.h"
+
+namespace tessera::agent {
+
+class SceneCache {
+ public:
+  struct Callbacks {
+    std::function<void(const std::string& hash, const std::string& path)> on_ready;
+    std::function<void(const std::string& hash, const std::string& reason)> on_failed;  // asking again will not help
+  };
+  // `state` outlives it.
+  SceneCache(std::shared_ptr<EventLoop> loop, const StateDir& state, Callbacks callbacks);
+
+  void Want(const std::string& hash);
+  // As admitted by the control plane; asks for all that is missing.
+  void Connected(std::shared_ptr<ControlLink> link, const HostIdentity& identity);
+  void Away() { link_.reset(); }
+
+ private:
+  void Fetch(const std::string& hash);
+  void Fetched(const std::string& hash, const absl::Status& status);
+
+  const std::shared_ptr<EventLoop> loop_;
+  const StateDir& state_;
+  const Callbacks callbacks_;
+  std::shared_ptr<ControlLink> link_;
+  HostIdentity identity_;
+  std::map<std::string, bool> missing_;  // by hash: whether a call is under way
+};
+
+// Checks that `bytes` is the scene with this hash and writes it to `path`. INVALID_ARGUMENT, or INTERNAL if the file
+// cannot be written. Any thread.
+absl::Status KeepScene(const std::string& bytes, const std::string& hash, const std::string& path);
+
+}  // namespace tessera::agent

@@ -1,0 +1,67 @@
+// StateDir: the folder in which an agent keeps what must outlive it. One agent at a time.
+//
+//   host.json      id and secret of this host (0600)
+//   workers.json   what runs here, for the next agent
+//   agent.sock     where workers attach
+//   logs/          one file a worker
+//   scenes/        <hash>.pb
+//   lock           held while an agent runs
+//
+// Files appear whole or not at all. Thread rule: `WriteFile`, `ScenePath` from any thread; else one owner.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "agent/agent_state.pb.h"
+
+namespace tessera::agent {
+
+class StateDir {
+ public:
+  // Makes the folder (0700) where it does not exist. ALREADY_EXISTS if another agent holds it, INVALID_ARGUMENT if the
+  // path of the socket in it would be too long for the kernel.
+  static absl::StatusOr<std::unique_ptr<StateDir>> Open(const std::string& path);
+  ~StateDir();
+  StateDir(const StateDir&) = delete;
+  StateDir& operator=(const StateDir&) = delete;
+
+  // nullopt: not admitted yet. An error: the file is there but is not what it should be.
+  absl::StatusOr<std::optional<HostIdentity>> LoadIdentity() const;
+  absl::Status SaveIdentity(const HostIdentity& identity) const;
+  absl::StatusOr<WorkersFile> LoadWorkers() const;
+  absl::Status SaveWorkers(const WorkersFile& workers) const;
+
+  std::string IdentityPath() const { return path_ + "/host.json"; }
+  std::string SocketPath() const { return path_ + "/agent.sock"; }
+  std::string LogPath(const v1::WorkerIdentity& worker) const;
+  std::string ScenePath(const std::string& hash) const { return path_ + "/scenes/" + hash + ".pb"; }
+
+  // Removes the oldest logs beyond kKeptLogs, but none of `in_use`.
+  void PruneLogs(const std::set<std::string>& in_use) const;
+
+ private:
+  StateDir(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+
+  std::string path_;
+  int lock_;
+};
+
+// Replaces `path` with `content`, mode 0600. `durable`: it is on the disk on return, else it survives this process but
+// perhaps not the machine.
+absl::Status WriteFile(const std::string& path, const std::string& content, bool durable);
+absl::StatusOr<std::string> ReadFile(const std::string& path);
+// One line of JSON, with the fields' names as in the .proto file.
+absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message);
+
+// The last lines of a file that may be large, being written to, or hold anything at all: each cut to kMaxLineBytes, and
+// every byte that is not printable ASCII shown as '?'. Empty if it cannot be read.
+std::vector<std::string> LastLines(const std::string& path, std::size_t count);
+
+}  // namespace tessera::agent

@@ -1,0 +1,130 @@
+#include "agent/state_dir.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "agent/limits.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace tessera::agent {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+class StateDirTest : public ::testing::Test {
+ protected:
+  StateDirTest() {
+    std::string pattern = fs::temp_directory_path().string() + "/tessera-state-XXXXXX";
+    folder_ = mkdtemp(pattern.data());
+  }
+  ~StateDirTest() override { fs::remove_all(folder_); }
+
+  static unsigned Mode(const std::string& path) {
+    struct stat info {};
+    EXPECT_EQ(stat(path.c_str(), &info), 0) << path;
+    return info.st_mode & 0777;
+  }
+
+  std::string folder_;
+};
+
+TEST_F(StateDirTest, KeepsTheIdentityReadableToItselfAlone) {
+  const std::string path = folder_ + "/new/state";
+  const auto dir = StateDir::Open(path).value();
+  EXPECT_EQ(Mode(path), 0700U);
+  EXPECT_FALSE(dir->LoadIdentity().value());
+  HostIdentity identity;
+  identity.set_host_id("host-1");
+  identity.set_host_secret("s");
+  ASSERT_TRUE(dir->SaveIdentity(identity).ok());
+  EXPECT_EQ(Mode(dir->IdentityPath()), 0600U);
+  EXPECT_EQ(dir->LoadIdentity().value()->host_id(), "host-1");
+}
+
+TEST_F(StateDirTest, SecondHolderIsRefusedAndTheFolderIsFreeAfterTheFirst) {
+  auto first = StateDir::Open(folder_);
+  ASSERT_TRUE(first.ok());
+  const auto second = StateDir::Open(folder_);
+  EXPECT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_EQ(std::string(second.status().message()), "another agent runs on state folder " + folder_);
+  first->reset();
+  EXPECT_TRUE(StateDir::Open(folder_).ok());
+}
+
+TEST_F(StateDirTest, SocketPathLimitIsExactAndTheErrorSaysWhatToDo) {
+  const std::size_t room = kMaxSocketPath - std::string("/agent.sock").size() - folder_.size() - 1;
+  EXPECT_TRUE(StateDir::Open(folder_ + "/" + std::string(room, 'x')).ok());
+  const std::string longer = folder_ + "/" + std::string(room + 1, 'x');
+  const auto dir = StateDir::Open(longer);
+  EXPECT_EQ(dir.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(dir.status().message()), HasSubstr(longer + "/agent.sock"));
+  EXPECT_THAT(std::string(dir.status().message()), HasSubstr("shorter --state-dir"));
+}
+
+TEST_F(StateDirTest, DamagedFilesAreErrorsThatNameTheFile) {
+  const auto dir = StateDir::Open(folder_).value();
+  std::ofstream(folder_ + "/host.json") << "{\"host_id\": ";
+  EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), HasSubstr("host.json"));
+  std::ofstream(folder_ + "/host.json") << "{\"host_id\": \"host-1\"}";
+  EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), HasSubstr("host_secret"));
+  std::ofstream(folder_ + "/workers.json") << "[]";
+  EXPECT_THAT(std::string(dir->LoadWorkers().status().message()), HasSubstr("workers.json"));
+}
+
+TEST_F(StateDirTest, WorkersComeBackAsWritten) {
+  const auto dir = StateDir::Open(folder_).value();
+  EXPECT_EQ(dir->LoadWorkers()->workers_size(), 0);
+  WorkersFile file;
+  file.set_boot_id("b");
+  file.add_workers()->set_start_time(~std::uint64_t{0});  // beyond what a JSON number holds
+  file.add_exits()->set_reason("line \"one\"\n");
+  ASSERT_TRUE(dir->SaveWorkers(file).ok());
+  EXPECT_EQ(dir->LoadWorkers()->SerializeAsString(), file.SerializeAsString());
+}
+
+TEST_F(StateDirTest, WriteReplacesWholeFilesAndLeavesNothingElse) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "long first content", true).ok());
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "short", false).ok());
+  EXPECT_EQ(ReadFile(folder_ + "/a").value(), "short");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+  EXPECT_THAT(std::string(WriteFile(folder_ + "/no/a", "x", false).message()), HasSubstr(folder_ + "/no/a"));
+}
+
+TEST_F(StateDirTest, PruningKeepsTheYoungestLogsAndThoseInUse) {
+  const auto dir = StateDir::Open(folder_).value();
+  for (std::size_t i = 0; i < kKeptLogs + 5; ++i) {
+    const std::string path = folder_ + "/logs/" + std::to_string(i);
+    std::ofstream(path) << i;
+    fs::last_write_time(path, fs::file_time_type(std::chrono::seconds(i)));
+  }
+  dir->PruneLogs({folder_ + "/logs/0"});
+  EXPECT_TRUE(fs::exists(folder_ + "/logs/0"));
+  for (const int gone : {1, 2, 3, 4}) EXPECT_FALSE(fs::exists(folder_ + "/logs/" + std::to_string(gone)));
+  EXPECT_TRUE(fs::exists(folder_ + "/logs/5"));
+}
+
+TEST_F(StateDirTest, LastLinesAreTheLastAndPrintable) {
+  const std::string path = folder_ + "/log";
+  EXPECT_TRUE(LastLines(path, 3).empty());
+  std::ofstream(path) << "one\ntwo\nthree\nfour";
+  EXPECT_THAT(LastLines(path, 3), ElementsAre("two", "three", "four"));
+  EXPECT_THAT(LastLines(path, 9), ElementsAre("one", "two", "three", "four"));
+  std::ofstream(path) << "\xff\x01"
+                      << "a\tb\n";
+  EXPECT_THAT(LastLines(path, 3), ElementsAre("??a b"));
+  std::ofstream(path) << std::string(100'000, 'x') << "\nend\n";
+  const auto lines = LastLines(path, 20);
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.back(), "end");
+  for (const auto& line : lines) EXPECT_LE(line.size(), kMaxLineBytes);
+}
+
+}  // namespace
+}  // namespace tessera::agent

@@ -1,0 +1,430 @@
+#include "agent/supervisor.h"
+
+#include <google/protobuf/util/message_differencer.h>
+
+#include <algorithm>
+#include <cassert>
+#include <csignal>
+#include <cstring>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+
+namespace tessera::agent {
+namespace {
+
+constexpr std::size_t kMaxInstanceId = 64;  // becomes part of a file name
+constexpr std::size_t kSceneHashDigits = 64;
+
+bool IsHex(char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); }
+bool IsIdCharacter(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+}
+
+v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(key.instance_id);
+  identity.set_region(key.region);
+  identity.set_incarnation(key.incarnation);
+  return identity;
+}
+
+v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
+  v1::WorkerExited exited;
+  *exited.mutable_identity() = IdentityOf(key);
+  exited.set_reason(reason);
+  return exited;
+}
+
+// What the control plane is to hear at once; the rest of a report waits for the next heartbeat.
+bool DiffersInState(const v1::WorkerReport& a, const v1::WorkerReport& b) {
+  const auto same = [](const auto& x, const auto& y) { return std::equal(x.begin(), x.end(), y.begin(), y.end()); };
+  return a.phase() != b.phase() || a.order_revision() != b.order_revision() || a.map_version() != b.map_version() ||
+         a.failure() != b.failure() || !same(a.linked_regions(), b.linked_regions()) ||
+         !same(a.connected_players(), b.connected_players()) ||
+         !google::protobuf::util::MessageDifferencer::Equals(a.address(), b.address());
+}
+
+}  // namespace
+
+std::string WorkerKey::ToString() const { return absl::StrCat(instance_id, "/", region, "#", incarnation); }
+
+WorkerKey KeyOf(const v1::WorkerIdentity& identity) {
+  return {identity.instance_id(), identity.region(), identity.incarnation()};
+}
+
+absl::Status CheckOrder(const v1::WorkerOrder& order) {
+  const std::string& id = order.instance_id();
+  if (id.empty() || id.size() > kMaxInstanceId || id[0] == '.' || id[0] == '-' ||
+      !std::all_of(id.begin(), id.end(), IsIdCharacter)) {
+    return absl::InvalidArgumentError("order: instance_id must be 1 to 64 letters, digits, '-', '_' or '.'");
+  }
+  if (order.region() < 1 || order.region() > kMaxRegions) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("order: region must be from 1 to ", kMaxRegions, ", got ", order.region()));
+  }
+  if (order.incarnation() == 0) return absl::InvalidArgumentError("order: incarnation must not be 0");
+  const std::string& hash = order.scene_hash();
+  if (hash.size() != kSceneHashDigits || !std::all_of(hash.begin(), hash.end(), IsHex)) {
+    return absl::InvalidArgumentError("order: scene_hash must be 64 hexadecimal digits");
+  }
+  return absl::OkStatus();
+}
+
+std::string Describe(const ExitStatus& status) {
+  if (!status.known) return "ended; its exit status is unknown, since an earlier agent had started it";
+  if (status.signal == 0) return absl::StrCat("exited with code ", status.code);
+  const char* name = sigabbrev_np(status.signal);
+  const char* text = sigdescr_np(status.signal);
+  if (name == nullptr || text == nullptr) return absl::StrCat("killed by signal ", status.signal);
+  return absl::StrCat("killed by SIG", name, " (", text, ")");
+}
+
+Supervisor::Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports_free)
+    : ports_(std::move(ports)), ports_free_(std::move(ports_free)) {}
+
+// --- The last life
+// -----------------------------------------------------------------------------------------------------
+
+void Supervisor::Adopt(const WorkerRecord& record) {
+  const WorkerKey key = KeyOf(record.identity());
+  Worker& worker = workers_[key];
+  worker.record = record;
+  *worker.report.mutable_identity() = record.identity();
+  worker.ever_attached = true;
+  ports_.Mark(static_cast<std::uint16_t>(record.first_port()));
+  dirty_ = true;
+}
+
+void Supervisor::AdoptGone(const WorkerRecord& record, const std::string& reason, std::vector<std::string> last_lines) {
+  v1::WorkerExited exited;
+  *exited.mutable_identity() = record.identity();
+  exited.set_started(true);
+  exited.set_reason(reason);
+  exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
+  KeepExit(KeyOf(record.identity()), std::move(exited), ExitResult::kError);
+}
+
+void Supervisor::AdoptExit(const v1::WorkerExited& exited) { exits_[KeyOf(exited.identity())] = exited; }
+
+// --- From the control plane
+// --------------------------------------------------------------------------------------------
+
+std::vector<OrderOutcome> Supervisor::Desired(const v1::DesiredSet& set, TimePoint now) {
+  std::vector<OrderOutcome> outcomes;
+  std::set<WorkerKey> wanted;
+  for (const v1::WorkerOrder& order : set.workers()) {
+    const WorkerKey key{order.instance_id(), order.region(), order.incarnation()};
+    if (!wanted.insert(key).second) {
+      outcomes.push_back({key, order.revision(), "ignored: in the set twice"});
+    } else {
+      outcomes.push_back(Apply(key, order, now));
+    }
+  }
+  for (auto& [key, worker] : workers_) {
+    if (wanted.contains(key) || worker.stopping != Stopping::kNo) continue;
+    BeginStop(key, worker, now);
+    outcomes.push_back({key, 0, "no longer wanted: stopping"});
+  }
+  if (std::erase_if(exits_, [&](const auto& exit) { return !wanted.contains(exit.first); }) > 0) dirty_ = true;
+  desired_revision_ = set.revision();
+  return outcomes;
+}
+
+OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& order, TimePoint now) {
+  const auto outcome = [&](std::string what, bool changed = true) {
+    return OrderOutcome{key, order.revision(), std::move(what), changed};
+  };
+  if (exits_.contains(key)) return outcome("has ended already", false);
+  if (stopping_all_) return outcome("ignored: this agent is stopping");
+  const auto found = workers_.find(key);
+  if (found == workers_.end()) {
+    if (absl::Status status = CheckOrder(order); !status.ok()) {
+      std::string reason(status.message());
+      KeepExit(key, NeverStarted(key, reason), ExitResult::kError);
+      return outcome("refused: " + reason);
+    }
+    if (!order.stop()) return outcome(Start(key, order));
+    KeepExit(key, NeverStarted(key, "stopped before it was started"), ExitResult::kClean);
+    return outcome("stopped before it was started");
+  }
+  Worker& worker = found->second;
+  if (worker.stopping != Stopping::kNo) return outcome("is stopping already", false);
+  if (worker.order && google::protobuf::util::MessageDifferencer::Equals(*worker.order, order)) {
+    return outcome("unchanged", false);
+  }
+  worker.order = order;
+  if (order.stop()) {
+    BeginStop(key, worker, now);
+    return outcome("stopping");
+  }
+  if (absl::Status status = CheckOrder(order); !status.ok())
+    return outcome(absl::StrCat("ignored: ", status.message()));
+  WantScene(order.scene_hash());
+  PushOrder(key, worker);
+  return outcome(worker.attached ? "passed on" : "kept until the worker attaches");
+}
+
+std::string Supervisor::Start(const WorkerKey& key, const v1::WorkerOrder& order) {
+  const auto [place, is_new] = workers_.try_emplace(key);
+  assert(is_new);
+  Worker& worker = place->second;
+  worker.order = order;
+  *worker.report.mutable_identity() = IdentityOf(key);
+  *worker.record.mutable_identity() = IdentityOf(key);
+  if (!Spawn(key, worker)) {
+    const std::string reason = absl::StrCat("no three free ports in ", ports_.ToString());
+    Finish(place, NeverStarted(key, reason), ExitResult::kError);
+    return "refused: " + reason;
+  }
+  WantScene(order.scene_hash());
+  return absl::StrCat("starting on ports from ", worker.record.first_port());
+}
+
+bool Supervisor::Spawn(const WorkerKey& key, Worker& worker) {
+  const std::optional<std::uint16_t> port = ports_.Take(ports_free_);
+  if (worker.record.first_port() != 0) ports_.Return(static_cast<std::uint16_t>(worker.record.first_port()));
+  worker.record.set_first_port(port.value_or(0));
+  if (!port) return false;
+  ++worker.port_attempts;
+  actions_.push_back(SpawnWorker{key, *port});
+  return true;
+}
+
+void Supervisor::WantScene(const std::string& hash) {
+  if (scene_paths_.try_emplace(hash).second) actions_.push_back(FetchScene{hash});
+}
+
+void Supervisor::SceneReady(const std::string& hash, const std::string& path) {
+  scene_paths_[hash] = path;
+  for (auto& [key, worker] : workers_) PushOrder(key, worker);
+}
+
+void Supervisor::SceneFailed(const std::string& hash, const std::string& reason) {
+  scene_paths_.erase(hash);
+  for (auto& [key, worker] : workers_) {
+    if (worker.order && worker.order->scene_hash() == hash) Kill(key, worker, reason);
+  }
+}
+
+// --- Of processes
+// ------------------------------------------------------------------------------------------------------
+
+void Supervisor::Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path,
+                         TimePoint now) {
+  const auto found = workers_.find(key);
+  assert(found != workers_.end());
+  Worker& worker = found->second;
+  worker.record.mutable_identity()->set_pid(pid);
+  worker.record.set_start_time(start_time);
+  worker.record.set_log_path(log_path);
+  worker.report.mutable_identity()->set_pid(pid);
+  worker.deadline = now + kAttachTimeout;
+  dirty_ = true;
+}
+
+void Supervisor::SpawnFailed(const WorkerKey& key, const std::string& reason) {
+  const auto found = workers_.find(key);
+  assert(found != workers_.end());
+  Finish(found, NeverStarted(key, reason), ExitResult::kError);
+}
+
+void Supervisor::Ended(const WorkerKey& key, const ExitStatus& status, std::vector<std::string> last_lines) {
+  const auto found = workers_.find(key);
+  if (found == workers_.end()) return;
+  Worker& worker = found->second;
+  std::string reason = worker.why.empty() ? Describe(status) : worker.why;
+  const bool port_in_use = status.known && status.signal == 0 && status.code == kExitPortInUse &&
+                           worker.report.phase() < v1::WORKER_PHASE_BOUND && worker.stopping == Stopping::kNo;
+  if (port_in_use) {
+    worker.deadline.reset();
+    worker.attached = worker.ever_attached = false;
+    worker.sent.clear();
+    worker.record.mutable_identity()->set_pid(0);
+    worker.report.Clear();
+    *worker.report.mutable_identity() = IdentityOf(key);
+    if (worker.port_attempts < kPortAttempts && Spawn(key, worker)) return;
+    reason = absl::StrCat("port in use: no three free ports in ", ports_.ToString(), " after ", worker.port_attempts,
+                          worker.port_attempts == 1 ? " attempt" : " attempts");
+  }
+  if (!worker.report.failure().empty()) absl::StrAppend(&reason, ": ", worker.report.failure());
+
+  v1::WorkerExited exited;
+  *exited.mutable_identity() = worker.record.identity();
+  exited.set_started(worker.ever_attached);
+  exited.set_exit_code(status.code);
+  exited.set_signal(status.signal);
+  exited.mutable_last_log_lines()->Add(last_lines.begin(), last_lines.end());
+  exited.set_reason(std::move(reason));
+  const bool in_order = status.known ? status.code == 0 : worker.stopping == Stopping::kOrdered;
+  const ExitResult result = status.signal != 0 ? ExitResult::kSignal
+                            : in_order         ? ExitResult::kClean
+                                               : ExitResult::kError;
+  Finish(found, std::move(exited), result);
+}
+
+void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitResult result) {
+  const WorkerKey key = worker->first;
+  if (const auto port = worker->second.record.first_port(); port != 0) ports_.Return(static_cast<std::uint16_t>(port));
+  workers_.erase(worker);
+  KeepExit(key, std::move(exited), result);
+}
+
+void Supervisor::KeepExit(const WorkerKey& key, v1::WorkerExited exited, ExitResult result) {
+  actions_.push_back(TellExit{exited, result});
+  exits_[key] = std::move(exited);
+  dirty_ = true;
+}
+
+// --- From workers
+// ------------------------------------------------------------------------------------------------------
+
+absl::StatusOr<WorkerKey> Supervisor::Attached(const v1::WorkerReport& first) {
+  const WorkerKey key = KeyOf(first.identity());
+  const auto found = workers_.find(key);
+  if (found == workers_.end() || first.identity().pid() != found->second.record.identity().pid()) {
+    return absl::NotFoundError(
+        absl::StrCat("no worker ", key.ToString(), " with pid ", first.identity().pid(), " belongs to this agent"));
+  }
+  Worker& worker = found->second;
+  worker.attached = worker.ever_attached = true;
+  if (worker.stopping == Stopping::kNo) worker.deadline.reset();
+  worker.sent.clear();
+  Reported(key, first);
+  PushOrder(key, worker);
+  return key;
+}
+
+void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) {
+  const auto found = workers_.find(key);
+  if (found == workers_.end()) return;
+  Worker& worker = found->second;
+  const bool tell = DiffersInState(worker.report, report);
+  worker.report = report;
+  *worker.report.mutable_identity() = worker.record.identity();
+  if (tell) actions_.push_back(TellReport{worker.report});
+}
+
+void Supervisor::Detached(const WorkerKey& key) {
+  if (const auto found = workers_.find(key); found != workers_.end()) found->second.attached = false;
+}
+
+void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
+  const bool stop = worker.stopping != Stopping::kNo;
+  if (!worker.attached || (!worker.order && !stop)) return;
+  v1::WorkerOrder order;
+  if (worker.order) {
+    order = *worker.order;
+  } else {
+    order.set_instance_id(key.instance_id);
+    order.set_region(key.region);
+    order.set_incarnation(key.incarnation);
+  }
+  const auto scene = scene_paths_.find(order.scene_hash());
+  if (scene != scene_paths_.end()) order.set_scene_path(scene->second);
+  if (order.scene_path().empty() && !stop) return;
+  if (stop && !order.stop()) {  // our own decision: it must outrank every order before it
+    order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
+    order.set_stop(true);
+  }
+  std::string bytes = order.SerializeAsString();
+  if (bytes == worker.sent) return;
+  worker.sent = std::move(bytes);
+  actions_.push_back(SendOrder{key, std::move(order)});
+}
+
+// --- Ending
+// ------------------------------------------------------------------------------------------------------------
+
+void Supervisor::BeginStop(const WorkerKey& key, Worker& worker, TimePoint now) {
+  if (worker.attached) {
+    worker.stopping = Stopping::kOrdered;
+    worker.deadline = now + kStopPatience;
+    PushOrder(key, worker);
+  } else {
+    worker.stopping = Stopping::kTerminated;
+    worker.deadline = now + kTermPatience;
+    Signal(key, worker, SIGTERM);
+  }
+}
+
+void Supervisor::Signal(const WorkerKey& key, const Worker& worker, int signal) {
+  if (worker.record.identity().pid() != 0) actions_.push_back(SignalWorker{key, signal});
+}
+
+void Supervisor::Kill(const WorkerKey& key, Worker& worker, const std::string& why) {
+  worker.stopping = Stopping::kKilled;
+  worker.deadline.reset();
+  worker.why = why;
+  Signal(key, worker, SIGKILL);
+}
+
+void Supervisor::Tick(TimePoint now) {
+  const auto seconds = [](Duration d) { return std::chrono::duration_cast<std::chrono::seconds>(d).count(); };
+  for (auto& [key, worker] : workers_) {
+    if (!worker.deadline || *worker.deadline > now) continue;
+    switch (worker.stopping) {
+      case Stopping::kNo:
+        Kill(key, worker, absl::StrCat("killed: did not attach within ", seconds(kAttachTimeout), " s"));
+        break;
+      case Stopping::kOrdered:
+        worker.stopping = Stopping::kTerminated;
+        worker.deadline = now + kTermPatience;
+        Signal(key, worker, SIGTERM);
+        break;
+      case Stopping::kTerminated:
+        Kill(key, worker, absl::StrCat("killed: did not stop within ", seconds(kTermPatience), " s of SIGTERM"));
+        break;
+      case Stopping::kKilled:
+        break;
+    }
+  }
+}
+
+std::optional<TimePoint> Supervisor::NextDeadline() const {
+  std::optional<TimePoint> next;
+  for (const auto& [key, worker] : workers_) {
+    if (worker.deadline && (!next || *worker.deadline < *next)) next = worker.deadline;
+  }
+  return next;
+}
+
+void Supervisor::StopAll(TimePoint now) {
+  for (auto& [key, worker] : workers_) {
+    if (stopping_all_) {
+      Kill(key, worker, "killed: told to stop at once");
+    } else if (worker.stopping == Stopping::kNo) {
+      BeginStop(key, worker, now);
+    }
+  }
+  stopping_all_ = true;
+}
+
+// --- What is told
+// ------------------------------------------------------------------------------------------------------
+
+std::vector<v1::WorkerReport> Supervisor::Reports() const {
+  std::vector<v1::WorkerReport> reports;
+  for (const auto& [key, worker] : workers_) reports.push_back(worker.report);
+  return reports;
+}
+
+std::vector<v1::WorkerExited> Supervisor::Exits() const {
+  std::vector<v1::WorkerExited> exits;
+  for (const auto& [key, exited] : exits_) exits.push_back(exited);
+  return exits;
+}
+
+WorkersFile Supervisor::State(const std::string& boot_id) const {
+  WorkersFile file;
+  file.set_boot_id(boot_id);
+  for (const auto& [key, worker] : workers_) {
+    if (worker.record.identity().pid() != 0) *file.add_workers() = worker.record;
+  }
+  for (const auto& [key, exited] : exits_) *file.add_exits() = exited;
+  return file;
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,165 @@
+// Supervisor: what an agent decides. Which workers to start, what to tell them, when to end them, what to report.
+//
+// Pure: no process, socket, clock or file. Events come in with the time, what is to be done goes out as actions, which
+// the caller carries out and answers in order before it passes the next event:
+//
+//   supervisor.Desired(set, now);
+//   for (const Action& action : supervisor.TakeActions()) Do(action);   // SpawnWorker -> Spawned or SpawnFailed
+//   if (supervisor.TakeDirty()) Save(supervisor.State(boot_id));        // workers.json
+//
+// Promises. A worker that is wanted and was never started here is started once; after its end the same incarnation is
+// never started again, but its exit is kept, and told to each control plane that is attached to, until the desired set
+// no longer holds it. Only a bind failure before its ports are known (exit code 98) is tried again, with other ports.
+// Nothing is ended because a control plane or an agent is away.
+// Thread rule: one owner.
+#pragma once
+
+#include <sys/types.h>
+
+#include <compare>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "agent/agent_state.pb.h"
+#include "agent/limits.h"
+#include "agent/ports.h"
+#include "agent/process.h"
+
+namespace tessera::agent {
+
+struct WorkerKey {
+  std::string instance_id;
+  std::uint32_t region = 0;
+  std::uint64_t incarnation = 0;
+
+  friend auto operator<=>(const WorkerKey&, const WorkerKey&) = default;
+  std::string ToString() const;  // "inst-7/2#31": instance, region, incarnation
+};
+WorkerKey KeyOf(const v1::WorkerIdentity& identity);
+
+// --- Actions ---------------------------------------------------------------------------------------------------------
+
+struct SpawnWorker {  // answered by Spawned or SpawnFailed
+  WorkerKey key;
+  std::uint16_t first_port = 0;
+};
+struct SignalWorker {
+  WorkerKey key;
+  int signal = 0;
+};
+struct SendOrder {
+  WorkerKey key;
+  v1::WorkerOrder order;
+};
+struct FetchScene {  // answered, some time, by SceneReady or SceneFailed
+  std::string hash;
+};
+struct TellReport {
+  v1::WorkerReport report;
+};
+enum class ExitResult { kClean, kError, kSignal };
+struct TellExit {
+  v1::WorkerExited exited;
+  ExitResult result = ExitResult::kError;
+};
+using Action = std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, TellReport, TellExit>;
+
+// What came of one order, for the log.
+struct OrderOutcome {
+  WorkerKey key;
+  std::uint64_t revision = 0;
+  std::string what;
+  bool changed = true;  // false: nothing new in it
+};
+
+class Supervisor {
+ public:
+  // `ports_free(first)`: whether a worker can bind the three ports from `first` on, as far as one can know beforehand.
+  Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports_free);
+
+  // From the last life of this agent, before anything else. A record of a process that lives; one of a process that is
+  // gone, with the reason to tell; an exit that may not have been heard.
+  void Adopt(const WorkerRecord& record);
+  void AdoptGone(const WorkerRecord& record, const std::string& reason, std::vector<std::string> last_lines);
+  void AdoptExit(const v1::WorkerExited& exited);
+
+  // From the control plane.
+  std::vector<OrderOutcome> Desired(const v1::DesiredSet& set, TimePoint now);
+  void SceneReady(const std::string& hash, const std::string& path);
+  void SceneFailed(const std::string& hash, const std::string& reason);
+
+  // Of processes.
+  void Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path, TimePoint now);
+  void SpawnFailed(const WorkerKey& key, const std::string& reason);
+  void Ended(const WorkerKey& key, const ExitStatus& status, std::vector<std::string> last_lines);
+
+  // From workers. NOT_FOUND for one that this agent neither started nor adopted.
+  absl::StatusOr<WorkerKey> Attached(const v1::WorkerReport& first);
+  void Reported(const WorkerKey& key, const v1::WorkerReport& report);
+  void Detached(const WorkerKey& key);
+
+  // Deadlines: call at NextDeadline.
+  void Tick(TimePoint now);
+  std::optional<TimePoint> NextDeadline() const;
+
+  // Ends all workers and starts no more. The second call kills.
+  void StopAll(TimePoint now);
+
+  bool Empty() const { return workers_.empty(); }
+  std::size_t size() const { return workers_.size(); }
+  std::uint64_t desired_revision() const { return desired_revision_; }
+  std::vector<v1::WorkerReport> Reports() const;
+  std::vector<v1::WorkerExited> Exits() const;
+  WorkersFile State(const std::string& boot_id) const;
+
+  std::vector<Action> TakeActions() { return std::exchange(actions_, {}); }
+  bool TakeDirty() { return std::exchange(dirty_, false); }
+
+ private:
+  enum class Stopping { kNo, kOrdered, kTerminated, kKilled };
+  struct Worker {
+    WorkerRecord record;  // pid 0: not spawned yet
+    v1::WorkerReport report;
+    std::optional<v1::WorkerOrder> order;  // as the control plane gave it
+    std::string sent;                      // the last order, serialised
+    std::optional<TimePoint> deadline;     // to attach, or to end
+    Stopping stopping = Stopping::kNo;
+    bool attached = false, ever_attached = false;
+    int port_attempts = 0;
+    std::string why;  // we ended it, if not in order
+  };
+  using Workers = std::map<WorkerKey, Worker>;
+
+  OrderOutcome Apply(const WorkerKey& key, const v1::WorkerOrder& order, TimePoint now);
+  std::string Start(const WorkerKey& key, const v1::WorkerOrder& order);
+  bool Spawn(const WorkerKey& key, Worker& worker);
+  void WantScene(const std::string& hash);
+  void PushOrder(const WorkerKey& key, Worker& worker);
+  void BeginStop(const WorkerKey& key, Worker& worker, TimePoint now);
+  void Signal(const WorkerKey& key, const Worker& worker, int signal);
+  void Kill(const WorkerKey& key, Worker& worker, const std::string& why);
+  void Finish(Workers::iterator worker, v1::WorkerExited exited, ExitResult result);
+  void KeepExit(const WorkerKey& key, v1::WorkerExited exited, ExitResult result);
+
+  PortRange ports_;
+  std::function<bool(std::uint16_t)> ports_free_;
+  Workers workers_;
+  std::map<WorkerKey, v1::WorkerExited> exits_;     // still in the desired set
+  std::map<std::string, std::string> scene_paths_;  // by hash; empty: asked for
+  std::uint64_t desired_revision_ = 0;
+  bool stopping_all_ = false, dirty_ = false;
+  std::vector<Action> actions_;
+};
+
+// OK, or INVALID_ARGUMENT that names the field: an order's texts become file names and arguments.
+absl::Status CheckOrder(const v1::WorkerOrder& order);
+// "exited with code 3", "killed by SIGSEGV (Segmentation fault)"; in words what is known of the end of a process.
+std::string Describe(const ExitStatus& status);
+
+}  // namespace tessera::agent

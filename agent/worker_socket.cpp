@@ -1,0 +1,176 @@
+#include "agent/worker_socket.h"
+
+#include <grpcpp/grpcpp.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "agent/grpc_status.h"
+#include "agent/limits.h"
+#include "tessera/v1/worker_link.grpc.pb.h"
+
+namespace tessera::agent {
+namespace {
+
+class Server;
+
+// One attached worker. gRPC's rule: nothing may be started after Finish, so Finish waits for the write under way.
+class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder> {
+ public:
+  Connection(Server& server, ConnectionId id) : server_(server), id_(id) {}
+
+  void Begin() { StartRead(&incoming_); }
+
+  void Send(const v1::WorkerOrder& order) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) return;
+      waiting_ = order;
+      if (writing_) return;
+      writing_ = true;
+    }
+    WriteNext();
+  }
+
+  void End(const absl::Status& status) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) return;
+      ending_ = ToGrpc(status);
+      if (writing_) return;
+    }
+    Finish(*ending_);
+  }
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnDone() override;
+
+ private:
+  void WriteNext() {
+    {
+      const std::lock_guard lock(mutex_);
+      *outgoing_.mutable_order() = *std::exchange(waiting_, std::nullopt);
+    }
+    StartWrite(&outgoing_);
+  }
+
+  Server& server_;
+  const ConnectionId id_;
+  v1::WorkerMessage incoming_;
+  v1::AgentOrder outgoing_;  // while writing_
+
+  std::mutex mutex_;  // guards what follows
+  std::optional<v1::WorkerOrder> waiting_;
+  bool writing_ = false;
+  std::optional<grpc::Status> ending_;  // set once
+};
+
+class Server final : public WorkerSocket, public v1::WorkerLinkService::CallbackService {
+ public:
+  explicit Server(Callbacks callbacks) : callbacks_(std::move(callbacks)) {}
+  ~Server() override {
+    if (server_) {
+      server_->Shutdown(std::chrono::system_clock::now());
+      server_->Wait();
+    }
+  }
+
+  absl::Status Listen(const std::string& path) {
+    grpc::ServerBuilder builder;
+    int bound = 0;
+    builder.AddListeningPort("unix:" + path, grpc::InsecureServerCredentials(), &bound);
+    builder.RegisterService(this);
+    builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+    server_ = builder.BuildAndStart();
+    if (!server_) return absl::UnavailableError(absl::StrCat("cannot serve workers on ", path));
+    // The process's umask has kept others out already between bind and here.
+    if (chmod(path.c_str(), 0600) != 0) return absl::UnavailableError(absl::StrCat(path, ": ", std::strerror(errno)));
+    return absl::OkStatus();
+  }
+
+  grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder>* Attach(grpc::CallbackServerContext*) override {
+    std::shared_ptr<Connection> connection;
+    {
+      const std::lock_guard lock(mutex_);
+      connection = std::make_shared<Connection>(*this, next_id_);
+      connections_.emplace(next_id_++, connection);
+    }
+    connection->Begin();
+    return connection.get();
+  }
+
+  void Send(ConnectionId id, const v1::WorkerOrder& order) override {
+    if (const auto connection = Find(id)) connection->Send(order);
+  }
+  void Close(ConnectionId id, const absl::Status& status) override {
+    if (const auto connection = Find(id)) connection->End(status);
+  }
+
+  const Callbacks& callbacks() const { return callbacks_; }
+  void Forget(ConnectionId id) {
+    std::shared_ptr<Connection> last;  // destroyed after the lock is given back
+    {
+      const std::lock_guard lock(mutex_);
+      const auto found = connections_.find(id);
+      last = std::move(found->second);
+      connections_.erase(found);
+    }
+    callbacks_.on_closed(id);
+  }
+
+ private:
+  std::shared_ptr<Connection> Find(ConnectionId id) {
+    const std::lock_guard lock(mutex_);
+    const auto found = connections_.find(id);
+    return found == connections_.end() ? nullptr : found->second;
+  }
+
+  const Callbacks callbacks_;
+  std::mutex mutex_;  // guards the two below
+  ConnectionId next_id_ = 1;
+  std::map<ConnectionId, std::shared_ptr<Connection>> connections_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+void Connection::OnReadDone(bool ok) {
+  if (!ok) return End(absl::OkStatus());
+  server_.callbacks().on_report(id_, std::move(*incoming_.mutable_report()));
+  incoming_.Clear();
+  {
+    const std::lock_guard lock(mutex_);
+    if (ending_) return;
+  }
+  StartRead(&incoming_);
+}
+
+void Connection::OnWriteDone(bool ok) {
+  bool next = false, finish = false;
+  {
+    const std::lock_guard lock(mutex_);
+    next = ok && waiting_ && !ending_;
+    writing_ = next;
+    finish = !next && ending_;
+  }
+  if (next) WriteNext();
+  if (finish) Finish(*ending_);
+}
+
+void Connection::OnDone() { server_.Forget(id_); }
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<WorkerSocket>> WorkerSocket::Serve(const std::string& path, Callbacks callbacks) {
+  auto server = std::make_unique<Server>(std::move(callbacks));
+  if (absl::Status status = server->Listen(path); !status.ok()) return status;
+  return server;
+}
+
+}  // namespace tessera::agent
