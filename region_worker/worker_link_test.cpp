@@ -1,0 +1,258 @@
+// The link between regions: this test is the neighbour, with a region of its own, of a worker that is the real program.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <optional>
+
+#include "core/region/region.h"
+#include "net/endpoint.h"
+#include "net/protocol.h"
+#include "region_worker/by_hand.h"
+#include "region_worker/scene_file.h"
+#include "region_worker/worker_process.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::worker {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr char kScene[] = R"(
+  name: "two-halves"
+  bounds { min { x: -10 y: -2 z: -10 } max { x: 10 y: 10 z: 10 } }
+  bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+  bodies { id: 2 mass: 1 shape { sphere { radius: 0.5 } } pose { position { x: -0.3 y: 0.5 } } linear_velocity { x: 2 } }
+  bodies { id: 3 mass: 1 shape { sphere { radius: 0.5 } } pose { position { x: 5 y: 0.5 } } }
+)";
+
+v1::LinkHello HelloOf(std::uint32_t region, const net::InstanceKey& key) {
+  v1::LinkHello hello;
+  hello.set_protocol_version(net::kProtocolVersion);
+  hello.set_instance_id(kHandInstanceId);
+  hello.set_region(region);
+  hello.set_incarnation(1);
+  hello.set_map_version(1);
+  const auto proof = net::LinkProof(key, kHandInstanceId, RegionId(region), Incarnation(1), MapVersion(1));
+  hello.set_proof(proof.data(), proof.size());
+  return hello;
+}
+
+std::unique_ptr<net::Endpoint> EndpointAt(std::uint16_t port) {
+  auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port});
+  EXPECT_TRUE(endpoint.ok()) << endpoint.status();
+  return *std::move(endpoint);
+}
+
+// One end of a link, and what came over it.
+struct Line {
+  explicit Line(std::uint16_t port) : endpoint(EndpointAt(port)) {}
+
+  void Send(std::span<const std::uint8_t> bytes) {
+    EXPECT_TRUE(endpoint->Send(peer, net::Delivery::kReliable, bytes).ok());
+  }
+  void SendHello(const v1::LinkHello& hello) {
+    const std::string text = hello.SerializeAsString();
+    Send({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  }
+  bool Until(const std::function<bool()>& done) {
+    for (const auto limit = Clock::now() + kPatience; Clock::now() < limit;) {
+      if (done()) return true;
+      for (net::Event& event : endpoint->Service(std::chrono::milliseconds(2))) {
+        if (event.kind == net::Event::Kind::kConnected) peer = event.peer;
+        if (event.peer != peer) continue;
+        connected = event.kind != net::Event::Kind::kDisconnected;
+        if (event.kind == net::Event::Kind::kMessage) messages.push_back(std::move(event.bytes));
+      }
+    }
+    return done();
+  }
+  std::optional<v1::LinkHello> TakeHello() {
+    v1::LinkHello hello;
+    if (!Until([&] { return !messages.empty(); })) return std::nullopt;
+    const net::Bytes bytes = std::move(messages.front());
+    messages.pop_front();
+    if (!hello.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return std::nullopt;
+    return hello;
+  }
+
+  std::unique_ptr<net::Endpoint> endpoint;
+  net::PeerHandle peer;
+  bool connected = false;
+  std::deque<net::Bytes> messages;
+};
+
+class WorkerLinkTest : public testing::Test {
+ protected:
+  // The worker is `region` of two; this test is the other one.
+  void StartWorker(std::uint32_t region) {
+    worker_ = std::make_unique<WorkerProcess>(std::vector<std::string>{"--scene", scene_file_, "--regions", "2",
+                                                                       "--region", std::to_string(region),
+                                                                       "--base-port", std::to_string(base_)});
+    ASSERT_TRUE(worker_->WaitForLine("listening")) << worker_->said();
+  }
+  std::uint16_t LinkPort(std::uint32_t region) const {
+    return static_cast<std::uint16_t>(base_ + 3 * (region - 1) + 1);
+  }
+  std::string MetricsOf(std::uint32_t region) const {
+    return HttpGet(static_cast<std::uint16_t>(LinkPort(region) + 1), "/metrics").body;
+  }
+
+  const std::uint16_t base_ = FreeBasePort(2);
+  const std::string scene_file_ = WriteTestFile("halves.textproto", kScene);
+  std::unique_ptr<WorkerProcess> worker_;
+};
+
+// Region 2 with a worker as region 1, which dials.
+class NeighborTest : public WorkerLinkTest {
+ protected:
+  NeighborTest() : line_(LinkPort(2)) {
+    scene_ = *LoadSceneFile(scene_file_);
+    region_.emplace(region::Config{.self = RegionId(2),
+                                   .incarnation = Incarnation(1),
+                                   .scene = scene_,
+                                   .map = *MakeGridMap(scene_->ground(), 2),
+                                   .settings = {}});
+    Keep(region_->Start());
+    StartWorker(1);
+  }
+  void Keep(std::vector<region::OutgoingFrame> frames) {
+    for (region::OutgoingFrame& frame : frames) kept_.push_back(std::move(frame.bytes));
+    while (kept_.size() > 2) kept_.pop_front();
+  }
+  // Answers a dial; sends what the worker may not have.
+  void Link() {
+    line_.messages.clear();
+    ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
+    const std::optional<v1::LinkHello> hello = line_.TakeHello();
+    ASSERT_TRUE(hello.has_value());
+    EXPECT_EQ(hello->SerializeAsString(), HelloOf(1, HandKey()).SerializeAsString());
+    line_.SendHello(HelloOf(2, HandKey()));
+    for (const net::Bytes& frame : kept_) line_.Send(frame);
+  }
+  // In step with the worker up to tick `to`.
+  bool StepTo(Tick to) {
+    return line_.Until([&] {
+      for (; !line_.messages.empty(); line_.messages.pop_front()) {
+        const absl::Status status = region_->Receive(RegionId(1), line_.messages.front());
+        EXPECT_TRUE(status.ok() || status.message().substr(0, 8) == "old tick") << status;
+      }
+      while (region_->CanStep() && region_->tick() < to) {
+        region::StepResult result = region_->Step();
+        handed_in_ += result.handed_in;
+        for (const region::OutgoingFrame& frame : result.frames) line_.Send(frame.bytes);
+        Keep(std::move(result.frames));
+      }
+      return region_->tick() >= to;
+    });
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  std::optional<region::Region> region_;
+  Line line_;
+  std::deque<net::Bytes> kept_;
+  std::uint32_t handed_in_ = 0;
+};
+
+TEST_F(NeighborTest, StepsTogetherAndHandsBodiesOver) {
+  Link();
+  ASSERT_TRUE(StepTo(Tick(90)));
+  EXPECT_EQ(handed_in_, 1u);  // body 2 rolled over
+  EXPECT_EQ(region_->owned_count(), 2u);
+  EXPECT_TRUE(region_->Owns(BodyId(2)));
+}
+
+TEST_F(NeighborTest, GoesOnWhereItWasWhenALinkBreaks) {
+  Link();
+  ASSERT_TRUE(StepTo(Tick(20)));
+  for (int round = 1; round <= 3; ++round) {
+    line_.endpoint->Disconnect(line_.peer);
+    line_.connected = false;
+    Link();
+    ASSERT_TRUE(StepTo(Tick(20 + 10 * static_cast<std::uint64_t>(round))));
+  }
+  EXPECT_TRUE(worker_->WaitForLine("link lost region=2"));
+}
+
+TEST_F(NeighborTest, FramesThatAreNoneAreCountedAndHarmNothing) {
+  Link();
+  ASSERT_TRUE(StepTo(Tick(10)));
+  line_.Send(std::vector<std::uint8_t>{});
+  line_.Send(std::vector<std::uint8_t>(500, 0xff));
+  net::Bytes cut = kept_.back();
+  cut.resize(cut.size() / 2);
+  line_.Send(cut);
+  ASSERT_TRUE(StepTo(Tick(30)));
+  ASSERT_TRUE(worker_->WaitForLine("frame dropped from=2"));
+  const std::string metrics = MetricsOf(1);
+  const std::string series = "\ntessera_region_frames_dropped_total{reason=\"malformed\"} ";
+  const auto at = metrics.find(series);
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_GE(std::atoi(metrics.c_str() + at + series.size()), 2) << metrics.substr(at, 200);
+}
+
+TEST_F(NeighborTest, AnswerWithAWrongProofIsNotTaken) {
+  ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
+  ASSERT_TRUE(line_.TakeHello().has_value());
+  line_.SendHello(HelloOf(2, net::MakeInstanceKey()));
+  ASSERT_TRUE(line_.Until([&] { return !line_.connected; }));
+  EXPECT_TRUE(worker_->WaitForLine("the proof is not by this instance's key"));
+  Link();  // it dials again, and the right one is taken
+  EXPECT_TRUE(StepTo(Tick(5)));
+}
+
+// The worker is region 2: it is dialled.
+class StrangerTest : public WorkerLinkTest {
+ protected:
+  StrangerTest() : line_(0) { StartWorker(2); }
+  void Dial() {
+    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2));
+    ASSERT_TRUE(peer.ok());
+    ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
+  }
+  void ExpectRefused(const v1::LinkHello& hello, const std::string& why) {
+    Dial();
+    line_.SendHello(hello);
+    EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
+    EXPECT_TRUE(line_.messages.empty()) << "a stranger was told something";
+    EXPECT_TRUE(worker_->WaitForLine(why)) << worker_->said();
+  }
+  Line line_;
+};
+
+TEST_F(StrangerTest, WrongProofIsRefused) {
+  ExpectRefused(HelloOf(1, net::MakeInstanceKey()), "the proof is not by this instance's key");
+}
+
+TEST_F(StrangerTest, ProofOfOtherFieldsIsRefused) {
+  v1::LinkHello hello = HelloOf(1, HandKey());
+  hello.set_incarnation(2);
+  ExpectRefused(hello, "the proof is not by this instance's key");
+}
+
+TEST_F(StrangerTest, RegionThatIsNoNeighborIsRefused) {
+  ExpectRefused(HelloOf(7, HandKey()), "region 7 is not expected");
+}
+
+TEST_F(StrangerTest, AnotherProtocolIsRefused) {
+  v1::LinkHello hello = HelloOf(1, HandKey());
+  hello.set_protocol_version(999);
+  ExpectRefused(hello, "protocol 999");
+}
+
+TEST_F(StrangerTest, SilenceIsDropped) {
+  Dial();
+  EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
+  EXPECT_TRUE(worker_->WaitForLine("it said no hello"));
+}
+
+TEST_F(StrangerTest, NeighborIsAnsweredWithAProofAndTheFrameOfTickZero) {
+  Dial();
+  line_.SendHello(HelloOf(1, HandKey()));
+  const std::optional<v1::LinkHello> answer = line_.TakeHello();
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->SerializeAsString(), HelloOf(2, HandKey()).SerializeAsString());
+  EXPECT_TRUE(line_.Until([&] { return !line_.messages.empty(); }));
+}
+
+}  // namespace
+}  // namespace tessera::worker
