@@ -67,6 +67,8 @@ absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::s
   request.set_scene_hash(hash);
   v1::GetSceneResponse response;
   if (const grpc::Status status = stub.GetScene(&context, request, &response); !status.ok()) {
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND)
+      return BadAnswer(absl::StrCat("scene: none has hash ", hash));
     return ToStatus(status, address, instance_id);
   }
   v1::Scene written;

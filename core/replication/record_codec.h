@@ -1,8 +1,24 @@
 // Records of a snapshot datagram: one body's state, whole or as what its prediction from a baseline missed; one
-// departure.
+// departure. Thread rule: free functions; any thread.
 //
-// Datagram: header | {1 departure}* 0 | {1 body}* 0 | zeros to the byte. Ids ascend within each list and are told as
-// gaps. docs/protocol.md has the layout bit by bit. Thread rule: free functions; any thread.
+// The datagram, lowest bit first. `varint` is 8 bits for each 7, `banded` a prefix code (bit_stream.h; widths in
+// record_codec.cpp), `zz` zigzag:
+//
+// clang-format off
+//   header     kind 8 (1), fingerprint 16, sequence 32, tick varint, last input varint, input margin zz varint
+//   departures {1, id gap banded, epoch banded, to banded}* 0
+//   bodies     {1, id gap banded, (0, epoch banded, full) or (1, age, delta)}* 0
+//   age        1: as the record before, or 0, ticks since the baseline less one banded
+//   full       asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, zz varints beyond), orientation,
+//              unless asleep: linear and angular velocity, each 0: none, or 1, three zz banded
+//   delta      asleep 1, unless asleep: changes of both velocities, each 0: none, or 1, three zz banded;
+//              position: 0: as predicted, or 1, three zz banded residuals;
+//              orientation: 0: as predicted, or 1, 1, three zz banded residuals, or 1, 0, orientation
+//   orientation largest 2, three components of fixed width
+//   zeros to the byte
+// clang-format on
+//
+// Ids ascend within each list and are told as gaps, less one. Velocities come first because the prediction uses them.
 #pragma once
 
 #include <optional>
