@@ -52,6 +52,14 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id)});
 }
 
+void Bodies::SetState(BodyId id, const BodyState& state) {
+  world_.SetState(id, state);
+  const std::ptrdiff_t index = IndexOf(id);
+  if (index < 0) return;
+  owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
+  extras_[static_cast<std::size_t>(index)].field_known = false;
+}
+
 void Bodies::BecomeGhost(const GhostRecord& record, RegionId owner) {
   const std::ptrdiff_t index = IndexOf(record.id);
   assert(index >= 0);

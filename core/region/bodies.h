@@ -20,7 +20,9 @@ namespace tessera::region {
 // Beside each OwnedBody, at the same index.
 struct OwnedExtra {
   double radius_m = 0;  // bound of the shape about its centre of mass
-  bool predicted = false;
+  Vec3d field_m_s2;     // what the scene's fields do to it in the next step
+  bool field_known = false;
+  bool predicted = false;    // near a border and awake:
   Vec3d predicted_position;  // for the next tick
 };
 
@@ -48,6 +50,8 @@ class Bodies {
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);
+  // Sets the state of an owned body or a ghost.
+  void SetState(BodyId id, const BodyState& state);
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);

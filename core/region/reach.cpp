@@ -14,9 +14,8 @@ Reach::Reach(const PartitionMap& map, RegionId self, std::span<const RegionId> n
 
 void Reach::Clear(std::size_t bodies) { seen_.assign(bodies * neighbors_.size(), 0); }
 
-void Reach::Look(std::size_t body, const BodyDef& def, const BodyState& state, const physics::Forces& forces,
+bool Reach::Look(std::size_t body, const BodyDef& def, const BodyState& state, const physics::Forces& forces,
                  double radius_m) {
-  if (neighbors_.empty()) return;
   const Vec3d p = state.position;
   double reach = radius_m + aura_m_;
   if (!state.asleep) {
@@ -26,12 +25,13 @@ void Reach::Look(std::size_t body, const BodyDef& def, const BodyState& state, c
   const Cell& cell = map_.CellAt(p.x, p.z);
   const Rect& area = cell.area;
   const double inside = std::min({p.x - area.min_x, area.max_x - p.x, p.z - area.min_z, area.max_z - p.z});
-  if (cell.owner == self_ && inside > reach) return;
+  if (cell.owner == self_ && inside > reach) return false;
   const Aabb box =
       physics::SweptBounds(def, state, forces, radius_m, state.asleep ? 0.0 : horizon_s_).Expanded(aura_m_);
   for (std::size_t i = 0; i < neighbors_.size(); ++i) {
     if (map_.Reaches(neighbors_[i], box)) Show(body, i);
   }
+  return true;
 }
 
 void Reach::Unite(std::span<const std::size_t> bodies) {

@@ -21,8 +21,8 @@ class Reach {
 
   // Starts over for `bodies` bodies, none of which reaches anyone.
   void Clear(std::size_t bodies);
-  // Marks whom the body reaches.
-  void Look(std::size_t body, const BodyDef& def, const BodyState& state, const physics::Forces& forces,
+  // Marks whom the body reaches. False if it is so far inside its cell that nothing had to be predicted.
+  bool Look(std::size_t body, const BodyDef& def, const BodyState& state, const physics::Forces& forces,
             double radius_m);
   void Show(std::size_t body, std::size_t neighbor) { seen_[body * neighbors_.size() + neighbor] = 1; }
   bool Shows(std::size_t body, std::size_t neighbor) const { return seen_[body * neighbors_.size() + neighbor] != 0; }

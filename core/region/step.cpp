@@ -203,23 +203,34 @@ void RegionStep::UpdatePlayers(StepResult& result) {
 
 void RegionStep::ApplyForces() {
   const std::vector<Field>& fields = config.scene->fields;
-  const auto push = [&](const BodyDef& def, const BodyState& state, Vec3f force, Vec3f torque) {
-    if (!fields.empty() && !state.asleep) force += Vec3f(FieldAcceleration(fields, state) * def.mass_kg);
-    bodies.world().ApplyForce(def.id, force, torque);
-  };
-  for (const OwnedBody& body : bodies.owned()) {
-    if (fields.empty() && !IsPlayerBody(body.def->id)) continue;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const BodyId id = body.def->id;
+    if (fields.empty() && !IsPlayerBody(id)) continue;
     Vec3f force, torque;
-    if (const PlayerControl* control = ControlOf(body.def->id); control != nullptr) {
+    if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       force = control->force_n;
       torque = control->torque_nm;
-      players.Applied(PlayerOf(body.def->id));
+      players.Applied(PlayerOf(id));
     }
-    push(*body.def, bodies.world().StateOf(body.def->id), force, torque);
+    if (!fields.empty() && !body.state.asleep) force += Vec3f(FieldOn(i) * body.def->mass_kg);
+    bodies.world().ApplyForce(id, force, torque);
   }
   for (const Ghost& ghost : bodies.ghosts()) {
-    push(*ghost.def, bodies.world().StateOf(ghost.record.id), ghost.record.force_n, ghost.record.torque_nm);
+    Vec3f force = ghost.record.force_n;
+    if (!fields.empty()) {
+      const BodyState state = bodies.world().StateOf(ghost.record.id);
+      if (!state.asleep) force += Vec3f(FieldAcceleration(fields, state) * ghost.def->mass_kg);
+    }
+    bodies.world().ApplyForce(ghost.record.id, force, ghost.record.torque_nm);
   }
+}
+
+Vec3d RegionStep::FieldOn(std::size_t index) {
+  OwnedExtra& extra = bodies.extras()[index];
+  if (!extra.field_known) extra.field_m_s2 = FieldAcceleration(config.scene->fields, bodies.owned()[index].state);
+  extra.field_known = true;
+  return extra.field_m_s2;
 }
 
 void RegionStep::ReadBack(StepResult& result) {

@@ -96,7 +96,8 @@ class RegionStep {
   bool WasOwned(BodyId id) const;  // in the last step
   std::size_t NeighborIndex(RegionId id) const;
   std::vector<std::size_t> OwnedAssembly(std::size_t index) const;
-  physics::Forces ForcesOn(const OwnedBody& body) const;
+  Vec3d FieldOn(std::size_t index);  // of an awake body; kept until its state changes
+  physics::Forces ForcesOn(std::size_t index);
   const PlayerControl* ControlOf(BodyId id) const;
 
   // Due to a body whose contact across a border is settled.
@@ -106,8 +107,7 @@ class RegionStep {
   void KickBodies(const std::map<BodyId, Kick>& kicks);
 
   std::vector<Outbox> outboxes_;
-  std::vector<std::pair<BodyId, BodyId>>
-      touching_;  // dynamic pairs of the last step of which one or both are owned here
+  std::vector<std::pair<BodyId, BodyId>> touching_;  // pairs of the last step
 };
 
 }  // namespace tessera::region

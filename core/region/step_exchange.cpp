@@ -43,15 +43,16 @@ void RegionStep::NoteContacts() {
   if (neighbors.empty()) return;
   for (const physics::Contact& contact : bodies.world().contacts()) {
     const BodyId a = contact.body_a, b = contact.body_b;
-    if (!catalog.Known(a) || !catalog.Known(b)) continue;
-    const bool owns_a = bodies.Owns(a), owns_b = bodies.Owns(b);
-    if (!owns_a && !owns_b) continue;
     touching_.emplace_back(a, b);
-    const Ghost* ghost = owns_a && owns_b ? nullptr : bodies.FindGhost(owns_a ? b : a);
-    if (ghost == nullptr || !Finite(contact)) continue;
+    if (bodies.ghosts().empty()) continue;
+    const Ghost *ghost_a = bodies.FindGhost(a), *ghost_b = bodies.FindGhost(b);
+    if ((ghost_a == nullptr) == (ghost_b == nullptr)) continue;
+    const BodyId own = ghost_a == nullptr ? a : b;
+    if (!bodies.Owns(own) || !Finite(contact)) continue;
     const Solution solution{
-        a, b, owns_a, contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
-    border.push_back({solution, owns_a ? a : b, owns_a ? b : a, ghost->owner});
+        a, b, own == a, contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
+    const Ghost& ghost = own == a ? *ghost_b : *ghost_a;
+    border.push_back({solution, own, ghost.record.id, ghost.owner});
   }
 }
 
@@ -135,7 +136,7 @@ void RegionStep::KickBodies(const std::map<BodyId, Kick>& kicks) {
     const BodyState state = world.StateOf(id);
     if (state.asleep || (kick.impulse == Vec3d() && kick.angular == Vec3d())) continue;
     const BodyState kicked = Kicked(state, world.MassOf(id), world.InertiaOf(id), kick.impulse, kick.angular);
-    if (IsSane(kicked)) world.SetState(id, kicked);
+    if (IsSane(kicked)) bodies.SetState(id, kicked);
   }
 }
 

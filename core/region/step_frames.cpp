@@ -8,11 +8,12 @@
 
 namespace tessera::region {
 
-physics::Forces RegionStep::ForcesOn(const OwnedBody& body) const {
+physics::Forces RegionStep::ForcesOn(std::size_t index) {
+  const OwnedBody& body = bodies.owned()[index];
   physics::Forces forces;
   if (body.state.asleep) return forces;
-  forces.acceleration_m_s2 =
-      config.scene->gravity_m_s2 * body.def->gravity_scale + FieldAcceleration(config.scene->fields, body.state);
+  forces.acceleration_m_s2 = config.scene->gravity_m_s2 * body.def->gravity_scale;
+  if (!config.scene->fields.empty()) forces.acceleration_m_s2 += FieldOn(index);
   if (const PlayerControl* control = ControlOf(body.def->id); control != nullptr) {
     forces.acceleration_m_s2 += Vec3d(control->force_n) / body.def->mass_kg;
   }
@@ -92,19 +93,22 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
 }
 
 void RegionStep::Predict() {
+  for (OwnedExtra& extra : bodies.extras()) extra.field_known = extra.predicted = false;
+  if (neighbors.empty()) return;
   reach.Clear(bodies.owned().size());
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
     OwnedExtra& extra = bodies.extras()[i];
-    const physics::Forces forces = ForcesOn(body);
-    reach.Look(i, *body.def, body.state, forces, extra.radius_m);
-    extra.predicted = !body.state.asleep;
+    const physics::Forces forces = ForcesOn(i);
+    const bool near = reach.Look(i, *body.def, body.state, forces, extra.radius_m);
+    extra.predicted = near && !body.state.asleep;
     if (extra.predicted) {
       extra.predicted_position = physics::Predict(*body.def, body.state, forces, tick_s).position;
     }
   }
   ShowTouching();
   ShowSleepers();
+  if (config.scene->joints.empty()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     if (catalog.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
     const std::vector<std::size_t> members = OwnedAssembly(i);
@@ -115,13 +119,13 @@ void RegionStep::Predict() {
 // What touches a neighbour's body, or one that becomes the neighbour's, is shown whatever its place: bodies larger than
 // the aura meet each other deep in one's cells.
 void RegionStep::ShowTouching() {
+  if (bodies.ghosts().empty() && handed_out.empty()) return;
   const auto show = [this](BodyId own, BodyId other) {
-    const std::ptrdiff_t index = bodies.IndexOf(own);
-    if (index < 0) return;
     RegionId to;
     if (const HandedOut* out = FindHandedOut(other); out != nullptr) to = out->to;
     if (const Ghost* ghost = bodies.FindGhost(other); ghost != nullptr) to = ghost->owner;
-    if (to != RegionId()) reach.Show(static_cast<std::size_t>(index), NeighborIndex(to));
+    const std::ptrdiff_t index = to == RegionId() ? -1 : bodies.IndexOf(own);
+    if (index >= 0) reach.Show(static_cast<std::size_t>(index), NeighborIndex(to));
   };
   for (const auto& [a, b] : touching_) {
     show(a, b);
