@@ -180,7 +180,8 @@ TEST(ScatterTest, SeedMovesBodiesAndNothingElseDoes) {
   const v1::Scene scene = FromFile(kScenes / "dissertation.textproto");
   const auto positions = [](const v1::Scene& from) {
     std::vector<Vec3d> all;
-    for (const BodyDef& body : Resolved(from)->bodies) all.push_back(body.initial.position);
+    const auto resolved = Resolved(from);
+    for (const BodyDef& body : resolved->bodies) all.push_back(body.initial.position);
     return all;
   };
   v1::Scene other = scene;
