@@ -3,8 +3,7 @@
 // Both owners of a touching pair solved the contact, each in its own world: a's owner found the impulses S (on a and on
 // b), b's owner found S'. Each keeps its own body's result, so S on a and -S' on b do not balance. One tick later both
 // know both, and each makes up its share: both bodies end with (1 - w) S + w S', where w = m_a / (m_a + m_b). Either
-// solution balances in itself, linear and angular, so the blend does, and momentum is exact (reference: the
-// measurements in docs/benchmarks.md, borders).
+// solution balances in itself, linear and angular, so the blend does, and momentum is exact.
 //
 // Thread rule: free functions on values.
 #pragma once

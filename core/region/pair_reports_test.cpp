@@ -1,0 +1,63 @@
+#include "core/region/pair_reports.h"
+
+#include <gmock/gmock.h>
+
+namespace tessera::region {
+namespace {
+
+using physics::PairEvent;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+class PairReportsTest : public ::testing::Test {
+ protected:
+  PairReportsTest() {
+    auto scene = std::make_shared<Scene>();
+    for (std::uint64_t id = 1; id <= 4; ++id) {
+      BodyDef def;
+      def.id = BodyId(id);
+      def.motion = id == 1 ? Motion::kStatic : Motion::kDynamic;
+      scene->bodies.push_back(def);
+    }
+    catalog = std::make_unique<Catalog>(scene);
+  }
+  std::vector<PairEvent> Report(PairReports& reports, std::vector<PairEvent> events) {
+    return reports.Report(
+        events, [this](BodyId id) { return owned.contains(id); }, [this](BodyId id) { return present.contains(id); });
+  }
+
+  std::unique_ptr<Catalog> catalog;
+  std::set<BodyId> owned{BodyId(2), BodyId(3)};
+  std::set<BodyId> present{BodyId(1), BodyId(2), BodyId(3), BodyId(4)};
+};
+
+const PairEvent kBegin{BodyId(2), BodyId(4), false, true}, kEnd{BodyId(2), BodyId(4), false, false};
+
+TEST_F(PairReportsTest, TheOwnerOfTheLowerDynamicBodyReports) {
+  PairReports reports(*catalog);
+  const PairEvent with_static{BodyId(1), BodyId(3), false, true};
+  const PairEvent of_others{BodyId(1), BodyId(4), false, true};
+  EXPECT_THAT(Report(reports, {with_static, of_others, kBegin}), ElementsAre(with_static, kBegin));
+}
+
+TEST_F(PairReportsTest, AHandoverMovesAPairWithoutAnEvent) {
+  PairReports old_owner(*catalog), new_owner(*catalog);
+  EXPECT_THAT(Report(old_owner, {kBegin}), ElementsAre(kBegin));
+  new_owner.Adopt(old_owner.Pairs(BodyId(2)));
+  old_owner.Release(BodyId(2));
+  EXPECT_THAT(Report(new_owner, {kBegin}), IsEmpty());  // its world sees the pair for the first time
+  EXPECT_THAT(Report(new_owner, {kEnd}), ElementsAre(kEnd));
+  EXPECT_THAT(Report(old_owner, {kEnd}), IsEmpty());
+}
+
+TEST_F(PairReportsTest, APairEndsOnceWhenItsBodyLeavesTheWorld) {
+  PairReports reports(*catalog);
+  Report(reports, {kBegin});
+  present.erase(BodyId(4));
+  reports.BodyLeft();
+  EXPECT_THAT(Report(reports, {}), ElementsAre(kEnd));
+  EXPECT_THAT(Report(reports, {kEnd}), IsEmpty());
+}
+
+}  // namespace
+}  // namespace tessera::region
