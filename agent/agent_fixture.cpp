@@ -14,6 +14,7 @@
 #include <filesystem>
 
 #include "agent/state_dir.h"
+#include "agent/supervisor.h"
 #include "core/world/scene_io.h"
 
 namespace tessera::agent {
@@ -24,6 +25,8 @@ constexpr int kTestPorts = 90;
 std::uint16_t FirstTestPort() { return static_cast<std::uint16_t>(10'000 + (getpid() % 200) * kTestPorts); }
 
 }  // namespace
+
+void PrintTo(const ExitStatus& status, std::ostream* out) { *out << Describe(status); }
 
 bool WaitReadable(int fd, std::chrono::milliseconds patience) {
   const auto deadline = std::chrono::steady_clock::now() + patience;

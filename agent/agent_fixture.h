@@ -5,6 +5,7 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,10 @@ class AgentFixture : public ::testing::Test {
   std::vector<Process> held_;
   int starts_ = 0;
 };
+
+inline ExitStatus Exited(int code) { return {.known = true, .code = code}; }
+// In a failed test's message.
+void PrintTo(const ExitStatus& status, std::ostream* out);
 
 bool WaitReadable(int fd, std::chrono::milliseconds patience = kTestPatience);
 

@@ -1,6 +1,7 @@
 // What an agent does with workers: the real program and real processes.
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <set>
 
@@ -159,7 +160,7 @@ TEST_F(AgentWorkersTest, SigtermLeavesWorkersAndTheNextAgentAdoptsThem) {
   RunFour();
   const std::vector<pid_t> pids = HoldWorkers();
   first->Signal(SIGTERM);
-  EXPECT_EQ(first->Wait().code, 0);
+  EXPECT_EQ(first->Wait(), Exited(0));
   EXPECT_TRUE(WorkersLive());
 
   control_.Change([](ControlRecord& r) { r.reports.clear(); });
@@ -192,7 +193,7 @@ TEST_F(AgentWorkersTest, KilledAgentsWorkersAreAdoptedToo) {
   EXPECT_THAT(control_.record().exits[0].reason(), HasSubstr("ended while no agent ran"));
   for (const std::uint32_t region : {1U, 2U, 3U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
   second->Signal(SIGTERM);  // --stop-workers ends adopted ones as well
-  EXPECT_EQ(second->Wait().code, 0);
+  EXPECT_EQ(second->Wait(), Exited(0));
   EXPECT_TRUE(WaitForWorkersToEnd());
 }
 
@@ -215,7 +216,7 @@ TEST_F(AgentWorkersTest, StopWorkersEndsAllBeforeItExitsAndTellsTheControlPlane)
   const auto agent = StartAdmitted({"--stop-workers"});
   RunFour();
   agent->Signal(SIGTERM);
-  EXPECT_EQ(agent->Wait().code, 0);
+  EXPECT_EQ(agent->Wait(), Exited(0));
   EXPECT_FALSE(WorkersLive());
   ASSERT_TRUE(WaitForExits(4));
   for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_EQ(exited.reason(), "exited with code 0");
@@ -228,7 +229,7 @@ TEST_F(AgentWorkersTest, StubbornWorkerIsKilledAfterItsTime) {
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   HoldWorkers();
   agent->Signal(SIGTERM);
-  EXPECT_EQ(agent->Wait().code, 0);
+  EXPECT_EQ(agent->Wait(), Exited(0));
   EXPECT_TRUE(WaitForWorkersToEnd());
   ASSERT_TRUE(WaitForExits(1));
   EXPECT_EQ(control_.record().exits[0].reason(), "killed: did not stop within 3 s of SIGTERM");
@@ -243,7 +244,7 @@ TEST_F(AgentWorkersTest, SecondSignalKillsAtOnce) {
   agent->Signal(SIGTERM);
   ASSERT_TRUE(agent->WaitForLog("stop=true"));
   agent->Signal(SIGTERM);
-  EXPECT_EQ(agent->Wait().code, 0);
+  EXPECT_EQ(agent->Wait(), Exited(0));
   ASSERT_TRUE(WaitForExits(1));
   EXPECT_EQ(control_.record().exits[0].reason(), "killed: told to stop at once");
 }
@@ -263,14 +264,17 @@ TEST_F(AgentWorkersTest, AgentThatDiesWithItsParentEndsItsWorkersInOrder) {
                               state_dir_ + " --metrics-listen 127.0.0.1:0 --port-range " + port_range_ +
                               " --region-binary " + bin +
                               "/tests/agent_fake_worker --join-token good-token --stop-workers --die-with-parent";
-  const Program shell({"/bin/sh", "-c", command + " & wait"}, folder_ + "/shell.log");
-  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 1; })) << shell.Log();
+  const Program shell({"/bin/sh", "-c", command + " & echo agent $!.; wait"}, folder_ + "/shell.log");
   RunFour();
+  const std::string log = shell.Log();
+  const auto pid = static_cast<pid_t>(std::strtol(log.c_str() + log.find("agent ") + 6, nullptr, 10));
+  const auto agent = Process::Adopt(pid, ProcessStartTime(pid).value());
+  ASSERT_TRUE(agent.ok()) << log;
   shell.Signal(SIGKILL);
   EXPECT_TRUE(WaitForWorkersToEnd());
+  EXPECT_TRUE(WaitReadable(agent->pidfd()));
   ASSERT_TRUE(WaitForExits(4));
   for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_EQ(exited.reason(), "exited with code 0");
-  ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 0; }));
 }
 
 }  // namespace

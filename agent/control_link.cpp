@@ -122,8 +122,11 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
   void OnWritesDoneDone(bool) override { Written(false); }
 
   void OnDone(const grpc::Status& status) override {
-    const std::shared_ptr<Stream> self = std::move(self_);  // may be the last
-    callbacks_.on_closed(FromGrpc(status));
+    const auto on_closed = callbacks_.on_closed;
+    const absl::Status result = FromGrpc(status);
+    std::shared_ptr<Stream> self = std::move(self_);
+    self.reset();  // before the news, so that whoever still holds the link ends it on a thread of his own
+    on_closed(result);
   }
 
  private:

@@ -52,7 +52,12 @@ int Main(int argc, char** argv) {
     spdlog::error("{}", std::string(agent.status().message()));
     return kExitError;
   }
-  return (*agent)->Run();
+  const int exit_code = (*agent)->Run();
+  agent->reset();
+  // Not by return: gRPC 1.51's threads may still be busy with the last connection, and abort if they find the library's
+  // static objects destroyed. All that must be written has been.
+  spdlog::shutdown();
+  _exit(exit_code);
 }
 
 }  // namespace

@@ -31,6 +31,8 @@ struct ExitStatus {
   bool known = false;  // else the process was adopted
   int code = 0;        // unless signalled
   int signal = 0;      // 0: not signalled
+
+  friend bool operator==(const ExitStatus&, const ExitStatus&) = default;
 };
 
 class Process {
