@@ -182,8 +182,8 @@ class Cluster {
   std::uint64_t NextRevision() { return last_revision_ += 1; }
 
   Store& store_;
-  const Settings settings_;
-  const RandomBytes random_;
+  Settings settings_;
+  RandomBytes random_;
   records::Counters counters_;
   Revision counters_revision_ = kAbsent;
   std::map<std::uint64_t, HostEntry> hosts_;          // by the number in their id

@@ -250,7 +250,7 @@ void Cluster::NoticeAbsent(HostEntry& host, const google::protobuf::RepeatedPtrF
       continue;
     }
     if (WantsWorkers(state)) {
-      const bool ran = worker.reported || state != v1::INSTANCE_STATE_STARTING;
+      const bool ran = worker.reported || instance.record.run() || state != v1::INSTANCE_STATE_STARTING;
       if (!ran || ++worker.missed < kMissedBeforeVanished) continue;
       SetGone(instance, worker, "worker vanished: its agent no longer names it");
       touched.insert(number);

@@ -142,7 +142,7 @@ class ClusterHarness {
     return any;
   }
 
-  const Settings settings_;
+  Settings settings_;
   std::unique_ptr<Cluster> cluster_;
   std::uint64_t random_ = 1;
 };

@@ -43,9 +43,9 @@ class CensusMetrics final : public prometheus::Collectable {
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
-  const std::function<Census()> count_;
-  const std::function<Revision()> revision_;
-  const Revision first_revision_;
+  std::function<Census()> count_;
+  std::function<Revision()> revision_;
+  Revision first_revision_;
 };
 
 }  // namespace tessera::control

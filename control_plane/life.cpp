@@ -27,14 +27,16 @@ std::string Failure(const LifeFacts& facts, bool started) {
   return "";
 }
 
-std::string StartTimedOut(const LifeFacts& facts) {
+// Nobody has to be waited for, or no longer.
+bool PlayersNoMatter(const LifeFacts& facts) { return facts.players_ready || facts.start_deadline_passed; }
+
+std::string StartTimedOut(const LifeFacts& facts, bool run) {
+  const v1::WorkerPhase phase = run ? v1::WORKER_PHASE_RUNNING : v1::WORKER_PHASE_LINKED;
   std::vector<std::string> late;
   for (std::size_t i = 0; i < facts.workers.size(); ++i) {
-    if (facts.workers[i].phase < v1::WORKER_PHASE_LINKED) {
-      late.push_back(absl::StrCat(i + 1, " on ", facts.workers[i].host_name));
-    }
+    if (facts.workers[i].phase < phase) late.push_back(absl::StrCat(i + 1, " on ", facts.workers[i].host_name));
   }
-  return absl::StrCat("start timed out: not linked: region ", absl::StrJoin(late, ", "));
+  return absl::StrCat("start timed out: not ", run ? "running" : "linked", ": region ", absl::StrJoin(late, ", "));
 }
 
 }  // namespace
@@ -57,14 +59,14 @@ LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
     return {v1::INSTANCE_STATE_PLACING, run, ""};
   }
   if (state == v1::INSTANCE_STATE_STARTING) {
-    if (!AllReached(facts, v1::WORKER_PHASE_LINKED)) {
-      if (facts.start_timed_out) return {v1::INSTANCE_STATE_FAILED, run, StartTimedOut(facts)};
-      return {state, run, ""};
-    }
-    state = v1::INSTANCE_STATE_WAITING_FOR_PLAYERS;
+    const bool linked = AllReached(facts, v1::WORKER_PHASE_LINKED);
+    run = run || (linked && PlayersNoMatter(facts));
+    if (run && AllReached(facts, v1::WORKER_PHASE_RUNNING)) return {v1::INSTANCE_STATE_RUNNING, run, ""};
+    if (linked && !run) return {v1::INSTANCE_STATE_WAITING_FOR_PLAYERS, run, ""};
+    if (facts.start_timed_out) return {v1::INSTANCE_STATE_FAILED, run, StartTimedOut(facts, run)};
   }
   if (state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS) {
-    run = run || facts.players_ready || facts.start_deadline_passed;
+    run = run || PlayersNoMatter(facts);
     if (run && AllReached(facts, v1::WORKER_PHASE_RUNNING)) state = v1::INSTANCE_STATE_RUNNING;
   }
   if (state == v1::INSTANCE_STATE_STOPPING &&

@@ -45,7 +45,7 @@ class SqliteStore final : public Store {
   absl::StatusOr<Revision> RevisionOf(const std::string& key);
   absl::Status Apply(std::span<const StoreOp> ops, Revision revision);
 
-  const std::string path_;
+  std::string path_;
   mutable std::mutex mutex_;
   std::unique_ptr<sqlite3, Close> database_;
   Statement get_, list_, revision_of_, put_, delete_,
