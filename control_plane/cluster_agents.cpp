@@ -265,10 +265,11 @@ void Cluster::NoticeAbsent(HostEntry& host, const google::protobuf::RepeatedPtrF
 void Cluster::HandleExited(HostEntry& host, const v1::WorkerExited& exited, std::set<std::uint64_t>& touched) {
   const auto [instance, worker] = FindWorker(host, exited.identity());
   if (instance == nullptr || worker->gone) return;
-  const std::string what = DescribeExit(exited, worker->report);
+  const bool wanted = WantsWorkers(instance->record.state());
+  const std::string what = wanted ? DescribeExit(exited, worker->report) : "";
   effects_.log.push_back(absl::StrCat("worker ended instance=", instance->record.id(), " region=", worker->region,
-                                      " host=", host.record.name(), ": ", what));
-  SetGone(*instance, *worker, WantsWorkers(instance->record.state()) ? what : "");
+                                      " host=", host.record.name(), wanted ? ": " : " as asked", what));
+  SetGone(*instance, *worker, what);
   touched.insert(instance->number);
 }
 

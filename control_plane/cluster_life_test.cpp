@@ -186,9 +186,7 @@ TEST(InstanceLifeTest, AWorkerThatExitsAtStartFailsTheWholeInstance) {
   harness.Pump();
   const v1::Instance instance = harness.Get(id);
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
-  EXPECT_EQ(
-      instance.reason(),
-      "region 3 on alpha: worker exited with status 3: cannot load the scene; last log: two | three | no such mesh");
+  EXPECT_EQ(instance.reason(), "region 3 on alpha: worker exited with code 3; last log: two | three | no such mesh");
   EXPECT_EQ(Workers(harness), 0u);
   EXPECT_EQ(instance.region_status_size(), 0);
   agent.fake.exit_at_start = {};
@@ -202,7 +200,7 @@ TEST(InstanceLifeTest, AWorkerThatDiesFailsTheInstanceAndNamesWhere) {
   harness.Pump();
   harness.Send(agent, agent.fake.Kill({id, 2}, 9));
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED);
-  EXPECT_EQ(harness.Get(id).reason(), "region 2 on alpha: worker was killed by signal 9 (SIGKILL)");
+  EXPECT_EQ(harness.Get(id).reason(), "region 2 on alpha: worker was killed by signal 9");
   harness.Pump();
   EXPECT_EQ(Workers(harness), 0u);
 }

@@ -82,7 +82,7 @@ class FakeWorkers {
       if (order.stop()) return;
       found = workers.emplace(key, Start(order)).first;
       if (exit_at_start.contains(order.region())) {
-        out.push_back(Exited(found->second, true, 3, 0, "cannot load the scene"));
+        out.push_back(Exited(found->second, true, 3, 0, "exited with code 3"));
         for (const char* line : {"one", "two", "three", "no such mesh"})
           out.back().mutable_exited()->add_last_log_lines(line);
         workers.erase(found);

@@ -214,7 +214,7 @@ TEST_F(GrpcServerTest, AWatchIsToldOfAFailureAndEnds) {
   ASSERT_TRUE(instances_->CreateInstance(&Context(), CreateRequest(2), &created).ok());
   v1::Instance instance;
   WatchUntil(created.instance().id(), v1::INSTANCE_STATE_FAILED, &instance);
-  EXPECT_THAT(instance.reason(), HasSubstr("region 2 on alpha: worker exited with status 3"));
+  EXPECT_THAT(instance.reason(), HasSubstr("region 2 on alpha: worker exited with code 3"));
 }
 
 TEST_F(GrpcServerTest, AnAgentFetchesScenesWithItsSecretOnly) {

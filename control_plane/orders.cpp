@@ -1,7 +1,5 @@
 #include "control_plane/orders.h"
 
-#include <string.h>
-
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
@@ -34,17 +32,15 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
 std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport& last_report) {
   std::string text = "worker ";
   if (!exited.started()) {
-    text += "could not be started";
+    text += exited.reason().empty() ? "could not be started" : "could not be started: " + exited.reason();
+  } else if (!exited.reason().empty()) {
+    text += exited.reason();
   } else if (exited.signal() != 0) {
-    const char* name = sigabbrev_np(exited.signal());
-    absl::StrAppend(&text, "was killed by signal ", exited.signal(),
-                    name != nullptr ? absl::StrCat(" (SIG", name, ")") : "");
+    absl::StrAppend(&text, "was killed by signal ", exited.signal());
   } else {
-    absl::StrAppend(&text, "exited with status ", exited.exit_code());
+    absl::StrAppend(&text, "exited with code ", exited.exit_code());
   }
   if (!last_report.failure().empty()) absl::StrAppend(&text, ": ", last_report.failure());
-  if (!exited.reason().empty() && exited.reason() != last_report.failure())
-    absl::StrAppend(&text, ": ", exited.reason());
   const auto& lines = exited.last_log_lines();
   if (!lines.empty()) {
     const auto kept = std::min<std::ptrdiff_t>(lines.size(), kReasonLogLines);

@@ -11,7 +11,8 @@ namespace tessera::control {
 // not.
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index);
 
-// "exited with status 3: cannot bind; last log: a | b": one line, at most kMaxReasonBytes, from what an agent reported.
+// "worker exited with code 3: cannot bind; last log: a | b": one line, at most kMaxReasonBytes, from what an agent
+// reported.
 std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport& last_report);
 
 // `text` on one line: control characters become blanks, what is over `max_bytes` is cut between characters.
