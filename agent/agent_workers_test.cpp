@@ -167,7 +167,12 @@ TEST_F(AgentWorkersTest, SigtermLeavesWorkersAndTheNextAgentAdoptsThem) {
   const auto second = StartAgent();
   for (const std::uint32_t region : {1U, 2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
   EXPECT_EQ(HoldWorkers(), pids);
-  EXPECT_EQ(control_.record().hellos.back().workers_size(), 4);
+  const v1::AgentHello hello = control_.record().hellos.back();
+  ASSERT_EQ(hello.workers_size(), 4);
+  for (const v1::WorkerReport& report : hello.workers()) {  // before the first of them has attached again
+    EXPECT_EQ(report.phase(), v1::WORKER_PHASE_RUNNING);
+    EXPECT_NE(report.address().game_port(), 0U);
+  }
   EXPECT_THAT(control_.record().exits, SizeIs(0));
 
   // Adopted ones follow orders and are watched.

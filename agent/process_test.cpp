@@ -67,7 +67,7 @@ TEST_F(ProcessTest, LeadsASessionOfItsOwnWithNothingOfOurs) {
   sigaddset(&blocked, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
   RunShell(
-      "cut -d' ' -f1,6 /proc/$$/stat; ls /proc/$$/fd | tr '\\n' ' '; grep SigBlk /proc/$$/status; echo "
+      "cut -d' ' -f1,6 /proc/$$/stat; ls /proc/$$/fd | tr '\\n' ' '; grep SigBlk /proc/self/status; echo "
       "\"$KEPT[$GONE]\"");
   pthread_sigmask(SIG_UNBLOCK, &blocked, nullptr);
   close(open_fd);

@@ -92,6 +92,8 @@ void Supervisor::Adopt(const WorkerRecord& record) {
   const WorkerKey key = KeyOf(record.identity());
   Worker& worker = workers_[key];
   worker.record = record;
+  worker.record.clear_report();
+  worker.report = record.report();
   *worker.report.mutable_identity() = record.identity();
   worker.ever_attached = true;
   ports_.Mark(static_cast<std::uint16_t>(record.first_port()));
@@ -304,7 +306,9 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
   const bool tell = DiffersInState(worker.report, report);
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();
-  if (tell) actions_.push_back(TellReport{worker.report});
+  if (!tell) return;
+  actions_.push_back(TellReport{worker.report});
+  dirty_ = true;
 }
 
 void Supervisor::Detached(const WorkerKey& key) {
@@ -421,7 +425,10 @@ WorkersFile Supervisor::State(const std::string& boot_id) const {
   WorkersFile file;
   file.set_boot_id(boot_id);
   for (const auto& [key, worker] : workers_) {
-    if (worker.record.identity().pid() != 0) *file.add_workers() = worker.record;
+    if (worker.record.identity().pid() == 0) continue;
+    WorkerRecord& record = *file.add_workers();
+    record = worker.record;
+    *record.mutable_report() = worker.report;
   }
   for (const auto& [key, exited] : exits_) *file.add_exits() = exited;
   return file;

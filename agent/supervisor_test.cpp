@@ -355,6 +355,11 @@ TEST_F(SupervisorTest, ReportsAtOnceWhatChangesAndLeavesTheRestToTheHeartbeat) {
 TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   Want({Order(1), Order(2), Order(3)});
   Attach(1);
+  v1::WorkerReport running = Report(1, v1::WORKER_PHASE_RUNNING);
+  running.mutable_address()->set_game_port(7800);
+  supervisor_.TakeDirty();
+  supervisor_.Reported(Key(1), running);
+  EXPECT_TRUE(supervisor_.TakeDirty());
   End(3, {.known = true, .code = 4});
   const WorkersFile file = supervisor_.State("boot");
   ASSERT_EQ(file.workers_size(), 2);
@@ -364,7 +369,10 @@ TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   next.AdoptExit(file.exits(0));
   next.Adopt(file.workers(0));
   next.AdoptGone(file.workers(1), "ended while no agent ran", {"bye"});
-  EXPECT_THAT(next.Reports(), SizeIs(1));
+  ASSERT_THAT(next.Reports(), SizeIs(1));
+  // Told as it was, before it attaches: else the control plane would take it for one that lost its ports.
+  EXPECT_EQ(next.Reports()[0].phase(), v1::WORKER_PHASE_RUNNING);
+  EXPECT_EQ(next.Reports()[0].address().game_port(), 7800U);
   EXPECT_THAT(next.Exits(), SizeIs(2));
   EXPECT_FALSE(next.NextDeadline());  // an adopted worker has all the time it needs
   ASSERT_TRUE(next.Attached(Report(1)).ok());
