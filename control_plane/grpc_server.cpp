@@ -57,8 +57,9 @@ class Answerer {
   // Puts the value of a StatusOr into `out`.
   template <class Result, class Out>
   static absl::Status Take(absl::StatusOr<Result> result, Out* out) {
-    if (result.ok()) *out = *std::move(result);
-    return result.status();
+    if (!result.ok()) return result.status();
+    *out = *std::move(result);
+    return absl::OkStatus();
   }
 
   ControlPlane& plane_;

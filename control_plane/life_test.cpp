@@ -5,8 +5,6 @@
 namespace tessera::control {
 namespace {
 
-using ::testing::HasSubstr;
-
 LifeFacts Facts(std::vector<v1::WorkerPhase> phases, bool players_ready) {
   LifeFacts facts;
   for (const v1::WorkerPhase phase : phases) facts.workers.push_back({phase, false, "alpha", false, ""});

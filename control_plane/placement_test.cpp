@@ -9,8 +9,6 @@
 namespace tessera::control {
 namespace {
 
-using ::testing::HasSubstr;
-
 PartitionMap Grid(std::uint32_t regions) { return *MakeGridMap({0, 0, 100, 100}, regions); }
 
 std::map<std::string, std::set<RegionId>> ByHost(const PlacementPlan& plan) {

@@ -28,6 +28,7 @@ class Program {
     arguments.insert(arguments.begin(), TESSERA_CONTROL_PROGRAM);
     arguments.insert(arguments.end(), {"--ready-fd", "3"});
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     posix_spawn_file_actions_t actions;
