@@ -60,7 +60,7 @@ void Run(const Globals& globals, const Options& options) {
 void AddClientCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<Options>();
   CLI::App* client = app.add_subcommand("client", "Join a world as a bot that wanders, and report what it sees");
-  client->add_option("--instance", options->instance, "Id of the instance")->required();
+  client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it")->required();
   client->add_option("--name", options->name, "Name of the player")->capture_default_str();
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
       ->check(CLI::NonNegativeNumber);

@@ -90,6 +90,7 @@ void LocalCluster::StartAgent(std::uint32_t index) {
     WriteSecret(state + "/join-token", response.join_token());
     argv.insert(argv.end(), {"--join-token-file", state + "/join-token"});
   }
+  if (!options_.region_binary.empty()) argv.insert(argv.end(), {"--region-binary", options_.region_binary});
   if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
   const int first = options_.first_port + static_cast<int>(index) * 1000;
   argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});
@@ -109,7 +110,9 @@ std::string ProgramPath(const std::string& name) {
   std::vector<fs::path> places;
   if (const char* folder = std::getenv("TESSERA_BIN")) places.emplace_back(folder);
   std::error_code error;
-  places.push_back(fs::read_symlink("/proc/self/exe", error).parent_path());
+  const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
+  places.push_back(here.parent_path() / "bin");  // for what is built or installed beside it
+  places.push_back(here);
   for (const fs::path& place : places) {
     if (fs::exists(place / name, error)) return (place / name).string();
   }

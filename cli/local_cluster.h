@@ -23,6 +23,7 @@ struct ClusterOptions {
   std::string http = "127.0.0.1:0";    // its HTTP
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
+  std::string region_binary;        // the worker's program; empty: the one beside the agent
   std::uint16_t first_port = 7800;  // of the workers: each agent takes a range of 1000 from here
 };
 
@@ -49,7 +50,7 @@ class LocalCluster {
   std::vector<std::unique_ptr<ChildProcess>> agents_;
 };
 
-// The program `name` of this installation: beside the running one, or in TESSERA_BIN.
+// The program `name` of this installation: in TESSERA_BIN, in the bin folder next to the running one's, or beside it.
 std::string ProgramPath(const std::string& name);
 
 // A folder under the system's temporary one, removed with all in it at the end of its life.

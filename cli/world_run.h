@@ -27,7 +27,7 @@ namespace tessera::cli {
 struct RunOptions {
   std::string scene;  // path
   std::uint32_t regions = 4;
-  std::optional<std::uint32_t> bodies;  // scattered ones, instead of the scene's own number
+  std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
   std::uint32_t hosts = 1;
 };

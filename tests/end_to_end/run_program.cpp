@@ -42,7 +42,8 @@ bool Drain(std::array<pollfd, 2> pipes, std::array<std::string*, 2> texts, Clock
 
 }  // namespace
 
-RunResult RunProgram(const std::string& program, const std::vector<std::string>& arguments, std::chrono::seconds timeout) {
+RunResult RunProgram(const std::string& program, const std::vector<std::string>& arguments,
+                     std::chrono::seconds timeout) {
   std::array<int, 2> out{}, err{};
   RunResult result;
   if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) return result;
@@ -60,7 +61,8 @@ RunResult RunProgram(const std::string& program, const std::vector<std::string>&
   }
   close(out[1]);
   close(err[1]);
-  const bool in_time = Drain({pollfd{out[0], POLLIN, 0}, pollfd{err[0], POLLIN, 0}}, {&result.out, &result.err}, Clock::now() + timeout);
+  const bool in_time =
+      Drain({pollfd{out[0], POLLIN, 0}, pollfd{err[0], POLLIN, 0}}, {&result.out, &result.err}, Clock::now() + timeout);
   close(out[0]);
   close(err[0]);
   if (!in_time) kill(pid, SIGKILL);
@@ -72,7 +74,9 @@ RunResult RunProgram(const std::string& program, const std::vector<std::string>&
 
 std::string BinaryPath(const std::string& program) { return std::string(TESSERA_BINARY_DIR) + "/bin/" + program; }
 
-std::string ScenePath(const std::string& name) { return std::string(TESSERA_SOURCE_DIR) + "/scenes/" + name + ".textproto"; }
+std::string ScenePath(const std::string& name) {
+  return std::string(TESSERA_SOURCE_DIR) + "/scenes/" + name + ".textproto";
+}
 
 std::vector<int> DescendantsOf(int root) {
   std::multimap<int, int> children;

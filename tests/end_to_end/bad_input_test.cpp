@@ -1,0 +1,195 @@
+// What users get wrong, through the real command line: one clear line on stderr, the right exit status, nothing left
+// behind.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "cli/connection.h"
+#include "cli/local_cluster.h"
+#include "tests/end_to_end/run_program.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+using testing::HasSubstr;
+using testing::MatchesRegex;
+using testing::StartsWith;
+
+class BadInputTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new cli::TemporaryFolder();
+    cluster_ = new cli::LocalCluster({.data_dir = folder_->path(), .capacity = 6});
+  }
+  static void TearDownTestSuite() {
+    delete cluster_;
+    delete folder_;
+  }
+
+  // Runs `tessera --control <the cluster> arguments...`.
+  static RunResult Tessera(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--control", cluster_->control_address()});
+    return RunProgram("tessera", arguments);
+  }
+  static void ExpectOneLine(const RunResult& result, int exit_code, const std::string& part) {
+    EXPECT_EQ(result.exit_code, exit_code) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(part));
+    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+  }
+  static std::string SceneFile(const std::string& name, const std::string& text) {
+    const std::string path = folder_->path() + "/" + name + ".textproto";
+    std::ofstream(path) << text;
+    return path;
+  }
+  // No instance but the ended ones, no place taken.
+  static void ExpectNothingLeftBehind() {
+    const RunResult hosts = Tessera({"host", "list"});
+    EXPECT_THAT(hosts.out, MatchesRegex("NAME.*\nlocal-1 +READY +0 .*\n"));
+  }
+
+  static cli::TemporaryFolder* folder_;
+  static cli::LocalCluster* cluster_;
+};
+cli::TemporaryFolder* BadInputTest::folder_ = nullptr;
+cli::LocalCluster* BadInputTest::cluster_ = nullptr;
+
+constexpr const char* kBounds = "name: \"bad\" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }\n";
+
+struct BadScene {
+  const char *name, *text, *part;
+};
+class BadSceneTest : public BadInputTest, public testing::WithParamInterface<BadScene> {};
+
+TEST_P(BadSceneTest, IsRefusedByFileBodyAndField) {
+  const std::string file = SceneFile(GetParam().name, kBounds + std::string(GetParam().text));
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"scene", "validate", file},
+                                                  std::vector<std::string>{"instance", "create", "--scene", file}}) {
+    const RunResult result = Tessera(command);
+    ExpectOneLine(result, 1, GetParam().part);
+    EXPECT_THAT(result.err, StartsWith("tessera: " + file));
+  }
+  ExpectNothingLeftBehind();
+}
+
+std::string NameOf(const testing::TestParamInfo<BadScene>& scene) {
+  std::string name = scene.param.name;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadSceneTest,
+    testing::Values(
+        BadScene{"unknown-shape", "bodies { id: 1 mass: 1 shape { blob { } } }", "blob"},
+        BadScene{"no-shape", "bodies { id: 1 mass: 1 }", "bodies[0] (id 1): shape"},
+        BadScene{"negative-mass", "bodies { id: 1 mass: -1 shape { sphere { radius: 1 } } }", "bodies[0] (id 1): mass"},
+        BadScene{"zero-mass", "bodies { id: 1 mass: 0 shape { sphere { radius: 1 } } }", "bodies[0] (id 1): mass"},
+        BadScene{"nan", "bodies { id: 1 mass: 1 shape { sphere { radius: nan } } }",
+                 "bodies[0] (id 1): shape.sphere.radius"},
+        BadScene{"mesh-index",
+                 "bodies { id: 1 motion: MOTION_STATIC shape { mesh { vertices { } vertices { x: 1 } vertices { z: 1 } "
+                 "indices: [0, 1, 3] } } }",
+                 "bodies[0] (id 1): shape.mesh.indices[2]"},
+        BadScene{"duplicate-id",
+                 "bodies { id: 1 mass: 1 shape { sphere { radius: 1 } } } bodies { id: 1 mass: 1 shape { sphere { "
+                 "radius: 1 } } }",
+                 "bodies[1]"},
+        BadScene{
+            "joint-to-nowhere",
+            "bodies { id: 1 mass: 1 shape { sphere { radius: 1 } } } joints { id: 1 body_a: 1 body_b: 7 point { } }",
+            "joints[0] (id 1): body_b"},
+        BadScene{"empty", "", "bodies"},
+        BadScene{"outside", "bodies { id: 1 mass: 1 shape { sphere { radius: 1 } } pose { position { x: 50 } } }",
+                 "bodies[0] (id 1): pose.position"}),
+    NameOf);
+
+TEST_F(BadInputTest, ASceneFileThatIsNotThereIsNamed) {
+  ExpectOneLine(Tessera({"scene", "validate", "/nowhere/x.textproto"}), 1, "/nowhere/x.textproto: ");
+}
+
+TEST_F(BadInputTest, NoOrTooManyRegionsAreRefusedWithTheRange) {
+  for (const char* regions : {"0", "10000"}) {
+    const RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", regions});
+    ExpectOneLine(result, 1, "spec.regions");
+    EXPECT_THAT(result.err, HasSubstr("INVALID_ARGUMENT"));
+    EXPECT_THAT(result.err, HasSubstr("1000"));
+  }
+  ExpectNothingLeftBehind();
+}
+
+TEST_F(BadInputTest, MoreRegionsThanCapacityLeaveNothingHalfCreated) {
+  const RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", "7"});
+  ExpectOneLine(result, 1, "RESOURCE_EXHAUSTED");
+  EXPECT_THAT(result.err, HasSubstr("7"));
+  EXPECT_THAT(result.err, HasSubstr("6"));
+  ExpectNothingLeftBehind();
+}
+
+TEST_F(BadInputTest, AnUnknownInstanceIsNamedByEveryCommand) {
+  for (const char* command : {"describe", "watch", "delete"}) {
+    const RunResult result = Tessera({"instance", command, "inst-404"});
+    ExpectOneLine(result, 1, "inst-404");
+    EXPECT_THAT(result.err, HasSubstr("NOT_FOUND"));
+  }
+  ExpectOneLine(Tessera({"client", "inst-404", "--seconds", "1"}), 1, "inst-404");
+}
+
+TEST_F(BadInputTest, AnAddressWhereNobodyListensIsNamed) {
+  const RunResult result = RunProgram("tessera", {"--control", "127.0.0.1:1", "host", "list"});
+  ExpectOneLine(result, 1, "127.0.0.1:1");
+}
+
+TEST_F(BadInputTest, AnAddressOfTheWrongFormIsNamed) {
+  ExpectOneLine(RunProgram("tessera", {"--control", "somewhere", "host", "list"}), 1, "somewhere");
+}
+
+TEST_F(BadInputTest, WrongUsageExitsWith2) {
+  EXPECT_EQ(RunProgram("tessera", {}).exit_code, 2);
+  EXPECT_EQ(RunProgram("tessera", {"dance"}).exit_code, 2);
+  EXPECT_EQ(RunProgram("tessera", {"instance", "create"}).exit_code, 2);
+  EXPECT_EQ(RunProgram("tessera", {"-o", "yaml-ish", "host", "list"}).exit_code, 2);
+  EXPECT_EQ(RunProgram("tessera", {"--help"}).exit_code, 0);
+}
+
+TEST_F(BadInputTest, APortInUseIsNamed) {
+  const cli::TemporaryFolder other;
+  const RunResult result = RunProgram("tessera-control", {"--listen", cluster_->control_address(), "--http",
+                                                          "127.0.0.1:0", "--data-dir", other.path()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr(cluster_->control_address()));
+  EXPECT_THAT(result.err, HasSubstr("in use"));
+}
+
+TEST_F(BadInputTest, AWrongJoinTokenIsRefused) {
+  const cli::TemporaryFolder state;
+  std::ofstream(state.path() + "/token") << "not-a-token\n";
+  const RunResult result =
+      RunProgram("tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
+                                   "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("join_token: unknown, or used already"));
+}
+
+TEST_F(BadInputTest, AUsedJoinTokenIsRefused) {
+  const cli::TemporaryFolder state;
+  std::ifstream in(folder_->path() + "/local-1/join-token");
+  std::string used;
+  ASSERT_TRUE(std::getline(in, used));
+  std::ofstream(state.path() + "/token") << used << "\n";
+  const RunResult result =
+      RunProgram("tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
+                                   "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("join_token: unknown, or used already"));
+  EXPECT_THAT(result.err, testing::Not(HasSubstr(used))) << "a token is never shown";
+}
+
+TEST_F(BadInputTest, AHostNameThatIsTakenOrMalformedIsNamed) {
+  ExpectOneLine(Tessera({"host", "add", "local-1"}), 1, "ALREADY_EXISTS");
+  ExpectOneLine(Tessera({"host", "add", "Not A Name"}), 1, "name");
+  ExpectOneLine(Tessera({"host", "remove", "nobody"}), 1, "nobody");
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end

@@ -1,0 +1,148 @@
+// The whole path on real processes: cluster, instance, bots, census, end.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/instance_view.h"
+#include "cli/world_run.h"
+#include "tests/end_to_end/run_program.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+using namespace std::chrono_literals;
+using nlohmann::json;
+
+std::vector<pid_t> WorkerPids(const v1::Instance& instance) {
+  std::vector<pid_t> pids;
+  for (const v1::RegionStatus& region : instance.region_status()) {
+    pids.push_back(static_cast<pid_t>(region.report().identity().pid()));
+  }
+  return pids;
+}
+
+TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
+  cli::WorldRun run({.scene = ScenePath("plaza"), .regions = 4, .bodies = 200, .bots = 2});
+  const std::vector<pid_t> workers = WorkerPids(run.Latest());
+  ASSERT_EQ(workers.size(), 4u);
+  const auto enough = [&] {
+    std::uint64_t handovers = 0, ticks = 0;
+    const v1::Instance instance = run.Latest();
+    for (const v1::RegionStatus& region : instance.region_status()) {
+      handovers += region.report().handovers_in();
+      ticks = std::max<std::uint64_t>(ticks, region.report().tick());
+    }
+    return handovers >= 10 && ticks >= 300;
+  };
+  while (!enough()) {
+    ASSERT_TRUE(run.Frame()) << run.Latest().reason();
+    ASSERT_LT(run.running_s(), 100) << "too few handovers";
+    std::this_thread::sleep_for(5ms);  // paces the bots' frames
+  }
+  for (cli::Bot* bot : run.bots()) {
+    EXPECT_GE(bot->client().World().size(), 202u) << "every dynamic body is seen";
+    EXPECT_EQ(bot->client().Stats().decode_errors, 0u);
+    EXPECT_GT(bot->client().last_applied_input(), 0u);
+  }
+  const cli::RunSummary summary = run.Finish();
+  EXPECT_EQ(summary.failure, "");
+  EXPECT_EQ(summary.conservation->found, summary.bodies_at_start);
+  for (const pid_t worker : workers) EXPECT_FALSE(IsAlive(worker));
+}
+
+TEST(InstanceTest, TheDemoProvesItself) {
+  const RunResult demo =
+      RunProgram("tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "--json"}, 120s);
+  ASSERT_EQ(demo.exit_code, 0) << demo.err;
+  const json summary = json::parse(demo.out);
+  EXPECT_EQ(summary.at("lost"), 0);
+  EXPECT_EQ(summary.at("duplicated"), 0);
+  EXPECT_EQ(summary.at("nonfinite"), 0);
+  EXPECT_EQ(summary.at("processes_left"), 0);
+  EXPECT_GT(summary.at("censuses"), 0);
+  EXPECT_EQ(summary.at("bodies_end"), summary.at("bodies_start"));
+  EXPECT_EQ(summary.at("clients").size(), 2u);
+}
+
+TEST(InstanceTest, AWorkerThatIsKilledFailsItsInstanceWithTheReasonAndEndsTheOthers) {
+  cli::WorldRun run({.scene = ScenePath("minimal"), .regions = 2, .bots = 0});
+  const std::vector<pid_t> workers = WorkerPids(run.Latest());
+  ASSERT_EQ(kill(workers[0], SIGKILL), 0);
+  while (run.Frame()) {
+    ASSERT_LT(run.running_s(), 60);
+    std::this_thread::sleep_for(5ms);  // paces the questions
+  }
+  const v1::Instance instance = run.Latest();
+  EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(instance.reason(), testing::HasSubstr("region 1"));
+  EXPECT_THAT(instance.reason(), testing::HasSubstr("signal 9"));
+  const auto deadline = std::chrono::steady_clock::now() + 30s;
+  while (IsAlive(workers[1]) && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(20ms);
+  EXPECT_FALSE(IsAlive(workers[1]));
+}
+
+TEST(InstanceTest, AWorkerThatEndsAtItsStartFailsTheInstanceAndGivesItsPlacesBack) {
+  const cli::TemporaryFolder folder;
+  const std::string program = folder.path() + "/region";
+  std::ofstream(program) << "#!/bin/sh\necho 'no such luck' >&2\nexit 3\n";
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const cli::LocalCluster cluster({.data_dir = folder.path(), .region_binary = program});
+  const RunResult created = RunProgram("tessera", {"--control", cluster.control_address(), "instance", "create",
+                                                   "--scene", "minimal", "--regions", "2", "--wait"});
+  EXPECT_EQ(created.exit_code, 1);
+  EXPECT_EQ(std::count(created.err.begin(), created.err.end(), '\n'), 1) << created.err;
+  EXPECT_THAT(created.err, testing::HasSubstr("region "));
+  EXPECT_THAT(created.err, testing::HasSubstr("local-1"));
+  EXPECT_THAT(created.err, testing::HasSubstr("no such luck"));
+  const RunResult hosts = RunProgram("tessera", {"--control", cluster.control_address(), "-o", "json", "host", "list"});
+  EXPECT_EQ(json::parse(hosts.out).at("hosts").at(0).at("regions"), 0);
+}
+
+TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
+  cli::WorldRun run({.scene = ScenePath("plaza"), .regions = 2, .bodies = 10, .bots = 2});
+  cli::Bot& thief = *run.bots()[0];
+  const BodyId foreign = run.bots()[1]->client().own_body();
+  std::string detail;
+  while (detail.empty()) {
+    ASSERT_LT(run.running_s(), 60);
+    ASSERT_TRUE(run.Frame());
+    thief.client().MoveBody(foreign, {1000, 0, 0}, {});
+    for (const client::ClientEvent& event : thief.client().Poll(client::Clock::now())) {
+      if (event.kind == client::ClientEvent::Kind::kInputRefused && event.body == foreign) detail = event.detail;
+    }
+    std::this_thread::sleep_for(5ms);  // paces the frames
+  }
+  EXPECT_THAT(detail, testing::HasSubstr(std::to_string(foreign.value())));
+  EXPECT_THAT(detail, testing::HasSubstr("not player 1's"));
+}
+
+TEST(InstanceTest, EveryListingSpeaksJson) {
+  const cli::TemporaryFolder folder;
+  const cli::LocalCluster cluster({.data_dir = folder.path()});
+  const auto tessera = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--control", cluster.control_address(), "-o", "json"});
+    const RunResult result = RunProgram("tessera", arguments);
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return json::parse(result.out, nullptr, false);
+  };
+  const json created = tessera({"instance", "create", "--scene", "minimal", "--regions", "2", "--wait"});
+  const std::string id = created.at("id");
+  EXPECT_EQ(created.at("state"), "INSTANCE_STATE_RUNNING");
+  EXPECT_EQ(tessera({"instance", "list"}).at("instances").at(0).at("id"), id);
+  EXPECT_EQ(tessera({"instance", "describe", id}).at("region_status").size(), 2u);
+  EXPECT_EQ(tessera({"host", "list"}).at("hosts").at(0).at("regions"), 2);
+  EXPECT_EQ(tessera({"host", "describe", "local-1"}).at("workers").size(), 2u);
+  EXPECT_EQ(tessera({"host", "drain", "local-1"}).at("host").at("state"), "HOST_STATE_DRAINING");
+  EXPECT_EQ(tessera({"scene", "validate", ScenePath("plaza")}).at(0).at("name"), "plaza");
+  EXPECT_EQ(tessera({"instance", "delete", id, "--wait"}).at("state"), "INSTANCE_STATE_ENDED");
+  EXPECT_EQ(tessera({"host", "list"}).at("hosts").at(0).at("regions"), 0);
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
