@@ -1,0 +1,37 @@
+// For tests: an agent that serves the worker link on a Unix socket, gives the orders it is told to, and keeps every
+// report.
+//
+// Thread rule: any thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::worker {
+
+class FakeAgent {
+ public:
+  // `known` false: every worker is refused as unknown.
+  explicit FakeAgent(const std::string& socket_path, bool known = true);
+  ~FakeAgent();  // gone, as if killed
+  FakeAgent(const FakeAgent&) = delete;
+  FakeAgent& operator=(const FakeAgent&) = delete;
+
+  // The whole order of `order.region()`, told at once if that worker is attached and first thing when it attaches.
+  void Give(const v1::WorkerOrder& order);
+  // Waits for a report of `region` that fulfils `wanted`, old ones included, oldest first.
+  std::optional<v1::WorkerReport> WaitFor(std::uint32_t region,
+                                          const std::function<bool(const v1::WorkerReport&)>& wanted);
+  std::vector<v1::WorkerReport> ReportsOf(std::uint32_t region) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::worker
