@@ -23,7 +23,7 @@ struct ClusterOptions {
   std::string http = "127.0.0.1:0";    // its HTTP
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
-  std::string region_binary;        // the worker's program; empty: the one beside the agent
+  std::string region_binary = {};   // the worker's program; empty: the one beside the agent
   std::uint16_t first_port = 7800;  // of the workers: each agent takes a range of 1000 from here
 };
 
