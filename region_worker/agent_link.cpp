@@ -18,11 +18,11 @@ namespace {
 
 using Stream = grpc::ClientReaderWriter<v1::WorkerMessage, v1::AgentOrder>;
 
+// A channel of its own for each attempt, so that only the link's own backoff counts: one that is kept waits out gRPC's
+// too, which took seconds longer to find an agent that was back.
 std::unique_ptr<v1::WorkerLinkService::Stub> MakeStub(const std::string& socket_path) {
   grpc::ChannelArguments arguments;
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMinBackoff.count()));
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMinBackoff.count()));
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, static_cast<int>(AgentLink::kMaxBackoff.count()));
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);  // an environment's proxy is not for this
   return v1::WorkerLinkService::NewStub(
       grpc::CreateCustomChannel(absl::StrCat("unix:", socket_path), grpc::InsecureChannelCredentials(), arguments));
@@ -31,10 +31,9 @@ std::unique_ptr<v1::WorkerLinkService::Stub> MakeStub(const std::string& socket_
 }  // namespace
 
 struct AgentLink::Impl {
-  explicit Impl(const std::string& path) : socket_path(path), stub(MakeStub(path)) {}
+  explicit Impl(const std::string& path) : socket_path(path) {}
 
   const std::string socket_path;
-  const std::unique_ptr<v1::WorkerLinkService::Stub> stub;
   WakeEvent wake;
   std::thread thread;
 
@@ -85,6 +84,7 @@ void AgentLink::Impl::Run() {
 
 // One attachment, from dialling to its end.
 grpc::Status AgentLink::Impl::Attach() {
+  const std::unique_ptr<v1::WorkerLinkService::Stub> stub = MakeStub(socket_path);
   grpc::ClientContext here;
   {
     const std::lock_guard lock(mutex);
