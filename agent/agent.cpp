@@ -422,7 +422,7 @@ void Agent::Do(const TellExit& action) {
 }
 
 void Agent::Save() {
-  if (!supervisor_.TakeDirty()) return;
+  if (!supervisor_.TakeDirty() && !finishing_) return;
   if (absl::Status status = state_->SaveWorkers(supervisor_.State(boot_id_)); !status.ok()) {
     spdlog::error("cannot save: {}", std::string(status.message()));
   }
@@ -455,6 +455,7 @@ void Agent::EndWorkers() {
 void Agent::Finish(int exit_code) {
   exit_code_ = exit_code;
   if (std::exchange(finishing_, true)) return;
+  Save();  // with the last report of each worker
   const auto end = [this] {
     spdlog::info("agent ends workers_left_running={}", processes_.size());
     loop_->Stop();

@@ -79,10 +79,10 @@ class Agent {
   void EndWorkers();
   void Finish(int exit_code);
 
-  const Options options_;
-  const std::shared_ptr<EventLoop> loop_;
-  const std::unique_ptr<StateDir> state_;
-  const std::string boot_id_;
+  Options options_;
+  std::shared_ptr<EventLoop> loop_;
+  std::unique_ptr<StateDir> state_;
+  std::string boot_id_;
   std::optional<HostIdentity> identity_;
   AgentMetrics metrics_;
   ServiceNotify notify_;

@@ -162,7 +162,7 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
   }
 
   std::unique_ptr<v1::AgentLinkService::Stub> stub_;
-  const Callbacks callbacks_;
+  Callbacks callbacks_;
   grpc::ClientContext context_;
   v1::ControlMessage incoming_;
   v1::AgentMessage outgoing_;  // while writing_

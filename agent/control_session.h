@@ -48,11 +48,11 @@ class ControlSession {
   void SetTimer(TimePoint when, EventLoop::Callback callback);
   Duration NextBackoff();
 
-  const std::shared_ptr<EventLoop> loop_;
-  const std::string address_;
-  const Callbacks callbacks_;
+  std::shared_ptr<EventLoop> loop_;
+  std::string address_;
+  Callbacks callbacks_;
   // Callbacks of links hold a weak one, with the number of their dial: what an old link says is not heard.
-  const std::shared_ptr<ControlSession*> alive_;
+  std::shared_ptr<ControlSession*> alive_;
   std::uint64_t dial_ = 0;
   std::shared_ptr<ControlLink> link_, admitted_link_;
   std::optional<EventLoop::TimerId> timer_;

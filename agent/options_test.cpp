@@ -18,6 +18,7 @@ using ::testing::HasSubstr;
 absl::StatusOr<Options> Parse(std::vector<std::string> flags) {
   flags.insert(flags.begin(), "tessera-agent");
   std::vector<char*> argv;
+  argv.reserve(flags.size());
   for (std::string& flag : flags) argv.push_back(flag.data());
   return ParseOptions(static_cast<int>(argv.size()), argv.data());
 }

@@ -35,9 +35,9 @@ class SceneCache {
   void Fetch(const std::string& hash);
   void Fetched(const std::string& hash, const absl::Status& status);
 
-  const std::shared_ptr<EventLoop> loop_;
+  std::shared_ptr<EventLoop> loop_;
   const StateDir& state_;
-  const Callbacks callbacks_;
+  Callbacks callbacks_;
   std::shared_ptr<ControlLink> link_;
   HostIdentity identity_;
   std::map<std::string, bool> missing_;  // by hash: whether a call is under way

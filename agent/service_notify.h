@@ -23,7 +23,7 @@ class ServiceNotify {
  private:
   void BeatWatchdog();
 
-  const std::shared_ptr<EventLoop> loop_;
+  std::shared_ptr<EventLoop> loop_;
   Duration watchdog_interval_{};
   bool ready_ = false;
   std::string status_;

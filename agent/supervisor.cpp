@@ -140,7 +140,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
     return OrderOutcome{key, order.revision(), std::move(what), changed};
   };
   if (exits_.contains(key)) return outcome("has ended already", false);
-  if (stopping_all_) return outcome("ignored: this agent is stopping");
+  if (stopping_all_) return outcome("ignored: this agent is stopping", !workers_.contains(key));
   const auto found = workers_.find(key);
   if (found == workers_.end()) {
     if (absl::Status status = CheckOrder(order); !status.ok()) {

@@ -63,7 +63,7 @@ class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::A
   }
 
   Server& server_;
-  const ConnectionId id_;
+  ConnectionId id_;
   v1::WorkerMessage incoming_;
   v1::AgentOrder outgoing_;  // while writing_
 
@@ -133,7 +133,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
     return found == connections_.end() ? nullptr : found->second;
   }
 
-  const Callbacks callbacks_;
+  Callbacks callbacks_;
   std::mutex mutex_;  // guards the two below
   ConnectionId next_id_ = 1;
   std::map<ConnectionId, std::shared_ptr<Connection>> connections_;
