@@ -122,11 +122,15 @@ void WorldRun::Observe(const v1::Instance& instance) {
     const v1::WorkerReport& report = status.report();
     if (report.phase() != v1::WORKER_PHASE_RUNNING) continue;
     RegionProgress& progress = progress_[status.region()];
-    if (progress.first_tick == 0) {
+    // From the first regular report on: the one at the start comes at once, later ones wait for their turn.
+    if (progress.first_tick == 0 && report.tick() > scene_.scene->tick_rate_hz) {
       progress.first_tick = report.tick();
       progress.first_time = now;
     }
-    if (report.tick() > progress.last.tick()) progress.last_time = now;
+    if (!ending_ && report.tick() > progress.last_tick) {
+      progress.last_tick = report.tick();
+      progress.last_time = now;
+    }
     progress.worst_step_p99_s = std::max(progress.worst_step_p99_s, report.step().p99_seconds());
     progress.last = report;
   }
@@ -145,6 +149,10 @@ RunSummary WorldRun::Finish() {
   summary.ready_s = ready_s_;
   summary.running_s = running_s();
   summary.bodies_at_start = DynamicBodies(*scene_.scene).size() + bots_.size();
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
   v1::DeleteInstanceRequest request;
   request.set_id(instance_id_);
   connection_->Call("instance delete", connection_->instances(), &v1::InstanceService::Stub::DeleteInstance, request);
@@ -154,7 +162,7 @@ RunSummary WorldRun::Finish() {
   cluster_.reset();
   for (const auto& [region, progress] : progress_) {
     const double elapsed = std::chrono::duration<double>(progress.last_time - progress.first_time).count();
-    const auto ticks = static_cast<double>(progress.last.tick() - progress.first_tick);
+    const auto ticks = static_cast<double>(progress.last_tick - progress.first_tick);
     summary.regions.push_back({region, elapsed > 0 ? ticks / elapsed : 0, progress.worst_step_p99_s, progress.last});
     summary.nonfinite += progress.last.nonfinite_bodies();
     const std::int64_t pid = progress.last.identity().pid();

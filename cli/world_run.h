@@ -71,7 +71,7 @@ class WorldRun {
  private:
   struct RegionProgress {
     std::chrono::steady_clock::time_point first_time, last_time;
-    std::uint64_t first_tick = 0;
+    std::uint64_t first_tick = 0, last_tick = 0;
     double worst_step_p99_s = 0;
     v1::WorkerReport last;
   };
@@ -93,6 +93,7 @@ class WorldRun {
   std::mutex mutex_;  // guards what follows: written by the watch's thread
   std::unique_ptr<Conservation> conservation_;
   bool bots_expected_ = false;
+  bool ending_ = false;  // what is reported from now on does not count for the tick rate
   std::map<std::uint32_t, RegionProgress> progress_;
   std::unique_ptr<InstanceWatch> watch_;  // last: its thread ends first
 };
