@@ -311,9 +311,8 @@ void Endpoint::Disconnect(PeerHandle peer) {
 
 std::size_t Endpoint::connections() const {
   const std::span<const ENetPeer> peers(impl_->host->peers, impl_->host->peerCount);
-  return static_cast<std::size_t>(std::count_if(peers.begin(), peers.end(), [](const ENetPeer& peer) {
-    return peer.state != ENET_PEER_STATE_DISCONNECTED;
-  }));
+  return static_cast<std::size_t>(std::count_if(
+      peers.begin(), peers.end(), [](const ENetPeer& peer) { return peer.state != ENET_PEER_STATE_DISCONNECTED; }));
 }
 
 PeerStats Endpoint::StatsOf(PeerHandle peer) const {
