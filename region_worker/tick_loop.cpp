@@ -98,6 +98,7 @@ bool TickLoop::Advance() {
     return false;
   }
   metrics_.frame_wait.Observe(waiting_since_ ? Seconds(now - *waiting_since_) : 0);
+  pacer_.Began(now);
   waiting_since_.reset();
   StepOnce(now);
   return true;

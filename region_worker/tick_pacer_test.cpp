@@ -45,5 +45,27 @@ TEST(TickPacerTest, DoesNotRaceThroughALongPause) {
   EXPECT_EQ(pacer.due(), after + milliseconds(100));
 }
 
+TEST(TickPacerTest, SetsItsClockBackByTheLeastThatTicksBeganLate) {
+  TickPacer pacer(10);
+  const TimePoint start{};
+  pacer.Start(start);
+  for (std::uint32_t tick = 0; tick < TickPacer::kTicksPerShift; ++tick) {
+    pacer.Began(pacer.due() + milliseconds(20 + tick % 3));
+    pacer.Finished(pacer.due() + milliseconds(30));
+  }
+  EXPECT_EQ(pacer.due(), start + milliseconds(100) * TickPacer::kTicksPerShift + milliseconds(20));
+}
+
+TEST(TickPacerTest, LatenessThatComesAndGoesCostsNoTime) {
+  TickPacer pacer(10);
+  const TimePoint start{};
+  pacer.Start(start);
+  for (std::uint32_t tick = 0; tick < 10 * TickPacer::kTicksPerShift; ++tick) {
+    pacer.Began(pacer.due() + (tick % 10 == 0 ? milliseconds(0) : milliseconds(30)));
+    pacer.Finished(pacer.due() + milliseconds(40));
+  }
+  EXPECT_EQ(pacer.due(), start + milliseconds(1000) * TickPacer::kTicksPerShift);
+}
+
 }  // namespace
 }  // namespace tessera::worker

@@ -54,7 +54,7 @@ WorkerMetrics::WorkerMetrics()
       tick(Gauge(*registry_, "tessera_region_tick", "The last tick simulated.")),
       ticks(Counter(*registry_, "tessera_region_ticks_total", "Ticks simulated.")),
       late_ticks(Counter(*registry_, "tessera_region_late_ticks_total",
-                         "Ticks that finished more than one tick after they were due.")),
+                         "Ticks that ended more than one tick after they were due.")),
       step(Histogram(*registry_, "tessera_region_step_seconds", "Work of a whole tick, without waiting.")),
       physics(Histogram(*registry_, "tessera_region_physics_seconds", "The physics update of a tick.")),
       prediction(Histogram(*registry_, "tessera_region_prediction_seconds", "The prediction of a tick.")),
