@@ -1,6 +1,7 @@
 // tessera-bench: runs a suite, prints its table and writes its figures as CSV. Exit status 0, 1 when it could not be
 // run, 2 for usage.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -9,8 +10,10 @@
 #include "bench/dissertation.h"
 #include "bench/report.h"
 
-int main(int argc, char** argv) {
-  using namespace tessera::bench;
+namespace tessera::bench {
+namespace {
+
+int Main(int argc, char** argv) {
   CLI::App app{"Benchmarks of Tessera"};
   app.require_subcommand(1);
   std::string csv;
@@ -40,4 +43,13 @@ int main(int argc, char** argv) {
     return 1;
   }
   return 0;
+}
+
+}  // namespace
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  const int exit_code = tessera::bench::Main(argc, argv);
+  std::cout.flush();
+  _exit(exit_code);  // not by return, as in cli/main.cpp
 }

@@ -58,6 +58,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::stri
   std::array<int, 2> error_pipe{};
   if (pipe2(error_pipe.data(), O_CLOEXEC) != 0) throw CommandError(fmt::format("pipe: {}", std::strerror(errno)));
   std::vector<char*> raw;
+  raw.reserve(argv.size() + 1);
   for (const std::string& argument : argv) raw.push_back(const_cast<char*>(argument.c_str()));
   raw.push_back(nullptr);
   const pid_t parent = getpid();

@@ -1,5 +1,6 @@
 // tessera: the command line. Exit status 0, 1 when it could not be done, 2 for wrong usage.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <iostream>
@@ -12,8 +13,10 @@
 #define TESSERA_VERSION "unknown"
 #endif
 
-int main(int argc, char** argv) {
-  using namespace tessera::cli;
+namespace tessera::cli {
+namespace {
+
+int Main(int argc, char** argv) {
   Globals globals;
   CLI::App app{"Tessera: real-time physics worlds on many machines"};
   app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION);
@@ -47,4 +50,15 @@ int main(int argc, char** argv) {
     return 1;
   }
   return 0;
+}
+
+}  // namespace
+}  // namespace tessera::cli
+
+int main(int argc, char** argv) {
+  const int exit_code = tessera::cli::Main(argc, argv);
+  // Not by return: gRPC 1.51's threads may still be busy with the last connection, and abort if they find the library's
+  // static objects destroyed. All that must be written is written here.
+  std::cout.flush();
+  _exit(exit_code);
 }
