@@ -26,7 +26,8 @@ void Declare(CLI::App& app, RawFlags& raw) {
   const auto port = CLI::Range(0, 65535);
   app.add_option("--region", raw.region, "which region of the instance this is, from 1")->required();
   app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on (127.0.0.1)");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warning, error or off (info)");
+  app.add_option("--log-level", options.log_level, "how much to say; the environment's TESSERA_LOG or info if left out")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--log-file", options.log_file, "append the log to this file instead of stderr");
 
   const char* hand = "By hand, without a control plane";

@@ -39,7 +39,7 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
       {{"--scene", scene, "--region", "1", "--base-port", "65535"}, "--base-port 65535"},
       {{"--scene", scene, "--region", "1", "--seconds", "-1"}, "--seconds -1"},
       {{"--scene", scene, "--region", "1", "--seconds", "nan"}, "--seconds nan"},
-      {{"--scene", scene, "--region", "1", "--log-level", "loud"}, "loud"},
+      {{"--scene", scene, "--region", "1", "--log-level", "loud"}, "--log-level: loud"},
       {{"--scene", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --scene"},
       {{"--agent-socket", "/tmp/x", "--region", "1"}, "--instance is required"},
       {{"--agent-socket", "/tmp/x", "--region", "1", "--instance", "i"}, "--incarnation is required"},
