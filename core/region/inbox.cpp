@@ -62,7 +62,7 @@ bool Inbox::Has(std::size_t neighbor, Tick tick) const {
   return !link.frames.empty() && link.frames.front().tick == tick;
 }
 
-Frame Inbox::Take(std::size_t neighbor, Tick tick) {
+Frame Inbox::Take(std::size_t neighbor, [[maybe_unused]] Tick tick) {
   assert(Has(neighbor, tick));
   Link& link = links_[neighbor];
   Frame frame = std::move(link.frames.front());
