@@ -27,7 +27,7 @@ class SnapshotBroadcast {
   void Gather(std::span<const region::Departure> departures);
   void Push(const region::Region& region);
 
-  const std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
+  std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
   WorkerMetrics& metrics_;
   replication::SnapshotHistory history_;
   std::vector<replication::DepartureRecord> departures_;  // since the last Push

@@ -72,8 +72,8 @@ class TickLoop {
   RegionLinks& links_;
   GamePort& game_;
   WorkerMetrics& metrics_;
-  const std::uint32_t tick_rate_hz_;
-  const bool scene_has_players_;
+  std::uint32_t tick_rate_hz_;
+  bool scene_has_players_;
   TickPacer pacer_;
   SnapshotBroadcast broadcast_;
   StepTimes step_times_;

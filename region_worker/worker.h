@@ -61,7 +61,7 @@ class Worker {
   Admission Admit(PlayerNumber player);
   ReportedState State() const;
 
-  const WorkerOptions options_;
+  WorkerOptions options_;
   const SignalWatch& signals_;
   WorkerMetrics metrics_;
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;

@@ -93,8 +93,8 @@ class WorkerAgentTest : public testing::Test {
     return net::Seal(token, key_);
   }
 
-  const std::string socket_ = testing::TempDir() + "tw" + std::to_string(getpid()) + ".sock";
-  const net::InstanceKey key_ = net::MakeInstanceKey();
+  std::string socket_ = testing::TempDir() + "tw" + std::to_string(getpid()) + ".sock";
+  net::InstanceKey key_ = net::MakeInstanceKey();
   std::shared_ptr<const Scene> scene_;
   std::string scene_path_, scene_hash_;
   std::uint32_t regions_ = 1;

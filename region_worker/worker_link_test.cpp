@@ -97,8 +97,8 @@ class WorkerLinkTest : public testing::Test {
     return HttpGet(static_cast<std::uint16_t>(LinkPort(region) + 1), "/metrics").body;
   }
 
-  const std::uint16_t base_ = FreeBasePort(2);
-  const std::string scene_file_ = WriteTestFile("halves.textproto", kScene);
+  std::uint16_t base_ = FreeBasePort(2);
+  std::string scene_file_ = WriteTestFile("halves.textproto", kScene);
   std::unique_ptr<WorkerProcess> worker_;
 };
 

@@ -45,6 +45,7 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& arguments) {
   std::vector<std::string> all = {std::string(TESSERA_BINARY_DIR) + "/bin/tessera-region"};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
+  argv.reserve(all.size() + 1);
   for (std::string& argument : all) argv.push_back(argument.data());
   argv.push_back(nullptr);
   int ends[2];
