@@ -61,7 +61,7 @@ class SnapshotHistory {
 
 struct WrittenSnapshot {
   std::vector<Bytes> datagrams;  // each at most settings.max_datagram_bytes
-  bool full = false;             // some body was coded without a baseline
+  bool full = false;             // no body in it had a baseline: what a client gets that has nothing yet
   std::uint32_t bodies = 0;      // records written
 };
 

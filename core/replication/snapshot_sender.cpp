@@ -250,6 +250,7 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& shared, std::uint32
   }
   writer.BeginBodies();
   auto item = newest.items.begin();
+  std::uint32_t whole = 0;
   for (const Known& body : sender.known) {
     if (body.gone) continue;
     assert(item->id == body.id);
@@ -257,9 +258,10 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& shared, std::uint32
     if (body.acked.has_value() && *body.acked >= now.since) continue;  // the client has this very state
     const Impl::Baseline base = sender.FindBaseline(history, body);
     writer.Body(history.quantizer, now, base.state, base.tick);
-    result.full |= base.state == nullptr;
+    whole += base.state == nullptr;
     ++result.bodies;
   }
+  result.full = whole > 0 && whole == result.bodies;
   sender.next_sequence = writer.Close();
   return result;
 }
