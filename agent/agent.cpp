@@ -75,6 +75,11 @@ absl::Status Agent::Prepare() {
   auto identity = state_->LoadIdentity();
   if (!identity.ok()) return identity.status();
   identity_ = *std::move(identity);
+  if (!identity_) {
+    auto token = ReadJoinToken(options_);
+    if (!token.ok()) return token.status();
+    options_.join_token = *std::move(token);
+  }
   if (!identity_ && options_.join_token.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat("this host has not been admitted yet (no ", state_->IdentityPath(),

@@ -66,7 +66,7 @@ TEST_F(AgentAdmissionTest, TokenAdmitsOnceAndTheSecretFromThenOn) {
   first->Signal(SIGTERM);
   EXPECT_EQ(first->Wait(), Exited(0));
 
-  const auto second = StartAgent();
+  const auto second = StartAgent({"--join-token-file", folder_ + "/gone"});  // not needed any more
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.hellos.size() == 2 && r.streams == 1; }));
   EXPECT_EQ(control_.record().hellos.at(1).join_token(), "");
   EXPECT_EQ(control_.record().hellos.at(1).host_id(), "host-1");

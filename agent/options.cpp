@@ -44,7 +44,8 @@ void Declare(CLI::App& app, Flags& f) {
       app.add_option("--join-token", f.join_token,
                      "from `tessera host add`; the first time only. Others on this machine see it here: better "
                      "the file or the environment's TESSERA_JOIN_TOKEN");
-  app.add_option("--join-token-file", f.join_token_file, "a file that holds it")->excludes(token);
+  app.add_option("--join-token-file", f.join_token_file, "a file that holds it; once admitted, it is not read")
+      ->excludes(token);
   app.add_option("--state-dir", f.state_dir, "where this host's identity, sockets, logs and scenes are kept")
       ->envname("TESSERA_AGENT_STATE_DIR")
       ->capture_default_str();
@@ -63,22 +64,6 @@ void Declare(CLI::App& app, Flags& f) {
                "end the workers at the end, instead of leaving them to the next agent");
   app.add_flag("--die-with-parent", f.die_with_parent, "end as on SIGTERM when the parent process dies");
   app.add_option("--log", f.log_level, "trace, debug, info, warning, error or off; default info");
-}
-
-absl::Status ReadToken(const Flags& f, Options& options) {
-  options.join_token = f.join_token;
-  if (!f.join_token_file.empty()) {
-    absl::StatusOr<std::string> text = ReadFile(f.join_token_file);
-    if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", text.status().message()));
-    options.join_token = std::string(absl::StripAsciiWhitespace(*text));
-    if (options.join_token.empty()) {
-      return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", f.join_token_file, ": is empty"));
-    }
-  }
-  if (const char* token = std::getenv(kTokenEnvironment); options.join_token.empty() && token != nullptr) {
-    options.join_token = token;
-  }
-  return absl::OkStatus();
 }
 
 absl::Status CheckAddresses(const Flags& f, Options& options) {
@@ -145,6 +130,17 @@ absl::StatusOr<HostPort> ParseHostPort(const std::string& flag, const std::strin
   return absl::InvalidArgumentError(absl::StrCat(flag, " \"", text, "\" is not of the form HOST:PORT"));
 }
 
+absl::StatusOr<std::string> ReadJoinToken(const Options& options) {
+  if (options.join_token_file.empty()) return options.join_token;
+  absl::StatusOr<std::string> text = ReadFile(options.join_token_file);
+  if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", text.status().message()));
+  std::string token(absl::StripAsciiWhitespace(*text));
+  if (token.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", options.join_token_file, ": is empty"));
+  }
+  return token;
+}
+
 std::string DefaultBindAddress(const std::string& address) {
   return absl::StartsWith(address, "127.") || address == "localhost" ? "127.0.0.1" : "0.0.0.0";
 }
@@ -163,7 +159,11 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   Options options;
   if (absl::Status status = CheckAddresses(f, options); !status.ok()) return status;
   if (absl::Status status = CheckCapacity(f, options); !status.ok()) return status;
-  if (absl::Status status = ReadToken(f, options); !status.ok()) return status;
+  options.join_token = f.join_token;
+  options.join_token_file = f.join_token_file;
+  if (const char* token = std::getenv(kTokenEnvironment); token != nullptr && f.join_token.empty()) {
+    options.join_token = token;
+  }
   options.state_dir = f.state_dir;
   options.region_binary = f.region_binary.empty() ? BesideThisProgram("tessera-region") : f.region_binary;
   options.ready_file = f.ready_file;

@@ -53,10 +53,9 @@ TEST(OptionsTest, AddressesAreHostAndPort) {
 }
 
 TEST(OptionsTest, BadValuesNameTheirFlag) {
-  const std::vector<std::vector<std::string>> bad = {
-      {"--control", "nowhere"},          {"--metrics-listen", "7702"},      {"--port-range", "5"},
-      {"--advertise-address", "a b"},    {"--bind-address", "hostname"},    {"--capacity", "10001"},
-      {"--join-token-file", "/no/file"}, {"--join-token-file", "/dev/null"}};
+  const std::vector<std::vector<std::string>> bad = {{"--control", "nowhere"},       {"--metrics-listen", "7702"},
+                                                     {"--port-range", "5"},          {"--advertise-address", "a b"},
+                                                     {"--bind-address", "hostname"}, {"--capacity", "10001"}};
   for (const auto& flags : bad) {
     const auto options = Parse(flags);
     EXPECT_EQ(options.status().code(), absl::StatusCode::kInvalidArgument) << flags[0];
@@ -70,15 +69,26 @@ TEST(OptionsTest, BadValuesNameTheirFlag) {
               HasSubstr("room for 3 workers"));
 }
 
-TEST(OptionsTest, TokenComesFromFlagThenEnvironmentAndAFileIsTrimmed) {
+TEST(OptionsTest, TokenComesFromFileThenFlagThenEnvironment) {
   setenv("TESSERA_JOIN_TOKEN", "from-environment", 1);
-  EXPECT_EQ(Parse({})->join_token, "from-environment");
-  EXPECT_EQ(Parse({"--join-token", "from-flag"})->join_token, "from-flag");
+  EXPECT_EQ(ReadJoinToken(*Parse({})).value(), "from-environment");
+  EXPECT_EQ(ReadJoinToken(*Parse({"--join-token", "from-flag"})).value(), "from-flag");
   const std::string path = ::testing::TempDir() + "/tessera-token-" + std::to_string(getpid());
   std::ofstream(path) << " from-file \n";
-  EXPECT_EQ(Parse({"--join-token-file", path})->join_token, "from-file");
+  EXPECT_EQ(ReadJoinToken(*Parse({"--join-token-file", path})).value(), "from-file");
   std::remove(path.c_str());
   unsetenv("TESSERA_JOIN_TOKEN");
+  EXPECT_EQ(ReadJoinToken(*Parse({})).value(), "");
+}
+
+TEST(OptionsTest, TokenFileIsReadOnlyWhenItIsNeeded) {
+  for (const std::string path : {"/no/file", "/dev/null"}) {
+    const auto options = Parse({"--join-token-file", path});
+    ASSERT_TRUE(options.ok()) << options.status();
+    const absl::Status status = ReadJoinToken(*options).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()), HasSubstr("--join-token-file " + path));
+  }
 }
 
 }  // namespace
