@@ -7,14 +7,17 @@ function(tessera_library name)
   target_link_libraries(${name} PUBLIC tessera_options ${arg_DEPS})
 endfunction()
 
-# tessera_program(NAME OUTPUT sources... DEPS target...): an executable called OUTPUT in <build>/bin.
+# tessera_program(NAME OUTPUT sources... DEPS target... [NO_INSTALL]): an executable called OUTPUT in <build>/bin. What only
+# developers run is not installed.
 function(tessera_program name output)
-  cmake_parse_arguments(arg "" "" "DEPS" ${ARGN})
+  cmake_parse_arguments(arg "NO_INSTALL" "" "DEPS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE tessera_options ${arg_DEPS})
   set_target_properties(${name} PROPERTIES OUTPUT_NAME ${output}
                         RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-  install(TARGETS ${name} RUNTIME DESTINATION bin)
+  if(NOT arg_NO_INSTALL)
+    install(TARGETS ${name} RUNTIME DESTINATION bin)
+  endif()
 endfunction()
 
 # tessera_test(NAME sources... [DEPS target...] [LABELS label...] [TIMEOUT seconds]): a GoogleTest program, one ctest case.
