@@ -75,16 +75,7 @@ absl::Status Agent::Prepare() {
   auto identity = state_->LoadIdentity();
   if (!identity.ok()) return identity.status();
   identity_ = *std::move(identity);
-  if (!identity_) {
-    auto token = ReadJoinToken(options_);
-    if (!token.ok()) return token.status();
-    options_.join_token = *std::move(token);
-  }
-  if (!identity_ && options_.join_token.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("this host has not been admitted yet (no ", state_->IdentityPath(),
-                     "): give --join-token-file, --join-token or TESSERA_JOIN_TOKEN, from `tessera host add NAME`"));
-  }
+  if (absl::Status status = identity_ ? absl::OkStatus() : FindJoinToken(); !status.ok()) return status;
   if (!options_.ready_file.empty()) {
     std::error_code ignored;
     std::filesystem::remove(options_.ready_file, ignored);  // an earlier agent's must not be believed
@@ -105,6 +96,18 @@ absl::Status Agent::Prepare() {
   if (!socket.ok()) return socket.status();
   socket_ = *std::move(socket);
   WatchSignals();
+  return absl::OkStatus();
+}
+
+absl::Status Agent::FindJoinToken() {
+  const std::string why = absl::StrCat("this host has not been admitted yet (no ", state_->IdentityPath(), "): ");
+  auto token = ReadJoinToken(options_);
+  if (!token.ok()) return absl::InvalidArgumentError(absl::StrCat(why, token.status().message()));
+  if (token->empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(why, "give --join-token-file, --join-token or TESSERA_JOIN_TOKEN, from `tessera host add NAME`"));
+  }
+  options_.join_token = *std::move(token);
   return absl::OkStatus();
 }
 

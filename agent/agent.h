@@ -48,6 +48,7 @@ class Agent {
 
   Agent(const Options& options, std::unique_ptr<StateDir> state);
   absl::Status Prepare();
+  absl::Status FindJoinToken();
   absl::Status Restore();
   void RestoreWorker(const WorkerRecord& record, bool same_boot);
   void WatchSignals();

@@ -117,6 +117,7 @@ TEST_F(AgentAdmissionTest, UsageErrorsExitWith2AndOneLine) {
       {{"--control", "nonsense", "--join-token", "x"}, "--control \"nonsense\" is not of the form HOST:PORT"},
       {{"--no-such-flag"}, "--no-such-flag"},
       {{}, "has not been admitted yet"},
+      {{"--join-token-file", "/no/file"}, "/host.json): --join-token-file /no/file: No such file or directory"},
       {{"--join-token", "x", "--state-dir", "/tmp/" + std::string(100, 'x')}, "choose a shorter --state-dir"},
       {{"--join-token", "x", "--log", "loud"}, "--log"},
   };
