@@ -17,5 +17,8 @@ inline constexpr std::size_t kMtuBytes = 1200;
 inline constexpr std::size_t kMaxDatagramBytes = 1148;
 // Largest reliable message unless an endpoint says otherwise: a map of 4096 cells has about 200 KB.
 inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
+// Largest frame between two regions: some 60 000 awake bodies at one border. What a stranger may make a link port
+// buffer grows with it.
+inline constexpr std::size_t kMaxFrameBytes = 4 * 1024 * 1024;
 
 }  // namespace tessera::net

@@ -40,6 +40,10 @@ void RegionLinks::SetPeers(std::span<const PeerAddress> peers) {
 void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
   for (region::OutgoingFrame& frame : frames) {
     Link& link = links_[frame.to];
+    if (frame.bytes.size() > net::kMaxFrameBytes) {
+      health_ = absl::ResourceExhaustedError(absl::StrCat("frame of ", frame.bytes.size(), " bytes for region ",
+                                                          frame.to.value(), ": at most ", net::kMaxFrameBytes));
+    }
     metrics_.frame_bytes_out.Increment(static_cast<double>(frame.bytes.size()));
     if (link.confirmed) {
       if (const absl::Status sent = endpoint_->Send(link.peer, net::Delivery::kReliable, frame.bytes); !sent.ok()) {

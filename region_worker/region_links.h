@@ -58,6 +58,8 @@ class RegionLinks {
 
   // Sends to those that are linked, and keeps for those that are not.
   void Send(std::vector<region::OutgoingFrame> frames);
+  // An error once a frame was too large to be sent: its neighbour will wait for it in vain.
+  const absl::Status& health() const { return health_; }
   // Takes in what has come, without waiting. True if anything had.
   bool Service(TimePoint now, const OnFrame& on_frame);
   void Close();                                                   // ends all links in order
@@ -99,6 +101,7 @@ class RegionLinks {
   WorkerMetrics& metrics_;
   std::optional<LinkIdentity> identity_;
   bool closed_ = false;
+  absl::Status health_;
   std::map<RegionId, Link> links_;
   std::map<net::PeerHandle, Stranger> strangers_;
 };

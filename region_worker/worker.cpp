@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
+#include "net/protocol.h"
 #include "region_worker/by_hand.h"
 #include "region_worker/scene_file.h"
 #include "spdlog/fmt/ranges.h"
@@ -72,8 +73,10 @@ absl::Status Worker::Bind() {
   auto game = net::Endpoint::Create(
       {.bind_address = options_.bind_address, .port = options_.game_port, .max_peers = kGamePeers});
   if (!game.ok()) return PortError(game.status(), "game port");
-  auto links = net::Endpoint::Create(
-      {.bind_address = options_.bind_address, .port = options_.link_port, .max_peers = kLinkPeers});
+  auto links = net::Endpoint::Create({.bind_address = options_.bind_address,
+                                      .port = options_.link_port,
+                                      .max_peers = kLinkPeers,
+                                      .max_message_bytes = net::kMaxFrameBytes});
   if (!links.ok()) return PortError(links.status(), "link port");
   auto server = telemetry::MetricsServer::Start(options_.bind_address, options_.metrics_port, metrics_.registry());
   if (!server.ok()) return PortError(server.status(), "metrics port");
@@ -189,6 +192,7 @@ void Worker::ServiceNetwork() {
 }
 
 void Worker::Progress() {
+  if (!links_->health().ok()) return Fail(links_->health());
   if (phase_ == v1::WORKER_PHASE_LOADING && order_.map && order_.key && (scene_ || !order_.scene_path.empty())) {
     if (const absl::Status built = Build(); !built.ok()) return Fail(built);
     OpenPorts();

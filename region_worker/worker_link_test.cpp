@@ -8,6 +8,7 @@
 #include "net/endpoint.h"
 #include "net/protocol.h"
 #include "region_worker/by_hand.h"
+#include "region_worker/region_links.h"
 #include "region_worker/scene_file.h"
 #include "region_worker/worker_process.h"
 #include "tessera/v1/game.pb.h"
@@ -25,6 +26,19 @@ constexpr char kScene[] = R"(
   bodies { id: 3 mass: 1 shape { sphere { radius: 0.5 } } pose { position { x: 5 y: 0.5 } } }
 )";
 
+// More awake bodies along the border at x = 0 than one message of the default size tells of. They float and never meet.
+constexpr char kCrowd[] = R"(
+  name: "crowd"
+  bounds { min { x: -10 y: -10 z: -10 } max { x: 10 y: 200 z: 10 } }
+  gravity { x: 0 y: 0 z: 0 }
+  scatters {
+    first_id: 1 count: 9000
+    area { min { x: -0.8 y: 0 z: -9 } max { x: 0.8 y: 180 z: 9 } }
+    spacing: 0.4
+    templates { mass: 1 linear_velocity { y: 0.1 } never_sleeps: true shape { sphere { radius: 0.1 } } }
+  }
+)";
+
 v1::LinkHello HelloOf(std::uint32_t region, const net::InstanceKey& key) {
   v1::LinkHello hello;
   hello.set_protocol_version(net::kProtocolVersion);
@@ -38,7 +52,8 @@ v1::LinkHello HelloOf(std::uint32_t region, const net::InstanceKey& key) {
 }
 
 std::unique_ptr<net::Endpoint> EndpointAt(std::uint16_t port) {
-  auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port});
+  auto endpoint =
+      net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port, .max_message_bytes = net::kMaxFrameBytes});
   EXPECT_TRUE(endpoint.ok()) << endpoint.status();
   return *std::move(endpoint);
 }
@@ -83,6 +98,7 @@ struct Line {
 
 class WorkerLinkTest : public testing::Test {
  protected:
+  explicit WorkerLinkTest(const char* scene = kScene) : scene_file_(WriteTestFile("link.textproto", scene)) {}
   // The worker is `region` of two; this test is the other one.
   void StartWorker(std::uint32_t region) {
     worker_ = std::make_unique<WorkerProcess>(std::vector<std::string>{"--scene", scene_file_, "--regions", "2",
@@ -98,14 +114,14 @@ class WorkerLinkTest : public testing::Test {
   }
 
   std::uint16_t base_ = FreeBasePort(2);
-  std::string scene_file_ = WriteTestFile("halves.textproto", kScene);
+  std::string scene_file_;
   std::unique_ptr<WorkerProcess> worker_;
 };
 
 // Region 2 with a worker as region 1, which dials.
 class NeighborTest : public WorkerLinkTest {
  protected:
-  NeighborTest() : line_(LinkPort(2)) {
+  explicit NeighborTest(const char* scene = kScene) : WorkerLinkTest(scene), line_(LinkPort(2)) {
     scene_ = *LoadSceneFile(scene_file_);
     region_.emplace(region::Config{.self = RegionId(2),
                                    .incarnation = Incarnation(1),
@@ -198,6 +214,27 @@ TEST_F(NeighborTest, AnswerWithAWrongProofIsNotTaken) {
   EXPECT_TRUE(worker_->WaitForLine("the proof is not by this instance's key"));
   Link();  // it dials again, and the right one is taken
   EXPECT_TRUE(StepTo(Tick(5)));
+}
+
+class CrowdTest : public NeighborTest {
+ protected:
+  CrowdTest() : NeighborTest(kCrowd) {}
+};
+
+TEST_F(CrowdTest, FramesBeyondTheDefaultMessageSizeArrive) {
+  ASSERT_GT(kept_.back().size(), net::kMaxMessageBytes);
+  Link();
+  EXPECT_TRUE(StepTo(Tick(5)));
+}
+
+TEST(RegionLinksTest, AFrameThatCannotBeSentIsTold) {
+  WorkerMetrics metrics;
+  RegionLinks links(EndpointAt(0), metrics);
+  links.Send({{RegionId(2), region::Bytes(net::kMaxFrameBytes)}});
+  EXPECT_TRUE(links.health().ok());
+  links.Send({{RegionId(2), region::Bytes(net::kMaxFrameBytes + 1)}});
+  EXPECT_EQ(links.health().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_NE(links.health().message().find("for region 2"), std::string_view::npos) << links.health();
 }
 
 // The worker is region 2: it is dialled.
