@@ -82,13 +82,15 @@ void List(const Globals& globals) {
     std::cout << ToJson(all);
     return;
   }
-  std::vector<Row> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "REASON", "AGE"}};
+  const bool wide = globals.format == Format::kWide;  // a reason holds spaces and log lines
+  std::vector<Row> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "AGE"}};
+  if (wide) rows.front().push_back("REASON");
   for (const v1::Instance& instance : all.instances()) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
     rows.push_back({instance.id(), InstanceStateName(instance), instance.scene_name(),
                     std::to_string(instance.regions()), std::to_string(instance.players()),
-                    instance.reason().empty() ? "-" : instance.reason(),
                     FormatAge(AgeSeconds(instance.create_time()))});
+    if (wide) rows.back().push_back(instance.reason().empty() ? "-" : instance.reason());
   }
   if (globals.format == Format::kName) return;
   if (rows.size() == 1) {

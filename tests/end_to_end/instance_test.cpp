@@ -81,7 +81,7 @@ TEST(InstanceTest, AWorkerThatIsKilledFailsItsInstanceWithTheReasonAndEndsTheOth
   const v1::Instance instance = run.Latest();
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(instance.reason(), testing::HasSubstr("region 1"));
-  EXPECT_THAT(instance.reason(), testing::HasSubstr("signal 9"));
+  EXPECT_THAT(instance.reason(), testing::HasSubstr("SIGKILL"));
   const auto deadline = std::chrono::steady_clock::now() + 30s;
   while (IsAlive(workers[1]) && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(20ms);
   EXPECT_FALSE(IsAlive(workers[1]));
