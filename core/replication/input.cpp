@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/replication/bit_stream.h"
 #include "core/replication/datagram.h"
+#include "core/replication/record_codec.h"
 
 namespace tessera::replication {
 namespace {
@@ -25,14 +26,16 @@ Vec3f ReadVector(BitReader& reader) {
 const char* ReadCommand(BitReader& reader, std::uint32_t previous_number, InputCommand& input) {
   const std::uint64_t number = reader.ReadVarint();
   input.body = BodyId(reader.ReadVarint());
-  input.target = Tick(reader.ReadVarint());
+  const std::uint64_t target = reader.ReadVarint();
   input.force_n = ReadVector(reader);
   input.torque_nm = ReadVector(reader);
   if (number > std::numeric_limits<std::uint32_t>::max()) return "number is out of range";
   if (number <= previous_number) return "number does not ascend";
+  if (target > kMaxTick) return "target is out of range";
   if (!IsFinite(input.force_n)) return "force_n is not finite";
   if (!IsFinite(input.torque_nm)) return "torque_nm is not finite";
   input.number = static_cast<std::uint32_t>(number);
+  input.target = Tick(target);
   return nullptr;
 }
 

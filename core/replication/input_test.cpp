@@ -64,6 +64,10 @@ TEST(InputTest, NamesTheFieldThatIsWrong) {
   message = AMessage();
   message.inputs[2].number = 1001;
   EXPECT_EQ(DecodeInput(EncodeInput(message)).status().message(), "input: inputs[2].number does not ascend");
+  message = AMessage();
+  message.inputs[1].target = Tick(std::uint64_t{1} << 63);  // differences of such ticks would overflow
+  EXPECT_EQ(DecodeInput(EncodeInput(message)).status().message(), "input: inputs[1].target is out of range");
+  message = AMessage();
   message.inputs[0].number = 0;
   EXPECT_EQ(DecodeInput(EncodeInput(message)).status().message(), "input: inputs[0].number does not ascend");
 }
