@@ -1,6 +1,4 @@
 // How an agent comes to a control plane, stays with it, and starts and ends: the real program.
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -13,6 +11,7 @@
 #include "agent/agent_fixture.h"
 #include "agent/state_dir.h"
 #include "gmock/gmock.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::agent {
 namespace {
@@ -29,24 +28,6 @@ class AgentAdmissionTest : public AgentFixture {
     return count;
   }
 };
-
-std::string HttpGet(std::uint16_t port, const std::string& path) {
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in name{};
-  name.sin_family = AF_INET;
-  name.sin_port = htons(port);
-  name.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  std::string reply;
-  if (connect(fd, reinterpret_cast<const sockaddr*>(&name), sizeof name) == 0) {
-    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n";
-    EXPECT_EQ(send(fd, request.data(), request.size(), MSG_NOSIGNAL), static_cast<ssize_t>(request.size()));
-    char buffer[4096];
-    for (ssize_t n = 0; (n = recv(fd, buffer, sizeof buffer, 0)) > 0;)
-      reply.append(buffer, static_cast<std::size_t>(n));
-  }
-  close(fd);
-  return reply;
-}
 
 TEST_F(AgentAdmissionTest, TokenAdmitsOnceAndTheSecretFromThenOn) {
   const auto first = StartAdmitted({"--capacity", "5"});
@@ -200,7 +181,9 @@ TEST_F(AgentAdmissionTest, ReadyFileTellsWhereTheMetricsAreAndTheyCount) {
   const std::uint32_t port = control_.record().hellos.at(0).metrics_port();
   EXPECT_EQ(line, "{\"host_id\":\"host-1\",\"metrics\":\"127.0.0.1:" + std::to_string(port) +
                       "\",\"pid\":" + std::to_string(agent->pid()) + "}\n");
-  const std::string metrics = HttpGet(static_cast<std::uint16_t>(port), "/metrics");
+  const auto page = telemetry::HttpGet("127.0.0.1:" + std::to_string(port), "/metrics");
+  ASSERT_TRUE(page.ok()) << page.status();
+  const std::string& metrics = page->body;
   EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_workers 1\n"));
   EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_worker_starts_total 1\n"));
   EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_control_connected 1\n"));

@@ -10,6 +10,7 @@
 #include "bench/scrape.h"
 #include "cli/client_view.h"
 #include "cli/world_run.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::bench {
 namespace {
@@ -36,9 +37,9 @@ absl::StatusOr<std::vector<Samples>> ScrapeRegions(const v1::Instance& instance)
   std::vector<Samples> all;
   for (const v1::RegionStatus& region : instance.region_status()) {
     const v1::RegionAddress& address = region.report().address();
-    const auto text = HttpGet(address.host(), static_cast<std::uint16_t>(address.metrics_port()), "/metrics");
-    if (!text.ok()) return text.status();
-    all.push_back(ParseMetrics(*text));
+    const auto page = telemetry::HttpGet(fmt::format("{}:{}", address.host(), address.metrics_port()), "/metrics");
+    if (!page.ok()) return page.status();
+    all.push_back(ParseMetrics(page->body));
   }
   return all;
 }

@@ -1,13 +1,8 @@
 #include "bench/scrape.h"
 
-#include <civetweb.h>
-#include <fmt/format.h>
-
-#include <array>
-#include <charconv>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 #include <vector>
 
 namespace tessera::bench {
@@ -35,22 +30,6 @@ std::vector<Bucket> BucketsBetween(const Samples& before, const Samples& after, 
 }
 
 }  // namespace
-
-absl::StatusOr<std::string> HttpGet(const std::string& host, std::uint16_t port, const std::string& path) {
-  std::array<char, 256> error{};
-  mg_connection* connection = mg_download(host.c_str(), port, 0, error.data(), error.size(),
-                                          "GET %s HTTP/1.0\r\nHost: %s\r\n\r\n", path.c_str(), host.c_str());
-  const std::string where = fmt::format("http://{}:{}{}", host, port, path);
-  if (connection == nullptr) return absl::UnavailableError(fmt::format("{}: {}", where, error.data()));
-  std::string body;
-  std::array<char, 16384> buffer;
-  for (int n = 0; (n = mg_read(connection, buffer.data(), buffer.size())) > 0;)
-    body.append(buffer.data(), static_cast<std::size_t>(n));
-  const int status = mg_get_response_info(connection)->status_code;
-  mg_close_connection(connection);
-  if (status != 200) return absl::UnavailableError(fmt::format("{}: status {}", where, status));
-  return body;
-}
 
 Samples ParseMetrics(std::string_view text) {
   Samples samples;

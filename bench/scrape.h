@@ -1,20 +1,14 @@
-// Scrape: reads a process's /metrics as Prometheus would.
+// Scrape: what a process's /metrics says, and what happened between two readings of it.
 #pragma once
 
-#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
-
-#include "absl/status/statusor.h"
 
 namespace tessera::bench {
 
 // Samples by name and labels exactly as exposed: `tessera_region_bodies{state="owned"}`.
 using Samples = std::map<std::string, double>;
-
-// The body of a GET. Errors: UNAVAILABLE naming address, port and path, also for a status other than 200.
-absl::StatusOr<std::string> HttpGet(const std::string& host, std::uint16_t port, const std::string& path);
 
 // Text exposition format, version 0.0.4. Comments and lines that are not samples are passed over.
 Samples ParseMetrics(std::string_view text);

@@ -205,7 +205,7 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
   // Only the world's own clock shows that it runs on.
   const auto metrics_port = static_cast<std::uint16_t>(before.address().metrics_port());
   const auto tick = [&] {
-    const std::string body = HttpGet(metrics_port, "/metrics").body;
+    const std::string body = ReadMetrics(metrics_port);
     const auto at = body.find("\ntessera_region_tick ");
     return at == std::string::npos ? 0 : std::atoi(body.c_str() + at + 21);
   };

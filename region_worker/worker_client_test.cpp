@@ -73,7 +73,7 @@ class Cluster {
 };
 
 double Metric(std::uint16_t port, const std::string& series) {
-  const std::string body = HttpGet(port, "/metrics").body;
+  const std::string body = ReadMetrics(port);
   const auto at = body.find("\n" + series + " ");
   return at == std::string::npos ? -1 : std::atof(body.c_str() + at + series.size() + 2);
 }

@@ -110,7 +110,7 @@ class WorkerLinkTest : public testing::Test {
     return static_cast<std::uint16_t>(base_ + 3 * (region - 1) + 1);
   }
   std::string MetricsOf(std::uint32_t region) const {
-    return HttpGet(static_cast<std::uint16_t>(LinkPort(region) + 1), "/metrics").body;
+    return ReadMetrics(static_cast<std::uint16_t>(LinkPort(region) + 1));
   }
 
   std::uint16_t base_ = FreeBasePort(2);

@@ -13,6 +13,8 @@
 #include <fstream>
 #include <random>
 
+#include "telemetry/http_get.h"
+
 namespace tessera::worker {
 namespace {
 
@@ -132,23 +134,13 @@ std::uint16_t FreeBasePort(std::uint32_t regions) {
   return 0;
 }
 
-HttpAnswer HttpGet(std::uint16_t port, const std::string& path) {
-  HttpAnswer answer;
-  const int fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const sockaddr_in address = Loopback(port);
-  const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
-  std::string all;
-  if (connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-      write(fd, request.data(), request.size()) == static_cast<ssize_t>(request.size())) {
-    char buffer[4096];
-    for (ssize_t got; (got = read(fd, buffer, sizeof buffer)) > 0;) all.append(buffer, static_cast<std::size_t>(got));
+std::string ReadMetrics(std::uint16_t port) {
+  const auto answer = telemetry::HttpGet("127.0.0.1:" + std::to_string(port), "/metrics");
+  if (!answer.ok() || answer->status != 200) {
+    ADD_FAILURE() << (answer.ok() ? "status " + std::to_string(answer->status) : answer.status().ToString());
+    return "";
   }
-  close(fd);
-  const auto body = all.find("\r\n\r\n");
-  if (body == std::string::npos) return answer;
-  answer.status = std::atoi(all.substr(all.find(' ') + 1).c_str());
-  answer.body = all.substr(body + 4);
-  return answer;
+  return answer->body;
 }
 
 }  // namespace tessera::worker

@@ -15,6 +15,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "prometheus/counter.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::telemetry {
 namespace {
@@ -120,6 +121,22 @@ TEST_F(MetricsServerTest, RubbishDoesNotStopIt) {
     Exchange(server_->port(), rubbish);
   }
   EXPECT_THAT(Get(server_->port(), "/metrics"), StartsWith("HTTP/1.1 200 OK\r\n"));
+}
+
+TEST_F(MetricsServerTest, HttpGetReadsItsPages) {
+  server_->AddHandler("/echo", [](const HttpRequest& request) {
+    return HttpReply{.status = request.query == UrlEncode("a b&c") ? 200 : 400, .body = request.query};
+  });
+  const auto answer = HttpGet(server_->address(), "/echo?" + UrlEncode("a b&c"));
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->status, 200);
+  EXPECT_EQ(answer->body, "a%20b%26c");
+}
+
+TEST(HttpGetTest, NobodyListeningIsAnErrorThatNamesThePlace) {
+  const auto answer = HttpGet("127.0.0.1:1", "/metrics");
+  ASSERT_FALSE(answer.ok());
+  EXPECT_EQ(answer.status().message(), "http://127.0.0.1:1/metrics: Connection refused");
 }
 
 class OneGauge : public prometheus::Collectable {

@@ -10,8 +10,8 @@
 #include <regex>
 #include <stdexcept>
 
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/dashboard.h"
-#include "tests/end_to_end/http_get.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -57,8 +57,8 @@ PrometheusServer::PrometheusServer(const std::string& discovery_address, const s
     : address_(FreeAddress()), process_(Start(address_, discovery_address, folder)) {
   const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
   while (true) {
-    const auto answer = HttpGet(address_, "/-/ready");
-    if (answer && answer->status == 200) return;
+    const auto answer = telemetry::HttpGet(address_, "/-/ready");
+    if (answer.ok() && answer->status == 200) return;
     if (process_.Wait(std::chrono::milliseconds(50)) || std::chrono::steady_clock::now() > deadline) {
       throw std::runtime_error("prometheus did not become ready" + cli::LastLines(folder + "/prometheus.log", 5));
     }
@@ -68,15 +68,15 @@ PrometheusServer::PrometheusServer(const std::string& discovery_address, const s
 PrometheusServer::~PrometheusServer() { process_.End(std::chrono::seconds(10)); }
 
 nlohmann::json PrometheusServer::Api(const std::string& path_and_query) const {
-  const auto answer = HttpGet(address_, path_and_query);
-  if (!answer) throw std::runtime_error("prometheus does not answer " + path_and_query);
+  const auto answer = telemetry::HttpGet(address_, path_and_query);
+  if (!answer.ok()) throw std::runtime_error(answer.status().ToString());
   auto json = nlohmann::json::parse(answer->body);
   if (json.at("status") != "success") throw std::runtime_error(path_and_query + ": " + answer->body);
   return json.at("data");
 }
 
 nlohmann::json PrometheusServer::Query(const std::string& expression) const {
-  return Api("/api/v1/query?query=" + UrlEncode(expression)).at("result");
+  return Api("/api/v1/query?query=" + telemetry::UrlEncode(expression)).at("result");
 }
 
 }  // namespace tessera::end_to_end
