@@ -103,8 +103,13 @@ class RegionStep {
   // Due to a body whose contact across a border is settled.
   struct Kick {
     Vec3d impulse, angular;
+    void operator+=(const Kick& more) { impulse += more.impulse, angular += more.angular; }
   };
-  void KickBodies(const std::map<BodyId, Kick>& kicks);
+  using Kicks = std::map<BodyId, Kick>;
+  void TakeLateCorrections(const Frames& frames, Kicks& kicks);
+  std::vector<Solution> GatherSolutions(const Frames& frames, std::map<BodyId, RegionId>& owner_then) const;
+  bool Slept(const Frames& frames, BodyId id) const;
+  void KickBodies(const Kicks& kicks);
 
   std::vector<Outbox> outboxes_;
   std::vector<std::pair<BodyId, BodyId>> touching_;  // pairs of the last step

@@ -57,20 +57,49 @@ void RegionStep::NoteContacts() {
 }
 
 void RegionStep::ExchangeImpulses(const Frames& frames) {
-  std::map<BodyId, Kick> kicks;
+  Kicks kicks;
+  TakeLateCorrections(frames, kicks);
+  std::map<BodyId, RegionId> owner_then;
+  std::vector<Solution> solutions = GatherSolutions(frames, owner_then);
+  const auto mass_of = [this](BodyId id) { return catalog.MassOf(id); };
+  for (const PairCorrection& pair : CorrectionsOf(std::move(solutions), mass_of)) {
+    // A sleeper is not solved by its owner: there is nothing to balance.
+    if (Slept(frames, pair.a) || Slept(frames, pair.b)) continue;
+    const bool a_here = WasOwned(pair.a), b_here = WasOwned(pair.b);
+    if (a_here && b_here) continue;
+    const bool between_others = !a_here && !b_here;
+    if (between_others && (Told(frames, pair.a) == nullptr || Told(frames, pair.b) == nullptr)) continue;
+    // A ghost gets its share as well, so that it starts the step as it does with its owner.
+    const auto settle = [&](BodyId id, bool here, RegionId other_owner, const Kick& share) {
+      const HandedOut* out = here ? FindHandedOut(id) : nullptr;
+      if (out != nullptr && out->to != other_owner) {
+        outboxes_[NeighborIndex(out->to)].late_corrections.push_back({id, Vec3f(share.impulse), Vec3f(share.angular)});
+      } else if (bodies.world().Has(id) && !(between_others && bodies.Owns(id))) {
+        kicks[id] += share;
+      }
+    };
+    settle(pair.a, a_here, owner_then[pair.b], {pair.impulse_on_a, pair.angular_on_a});
+    settle(pair.b, b_here, owner_then[pair.a], {pair.impulse_on_b, pair.angular_on_b});
+  }
+  KickBodies(kicks);
+}
+
+// Sent on to whom the body has gone since.
+void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
   for (const Frame& frame : frames) {
     for (const LateCorrection& late : frame.late_corrections) {
-      const HandedOut* out = FindHandedOut(late.id);
-      if (out != nullptr) {
+      if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
         outboxes_[NeighborIndex(out->to)].late_corrections.push_back(late);
       } else if (bodies.Owns(late.id)) {
-        kicks[late.id].impulse += Vec3d(late.impulse_ns);
-        kicks[late.id].angular += Vec3d(late.angular_nms);
+        kicks[late.id] += {Vec3d(late.impulse_ns), Vec3d(late.angular_nms)};
       }
     }
   }
+}
+
+// This region's and the neighbours'; with who owned the bodies of others when they touched.
+std::vector<Solution> RegionStep::GatherSolutions(const Frames& frames, std::map<BodyId, RegionId>& owner_then) const {
   std::vector<Solution> solutions;
-  std::map<BodyId, RegionId> owner_then;
   for (const BorderContact& contact : border) {
     solutions.push_back(contact.solution);
     owner_then[contact.other] = contact.other_owner;
@@ -82,55 +111,19 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
       owner_then[record.own] = neighbors[i];
     }
   }
-  const auto asleep = [&](BodyId id) {
-    if (const HandedOut* out = FindHandedOut(id); out != nullptr) return out->record.state.asleep;
-    const std::ptrdiff_t index = WasOwned(id) ? bodies.IndexOf(id) : -1;
-    if (index >= 0) return bodies.owned()[static_cast<std::size_t>(index)].state.asleep;
-    const BodyState* told = Told(frames, id);
-    return told != nullptr && told->asleep;
-  };
-  const auto kick = [&](BodyId id, Vec3d impulse, Vec3d angular) {
-    if (!bodies.world().Has(id)) return;
-    kicks[id].impulse += impulse;
-    kicks[id].angular += angular;
-  };
-  const auto mass_of = [this](BodyId id) { return catalog.MassOf(id); };
-  for (const PairCorrection& pair : CorrectionsOf(std::move(solutions), mass_of)) {
-    // A sleeper is not solved by its owner: there is nothing to balance.
-    if (asleep(pair.a) || asleep(pair.b)) continue;
-    const bool a_here = WasOwned(pair.a), b_here = WasOwned(pair.b);
-    if (a_here && b_here) continue;
-    const auto settle = [&](BodyId own, BodyId other, Vec3d impulse, Vec3d angular) {
-      const HandedOut* out = FindHandedOut(own);
-      if (out != nullptr && out->to != owner_then[other]) {
-        outboxes_[NeighborIndex(out->to)].late_corrections.push_back({own, Vec3f(impulse), Vec3f(angular)});
-      } else {
-        kick(own, impulse, angular);
-      }
-    };
-    // A ghost's share, so that it starts the step as it does with its owner.
-    const auto follow = [&](BodyId id, Vec3d impulse, Vec3d angular) {
-      if (a_here || b_here) {
-        kick(id, impulse, angular);
-      } else if (!bodies.Owns(id) && Told(frames, pair.a) != nullptr && Told(frames, pair.b) != nullptr) {
-        kick(id, impulse, angular);
-      }
-    };
-    if (a_here) {
-      settle(pair.a, pair.b, pair.impulse_on_a, pair.angular_on_a);
-      follow(pair.b, pair.impulse_on_b, pair.angular_on_b);
-    } else if (b_here) {
-      follow(pair.a, pair.impulse_on_a, pair.angular_on_a);
-      settle(pair.b, pair.a, pair.impulse_on_b, pair.angular_on_b);
-    } else {
-      follow(pair.a, pair.impulse_on_a, pair.angular_on_a);
-      follow(pair.b, pair.impulse_on_b, pair.angular_on_b);
-    }
-  }
-  KickBodies(kicks);
+  return solutions;
 }
 
-void RegionStep::KickBodies(const std::map<BodyId, Kick>& kicks) {
+// Whether its owner had it asleep after the last step.
+bool RegionStep::Slept(const Frames& frames, BodyId id) const {
+  if (const HandedOut* out = FindHandedOut(id); out != nullptr) return out->record.state.asleep;
+  const std::ptrdiff_t index = WasOwned(id) ? bodies.IndexOf(id) : -1;
+  if (index >= 0) return bodies.owned()[static_cast<std::size_t>(index)].state.asleep;
+  const BodyState* told = Told(frames, id);
+  return told != nullptr && told->asleep;
+}
+
+void RegionStep::KickBodies(const Kicks& kicks) {
   physics::World& world = bodies.world();
   for (const auto& [id, kick] : kicks) {
     const BodyState state = world.StateOf(id);
