@@ -29,11 +29,17 @@ int MillisUntil(Clock::time_point deadline) {
   return static_cast<int>(std::max<std::int64_t>(left, 0));
 }
 
+int OpenToAppend(const std::string& file) {
+  const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
+  if (fd < 0) throw CommandError(fmt::format("{}: {}", file, std::strerror(errno)));
+  return fd;
+}
+
 // Between fork and exec: only async-signal-safe calls.
-[[noreturn]] void Exec(char* const* argv, int log_fd, int error_fd, pid_t parent) {
+[[noreturn]] void Exec(char* const* argv, int output_fd, int log_fd, int error_fd, pid_t parent) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(127);
-  dup2(log_fd, STDOUT_FILENO);
+  dup2(output_fd, STDOUT_FILENO);
   dup2(log_fd, STDERR_FILENO);
   const int null_fd = open("/dev/null", O_RDONLY);
   dup2(null_fd, STDIN_FILENO);
@@ -52,9 +58,10 @@ std::string ExitStatus::Describe() const {
   return signal != 0 ? fmt::format("signal {}", signal) : fmt::format("exit status {}", code);
 }
 
-ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::string& log_file) {
-  const int log_fd = open(log_file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
-  if (log_fd < 0) throw CommandError(fmt::format("{}: {}", log_file, std::strerror(errno)));
+ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::string& log_file,
+                           const std::string& output_file) {
+  const int log_fd = OpenToAppend(log_file);
+  const int output_fd = OpenToAppend(output_file.empty() ? log_file : output_file);
   std::array<int, 2> error_pipe{};
   if (pipe2(error_pipe.data(), O_CLOEXEC) != 0) throw CommandError(fmt::format("pipe: {}", std::strerror(errno)));
   std::vector<char*> raw;
@@ -63,7 +70,8 @@ ChildProcess::ChildProcess(const std::vector<std::string>& argv, const std::stri
   raw.push_back(nullptr);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ == 0) Exec(raw.data(), log_fd, error_pipe[1], parent);
+  if (pid_ == 0) Exec(raw.data(), output_fd, log_fd, error_pipe[1], parent);
+  close(output_fd);
   close(log_fd);
   close(error_pipe[1]);
   int error = pid_ < 0 ? errno : 0;

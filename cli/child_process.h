@@ -21,8 +21,9 @@ struct ExitStatus {
 
 class ChildProcess {
  public:
-  // argv[0] is the program's path. stdout and stderr are appended to `log_file`. CommandError if it cannot be started.
-  ChildProcess(const std::vector<std::string>& argv, const std::string& log_file);
+  // argv[0] is the program's path. stdout and stderr are appended to `log_file`; stdout to `output_file` instead if one
+  // is given. CommandError if it cannot be started.
+  ChildProcess(const std::vector<std::string>& argv, const std::string& log_file, const std::string& output_file = {});
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;

@@ -34,6 +34,14 @@ TEST_F(ChildProcessTest, ReportsTheExitStatusAndKeepsTheOutput) {
   EXPECT_EQ(LastLines(Log(), 1), "\n  err");
 }
 
+TEST_F(ChildProcessTest, TakesTheOutputApartFromTheLog) {
+  const std::string output = folder_.path() + "/output";
+  ChildProcess child({"/bin/sh", "-c", "echo out; echo err >&2"}, Log(), output);
+  ASSERT_TRUE(child.Wait(seconds(20)).has_value());
+  EXPECT_EQ(Logged(), "err\n");
+  EXPECT_EQ(LastLines(output, 9), "\n  out");
+}
+
 TEST_F(ChildProcessTest, NamesAProgramThatIsNotThere) {
   try {
     ChildProcess child({"/nowhere/at-all"}, Log());

@@ -11,6 +11,7 @@
 
 #include "cli/instance_view.h"
 #include "cli/world_run.h"
+#include "tests/end_to_end/eventually.h"
 #include "tests/end_to_end/run_program.h"
 
 namespace tessera::end_to_end {
@@ -82,9 +83,7 @@ TEST(InstanceTest, AWorkerThatIsKilledFailsItsInstanceWithTheReasonAndEndsTheOth
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(instance.reason(), testing::HasSubstr("region 1"));
   EXPECT_THAT(instance.reason(), testing::HasSubstr("SIGKILL"));
-  const auto deadline = std::chrono::steady_clock::now() + 30s;
-  while (IsAlive(workers[1]) && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(20ms);
-  EXPECT_FALSE(IsAlive(workers[1]));
+  EXPECT_TRUE(Eventually([&] { return !IsAlive(workers[1]); }));
 }
 
 TEST(InstanceTest, AWorkerThatEndsAtItsStartFailsTheInstanceAndGivesItsPlacesBack) {

@@ -8,7 +8,7 @@
 namespace tessera::end_to_end {
 
 struct RunResult {
-  int exit_code = -1;  // -1: killed because it took longer than `timeout`
+  int exit_code = -1;  // -1: ended by a signal, or killed because it took longer than `timeout`
   std::string out, err;
 };
 
@@ -18,8 +18,6 @@ RunResult RunProgram(const std::string& program, const std::vector<std::string>&
 
 std::string BinaryPath(const std::string& program);
 std::string ScenePath(const std::string& name);
-// Ids of the processes whose parent chain leads to `root`, itself excluded.
-std::vector<int> DescendantsOf(int root);
 bool IsAlive(int pid);
 
 }  // namespace tessera::end_to_end
