@@ -32,15 +32,14 @@ bool Bot::Frame(client::TimePoint now) {
 }
 
 void Bot::Steer(const client::SeenBody& self) {
-  const Vec3d to_waypoint = waypoint_ - self.state.position;
+  const Vec3d to_waypoint = waypoint_.value_or(self.state.position) - self.state.position;
   const Vec3d flat{to_waypoint.x, 0, to_waypoint.z};
-  if (!has_waypoint_ || Length(flat) < kArrived_m) {
+  if (Length(flat) < kArrived_m) {
     const Rect ground = client_->scene().ground();
     const auto pick = [this](double low, double high) {
       return low + (high - low) * (kEdge + (1 - 2 * kEdge) * Random());
     };
-    waypoint_ = {pick(ground.min_x, ground.max_x), self.state.position.y, pick(ground.min_z, ground.max_z)};
-    has_waypoint_ = true;
+    waypoint_ = Vec3d(pick(ground.min_x, ground.max_x), self.state.position.y, pick(ground.min_z, ground.max_z));
     return;
   }
   const double force = client_->scene().player ? client_->scene().player->max_force_n : 0;

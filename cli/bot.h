@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -35,8 +36,7 @@ class Bot {
   std::unique_ptr<client::Client> client_;
   std::string name_;
   std::uint64_t random_;
-  Vec3d waypoint_;
-  bool has_waypoint_ = false;
+  std::optional<Vec3d> waypoint_;
   RegionId region_;
   std::uint64_t region_changes_ = 0;
 };

@@ -21,7 +21,7 @@ void Conservation::Observe(const v1::Instance& instance) {
     for (const v1::Census& census : region.report().censuses()) {
       if (census.tick() <= last_compared_ || census.tick() < from_tick_) continue;
       Sum& sum = open_[census.tick()];
-      if (!sum.regions.emplace(region.region(), true).second) continue;
+      if (!sum.regions.insert(region.region()).second) continue;
       sum.owned += census.owned();
       sum.checksum += census.id_checksum();
     }

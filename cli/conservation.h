@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 
 #include "core/world/ids.h"
@@ -38,7 +39,7 @@ class Conservation {
  private:
   struct Sum {
     std::uint64_t owned = 0, checksum = 0;
-    std::map<std::uint32_t, bool> regions;
+    std::set<std::uint32_t> regions;  // that have reported
   };
   void Compare(std::uint64_t tick, const Sum& sum);
 
