@@ -1,7 +1,6 @@
 // Report: the figures of a benchmark run, as people and as programs read them.
 //
-// One figure a line: suite,scene,engine,config,metric,value,unit (DESIGN: measuring). The table on stdout shows the
-// same figures.
+// One figure a line: suite,scene,engine,config,metric,value,unit. The table on stdout shows the same figures.
 #pragma once
 
 #include <string>

@@ -1,8 +1,7 @@
 // Endpoint: one ENet host, as a worker's game or link port and as a client's socket.
 //
-// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps (reference:
-// docs/protocol.md): limits on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable,
-// small socket buffers.
+// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps: limits
+// on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable, small socket buffers.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
 //   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777);
