@@ -55,7 +55,7 @@ LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
     std::string failure = Failure(facts, run);
     if (!failure.empty()) return {v1::INSTANCE_STATE_FAILED, run, std::move(failure)};
   }
-  if (state == v1::INSTANCE_STATE_PENDING && (facts.players_ready || facts.start_deadline_passed)) {
+  if (state == v1::INSTANCE_STATE_PENDING && PlayersNoMatter(facts)) {
     return {v1::INSTANCE_STATE_PLACING, run, ""};
   }
   if (state == v1::INSTANCE_STATE_STARTING) {

@@ -48,8 +48,8 @@ class SqliteStore final : public Store {
   std::string path_;
   mutable std::mutex mutex_;
   std::unique_ptr<sqlite3, Close> database_;
-  Statement get_, list_, revision_of_, put_, delete_,
-      set_revision_;  // declared after what they belong to, so finalised first
+  // Declared after what they belong to, so finalised first.
+  Statement get_, list_, revision_of_, put_, delete_, set_revision_;
   Revision revision_ = 0;
 };
 

@@ -9,8 +9,7 @@
 // unseen:
 //
 //   absl::StatusOr<Entry> seen = store.Get("hosts/host-1");
-//   absl::StatusOr<Revision> written = store.Put("hosts/host-1", bytes, seen->revision);  // kAborted if it has changed
-//   since
+//   absl::StatusOr<Revision> written = store.Put("hosts/host-1", bytes, seen->revision);  // kAborted if changed since
 //
 // Thread rule: any thread; calls are atomic and happen in one order. Implementations: MemoryStore, SqliteStore; both
 // pass the suite in store_test.cpp.

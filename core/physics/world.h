@@ -62,7 +62,7 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  // --- What is in it -------------------------------------------------------------------------------------------------
+  // --- What is in it.
   void Add(const BodyDef& def, const BodyState& state);
   void Remove(BodyId id);  // with the joints that hold it; wakes what it touched
   bool Has(BodyId id) const;
@@ -71,9 +71,7 @@ class World {
   void RemoveJoint(JointId id);
   bool HasJoint(JointId id) const;
 
-  // --- State in and out
-  // ------------------------------------------------------------------------------------------------ `StateOf` after
-  // `SetState` gives what was set, up to float rounding of the local position.
+  // --- State in and out. `StateOf` after `SetState` gives what was set, up to float rounding of the local position.
   BodyState StateOf(BodyId id) const;
   // Wakes the body and what it touches if the state moves it; a state that is `asleep` puts it to sleep. A sleeper
   // stays asleep if the state is the one it has, or creeps by less than it may sleep with. Contacts live on.
@@ -86,21 +84,18 @@ class World {
   void Wake(BodyId id);
 
   // --- Forces: act in the next step, then are forgotten. Wake the body, unless they are 0.
-  // ---------------------------------------------------
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);
   // Impulses act at once.
   void ApplyImpulse(BodyId id, Vec3f impulse_ns, Vec3f angular_impulse_nms);
 
-  // --- Time
-  // ------------------------------------------------------------------------------------------------------------
+  // --- Time.
   void Step(double dt_s);
   // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order
   // does not depend on how the world was built.
   std::span<const Contact> contacts() const;
   std::span<const PairEvent> events() const;
 
-  // --- Queries
-  // -----------------------------------------------------------------------------------------------------------
+  // --- Queries.
   std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle
   std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
   std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds

@@ -20,8 +20,8 @@ namespace tessera::replication {
 
 struct QuantizedState {
   std::array<std::int64_t, 3> position{};  // within +-kMaxPosition
-  std::array<std::int16_t, 3>
-      smallest{};                        // components but the largest, in the order x, y, z, w; see orientation_limit()
+  // Components of the orientation but the largest, in the order x, y, z, w; see orientation_limit().
+  std::array<std::int16_t, 3> smallest{};
   std::uint8_t largest = 3;              // which one is left out: 0 to 3; it is not negative
   bool asleep = false;                   // and then without velocities
   std::array<std::int32_t, 3> linear{};  // within +-kMaxVelocity
