@@ -1,6 +1,5 @@
 // What a client sends: inputs at the world's tick rate, each in a few datagrams, along with acknowledgements.
 #include <algorithm>
-#include <cmath>
 
 #include "client_sdk/client_impl.h"
 

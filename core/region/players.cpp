@@ -1,7 +1,6 @@
 #include "core/region/players.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/step.h"

@@ -1,7 +1,6 @@
 #include "core/world/resolve_joint.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <unordered_map>
-#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/faults.h"
