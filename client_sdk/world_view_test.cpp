@@ -7,8 +7,6 @@
 namespace tessera::client {
 namespace {
 
-using replication::BodyRecord;
-using replication::DepartureRecord;
 using replication::ReceivedSnapshot;
 constexpr RegionId kWest{1}, kEast{2};
 constexpr BodyId kBall{7};
