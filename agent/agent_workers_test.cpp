@@ -138,6 +138,25 @@ TEST_F(AgentWorkersTest, SceneThatDoesNotHashToItsNameIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(state_dir_ + "/scenes/" + scene_hash_ + ".pb"));
 }
 
+TEST_F(AgentWorkersTest, SceneThatWasDamagedOrDeletedIsFetchedAnew) {
+  const auto agent = StartAdmitted({"--stop-workers"});
+  const std::string path = state_dir_ + "/scenes/" + scene_hash_ + ".pb";
+  control_.SetDesired({Order(1)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  control_.SetDesired({});
+  ASSERT_TRUE(WaitForExits(1));
+  ASSERT_TRUE(WriteFile(path, "rust", false).ok());
+  control_.SetDesired({Order(2)});
+  ASSERT_TRUE(WaitForPhase(2, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(control_.record().scene_fetches, 2);
+  control_.SetDesired({});
+  ASSERT_TRUE(WaitForExits(2));
+  ASSERT_TRUE(std::filesystem::remove(path));
+  control_.SetDesired({Order(3)});
+  ASSERT_TRUE(WaitForPhase(3, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(control_.record().scene_fetches, 3);
+}
+
 TEST_F(AgentWorkersTest, UnknownSceneIsReportedAndTheCacheServesAKnownOneTwice) {
   const auto agent = StartAdmitted({"--stop-workers"});
   v1::WorkerOrder unknown = Order(1);

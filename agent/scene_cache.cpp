@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
-#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -24,11 +23,18 @@ bool MayPass(const absl::Status& status) {
 
 }  // namespace
 
-absl::Status KeepScene(const std::string& bytes, const std::string& hash, const std::string& path) {
+absl::Status CheckScene(const std::string& bytes, const std::string& hash) {
   v1::Scene scene;
-  if (!scene.ParseFromString(bytes)) return absl::InvalidArgumentError("what the control plane sent is no scene");
+  if (!scene.ParseFromString(bytes)) return absl::InvalidArgumentError("is no scene");
   if (const std::string got = SceneHash(scene); got != hash) {
-    return absl::InvalidArgumentError(absl::StrCat("what the control plane sent has hash ", got));
+    return absl::InvalidArgumentError(absl::StrCat("has hash ", got));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status KeepScene(const std::string& bytes, const std::string& hash, const std::string& path) {
+  if (absl::Status status = CheckScene(bytes, hash); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("what the control plane sent ", status.message()));
   }
   if (absl::Status status = WriteFile(path, bytes, true); !status.ok()) return absl::InternalError(status.message());
   return absl::OkStatus();
@@ -38,9 +44,13 @@ SceneCache::SceneCache(std::shared_ptr<EventLoop> loop, const StateDir& state, C
     : loop_(std::move(loop)), state_(state), callbacks_(std::move(callbacks)) {}
 
 void SceneCache::Want(const std::string& hash) {
-  std::error_code error;
-  if (const std::string path = state_.ScenePath(hash); std::filesystem::exists(path, error)) {
-    return callbacks_.on_ready(hash, path);
+  const std::string path = state_.ScenePath(hash);
+  const absl::StatusOr<std::string> kept = ReadFile(path);
+  const absl::Status status = kept.ok() ? CheckScene(*kept, hash) : kept.status();
+  if (status.ok()) return callbacks_.on_ready(hash, path);
+  if (!absl::IsNotFound(status)) {
+    spdlog::warn("scene damaged path={} reason={}; fetching it anew", telemetry::LogValue(path),
+                 telemetry::LogValue(std::string(status.message())));
   }
   missing_.try_emplace(hash, false);
   Fetch(hash);

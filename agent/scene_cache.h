@@ -1,8 +1,9 @@
 // SceneCache: scenes by hash, from the state folder or, once, from the control plane.
 //
-// A fetched scene is kept only if it is a scene and hashes to what was asked for; the file appears whole or not at all,
-// so what is there need not be checked again. While the control plane is away, what is wanted waits.
-// Thread rule: the event loop's thread, which also runs the callbacks; checking and writing happens on gRPC's.
+// A fetched scene is kept only if it is a scene and hashes to what was asked for; the file appears whole or not at all.
+// What is there is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is
+// away, what is missing waits. Thread rule: the event loop's thread, which also runs the callbacks; checking and
+// writing of what was fetched happens on gRPC's.
 #pragma once
 
 #include <functional>
@@ -43,8 +44,10 @@ class SceneCache {
   std::map<std::string, bool> missing_;  // by hash: whether a call is under way
 };
 
-// Checks that `bytes` is the scene with this hash and writes it to `path`. INVALID_ARGUMENT, or INTERNAL if the file
-// cannot be written. Any thread.
+// INVALID_ARGUMENT unless `bytes` is the scene with this hash: "no scene", "has hash ...". Any thread.
+absl::Status CheckScene(const std::string& bytes, const std::string& hash);
+// Checks the same of what the control plane sent and writes it to `path`. INTERNAL if the file cannot be written. Any
+// thread.
 absl::Status KeepScene(const std::string& bytes, const std::string& hash, const std::string& path);
 
 }  // namespace tessera::agent

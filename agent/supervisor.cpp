@@ -200,7 +200,9 @@ void Supervisor::WantScene(const std::string& hash) {
 }
 
 void Supervisor::SceneReady(const std::string& hash, const std::string& path) {
-  scene_paths_[hash] = path;
+  const auto wanted = scene_paths_.find(hash);
+  if (wanted == scene_paths_.end()) return;
+  wanted->second = path;
   for (auto& [key, worker] : workers_) PushOrder(key, worker);
 }
 
@@ -270,7 +272,13 @@ void Supervisor::Ended(const WorkerKey& key, const ExitStatus& status, std::vect
 void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitResult result) {
   const WorkerKey key = worker->first;
   if (const auto port = worker->second.record.first_port(); port != 0) ports_.Return(static_cast<std::uint16_t>(port));
+  const std::string hash = worker->second.order ? worker->second.order->scene_hash() : std::string();
   workers_.erase(worker);
+  // Who wants it next asks anew, for by then the file may be gone or damaged.
+  const bool used = std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
+    return other.second.order && other.second.order->scene_hash() == hash;
+  });
+  if (!used) scene_paths_.erase(hash);
   KeepExit(key, std::move(exited), result);
 }
 

@@ -110,6 +110,20 @@ TEST_F(SupervisorTest, StartsAllMissingWorkersAtOnceEachWithPortsOfItsOwn) {
   EXPECT_EQ(supervisor_.desired_revision(), 2U);
 }
 
+TEST_F(SupervisorTest, AsksForASceneAnewWhenNoWorkerUsesItAnyMore) {
+  Want({Order(1), Order(2)});
+  supervisor_.SceneReady(kHash, "/s");
+  Attach(1);
+  Attach(2);
+  End(1, {.known = true});
+  Want({Order(2), Order(3)});
+  EXPECT_THAT(fetches_, SizeIs(1));  // 2 still uses it
+  End(2, {.known = true});
+  End(3, {.known = true});
+  Want({Order(4)});
+  EXPECT_THAT(fetches_, ElementsAre(kHash, kHash));
+}
+
 TEST_F(SupervisorTest, SendsTheOrderOnceWorkerAndSceneAreThereInEitherOrder) {
   Want({Order(1), Order(2)});
   Attach(1);
