@@ -62,7 +62,8 @@ absl::StatusOr<M> Load(const std::string& path) {
   options.ignore_unknown_fields = true;
   M message;
   if (const auto status = google::protobuf::util::JsonStringToMessage(*text, &message, options); !status.ok()) {
-    return absl::DataLossError(absl::StrCat(path, ": not what an agent wrote: ", status.message().as_string()));
+    const std::string why = status.message().as_string();  // a picture of the place follows on lines of its own
+    return absl::DataLossError(absl::StrCat(path, ": not what an agent wrote: ", why.substr(0, why.find('\n'))));
   }
   return message;
 }

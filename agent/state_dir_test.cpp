@@ -16,7 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::ElementsAre;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class StateDirTest : public ::testing::Test {
  protected:
@@ -71,7 +73,7 @@ TEST_F(StateDirTest, SocketPathLimitIsExactAndTheErrorSaysWhatToDo) {
 TEST_F(StateDirTest, DamagedFilesAreErrorsThatNameTheFile) {
   const auto dir = StateDir::Open(folder_).value();
   std::ofstream(folder_ + "/host.json") << "{\"host_id\": ";
-  EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), HasSubstr("host.json"));
+  EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), AllOf(HasSubstr("host.json"), Not(HasSubstr("\n"))));
   std::ofstream(folder_ + "/host.json") << "{\"host_id\": \"host-1\"}";
   EXPECT_THAT(std::string(dir->LoadIdentity().status().message()), HasSubstr("host_secret"));
   std::ofstream(folder_ + "/workers.json") << "[]";
