@@ -21,14 +21,16 @@ bool IsHostPort(const std::string& address) {
 
 Connection::Connection(const std::string& address) : address_(address) {
   if (!IsHostPort(address)) throw CommandError(fmt::format("--control: '{}' is not of the form HOST:PORT", address));
-  const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
-  hosts_ = v1::HostService::NewStub(channel);
-  instances_ = v1::InstanceService::NewStub(channel);
+  channel_ = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
+  hosts_ = v1::HostService::NewStub(channel_);
+  instances_ = v1::InstanceService::NewStub(channel_);
 }
 
 void Connection::Check(const grpc::Status& status, const std::string& what) const {
   if (status.ok()) return;
-  if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+  // With a connection that stands it is the control plane that says so: its store cannot be written, perhaps.
+  const bool reached = channel_->GetState(false) == GRPC_CHANNEL_READY;
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE && !reached) {
     throw CommandError(fmt::format(
         "{}: no control plane answers at {}; start one with 'tessera up' or name it with --control", what, address_));
   }

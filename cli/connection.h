@@ -49,6 +49,7 @@ class Connection {
 
  private:
   std::string address_;
+  std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::HostService::Stub> hosts_;
   std::unique_ptr<v1::InstanceService::Stub> instances_;
 };
