@@ -35,11 +35,13 @@ enum class Delivery : std::uint8_t {
 };
 
 struct EndpointOptions {
-  std::string bind_address = "0.0.0.0";          // IPv4
-  std::uint16_t port = 0;                        // 0: the system chooses
-  std::size_t max_peers = 64;                    // 1 to 4095
-  std::size_t max_peers_per_address = 0;         // 0: max_peers
-  std::chrono::milliseconds peer_timeout{5000};  // of silence, until a peer counts as gone
+  std::string bind_address = "0.0.0.0";   // IPv4
+  std::uint16_t port = 0;                 // 0: the system chooses
+  std::size_t max_peers = 64;             // 1 to 4095
+  std::size_t max_peers_per_address = 0;  // 0: max_peers
+  // Of silence, until a peer counts as gone; at most about twice that, because ENet looks at each retry, and their
+  // distance doubles.
+  std::chrono::milliseconds peer_timeout{5000};
   // Of one reliable message, sent or received. Both ends must agree: what is longer than the receiver's is never
   // delivered.
   std::size_t max_message_bytes = kMaxMessageBytes;
