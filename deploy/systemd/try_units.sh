@@ -1,0 +1,141 @@
+#!/usr/bin/env bash
+# try_units.sh BUILD FOLDER: tries the units under a real systemd, in a container with no network but its own loopback.
+#
+# BUILD is a build folder that holds the programs (./dev build release). FOLDER is where the container's system lies, for
+# example /var/tmp/tessera-units; if it is not there, debootstrap makes it (350 MB from Debian's mirror, two minutes) and
+# later runs use it again, without network, in half a minute. Needs root, and: apt-get install debootstrap systemd-container
+#
+# Holds: both services become ready; a host without token says so and stays down; workers, with their pids, outlive the agent's
+# restart, SIGKILL, hang (watchdog) and stop, and the control plane's restart and SIGKILL; the next agent adopts them and
+# the world runs on.
+set -euo pipefail
+
+[[ $# -eq 2 ]] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
+BUILD=$(realpath -- "$1")
+ROOT=$(realpath -m -- "$2")
+readonly BUILD ROOT
+readonly PACKAGES=systemd,systemd-sysv,dbus,procps,libgrpc++1.51,libprotobuf32,libbullet3.24,libenet7,libsodium23,libsqlite3-0,libspdlog1.10,libfmt9,libcivetweb1,libprometheus-cpp-core1.0
+
+fail() {
+  printf 'FAILED: %s\n' "$*" >&2
+  inside journalctl --no-pager --output=cat --unit=tessera-agent --unit=tessera-control --lines=30 >&2 || true
+  exit 1
+}
+
+# --- The container ----------------------------------------------------------------------------------------------------
+
+inside() {
+  nsenter --target "$INIT" --mount --uts --ipc --net --pid --root --wd \
+    env -i PATH=/usr/local/bin:/usr/sbin:/usr/bin HOME=/root "$@"
+}
+
+# eventually WHAT COMMAND...: waits, at most 20 s, until COMMAND succeeds.
+eventually() {
+  local what=$1 _
+  shift
+  for _ in {1..200}; do
+    if "$@" >/dev/null 2>&1; then
+      printf 'ok: %s\n' "$what"
+      return
+    fi
+    sleep 0.1
+  done
+  fail "$what"
+}
+
+boot() {
+  systemd-nspawn --quiet --directory="$ROOT" --machine=tessera-units --register=no --keep-unit --private-network \
+    --console=pipe --boot </dev/null >"$LOG" 2>&1 &
+  NSPAWN=$!
+  trap 'kill "$NSPAWN" 2>/dev/null; wait "$NSPAWN" || true; rm -f -- "$LOG"' EXIT
+  local _
+  for _ in {1..200}; do
+    INIT=$(pgrep --parent "$NSPAWN" | head -n 1) || true
+    if [[ -n $INIT ]] && inside systemctl is-system-running >/dev/null 2>&1; then return; fi
+    sleep 0.1
+  done
+  cat "$LOG" >&2
+  fail "the container does not come up"
+}
+
+LOG=$(mktemp)
+if [[ ! -e $ROOT/etc/debian_version ]]; then debootstrap --variant=minbase --include="$PACKAGES" bookworm "$ROOT"; fi
+rm -rf -- "$ROOT/var/lib/tessera" "$ROOT/etc/credstore/tessera.join-token" \
+  "$ROOT"/etc/systemd/system/multi-user.target.wants/tessera-*
+DESTDIR=$ROOT cmake --install "$BUILD" --prefix /usr/local >/dev/null
+boot
+
+# --- What the world looks like ------------------------------------------------------------------------------------------
+
+workers() { inside pgrep --exact tessera-region | sort; }
+agent() { inside systemctl show tessera-agent --property=MainPID --value; }
+lowest_tick() { inside tessera instance describe inst-1 | awk '$1 ~ /^[0-9]+$/ { print $4 }' | sort -n | head -n 1; }
+ticks_beyond() { [[ $(lowest_tick) -gt $1 ]]; }
+ready_again() { [[ $(agent) != "$1" && $(agent) != 0 ]] && inside systemctl is-active tessera-agent; }
+running() { inside tessera instance list | grep -q 'inst-1 *RUNNING'; }
+
+# survived WHAT: the same workers as at the start, and their world goes on.
+survived() {
+  [[ $(workers) == "$WORKERS" ]] || fail "$1: workers were $WORKERS, are $(workers)"
+  eventually "$1: the world is RUNNING" running
+  eventually "$1: the same workers tick on" ticks_beyond "$(($(lowest_tick) + 60))"
+}
+
+# --- The trial ----------------------------------------------------------------------------------------------------------
+
+inside systemd-sysusers
+inside systemctl daemon-reload
+inside systemctl start tessera-control || fail "tessera-control is not ready"
+echo "ok: tessera-control is ready"
+
+if inside systemctl start tessera-agent 2>/dev/null; then fail "an agent without token is ready"; fi
+inside journalctl --unit=tessera-agent --output=cat --no-pager | grep -q 'has not been admitted yet' ||
+  fail "an agent without token does not say so"
+echo "ok: an agent without token says so and stays down"
+
+inside install -d -m 0700 /etc/credstore
+# shellcheck disable=SC2016  # expands inside
+inside sh -c 'umask 077; tessera -o json host add here | grep -o "tsj_[0-9a-f]*" >/etc/credstore/tessera.join-token'
+inside systemctl start tessera-agent || fail "tessera-agent is not ready"
+inside rm /etc/credstore/tessera.join-token
+echo "ok: tessera-agent was admitted and is ready"
+inside tessera instance create --scene plaza --regions 4 --wait
+WORKERS=$(workers)
+[[ $(wc -l <<<"$WORKERS") -eq 4 ]] || fail "not 4 workers: $WORKERS"
+
+before=$(agent)
+inside systemctl restart tessera-agent || fail "restart"
+[[ $(agent) != "$before" ]] || fail "the agent was not restarted"
+survived "agent restarted"
+
+before=$(agent)
+inside systemctl kill --signal=KILL --kill-whom=main tessera-agent
+eventually "agent killed: another is ready" ready_again "$before"
+survived "agent killed"
+
+inside mkdir -p /run/systemd/system/tessera-agent.service.d
+inside sh -c 'printf "[Service]\nWatchdogSec=2\n" >/run/systemd/system/tessera-agent.service.d/try.conf'
+inside systemctl daemon-reload
+inside systemctl restart tessera-agent
+before=$(agent)
+sleep 5
+[[ $(agent) == "$before" ]] || fail "the watchdog of 2 s is not fed"
+echo "ok: a watchdog of 2 s is fed"
+inside kill -STOP "$before"
+eventually "agent hangs: the watchdog makes another ready" ready_again "$before"
+survived "agent hung"
+
+inside systemctl stop tessera-agent
+[[ $(workers) == "$WORKERS" ]] || fail "agent stopped: workers were $WORKERS, are $(workers)"
+inside systemctl start tessera-agent
+survived "agent stopped and started"
+
+inside systemctl restart tessera-control
+survived "control plane restarted"
+inside systemctl kill --signal=KILL tessera-control
+eventually "control plane killed: another answers" inside tessera instance list
+survived "control plane killed"
+
+inside tessera instance delete inst-1 --wait
+if workers; then fail "workers are left"; fi
+echo "all held"
