@@ -167,8 +167,9 @@ TEST(ContactTest, ImpulsesAreWhatTheBodiesGained) {
       MakeShapePtr(ConeShape{0.5, 1}),
       MakeShapePtr(CompoundShape{{{{{-0.3, 0, 0}, {}}, Cube(0.3)}, {{{0.3, 0.1, 0}, {}}, Ball(0.3)}}})};
   for (std::uint64_t i = 0; i < 24; ++i) {
-    const double x = static_cast<double>(i % 2), y = 0.6 + 1.1 * static_cast<double>(i / 4),
-                 z = static_cast<double>(i / 2 % 2);
+    const std::uint64_t layer = i / 4, row = i / 2 % 2;
+    const double x = static_cast<double>(i % 2), y = 0.6 + 1.1 * static_cast<double>(layer),
+                 z = static_cast<double>(row);
     BodyDef body = Dynamic(10 + i, shapes[i % 6], {x, y, z}, 1 + static_cast<double>(i % 5));
     body.inertia_kg_m2 = Vec3d{0.2, 0.2, 0.2};
     body.material = {.friction = 0.6, .rolling_friction = 0.01, .spinning_friction = 0.02, .restitution = 0.3};

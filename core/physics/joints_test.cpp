@@ -214,7 +214,7 @@ TEST(SixDofTest, AngularSpringHasItsFrequencyAndItsRest) {
     BodyDef body = Awake(Dynamic(2, Ball(), {}, 10));  // 1 kg m^2
     AddAll(world, {body});
     SixDofJoint joint;
-    joint.axes[static_cast<std::size_t>(3 + axis)] = {
+    joint.axes[3 + static_cast<std::size_t>(axis)] = {
         .limit = {}, .motor = {}, .spring = {.stiffness = 25, .damping = 0, .rest = 0.4}};
     world.AddJoint(ToWorld(2, {}, {}, joint));
     const auto angle = [&] {

@@ -75,13 +75,11 @@ Vec3d Diagonalize(Matrix a, Matrix* axes) {
       const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
       const double t = (theta >= 0 ? 1 : -1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
       const double c = 1 / std::sqrt(t * t + 1), s = t * c;
-      for (int k = 0; k < 3; ++k)
-        a[k] = [&, row = a[k]]() mutable {
-          const double kp = row[p], kq = row[q];
-          row[p] = c * kp - s * kq;
-          row[q] = s * kp + c * kq;
-          return row;
-        }();
+      for (int k = 0; k < 3; ++k) {
+        const double kp = a[k][p], kq = a[k][q];
+        a[k][p] = c * kp - s * kq;
+        a[k][q] = s * kp + c * kq;
+      }
       for (int k = 0; k < 3; ++k) {
         const double pk = a[p][k], qk = a[q][k];
         a[p][k] = c * pk - s * qk;

@@ -88,7 +88,8 @@ ShapePtr GridMesh(Height height) {
   constexpr std::uint32_t kCells = 80;
   TriangleMeshShape mesh;
   for (std::uint32_t i = 0; i < (kCells + 1) * (kCells + 1); ++i) {
-    const float x = static_cast<float>(i % (kCells + 1)) - 40, z = static_cast<float>(i / (kCells + 1)) - 40;
+    const std::uint32_t column = i % (kCells + 1), row = i / (kCells + 1);
+    const float x = static_cast<float>(column) - 40, z = static_cast<float>(row) - 40;
     mesh.vertices.push_back({x, height(x), z});
   }
   for (std::uint32_t z = 0; z < kCells; ++z) {

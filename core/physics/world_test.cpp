@@ -48,6 +48,7 @@ std::vector<BodyDef> Heap(std::size_t count, unsigned seed) {
 std::vector<BodyState> StatesOf(const World& world, std::vector<BodyDef> bodies) {
   std::sort(bodies.begin(), bodies.end(), [](const BodyDef& a, const BodyDef& b) { return a.id < b.id; });
   std::vector<BodyState> states;
+  states.reserve(bodies.size());
   for (const BodyDef& body : bodies) states.push_back(world.StateOf(body.id));
   return states;
 }

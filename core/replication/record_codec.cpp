@@ -41,7 +41,7 @@ bool ReadVelocity(BitReader& reader, const Velocity& base, Bands bands, Velocity
 void WriteOrientation(BitWriter& writer, const Quantizer& quantizer, const QuantizedState& state) {
   writer.Write(state.largest, 2);
   for (const std::int16_t c : state.smallest) {
-    writer.Write(static_cast<std::uint64_t>(c + quantizer.orientation_limit()), quantizer.orientation_bits());
+    writer.Write(static_cast<std::uint32_t>(c + quantizer.orientation_limit()), quantizer.orientation_bits());
   }
 }
 

@@ -32,7 +32,8 @@ std::uint64_t ScatterGrid::LayerCapacity() const {
 }
 
 double ScatterGrid::TopOf(std::uint32_t count) const {
-  return area.min.y + static_cast<double>((count - 1) / LayerCapacity()) * spacing_m;
+  const std::uint64_t top_layer = (count - 1) / LayerCapacity();
+  return area.min.y + static_cast<double>(top_layer) * spacing_m;
 }
 
 void ForEachScattered(const ScatterGrid& grid, std::uint32_t count,
@@ -46,7 +47,8 @@ void ForEachScattered(const ScatterGrid& grid, std::uint32_t count,
     const std::uint64_t columns =
         std::clamp(even, (in_layer + max_rows - 1) / max_rows, std::max<std::uint64_t>(1, max_columns));
     const std::uint64_t rows = (in_layer + columns - 1) / columns;
-    const double y = grid.area.min.y + static_cast<double>(first / capacity) * grid.spacing_m;
+    const std::uint64_t layer = first / capacity;
+    const double y = grid.area.min.y + static_cast<double>(layer) * grid.spacing_m;
     for (std::uint64_t i = 0; i < in_layer; ++i) {
       const std::uint64_t row = i / columns, column = i % columns;
       const std::uint64_t in_row = row + 1 < rows ? columns : in_layer - columns * (rows - 1);

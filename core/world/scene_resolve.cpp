@@ -136,6 +136,7 @@ void SceneResolver::ResolveScatters(BodyResolver& bodies) {
     const v1::Scatter& in = in_.scatters(s);
     const std::string place = absl::StrCat("scatters[", s, "]");
     std::vector<BodyDef> templates;
+    templates.reserve(static_cast<std::size_t>(in.templates_size()));
     for (int t = 0; t < in.templates_size(); ++t) {
       templates.push_back(bodies.Template(absl::StrCat(place, ".templates[", t, "]"), in.templates(t)));
     }
