@@ -28,8 +28,8 @@ Cluster Make(const SceneBuilder& builder, std::uint32_t regions, const ClusterOp
 Vec3d Momentum(const Cluster& cluster, const Scene& scene) {
   Vec3d sum;
   for (const auto& [id, state] : cluster.States()) {
-    const auto def =
-        std::find_if(scene.bodies.begin(), scene.bodies.end(), [&](const BodyDef& b) { return b.id == id; });
+    const auto def = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                  [wanted = id](const BodyDef& b) { return b.id == wanted; });
     sum += Vec3d(state.linear_velocity) * def->mass_kg;
   }
   return sum;
