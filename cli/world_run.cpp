@@ -163,7 +163,8 @@ RunSummary WorldRun::Finish() {
   for (const auto& [region, progress] : progress_) {
     const double elapsed = std::chrono::duration<double>(progress.last_time - progress.first_time).count();
     const auto ticks = static_cast<double>(progress.last_tick - progress.first_tick);
-    summary.regions.push_back({region, elapsed > 0 ? ticks / elapsed : 0, progress.worst_step_p99_s, progress.last});
+    summary.regions.push_back({region, progress.first_tick > 0 && elapsed > 0 ? ticks / elapsed : 0,
+                               progress.worst_step_p99_s, progress.last});
     summary.nonfinite += progress.last.nonfinite_bodies();
     const std::int64_t pid = progress.last.identity().pid();
     if (pid > 0 && kill(static_cast<pid_t>(pid), 0) == 0) summary.processes_left.push_back(pid);
