@@ -25,6 +25,7 @@ struct Settings {
   Vec3d origin{};  // of the local float coordinates, m
   Vec3d gravity_m_s2{0, -9.81, 0};
   int solver_iterations = 10;
+  int substeps = 0;  // of every island that is solved; 0: as many as each needs
 };
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,

@@ -1,0 +1,42 @@
+// Manifold: where two bodies touch or are about to, and what the solver did there last.
+//
+// Body a has the lower id, always. All vectors have world axes; points are told from each body's centre of mass, so
+// nothing here depends on where in the world the bodies are.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/physics/linear.h"
+
+namespace tessera::physics {
+
+inline constexpr int kManifoldPoints = 4;
+
+struct ManifoldPoint {
+  Vec3f r_a, r_b;           // from each centre of mass to the middle between the two surfaces, m
+  float separation_m = 0;   // along the normal; negative where they overlap
+  std::uint32_t feature = 0;  // names the point from step to step: which face, edge or vertex made it
+  float normal_impulse = 0;   // N s, of the last substep: what the next step starts with
+  float total_impulse = 0;    // N s, summed over the last step
+};
+
+struct Manifold {
+  Vec3f normal;  // unit, from a to b
+  int count = 0;
+  std::array<ManifoldPoint, kManifoldPoints> points;
+  std::uint32_t key = 0;     // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
+  Vec3f friction_impulse;    // N s on b, last substep: what the next step starts with
+  Vec3f rolling_impulse;     // N m s on b, rolling and twist, last substep
+  Vec3f total_friction;      // summed over the last step, N s on b
+  Vec3f total_rolling;       // N m s on b
+};
+
+// What two materials make of each other.
+struct PairMaterial {
+  float friction = 0;       // Coulomb
+  float rolling_m = 0, spinning_m = 0;
+  float restitution = 0;
+};
+
+}  // namespace tessera::physics

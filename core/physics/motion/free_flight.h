@@ -1,0 +1,26 @@
+// Free flight: how a body without contact or joint moves, exactly.
+//
+// The centre of mass follows the parabola of its acceleration; rotation conserves angular momentum in world space. Round
+// inertia turns at a constant rate; other bodies by a symmetric splitting of the free rigid body (McLachlan and Reich),
+// composed to fourth order, in as many pieces as the turn of one step asks for.
+#pragma once
+
+#include "core/world/math.h"
+
+namespace tessera::physics {
+
+struct FlightState {
+  Vec3d position;          // m
+  Quatd orientation;       // of the principal axes, unit
+  Vec3f velocity;          // m/s
+  Vec3f angular_momentum;  // world axes, kg m^2/s
+};
+
+// `inertia`: principal, kg m^2, all > 0. `acceleration`: m/s^2, constant over the step. `torque`: N m, world axes.
+void Fly(Vec3d inertia, Vec3d acceleration, Vec3d torque, double dt_s, FlightState* state);
+
+// I(q)^-1 L, world axes, rad/s; and its inverse. Reckoned in doubles and rounded once, so both ends of a wire agree.
+Vec3f AngularVelocityOf(Vec3d inertia, Quatd orientation, Vec3f angular_momentum);
+Vec3f AngularMomentumOf(Vec3d inertia, Quatd orientation, Vec3f angular_velocity);
+
+}  // namespace tessera::physics
