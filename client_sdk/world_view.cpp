@@ -13,7 +13,7 @@ bool AtRest(const BodyState& state) {
   return state.asleep || (state.linear_velocity == Vec3f() && state.angular_velocity == Vec3f());
 }
 
-Pose PoseOf(const BodyState& state) { return {state.position, Quatd(state.orientation)}; }
+Pose PoseOf(const BodyState& state) { return {state.position, state.orientation}; }
 
 // Along the straight line, and the shorter arc.
 Pose Between(const Pose& a, const Pose& b, double share) {
@@ -34,7 +34,7 @@ Pose Ahead(const BodyState& state, double seconds) {
     const Vec3d axis = turn * (std::sin(angle / 2) / angle);
     rotation = {axis.x, axis.y, axis.z, std::cos(angle / 2)};
   }
-  return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * Quatd(state.orientation))};
+  return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * state.orientation)};
 }
 
 double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }

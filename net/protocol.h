@@ -7,7 +7,7 @@
 namespace tessera::net {
 
 // Of all that is said over ENet and of the connect token. A hello with another version is refused, naming both.
-inline constexpr std::uint32_t kProtocolVersion = 1;
+inline constexpr std::uint32_t kProtocolVersion = 2;
 
 // Largest UDP payload that ENet makes. Passes every path that carries 1280 bytes of IP, the least IPv6 allows, with
 // room for tunnels; larger datagrams are dropped by some of them without a word.
@@ -17,7 +17,7 @@ inline constexpr std::size_t kMtuBytes = 1200;
 inline constexpr std::size_t kMaxDatagramBytes = 1148;
 // Largest reliable message unless an endpoint says otherwise: a map of 4096 cells has about 200 KB.
 inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
-// Largest frame between two regions: some 60 000 awake bodies at one border. What a stranger may make a link port
+// Largest frame between two regions: some 40 000 awake bodies at one border. What a stranger may make a link port
 // buffer grows with it.
 inline constexpr std::size_t kMaxFrameBytes = 4 * 1024 * 1024;
 

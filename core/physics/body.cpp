@@ -47,16 +47,20 @@ btTransform Body::LocalFrame(const Pose& in_shape) const {
 
 Body::Change Body::Compare(const BodyState& state) const {
   BodyState same = state;
-  if (!dynamic_) same.linear_velocity = same.angular_velocity = {};
+  if (!dynamic_) {
+    same.linear_velocity = same.angular_velocity = same.angular_momentum = {};
+    same.still_s = 0;
+  }
   const bool wants_sleep = dynamic_ && may_sleep_ && state.asleep;
   same.asleep = state_.asleep;
   if (same == state_) return wants_sleep && !state_.asleep ? Change::kSilent : Change::kNone;
   if (wants_sleep) return Change::kSilent;
   if (!state_.asleep) return Change::kMoves;
-  const Quatf turn = Conjugate(rest_orientation_) * state.orientation;
-  const bool creeps =
-      Length(state.linear_velocity) < kSleepLinear_m_s && Length(state.angular_velocity) < kSleepAngular_rad_s &&
-      Length(state.position - rest_position_) < kCreep_m && Length(Vec3f{turn.x, turn.y, turn.z}) < kCreep_rad / 2;
+  const Quatd turn = Conjugate(rest_orientation_) * state.orientation;
+  const bool creeps = Length(state.linear_velocity) < kSleepLinear_m_s &&
+                      Length(state.angular_velocity) < kSleepAngular_rad_s &&
+                      Length(state.position - rest_position_) < kCreep_m &&
+                      Length(Vec3d{turn.x, turn.y, turn.z}) < double{kCreep_rad} / 2;
   return creeps ? Change::kSilent : Change::kMoves;
 }
 
@@ -68,7 +72,8 @@ void Body::Set(const BodyState& state, Vec3d origin) {
       PlacePlane(origin);
       bullet_->setCollisionShape(form_.shape->bullet());
     }
-    state_.linear_velocity = state_.angular_velocity = {};
+    state_.linear_velocity = state_.angular_velocity = state_.angular_momentum = {};
+    state_.still_s = 0;
     state_.asleep = false;
   }
   bullet_->setLinearVelocity(ToBullet(state_.linear_velocity));
@@ -86,7 +91,7 @@ void Body::Set(const BodyState& state, Vec3d origin) {
 
 btTransform Body::InnerTransform(Vec3d origin) const {
   if (std::holds_alternative<PlaneShape>(scene_shape_->form)) return btTransform::getIdentity();
-  const Quatd orientation = Normalized(Quatd(state_.orientation));
+  const Quatd orientation = Normalized(state_.orientation);
   Vec3d position = state_.position - origin;
   if (!dynamic_) position += Rotate(orientation, form_.frame.origin);
   return btTransform(ToBullet(orientation * form_.frame.axes), ToBullet(position));
@@ -102,7 +107,7 @@ void Body::Publish(Vec3d origin) {
   btTransform transform = bullet_->getCenterOfMassTransform();
   state_.position = origin + Vec3d(FromBullet(transform.getOrigin()));
   state_.orientation = OutwardOrientation(transform.getRotation());
-  transform.setRotation(ToBullet(Normalized(Quatd(state_.orientation)) * form_.frame.axes));
+  transform.setRotation(ToBullet(Normalized(state_.orientation) * form_.frame.axes));
   bullet_->setCenterOfMassTransform(transform);
   state_.asleep = bullet_->getActivationState() == ISLAND_SLEEPING;
   if (state_.asleep) NoteRest();
@@ -111,10 +116,12 @@ void Body::Publish(Vec3d origin) {
 void Body::PublishVelocity() {
   state_.linear_velocity = FromBullet(bullet_->getLinearVelocity());
   state_.angular_velocity = FromBullet(bullet_->getAngularVelocity());
+  state_.angular_momentum = {};  // Bullet keeps velocities
+  state_.still_s = 0;
 }
 
-Quatf Body::OutwardOrientation(const btQuaternion& inner) const {
-  return Quatf(Normalized(Quatd(FromBullet(inner)) * Conjugate(form_.frame.axes)));
+Quatd Body::OutwardOrientation(const btQuaternion& inner) const {
+  return Normalized(Quatd(FromBullet(inner)) * Conjugate(form_.frame.axes));
 }
 
 void Body::Wake() {
@@ -128,7 +135,7 @@ void Body::Wake() {
 void Body::PlacePlane(Vec3d origin) {
   const auto& plane = std::get<PlaneShape>(scene_shape_->form);
   const double length = Length(plane.normal);
-  const Vec3d normal = Rotate(Normalized(Quatd(state_.orientation)), plane.normal / length);
+  const Vec3d normal = Rotate(Normalized(state_.orientation), plane.normal / length);
   form_.shape = MakePlane(normal, plane.offset_m / length + Dot(normal, state_.position - origin));
 }
 

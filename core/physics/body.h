@@ -50,7 +50,7 @@ class Body {
   int node = 0;                 // scratch of the island search
 
  private:
-  Quatf OutwardOrientation(const btQuaternion& inner) const;
+  Quatd OutwardOrientation(const btQuaternion& inner) const;
   void PlacePlane(Vec3d origin);
   void NoteRest();
   btTransform InnerTransform(Vec3d origin) const;
@@ -62,7 +62,7 @@ class Body {
   BodyForm form_;
   BodyState state_;
   Vec3d rest_position_;  // where and how it lay when it fell asleep
-  Quatf rest_orientation_;
+  Quatd rest_orientation_;
   std::unique_ptr<btRigidBody> bullet_;
 };
 

@@ -10,9 +10,9 @@
 namespace tessera::physics {
 namespace {
 
-Quatf About(Vec3d axis, double angle) {
+Quatd About(Vec3d axis, double angle) {
   const Vec3d v = Normalized(axis) * std::sin(angle / 2);
-  return Quatf(Quatd{v.x, v.y, v.z, std::cos(angle / 2)});
+  return {v.x, v.y, v.z, std::cos(angle / 2)};
 }
 
 // --- Restitution
@@ -135,7 +135,7 @@ TEST(MomentumTest, IsKeptWhenTwoBodiesCollide) {
 // Inertia of a body in world space, times w.
 Vec3d AngularMomentum(const World& world, BodyId id) {
   const BodyState state = world.StateOf(id);
-  const Quatd q(state.orientation);
+  const Quatd q = state.orientation;
   const Vec3d local = Rotate(Conjugate(q), Vec3d(state.angular_velocity)), inertia = world.InertiaOf(id);
   return Rotate(q, {inertia.x * local.x, inertia.y * local.y, inertia.z * local.z});
 }

@@ -42,7 +42,7 @@ JointDef Between(std::uint64_t a, std::uint64_t b, Pose in_a, Pose in_b, Kind ki
 
 // Turn about z of an orientation that turns about z alone.
 double AngleAboutZ(const World& world, BodyId id) {
-  const Quatf q = world.StateOf(id).orientation;
+  const Quatd q = world.StateOf(id).orientation;
   return 2 * std::atan2(q.z, q.w);
 }
 Vec3f Spin(const World& world, std::uint64_t id) { return world.StateOf(BodyId(id)).angular_velocity; }
@@ -69,7 +69,7 @@ TEST(HingeTest, PendulumHasItsPeriod) {
   World world({});
   const double arm = 1, half = 0.1, amplitude = 0.1;
   BodyDef bob = Awake(Dynamic(2, Cube(half), {std::sin(amplitude), -std::cos(amplitude), 0}, 3));
-  bob.initial.orientation = Quatf(About({0, 0, 1}, amplitude));
+  bob.initial.orientation = About({0, 0, 1}, amplitude);
   AddAll(world, {bob});
   world.AddJoint(ToWorld(2, {{0, arm, 0}, {}}, {}, HingeJoint{}));
   const double inertia = arm * arm + 2.0 / 3 * half * half;  // of 1 kg about the axis
@@ -115,7 +115,7 @@ TEST(SliderTest, KeepsToItsAxisAndItsLimits) {
   World world({});
   const Quatd along = About({0, 0, 1}, 0.5);
   BodyDef body = Awake(Dynamic(2, Cube(), {}, 2));
-  body.initial.orientation = Quatf(along);
+  body.initial.orientation = along;
   AddAll(world, {body});
   world.AddJoint(ToWorld(2, {}, {{}, along}, SliderJoint{.limit_m = {-2, 3}, .motor = {}}));
   Simulate(world, 5);  // slides down
@@ -142,7 +142,7 @@ TEST(PointTest, HoldsTogetherAndTurnsFreely) {
   for (int i = 0; i < 240; ++i) {
     world.Step(kDt);
     const BodyState state = world.StateOf(body.id);
-    widest = std::max(widest, Length(state.position + Rotate(Quatd(state.orientation), Vec3d{-1, 0, 0})));
+    widest = std::max(widest, Length(state.position + Rotate(state.orientation, Vec3d{-1, 0, 0})));
     lowest = std::min(lowest, state.position.y);
   }
   EXPECT_LT(widest, 0.03);
@@ -176,8 +176,8 @@ TEST(ConeTwistTest, KeepsWithinItsConeAndItsTwist) {
     for (int i = 0; i < 600; ++i) {
       world.ApplyForce(BodyId(2), {}, torque);
       world.Step(kDt);
-      const Quatf q = world.StateOf(BodyId(2)).orientation;
-      widest = 2 * std::atan2(Length(Vec3f{q.x, q.y, q.z}), std::abs(q.w));
+      const Quatd q = world.StateOf(BodyId(2)).orientation;
+      widest = 2 * std::atan2(Length(Vec3d{q.x, q.y, q.z}), std::abs(q.w));
     }
     EXPECT_NEAR(widest, c.limit, 0.06) << c.torque;
   }
@@ -218,7 +218,7 @@ TEST(SixDofTest, AngularSpringHasItsFrequencyAndItsRest) {
         .limit = {}, .motor = {}, .spring = {.stiffness = 25, .damping = 0, .rest = 0.4}};
     world.AddJoint(ToWorld(2, {}, {}, joint));
     const auto angle = [&] {
-      const Quatf q = world.StateOf(body.id).orientation;
+      const Quatd q = world.StateOf(body.id).orientation;
       return 2 * std::atan2(axis == 0 ? q.x : axis == 1 ? q.y : q.z, q.w) - 0.4;
     };
     EXPECT_NEAR(Period(world, 10, angle), 2 * kPi / 5, 0.03) << axis;
@@ -269,8 +269,8 @@ TEST(UniversalTest, TurnsAboutTwoAxesAndNotTheThird) {
       world.ApplyForce(BodyId(2), {}, push);
       world.Step(kDt);
     }
-    const Quatf q = world.StateOf(BodyId(2)).orientation;
-    const double angle = 2 * std::atan2(Length(Vec3f{q.x, q.y, q.z}), q.w);
+    const Quatd q = world.StateOf(BodyId(2)).orientation;
+    const double angle = 2 * std::atan2(Length(Vec3d{q.x, q.y, q.z}), q.w);
     EXPECT_NEAR(angle, axis == 0 ? 0 : axis == 1 ? 0.6 : 0.3, 0.03) << axis;
   }
 }

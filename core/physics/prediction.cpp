@@ -52,11 +52,12 @@ BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forc
   result.position = state.position + v * linear.S(dt_s) + forces.acceleration_m_s2 * linear.Q(dt_s);
   result.linear_velocity = Vec3f(v * linear.Kept(dt_s) + forces.acceleration_m_s2 * linear.S(dt_s));
   result.angular_velocity = Vec3f(w * angular.Kept(dt_s));
+  result.angular_momentum = Vec3f(Vec3d(state.angular_momentum) * angular.Kept(dt_s));
   const double speed = Length(w), half_angle = speed * angular.S(dt_s) / 2;
   if (half_angle > 0) {
     const Vec3d axis = w * (std::sin(half_angle) / speed);
     const Quatd turn{axis.x, axis.y, axis.z, std::cos(half_angle)};
-    result.orientation = Quatf(Normalized(turn * Quatd(state.orientation)));
+    result.orientation = Normalized(turn * state.orientation);
   }
   return result;
 }

@@ -73,7 +73,7 @@ TEST(RestingTest, EveryShapeLiesOnEveryGround) {
       Simulate(world, 8);
       const BodyState state = world.StateOf(body.id);
       EXPECT_NEAR(state.position.y - kBase_m, lying.height_m, 3e-3);
-      EXPECT_GT(Rotate(state.orientation, {0, 1, 0}).y, 0.9999f);
+      EXPECT_GT(Rotate(state.orientation, {0, 1, 0}).y, 0.9999);
       EXPECT_TRUE(state.asleep);
     }
   }

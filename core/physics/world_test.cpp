@@ -191,7 +191,7 @@ TEST(StateTest, SetStateGivesWhatWasSet) {
   world.Add(body, body.initial);
   BodyState state;
   state.position = {512.3, 4.5, 480.25};
-  state.orientation = Normalized(Quatf{0.1f, 0.2f, 0.3f, 0.9f});
+  state.orientation = Normalized(Quatd{0.1, 0.2, 0.3, 0.9});
   state.linear_velocity = {1, 2, 3};
   state.angular_velocity = {4, 5, 6};
   world.SetState(body.id, state);

@@ -63,7 +63,7 @@ TEST(ExchangeTest, ASideThatFoundNoContactStillTakesItsShare) {
 
 TEST(ExchangeTest, AKickTurnsABodyByItsInertiaInTheWorldsFrame) {
   BodyState state;
-  state.orientation = {0, 0, std::sqrt(0.5F), std::sqrt(0.5F)};  // local x points along world y
+  state.orientation = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // local x points along world y
   const BodyState kicked = Kicked(state, 2, {4, 1, 1}, {2, 0, 0}, {0, 8, 0});
   EXPECT_NEAR(kicked.linear_velocity.x, 1, 1e-6);
   EXPECT_NEAR(kicked.angular_velocity.y, 2, 1e-5);

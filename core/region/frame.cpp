@@ -8,12 +8,13 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 1;
+constexpr std::uint8_t kFormat = 2;
 
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;  // kAtRest: both velocities are +0
+constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16;         // without: +0
 
-constexpr std::size_t kMinStateBytes = 1 + 24 + 16;
+constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
 constexpr std::size_t kImpulseBytes = 2 + 36;
 constexpr std::size_t kMinInputBytes = 1 + 24;
@@ -26,7 +27,9 @@ bool Zero(Vec3f v) {
 
 std::uint8_t FlagsOf(const BodyState& state) {
   const bool at_rest = Zero(state.linear_velocity) && Zero(state.angular_velocity);
-  return static_cast<std::uint8_t>((state.asleep ? kAsleep : 0) | (at_rest ? kAtRest : 0));
+  const bool still = std::bit_cast<std::uint32_t>(state.still_s) != 0;
+  return static_cast<std::uint8_t>((state.asleep ? kAsleep : 0) | (at_rest ? kAtRest : 0) |
+                                   (Zero(state.angular_momentum) ? 0 : kHasMomentum) | (still ? kHasStill : 0));
 }
 
 void WriteState(Writer& out, const BodyState& state, std::uint8_t more_flags) {
@@ -38,6 +41,8 @@ void WriteState(Writer& out, const BodyState& state, std::uint8_t more_flags) {
     out.V(state.linear_velocity);
     out.V(state.angular_velocity);
   }
+  if ((flags & kHasMomentum) != 0) out.V(state.angular_momentum);
+  if ((flags & kHasStill) != 0) out.F32(state.still_s);
 }
 
 std::uint8_t ReadState(Reader& in, BodyState& state) {
@@ -49,6 +54,8 @@ std::uint8_t ReadState(Reader& in, BodyState& state) {
     state.linear_velocity = in.V3f();
     state.angular_velocity = in.V3f();
   }
+  if ((flags & kHasMomentum) != 0) state.angular_momentum = in.V3f();
+  if ((flags & kHasStill) != 0) state.still_s = in.F32();
   return flags;
 }
 
@@ -226,10 +233,11 @@ bool SameBits(const BodyState& a, const BodyState& b) {
   };
   const auto same_v = [&](Vec3f x, Vec3f y) { return same_f(x.x, y.x) && same_f(x.y, y.y) && same_f(x.z, y.z); };
   return a.asleep == b.asleep && same_d(a.position.x, b.position.x) && same_d(a.position.y, b.position.y) &&
-         same_d(a.position.z, b.position.z) && same_f(a.orientation.x, b.orientation.x) &&
-         same_f(a.orientation.y, b.orientation.y) && same_f(a.orientation.z, b.orientation.z) &&
-         same_f(a.orientation.w, b.orientation.w) && same_v(a.linear_velocity, b.linear_velocity) &&
-         same_v(a.angular_velocity, b.angular_velocity);
+         same_d(a.position.z, b.position.z) && same_d(a.orientation.x, b.orientation.x) &&
+         same_d(a.orientation.y, b.orientation.y) && same_d(a.orientation.z, b.orientation.z) &&
+         same_d(a.orientation.w, b.orientation.w) && same_v(a.linear_velocity, b.linear_velocity) &&
+         same_v(a.angular_velocity, b.angular_velocity) && same_v(a.angular_momentum, b.angular_momentum) &&
+         same_f(a.still_s, b.still_s);
 }
 
 std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord> previous) {

@@ -5,11 +5,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/settings.h"
+#include "core/world/limits.h"
 
 namespace tessera::region {
 namespace {
-
-constexpr float kUnitTolerance = 1e-2F;
 
 absl::Status Bad(BodyId id, const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), what));
@@ -66,7 +65,8 @@ bool IsSane(const BodyState& state) {
     return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
   };
   return within(state.position, kMaxStatePosition_m) && within(state.linear_velocity, kMaxStateSpeed_m_s) &&
-         within(state.angular_velocity, kMaxStateAngularSpeed_rad_s) &&
+         within(state.angular_velocity, kMaxStateAngularSpeed_rad_s) && IsFinite(state.angular_momentum) &&
+         std::isfinite(state.still_s) && state.still_s >= 0 &&
          std::abs(Length(state.orientation) - 1) <= kUnitTolerance;
 }
 

@@ -11,11 +11,13 @@ namespace {
 BodyState State(double x, bool asleep = false) {
   BodyState state;
   state.position = {x, 1e-300, -x / 3};
-  state.orientation = {0.6F, 0, -0.0F, 0.8F};
+  state.orientation = {0.6, 0, -0.0, std::nextafter(0.8, 1.0)};
   state.asleep = asleep;
   if (!asleep) {
     state.linear_velocity = {1.1F, -2.2F, 3.3F};
     state.angular_velocity = {0, 1e-40F, -5};
+    state.angular_momentum = {-0.0F, 7e-41F, 1e20F};
+    state.still_s = 0.25F;
   }
   return state;
 }
@@ -145,6 +147,14 @@ TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
   frame.ghosts[0].state = State(1);
   frame.ghosts[0].state.orientation = {0, 0, 0, 0};
   EXPECT_NE(Error(), "");
+  frame.ghosts[0].state = State(1);
+  frame.ghosts[0].state.angular_momentum.z = HUGE_VALF;
+  EXPECT_NE(Error(), "");
+  for (const float bad : {-1.0F, std::nanf(""), HUGE_VALF}) {
+    frame.ghosts[0].state = State(1);
+    frame.ghosts[0].state.still_s = bad;
+    EXPECT_NE(Error(), "");
+  }
   frame.ghosts[0].state = State(1);
   frame.grants[0].bodies[1].state.linear_velocity.x = 2e6F;
   EXPECT_EQ(Error(), "body 3: state is not finite or beyond limits");

@@ -26,7 +26,7 @@ class Writer {
   void F64(double v) { Fixed(std::bit_cast<std::uint64_t>(v)); }
   void V(Vec3f v) { F32(v.x), F32(v.y), F32(v.z); }
   void V(Vec3d v) { F64(v.x), F64(v.y), F64(v.z); }
-  void Q(Quatf q) { F32(q.x), F32(q.y), F32(q.z), F32(q.w); }
+  void Q(Quatd q) { F64(q.x), F64(q.y), F64(q.z), F64(q.w); }
 
   std::vector<std::uint8_t> Take() { return std::move(bytes_); }
 
@@ -82,8 +82,8 @@ class Reader {
     const double x = F64(), y = F64(), z = F64();
     return {x, y, z};
   }
-  Quatf Q() {
-    const float x = F32(), y = F32(), z = F32(), w = F32();
+  Quatd Q() {
+    const double x = F64(), y = F64(), z = F64(), w = F64();
     return {x, y, z, w};
   }
 

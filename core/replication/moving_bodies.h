@@ -25,7 +25,7 @@ class MovingBodies {
       BodyRecord body{.id = BodyId(i + 1), .epoch = Epoch(1), .state = {}};
       const double half = options.world_m / 2 - 2;
       body.state.position = {Uniform(-half, half), Uniform(0.5, 5), Uniform(-half, half)};
-      body.state.orientation = Normalized(Quatf(Quatd(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1))));
+      body.state.orientation = Normalized(Quatd(Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1), Uniform(-1, 1)));
       Kick(body.state);
       bodies_.push_back(body);
     }
@@ -72,8 +72,8 @@ class MovingBodies {
       s.linear_velocity.y -= 9.81f * dt;
     }
     s.position += Vec3d(s.linear_velocity * dt);
-    const Vec3f half = s.angular_velocity * (dt / 2);
-    s.orientation = Normalized(Quatf(half.x, half.y, half.z, 1) * s.orientation);
+    const Vec3d half(s.angular_velocity * (dt / 2));
+    s.orientation = Normalized(Quatd(half.x, half.y, half.z, 1) * s.orientation);
     Bounce(s);
   }
 

@@ -113,7 +113,7 @@ QuantizedState Quantizer::Quantize(const BodyState& state) const {
   const Vec3d p = state.position - origin_;
   result.position = {ToSteps(p.x, position_step_, kMaxPosition), ToSteps(p.y, position_step_, kMaxPosition),
                      ToSteps(p.z, position_step_, kMaxPosition)};
-  QuantizeOrientation(Quatd(state.orientation), result);
+  QuantizeOrientation(state.orientation, result);
   result.asleep = state.asleep;
   if (!state.asleep) {
     result.linear = VelocityToSteps(state.linear_velocity, linear_step_);
@@ -126,7 +126,7 @@ BodyState Quantizer::Dequantize(const QuantizedState& state) const {
   const Vec3d steps(static_cast<double>(state.position[0]), static_cast<double>(state.position[1]),
                     static_cast<double>(state.position[2]));
   return {.position = origin_ + steps * position_step_,
-          .orientation = Quatf(DequantizeOrientation(state)),
+          .orientation = DequantizeOrientation(state),
           .linear_velocity = VelocityFromSteps(state.linear, linear_step_),
           .angular_velocity = VelocityFromSteps(state.angular, angular_step_),
           .asleep = state.asleep};

@@ -20,7 +20,7 @@ class Random {
   BodyState State(double position_m) {
     const Vec3d axis = Vector(1);
     return {.position = Vector(position_m),
-            .orientation = Normalized(Quatf(Quatd(axis.x, axis.y, axis.z, (*this)(-1, 1)))),
+            .orientation = Normalized(Quatd(axis.x, axis.y, axis.z, (*this)(-1, 1))),
             .linear_velocity = Vec3f(Vector(50)),
             .angular_velocity = Vec3f(Vector(20))};
   }
@@ -29,8 +29,8 @@ class Random {
   std::mt19937 engine_;
 };
 
-double AngleBetween(Quatf a, Quatf b) {
-  const Quatd d = Normalized(Quatd(a)) * Conjugate(Normalized(Quatd(b)));
+double AngleBetween(Quatd a, Quatd b) {
+  const Quatd d = Normalized(a) * Conjugate(Normalized(b));
   return 2 * std::atan2(Length(Vec3d(d.x, d.y, d.z)), std::abs(d.w));
 }
 
@@ -106,7 +106,7 @@ TEST(PredictTest, SteadySpinLeavesAResidualOfRounding) {
   BodyState body;
   body.angular_velocity = {0, 8, 0};
   const QuantizedState base = quantizer.Quantize(body);
-  body.orientation = Quatf(Quatd(0, std::sin(angle / 2), 0, std::cos(angle / 2)));
+  body.orientation = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
   const QuantizedState truth = quantizer.Quantize(body);
   QuantizedState predicted = truth;
   quantizer.Predict(base, kTicks, predicted);

@@ -48,7 +48,7 @@ BodyDef BodyResolver::Body(int index, const v1::Body& body) {
                              pose.position.y, ", ", pose.position.z, ")"));
   }
   def.initial.position = pose.position;
-  def.initial.orientation = Quatf(pose.orientation);
+  def.initial.orientation = pose.orientation;
   return def;
 }
 

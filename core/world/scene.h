@@ -87,9 +87,13 @@ enum class Motion : std::uint8_t { kStatic, kDynamic };
 // What changes from tick to tick: all that an owner tells about a body, and all that a handover must keep.
 struct BodyState {
   Vec3d position;          // of the centre of mass, world space, m
-  Quatf orientation;       // unit
+  Quatd orientation;       // unit; rounded to float every tick, a spinning body would be .3 rad off after 20 s
   Vec3f linear_velocity;   // m/s
   Vec3f angular_velocity;  // rad/s, world frame
+  // What free flight conserves; kg m^2/s, world frame. Believed only where angular_velocity is to the bit what it
+  // gives: otherwise angular_velocity counts. So one who sets only that, as scenes do, may leave this 0 or as it was.
+  Vec3f angular_momentum{};
+  float still_s = 0;  // for how long it has been slow enough to sleep: a handover restarts no wait
   bool asleep = false;
   friend bool operator==(const BodyState&, const BodyState&) = default;
 };

@@ -97,7 +97,7 @@ TEST(ResolveSceneTest, KeepsWhatIsWritten) {
   EXPECT_EQ(body.material.spinning_friction, 0.3);
   EXPECT_EQ(*body.inertia_kg_m2, Vec3d(1, 2, 2.5));
   EXPECT_EQ(body.initial.position, Vec3d(1, 2, 3));
-  EXPECT_EQ(body.initial.orientation, Quatf(0, 0.6f, 0, 0.8f));
+  EXPECT_EQ(body.initial.orientation, Quatd(0, 0.6, 0, 0.8));
   EXPECT_EQ(body.initial.linear_velocity, Vec3f(4, 0, 0));
   EXPECT_EQ(body.initial.angular_velocity, Vec3f(0, 0, 5));
   EXPECT_EQ(body.gravity_scale, -1);
@@ -124,7 +124,7 @@ TEST(ResolveSceneTest, NormalisesQuaternions) {
   const auto scene = Resolved(Parsed(absl::StrCat(
       kBounds,
       "bodies { id: 1 mass: 1 shape { sphere { radius: 1 } } pose { orientation { x: 0.70711 w: 0.70711 } } }")));
-  EXPECT_NEAR(Length(scene->bodies[0].initial.orientation), 1, 1e-7);
+  EXPECT_NEAR(Length(scene->bodies[0].initial.orientation), 1, 1e-15);
 }
 
 TEST(ResolveSceneTest, BodiesThatLookAlikeShareAShape) {

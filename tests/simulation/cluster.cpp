@@ -16,18 +16,21 @@ void Mix(std::uint64_t& hash, std::uint64_t value) {
 }
 
 void Mix(std::uint64_t& hash, const BodyState& state) {
-  for (const double v : {state.position.x, state.position.y, state.position.z})
+  for (const double v : {state.position.x, state.position.y, state.position.z, state.orientation.x, state.orientation.y,
+                         state.orientation.z, state.orientation.w}) {
     Mix(hash, std::bit_cast<std::uint64_t>(v));
-  for (const float v : {state.orientation.x, state.orientation.y, state.orientation.z, state.orientation.w,
-                        state.linear_velocity.x, state.linear_velocity.y, state.linear_velocity.z,
-                        state.angular_velocity.x, state.angular_velocity.y, state.angular_velocity.z}) {
+  }
+  for (const float v : {state.linear_velocity.x, state.linear_velocity.y, state.linear_velocity.z,
+                        state.angular_velocity.x, state.angular_velocity.y, state.angular_velocity.z,
+                        state.angular_momentum.x, state.angular_momentum.y, state.angular_momentum.z, state.still_s}) {
     Mix(hash, std::bit_cast<std::uint32_t>(v));
   }
   Mix(hash, state.asleep ? 1 : 0);
 }
 
 bool Finite(const BodyState& s) {
-  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(s.linear_velocity) && IsFinite(s.angular_velocity);
+  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(s.linear_velocity) &&
+         IsFinite(s.angular_velocity) && IsFinite(s.angular_momentum) && std::isfinite(s.still_s);
 }
 
 }  // namespace
