@@ -34,4 +34,37 @@ inline constexpr int kManifoldPool = 512;
 // Products of inertia below this share of the trace are rounding, and the shape's own axes are the principal ones.
 inline constexpr double kSymmetryTolerance = 1e-6;
 
+// --- The step -----------------------------------------------------------------------------------------------------
+
+// Surfaces nearer than this are watched for contact even while they move apart, m. Smaller, and a resting point that
+// trembles comes and goes; larger, and more pairs are solved that never touch.
+inline constexpr float kSpeculative_m = 0.02f;
+
+// A pair whose points may come this near to each other in the step is solved; else its bodies fly free, m.
+inline constexpr float kTouchSoon_m = 0.001f;
+
+// A pair that moves against each other by more than this share of the smaller one's inner radius in a step is swept:
+// its nearest points of now say nothing of where it will meet. Larger, and a corner that passes by is felt; smaller,
+// and slow bodies pay for sweeps.
+inline constexpr float kFastShare = 0.25f;
+
+// A sweep ends this far before the surfaces meet, m: what floats resolve across a large shape.
+inline constexpr float kImpactDistance_m = 0.0005f;
+
+// The broad phase hears of a body when it leaves its bounds widened by this, m. Larger spares it work and finds more
+// pairs that are apart.
+inline constexpr float kBoundsMargin_m = 0.05f;
+inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
+
+// What no body in a world has a right to be: it is taken out before its numbers reach its neighbours. The speed is that
+// of a force of kAbsurdRate_hz times its mass in a second.
+inline constexpr float kAbsurdSpeed_m_s = 1e5f, kAbsurdSpin_rad_s = 1e5f, kAbsurdRate_hz = 1e3f;
+
+// For so long must all of an island have been slow before it sleeps, s. Shorter, and a ball at the top of its flight
+// hangs there; longer costs work.
+inline constexpr float kSleepAfter_s = 0.5f;
+
+// Algorithms and manifolds that Bullet keeps for overlap queries without going to the heap.
+inline constexpr int kQueryPool = 64;
+
 }  // namespace tessera::physics

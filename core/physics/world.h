@@ -26,6 +26,7 @@ struct Settings {
   Vec3d gravity_m_s2{0, -9.81, 0};
   int solver_iterations = 10;
   int substeps = 0;  // of every island that is solved; 0: as many as each needs
+  bool sleep = true;  // bodies that are still fall asleep
 };
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
@@ -95,6 +96,9 @@ class World {
   // does not depend on how the world was built.
   std::span<const Contact> contacts() const;
   std::span<const PairEvent> events() const;
+  // Bodies that came to be non-finite, or absurdly fast, in the last step: they take no part any more, and wait to be
+  // removed. Ascending only by chance.
+  std::span<const BodyId> isolated() const;
 
   // --- Queries.
   std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle

@@ -1,0 +1,104 @@
+// What a step tells: contacts with their impulses, and which pairs began or ceased to touch.
+#include <algorithm>
+#include <tuple>
+
+#include "core/physics/tuning.h"
+#include "core/physics/world_impl.h"
+
+namespace tessera::physics {
+namespace {
+
+// The points of a pair, gathered.
+class PairSum {
+ public:
+  explicit PairSum(const Pair& pair) : pair_(pair) {
+    for (const Manifold& manifold : pair.manifolds) Add(manifold);
+  }
+
+  Contact Told() const {
+    Contact contact;
+    contact.body_a = pair_.low->id();
+    contact.body_b = pair_.high->id();
+    contact.point = pair_.low->placement().position + Vec3d(points_ / static_cast<float>(std::max(count_, 1)));
+    contact.normal = normal_;
+    contact.depth_m = depth_m_;
+    contact.impulse_on_b = impulse_;
+    contact.angular_impulse_on_a = pair_.low->dynamic() ? angular_a_ : Vec3f();
+    contact.angular_impulse_on_b = pair_.high->dynamic() ? angular_b_ : Vec3f();
+    return contact;
+  }
+
+ private:
+  void Add(const Manifold& manifold) {
+    Vec3f center_a, center_b;
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      const Vec3f impulse = manifold.normal * point.total_impulse;
+      impulse_ += impulse;
+      angular_a_ += Cross(point.r_a, -impulse);
+      angular_b_ += Cross(point.r_b, impulse);
+      points_ += point.r_a;
+      ++count_;
+      if (-point.separation_m > depth_m_) {
+        depth_m_ = -point.separation_m;
+        normal_ = manifold.normal;
+      }
+    }
+    impulse_ += manifold.total_friction;
+    angular_a_ += Cross(manifold.friction_r_a, -manifold.total_friction) - manifold.total_rolling;
+    angular_b_ += Cross(manifold.friction_r_b, manifold.total_friction) + manifold.total_rolling;
+  }
+
+  const Pair& pair_;
+  Vec3f points_, normal_, impulse_, angular_a_, angular_b_;
+  float depth_m_ = std::numeric_limits<float>::lowest();
+  int count_ = 0;
+};
+
+float Separation(const Pair& pair) {
+  float least = std::numeric_limits<float>::max();
+  for (const Manifold& manifold : pair.manifolds) {
+    for (int i = 0; i < manifold.count; ++i) {
+      least = std::min(least, manifold.points[static_cast<std::size_t>(i)].separation_m);
+    }
+  }
+  return least;
+}
+
+float ImpulseOf(const Pair& pair) {
+  float sum = 0;
+  for (const Manifold& manifold : pair.manifolds) {
+    for (int i = 0; i < manifold.count; ++i) sum += manifold.points[static_cast<std::size_t>(i)].total_impulse;
+  }
+  return sum;
+}
+
+}  // namespace
+
+// Points are where they were at the start of the step; what pushed in it touched, however far away it began.
+void World::Impl::ReportContacts() {
+  contacts.clear();
+  for (const Pair* pair : touching) {
+    if (pair->low != nullptr && pair->responds() && pair->live) contacts.push_back(PairSum(*pair).Told());
+  }
+}
+
+void World::Impl::ReportEvents() {
+  std::swap(events, ended);
+  ended.clear();
+  for (Pair* pair : pairs.active()) {
+    if (pair->low == nullptr || (pair->jointed && !pair->trigger)) continue;
+    const float separation = Separation(*pair);
+    const bool pushed = pair->responds() && pair->live && ImpulseOf(*pair) > 0;
+    const bool now = pair->crossed || pushed || separation <= (pair->touching ? kTouchEnd_m : kTouchBegin_m);
+    pair->crossed = false;
+    if (now == pair->touching) continue;
+    pair->touching = now;
+    events.push_back({pair->low->id(), pair->high->id(), pair->trigger, now});
+  }
+  std::sort(events.begin(), events.end(), [](const PairEvent& a, const PairEvent& b) {
+    return std::tie(a.body_a, a.body_b, a.begin) < std::tie(b.body_a, b.body_b, b.begin);
+  });
+}
+
+}  // namespace tessera::physics

@@ -1,0 +1,202 @@
+// The second half of a step: islands are weighed and solved, the rest flies.
+#include <algorithm>
+#include <cmath>
+
+#include "core/physics/motion/free_flight.h"
+#include "core/physics/motion/turn.h"
+#include "core/physics/tuning.h"
+#include "core/physics/world_impl.h"
+
+namespace tessera::physics {
+namespace {
+
+// Faster than this, rad a step, a body's inertia turns enough with it to be felt.
+constexpr float kGyroscopicTurn_rad = 1e-3f;
+
+float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
+  const auto velocity = [](const RigidBody& body, Vec3f r) {
+    if (!body.awake()) return Vec3f();
+    return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
+  };
+  return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
+}
+
+float MassRatio(const RigidBody& a, const RigidBody& b) {
+  const double ratio = a.mass_kg() / b.mass_kg();
+  return static_cast<float>(std::max(ratio, 1 / ratio));
+}
+
+}  // namespace
+
+// What an island's substeps are chosen by.
+void World::Impl::WeighIslands() {
+  const auto g = static_cast<float>(Length(settings.gravity_m_s2));
+  for (const Pair* pair : touching) {
+    if (!pair->responds()) continue;
+    const RigidBody &low = *pair->low, &high = *pair->high;
+    Island& island = islands.Of((low.awake() ? low : high).awake_index);
+    island.contacts += static_cast<int>(pair->manifolds.size());
+    if (!pair->live) continue;
+    island.solved = true;
+    const bool both = low.awake() && high.awake();
+    const auto lighter = static_cast<float>(both          ? std::min(low.mass_kg(), high.mass_kg())
+                                            : low.awake() ? low.mass_kg()
+                                                          : high.mass_kg());
+    if (both) island.mass_ratio = std::max(island.mass_ratio, MassRatio(low, high));
+    for (const Manifold& manifold : pair->manifolds) {
+      float impulse = 0;
+      for (int i = 0; i < manifold.count; ++i) {
+        const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+        impulse += point.total_impulse;
+        island.penetration_m = std::max(island.penetration_m, -point.separation_m);
+        island.impact_m_s = std::max(island.impact_m_s, Approach(*pair, manifold, point));
+      }
+      const float weight = lighter * g * static_cast<float>(dt_s);
+      if (weight > 0) island.load_ratio = std::max(island.load_ratio, impulse / weight);
+    }
+  }
+  for (const Joint* joint : awake_joints) {
+    const RigidBody& body = joint->a->awake() ? *joint->a : *joint->b;
+    Island& island = islands.Of(body.awake_index);
+    island.solved = true;
+    ++island.joints;
+    if (joint->b != nullptr && joint->a->dynamic() && joint->b->dynamic()) {
+      island.mass_ratio = std::max(island.mass_ratio, MassRatio(*joint->a, *joint->b));
+    }
+  }
+}
+
+void World::Impl::FillBatches() {
+  ChooseSubsteps();
+  for (Batch& batch : batches) {
+    batch.bodies.clear();
+    batch.of.clear();
+    batch.contacts.clear();
+    batch.joints.clear();
+  }
+  for (RigidBody* body : awake) {
+    const Island& island = islands.Of(body->awake_index);
+    if (!island.solved) continue;
+    Batch& batch = batches[static_cast<std::size_t>(island.batch)];
+    body->solver_index = static_cast<std::uint32_t>(batch.bodies.size());
+    const double mass = body->mass_kg();
+    const BodyState& state = body->state();
+    const auto kept = static_cast<float>(body->linear_damping().kept());
+    const auto kept_spin = static_cast<float>(body->angular_damping().kept());
+    SolverBody in;
+    in.velocity = state.linear_velocity * kept;
+    in.angular_velocity = state.angular_velocity * kept_spin;
+    in.acceleration = Vec3f(body->gravity_m_s2() + body->force_n / mass);
+    if (body->torque_nm != Vec3d()) {
+      in.angular_acceleration =
+          AngularVelocityOf(body->inertia(), body->placement().orientation, Vec3f(body->torque_nm));
+    }
+    in.mass_kg = static_cast<float>(mass);
+    in.inertia_kg_m2 = Vec3f(body->inertia());
+    in.rotation = body->placement().rotation;
+    batch.bodies.push_back(in);
+    batch.of.push_back(body);
+  }
+  FillContacts();
+  FillJoints();
+}
+
+// A body that sleeps beside what is awake, and would wake if that came upon it, stands as firm as a static one.
+void World::Impl::FillContacts() {
+  const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
+  for (Pair* pair : touching) {
+    if (!pair->responds()) continue;
+    const RigidBody& one = pair->low->awake() ? *pair->low : *pair->high;
+    const Island& island = islands.Of(one.awake_index);
+    if (!island.solved) continue;
+    Batch& batch = batches[static_cast<std::size_t>(island.batch)];
+    for (Manifold& manifold : pair->manifolds) {
+      batch.contacts.push_back({index(*pair->low), index(*pair->high), &manifold, pair->material});
+    }
+  }
+}
+
+void World::Impl::FillJoints() {
+  joint_rows.resize(awake_joints.size());
+  const Placement world;
+  for (std::size_t i = 0; i < awake_joints.size(); ++i) {
+    Joint& joint = *awake_joints[i];
+    const RigidBody& one = joint.a->awake() ? *joint.a : *joint.b;
+    Batch& batch = batches[static_cast<std::size_t>(islands.Of(one.awake_index).batch)];
+    const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
+    JointConstraint constraint{
+        .a = kStatic, .b = kStatic, .rows = &joint_rows[i], .impulses = joint.model.impulses.data()};
+    if (joint.b != nullptr) {
+      joint.model.MakeRows(joint.a->placement(), joint.b->placement(), &joint_rows[i]);
+      constraint.a = index(*joint.a);
+      constraint.b = index(*joint.b);
+    } else {
+      joint.model.MakeRows(world, joint.a->placement(), &joint_rows[i]);
+      constraint.b = index(*joint.a);
+    }
+    batch.joints.push_back(constraint);
+  }
+}
+
+void World::Impl::FlyFree() {
+  motions.resize(awake.size());
+  for (RigidBody* body : awake) {
+    if (islands.Of(body->awake_index).solved) continue;
+    const BodyState& state = body->state();
+    const Vec3d a = body->gravity_m_s2() + body->force_n / body->mass_kg();
+    FlightState flight{body->placement().position, body->placement().orientation, state.linear_velocity,
+                       state.angular_momentum};
+    const Damping &damping = body->linear_damping(), &spin_damping = body->angular_damping();
+    if (!spin_damping.none()) flight.angular_momentum *= static_cast<float>(spin_damping.kept());
+    Fly(body->inertia(), a, body->torque_nm, dt_s, &flight);
+    if (!damping.none()) {
+      const Vec3d v(state.linear_velocity);
+      flight.position = body->placement().position + v * damping.slid_s() + a * damping.fallen_s2();
+      flight.velocity = Vec3f(v * damping.kept() + a * damping.slid_s());
+    }
+    motions[body->awake_index] = {flight.position, flight.orientation, flight.velocity, flight.angular_momentum,
+                                  state.angular_velocity * static_cast<float>(dt_s)};
+  }
+}
+
+void World::Impl::SolveBatches() {
+  for (Batch& batch : batches) {
+    if (batch.bodies.empty()) continue;
+    solver.Solve({.bodies = batch.bodies,
+                  .contacts = batch.contacts,
+                  .joints = batch.joints,
+                  .substeps = batch.substeps,
+                  .dt_s = static_cast<float>(dt_s)});
+  }
+  ReadBatches();
+}
+
+// The solver holds inertia as it lay at the start of the step. What turns with the body meanwhile is made good here: of
+// the turn, the part that a constant angular velocity made is replaced by free rotation.
+void World::Impl::ReadBatches() {
+  const auto dt = static_cast<float>(dt_s);
+  for (const Batch& batch : batches) {
+    for (std::size_t i = 0; i < batch.bodies.size(); ++i) {
+      const SolverBody& out = batch.bodies[i];
+      const RigidBody& body = *batch.of[i];
+      const Placement& from = body.placement();
+      const Vec3f momentum = body.state().angular_momentum * static_cast<float>(body.angular_damping().kept());
+      const Vec3f start = body.state().angular_velocity * static_cast<float>(body.angular_damping().kept());
+      Motion& motion = motions[body.awake_index];
+      motion.position = from.position + Vec3d(out.moved_m);
+      motion.velocity = out.velocity;
+      motion.angular_momentum = momentum + out.angular_impulse_nms;
+      motion.turned_rad = out.turned_rad;
+      const Vec3f mean = (start + out.angular_velocity) * 0.5f;
+      if (body.round() || Length(mean) * dt < kGyroscopicTurn_rad) {
+        motion.orientation = Turned(from.orientation, Vec3d(out.turned_rad));
+        continue;
+      }
+      FlightState flight{{}, from.orientation, {}, momentum + out.angular_impulse_nms * 0.5f};
+      Fly(body.inertia(), {}, {}, dt_s, &flight);
+      motion.orientation = Turned(flight.orientation, Vec3d(out.turned_rad - mean * dt));
+    }
+  }
+}
+
+}  // namespace tessera::physics

@@ -1,0 +1,131 @@
+// The end of a step: nothing passes through anything unseen, bodies move, and what is still falls asleep.
+#include <algorithm>
+#include <cmath>
+
+#include "core/physics/motion/turn.h"
+#include "core/physics/tuning.h"
+#include "core/physics/world_impl.h"
+
+namespace tessera::physics {
+namespace {
+
+bool IsFinite(const World::Impl::Motion& motion) {
+  using tessera::IsFinite;
+  return IsFinite(motion.position) && IsFinite(motion.orientation) && IsFinite(motion.velocity) &&
+         IsFinite(motion.angular_momentum);
+}
+
+}  // namespace
+
+Way World::Impl::WayOf(const RigidBody& body) const {
+  const Placement& from = body.placement();
+  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, from.orientation};
+  const Motion& motion = motions[body.awake_index];
+  return {body.geometry(), from.position, motion.position, from.orientation, motion.orientation};
+}
+
+// Contacts were found along the way that each body was expected to take. One that was knocked off it by more than its
+// own size is followed along the way it took, and stopped where it meets something; the next step finds the contact
+// there.
+void World::Impl::Sweep() {
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    const RigidBody& body = *awake[i];
+    const Motion& motion = motions[i];
+    const float moved = Length(Vec3f(motion.position - body.placement().position)) +
+                        std::min(2.0f, Length(motion.turned_rad)) * body.geometry().outer_radius_m;
+    if (moved > kFastShare * body.geometry().inner_radius_m && moved > kSpeculative_m) SweepBody(i);
+  }
+}
+
+void World::Impl::SweepBody(std::uint32_t index) {
+  RigidBody& body = *awake[index];
+  Motion& motion = motions[index];
+  const Way way = WayOf(body);
+  const float outer = body.geometry().outer_radius_m;
+  const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};
+  const Bounds swept{Vec3f{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - around,
+                     Vec3f{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + around};
+  if (!body.fat.Contains(swept)) {
+    candidates.clear();
+    broad_phase.Overlapping(swept, &candidates);
+    for (RigidBody* other : candidates) {
+      if (other == &body || pairs.Find(body, *other) != nullptr) continue;
+      pairs.Begin(body, *other);
+      pairs.Find(body, *other)->jointed = Jointed(body, *other);
+    }
+  }
+  double first = 1;
+  for (Pair* pair : body.pairs) {
+    if (pair->jointed && !pair->trigger) continue;
+    if (!pair->trigger && !pair->manifolds.empty()) continue;  // it was solved
+    const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
+    if (!impact) continue;
+    if (pair->trigger) {
+      pair->crossed = true;
+    } else {
+      first = std::min(first, impact->fraction);
+    }
+  }
+  if (first < 1) stopped.emplace_back(index, first);
+}
+
+void World::Impl::MoveBodies() {
+  for (const auto& [index, fraction] : stopped) {
+    Motion& motion = motions[index];
+    const Placement& from = awake[index]->placement();
+    motion.position = from.position + (motion.position - from.position) * fraction;
+    motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * fraction);
+  }
+  stopped.clear();
+  bool failed = false;
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (!IsFinite(motions[i])) islands.Of(i).failed = failed = true;
+  }
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    RigidBody& body = *awake[i];
+    body.force_n = body.torque_nm = {};
+    const Motion& motion = motions[i];
+    if (islands.Of(i).failed) continue;
+    body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
+  }
+  if (failed) IsolateFailed();
+}
+
+// What cannot happen while what comes in is sane. An island that fails stays where it was for a tick, and loses its
+// fastest body: one a step, until what is left can be solved.
+void World::Impl::IsolateFailed() {
+  std::vector<RigidBody*> worst(islands.all().size(), nullptr);
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (!islands.Of(i).failed) continue;
+    RigidBody*& candidate = worst[islands.IndexOf(i)];
+    const auto speed = [](const RigidBody& body) { return Length(body.state().linear_velocity); };
+    if (candidate == nullptr || speed(*awake[i]) > speed(*candidate) ||
+        (speed(*awake[i]) == speed(*candidate) && awake[i]->id() < candidate->id())) {
+      candidate = awake[i];
+    }
+  }
+  for (RigidBody* body : worst) {
+    if (body != nullptr) Isolate(*body);
+  }
+}
+
+void World::Impl::FallAsleep() {
+  for (RigidBody* body : awake) {
+    const BodyState& state = body->state();
+    const bool still = body->may_sleep() && settings.sleep && Length(state.linear_velocity) < kSleepLinear_m_s &&
+                       Length(state.angular_velocity) < kSleepAngular_rad_s;
+    const float still_s = still ? state.still_s + static_cast<float>(dt_s) : 0.0f;
+    body->SetStill(still_s);
+    if (still_s < kSleepAfter_s) islands.Of(body->awake_index).sleepy = false;
+  }
+  candidates.clear();
+  for (RigidBody* body : awake) {
+    if (islands.Of(body->awake_index).sleepy) candidates.push_back(body);
+  }
+  for (RigidBody* body : candidates) {
+    UnlistAwake(*body);
+    body->FallAsleep();
+  }
+}
+
+}  // namespace tessera::physics

@@ -1,0 +1,130 @@
+// The inside of a World: its bodies, and a step as a chain of passes over them.
+//
+//   refresh bounds -> find pairs -> collide (and wake) -> islands -> solve or fly -> sweep -> move -> sleep -> report
+#pragma once
+
+#include <absl/container/flat_hash_map.h>
+
+#include <array>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "core/physics/broad_phase.h"
+#include "core/physics/islands.h"
+#include "core/physics/motion/sweep.h"
+#include "core/physics/pair_table.h"
+#include "core/physics/rigid_body.h"
+#include "core/physics/solve/joint_model.h"
+#include "core/physics/solve/solver.h"
+#include "core/physics/solve/substeps.h"
+#include "core/physics/world.h"
+
+namespace tessera::physics {
+
+struct Joint {
+  JointId id;
+  RigidBody *a = nullptr, *b = nullptr;  // b is null for one to the world, whose part the model takes as its body a
+  bool bodies_collide = false;
+  JointModel model;
+  std::uint64_t step = 0;  // in which it was last listed
+};
+
+struct World::Impl {
+  explicit Impl(const Settings& settings);
+  ~Impl();
+
+  RigidBody& At(BodyId id) const;
+
+  // --- Bodies (world_bodies.cpp).
+  void Add(const BodyDef& def, const BodyState& state);
+  void Remove(BodyId id);
+  void AddJoint(const JointDef& def);
+  void RemoveJoint(JointId id);
+  void SetState(RigidBody& body, const BodyState& state);
+  // Wakes a body and what is jointed to it.
+  void Wake(RigidBody& body);
+  void WakeTouching(RigidBody& body);
+  void ForbidContacts(RigidBody& a, RigidBody& b);
+  bool Jointed(const RigidBody& a, const RigidBody& b) const;
+  void ListAwake(RigidBody& body);
+  void UnlistAwake(RigidBody& body);
+  Bounds TightBounds(const RigidBody& body) const;
+  void SetReach(RigidBody& body, const Bounds& reach);
+  // What queries see.
+  btCollisionWorld& Shown();
+
+  // --- The passes of a step (step_*.cpp).
+  void Step(double dt_s);
+  void DropAbsurd();
+  void FindPairs();
+  void CollidePairs();
+  void CollidePair(Pair& pair);
+  void CollideFast(Pair& pair);
+  void WakeTouched();
+  void BuildIslands();
+  void WeighIslands();
+  void ListJoints();
+  void FillBatches();
+  void FillContacts();
+  void FillJoints();
+  void FlyFree();
+  void SolveBatches();
+  void ReadBatches();
+  void Sweep();
+  void SweepBody(std::uint32_t index);
+  void MoveBodies();
+  void FallAsleep();
+  void ReportContacts();
+  void ReportEvents();
+  void Isolate(RigidBody& body);
+  void IsolateFailed();
+  void ChooseSubsteps();
+
+  // Where a body will be at the end of the step.
+  struct Motion {
+    Vec3d position;
+    Quatd orientation;
+    Vec3f velocity, angular_momentum;
+    Vec3f turned_rad;
+  };
+  Way WayOf(const RigidBody& body) const;
+  Way PredictedWay(const RigidBody& body) const;
+
+  struct Batch {
+    int substeps = 0;
+    std::vector<SolverBody> bodies;
+    std::vector<RigidBody*> of;
+    std::vector<ContactConstraint> contacts;
+    std::vector<JointConstraint> joints;
+  };
+
+  Settings settings;
+  ShapeCache shapes;
+  BroadPhase broad_phase;
+  PairTable pairs;
+  Solver solver;
+  Islands islands;
+  absl::flat_hash_map<BodyId, std::unique_ptr<RigidBody>> bodies;
+  std::map<JointId, Joint> joints;
+  std::uint64_t next_serial = 1;
+
+  // Of the step.
+  double dt_s = 0;
+  std::uint64_t step = 0;
+  std::vector<RigidBody*> awake;     // dynamic and awake, in no order
+  std::vector<Pair*> touching;       // with manifolds, ascending by ids
+  std::vector<RigidBody*> touched;   // sleepers that something awake came upon
+  std::vector<Joint*> awake_joints;  // ascending by id
+  std::vector<JointRows> joint_rows;
+  std::array<Batch, kSubstepLevels> batches;
+  std::vector<Motion> motions;                            // by awake_index
+  std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
+  std::vector<RigidBody*> candidates;
+
+  std::vector<Contact> contacts;
+  std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
+  std::vector<BodyId> isolated;
+};
+
+}  // namespace tessera::physics

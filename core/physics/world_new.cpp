@@ -1,0 +1,124 @@
+#include "core/physics/world.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/physics/bullet_math.h"
+#include "core/physics/queries.h"
+#include "core/physics/world_impl.h"
+
+namespace tessera::physics {
+
+World::World(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
+World::~World() = default;
+
+// --- What is in it
+// ---------------------------------------------------------------------------------------------------------
+
+void World::Add(const BodyDef& def, const BodyState& state) {
+  assert(def.id != BodyId() && !Has(def.id));
+  impl_->Add(def, state);
+}
+
+void World::Remove(BodyId id) { impl_->Remove(id); }
+bool World::Has(BodyId id) const { return impl_->bodies.contains(id); }
+std::size_t World::size() const { return impl_->bodies.size(); }
+
+void World::AddJoint(const JointDef& def) {
+  assert(def.id != JointId() && !HasJoint(def.id));
+  impl_->AddJoint(def);
+}
+
+void World::RemoveJoint(JointId id) { impl_->RemoveJoint(id); }
+bool World::HasJoint(JointId id) const { return impl_->joints.contains(id); }
+
+// --- State in and out
+// --------------------------------------------------------------------------------------------------------
+
+BodyState World::StateOf(BodyId id) const { return impl_->At(id).state(); }
+void World::SetState(BodyId id, const BodyState& state) { impl_->SetState(impl_->At(id), state); }
+void World::Wake(BodyId id) { impl_->Wake(impl_->At(id)); }
+
+Aabb World::BoundsOf(BodyId id) const {
+  const Bounds bounds = impl_->TightBounds(impl_->At(id));
+  return {impl_->settings.origin + Vec3d(bounds.min), impl_->settings.origin + Vec3d(bounds.max)};
+}
+
+double World::MassOf(BodyId id) const { return impl_->At(id).mass_kg(); }
+Vec3d World::InertiaOf(BodyId id) const { return impl_->At(id).inertia(); }
+
+// --- Forces
+// ------------------------------------------------------------------------------------------------------------------
+
+void World::ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm) {
+  RigidBody& body = impl_->At(id);
+  if (!body.dynamic() || body.isolated || (force_n == Vec3f() && torque_nm == Vec3f())) return;
+  impl_->Wake(body);
+  body.force_n += Vec3d(force_n);
+  body.torque_nm += Vec3d(torque_nm);
+}
+
+void World::ApplyImpulse(BodyId id, Vec3f impulse_ns, Vec3f angular_impulse_nms) {
+  RigidBody& body = impl_->At(id);
+  if (!body.dynamic() || body.isolated || (impulse_ns == Vec3f() && angular_impulse_nms == Vec3f())) return;
+  impl_->Wake(body);
+  body.SetMotion(body.state().linear_velocity + impulse_ns / static_cast<float>(body.mass_kg()),
+                 body.state().angular_momentum + angular_impulse_nms);
+}
+
+// --- Time
+// --------------------------------------------------------------------------------------------------------------------
+
+void World::Step(double dt_s) {
+  assert(dt_s > 0);
+  impl_->Step(dt_s);
+}
+
+void World::Impl::Step(double dt) {
+  contacts.clear();
+  isolated.clear();
+  touching.clear();
+  if (awake.empty() && ended.empty()) {
+    events.clear();
+    return;
+  }
+  dt_s = dt;
+  ++step;
+  DropAbsurd();
+  FindPairs();
+  CollidePairs();
+  BuildIslands();
+  motions.resize(awake.size());
+  FlyFree();
+  FillBatches();
+  SolveBatches();
+  Sweep();
+  MoveBodies();
+  FallAsleep();
+  ReportContacts();
+  ReportEvents();
+}
+
+std::span<const Contact> World::contacts() const { return impl_->contacts; }
+std::span<const PairEvent> World::events() const { return impl_->events; }
+std::span<const BodyId> World::isolated() const { return impl_->isolated; }
+
+// --- Queries
+// -----------------------------------------------------------------------------------------------------------------
+
+std::optional<RayHit> World::CastRay(Vec3d from, Vec3d to) const {
+  return physics::CastRay(impl_->Shown(), impl_->settings.origin, from, to);
+}
+std::vector<BodyId> World::Overlapping(const Shape& convex, const Pose& pose) const {
+  return OverlappingShape(impl_->Shown(), impl_->settings.origin, convex, pose);
+}
+std::vector<BodyId> World::Overlapping(const Aabb& box) const {
+  return OverlappingBox(impl_->Shown(), impl_->settings.origin, box);
+}
+
+std::size_t World::asleep_count() const {
+  const auto asleep = [](const auto& entry) { return entry.second->dynamic() && !entry.second->awake(); };
+  return static_cast<std::size_t>(std::count_if(impl_->bodies.begin(), impl_->bodies.end(), asleep));
+}
+
+}  // namespace tessera::physics
