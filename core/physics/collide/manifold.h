@@ -28,6 +28,7 @@ struct Manifold {
   std::uint32_t key = 0;     // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
   Vec3f friction_impulse;    // N s on b, last substep: what the next step starts with
   Vec3f rolling_impulse;     // N m s on b, rolling and twist, last substep
+  Vec3f friction_r_a, friction_r_b;  // from each centre of mass to where the solver let friction act, m
   Vec3f total_friction;      // summed over the last step, N s on b
   Vec3f total_rolling;       // N m s on b
 };
