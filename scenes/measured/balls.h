@@ -30,8 +30,8 @@ inline constexpr int kPileBalls = 216;
 inline constexpr double kPileRadius_m = 0.1;
 Scene BallPile(bool elastic, std::uint64_t seed = 1);
 
-// Newton's cradle: balls that touch (r .5, 1 kg) hang by ball joints on massless-looking capsules 4 m up; the first one
-// is lifted by 30 degrees. Restitution 1.
+// Newton's cradle: balls that touch (r .5, 1 kg), each on a hinge 4 m above it; the first is lifted by 30 degrees.
+// Restitution 1.
 struct Cradle {
   Scene scene;
   BodyId first_ball, last_ball;

@@ -13,7 +13,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/world/scene.h"
@@ -65,14 +67,18 @@ class Builder {
     joint.kind = std::move(kind);
     return joint;
   }
-  // A ball joint at a place in world space, between bodies as they stand.
-  JointDef& PointAt(BodyId a, BodyId b, Vec3d place);
+  // Between bodies as they stand, about a frame in world space.
+  template <class Kind>
+  JointDef& JointAt(BodyId a, BodyId b, const Pose& world, Kind kind) {
+    return Joint(a, b, LocalTo(a, world), LocalTo(b, world), std::move(kind));
+  }
 
   void Gravity(double down_m_s2) { scene_.gravity_m_s2 = {0, -down_m_s2, 0}; }
   const Scene& scene() const { return scene_; }
   Scene Take();  // with bounds that hold all bodies
 
  private:
+  Pose LocalTo(BodyId body, const Pose& world) const;
   BodyDef& NewBody(ShapePtr shape, Vec3d position, Material material);
   JointDef& NewJoint(BodyId a, BodyId b, Pose frame_a, Pose frame_b);
 
@@ -84,9 +90,8 @@ const BodyDef& BodyOf(const Scene& scene, BodyId id);
 void AllowSleep(Scene& scene, bool allowed);
 // Moves everything, static bodies and world frames of joints too.
 void Shift(Scene& scene, Vec3d by);
-// Its mass properties are for who builds by density: kg of a shape filled with `density_kg_m3`; boxes, balls, capsules
-// and cylinders.
-double MassAt(const Shape& shape, double density_kg_m3);
+// Sets a body's velocities to those of a turn at `rate_rad_s` about `center`.
+void TurnAbout(BodyDef& body, Vec3d center, Vec3d rate_rad_s);
 
 // --- Implementation
 

@@ -41,10 +41,11 @@ SpringMass MassOnSpring(double frequency_hz, double amplitude_m = 0.1);
 // A bar on a hinge with a motor that turns it at `rate_rad_s`.
 Scene HingeMotor(double rate_rad_s = 3);
 
-// `count` figures of eleven bodies that fall on the ground in a heap.
+// `count` figures of ten bodies that fall on the ground in a heap.
 Scene Ragdolls(int count);
 
-// Where joint i of the scene has come apart: the distance of its two anchors, m.
-double GapOf(const Scene& scene, const JointDef& joint, const std::vector<BodyState>& states);
+// How far a joint has come apart: the distance of its two anchors, m. Of boxes, balls, capsules and cylinders, whose
+// centre of mass is their shape's origin; `b` is null for the world.
+double GapOf(const JointDef& joint, const BodyState& a, const BodyState* b);
 
 }  // namespace tessera::scenes

@@ -7,15 +7,19 @@
 
 namespace tessera::scenes {
 
-// Scene 8: a round tower of 6 floors on 8 pairs of uprights; 102 blocks of one size.
+// Scene 8: a long house of 6 floors; each 8 sleepers side by side, with 9 planks along its sides upon them. 102 blocks
+// of 10 kg; the last body is on the topmost floor.
 inline constexpr int kKaplaFloors = 6, kKaplaBase = 8;
+inline constexpr double kKaplaLayer_m = 0.1;  // two to a floor
 Scene KaplaTower();
-double KaplaHeight_m();  // top of the highest block
 
-// 5 storeys of leaning cards (2 cm x 40 cm x 20 cm); 40 of them.
+// 5 storeys of leaning cards (1 cm x 40 cm x 20 cm), with shorter ones lying between the storeys; 40 in all.
 Scene CardHouse();
+inline constexpr int kCards = 40;
 
-// An arch of 16 wedges over 12 m, with a load of four bars.
+// A parabolic arch of 17 wedges over 12 m, 6 m high, that bears four bars on its keystone. The wedges come first, from
+// one foot to the other.
+inline constexpr int kArchWedges = 17, kArchBars = 4;
 Scene Arch();
 
 // 181 tiles in a ring that closes on itself as a spiral; the first is pushed over. Tile i is body i + 2.
