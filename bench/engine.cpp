@@ -1,0 +1,78 @@
+#include "bench/engine.h"
+
+#include <ctime>
+
+#include "bench/engine_parts.h"
+
+namespace tessera::bench {
+
+bool EngineBuilt(EngineKind kind) {
+  switch (kind) {
+    case EngineKind::kTessera:
+    case EngineKind::kBullet:
+      return true;
+    case EngineKind::kOde:
+#ifdef TESSERA_BENCH_ODE
+      return true;
+#else
+      return false;
+#endif
+    case EngineKind::kMujoco:
+#ifdef TESSERA_BENCH_MUJOCO
+      return true;
+#else
+      return false;
+#endif
+  }
+  return false;
+}
+
+std::string_view EngineName(EngineKind kind) {
+  switch (kind) {
+    case EngineKind::kTessera:
+      return "tessera";
+    case EngineKind::kBullet:
+      return "bullet";
+    case EngineKind::kOde:
+      return "ode";
+    case EngineKind::kMujoco:
+      return "mujoco";
+  }
+  return "";
+}
+
+std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config) {
+  switch (kind) {
+    case EngineKind::kTessera:
+      return MakeTesseraEngine(config);
+    case EngineKind::kBullet:
+      return MakeBulletEngine(config);
+    case EngineKind::kOde:
+#ifdef TESSERA_BENCH_ODE
+      return MakeOdeEngine(config);
+#else
+      return nullptr;
+#endif
+    case EngineKind::kMujoco:
+#ifdef TESSERA_BENCH_MUJOCO
+      return MakeMujocoEngine(config);
+#else
+      return nullptr;
+#endif
+  }
+  return nullptr;
+}
+
+double ThreadCpuSeconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double TimedStep(Engine& engine, double dt_s) {
+  const double before = ThreadCpuSeconds();
+  engine.Step(dt_s);
+  return ThreadCpuSeconds() - before;
+}
+
+}  // namespace tessera::bench
