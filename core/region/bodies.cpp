@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "core/region/frame_check.h"
+#include "core/world/state_check.h"
 
 namespace tessera::region {
 namespace {

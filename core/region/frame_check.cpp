@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/region/settings.h"
 #include "core/world/limits.h"
+#include "core/world/state_check.h"
 
 namespace tessera::region {
 namespace {
@@ -18,17 +19,56 @@ absl::Status CheckKnown(BodyId id, const Catalog& catalog) {
   return catalog.Known(id) ? absl::OkStatus() : Bad(id, " is not a dynamic body of the scene");
 }
 
-absl::Status CheckState(BodyId id, const BodyState& state) {
-  return IsSane(state) ? absl::OkStatus() : Bad(id, ": state is not finite or beyond limits");
+// Of a player's body: what its owner made of an input, the scene's limits applied. Others are pushed by fields alone.
+absl::Status CheckPush(BodyId id, Vec3f force_n, Vec3f torque_nm, const Catalog& catalog) {
+  if (force_n == Vec3f() && torque_nm == Vec3f()) return absl::OkStatus();
+  if (!IsPlayerBody(id)) return Bad(id, " is pushed and is no player's");
+  if (absl::Status status = CheckForce(id, force_n, torque_nm); !status.ok()) return status;
+  const double most = catalog.scene().player->max_force_n * (1 + kUnitTolerance);
+  return Length(Vec3d(force_n)) <= most ? absl::OkStatus() : Bad(id, ": force_n is more than a player's");
 }
 
-absl::Status CheckControl(BodyId id, const PlayerControl& control) {
-  if (!IsFinite(control.force_n) || !IsFinite(control.torque_nm)) return Bad(id, ": input is not finite");
+absl::Status CheckImpulse(BodyId id, Vec3f impulse_ns) {
+  return IsSaneImpulse(impulse_ns) ? absl::OkStatus() : Bad(id, ": impulse is not finite or beyond limits");
+}
+
+absl::Status CheckAngularImpulse(BodyId id, Vec3f impulse_nms) {
+  return IsSaneAngularImpulse(impulse_nms) ? absl::OkStatus()
+                                           : Bad(id, ": angular impulse is not finite or beyond limits");
+}
+
+absl::Status CheckImpulses(const Frame& frame, const Catalog& catalog) {
+  std::pair<BodyId, BodyId> last;
+  for (const ImpulseRecord& record : frame.impulses) {
+    const BodyId own = record.own, other = record.other;
+    if (absl::Status status = CheckKnown(own, catalog); !status.ok()) return status;
+    if (absl::Status status = CheckKnown(other, catalog); !status.ok()) return status;
+    if (own == other) return Bad(own, " touches itself");
+    if (std::pair(own, other) <= last) return Bad(own, ": impulses do not ascend");
+    last = {own, other};
+    if (absl::Status status = CheckImpulse(own, record.impulse_on_own); !status.ok()) return status;
+    if (absl::Status status = CheckAngularImpulse(own, record.angular_on_own); !status.ok()) return status;
+    if (absl::Status status = CheckAngularImpulse(other, record.angular_on_other); !status.ok()) return status;
+  }
+  for (const LateCorrection& late : frame.late_corrections) {
+    if (absl::Status status = CheckImpulse(late.id, late.impulse_ns); !status.ok()) return status;
+    if (absl::Status status = CheckAngularImpulse(late.id, late.angular_nms); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckInput(BodyId id, const QueuedInput& input) {
+  if (!IsFinite(input.force_n)) return Bad(id, ": an input's force_n is not finite");
+  return IsFinite(input.torque_nm) ? absl::OkStatus() : Bad(id, ": an input's torque_nm is not finite");
+}
+
+absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
+  if (absl::Status push = CheckPush(id, control.force_n, control.torque_nm, catalog); !push.ok()) return push;
   if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
   std::uint32_t last = std::max(control.last_input, control.committed ? control.committed_number : 0);
   for (const QueuedInput& input : control.queue) {
     if (input.number <= last) return Bad(id, ": input numbers do not ascend");
-    if (!IsFinite(input.force_n) || !IsFinite(input.torque_nm)) return Bad(id, ": input is not finite");
+    if (absl::Status status = CheckInput(id, input); !status.ok()) return status;
     last = input.number;
   }
   return absl::OkStatus();
@@ -48,7 +88,7 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
   for (const GrantedBody& body : grant.bodies) {
     if (!std::binary_search(assembly.begin(), assembly.end(), body.id)) return Bad(body.id, " is not of the assembly");
   }
-  return CheckControl(grant.bodies[0].id, grant.control);
+  return CheckControl(grant.bodies[0].id, grant.control, catalog);
 }
 
 bool Shown(const Frame& frame, BodyId id) {
@@ -59,35 +99,14 @@ bool Shown(const Frame& frame, BodyId id) {
 
 }  // namespace
 
-bool IsSane(const BodyState& state) {
-  // Written so that a NaN fails.
-  const auto within = [](auto v, auto limit) {
-    return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-  };
-  return within(state.position, kMaxStatePosition_m) && within(state.linear_velocity, kMaxStateSpeed_m_s) &&
-         within(state.angular_velocity, kMaxStateAngularSpeed_rad_s) && IsFinite(state.angular_momentum) &&
-         std::isfinite(state.still_s) && state.still_s >= 0 &&
-         std::abs(Length(state.orientation) - 1) <= kUnitTolerance;
-}
-
 absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
   for (const GhostRecord& ghost : frame.ghosts) {
     if (absl::Status known = CheckKnown(ghost.id, catalog); !known.ok()) return known;
     if (absl::Status state = CheckState(ghost.id, ghost.state); !state.ok()) return state;
     if (ghost.epoch.value() == 0) return Bad(ghost.id, ": epoch 0");
-    if (!IsFinite(ghost.force_n) || !IsFinite(ghost.torque_nm)) return Bad(ghost.id, ": force is not finite");
+    if (absl::Status push = CheckPush(ghost.id, ghost.force_n, ghost.torque_nm, catalog); !push.ok()) return push;
   }
-  std::pair<BodyId, BodyId> last;
-  for (const ImpulseRecord& record : frame.impulses) {
-    if (absl::Status known = CheckKnown(record.own, catalog); !known.ok()) return known;
-    if (absl::Status known = CheckKnown(record.other, catalog); !known.ok()) return known;
-    if (record.own == record.other) return Bad(record.own, " touches itself");
-    if (std::pair(record.own, record.other) <= last) return Bad(record.own, ": impulses do not ascend");
-    last = {record.own, record.other};
-    if (!IsFinite(record.impulse_on_own) || !IsFinite(record.angular_on_own) || !IsFinite(record.angular_on_other)) {
-      return Bad(record.own, ": impulse is not finite");
-    }
-  }
+  if (absl::Status status = CheckImpulses(frame, catalog); !status.ok()) return status;
   std::vector<BodyId> granted;
   for (const Grant& grant : frame.grants) {
     if (absl::Status status = CheckGrant(grant, catalog); !status.ok()) return status;
@@ -99,14 +118,9 @@ absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
   std::sort(granted.begin(), granted.end());
   const auto twice = std::adjacent_find(granted.begin(), granted.end());
   if (twice != granted.end()) return Bad(*twice, " is granted twice");
-  for (const LateCorrection& late : frame.late_corrections) {
-    if (!IsFinite(late.impulse_ns) || !IsFinite(late.angular_nms)) return Bad(late.id, ": correction is not finite");
-  }
   for (const ForwardedInput& forwarded : frame.inputs) {
     if (!IsPlayerBody(forwarded.body)) return Bad(forwarded.body, " is no player's");
-    if (!IsFinite(forwarded.input.force_n) || !IsFinite(forwarded.input.torque_nm)) {
-      return Bad(forwarded.body, ": input is not finite");
-    }
+    if (absl::Status status = CheckInput(forwarded.body, forwarded.input); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

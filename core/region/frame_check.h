@@ -10,12 +10,8 @@
 
 namespace tessera::region {
 
-// Finite, a unit orientation, and within the limits of settings.h. The same rule holds for own bodies after a step and
-// for what neighbours show, so no honest frame is ever refused by it.
-bool IsSane(const BodyState& state);
-
-// INVALID_ARGUMENT naming the body: "body 7: state is not finite or beyond limits", "body 7 is not a dynamic body of
-// the scene".
+// INVALID_ARGUMENT naming the body and, of a number, the field: "body 7: linear_velocity.x must be a finite number, got
+// nan" (core/world/state_check.h), "body 7 is not a dynamic body of the scene".
 absl::Status CheckFrame(const Frame& frame, const Catalog& catalog);
 
 }  // namespace tessera::region

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
 #include "core/region/catalog.h"
 #include "core/region/frame_check.h"
 
@@ -94,9 +97,9 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 1, tick, sender, map version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{1, 0, 1, 1, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
-  EXPECT_FALSE(Decode(bytes, {}).ok());
+  // Format 2, tick, sender, map version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{2, 0, 1, 1, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 
 class FrameCheckTest : public ::testing::Test {
@@ -142,7 +145,9 @@ TEST_F(FrameCheckTest, RefusesUnknownAndStaticBodies) {
 TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
   for (const double bad : {std::nan(""), HUGE_VAL, 1e9}) {
     frame.ghosts[0].state.position.y = bad;
-    EXPECT_EQ(Error(), "body 4: state is not finite or beyond limits");
+    EXPECT_EQ(Error(), std::isfinite(bad) ? "body 4: position.y must be -1e+08 to 1e+08, got 1e+09"
+                       : std::isnan(bad)  ? "body 4: position.y must be a finite number, got nan"
+                                          : "body 4: position.y must be a finite number, got inf");
   }
   frame.ghosts[0].state = State(1);
   frame.ghosts[0].state.orientation = {0, 0, 0, 0};
@@ -157,7 +162,66 @@ TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
   }
   frame.ghosts[0].state = State(1);
   frame.grants[0].bodies[1].state.linear_velocity.x = 2e6F;
-  EXPECT_EQ(Error(), "body 3: state is not finite or beyond limits");
+  EXPECT_EQ(Error(), "body 3: linear_velocity.x must be -1e+06 to 1e+06, got 2e+06");
+}
+
+// Whatever number of a body's state is absurd, that body and that number are named.
+TEST_F(FrameCheckTest, NamesEveryNumberOfAStateThatIsAbsurd) {
+  const auto errors = [this](const std::string& field, auto&& number_of) {
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e30, -1e30}) {
+      for (const bool granted : {false, true}) {
+        frame.ghosts[0].state = frame.grants[0].bodies[1].state = State(1);
+        BodyState& state = granted ? frame.grants[0].bodies[1].state : frame.ghosts[0].state;
+        auto& number = number_of(state);
+        number = static_cast<std::remove_reference_t<decltype(number)>>(bad);
+        const std::string start = std::string(granted ? "body 3: " : "body 4: ") + field + " must be ";
+        EXPECT_EQ(Error().substr(0, start.size()), start) << bad;
+      }
+    }
+  };
+  errors("position.x", [](BodyState& s) -> double& { return s.position.x; });
+  errors("position.z", [](BodyState& s) -> double& { return s.position.z; });
+  errors("orientation", [](BodyState& s) -> double& { return s.orientation.x; });
+  errors("orientation", [](BodyState& s) -> double& { return s.orientation.w; });
+  errors("linear_velocity.y", [](BodyState& s) -> float& { return s.linear_velocity.y; });
+  errors("angular_velocity.z", [](BodyState& s) -> float& { return s.angular_velocity.z; });
+  errors("angular_momentum.x", [](BodyState& s) -> float& { return s.angular_momentum.x; });
+  frame.ghosts[0].state = frame.grants[0].bodies[1].state = State(1);
+  frame.ghosts[0].state.still_s = std::nanf("");
+  EXPECT_EQ(Error(), "body 4: still_s must be a finite number, got nan");
+}
+
+TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {
+  frame.ghosts[0].force_n = {0, 1, 0};
+  EXPECT_EQ(Error(), "body 4 is pushed and is no player's");
+  frame.ghosts.clear();
+
+  Scene scene = catalog->scene();
+  scene.player.emplace().max_force_n = 100;
+  catalog = std::make_unique<Catalog>(std::make_shared<const Scene>(scene));
+  const BodyId player = PlayerBodyId(PlayerNumber(1));
+  GhostRecord ghost{player, Epoch(1), State(1), {0, 100, 0}, {0, 50, 0}};
+  frame.ghosts = {ghost};
+  EXPECT_EQ(Error(), "");
+  frame.ghosts[0].force_n.y = 101;
+  EXPECT_EQ(Error(), absl::StrCat("body ", player.value(), ": force_n is more than a player's"));
+  frame.ghosts[0].force_n.y = std::nanf("");
+  EXPECT_EQ(Error(), absl::StrCat("body ", player.value(), ": force_n.y must be a finite number, got nan"));
+  frame.ghosts = {ghost};
+  frame.ghosts[0].torque_nm.z = 1e30F;
+  EXPECT_EQ(Error(), absl::StrCat("body ", player.value(), ": torque_nm.z must be -1e+15 to 1e+15, got 1e+30"));
+
+  frame.ghosts.clear();
+  Grant grant;
+  grant.bodies = {{player, Epoch(2), State(1)}};
+  grant.control.queue = {{1, {1e30F, 0, 0}, {}}};  // as asked for: its limits are applied when its tick comes
+  frame.grants = {grant};
+  EXPECT_EQ(Error(), "");
+  frame.grants[0].control.queue[0].torque_nm.x = std::nanf("");
+  EXPECT_EQ(Error(), absl::StrCat("body ", player.value(), ": an input's torque_nm is not finite"));
+  frame.grants[0].control.queue.clear();
+  frame.grants[0].control.force_n = {0, 0, 1e30F};
+  EXPECT_EQ(Error(), absl::StrCat("body ", player.value(), ": force_n.z must be -1e+15 to 1e+15, got 1e+30"));
 }
 
 TEST_F(FrameCheckTest, RefusesGrantsThatAreNotOneAssembly) {
@@ -177,10 +241,19 @@ TEST_F(FrameCheckTest, RefusesABodyGrantedTwiceOrAlsoShown) {
 
 TEST_F(FrameCheckTest, RefusesImpulsesThatAreNotFiniteOrNotInOrder) {
   frame.impulses[0].angular_on_own.z = std::nanf("");
-  EXPECT_EQ(Error(), "body 4: impulse is not finite");
+  EXPECT_EQ(Error(), "body 4: angular impulse is not finite or beyond limits");
   frame.impulses[0].angular_on_own.z = 0;
+  frame.impulses[0].impulse_on_own.x = 1e30F;
+  EXPECT_EQ(Error(), "body 4: impulse is not finite or beyond limits");
+  frame.impulses[0].impulse_on_own.x = 0;
+  frame.impulses[0].angular_on_other.x = 1e30F;
+  EXPECT_EQ(Error(), "body 5: angular impulse is not finite or beyond limits");
+  frame.impulses[0].angular_on_other.x = 0;
   frame.impulses.push_back(frame.impulses[0]);
   EXPECT_EQ(Error(), "body 4: impulses do not ascend");
+  frame.impulses.pop_back();
+  frame.late_corrections = {{BodyId(4), {0, 0, -1e30F}, {}}};
+  EXPECT_EQ(Error(), "body 4: impulse is not finite or beyond limits");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
 
 namespace tessera::region {
 namespace {
@@ -12,18 +13,26 @@ Vec3d Clamped(Vec3d v, double limit) {
   return length > limit ? v * (limit / length) : v;
 }
 
+// `push` less what it does along `motion` beyond a share that falls to 0 as `motion` grows to `most`.
+Vec3d Faded(Vec3d push, Vec3d motion, double most) {
+  const double speed = Length(motion);
+  if (speed <= 0) return push;
+  const Vec3d along = motion / speed;
+  const double pushing = Dot(push, along);
+  if (pushing <= 0) return push;
+  const double share = most > 0 ? std::max(0.0, 1 - speed / most) : 0.0;
+  return push - along * (pushing * (1 - share));
+}
+
 }  // namespace
 
 Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s) {
-  Vec3d force = Clamped(Vec3d(asked_n), rules.max_force_n);
-  const Vec3d velocity(velocity_m_s);
-  const double speed = Length(velocity);
-  if (speed <= 0) return Vec3f(force);
-  const Vec3d along = velocity / speed;
-  const double pushing = Dot(force, along);
-  if (pushing <= 0) return Vec3f(force);
-  const double share = rules.max_speed_m_s > 0 ? std::max(0.0, 1 - speed / rules.max_speed_m_s) : 0.0;
-  return Vec3f(force - along * (pushing * (1 - share)));
+  return Vec3f(Faded(Clamped(Vec3d(asked_n), rules.max_force_n), Vec3d(velocity_m_s), rules.max_speed_m_s));
+}
+
+Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s) {
+  const Vec3d torque = Clamped(Vec3d(asked_nm), std::min(rules.max_force_n * radius_m, kMaxForce));
+  return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), rules.max_speed_m_s / radius_m));
 }
 
 void Players::Spawn(PlayerNumber player) {
@@ -98,8 +107,7 @@ void Players::Commit(PlayerNumber player, const BodyState& state, double radius_
   control.committed = true;
   control.committed_number = input.number;
   control.force_n = LimitedForce(*scene_.player, input.force_n, state.linear_velocity);
-  // As much as the largest force does at the body's surface.
-  control.torque_nm = Vec3f(Clamped(Vec3d(input.torque_nm), scene_.player->max_force_n * radius_m));
+  control.torque_nm = LimitedTorque(*scene_.player, radius_m, input.torque_nm, state.angular_velocity);
 }
 
 void Players::Applied(PlayerNumber player) {

@@ -52,5 +52,8 @@ class Players {
 
 // Scaled down to `max_force_n`; then the part along the velocity fades to 0 as the body nears `max_speed_m_s` that way.
 Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s);
+// The same at the surface of a body of this radius: no more than the largest force does there, and none beyond the
+// speed at which the surface moves by `max_speed_m_s`. So a player cannot spin a body until it is taken out as absurd.
+Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s);
 
 }  // namespace tessera::region

@@ -22,10 +22,6 @@ struct Settings {
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
 // origins are exact in float.
 inline constexpr double kOriginGrid_m = 64;
-// What a state may hold at most. A body beyond is as good as lost (a float has steps of metres there): its owner takes
-// it out and reports it, and a frame that shows one is refused.
-inline constexpr double kMaxStatePosition_m = 1e8;
-inline constexpr float kMaxStateSpeed_m_s = 1e6F, kMaxStateAngularSpeed_rad_s = 1e6F;
 // Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.
 inline constexpr std::size_t kMaxQueuedInputs = 8;
 // A new owner may get a full queue with the grant and as many that reached the old owner just after it.

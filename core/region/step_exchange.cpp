@@ -4,8 +4,8 @@
 // later. So each share acts exactly once.
 #include <algorithm>
 
-#include "core/region/frame_check.h"
 #include "core/region/step.h"
+#include "core/world/state_check.h"
 
 namespace tessera::region {
 namespace {
@@ -30,9 +30,9 @@ const BodyState* Told(const std::vector<Frame>& frames, BodyId id) {
   return nullptr;
 }
 
-bool Finite(const physics::Contact& contact) {
-  return IsFinite(contact.impulse_on_b) && IsFinite(contact.angular_impulse_on_a) &&
-         IsFinite(contact.angular_impulse_on_b);
+bool Sane(const physics::Contact& contact) {
+  return IsSaneImpulse(contact.impulse_on_b) && IsSaneAngularImpulse(contact.angular_impulse_on_a) &&
+         IsSaneAngularImpulse(contact.angular_impulse_on_b);
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void RegionStep::NoteContacts() {
     const Ghost *ghost_a = bodies.FindGhost(a), *ghost_b = bodies.FindGhost(b);
     if ((ghost_a == nullptr) == (ghost_b == nullptr)) continue;
     const BodyId own = ghost_a == nullptr ? a : b;
-    if (!bodies.Owns(own) || !Finite(contact)) continue;
+    if (!bodies.Owns(own) || !Sane(contact)) continue;
     const Solution solution{
         a, b, own == a, contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
     const Ghost& ghost = own == a ? *ghost_b : *ghost_a;
@@ -73,7 +73,9 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
     const auto settle = [&](BodyId id, bool here, RegionId other_owner, const Kick& share) {
       const HandedOut* out = here ? FindHandedOut(id) : nullptr;
       if (out != nullptr && out->to != other_owner) {
-        outboxes_[NeighborIndex(out->to)].late_corrections.push_back({id, Vec3f(share.impulse), Vec3f(share.angular)});
+        const LateCorrection late{id, Vec3f(share.impulse), Vec3f(share.angular)};
+        if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
+        outboxes_[NeighborIndex(out->to)].late_corrections.push_back(late);
       } else if (bodies.world().Has(id) && !(between_others && bodies.Owns(id))) {
         kicks[id] += share;
       }

@@ -1,5 +1,7 @@
 #include "core/world/resolve_body.h"
 
+#include <cmath>
+
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
@@ -100,24 +102,9 @@ void BodyResolver::CheckStatic(const v1::Body& body) {
 }
 
 void BodyResolver::CheckDynamic(const v1::Body& body, BodyDef& def) {
-  faults_.Positive("mass", body.mass(), kMinMass_kg, kMaxMass_kg);
+  const bool mass = faults_.Positive("mass", body.mass(), kMinMass_kg, kMaxMass_kg);
   def.mass_kg = body.mass();
-  if (body.has_inertia()) {
-    // The smallest and largest of what limits.h lets be: a grain and a mountain.
-    constexpr double kMin = kMinMass_kg * kMinExtent_m * kMinExtent_m, kMax = kMaxMass_kg * kMaxExtent_m * kMaxExtent_m;
-    const Vec3d inertia = FromProto(body.inertia());
-    const bool x = faults_.Positive("inertia.x", inertia.x, kMin, kMax);
-    const bool y = faults_.Positive("inertia.y", inertia.y, kMin, kMax);
-    if (faults_.Positive("inertia.z", inertia.z, kMin, kMax) && x && y) {
-      // Principal moments are sums of two of three positive integrals, so none exceeds the sum of the others.
-      const double sum = inertia.x + inertia.y + inertia.z;
-      for (const double moment : {inertia.x, inertia.y, inertia.z}) {
-        if (moment <= (sum - moment) * (1 + kUnitTolerance)) continue;
-        faults_.Add(absl::StrCat("inertia is of no body: one moment, ", moment, ", exceeds the sum of the others"));
-      }
-    }
-    def.inertia_kg_m2 = inertia;
-  }
+  if (mass && body.has_inertia()) CheckInertia(body, def);
   if (faults_.Length("linear_velocity", body.linear_velocity(), kMaxSpeed_m_s)) {
     def.initial.linear_velocity = Vec3f(FromProto(body.linear_velocity()));
   }
@@ -129,10 +116,29 @@ void BodyResolver::CheckDynamic(const v1::Body& body, BodyDef& def) {
   def.linear_damping = body.linear_damping();
   def.angular_damping = body.angular_damping();
   if (body.has_gravity_scale()) {
-    faults_.Range("gravity_scale", body.gravity_scale(), -1000, 1000);
+    const double pull = std::abs(body.gravity_scale()) * gravity_m_s2_;
+    if (faults_.Range("gravity_scale", body.gravity_scale(), -1000, 1000) && pull > kMaxAcceleration_m_s2) {
+      faults_.Add(absl::StrCat("gravity_scale times gravity must be at most ", kMaxAcceleration_m_s2, ", got ", pull));
+    }
     def.gravity_scale = body.gravity_scale();
   }
   def.may_sleep = !body.never_sleeps();
+}
+
+void BodyResolver::CheckInertia(const v1::Body& body, BodyDef& def) {
+  const double low = def.mass_kg * kMinInertiaOfMass_m2, high = def.mass_kg * kMaxInertiaOfMass_m2;
+  const Vec3d inertia = FromProto(body.inertia());
+  const bool x = faults_.Positive("inertia.x", inertia.x, low, high);
+  const bool y = faults_.Positive("inertia.y", inertia.y, low, high);
+  if (faults_.Positive("inertia.z", inertia.z, low, high) && x && y) {
+    // Principal moments are sums of two of three positive integrals, so none exceeds the sum of the others.
+    const double sum = inertia.x + inertia.y + inertia.z;
+    for (const double moment : {inertia.x, inertia.y, inertia.z}) {
+      if (moment <= (sum - moment) * (1 + kUnitTolerance)) continue;
+      faults_.Add(absl::StrCat("inertia is of no body: one moment, ", moment, ", exceeds the sum of the others"));
+    }
+  }
+  def.inertia_kg_m2 = inertia;
 }
 
 }  // namespace tessera

@@ -18,7 +18,9 @@ inline constexpr std::uint64_t kMaxSceneBody = kFirstPlayerBody - 1;
 
 class BodyResolver {
  public:
-  BodyResolver(Faults& faults, const Aabb& bounds) : faults_(faults), bounds_(bounds), shapes_(faults) {}
+  // Of a scene with these bounds and this gravity.
+  BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2)
+      : faults_(faults), bounds_(bounds), gravity_m_s2_(Length(gravity_m_s2)), shapes_(faults) {}
 
   // Materials come before the bodies that name them.
   void AddMaterial(int index, const v1::Material& material);
@@ -30,9 +32,11 @@ class BodyResolver {
   BodyDef Common(const v1::Body& body);
   void CheckStatic(const v1::Body& body);
   void CheckDynamic(const v1::Body& body, BodyDef& def);
+  void CheckInertia(const v1::Body& body, BodyDef& def);
 
   Faults& faults_;
   Aabb bounds_;
+  double gravity_m_s2_;
   ShapeResolver shapes_;
   std::unordered_map<std::string, Material> materials_;
 };

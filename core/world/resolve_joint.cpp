@@ -1,6 +1,7 @@
 #include "core/world/resolve_joint.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
@@ -27,15 +28,17 @@ struct Parts {
     }
     return {in.lower(), in.upper()};
   }
-  Motor MotorOf(const std::string& field, const v1::Motor& in) {
-    faults.Range(field + ".target_velocity", in.target_velocity(), -kMaxSpeed_m_s, kMaxSpeed_m_s);
+  // `turns`: it is angular.
+  Motor MotorOf(const std::string& field, const v1::Motor& in, bool turns) {
+    const double fastest = turns ? kMaxAngularSpeed_rad_s : kMaxSpeed_m_s;
+    faults.Range(field + ".target_velocity", in.target_velocity(), -fastest, fastest);
     faults.NotNegative(field + ".max_force", in.max_force(), kMaxForce);
     return {in.target_velocity(), in.max_force()};
   }
-  Spring SpringOf(const std::string& field, const v1::Spring& in) {
+  Spring SpringOf(const std::string& field, const v1::Spring& in, double reach) {
     faults.NotNegative(field + ".stiffness", in.stiffness(), kMaxForce);
     faults.NotNegative(field + ".damping", in.damping(), kMaxForce);
-    faults.Range(field + ".rest", in.rest(), -kMaxExtent_m, kMaxExtent_m);
+    faults.Range(field + ".rest", in.rest(), -reach, reach);
     return {in.stiffness(), in.damping(), in.rest()};
   }
 
@@ -50,8 +53,8 @@ struct Parts {
       const double reach = i < 3 ? kMaxExtent_m : kTurn_rad;
       const auto k = static_cast<std::size_t>(i);
       out.axes[k].limit = LimitOf(field + ".limit", axis.has_limit(), axis.limit(), reach, otherwise);
-      out.axes[k].motor = MotorOf(field + ".motor", axis.motor());
-      out.axes[k].spring = SpringOf(field + ".spring", axis.spring());
+      out.axes[k].motor = MotorOf(field + ".motor", axis.motor(), i >= 3);
+      out.axes[k].spring = SpringOf(field + ".spring", axis.spring(), reach);
     }
     return out;
   }
@@ -68,11 +71,11 @@ void SetKind(Faults& faults, const v1::Joint& in, JointDef& out) {
       break;
     case Kind::kHinge:
       out.kind = HingeJoint{parts.LimitOf("hinge.limit", in.hinge().has_limit(), in.hinge().limit(), kTurn_rad),
-                            parts.MotorOf("hinge.motor", in.hinge().motor())};
+                            parts.MotorOf("hinge.motor", in.hinge().motor(), true)};
       break;
     case Kind::kSlider:
       out.kind = SliderJoint{parts.LimitOf("slider.limit", in.slider().has_limit(), in.slider().limit(), kMaxExtent_m),
-                             parts.MotorOf("slider.motor", in.slider().motor())};
+                             parts.MotorOf("slider.motor", in.slider().motor(), false)};
       break;
     case Kind::kConeTwist: {
       const auto& cone = in.cone_twist();
@@ -95,13 +98,17 @@ void SetKind(Faults& faults, const v1::Joint& in, JointDef& out) {
     case Kind::kHinge2: {
       const auto& wheel = in.hinge2();
       out.kind = Hinge2Joint{parts.LimitOf("hinge2.steering", wheel.has_steering(), wheel.steering(), kTurn_rad),
-                             parts.SpringOf("hinge2.suspension", wheel.suspension()),
-                             parts.MotorOf("hinge2.drive", wheel.drive())};
+                             parts.SpringOf("hinge2.suspension", wheel.suspension(), kMaxExtent_m),
+                             parts.MotorOf("hinge2.drive", wheel.drive(), true)};
       break;
     }
     case Kind::kGear:
-      faults.Range("gear.ratio", in.gear().ratio(), -1e6, 1e6);
-      if (in.gear().ratio() == 0) faults.Add("gear.ratio must not be 0");
+      if (in.gear().ratio() == 0) {
+        faults.Add("gear.ratio must not be 0");
+      } else if (faults.Range("gear.ratio", in.gear().ratio(), -kMaxGearRatio, kMaxGearRatio) &&
+                 std::abs(in.gear().ratio()) < kMinGearRatio) {
+        faults.Add(absl::StrCat("gear.ratio must be at least ", kMinGearRatio, " either way, got ", in.gear().ratio()));
+      }
       if (in.body_b() == 0) faults.Add("body_b is missing: a gear needs two bodies");
       out.kind = GearJoint{in.gear().ratio()};
       break;

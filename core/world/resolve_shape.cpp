@@ -44,6 +44,9 @@ const char* NameOf(Kind kind) {
   return "nothing";
 }
 
+// A hull thinner than this share of its furthest coordinate is flat to float coordinates.
+constexpr double kFlat = 1e-5;
+
 bool Extent(Faults& faults, const std::string& field, double value) {
   return faults.Positive(field, value, kMinExtent_m, kMaxExtent_m);
 }
@@ -69,17 +72,19 @@ ConvexHullShape Hull(Faults& faults, const std::string& field, const v1::Shape::
     faults.Add(absl::StrCat(field, ".points must be 4 to ", kMaxHullPoints, ", got ", count));
     return {};
   }
-  std::vector<Vec3d> points;
+  std::vector<Vec3d> points;  // as floats hold them
+  double furthest = 0;
   ConvexHullShape out;
   for (int i = 0; i < hull.points_size(); ++i) {
     if (!faults.Vector(absl::StrCat(field, ".points[", i, "]"), hull.points(i), kMaxExtent_m)) return {};
-    points.push_back(FromProto(hull.points(i)));
-    out.points.emplace_back(points.back());
+    out.points.emplace_back(FromProto(hull.points(i)));
+    const Vec3d& p = points.emplace_back(out.points.back());
+    furthest = std::max({furthest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }
-  const double thickness = Thickness(points);
-  if (thickness < kMinExtent_m) {
-    faults.Add(absl::StrCat(field, ".points lie in one plane: they must be at least ", kMinExtent_m, " m thick, got ",
-                            thickness));
+  const double thickness = Thickness(points), least = std::max(kMinExtent_m, kFlat * furthest);
+  if (thickness < least) {
+    faults.Add(
+        absl::StrCat(field, ".points lie in one plane: they must be at least ", least, " m thick, got ", thickness));
   }
   return out;
 }

@@ -199,6 +199,7 @@ struct PlayerRules {
   std::vector<Vec3d> spawn_points;  // player n starts at spawn_points[(n - 1) % size]
   double max_force_n = 0;           // an input that asks for more is scaled down to it
   double max_speed_m_s = 0;         // the input's force fades to 0 along the direction in which the body is this fast
+                                    // (a torque is held to what both mean at the body's surface)
 };
 
 struct Scene {

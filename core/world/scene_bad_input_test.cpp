@@ -227,6 +227,11 @@ TEST(BadSceneTest, BodyFields) {
   EXPECT_EQ(CrateError([](v1::Body& b) { b.set_angular_damping(-1); }), "angular_damping must be 0 to 1, got -1");
   EXPECT_EQ(CrateError([](v1::Body& b) { b.set_gravity_scale(kInf); }),
             "gravity_scale must be a finite number, got inf");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              s.mutable_gravity()->set_y(-100);
+              s.mutable_bodies(1)->set_gravity_scale(-200);
+            }),
+            "bodies[1] (id 40 \"crate\"): gravity_scale times gravity must be at most 10000, got 20000");
   EXPECT_EQ(CrateError([](v1::Body& b) { b.set_motion(static_cast<v1::Motion>(7)); }),
             "motion must be MOTION_STATIC or MOTION_DYNAMIC, got 7");
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_bodies(1)->set_name("a\"\n"); }),
@@ -243,6 +248,8 @@ TEST(BadSceneTest, Inertia) {
     });
   };
   EXPECT_EQ(error(1, 0, 1), "inertia.y must be > 0, got 0");
+  EXPECT_EQ(error(1, 1e-8, 1), "inertia.y must be 1e-07 to 1e+11, got 1e-08");
+  EXPECT_EQ(error(1, 1, 1e12), "inertia.z must be 1e-07 to 1e+11, got 1e+12");
   EXPECT_EQ(error(1, 3, 1), "inertia is of no body: one moment, 3, exceeds the sum of the others");
 }
 
@@ -282,6 +289,9 @@ TEST(BadSceneTest, Hulls) {
             "shape.hull.points lie in one plane: they must be at least 0.001 m thick, got 0");
   EXPECT_EQ(ShapeError("hull { " + corners + " points { z: nan } }"),
             "shape.hull.points[3].z must be a finite number, got nan");
+  // Thick enough to a double, flat to the floats that collision computes with.
+  EXPECT_EQ(ShapeError("hull { points {} points { x: 1e4 } points { y: 1e4 } points { x: 1e4 y: 1e4 z: 0.01 } }"),
+            "shape.hull.points lie in one plane: they must be at least 0.1 m thick, got 0.01");
 }
 
 TEST(BadSceneTest, Compounds) {
@@ -378,7 +388,16 @@ TEST(BadSceneTest, JointKinds) {
             "universal.limit_b.lower must not exceed upper, got 1 and 0");
   EXPECT_EQ(JointError("hinge2 { suspension { stiffness: inf } }"),
             "hinge2.suspension.stiffness must be a finite number, got inf");
+  EXPECT_EQ(JointError("hinge { motor { target_velocity: 2e3 } }"),
+            "hinge.motor.target_velocity must be -1000 to 1000, got 2000");
+  EXPECT_EQ(JointError("slider { motor { target_velocity: -2e4 } }"),
+            "slider.motor.target_velocity must be -10000 to 10000, got -20000");
+  EXPECT_EQ(JointError("six_dof { axes {} axes {} axes {} axes { motor { target_velocity: 2e3 } } }"),
+            "six_dof.axes[3].motor.target_velocity must be -1000 to 1000, got 2000");
+  EXPECT_EQ(JointError("six_dof { axes {} axes {} axes {} axes {} axes { spring { rest: 7 } } }"),
+            "six_dof.axes[4].spring.rest must be -6.2832 to 6.2832, got 7");
   EXPECT_EQ(JointError("gear {}"), "gear.ratio must not be 0");
+  EXPECT_EQ(JointError("gear { ratio: -1e-9 }"), "gear.ratio must be at least 1e-06 either way, got -1e-09");
   EXPECT_EQ(JointError("body_b: 0 gear { ratio: 1 }"), "body_b is missing: a gear needs two bodies");
   EXPECT_EQ(JointError("point {} frame_a { orientation { y: 2 } }"), "frame_a.orientation must have length 1, got 2");
   EXPECT_EQ(JointError("point {} frame_b { position { y: nan } }"),
@@ -445,6 +464,30 @@ TEST(BadSceneTest, Fields) {
             "fields[1]: uniform.acceleration.y must be a finite number, got nan");
 }
 
+TEST(BadSceneTest, FieldsThatAddUpToTooMuch) {
+  const auto vortex = [](v1::Scene& s, double x, double gain) {
+    auto& added = *s.add_fields()->mutable_vortex();
+    added.mutable_center()->set_x(x);
+    added.set_radius(4);
+    added.set_gain(gain);
+  };
+  EXPECT_EQ(
+      Error([&](v1::Scene& s) { vortex(s, 8, 60); }).substr(0, 106),
+      "fields[0]: vortex.gain, with that of the fields which overlap it, must be at most 60, got 61 (and 1 more)");
+  v1::Scene apart = Sound();
+  vortex(apart, 10, 60);
+  EXPECT_TRUE(ResolveScene(apart, kFile).ok());
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              *s.add_fields() = s.fields(1);
+              s.mutable_fields(2)->mutable_uniform()->mutable_acceleration()->set_y(1e4);
+            }).substr(0, 96),
+            "fields[1]: uniform.acceleration, with that of the fields which overlap it, must be at most 10000");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              for (int i = 0; i < 255; ++i) *s.add_fields() = s.fields(1);
+            }),
+            "fields must be at most 256, got 257");
+}
+
 TEST(BadSceneTest, Player) {
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->mutable_body()->clear_mass(); }),
             "player.body: mass must be > 0, got 0");
@@ -461,6 +504,8 @@ TEST(BadSceneTest, Player) {
             "player: spawn_points[1] is outside the scene's bounds");
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->set_max_force(-5); }),
             "player: max_force must be >= 0, got -5");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->set_max_force(1e6); }),
+            "player: max_force must be at most 10000 m/s^2 times the body's mass, 800000, got 1e+06");
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->set_max_speed(kNan); }),
             "player: max_speed must be a finite number, got nan");
 }

@@ -6,6 +6,7 @@
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
 #include "core/world/resolve_body.h"
+#include "core/world/resolve_field.h"
 #include "core/world/resolve_joint.h"
 #include "core/world/scatter.h"
 #include "core/world/scene_io.h"
@@ -31,7 +32,6 @@ class SceneResolver {
   void ResolveJoints();
   void CheckJointEnds(const v1::Joint& joint);
   const BodyDef* Find(std::uint64_t id) const;
-  void ResolveFields();
   void ResolvePlayer(BodyResolver& bodies);
 
   const v1::Scene& in_;
@@ -44,13 +44,13 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveGlobals();
   // What is too big is not looked at any further.
   if (!CheckCounts()) return faults_.ToStatus();
-  BodyResolver bodies(faults_, out_->bounds);
+  BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2);
   for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
   ResolveBodies(bodies);
   ResolveScatters(bodies);
   std::ranges::sort(out_->bodies, {}, &BodyDef::id);
   ResolveJoints();
-  ResolveFields();
+  out_->fields = ResolveFields(faults_, in_, out_->tick_rate_hz);
   ResolvePlayer(bodies);
   if (faults_.count() > 0) return faults_.ToStatus();
   return out_;
@@ -84,7 +84,8 @@ bool SceneResolver::CheckCounts() {
     return false;
   };
   const bool fits = most("bodies, scattered ones included,", bodies, kMaxBodies);
-  if (!most("joints", static_cast<std::uint64_t>(in_.joints_size()), kMaxJoints) || !fits) return false;
+  const bool joints = most("joints", static_cast<std::uint64_t>(in_.joints_size()), kMaxJoints);
+  if (!most("fields", static_cast<std::uint64_t>(in_.fields_size()), kMaxFields) || !joints || !fits) return false;
   if (bodies == 0 && !in_.has_player()) faults_.Add("the scene is empty: it has no bodies and no player");
   out_->bodies.reserve(bodies);
   return true;
@@ -211,32 +212,6 @@ void SceneResolver::ResolveJoints() {
   std::ranges::sort(out_->joints, {}, &JointDef::id);
 }
 
-void SceneResolver::ResolveFields() {
-  for (int i = 0; i < in_.fields_size(); ++i) {
-    const v1::Field& in = in_.fields(i);
-    faults_.At(absl::StrCat("fields[", i, "]"));
-    if (in.has_vortex()) {
-      const auto& vortex = in.vortex();
-      faults_.Vector("vortex.center", vortex.center(), kMaxCoordinate_m);
-      faults_.Positive("vortex.radius", vortex.radius(), kMinExtent_m, kMaxCoordinate_m);
-      const double turn = vortex.angular_velocity();
-      if (faults_.Range("vortex.angular_velocity", turn, -kMaxAngularSpeed_rad_s, kMaxAngularSpeed_rad_s)) {
-        faults_.Range("vortex.angular_velocity * radius", turn * vortex.radius(), -kMaxSpeed_m_s, kMaxSpeed_m_s);
-      }
-      // A larger gain overshoots within one tick and shakes bodies apart.
-      faults_.NotNegative("vortex.gain", vortex.gain(), out_->tick_rate_hz);
-      out_->fields.emplace_back(
-          VortexField{FromProto(vortex.center()), vortex.radius(), vortex.angular_velocity(), vortex.gain()});
-    } else if (in.has_uniform()) {
-      faults_.Volume("uniform.bounds", in.uniform().bounds());
-      faults_.Length("uniform.acceleration", in.uniform().acceleration(), kMaxAcceleration_m_s2);
-      out_->fields.emplace_back(UniformField{FromProto(in.uniform().bounds()), FromProto(in.uniform().acceleration())});
-    } else {
-      faults_.Add("its kind is missing: give one of vortex, uniform");
-    }
-  }
-}
-
 void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
   if (!in_.has_player()) return;
   const v1::PlayerRules& in = in_.player();
@@ -251,7 +226,11 @@ void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
     out.spawn_points.push_back(FromProto(in.spawn_points(i)));
     if (!out_->bounds.Contains(out.spawn_points.back())) faults_.Add(field + " is outside the scene's bounds");
   }
-  faults_.NotNegative("max_force", in.max_force(), kMaxForce);
+  const double most_force = kMaxAcceleration_m_s2 * out.body.mass_kg;
+  if (faults_.NotNegative("max_force", in.max_force(), kMaxForce) && most_force > 0 && in.max_force() > most_force) {
+    faults_.Add(absl::StrCat("max_force must be at most ", kMaxAcceleration_m_s2, " m/s^2 times the body's mass, ",
+                             most_force, ", got ", in.max_force()));
+  }
   faults_.Positive("max_speed", in.max_speed(), 1e-3, kMaxSpeed_m_s);
   out.max_force_n = in.max_force();
   out.max_speed_m_s = in.max_speed();

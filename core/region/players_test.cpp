@@ -1,0 +1,54 @@
+// What a player may do to its body: the scene's limits, whatever it asks for.
+#include "core/region/players.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace tessera::region {
+namespace {
+
+constexpr float kHuge = 3e38F;
+
+PlayerRules Rules() {
+  PlayerRules rules;
+  rules.max_force_n = 100;
+  rules.max_speed_m_s = 8;
+  return rules;
+}
+
+TEST(PlayerLimitsTest, ForceIsScaledDownAndKeepsItsDirection) {
+  EXPECT_EQ(LimitedForce(Rules(), {30, 40, 0}, {}), Vec3f(30, 40, 0));
+  const Vec3f force = LimitedForce(Rules(), {kHuge, kHuge, 0}, {});
+  EXPECT_NEAR(Length(force), 100, 1e-4);
+  EXPECT_FLOAT_EQ(force.x, force.y);
+}
+
+TEST(PlayerLimitsTest, ForceFadesAlongTheWayItGoesAndNeverBrakesLess) {
+  EXPECT_FLOAT_EQ(LimitedForce(Rules(), {100, 0, 0}, {4, 0, 0}).x, 50);
+  EXPECT_FLOAT_EQ(LimitedForce(Rules(), {100, 0, 0}, {9, 0, 0}).x, 0);
+  EXPECT_FLOAT_EQ(LimitedForce(Rules(), {100, 0, 0}, {-9, 0, 0}).x, 100);
+  EXPECT_FLOAT_EQ(LimitedForce(Rules(), {0, 0, 100}, {9, 0, 0}).z, 100);
+}
+
+TEST(PlayerLimitsTest, TorqueIsWhatTheForceDoesAtTheSurface) {
+  EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {}).y, 20);
+  EXPECT_NEAR(Length(LimitedTorque(Rules(), 0.5, {kHuge, -kHuge, kHuge}, {})), 50, 1e-4);
+  EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 8, 0}).y, 10);  // the surface moves by half the speed
+  EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 17, 0}).y, 0);
+  EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, -20, 0}, {0, 17, 0}).y, -20);
+}
+
+// A torque that never ends turns a body no faster than its surface may move.
+TEST(PlayerLimitsTest, NobodySpinsABodyUntilItIsAbsurd) {
+  const double radius = 0.5, inertia = 0.4 * radius * radius;
+  double spin = 0;
+  for (int tick = 0; tick < 100'000; ++tick) {
+    const Vec3f torque = LimitedTorque(Rules(), radius, {kHuge, 0, 0}, {static_cast<float>(spin), 0, 0});
+    spin += static_cast<double>(torque.x) / inertia / 60;
+  }
+  EXPECT_LE(spin, 8 / radius + 50 / inertia / 60);
+}
+
+}  // namespace
+}  // namespace tessera::region
