@@ -5,7 +5,12 @@
 
 #include <algorithm>
 
+#ifdef TESSERA_NEXT
+#include "core/physics/rigid_body.h"
+#define Body RigidBody
+#else
 #include "core/physics/body.h"
+#endif
 #include "core/physics/bullet_math.h"
 
 namespace tessera::physics {

@@ -17,6 +17,9 @@
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
+#ifdef TESSERA_NEXT
+#include "core/physics/collide/geometry.h"
+#endif
 #include "core/physics/cone_shape.h"
 #include "core/physics/tuning.h"
 
@@ -182,8 +185,12 @@ std::shared_ptr<CollisionShape> MakePlane(Vec3d normal, double offset_m) {
 
 BodyForm ShapeCache::FormOf(const BodyDef& def) {
   BodyForm form;
+#ifdef TESSERA_NEXT
+  Entry& entry = EntryOf(def.shape);
+#else
   if (std::holds_alternative<PlaneShape>(def.shape->form)) return form;
   Entry& entry = EntryOf(def.shape);
+#endif
   if (def.motion == Motion::kDynamic) {
     form.frame.origin = entry.mass.center_of_mass;
     if (!def.inertia_kg_m2) form.frame.axes = entry.mass.axes;
@@ -193,6 +200,17 @@ BodyForm ShapeCache::FormOf(const BodyDef& def) {
     const auto [low, high] = std::minmax_element(field->heights_m.begin(), field->heights_m.end());
     form.frame.origin.y = (static_cast<double>(*low) + *high) / 2;
   }
+#ifdef TESSERA_NEXT
+  std::erase_if(entry.geometries, [](const auto& made) { return made.second.expired(); });
+  for (const auto& [frame, geometry] : entry.geometries) {
+    if (frame == form.frame) form.geometry = geometry.lock();
+  }
+  if (!form.geometry) {
+    form.geometry = MakeGeometry(def.shape, form.frame);
+    entry.geometries.emplace_back(form.frame, form.geometry);
+  }
+  return form;
+#endif
   std::erase_if(entry.made, [](const auto& made) { return made.second.expired(); });
   for (const auto& [frame, shape] : entry.made) {
     if (frame == form.frame) form.shape = shape.lock();

@@ -33,11 +33,14 @@ std::shared_ptr<CollisionShape> MakeShape(const Shape& shape, const BodyFrame& f
 // The half space below dot(normal, p) = offset; `normal` is a unit vector.
 std::shared_ptr<CollisionShape> MakePlane(Vec3d normal, double offset_m);
 
+struct Geometry;
+
 // What a body is made of.
 struct BodyForm {
   BodyFrame frame;
   Vec3d inertia;                          // principal, kg m^2; 0 when static
   std::shared_ptr<CollisionShape> shape;  // none for a plane, whose Bullet shape depends on where it is
+  std::shared_ptr<const Geometry> geometry;
 };
 
 // Gives bodies that share a scene shape one Bullet shape. Thread rule: one thread at a time.
@@ -50,6 +53,7 @@ class ShapeCache {
     std::weak_ptr<const Shape> key;  // expired: the address may belong to another shape by now
     MassProperties mass;
     std::vector<std::pair<BodyFrame, std::weak_ptr<CollisionShape>>> made;
+    std::vector<std::pair<BodyFrame, std::weak_ptr<const Geometry>>> geometries;
   };
   Entry& EntryOf(const ShapePtr& shape);
   void DropExpired();
