@@ -1,7 +1,12 @@
 // Sweep: when in a step two moving, turning shapes first touch.
 //
-// Conservative advancement (Mirtich 1996; Redon, Kim, Lin, Manocha 2004 for the rotating bound): steps by distance over
-// the fastest possible approach, so it never passes an impact and never reports a near miss.
+// Conservative advancement (Mirtich 1996) along the axis that parts the two: the distance along it is known now and at
+// a later time, and between those it falls below their line by no more than the turns allow (as Redon, Kim, Lin and
+// Manocha 2004 bound them, but to second order). So it never passes an impact and never reports a near miss, and takes
+// as few steps as Newton's method where nothing turns.
+//
+// Reckoned in doubles from relative positions, which makes it the same anywhere in the world.
+// Thread rule: Bullet's trees of triangles allow one thread at a time.
 #pragma once
 
 #include <optional>
@@ -10,10 +15,11 @@
 
 namespace tessera::physics {
 
-// A body's way through one step: straight, turning at a constant rate.
+// A body's way through one step: straight, turning at a constant rate the shorter way round. What has no convex parts
+// (mesh, height field, plane) stays where it is.
 struct Way {
   const Geometry& geometry;
-  Vec3d from, to;          // of the centre of mass, m
+  Vec3d from, to;  // of the centre of mass, m
   Quatd orientation_from, orientation_to;
 };
 
@@ -22,8 +28,9 @@ struct Impact {
   Vec3f normal;         // from a to b at that moment, unit
 };
 
-// Nothing if they stay further apart than `target_m`, or if they are nearer at the start and do not come nearer still.
-// Compounds, meshes, height fields and planes work on either side.
+// Nothing if they stay further apart than `target_m` > 0, or come nearer by less than half of it in what is left of the
+// step. Two that are nearer at the start, or overlap, count from where they are: an impact is where they are nearer by
+// another half of `target_m`. Deep overlaps are left to contacts.
 std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m);
 
 }  // namespace tessera::physics
