@@ -40,12 +40,14 @@ struct ContactConstraint {
   std::uint32_t a = kStatic, b = kStatic;  // in `bodies`; at most one is kStatic
   Manifold* manifold = nullptr;            // in: warm impulses; out: impulses, totals
   PairMaterial material;
+  float warm_scale = 1;  // for the warm impulses: substeps of the last step over those of this one
 };
 
 struct JointConstraint {
   std::uint32_t a = kStatic, b = kStatic;
   JointRows* rows = nullptr;
   float* impulses = nullptr;  // kJointSlots of them: in warm, out of the last substep
+  float warm_scale = 1;        // as above
 };
 
 // What is solved with the same number of substeps; any number of islands. Constraints ascend by the ids of their bodies.

@@ -1,0 +1,226 @@
+#include "core/physics/solve/contact_blocks.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+
+#include "core/physics/solve/tuning.h"
+
+namespace tessera::physics {
+namespace {
+
+std::uint8_t KindOf(const ContactConstraint& contact) {
+  const int count = contact.manifold->count;
+  assert(count >= 0 && count <= kManifoldPoints);
+  const int points = count <= 1 ? 0 : count == 2 ? 1 : 2;
+  const PairMaterial& material = contact.material;
+  const int tangent = material.rolling_m > 0 || material.spinning_m > 0 ? 2 : material.friction > 0 ? 1 : 0;
+  return static_cast<std::uint8_t>(tangent * kPointKinds + points);
+}
+
+void Put(Lanes (&to)[3], int lane, Vec3f v) {
+  to[0].f[lane] = v.x;
+  to[1].f[lane] = v.y;
+  to[2].f[lane] = v.z;
+}
+
+// How much each point counts for the middle: by what it carried last; a new contact by which points touch.
+void Weigh(const Manifold& manifold, float (&weights)[kManifoldPoints]) {
+  float sum = 0, lowest = manifold.points[0].separation_m;
+  for (int i = 0; i < manifold.count; ++i) {
+    sum += weights[i] = manifold.points[i].normal_impulse;
+    lowest = std::min(lowest, manifold.points[i].separation_m);
+  }
+  if (!(sum > 0)) {
+    sum = 0;
+    for (int i = 0; i < manifold.count; ++i) {
+      sum += weights[i] = manifold.points[i].separation_m <= lowest + kTouching_m ? 1.0f : 0.0f;
+    }
+  }
+  for (int i = 0; i < manifold.count; ++i) weights[i] /= sum;
+}
+
+template <class Block>
+void FillTangents(const ContactConstraint& contact, int lane, Block& block) {
+  const Manifold& manifold = *contact.manifold;
+  const Vec3f friction = manifold.friction_impulse * contact.warm_scale;
+  const Vec3f rolling = manifold.rolling_impulse * contact.warm_scale;
+  if constexpr (Block::kHasFriction) {
+    block.friction.coefficient.f[lane] = contact.material.friction;
+    block.friction.impact.f[lane] = 0;
+    block.friction.impulse[0].f[lane] = friction.x;
+    block.friction.impulse[1].f[lane] = friction.y;
+    block.friction.total[0].f[lane] = friction.z;
+  }
+  if constexpr (Block::kHasTwist) {
+    for (Lanes& arm : block.twist.arm) arm.f[lane] = contact.material.spinning_m;
+    block.twist.impulse.f[lane] = Dot(rolling, manifold.normal);
+    block.twist.total.f[lane] = 0;
+  }
+  if constexpr (Block::kHasRolling) {
+    block.rolling.coefficient.f[lane] = contact.material.rolling_m;
+    block.rolling.impulse[0].f[lane] = rolling.x;
+    block.rolling.impulse[1].f[lane] = rolling.y;
+    block.rolling.total[0].f[lane] = rolling.z;
+  }
+}
+
+template <class Block>
+void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, Softness softness, Block& block) {
+  const Manifold& manifold = *contact.manifold;
+  ContactHead& head = block.head;
+  head.a[lane] = static_cast<std::int32_t>(contact.a == kStatic ? nobody : contact.a);
+  head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b);
+  Put(head.normal, lane, manifold.normal);
+  Put(head.offset, lane, manifold.points[0].r_a - manifold.points[0].r_b);
+  head.soft_mass.f[lane] = softness.mass;
+  head.soft_impulse.f[lane] = softness.impulse;
+  head.bias_rate.f[lane] = softness.bias_rate;
+  float weights[kManifoldPoints] = {};
+  Weigh(manifold, weights);
+  int i = 0;
+  for (PointLanes& to : block.points) {
+    const bool there = i < manifold.count;
+    const ManifoldPoint& point = manifold.points[i];
+    Put(to.r_a, lane, there ? point.r_a : Vec3f{});
+    to.start_separation.f[lane] = there ? point.separation_m : 0;
+    to.mass.f[lane] = there ? 1.0f : 0.0f;
+    to.impulse.f[lane] = there ? point.normal_impulse * contact.warm_scale : 0;
+    block.weight[i].f[lane] = there ? weights[i] : 0;
+    ++i;
+  }
+  FillTangents(contact, lane, block);
+}
+
+Vec3f Take(const Lanes (&axes)[2][3], const Lanes (&along)[2], int lane) {
+  const float p = along[0].f[lane], q = along[1].f[lane];
+  return {axes[0][0].f[lane] * p + axes[1][0].f[lane] * q, axes[0][1].f[lane] * p + axes[1][1].f[lane] * q,
+          axes[0][2].f[lane] * p + axes[1][2].f[lane] * q};
+}
+
+template <class Block>
+void StoreLane(const Block& block, int lane, Manifold& manifold) {
+  for (int i = 0; i < manifold.count; ++i) {
+    manifold.points[i].normal_impulse = block.points[i].impulse.f[lane];
+    manifold.points[i].total_impulse += block.points[i].total.f[lane];
+  }
+  manifold.friction_impulse = manifold.total_friction = {};
+  manifold.rolling_impulse = manifold.total_rolling = {};
+  if constexpr (Block::kHasFriction) {
+    manifold.friction_impulse = Take(block.friction.tangent, block.friction.impulse, lane);
+    manifold.total_friction = Take(block.friction.tangent, block.friction.total, lane);
+  }
+  if constexpr (Block::kHasTwist) {
+    manifold.rolling_impulse = manifold.normal * block.twist.impulse.f[lane];
+    manifold.total_rolling = manifold.normal * block.twist.total.f[lane];
+  }
+  if constexpr (Block::kHasRolling) {
+    manifold.rolling_impulse += Take(block.friction.tangent, block.rolling.impulse, lane);
+    manifold.total_rolling += Take(block.friction.tangent, block.rolling.total, lane);
+  }
+}
+
+// Calls `f` with a null pointer to the block of this kind.
+template <class Function>
+auto ForKind(int kind, Function&& f) {
+  switch (kind) {
+    case 0:
+      return f(static_cast<ContactBlock<1, Tangent::kNone>*>(nullptr));
+    case 1:
+      return f(static_cast<ContactBlock<2, Tangent::kNone>*>(nullptr));
+    case 2:
+      return f(static_cast<ContactBlock<4, Tangent::kNone>*>(nullptr));
+    case 3:
+      return f(static_cast<ContactBlock<1, Tangent::kFriction>*>(nullptr));
+    case 4:
+      return f(static_cast<ContactBlock<2, Tangent::kFriction>*>(nullptr));
+    case 5:
+      return f(static_cast<ContactBlock<4, Tangent::kFriction>*>(nullptr));
+    case 6:
+      return f(static_cast<ContactBlock<1, Tangent::kRolling>*>(nullptr));
+    case 7:
+      return f(static_cast<ContactBlock<2, Tangent::kRolling>*>(nullptr));
+    default:
+      return f(static_cast<ContactBlock<4, Tangent::kRolling>*>(nullptr));
+  }
+}
+
+std::size_t LanesOf(int kind) {
+  return ForKind(kind, [](auto* block) { return sizeof(*block) / sizeof(Lanes); });
+}
+
+}  // namespace
+
+// Decides where each contact goes.
+void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring) {
+  const std::span<const std::uint8_t> colors = coloring.contacts();
+  std::size_t size[kContactKinds];
+  for (int kind = 0; kind < kContactKinds; ++kind) size[kind] = LanesOf(kind);
+  const int used = coloring.used();
+  counts_.assign(static_cast<std::size_t>(used * kContactKinds), 0);
+  places_.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    places_[i].kind = KindOf(contacts[i]);
+    if (colors[i] != kLeftOver) ++counts_[static_cast<std::size_t>(colors[i] * kContactKinds + places_[i].kind)];
+  }
+  runs_.clear();
+  std::size_t end = 0;
+  std::size_t start[kColors * kContactKinds];
+  for (std::size_t bucket = 0; bucket < counts_.size(); ++bucket) {
+    start[bucket] = end;
+    if (counts_[bucket] == 0) continue;
+    const std::size_t kind = bucket % kContactKinds;
+    const std::uint32_t blocks = (counts_[bucket] + kLanes - 1) / kLanes;
+    runs_.push_back({static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(bucket / kContactKinds), blocks, end});
+    end += blocks * size[kind];
+    counts_[bucket] = 0;
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    Place& place = places_[i];
+    if (colors[i] == kLeftOver) {
+      runs_.push_back({place.kind, kLeftOver, 1, end});
+      place.lane = 0;
+      place.offset = end;
+      end += size[place.kind];
+      continue;
+    }
+    const std::size_t bucket = static_cast<std::size_t>(colors[i] * kContactKinds + place.kind);
+    const std::uint32_t n = counts_[bucket]++;
+    place.lane = static_cast<std::uint8_t>(n % kLanes);
+    place.offset = start[bucket] + n / kLanes * size[place.kind];
+  }
+  if (memory_.size() < end) memory_.resize(end);
+}
+
+void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
+                         Softness softness) {
+  Lay(contacts, coloring);
+  for (const ContactRun& run : runs_) {
+    // Lanes that stay empty name nobody twice; everything else of theirs is 0.
+    ForKind(run.kind, [&](auto* type) {
+      auto* last = static_cast<decltype(type)>(BlocksOf(run)) + (run.blocks - 1);
+      std::memset(static_cast<void*>(last), 0, sizeof(*last));
+      std::fill_n(last->head.a, kLanes, static_cast<std::int32_t>(nobody));
+      std::fill_n(last->head.b, kLanes, static_cast<std::int32_t>(nobody));
+    });
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Place& place = places_[i];
+    ForKind(place.kind, [&](auto* type) {
+      FillLane(contacts[i], place.lane, nobody, softness, *static_cast<decltype(type)>(BlockAt(place)));
+    });
+  }
+}
+
+void ContactBlocks::Store(std::span<const ContactConstraint> contacts) const {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Place& place = places_[i];
+    ForKind(place.kind, [&](auto* type) {
+      StoreLane(
+          *static_cast<const std::remove_pointer_t<decltype(type)>*>(static_cast<const void*>(&memory_[place.offset])),
+          place.lane, *contacts[i].manifold);
+    });
+  }
+}
+
+}  // namespace tessera::physics

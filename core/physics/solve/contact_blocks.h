@@ -1,0 +1,56 @@
+// ContactBlocks: the contacts of a batch in the memory that the kernels work on, sorted by color and kind.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/physics/solve/coloring.h"
+#include "core/physics/solve/kernel.h"
+
+namespace tessera::physics {
+
+// Blocks of one color and kind.
+struct ContactRun {
+  std::uint8_t kind = 0, color = 0;
+  std::uint32_t blocks = 0;
+  std::size_t offset = 0;  // in `Lanes` from the first
+};
+
+// Soft constraint in the form of Catto, "Soft Constraints", 2011: shares of mass and of impulse, and velocity per
+// depth.
+struct Softness {
+  float mass = 1, impulse = 0, bias_rate = 0;
+};
+
+class ContactBlocks {
+ public:
+  // `nobody`: index of the body that stands for the world.
+  void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
+            Softness softness);
+  // Writes impulses and totals to the manifolds.
+  void Store(std::span<const ContactConstraint> contacts) const;
+
+  std::span<const ContactRun> runs() const { return runs_; }  // by color, what is left over last
+  void* BlocksOf(const ContactRun& run) { return &memory_[run.offset]; }
+
+  struct Place {
+    std::uint8_t kind = 0;
+    std::uint8_t lane = 0;
+    std::size_t offset = 0;
+  };
+  const Place& PlaceOf(std::size_t contact) const { return places_[contact]; }
+  void* BlockAt(const Place& place) { return &memory_[place.offset]; }
+
+ private:
+  void Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring);
+
+  std::vector<Lanes> memory_;
+  std::vector<ContactRun> runs_;
+  std::vector<Place> places_;  // by contact
+  std::vector<std::uint32_t> counts_;
+};
+
+}  // namespace tessera::physics

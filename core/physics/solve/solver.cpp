@@ -1,0 +1,150 @@
+#include "core/physics/solve/solver.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <vector>
+
+#include "core/physics/solve/coloring.h"
+#include "core/physics/solve/contact_blocks.h"
+#include "core/physics/solve/kernel.h"
+#include "core/physics/solve/tuning.h"
+
+namespace tessera::physics {
+namespace {
+
+const Kernels& KernelsOf(SimdPath path) {
+  const bool avx2 = __builtin_cpu_supports("avx2");
+  return path == SimdPath::kSse2 || !avx2 ? KernelsSse2() : KernelsAvx2();
+}
+
+void Put(float (&to)[4], Vec3f v) {
+  to[0] = v.x;
+  to[1] = v.y;
+  to[2] = v.z;
+  to[3] = 0;
+}
+Vec3f Get(const float (&from)[4]) { return {from[0], from[1], from[2]}; }
+
+Vec3f Root(Vec3f v) { return {std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)}; }
+
+Softness SoftnessOf(float h) {
+  const float omega_h = 2 * 3.14159265f * kContactShare;
+  const float c = omega_h * (2 * kContactDamping + omega_h);
+  return {c / (1 + c), 1 / (1 + c), omega_h / h / (2 * kContactDamping + omega_h)};
+}
+
+}  // namespace
+
+struct Solver::Impl {
+  explicit Impl(const Kernels& kernels_in) : kernels(kernels_in) {}
+
+  void LoadBodies(std::span<const SolverBody> bodies, float h);
+  void Kick(bool first);
+  void Run(ContactKernel ContactKernels::*kernel);
+  void Substeps(int count);
+  void StoreBodies(std::span<SolverBody> bodies) const;
+
+  const Kernels& kernels;
+  StepConstants step{};
+  std::size_t count = 0;  // of moving bodies; the one after the last stands for the world
+  std::vector<SolvedState> states;
+  std::vector<SolvedMass> masses;
+  std::vector<SolvedMemory> before;  // velocities before the last kick
+  std::vector<SolvedKick> kicks;
+  Coloring coloring;
+  ContactBlocks contacts;
+};
+
+void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
+  count = bodies.size();
+  states.resize(count + 1);
+  masses.resize(count + 1);
+  before.resize(count + 1);
+  kicks.resize(count + 1);
+  for (std::size_t i = 0; i < count; ++i) {
+    const SolverBody& body = bodies[i];
+    const float root_mass = std::sqrt(body.mass_kg);
+    const Vec3f root = Root(body.inertia_kg_m2);
+    const SymMat3f root_inertia = Turned(body.rotation, root);
+    const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
+    masses[i] = {{inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz}, 1 / root_mass, 0};
+    states[i] = {};
+    Put(states[i].velocity, body.velocity * root_mass);
+    Put(states[i].spin, root_inertia * body.angular_velocity);
+    Put(kicks[i].velocity, body.acceleration * (h * root_mass));
+    Put(kicks[i].spin, (root_inertia * body.angular_acceleration) * h);
+  }
+  states[count] = {};
+  masses[count] = {};
+  before[count] = {};
+  kicks[count] = {};
+}
+
+// What a substep did to a body is the kick plus all its impulses. So giving it the same once more is both the next kick
+// and the warm start: no constraint need be looked at.
+void Solver::Impl::Kick(bool first) {
+  for (std::size_t i = 0; i < count; ++i) {
+    SolvedState& state = states[i];
+    for (int k = 0; k < 4; ++k) {
+      const float v = state.velocity[k], w = state.spin[k];
+      state.velocity[k] = first ? v + kicks[i].velocity[k] : v + (v - before[i].velocity[k]);
+      state.spin[k] = first ? w + kicks[i].spin[k] : w + (w - before[i].spin[k]);
+      before[i].velocity[k] = v;
+      before[i].spin[k] = w;
+    }
+  }
+}
+
+void Solver::Impl::Run(ContactKernel ContactKernels::*kernel) {
+  for (const ContactRun& run : contacts.runs()) {
+    (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
+  }
+}
+
+void Solver::Impl::Substeps(int substeps) {
+  for (int i = 0; i < substeps; ++i) {
+    Kick(i == 0);
+    if (i == 0) Run(&ContactKernels::warm);
+    Run(&ContactKernels::solve);
+    kernels.drift(states.data(), masses.data(), count, step.h);
+    Run(&ContactKernels::relax);
+  }
+}
+
+void Solver::Impl::StoreBodies(std::span<SolverBody> bodies) const {
+  for (std::size_t i = 0; i < count; ++i) {
+    SolverBody& body = bodies[i];
+    const Vec3f root = Root(body.inertia_kg_m2);
+    const SymMat3f root_inertia = Turned(body.rotation, root);
+    const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
+    const Vec3f spin = Get(states[i].spin);
+    body.angular_impulse_nms = root_inertia * (spin - root_inertia * body.angular_velocity);
+    body.velocity = Get(states[i].velocity) * masses[i].inverse_root_mass;
+    body.angular_velocity = inverse * spin;
+    body.moved_m = Get(states[i].moved);
+    body.turned_rad = Get(states[i].turned);
+  }
+}
+
+Solver::Solver(SimdPath path) : impl_(std::make_unique<Impl>(KernelsOf(path))) {}
+Solver::~Solver() = default;
+
+void Solver::Solve(const SolveBatch& batch) {
+  assert(batch.substeps >= 1 && batch.dt_s > 0);
+  const float h = batch.dt_s / static_cast<float>(batch.substeps);
+  Impl& impl = *impl_;
+  impl.step = {h, 1 / h, kPushOut_m_s, kSlop_m};
+  impl.LoadBodies(batch.bodies, h);
+  impl.coloring.Color(batch);
+  for (const ContactConstraint& contact : batch.contacts) {
+    for (ManifoldPoint& point : contact.manifold->points) point.total_impulse = 0;
+  }
+  impl.contacts.Fill(batch.contacts, impl.coloring, static_cast<std::uint32_t>(impl.count), SoftnessOf(h));
+  impl.Run(&ContactKernels::prepare);
+  impl.Substeps(batch.substeps);
+  impl.StoreBodies(batch.bodies);
+  impl.contacts.Store(batch.contacts);
+}
+
+}  // namespace tessera::physics
