@@ -67,4 +67,24 @@ inline constexpr float kSleepAfter_s = 0.5f;
 // Algorithms and manifolds that Bullet keeps for overlap queries without going to the heap.
 inline constexpr int kQueryPool = 64;
 
+// --- Contact search (collide/).
+
+// How much better, m, another face must be before a pair gives up the one its last contact lay on, and its share of the
+// smaller box or hull. Smaller lets rounding swap the faces of a resting pair, and its impulses with them; larger shows as
+// depth along the wrong face.
+inline constexpr float kKeepFace_m = 0.0005f, kKeepFaceShare = 0.01f;
+// How much better an edge against an edge must be than the best face. A face holds up to four points where edges hold one,
+// so in doubt the face; larger makes crossed edges rest on a face that is deeper than need be.
+inline constexpr float kEdgeLead_m = 0.001f, kEdgeLeadShare = 0.02f;
+// What lies over the border of a face by less than this share of its half width still lies on it. Keeps the names of
+// flush corners through rounding; larger would hold what has slid off.
+inline constexpr float kClipSlack = 1e-4f;
+// A pair is not searched anew while no point of the smaller body moved further against the other than this since the last
+// search, m, nor than this share of its outer radius; nor turned further than this. Points slide along faces meanwhile,
+// so the error is of second order: 2 mm times .01 rad, .02 mm; the normal lags by as much as the turn.
+inline constexpr float kReuseMove_m = 0.002f, kReuseShare = 0.02f, kReuseTurn_rad = 0.01f;
+// A new point takes over the impulse of an old one that lay within this, m, and this share of the smaller outer radius,
+// where none has its name.
+inline constexpr float kCarry_m = 0.02f, kCarryShare = 0.1f;
+
 }  // namespace tessera::physics

@@ -11,6 +11,8 @@
 
 namespace tessera::physics {
 
+class Surface;
+
 enum class GeometryKind : std::uint8_t {
   kSphere, kCapsule, kBox, kCylinder, kCone, kHull, kCompound, kMesh, kHeightField, kPlane
 };
@@ -49,11 +51,15 @@ struct Geometry {
   double plane_offset_m = 0;
   std::shared_ptr<const Polyhedron> polyhedron;  // hull
   std::vector<Child> children;                   // compound
+  std::shared_ptr<const Surface> surface;        // mesh and height field
   std::shared_ptr<CollisionShape> bullet;        // for GJK, EPA, trees of triangles, and queries
 
   float inner_radius_m = 0;  // of a ball about the origin that is solid; 0 where there is none. What moves less than
                              // this in a tick cannot pass through anything unseen
   float outer_radius_m = 0;  // of a ball about the origin that holds all of it; infinite for a plane
+
+  Vec3f middle;               // of a ball well inside, wherever the origin is; convex shapes only
+  float middle_radius_m = 0;  // of that ball
 
   bool convex() const { return kind <= GeometryKind::kHull; }
 };

@@ -54,6 +54,7 @@ LocalManifold Reversed(const LocalManifold& manifold, const LocalPose& b_in_a);
 struct ConvexCache {
   Vec3f axis;                 // last axis, from a to b in a's frame
   std::uint32_t feature = 0;  // what the axis is made of; each family's own code
+  float apart_m = 0;          // where nothing was found: no nearer than this; 0 where that is not known
 };
 
 // A part of a compound, or a triangle, has a cache of its own. Ascending by key; who writes the keys makes them unique.

@@ -1,0 +1,245 @@
+// Capsules against capsules, boxes and hulls. A capsule is a segment with a radius: what is nearest to the segment is
+// nearest to the capsule.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/physics/collide/polyhedron.h"
+#include "core/physics/collide/primary_pairs.h"
+
+namespace tessera::physics {
+namespace {
+
+constexpr float kNone = -1e30f;
+// Squared sine of the angle below which two lines count as parallel, and touch along their length: 6 degrees.
+constexpr float kAlong = 0.01f;
+// A face this much in line with the contact's normal is what the capsule lies on; cosine, 18 degrees.
+constexpr float kFlat = 0.95f;
+
+struct Segment {
+  Vec3f center, half;  // from center - half to center + half
+  float radius = 0;
+  Vec3f At(float t) const { return center + half * t; }
+};
+
+Segment SegmentOf(const Geometry& capsule, const LocalPose& pose) {
+  return {pose.position, pose.rotation.y * capsule.half_height_m, capsule.radius_m};
+}
+
+// A point of the segment against the plane at `surface` through a's skin, told along the manifold's normal.
+void Add(const Segment& segment, float t, float height, std::uint32_t feature, float speculative_m,
+         LocalManifold* out) {
+  const float separation = height - segment.radius;
+  if (separation > speculative_m) return;
+  const Vec3f at = segment.At(t);
+  out->points[static_cast<std::size_t>(out->count++)] = {.on_a = at - out->normal * height,
+                                                         .on_b = at - out->normal * segment.radius,
+                                                         .separation_m = separation,
+                                                         .feature = feature};
+}
+
+// Nearest parameters, each in [-1, 1], of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
+struct Nearest {
+  float s = 0, t = 0;
+};
+Nearest NearestOf(const Segment& p, const Segment& q) {
+  const Vec3f r = p.center - q.center;
+  const float a = LengthSquared(p.half), e = LengthSquared(q.half), f = Dot(q.half, r);
+  if (a <= 0 && e <= 0) return {};
+  if (a <= 0) return {0, std::clamp(f / e, -1.0f, 1.0f)};
+  const float c = Dot(p.half, r);
+  if (e <= 0) return {std::clamp(-c / a, -1.0f, 1.0f), 0};
+  const float b = Dot(p.half, q.half), denominator = a * e - b * b;
+  Nearest n;
+  if (denominator > 1e-6f * a * e) n.s = std::clamp((b * f - c * e) / denominator, -1.0f, 1.0f);
+  n.t = (b * n.s + f) / e;
+  if (std::abs(n.t) > 1) {
+    n.t = std::clamp(n.t, -1.0f, 1.0f);
+    n.s = std::clamp((b * n.t - c) / a, -1.0f, 1.0f);
+  }
+  return n;
+}
+
+// Cuts [low, high] to where  start + t * slope <= limit.
+bool CutRange(float start, float slope, float limit, float* low, float* high) {
+  if (slope > 0) {
+    *high = std::min(*high, (limit - start) / slope);
+  } else if (slope < 0) {
+    *low = std::max(*low, (limit - start) / slope);
+  } else if (start > limit) {
+    return false;
+  }
+  return *low <= *high;
+}
+
+// The segment over an edge of a (from edge.center - edge.half to + half) that it runs along: one point at either end of
+// where they lie side by side. The manifold's normal is set.
+void AddAlong(const Segment& edge, const Segment& segment, float speculative_m, LocalManifold* out) {
+  const float square = LengthSquared(edge.half);
+  const float start = Dot(segment.center - edge.center, edge.half) / square;
+  const float slope = Dot(segment.half, edge.half) / square;
+  float low = -1, high = 1;
+  if (!CutRange(start, slope, 1, &low, &high) || !CutRange(-start, -slope, 1, &low, &high)) return;
+  // In the order of the edge, so that both points keep their names however the capsule turns.
+  const float ends[2] = {slope >= 0 ? low : high, slope >= 0 ? high : low};
+  for (std::uint32_t k = 0; k < (low < high ? 2u : 1u); ++k) {
+    const Vec3f at = segment.At(ends[k]), on_edge = edge.At(start + slope * ends[k]);
+    Add(segment, ends[k], Dot(at - on_edge, out->normal) - edge.radius, 2 + k, speculative_m, out);
+  }
+}
+
+bool Parallel(Vec3f u, Vec3f v) { return LengthSquared(Cross(u, v)) < kAlong * LengthSquared(u) * LengthSquared(v); }
+
+}  // namespace
+
+void CollideCapsules(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m,
+                     LocalManifold* out) {
+  out->count = 0;
+  const Segment other = SegmentOf(b, pose), own{{}, {0, a.half_height_m, 0}, a.radius_m};
+  const Nearest near = NearestOf(own, other);
+  const Vec3f at_a = own.At(near.s), at_b = other.At(near.t), between = at_b - at_a;
+  const float reach = a.radius_m + b.radius_m + speculative_m, square = LengthSquared(between);
+  if (square > reach * reach) return;
+  const float distance = std::sqrt(square);
+  if (distance > 0) {
+    out->normal = between / distance;
+  } else {  // the axes cross: out to the side of both
+    out->normal = Normalized(Cross(own.half, other.half), Vec3f{1, 0, 0});
+  }
+  if (Parallel(own.half, other.half) && std::abs(out->normal.y) < 0.5f) {
+    AddAlong(own, other, speculative_m, out);
+    if (out->count == 2) return;
+  }
+  out->count = 1;
+  out->points[0] = {.on_a = at_a + out->normal * a.radius_m,
+                    .on_b = at_b - out->normal * b.radius_m,
+                    .separation_m = distance - a.radius_m - b.radius_m,
+                    .feature = 1};
+}
+
+namespace {
+
+// --- Polyhedra. `half` of a segment may be zero: a capsule without a cylinder.
+
+struct Touch {
+  Vec3f normal;              // out of the polyhedron
+  float distance_m = kNone;  // of the segment itself; negative where it is inside
+  float t = 0;               // where on the segment
+  int edge = -1;             // of the polyhedron, where an edge is nearest
+};
+
+Segment EdgeOf(const Polyhedron& p, const Polyhedron::Edge& edge) {
+  const Vec3f u = p.vertices[edge.a], v = p.vertices[edge.b];
+  return {(u + v) * 0.5f, (v - u) * 0.5f, 0};
+}
+
+// Whether some of the segment lies inside.
+bool Pierces(const Polyhedron& p, const Segment& s) {
+  float low = -1, high = 1;
+  for (const Polyhedron::Face& face : p.faces)
+    if (!CutRange(Dot(face.normal, s.center), Dot(face.normal, s.half), face.offset_m, &low, &high)) return false;
+  return true;
+}
+
+// Nearest points where the segment is wholly outside: one of its ends over the polyhedron, or it and an edge.
+Touch NearestOutside(const Polyhedron& p, const Segment& s, float enough_m) {
+  Touch best;
+  best.distance_m = -kNone;
+  for (const float t : {-1.0f, 1.0f}) {
+    const PolyhedronPoint near = NearestOn(p, s.At(t), enough_m);
+    if (near.distance_m < best.distance_m) best = {near.normal, near.distance_m, t, -1};
+  }
+  for (std::size_t i = 0; i < p.edges.size(); ++i) {
+    const Segment edge = EdgeOf(p, p.edges[i]);
+    const Nearest near = NearestOf(edge, s);
+    const Vec3f away = s.At(near.t) - edge.At(near.s);
+    const float square = LengthSquared(away);
+    // The slack leaves it to an end where both tell the same.
+    if (best.distance_m <= 0 || square >= best.distance_m * best.distance_m * (1 - 1e-6f)) continue;
+    const float distance = std::sqrt(square);
+    if (distance > 0) best = {away / distance, distance, near.t, static_cast<int>(i)};
+  }
+  return best;
+}
+
+// The shallowest way out where the segment is inside: along a face's normal or across an edge and the segment.
+Touch NearestInside(const Polyhedron& p, const Segment& s) {
+  Touch best;
+  for (const Polyhedron::Face& face : p.faces) {
+    const float start = Dot(face.normal, s.center) - face.offset_m, slope = Dot(face.normal, s.half);
+    const float lowest = start - std::abs(slope);
+    if (lowest > best.distance_m) best = {face.normal, lowest, slope > 0 ? -1.0f : 1.0f, -1};
+  }
+  const float lead = 1e-4f * std::abs(best.distance_m);
+  for (std::size_t i = 0; i < p.edges.size(); ++i) {
+    const Segment edge = EdgeOf(p, p.edges[i]);
+    const Vec3f cross = Cross(edge.half, s.half);
+    const float length = Length(cross);
+    if (length * length < 1e-4f * LengthSquared(edge.half) * LengthSquared(s.half) || length <= 0) continue;
+    Vec3f normal = cross / length;
+    if (Dot(normal, edge.center - p.inside) < 0) normal = -normal;
+    // Only edges whose two faces look to either side of the normal bear it.
+    const Vec3f vertex = p.vertices[Support(p, normal)];
+    if (Dot(vertex - edge.center, normal) > 1e-5f * length) continue;
+    const float distance = Dot(s.center - edge.center, normal);
+    if (distance > best.distance_m + lead) best = {normal, distance, NearestOf(edge, s).t, static_cast<int>(i)};
+  }
+  return best;
+}
+
+// Both ends of what lies over the face, told along the normal.
+void AddOverFace(const Polyhedron& p, const Polyhedron::Face& face, const Segment& s, float speculative_m,
+                 LocalManifold* out) {
+  float low = -1, high = 1;
+  for (std::uint32_t k = 0; k < face.count; ++k) {
+    const Vec3f from = p.vertices[p.loops[face.first + k]];
+    const Vec3f to = p.vertices[p.loops[face.first + (k + 1 == face.count ? 0 : k + 1)]];
+    const Vec3f outward = Cross(to - from, out->normal);
+    if (!CutRange(Dot(outward, s.center - from), Dot(outward, s.half), 0, &low, &high)) return;
+  }
+  const float scale = 1 / Dot(face.normal, out->normal);
+  for (std::uint32_t k = 0; k < (low < high ? 2u : 1u); ++k) {
+    const float t = k == 0 ? low : high;
+    Add(s, t, (Dot(face.normal, s.At(t)) - face.offset_m) * scale, 4 + k, speculative_m, out);
+  }
+}
+
+void CollidePolyhedronCapsule(const Polyhedron& p, const Segment& s, float speculative_m, LocalManifold* out) {
+  out->count = 0;
+  const bool inside = Pierces(p, s);
+  const Touch touch = inside ? NearestInside(p, s) : NearestOutside(p, s, s.radius + speculative_m);
+  if (touch.distance_m > s.radius + speculative_m) return;
+  out->normal = touch.normal;
+  const Polyhedron::Face* face = nullptr;
+  float flattest = kFlat;
+  for (const Polyhedron::Face& f : p.faces) {
+    const float cosine = Dot(f.normal, touch.normal);
+    if (cosine > flattest) face = &f, flattest = cosine;
+  }
+  if (face != nullptr) AddOverFace(p, *face, s, speculative_m, out);
+  if (face == nullptr && touch.edge >= 0) {
+    const Segment edge = EdgeOf(p, p.edges[static_cast<std::size_t>(touch.edge)]);
+    if (Parallel(edge.half, s.half)) AddAlong(edge, s, speculative_m, out);
+  }
+  // Whatever else there is, the nearest point is among them.
+  float nearest = -kNone;
+  for (int i = 0; i < out->count; ++i)
+    nearest = std::min(nearest, out->points[static_cast<std::size_t>(i)].separation_m);
+  const float deepest = touch.distance_m - s.radius;
+  if (nearest > deepest + 1e-3f * (s.radius + std::abs(deepest)))
+    Add(s, touch.t, touch.distance_m, 1, speculative_m, out);
+}
+
+}  // namespace
+
+void CollideBoxCapsule(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m,
+                       LocalManifold* out) {
+  CollidePolyhedronCapsule(*a.polyhedron, SegmentOf(b, pose), speculative_m, out);
+}
+
+void CollideHullCapsule(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m,
+                        LocalManifold* out) {
+  CollidePolyhedronCapsule(*a.polyhedron, SegmentOf(b, pose), speculative_m, out);
+}
+
+}  // namespace tessera::physics

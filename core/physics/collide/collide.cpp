@@ -1,0 +1,239 @@
+#include "core/physics/collide/collide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "core/physics/collide/primary_pairs.h"
+#include "core/physics/tuning.h"
+
+namespace tessera::physics {
+
+struct PairCache::Parts {
+  PartCaches caches;
+  std::vector<LocalManifold> manifolds;
+  std::vector<Manifold> previous;
+};
+
+void PairCache::DeleteParts::operator()(Parts* parts) const { delete parts; }
+
+namespace {
+
+// A pair in the order of its search.
+struct Pair {
+  const Geometry &a, &b;
+  const Placement &at_a, &at_b;
+  bool flipped = false;
+};
+
+Pair Ordered(const Collidable& a, const Collidable& b) {
+  if (InOrder(a.geometry, b.geometry)) return {a.geometry, b.geometry, a.placement, b.placement, false};
+  return {b.geometry, a.geometry, b.placement, a.placement, true};
+}
+
+LocalPose PoseOf(const Pair& pair, Vec3d between) {
+  const Mat3f &ra = pair.at_a.rotation, &rb = pair.at_b.rotation;
+  const auto along = [&](Vec3f axis) { return -Dot(Vec3d(axis), between); };
+  return {.position = Into(ra, Vec3f(between)),
+          .rotation = Into(ra, rb),
+          .a_in_b = {along(rb.x), along(rb.y), along(rb.z)}};
+}
+
+// --- Reuse.
+
+// Searching is as quick as remembering.
+bool Quick(const Pair& pair) {
+  const auto round = [](GeometryKind kind) { return kind == GeometryKind::kSphere || kind == GeometryKind::kCapsule; };
+  if (pair.b.kind == GeometryKind::kPlane) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
+  if (pair.b.kind == GeometryKind::kSphere) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
+  return round(pair.a.kind) && round(pair.b.kind);
+}
+
+// How far any point of the smaller body may have moved against the other before the two are searched anew.
+float Leeway(const Pair& pair) {
+  return std::min(kReuseMove_m, kReuseShare * std::min(pair.a.outer_radius_m, pair.b.outer_radius_m));
+}
+
+struct Change {
+  float moved_m = 0;  // no point of the smaller body moved further
+  float turned = 0;   // chord of the turn, about rad
+};
+
+Change ChangeSince(const PairCache& cache, const Pair& pair, const LocalPose& pose) {
+  const Mat3f &r = pose.rotation, &s = cache.pose.rotation;
+  // The Frobenius norm of a difference of rotations is sqrt(8) sin(angle / 2); a point at radius 1 moves 2 sin(angle /
+  // 2).
+  const float square = LengthSquared(r.x - s.x) + LengthSquared(r.y - s.y) + LengthSquared(r.z - s.z);
+  Change change;
+  change.turned = std::sqrt(square * 0.5f);
+  if (pair.b.outer_radius_m <= pair.a.outer_radius_m) {
+    change.moved_m = Length(pose.position - cache.pose.position) + change.turned * pair.b.outer_radius_m;
+  } else {
+    change.moved_m = Length(Vec3f(pose.a_in_b - cache.pose.a_in_b)) + change.turned * pair.a.outer_radius_m;
+  }
+  return change;
+}
+
+// Anchors of b relative to a's origin at the search, along b's axes: small numbers however large b is.
+void Anchor(const LocalPose& pose, LocalManifold* manifold) {
+  for (LocalPoint& point : std::span(manifold->points).first(static_cast<std::size_t>(manifold->count)))
+    point.on_b = Into(pose.rotation, point.on_b);
+}
+
+// --- Output.
+
+// From the frame of the search to the world's axes.
+struct Outlet {
+  const Pair& pair;
+  const LocalPose& pose;
+  Vec3f moved;    // of a's origin since the search, along b's axes
+  Vec3f between;  // from a's centre of mass to b's, world axes
+  float speculative_m;
+
+  // False where nothing of it is near enough.
+  bool Write(const LocalManifold& from, Manifold* to) const {
+    to->count = 0;
+    for (int i = 0; i < from.count; ++i) {
+      const LocalPoint& point = from.points[static_cast<std::size_t>(i)];
+      const Vec3f on_b = pose.rotation * (point.on_b - moved);
+      const float separation = Dot(on_b - point.on_a, from.normal);
+      if (separation > speculative_m) continue;
+      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + on_b) * 0.5f), r_b = r_a - between;
+      to->points[static_cast<std::size_t>(to->count++)] = {.r_a = pair.flipped ? r_b : r_a,
+                                                           .r_b = pair.flipped ? r_a : r_b,
+                                                           .separation_m = separation,
+                                                           .feature = point.feature};
+    }
+    const Vec3f normal = pair.at_a.rotation * from.normal;
+    to->normal = pair.flipped ? -normal : normal;
+    to->key = from.key;
+    return to->count > 0;
+  }
+};
+
+// What the solver did at the old points goes on at the new ones: by name, or else at the nearest that is left over.
+void CarryOver(const Manifold& old, float tolerance_m, Manifold* now) {
+  now->friction_impulse = old.friction_impulse;
+  now->rolling_impulse = old.rolling_impulse;
+  std::array<bool, kManifoldPoints> taken{}, found{};
+  const auto points = std::span(now->points).first(static_cast<std::size_t>(now->count));
+  const auto olds = std::span(old.points).first(static_cast<std::size_t>(old.count));
+  std::size_t left = points.size();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t j = 0; j < olds.size(); ++j) {
+      if (taken[j] || olds[j].feature != points[i].feature) continue;
+      points[i].normal_impulse = olds[j].normal_impulse;
+      taken[j] = found[i] = true;
+      --left;
+      break;
+    }
+  }
+  for (std::size_t i = 0; left > 0 && i < points.size(); ++i) {
+    if (found[i]) continue;
+    float nearest = tolerance_m * tolerance_m;
+    std::size_t best = olds.size();
+    for (std::size_t j = 0; j < olds.size(); ++j) {
+      if (taken[j]) continue;
+      // One of the two bodies may have turned; the other tells.
+      const float square =
+          std::min(LengthSquared(points[i].r_a - olds[j].r_a), LengthSquared(points[i].r_b - olds[j].r_b));
+      if (square < nearest) nearest = square, best = j;
+    }
+    if (best == olds.size()) continue;
+    points[i].normal_impulse = olds[best].normal_impulse;
+    taken[best] = true;
+  }
+}
+
+float CarryTolerance(const Pair& pair) {
+  return std::min(kCarry_m, kCarryShare * std::min(pair.a.outer_radius_m, pair.b.outer_radius_m));
+}
+
+// --- Pairs with one manifold.
+
+void SearchOne(const Pair& pair, const LocalPose& pose, float reach_m, PairCache& cache) {
+  LocalManifold& manifold = cache.manifold;
+  cache.convex.apart_m = 0;
+  if (pair.b.kind == GeometryKind::kPlane) {
+    CollidePlane(pair.a, PlaneIn(pair.b, pose), reach_m, &manifold);
+  } else {
+    CollideConvex(pair.a, pair.b, pose, reach_m, cache.convex, &manifold);
+  }
+  cache.apart_m = manifold.count == 0 ? cache.convex.apart_m : 0;
+  Anchor(pose, &manifold);
+}
+
+void WriteOne(const Outlet& outlet, const PairCache& cache, std::vector<Manifold>& manifolds) {
+  Manifold now;
+  if (!outlet.Write(cache.manifold, &now)) {
+    manifolds.clear();
+    return;
+  }
+  if (!manifolds.empty()) CarryOver(manifolds[0], CarryTolerance(outlet.pair), &now);
+  manifolds.resize(1);
+  manifolds[0] = now;
+}
+
+// --- Pairs with any number.
+
+void SearchMany(const Pair& pair, const LocalPose& pose, float reach_m, PairCache& cache) {
+  if (!cache.parts) cache.parts.reset(new PairCache::Parts);
+  PairCache::Parts& parts = *cache.parts;
+  parts.manifolds.clear();
+  CollideLocal(pair.a, pair.b, pose, reach_m, parts.caches, &parts.manifolds);
+  std::stable_sort(parts.manifolds.begin(), parts.manifolds.end(),
+                   [](const LocalManifold& x, const LocalManifold& y) { return x.key < y.key; });
+  for (LocalManifold& manifold : parts.manifolds) Anchor(pose, &manifold);
+}
+
+// Both ascend by key.
+void WriteMany(const Outlet& outlet, PairCache::Parts& parts, std::vector<Manifold>& manifolds) {
+  parts.previous.swap(manifolds);
+  manifolds.clear();
+  const float tolerance = CarryTolerance(outlet.pair);
+  auto old = parts.previous.cbegin();
+  for (const LocalManifold& local : parts.manifolds) {
+    Manifold now;
+    if (!outlet.Write(local, &now)) continue;
+    while (old != parts.previous.cend() && old->key < now.key) ++old;
+    if (old != parts.previous.cend() && old->key == now.key) CarryOver(*old++, tolerance, &now);
+    manifolds.push_back(now);
+  }
+}
+
+}  // namespace
+
+void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache,
+             std::vector<Manifold>& manifolds) {
+  const Pair pair = Ordered(a, b);
+  const Vec3d between = pair.at_b.position - pair.at_a.position;
+  const LocalPose pose = PoseOf(pair, between);
+  const bool one = pair.a.convex() && (pair.b.convex() || pair.b.kind == GeometryKind::kPlane);
+  const float leeway = Quick(pair) ? 0 : Leeway(pair);
+  bool search = true;
+  if (cache.searched && leeway > 0) {
+    const Change change = ChangeSince(cache, pair, pose);
+    if (one && cache.apart_m > speculative_m + change.moved_m) {
+      manifolds.clear();
+      return;
+    }
+    search =
+        change.moved_m > leeway || change.turned > kReuseTurn_rad || speculative_m + change.moved_m > cache.reach_m;
+  }
+  if (search) {
+    cache.searched = true;
+    cache.reach_m = speculative_m + leeway;
+    cache.pose = pose;
+    if (one)
+      SearchOne(pair, pose, cache.reach_m, cache);
+    else
+      SearchMany(pair, pose, cache.reach_m, cache);
+  }
+  const Outlet outlet{pair, pose, Vec3f(pose.a_in_b - cache.pose.a_in_b), Vec3f(between), speculative_m};
+  if (one)
+    WriteOne(outlet, cache, manifolds);
+  else
+    WriteMany(outlet, *cache.parts, manifolds);
+}
+
+}  // namespace tessera::physics

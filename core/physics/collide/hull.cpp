@@ -1,0 +1,224 @@
+// The hull of points: triangles grown point by point (the beneath-beyond method), then merged to faces.
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "core/physics/collide/polyhedron.h"
+
+namespace tessera::physics {
+namespace {
+
+// Triangles in one plane to this share of the hull's size are one face.
+constexpr double kFlatShare = 2e-5;
+
+using Index = std::uint32_t;
+
+struct Triangle {
+  std::array<Index, 3> v{};
+  Vec3d normal;  // unit, outward
+  double offset = 0;
+  bool alive = true;
+};
+
+class Builder {
+ public:
+  explicit Builder(std::span<const Vec3f> points) {
+    Vec3d low(points[0]), high(points[0]);
+    for (const Vec3f& p : points) {
+      points_.push_back(Vec3d(p));
+      low = {std::min<double>(low.x, p.x), std::min<double>(low.y, p.y), std::min<double>(low.z, p.z)};
+      high = {std::max<double>(high.x, p.x), std::max<double>(high.y, p.y), std::max<double>(high.z, p.z)};
+    }
+    size_ = Length(high - low);
+    if (!Start()) return;
+    for (Index i = 0; i < points_.size(); ++i)
+      if (std::find(first_.begin(), first_.end(), i) == first_.end()) Add(i);
+    std::erase_if(triangles_, [](const Triangle& t) { return !t.alive; });
+  }
+
+  std::shared_ptr<const Polyhedron> Finish();
+
+ private:
+  // Above a plane by rounding only is on it. Differences of floats are exact in doubles up to 1e-16 of their size.
+  double rounding() const { return 1e-9 * size_; }
+
+  Triangle Of(Index a, Index b, Index c) const {
+    Triangle t{.v = {a, b, c}, .normal = {}, .offset = 0, .alive = true};
+    t.normal = Normalized(Cross(points_[b] - points_[a], points_[c] - points_[a]));
+    t.offset = Dot(t.normal, points_[a]);
+    return t;
+  }
+
+  // Four points that span the most: two furthest apart along an axis, the furthest from their line, from their plane.
+  bool Start() {
+    const auto furthest = [&](auto&& measure) {
+      Index best = 0;
+      for (Index i = 1; i < points_.size(); ++i)
+        if (measure(points_[i]) > measure(points_[best])) best = i;
+      return best;
+    };
+    std::array<Index, 4>& f = first_;
+    f[0] = furthest([&](Vec3d p) { return -p.x - 1e-3 * p.y; });
+    f[1] = furthest([&](Vec3d p) { return LengthSquared(p - points_[f[0]]); });
+    const Vec3d line = Normalized(points_[f[1]] - points_[f[0]]);
+    f[2] = furthest([&](Vec3d p) { return LengthSquared(Cross(line, p - points_[f[0]])); });
+    const Triangle base = Of(f[0], f[1], f[2]);
+    f[3] = furthest([&](Vec3d p) { return std::abs(Dot(base.normal, p) - base.offset); });
+    const double height = Dot(base.normal, points_[f[3]]) - base.offset;
+    if (std::abs(height) <= rounding()) return false;
+    if (height > 0) std::swap(f[1], f[2]);
+    triangles_ = {Of(f[0], f[1], f[2]), Of(f[0], f[3], f[1]), Of(f[1], f[3], f[2]), Of(f[2], f[3], f[0])};
+    return true;
+  }
+
+  // Takes away what the point sees and closes the hole with triangles to it.
+  void Add(Index point) {
+    std::map<std::pair<Index, Index>, bool> seen;  // directed edges of what goes
+    for (Triangle& t : triangles_) {
+      if (!t.alive || Dot(t.normal, points_[point]) - t.offset <= rounding()) continue;
+      t.alive = false;
+      for (std::size_t k = 0; k < 3; ++k) seen[{t.v[k], t.v[(k + 1) % 3]}] = true;
+    }
+    for (const auto& [edge, unused] : seen)
+      if (!seen.contains({edge.second, edge.first})) triangles_.push_back(Of(edge.first, edge.second, point));
+    if (triangles_.size() > 4096) std::erase_if(triangles_, [](const Triangle& t) { return !t.alive; });
+  }
+
+  // Groups of triangles that lie in the plane of the largest of them and hang together.
+  void Merge();
+  // The border of a group, counter-clockwise; nothing where it is no simple loop.
+  std::vector<Index> BorderOf(int group) const;
+
+  std::vector<Vec3d> points_;
+  double size_ = 0;
+  std::array<Index, 4> first_{};
+  std::vector<Triangle> triangles_;
+  std::vector<int> group_;
+  int groups_ = 0;
+};
+
+void Builder::Merge() {
+  const std::size_t n = triangles_.size();
+  std::map<std::pair<Index, Index>, std::size_t> owner;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < 3; ++k) owner[{triangles_[i].v[k], triangles_[i].v[(k + 1) % 3]}] = i;
+  const auto area = [&](const Triangle& t) {
+    return LengthSquared(Cross(points_[t.v[1]] - points_[t.v[0]], points_[t.v[2]] - points_[t.v[0]]));
+  };
+  std::vector<std::size_t> order(n);
+  for (std::size_t i = 0; i < n; ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t i, std::size_t j) { return area(triangles_[i]) > area(triangles_[j]); });
+  group_.assign(n, -1);
+  for (const std::size_t seed : order) {
+    if (group_[seed] >= 0) continue;
+    const Triangle& plane = triangles_[seed];
+    group_[seed] = groups_;
+    std::vector<std::size_t> open{seed};
+    while (!open.empty()) {
+      const Triangle t = triangles_[open.back()];
+      open.pop_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto next = owner.find({t.v[(k + 1) % 3], t.v[k]});
+        if (next == owner.end() || group_[next->second] >= 0) continue;
+        const Triangle& other = triangles_[next->second];
+        const bool flat = std::all_of(other.v.begin(), other.v.end(), [&](Index v) {
+          return std::abs(Dot(plane.normal, points_[v]) - plane.offset) <= kFlatShare * size_;
+        });
+        // A thin sliver's own normal is rounding; one that faces away is another side of a thin hull.
+        if (!flat || Dot(plane.normal, other.normal) < 0.5) continue;
+        group_[next->second] = groups_;
+        open.push_back(next->second);
+      }
+    }
+    ++groups_;
+  }
+}
+
+std::vector<Index> Builder::BorderOf(int group) const {
+  std::map<Index, Index> next;
+  std::size_t edges = 0;
+  std::map<std::pair<Index, Index>, bool> inside;
+  for (std::size_t i = 0; i < triangles_.size(); ++i)
+    for (std::size_t k = 0; k < 3 && group_[i] == group; ++k)
+      inside[{triangles_[i].v[k], triangles_[i].v[(k + 1) % 3]}] = true;
+  for (const auto& [edge, unused] : inside) {
+    if (inside.contains({edge.second, edge.first})) continue;
+    next[edge.first] = edge.second;
+    ++edges;
+  }
+  if (next.size() != edges) return {};
+  std::vector<Index> loop;
+  for (Index v = next.begin()->first; loop.size() < edges; v = next.at(v)) {
+    if (!loop.empty() && v == loop.front()) return {};
+    loop.push_back(v);
+  }
+  return loop;
+}
+
+std::shared_ptr<const Polyhedron> Builder::Finish() {
+  Merge();
+  std::vector<std::vector<Index>> loops;
+  for (int group = 0; group < groups_; ++group) {
+    std::vector<Index> loop = BorderOf(group);
+    if (!loop.empty()) {
+      loops.push_back(std::move(loop));
+      continue;
+    }
+    for (std::size_t i = 0; i < triangles_.size(); ++i)
+      if (group_[i] == group) loops.emplace_back(triangles_[i].v.begin(), triangles_[i].v.end());
+  }
+  // A vertex of only two faces lies within an edge.
+  std::vector<int> faces_of(points_.size(), 0);
+  for (const auto& loop : loops)
+    for (const Index v : loop) ++faces_of[v];
+  auto result = std::make_shared<Polyhedron>();
+  std::vector<Index> number(points_.size(), 0);
+  Vec3d middle;
+  for (Index v = 0; v < points_.size(); ++v) {
+    if (faces_of[v] < 3) continue;
+    number[v] = static_cast<Index>(result->vertices.size());
+    result->vertices.push_back(Vec3f(points_[v]));
+    middle += points_[v];
+  }
+  result->inside = Vec3f(middle / static_cast<double>(result->vertices.size()));
+  std::map<std::pair<Index, Index>, Index> open;
+  for (auto& loop : loops) {
+    std::erase_if(loop, [&](Index v) { return faces_of[v] < 3; });
+    if (loop.size() < 3) continue;
+    Vec3d sum;  // Newell's normal
+    for (std::size_t k = 0; k < loop.size(); ++k)
+      sum += Cross(points_[loop[k]] - points_[loop[0]], points_[loop[(k + 1) % loop.size()]] - points_[loop[0]]);
+    const Vec3d normal = Normalized(sum);
+    double offset = Dot(normal, points_[loop[0]]);
+    for (const Index v : loop) offset = std::max(offset, Dot(normal, points_[v]));
+    const Index face = static_cast<Index>(result->faces.size());
+    result->faces.push_back({.normal = Vec3f(normal),
+                             .offset_m = static_cast<float>(offset),
+                             .first = static_cast<Index>(result->loops.size()),
+                             .count = static_cast<Index>(loop.size())});
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      const Index u = number[loop[k]], v = number[loop[(k + 1) % loop.size()]];
+      result->loops.push_back(u);
+      if (const auto other = open.find({v, u}); other != open.end()) {
+        result->edges.push_back({.a = v, .b = u, .left = other->second, .right = face});
+        open.erase(other);
+      } else {
+        open[{u, v}] = face;
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+std::shared_ptr<const Polyhedron> HullOf(std::span<const Vec3f> points) {
+  assert(points.size() >= 4);
+  return Builder(points).Finish();
+}
+
+}  // namespace tessera::physics
