@@ -1,0 +1,234 @@
+#include "core/physics/collide/triangle_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::physics {
+namespace {
+
+// Cosine and sine of what still counts as along a normal, and across an edge: 1 and 2 degrees.
+constexpr float kFace = 0.99985f, kAcross = 0.035f;
+// How far beyond the range of an edge's normals, sine, a direction may be to be taken back into it.
+constexpr float kBeyond = 0.035f;
+// A direction this close to a face's normal, 1 - cosine, is the face's normal.
+constexpr float kSame = 1e-6f;
+// A face that is met no shallower than the deepest point, by at most this (m, and share of the ball inside), is met by
+// the deepest point.
+constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
+// A centre that is behind a sheet by at most this share of the ball inside came from the front.
+constexpr float kFromFront = 0.5f;
+
+struct Scene {
+  const Geometry& geometry;
+  Convex shape, triangle;
+  const TrianglePlace& place;
+  float speculative_m;
+  float low, high, center;  // of the shape and its middle over the triangle's plane
+};
+
+// --- What normals an edge or corner has -----------------------------------------------------------------------------
+
+// Across the edge from `a` to `b`, in the plane of that edge and `c`, towards c.
+Vec3f Inward(Vec3f a, Vec3f b, Vec3f c) {
+  const Vec3f edge = b - a, to = c - a;
+  return Normalized(to - edge * (Dot(to, edge) / LengthSquared(edge)));
+}
+
+// Takes `up` into the range of normals at the edge; false if it lies beyond.
+bool IntoEdgeRange(const TrianglePlace& place, std::size_t edge, Vec3f* up) {
+  const Vec3f a = place.corners[edge], b = place.corners[(edge + 1) % 3], c = place.corners[(edge + 2) % 3];
+  const Vec3f own = Inward(a, b, c);
+  const float into_own = Dot(*up, own);
+  if (into_own > kBeyond) return false;
+  Vec3d other;
+  if (place.surface.Opposite(place.index, edge, &other)) {
+    const Vec3f d = place.In(other);
+    const Vec3f next = Inward(a, b, d);
+    const float into_next = Dot(*up, next);
+    if (into_next > kBeyond || Dot(d - a, place.normal) > kBeyond * Length(d - a)) return false;
+    if (into_next > 0) *up -= next * into_next;
+  } else if (Dot(*up, place.normal) < -kBeyond) {
+    return false;
+  }
+  if (Dot(*up, own) > 0) *up -= own * Dot(*up, own);
+  *up = Normalized(*up, place.normal);
+  return true;
+}
+
+bool AtCorner(const TrianglePlace& place, std::size_t corner, Vec3f up) {
+  std::array<Vec3d, Surface::kRing> ring;
+  const std::size_t count = place.surface.Ring(place.index, corner, ring);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3f to = place.In(ring[i]) - place.corners[corner];
+    if (Dot(up, to) > kBeyond * Length(to)) return false;
+  }
+  return true;
+}
+
+// Of the triangle seen from `up`: its face, an edge or a corner. Takes `up` into that feature's range.
+bool IntoRange(const TrianglePlace& place, Vec3f* up, bool* face) {
+  *face = false;
+  if (Dot(*up, place.normal) >= kFace) {
+    *up = place.normal;
+    return *face = true;
+  }
+  std::size_t far = 0;
+  for (std::size_t i = 1; i < 3; ++i) {
+    if (Dot(*up, place.corners[i]) > Dot(*up, place.corners[far])) far = i;
+  }
+  const auto lean = [&](std::size_t i) {
+    return std::abs(Dot(*up, Normalized(place.corners[i] - place.corners[far])));
+  };
+  const std::size_t next = (far + 1) % 3, last = (far + 2) % 3;
+  const bool along_next = lean(next) <= lean(last);
+  if (lean(along_next ? next : last) > kAcross) return AtCorner(place, far, *up);
+  if (!IntoEdgeRange(place, along_next ? far : last, up)) return false;
+  if (1 - Dot(*up, place.normal) <= kSame) *up = place.normal;
+  return true;
+}
+
+// --- Ways to touch --------------------------------------------------------------------------------------------------
+
+// The part of the shape that looks at the triangle, cut to the prism over it. False if nothing of it is there.
+bool OverFace(const Scene& s, LocalManifold* out) {
+  out->count = 0;
+  const SupportFace face = SupportFaceOf(s.shape, -s.place.normal);
+  const FaceView top{s.place.normal, s.place.corners, 0};
+  if (face.count > 2) {
+    CollideFaces(top, {face.normal, face.loop(), face.id}, false, s.speculative_m, out);
+    return out->count > 0;
+  }
+  return CollideOnFace(top, face, s.speculative_m, out);
+}
+
+float Shallowest(const LocalManifold& m) {
+  float separation = m.points[0].separation_m;
+  for (int i = 1; i < m.count; ++i)
+    separation = std::min(separation, m.points[static_cast<std::size_t>(i)].separation_m);
+  return separation;
+}
+
+bool Above(const TrianglePlace& place, Vec3f p) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3f a = place.corners[i], b = place.corners[(i + 1) % 3];
+    if (Dot(Cross(b - a, p - a), place.normal) < -1e-5f * LengthSquared(b - a)) return false;
+  }
+  return true;
+}
+
+// The centre is behind the triangle, and no edge or corner is met.
+TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
+  if (!Above(s.place, s.geometry.middle)) return TriangleContact::kNone;
+  const float inside = s.geometry.middle_radius_m;
+  if (s.place.surface.is_field() || -s.center <= kFromFront * inside) {
+    MakeManifold(s.shape, s.triangle, {-s.place.normal, s.low, s.geometry.middle}, s.speculative_m, out);
+  } else if (s.high <= inside) {
+    MakeManifold(s.shape, s.triangle, {s.place.normal, -s.high, s.geometry.middle}, s.speculative_m, out);
+  }
+  return out->count > 0 ? TriangleContact::kDeep : TriangleContact::kNone;
+}
+
+TriangleContact General(const Scene& s, LocalManifold* out) {
+  LocalManifold over;
+  const bool front = s.center >= 0;
+  if (front && OverFace(s, &over)) {
+    const float tolerance = std::min(kDeepest_m, kDeepestShare * s.geometry.middle_radius_m);
+    if (Shallowest(over) <= s.low + tolerance) {
+      *out = over;
+      return TriangleContact::kFront;
+    }
+  }
+  Gap gap;
+  if (!FindGap(s.shape, s.triangle, s.speculative_m, &gap)) return TriangleContact::kNone;
+  Vec3f up = -gap.normal;
+  bool face = false;
+  if (IntoRange(s.place, &up, &face) && (front || !face)) {
+    if (front && up == s.place.normal) {
+      *out = over;  // empty where the shape is beside the triangle: that is for its neighbour
+      return out->count > 0 ? TriangleContact::kFront : TriangleContact::kNone;
+    }
+    gap.normal = -up;
+    gap.separation_m = SeparationAlong(s.shape, s.triangle, gap.normal);
+    MakeManifold(s.shape, s.triangle, gap, s.speculative_m, out);
+    return out->count > 0 ? TriangleContact::kFront : TriangleContact::kNone;
+  }
+  if (!front) return FromBehind(s, out);
+  if (over.count == 0) return TriangleContact::kNone;
+  *out = over;
+  return TriangleContact::kFront;
+}
+
+// --- Spheres --------------------------------------------------------------------------------------------------------
+
+struct Nearest {
+  Vec3d point;
+  int feature = 0;  // 0: face; 1 + edge; 4 + corner
+};
+
+// Of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
+Nearest NearestTo(Vec3d a, Vec3d b, Vec3d c) {
+  const Vec3d ab = b - a, ac = c - a;
+  const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);
+  if (d1 <= 0 && d2 <= 0) return {a, 4};
+  const double d3 = -Dot(ab, b), d4 = -Dot(ac, b);
+  if (d3 >= 0 && d4 <= d3) return {b, 5};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), 1};
+  const double d5 = -Dot(ab, c), d6 = -Dot(ac, c);
+  if (d6 >= 0 && d5 <= d6) return {c, 6};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), 3};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), 2};
+  const double sum = va + vb + vc;
+  return {a + ab * (vb / sum) + ac * (vc / sum), 0};
+}
+
+TriangleContact Ball(const Scene& s, LocalManifold* out) {
+  const auto& [a, b, c] = s.place.corners;
+  const Nearest near = NearestTo(Vec3d(a), Vec3d(b), Vec3d(c));
+  const float distance = static_cast<float>(Length(near.point));
+  if (distance - s.geometry.radius_m > s.speculative_m) return TriangleContact::kNone;
+  Vec3f up = s.place.normal;
+  float height = s.center;
+  if (near.feature != 0) {
+    if (s.center < 0) return TriangleContact::kNone;
+    up = Normalized(-Vec3f(near.point), up);
+    const auto feature = static_cast<std::size_t>(near.feature);
+    if (feature < 4 ? !IntoEdgeRange(s.place, feature - 1, &up) : !AtCorner(s.place, feature - 4, up)) {
+      return TriangleContact::kNone;
+    }
+    if (1 - Dot(up, s.place.normal) <= kSame) up = s.place.normal;
+    height = -Dot(up, Vec3f(near.point));
+  } else if (s.center < 0) {
+    const bool front = s.place.surface.is_field() || -s.center <= kFromFront * s.geometry.radius_m;
+    if (!front) up = -up, height = -height;
+  }
+  out->normal = -up;
+  out->count = 1;
+  out->points[0] = {up * -s.geometry.radius_m, up * -height, height - s.geometry.radius_m, 0};
+  return s.center < 0 ? TriangleContact::kDeep : TriangleContact::kFront;
+}
+
+}  // namespace
+
+TrianglePlace::TrianglePlace(const Surface& surface_in, const LocalPose& pose_in, std::uint32_t index_in)
+    : surface(surface_in), pose(pose_in), index(index_in) {
+  const std::array<Vec3d, 3> at = surface.Corners(index);
+  corners = {In(at[0]), In(at[1]), In(at[2])};
+  normal = pose.rotation * Vec3f(Normalized(Cross(at[1] - at[0], at[2] - at[0])));
+}
+
+TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
+                                LocalManifold* out) {
+  out->count = 0;
+  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, 0, 0, 0};
+  const double offset = Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
+  s.low = static_cast<float>(-ReachOf(s.shape, -place.normal) - offset);
+  s.high = static_cast<float>(ReachOf(s.shape, place.normal) - offset);
+  s.center = static_cast<float>(Dot(Vec3d(place.normal), Vec3d(convex.middle)) - offset);
+  if (s.low > speculative_m || s.high < 0) return TriangleContact::kNone;
+  return convex.kind == GeometryKind::kSphere ? Ball(s, out) : General(s, out);
+}
+
+}  // namespace tessera::physics
