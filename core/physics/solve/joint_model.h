@@ -14,8 +14,8 @@ namespace tessera::physics {
 
 class JointModel {
  public:
-  // Frames are in the coordinates of the bodies (centre of mass, principal axes); `frame_a` of a joint to the world is in
-  // world space, and its placement the identity.
+  // Frames are in the coordinates of the bodies (centre of mass, principal axes); `frame_a` of a joint to the world is
+  // in world space, and its placement the identity.
   JointModel(const JointDef& def, const Pose& frame_a, const Pose& frame_b);
 
   // Rows at these placements. Angles of more than a turn are counted on: `StateOf` what a hinge has turned so far.
