@@ -162,7 +162,7 @@ TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
   }
   frame.ghosts[0].state = State(1);
   frame.grants[0].bodies[1].state.linear_velocity.x = 2e6F;
-  EXPECT_EQ(Error(), "body 3: linear_velocity.x must be -1e+06 to 1e+06, got 2e+06");
+  EXPECT_EQ(Error(), "body 3: linear_velocity.x must be -100000 to 100000, got 2e+06");
 }
 
 // Whatever number of a body's state is absurd, that body and that number are named.

@@ -37,7 +37,7 @@ inline constexpr double kMaxForce = 1e15;
 // body beyond is as good as lost (a float has steps of metres there): its owner takes it out and reports it, and a
 // frame that shows one is refused.
 inline constexpr double kMaxStatePosition_m = 1e8;
-inline constexpr double kMaxStateSpeed_m_s = 1e6, kMaxStateAngularSpeed_rad_s = 1e6;
+inline constexpr double kMaxStateSpeed_m_s = 1e5, kMaxStateAngularSpeed_rad_s = 1e5;
 // kg m^2/s: the largest inertia at that speed, about. Its square does not fit a float.
 inline constexpr double kMaxStateAngularMomentum = 1e27;
 // What one pair of bodies may do to each other in one tick, N s and N m s: the largest mass and inertia, stopped from

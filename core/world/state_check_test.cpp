@@ -50,7 +50,7 @@ TEST(StateCheckTest, AnOrientationIsAUnitQuaternion) {
 TEST(StateCheckTest, NamesEveryFieldOfMotion) {
   BodyState state;
   state.linear_velocity.x = 2e6F;
-  EXPECT_EQ(Error(state), "body 7: linear_velocity.x must be -1e+06 to 1e+06, got 2e+06");
+  EXPECT_EQ(Error(state), "body 7: linear_velocity.x must be -100000 to 100000, got 2e+06");
   state = BodyState();
   state.angular_velocity.z = std::nanf("");
   EXPECT_EQ(Error(state), "body 7: angular_velocity.z must be a finite number, got nan");
