@@ -9,40 +9,66 @@
 
 #include "bench/dissertation.h"
 #include "bench/report.h"
+#include "bench/speed.h"
+#include "bench/suite.h"
 
 namespace tessera::bench {
 namespace {
 
-int Main(int argc, char** argv) {
-  CLI::App app{"Benchmarks of Tessera"};
-  app.require_subcommand(1);
-  std::string csv;
-  bool quick = false;
-  CLI::App* dissertation = app.add_subcommand(
-      "dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients");
-  dissertation->add_option("--csv", csv, "Also write the figures to this file");
-  dissertation->add_flag("--quick", quick, "3 s a layout instead of 20");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  Report report("dissertation");
+absl::Status Dissertation(const SuiteOptions& options, Report& report) {
+  return RunDissertation({.seconds = options.quick ? 3.0 : 20.0}, report);
+}
+
+struct Suite {
+  const char* name;
+  const char* about;
+  absl::Status (*run)(const SuiteOptions&, Report&);
+};
+
+constexpr Suite kSuites[] = {
+    {"speed", "Many bodies: CPU time, penetration and drift against stock Bullet, runs interleaved", RunSpeed},
+    {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
+     Dissertation},
+};
+
+int Run(const Suite& suite, const SuiteOptions& options) {
+  Report report(suite.name);
   absl::Status status;
   try {
-    status = RunDissertation({.seconds = quick ? 3.0 : 20.0}, report);
+    status = suite.run(options, report);
   } catch (const std::exception& error) {
     status = absl::InternalError(error.what());
   }
   if (status.ok()) {
     std::cout << report.Table();
-    if (!csv.empty()) status = report.WriteCsv(csv);
+    if (!options.csv.empty()) status = report.WriteCsv(options.csv);
   }
   if (!status.ok()) {
     std::cerr << fmt::format("tessera-bench: {}\n", std::string(status.message()));
     return 1;
   }
   return 0;
+}
+
+int Main(int argc, char** argv) {
+  CLI::App app{"Benchmarks of Tessera"};
+  app.require_subcommand(1);
+  SuiteOptions options;
+  for (const Suite& suite : kSuites) {
+    CLI::App* command = app.add_subcommand(suite.name, suite.about);
+    command->add_option("--csv", options.csv, "Also write the figures to this file");
+    command->add_flag("--quick", options.quick, "Smaller and shorter: a look, not a measurement");
+    command->add_option("--only", options.only, "Run only scenes whose names contain this");
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  for (const Suite& suite : kSuites) {
+    if (app.got_subcommand(suite.name)) return Run(suite, options);
+  }
+  return 2;
 }
 
 }  // namespace

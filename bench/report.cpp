@@ -27,10 +27,16 @@ std::string Report::Table() const {
   for (const Figure& figure : figures_) AddUnique(scenes, figure.scene);
   std::string out;
   for (const std::string& scene : scenes) {
-    std::vector<std::string> configs, metrics;
+    std::vector<std::string> engines, configs, metrics;
+    for (const Figure& figure : figures_) {
+      if (figure.scene == scene) AddUnique(engines, figure.engine);
+    }
+    const auto column_of = [&](const Figure& figure) {
+      return engines.size() > 1 ? figure.engine + " " + figure.config : figure.config;
+    };
     for (const Figure& figure : figures_) {
       if (figure.scene != scene) continue;
-      AddUnique(configs, figure.config);
+      AddUnique(configs, column_of(figure));
       AddUnique(metrics, figure.metric);
     }
     std::vector<cli::Row> rows{{"METRIC"}};
@@ -39,7 +45,7 @@ std::string Report::Table() const {
       cli::Row row{metric};
       for (const std::string& config : configs) {
         const auto figure = std::find_if(figures_.begin(), figures_.end(), [&](const Figure& f) {
-          return f.scene == scene && f.config == config && f.metric == metric;
+          return f.scene == scene && column_of(f) == config && f.metric == metric;
         });
         row.push_back(figure == figures_.end() ? "-" : Human(figure->value, figure->unit));
       }

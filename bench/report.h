@@ -23,7 +23,7 @@ class Report {
            double value, const std::string& unit);
   const std::vector<Figure>& figures() const { return figures_; }
 
-  // Rows are metrics, columns are configs; one block a scene.
+  // Rows are metrics, columns are configs, of each engine if there are several; one block a scene.
   std::string Table() const;
   // Errors: PERMISSION_DENIED naming the file.
   absl::Status WriteCsv(const std::string& path) const;

@@ -21,6 +21,16 @@ TEST(ReportTest, TableHasARowAMetricAndAColumnAConfig) {
             "bodies      -    12\n");
 }
 
+TEST(ReportTest, EnginesHaveColumnsOfTheirOwn) {
+  Report report("suite");
+  report.Add("scene", "tessera", "n=1", "step", 1, "s");
+  report.Add("scene", "bullet", "n=1", "step", 2, "s");
+  EXPECT_EQ(report.Table(),
+            "\nsuite / scene\n"
+            "METRIC  tessera n=1  bullet n=1\n"
+            "step             1s          2s\n");
+}
+
 TEST(ReportTest, CsvHasAFigureALine) {
   const std::string file = testing::TempDir() + "/report_test.csv";
   Report report("suite");
