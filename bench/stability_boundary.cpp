@@ -1,0 +1,126 @@
+// At the edges: far from the origin, and numbers that no world should take in.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "bench/stability_stage.h"
+#include "core/world/scene_io.h"
+#include "core/world/state_check.h"
+#include "scenes/measured/builder.h"
+#include "scenes/measured/linkages.h"
+#include "scenes/measured/stacks.h"
+
+namespace tessera::bench {
+namespace {
+
+// The largest distance of any body from where the same run at the origin has it, after ten seconds. A region's local
+// coordinates are about its own origin, which for Tessera lies where the scene is.
+absl::Status FarAway(Stage& stage) {
+  const double seconds = stage.quick() ? 3 : 10;
+  const std::map<std::string, Scene> scenes{{"far_stack", scenes::Tower(10, 0.01)},
+                                            {"far_pyramid", scenes::Pyramid(5)},
+                                            {"far_ragdoll", scenes::Ragdolls(1)}};
+  for (const auto& [name, at_origin] : scenes) {
+    std::vector<Vec3d> truth;
+    for (const double km : {0.0, 10.0, 100.0, 1000.0, 10'000.0}) {
+      const Vec3d by{km * 700, 0, km * 700};
+      Scene scene = at_origin;
+      scenes::Shift(scene, by);
+      absl::StatusOr<Run> run = stage.Start(scene, 60, by);
+      if (absl::IsUnimplemented(run.status())) break;
+      if (!run.ok()) return run.status();
+      run->Seconds(seconds);
+      double most = 0;
+      for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const Vec3d place = run->StateOf(scene.bodies[i].id).position - by;
+        if (km == 0) truth.push_back(place);
+        const double off = Length(place - truth[i]);
+        if (!(off <= most)) most = off;
+      }
+      const std::string config = fmt::format("km={:g}", km);
+      stage.Note(name, config, "off_m", most, "m");
+      stage.Cost(name, config, run->cpu_us_per_tick());
+    }
+  }
+  return absl::OkStatus();
+}
+
+constexpr const char* kAbsurd[] = {"nan", "inf", "-inf", "1e30", "-1e30"};
+
+// A good scene with one number made absurd, which the refusal must name.
+bool SceneRefused(const std::string& field, const std::string& number) {
+  std::map<std::string, std::string> numbers{
+      {"gravity", "-9.81"},      {"mass", "1"},           {"position", "2"},   {"linear_velocity", "0"},
+      {"angular_velocity", "0"}, {"half_extents", "0.5"}, {"friction", "0.5"}, {"max_force", "1"}};
+  numbers.at(field) = number;
+  const std::string text = fmt::format(
+      R"(bounds {{ min {{ x: -50 y: -50 z: -50 }} max {{ x: 50 y: 50 z: 50 }} }} gravity {{ y: {} }}
+         materials {{ name: "wood" friction: {} }}
+         bodies {{ id: 7 mass: {} material: "wood" shape {{ box {{ half_extents {{ x: {} y: 1 z: 1 }} }} }}
+                   pose {{ position {{ y: {} }} }} linear_velocity {{ x: {} }} angular_velocity {{ x: {} }} }}
+         joints {{ id: 1 body_a: 7 hinge {{ motor {{ target_velocity: 1 max_force: {} }} }} }})",
+      numbers["gravity"], numbers["friction"], numbers["mass"], numbers["half_extents"], numbers["position"],
+      numbers["linear_velocity"], numbers["angular_velocity"], numbers["max_force"]);
+  const absl::StatusOr<v1::Scene> parsed = ParseScene(text, "scene");
+  if (!parsed.ok()) return false;  // the text is well formed; it is the number that must be refused
+  const auto resolved = ResolveScene(*parsed, "scene");
+  return !resolved.ok() && std::string(resolved.status().message()).find(field) != std::string::npos;
+}
+
+absl::Status AbsurdScenes(Stage& stage) {
+  int asked = 0, refused = 0;
+  for (const char* field : {"gravity", "mass", "position", "linear_velocity", "angular_velocity", "half_extents",
+                            "friction", "max_force"}) {
+    if (SceneRefused(field, "1")) return absl::InternalError(fmt::format("a scene with {} 1 is refused", field));
+    for (const char* number : kAbsurd) {
+      ++asked;
+      refused += SceneRefused(field, number);
+    }
+  }
+  stage.Note("absurd_scene", "fields=8", "refused_share", static_cast<double>(refused) / asked);
+  return absl::OkStatus();
+}
+
+// What comes later than the scene: states, forces and torques.
+absl::Status AbsurdStates(Stage& stage) {
+  const float absurd[] = {std::nanf(""), HUGE_VALF, -HUGE_VALF, 1e30f, -1e30f};
+  int asked = 0, refused = 0;
+  const auto expect_named = [&](const absl::Status& status, const char* field) {
+    const std::string text(status.message());
+    ++asked;
+    refused += !status.ok() && text.find("body 7") != std::string::npos && text.find(field) != std::string::npos;
+  };
+  const BodyId id(7);
+  for (const float number : absurd) {
+    BodyState state;
+    state.position.y = number;
+    expect_named(CheckState(id, state), "position");
+    state = {};
+    state.orientation.x = number;
+    expect_named(CheckState(id, state), "orientation");
+    state = {};
+    state.linear_velocity.z = number;
+    expect_named(CheckState(id, state), "linear_velocity");
+    state = {};
+    state.angular_velocity.x = number;
+    expect_named(CheckState(id, state), "angular_velocity");
+    expect_named(CheckForce(id, {number, 0, 0}, {}), "force_n");
+    expect_named(CheckForce(id, {}, {0, 0, number}), "torque_nm");
+  }
+  if (!CheckState(id, {}).ok() || !CheckForce(id, {1, 2, 3}, {}).ok()) {
+    return absl::InternalError("a good state or force is refused");
+  }
+  stage.Note("absurd_state", "fields=6", "refused_share", static_cast<double>(refused) / asked);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::vector<Check> BoundaryChecks() {
+  return {{"far", FarAway, true}, {"absurd_scene", AbsurdScenes}, {"absurd_state", AbsurdStates}};
+}
+
+}  // namespace tessera::bench
