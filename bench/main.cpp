@@ -7,9 +7,11 @@
 #include <iostream>
 #include <string>
 
+#include "bench/accuracy.h"
 #include "bench/dissertation.h"
 #include "bench/report.h"
 #include "bench/speed.h"
+#include "bench/stability.h"
 #include "bench/suite.h"
 
 namespace tessera::bench {
@@ -26,6 +28,10 @@ struct Suite {
 };
 
 constexpr Suite kSuites[] = {
+    {"accuracy", "Error against CPU time over step lengths and solver settings, against Bullet, ODE and MuJoCo",
+     RunAccuracy},
+    {"stability", "What must stand, hold, roll, swing, rebound or be refused, and by how much it does not",
+     RunStability},
     {"speed", "Many bodies: CPU time, penetration and drift against stock Bullet, runs interleaved", RunSpeed},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
