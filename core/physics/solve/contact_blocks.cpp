@@ -151,6 +151,12 @@ std::size_t LanesOf(int kind) {
 
 }  // namespace
 
+Softness SoftnessOf(float share, float damping_ratio, float h) {
+  const float omega_h = 2 * 3.14159265f * share;
+  const float stiff = omega_h * (2 * damping_ratio + omega_h);
+  return {stiff / (1 + stiff), 1 / (1 + stiff), omega_h / h / (2 * damping_ratio + omega_h)};
+}
+
 // Decides where each contact goes.
 void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring) {
   const std::span<const std::uint8_t> colors = coloring.contacts();

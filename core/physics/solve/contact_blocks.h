@@ -24,6 +24,8 @@ struct ContactRun {
 struct Softness {
   float mass = 1, impulse = 0, bias_rate = 0;
 };
+// `share`: of the substep rate 1 / h, the frequency.
+Softness SoftnessOf(float share, float damping_ratio, float h);
 
 class ContactBlocks {
  public:

@@ -7,6 +7,7 @@
 
 #include "core/physics/solve/coloring.h"
 #include "core/physics/solve/contact_blocks.h"
+#include "core/physics/solve/joint_blocks.h"
 #include "core/physics/solve/kernel.h"
 #include "core/physics/solve/tuning.h"
 
@@ -28,12 +29,6 @@ Vec3f Get(const float (&from)[4]) { return {from[0], from[1], from[2]}; }
 
 Vec3f Root(Vec3f v) { return {std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)}; }
 
-Softness SoftnessOf(float h) {
-  const float omega_h = 2 * 3.14159265f * kContactShare;
-  const float c = omega_h * (2 * kContactDamping + omega_h);
-  return {c / (1 + c), 1 / (1 + c), omega_h / h / (2 * kContactDamping + omega_h)};
-}
-
 }  // namespace
 
 struct Solver::Impl {
@@ -41,7 +36,8 @@ struct Solver::Impl {
 
   void LoadBodies(std::span<const SolverBody> bodies, float h);
   void Kick(bool first);
-  void Run(ContactKernel ContactKernels::*kernel);
+  void Run(ContactKernel ContactKernels::*kernel, const ContactRun& run);
+  void SolveAll(bool relax);
   void Substeps(int count);
   void StoreBodies(std::span<SolverBody> bodies) const;
 
@@ -54,6 +50,7 @@ struct Solver::Impl {
   std::vector<SolvedKick> kicks;
   Coloring coloring;
   ContactBlocks contacts;
+  JointBlocks joints;
 };
 
 void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
@@ -96,19 +93,33 @@ void Solver::Impl::Kick(bool first) {
   }
 }
 
-void Solver::Impl::Run(ContactKernel ContactKernels::*kernel) {
-  for (const ContactRun& run : contacts.runs()) {
-    (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
+void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactRun& run) {
+  (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
+}
+
+// Color by color, joints before contacts: what must not overlap has the last word.
+void Solver::Impl::SolveAll(bool relax) {
+  ContactKernel ContactKernels::*const kernel = relax ? &ContactKernels::relax : &ContactKernels::solve;
+  auto run = contacts.runs().begin();
+  const auto end = contacts.runs().end();
+  for (std::size_t color = 0; color <= kColors; ++color) {
+    if (!joints.empty()) joints.Solve(color, states.data(), masses.data(), step, relax);
+    for (; run != end && run->color == color; ++run) Run(kernel, *run);
+    if (joints.empty() && run == end) break;
   }
 }
 
 void Solver::Impl::Substeps(int substeps) {
   for (int i = 0; i < substeps; ++i) {
     Kick(i == 0);
-    if (i == 0) Run(&ContactKernels::warm);
-    Run(&ContactKernels::solve);
+    if (i == 0) {
+      joints.Warm(states.data());
+      for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::warm, run);
+    }
+    SolveAll(false);
     kernels.drift(states.data(), masses.data(), count, step.h);
-    Run(&ContactKernels::relax);
+    joints.Turn(states.data(), masses.data(), before.data(), step.h);
+    SolveAll(true);
   }
 }
 
@@ -140,11 +151,14 @@ void Solver::Solve(const SolveBatch& batch) {
   for (const ContactConstraint& contact : batch.contacts) {
     for (ManifoldPoint& point : contact.manifold->points) point.total_impulse = 0;
   }
-  impl.contacts.Fill(batch.contacts, impl.coloring, static_cast<std::uint32_t>(impl.count), SoftnessOf(h));
-  impl.Run(&ContactKernels::prepare);
+  const auto nobody = static_cast<std::uint32_t>(impl.count);
+  impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
+  impl.contacts.Fill(batch.contacts, impl.coloring, nobody, SoftnessOf(kContactShare, kContactDamping, h));
+  for (const ContactRun& run : impl.contacts.runs()) impl.Run(&ContactKernels::prepare, run);
   impl.Substeps(batch.substeps);
   impl.StoreBodies(batch.bodies);
   impl.contacts.Store(batch.contacts);
+  impl.joints.Store(batch.joints);
 }
 
 }  // namespace tessera::physics

@@ -7,6 +7,8 @@ namespace tessera::physics {
 // rate) and damping ratio, times the effective mass. Higher shares ring; lower ones sink.
 inline constexpr float kContactShare = 0.25f, kContactDamping = 10;
 
+inline constexpr float kJointShare = 0.25f, kJointDamping = 2;
+
 // Overlaps are pushed out no faster than this, m/s, so that bodies placed into each other do not explode.
 inline constexpr float kPushOut_m_s = 3;
 

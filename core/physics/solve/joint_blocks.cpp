@@ -1,0 +1,305 @@
+#include "core/physics/solve/joint_blocks.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "core/physics/solve/tuning.h"
+
+namespace tessera::physics {
+namespace {
+
+// Locked rows that keep less than this share of their square beside the others are implied by them.
+constexpr float kImplied = 1e-6f;
+
+constexpr std::size_t At(int i) { return static_cast<std::size_t>(i); }
+
+Vec3f Get(const float (&v)[4]) { return {v[0], v[1], v[2]}; }
+void Add(float (&to)[4], Vec3f v) {
+  to[0] += v.x;
+  to[1] += v.y;
+  to[2] += v.z;
+}
+SymMat3f RootInertia(const SolvedMass& mass) {
+  const float(&r)[6] = mass.root_inertia;
+  return {r[0], r[1], r[2], r[3], r[4], r[5]};
+}
+
+float Velocity(const JointRow& row, const SolvedState& a, const SolvedState& b) {
+  return (Dot(row.linear_a, Get(a.velocity)) + Dot(row.angular_a, Get(a.spin))) +
+         (Dot(row.linear_b, Get(b.velocity)) + Dot(row.angular_b, Get(b.spin)));
+}
+
+template <class Body>
+void Apply(const JointRow& row, float impulse, Body& a, Body& b) {
+  Add(a.velocity, row.linear_a * impulse);
+  Add(a.spin, row.angular_a * impulse);
+  Add(b.velocity, row.linear_b * impulse);
+  Add(b.spin, row.angular_b * impulse);
+}
+
+float Product(const JointRow& p, const JointRow& q) {
+  return (Dot(p.linear_a, q.linear_a) + Dot(p.angular_a, q.angular_a)) +
+         (Dot(p.linear_b, q.linear_b) + Dot(p.angular_b, q.angular_b));
+}
+
+// p -= s q, and p *= s.
+void Subtract(JointRow& p, float s, const JointRow& q) {
+  p.linear_a -= q.linear_a * s;
+  p.angular_a -= q.angular_a * s;
+  p.linear_b -= q.linear_b * s;
+  p.angular_b -= q.angular_b * s;
+  p.linear -= q.linear * s;
+  p.error -= q.error * s;
+}
+void Scale(JointRow& p, float s) {
+  for (Vec3f* v : {&p.linear_a, &p.angular_a, &p.linear_b, &p.angular_b, &p.linear}) *v *= s;
+  p.error *= s;
+}
+
+// A spring's force is taken at the error it has now or that it will have after the substep: the first conserves energy,
+// the second holds however stiff it is. In between, by how far it swings in a substep.
+void MakeSpring(const Row& row, float h, JointRow& out) {
+  const float inverse_mass = Product(out, out);
+  const float swing = h * h * row.stiffness * inverse_mass;
+  const float ahead = std::min(1.0f, swing);
+  out.stiffness = h * row.stiffness;
+  out.damping = h * (row.damping + ahead * h * row.stiffness);
+  out.mass = 1 / (1 + out.damping * inverse_mass);
+}
+
+// How a body stands against the start of the step.
+struct Turned {
+  // The quaternion (t / 2, 1) / |...| turns by 2 atan(t / 2); the factor makes that |t| up to fifth order.
+  explicit Turned(Vec3f turned) : u(turned * (0.5f * (1 + LengthSquared(turned) * (1.0f / 12)))) {
+    w = 1 / std::sqrt(1 + LengthSquared(u));
+    u *= w;
+  }
+  Vec3f operator()(Vec3f v) const {
+    const Vec3f t = 2.0f * Cross(u, v);
+    return v + w * t + Cross(u, t);
+  }
+  Vec3f u;
+  float w;
+};
+
+// A joint's point and axes as its bodies stand now.
+struct Stance {
+  Stance(const JointRows& rows, const SolvedState& a, const SolvedState& b)
+      : turned_a(Get(a.turned)), turned_b(Get(b.turned)), axes(turned_a), start_gap(rows.gap) {
+    const Turned turn_b(turned_b);
+    start_arm_a = rows.arm_a + rows.gap;
+    start_arm_b = rows.arm_b;
+    const Vec3f arm = axes(rows.arm_a);
+    arm_b = turn_b(rows.arm_b);
+    gap = rows.gap + ((Get(b.moved) - Get(a.moved)) + ((arm_b - rows.arm_b) - (arm - rows.arm_a)));
+    arm_a = arm + gap;
+  }
+  Vec3f turned_a, turned_b;
+  Turned axes;
+  Vec3f start_gap, start_arm_a, start_arm_b;  // from each centre of mass to the point on b, at the start
+  Vec3f gap, arm_a, arm_b;                    // now
+};
+
+JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, const SolvedMass& b, float h) {
+  // What the row asks of angular velocities beyond the motion of the joint's point.
+  const Vec3f extra_a = stance.axes(row.angular_a - Cross(stance.start_arm_a, row.linear));
+  const Vec3f extra_b = stance.axes(row.angular_b - Cross(stance.start_arm_b, row.linear));
+  const Vec3f linear = stance.axes(row.linear);
+  JointRow out;
+  out.linear = linear;
+  out.linear_a = linear * -a.inverse_root_mass;
+  out.linear_b = linear * b.inverse_root_mass;
+  out.angular_a = RootInertia(a) * -(extra_a + Cross(stance.arm_a, linear));
+  out.angular_b = RootInertia(b) * (extra_b + Cross(stance.arm_b, linear));
+  out.error = row.error + ((Dot(linear, stance.gap) - Dot(row.linear, stance.start_gap)) +
+                           (Dot(extra_b, stance.turned_b) - Dot(extra_a, stance.turned_a)));
+  out.kind = row.kind;
+  out.target_velocity = row.target_velocity;
+  out.max_impulse = row.max_force * h;
+  const float square = Product(out, out);
+  out.mass = square > 0 ? 1 / square : 0;
+  if (row.kind == RowKind::kSpring) MakeSpring(row, h, out);
+  return out;
+}
+
+// One more step of Gram and Schmidt. False if the row adds nothing to those before it.
+bool Orthonormalize(JointBlock& block, JointRow& row) {
+  const float square = Product(row, row);
+  auto& lower = block.lower[At(block.locked)];
+  for (int j = 0; j < block.locked; ++j) {
+    const JointRow& other = block.rows[At(j)];
+    lower[At(j)] = Product(row, other);
+    Subtract(row, lower[At(j)], other);
+  }
+  const float left = Product(row, row);
+  if (!(left > kImplied * square)) return false;
+  const float length = std::sqrt(left);
+  lower[At(block.locked)] = length;
+  Scale(row, 1 / length);
+  row.mass = 1;
+  return true;
+}
+
+// Rows as the bodies stand, with the impulses in `block.impulses`.
+void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, JointBlock& block) {
+  const JointRows& rows = *block.from;
+  const Stance stance(rows, states[block.a], states[block.b]);
+  block.arm_a = stance.arm_a;
+  block.arm_b = stance.arm_b;
+  block.locked = block.count = 0;
+  for (int i = 0; i < rows.count; ++i) {
+    const Row& from = rows.rows[At(i)];
+    JointRow row = MakeRow(from, stance, masses[block.a], masses[block.b], h);
+    row.origin = static_cast<std::uint8_t>(i);
+    row.impulse = block.impulses[At(i)];
+    if (from.kind == RowKind::kLocked) {
+      assert(block.locked == block.count);  // locked rows come first
+      if (block.locked == kLockedRows || !Orthonormalize(block, row)) continue;
+      ++block.locked;
+    } else if (!(row.mass > 0)) {
+      continue;
+    }
+    block.rows[At(block.count++)] = row;
+  }
+  // Impulses along the orthonormal rows: transpose(L) times those along the joint's own. Row j no longer needs its own.
+  for (int j = 0; j < block.locked; ++j) {
+    float sum = 0;
+    for (int i = j; i < block.locked; ++i) sum += block.lower[At(i)][At(j)] * block.rows[At(i)].impulse;
+    block.rows[At(j)].impulse = sum;
+  }
+}
+
+// The other way: transpose(L) x = impulses.
+void ToOwnRows(JointBlock& block) {
+  block.impulses.fill(0);
+  for (int i = block.count - 1; i >= 0; --i) {
+    float x = block.rows[At(i)].impulse;
+    if (i < block.locked) {
+      for (int j = i + 1; j < block.locked; ++j)
+        x -= block.lower[At(j)][At(i)] * block.impulses[block.rows[At(j)].origin];
+      x /= block.lower[At(i)][At(i)];
+    }
+    block.impulses[block.rows[At(i)].origin] = x;
+  }
+}
+
+float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit)); }
+
+// How fast the joint's point is carried off its way by the turning of both bodies, as seen from a: what centripetal and
+// Coriolis acceleration make of half a substep. A substep then follows the chord of a pendulum's arc rather than its
+// tangent, and turning the rows at its end loses no energy.
+Vec3f Curving(const JointBlock& block, const SolvedState* states, const SolvedMass* masses, float h) {
+  const SolvedState &a = states[block.a], &b = states[block.b];
+  const Vec3f w_a = RootInertia(masses[block.a]) * Get(a.spin), w_b = RootInertia(masses[block.b]) * Get(b.spin);
+  const Vec3f turn_a = Cross(w_a, block.arm_a), turn_b = Cross(w_b, block.arm_b);
+  const Vec3f seen = (Get(b.velocity) * masses[block.b].inverse_root_mass + turn_b) -
+                     (Get(a.velocity) * masses[block.a].inverse_root_mass + turn_a);
+  return (Cross(w_b, turn_b) - Cross(w_a, turn_a + 2.0f * seen)) * (0.5f * h);
+}
+
+// The impulse of a row after meeting this velocity.
+float Wanted(const JointRow& row, float velocity, const StepConstants& step, Softness softness, bool relax) {
+  switch (row.kind) {
+    case RowKind::kLocked:
+      if (relax) return row.impulse - row.mass * velocity;
+      return row.impulse - softness.impulse * row.impulse -
+             softness.mass * row.mass * (velocity + softness.bias_rate * row.error);
+    case RowKind::kLimit: {
+      if (row.error > 0) return std::max(0.0f, row.impulse - row.mass * (velocity + row.error * step.inverse_h));
+      if (relax) return std::max(0.0f, row.impulse - row.mass * velocity);
+      return std::max(0.0f, row.impulse - softness.impulse * row.impulse -
+                                softness.mass * row.mass * (velocity + softness.bias_rate * row.error));
+    }
+    case RowKind::kMotor:
+      return Clamp(row.impulse - row.mass * (velocity - row.target_velocity), row.max_impulse);
+    case RowKind::kSpring:
+      return Clamp(row.impulse - row.mass * (row.damping * velocity + row.stiffness * row.error + row.impulse),
+                   row.max_impulse);
+  }
+  return 0;
+}
+
+}  // namespace
+
+void JointBlocks::Fill(std::span<const JointConstraint> joints, const Coloring& coloring, const SolvedState* states,
+                       const SolvedMass* masses, std::uint32_t nobody, float h) {
+  softness_ = SoftnessOf(kJointShare, kJointDamping, h);
+  const std::span<const std::uint8_t> colors = coloring.joints();
+  starts_.assign(kColors + 2, 0);
+  for (const std::uint8_t color : colors) ++starts_[color + std::size_t{1}];
+  for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
+  blocks_.resize(joints.size());
+  joint_of_.resize(joints.size());
+  std::array<std::uint32_t, kColors + 1> next;
+  std::copy_n(starts_.begin(), next.size(), next.begin());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const std::uint32_t at = next[colors[i]]++;
+    joint_of_[at] = static_cast<std::uint32_t>(i);
+    const JointConstraint& joint = joints[i];
+    JointBlock& block = blocks_[at];
+    block.a = joint.a == kStatic ? nobody : joint.a;
+    block.b = joint.b == kStatic ? nobody : joint.b;
+    block.from = joint.rows;
+    assert(joint.rows->count >= 0 && joint.rows->count <= kJointRows);
+    for (int k = 0; k < joint.rows->count; ++k) {
+      block.impulses[At(k)] = joint.impulses[joint.rows->rows[At(k)].slot] * joint.warm_scale;
+    }
+    MakeRows(states, masses, h, block);
+  }
+}
+
+void JointBlocks::Warm(SolvedState* states) const {
+  for (const JointBlock& block : blocks_) {
+    for (int i = 0; i < block.count; ++i) {
+      const JointRow& row = block.rows[At(i)];
+      Apply(row, row.impulse, states[block.a], states[block.b]);
+    }
+  }
+}
+
+void JointBlocks::Turn(const SolvedState* states, const SolvedMass* masses, SolvedMemory* before, float h) {
+  for (JointBlock& block : blocks_) {
+    const auto remember = [&](float sign) {
+      for (int i = 0; i < block.count; ++i) {
+        const JointRow& row = block.rows[At(i)];
+        Apply(row, sign * row.impulse, before[block.a], before[block.b]);
+      }
+    };
+    remember(1);
+    ToOwnRows(block);
+    MakeRows(states, masses, h, block);
+    remember(-1);
+  }
+}
+
+void JointBlocks::Solve(std::size_t color, SolvedState* states, const SolvedMass* masses, const StepConstants& step,
+                        bool relax) {
+  for (std::size_t k = starts_[color]; k < starts_[color + 1]; ++k) {
+    JointBlock& block = blocks_[k];
+    SolvedState &a = states[block.a], &b = states[block.b];
+    const Vec3f curving = relax ? Vec3f() : Curving(block, states, masses, step.h);
+    const auto solve = [&](int i) {
+      JointRow& row = block.rows[At(i)];
+      const bool holds = row.kind == RowKind::kLocked || row.kind == RowKind::kLimit;
+      const float offset = holds ? Dot(row.linear, curving) : 0;
+      const float impulse = Wanted(row, Velocity(row, a, b) + offset, step, softness_, relax);
+      Apply(row, impulse - row.impulse, a, b);
+      row.impulse = impulse;
+    };
+    for (int i = block.locked; i < block.count; ++i) solve(i);
+    for (int i = 0; i < block.locked; ++i) solve(i);
+  }
+}
+
+void JointBlocks::Store(std::span<const JointConstraint> joints) {
+  for (std::size_t k = 0; k < blocks_.size(); ++k) {
+    JointBlock& block = blocks_[k];
+    const JointConstraint& joint = joints[joint_of_[k]];
+    ToOwnRows(block);
+    std::fill_n(joint.impulses, kJointSlots, 0.0f);
+    for (int i = 0; i < block.from->count; ++i) joint.impulses[block.from->rows[At(i)].slot] = block.impulses[At(i)];
+  }
+}
+
+}  // namespace tessera::physics
