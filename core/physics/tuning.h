@@ -1,6 +1,8 @@
 // Constants of the Bullet engine. Each with its unit, its reason, and what breaks if it changes.
 #pragma once
 
+#include <cstddef>
+
 namespace tessera::physics {
 
 // Rounding of a convex hull, m, and its share of the hull's inner radius where that is smaller. A hull is shrunk by it
@@ -79,6 +81,9 @@ inline constexpr float kEdgeLead_m = 0.001f, kEdgeLeadShare = 0.02f;
 // What lies over the border of a face by less than this share of its half width still lies on it. Keeps the names of
 // flush corners through rounding; larger would hold what has slid off.
 inline constexpr float kClipSlack = 1e-4f;
+// Most pairs of edges that are looked at one by one; hulls with more go by GJK and EPA, which take a few microseconds
+// whatever their size.
+inline constexpr std::size_t kEdgePairs = 2500;
 // A pair is not searched anew while no point of the smaller body moved further against the other than this since the last
 // search, m, nor than this share of its outer radius; nor turned further than this. Points slide along faces meanwhile,
 // so the error is of second order: 2 mm times .01 rad, .02 mm; the normal lags by as much as the turn.

@@ -277,8 +277,8 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
   const float size = std::min({r.ha[0], r.ha[1], r.ha[2], r.hb[0], r.hb[1], r.hb[2]});
   Axes best;
   const bool near = Search(r, speculative_m, std::min(kKeepFace_m, kKeepFaceShare * size), cache.feature, &best);
-  const float edge_lead = std::min(kEdgeLead_m, kEdgeLeadShare * size);
-  const bool edge = best.edge_separation > best.face_separation + edge_lead;
+  const float lead = std::min(kEdgeLead_m, kEdgeLeadShare * size);
+  const bool edge = best.edge_separation > best.face_separation + lead;
   cache.feature = edge ? best.edge : best.face;
   if (!near) {
     cache.apart_m = std::max(best.face_separation, best.edge_separation);
@@ -289,7 +289,7 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
     found = CollideEdges(r, pose, best.edge, out);
   } else {
     CollideFace(r, pose, best.face, speculative_m, out);
-    found = out->count > 0;
+    found = Nearest(*out) <= best.face_separation + lead;
   }
   if (found) return;
   const float separation = std::max(best.face_separation, best.edge_separation);
@@ -297,7 +297,7 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
     // A corner near a corner, or an edge past the end of an edge.
     NearestPoint(a, b, pose, speculative_m, out);
     if (out->count == 0) cache.apart_m = speculative_m;
-  } else if (!edge && best.edge != 0) {
+  } else if (!edge && best.edge_separation > best.face_separation - lead) {
     // They overlap, but not over the reference face: the edges have it, if by less than the lead.
     CollideEdges(r, pose, best.edge, out);
   }

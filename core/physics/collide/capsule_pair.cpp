@@ -39,10 +39,10 @@ void Add(const Segment& segment, float t, float height, std::uint32_t feature, f
 }
 
 // Nearest parameters, each in [-1, 1], of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
-struct Nearest {
+struct Meeting {
   float s = 0, t = 0;
 };
-Nearest NearestOf(const Segment& p, const Segment& q) {
+Meeting MeetingOf(const Segment& p, const Segment& q) {
   const Vec3f r = p.center - q.center;
   const float a = LengthSquared(p.half), e = LengthSquared(q.half), f = Dot(q.half, r);
   if (a <= 0 && e <= 0) return {};
@@ -50,7 +50,7 @@ Nearest NearestOf(const Segment& p, const Segment& q) {
   const float c = Dot(p.half, r);
   if (e <= 0) return {std::clamp(-c / a, -1.0f, 1.0f), 0};
   const float b = Dot(p.half, q.half), denominator = a * e - b * b;
-  Nearest n;
+  Meeting n;
   if (denominator > 1e-6f * a * e) n.s = std::clamp((b * f - c * e) / denominator, -1.0f, 1.0f);
   n.t = (b * n.s + f) / e;
   if (std::abs(n.t) > 1) {
@@ -96,7 +96,7 @@ void CollideCapsules(const Geometry& a, const Geometry& b, const LocalPose& pose
                      LocalManifold* out) {
   out->count = 0;
   const Segment other = SegmentOf(b, pose), own{{}, {0, a.half_height_m, 0}, a.radius_m};
-  const Nearest near = NearestOf(own, other);
+  const Meeting near = MeetingOf(own, other);
   const Vec3f at_a = own.At(near.s), at_b = other.At(near.t), between = at_b - at_a;
   const float reach = a.radius_m + b.radius_m + speculative_m, square = LengthSquared(between);
   if (square > reach * reach) return;
@@ -151,7 +151,7 @@ Touch NearestOutside(const Polyhedron& p, const Segment& s, float enough_m) {
   }
   for (std::size_t i = 0; i < p.edges.size(); ++i) {
     const Segment edge = EdgeOf(p, p.edges[i]);
-    const Nearest near = NearestOf(edge, s);
+    const Meeting near = MeetingOf(edge, s);
     const Vec3f away = s.At(near.t) - edge.At(near.s);
     const float square = LengthSquared(away);
     // The slack leaves it to an end where both tell the same.
@@ -182,7 +182,7 @@ Touch NearestInside(const Polyhedron& p, const Segment& s) {
     const Vec3f vertex = p.vertices[Support(p, normal)];
     if (Dot(vertex - edge.center, normal) > 1e-5f * length) continue;
     const float distance = Dot(s.center - edge.center, normal);
-    if (distance > best.distance_m + lead) best = {normal, distance, NearestOf(edge, s).t, static_cast<int>(i)};
+    if (distance > best.distance_m + lead) best = {normal, distance, MeetingOf(edge, s).t, static_cast<int>(i)};
   }
   return best;
 }
@@ -222,11 +222,8 @@ void CollidePolyhedronCapsule(const Polyhedron& p, const Segment& s, float specu
     if (Parallel(edge.half, s.half)) AddAlong(edge, s, speculative_m, out);
   }
   // Whatever else there is, the nearest point is among them.
-  float nearest = -kNone;
-  for (int i = 0; i < out->count; ++i)
-    nearest = std::min(nearest, out->points[static_cast<std::size_t>(i)].separation_m);
   const float deepest = touch.distance_m - s.radius;
-  if (nearest > deepest + 1e-3f * (s.radius + std::abs(deepest)))
+  if (Nearest(*out) > deepest + 1e-3f * (s.radius + std::abs(deepest)))
     Add(s, touch.t, touch.distance_m, 1, speculative_m, out);
 }
 

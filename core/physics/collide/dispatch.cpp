@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/physics/collide/primary_pairs.h"
+#include "core/physics/tuning.h"
 
 namespace tessera::physics {
 namespace {
@@ -22,6 +23,12 @@ int RankOf(const Geometry& geometry) {
     default:
       return 2;
   }
+}
+
+// Of shapes with so many edges that looking at all pairs of them costs more than GJK, none.
+bool Polyhedral(const Geometry& a, const Geometry& b) {
+  const auto flat = [](const Geometry& g) { return g.kind == GeometryKind::kBox || g.kind == GeometryKind::kHull; };
+  return flat(a) && flat(b) && a.polyhedron->edges.size() * b.polyhedron->edges.size() <= kEdgePairs;
 }
 
 void CollideWithSphere(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m,
@@ -65,6 +72,8 @@ void CollideOrdered(const Geometry& a, const Geometry& b, const LocalPose& pose,
     CollideWithCapsule(a, b, pose, speculative_m, cache, out);
   } else if (a.kind == GeometryKind::kBox && b.kind == GeometryKind::kBox) {
     CollideBoxes(a, b, pose, speculative_m, cache, out);
+  } else if (Polyhedral(a, b)) {
+    CollideHulls(a, b, pose, speculative_m, cache, out);
   } else {
     CollideConvexPair(a, b, pose, speculative_m, cache, out);
   }

@@ -27,6 +27,9 @@ struct Corner {
 };
 constexpr std::uint16_t kSides = 256;
 
+// A point that is less than this above the deepest, m, and share of the height of the highest over it, is as good.
+constexpr float kAsDeep_m = 1e-5f, kAsDeepShare = 0.05f;
+
 // Keeps what lies at most `slack` outside; at most as many corners as `to` has room for.
 std::size_t Cut(std::span<const Corner> from, Vec3f outward, float offset, float slack, std::uint16_t side,
                 std::span<Corner> to) {
@@ -96,8 +99,20 @@ void Reduce(std::span<const LocalPoint> candidates, Vec3f normal, LocalManifold*
     out->count = static_cast<int>(candidates.size());
     return;
   }
-  // The deepest; the furthest from it; and on either side of the line between them what spans most.
-  const std::size_t first = Largest(candidates, [](const LocalPoint& p) { return -p.separation_m; });
+  // The deepest, of those about as deep the one farthest out, so that rounding does not choose; the furthest from it; and
+  // on either side of the line between them what spans most.
+  Vec3f middle;
+  float deepest = candidates[0].separation_m, highest = deepest;
+  for (const LocalPoint& p : candidates) {
+    middle += p.on_a;
+    deepest = std::min(deepest, p.separation_m);
+    highest = std::max(highest, p.separation_m);
+  }
+  middle = middle / static_cast<float>(candidates.size());
+  const float as_deep = deepest + kAsDeep_m + kAsDeepShare * (highest - deepest);
+  const std::size_t first = Largest(candidates, [&](const LocalPoint& p) {
+    return p.separation_m <= as_deep ? LengthSquared(p.on_a - middle) : -1;
+  });
   const Vec3f origin = candidates[first].on_a;
   const std::size_t second = Largest(candidates, [&](const LocalPoint& p) { return LengthSquared(p.on_a - origin); });
   const Vec3f across = Cross(normal, candidates[second].on_a - origin);

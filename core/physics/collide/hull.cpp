@@ -13,6 +13,10 @@ namespace {
 
 // Triangles in one plane to this share of the hull's size are one face.
 constexpr double kFlatShare = 2e-5;
+// A point this little above a face, as a share of the hull's size, is on it: somewhat more than floats round.
+constexpr double kRoundingShare = 1e-6;
+// No point may be further outside than this share of the hull's size.
+constexpr double kFitShare = 1e-4;
 
 using Index = std::uint32_t;
 
@@ -25,7 +29,8 @@ struct Triangle {
 
 class Builder {
  public:
-  explicit Builder(std::span<const Vec3f> points) {
+  // What is above a plane by no more than `rounding_share` of the hull's size is on it.
+  Builder(std::span<const Vec3f> points, double rounding_share) {
     Vec3d low(points[0]), high(points[0]);
     for (const Vec3f& p : points) {
       points_.push_back(Vec3d(p));
@@ -33,18 +38,17 @@ class Builder {
       high = {std::max<double>(high.x, p.x), std::max<double>(high.y, p.y), std::max<double>(high.z, p.z)};
     }
     size_ = Length(high - low);
+    rounding_ = rounding_share * size_;
+    outside_.resize(points_.size());
     if (!Start()) return;
-    for (Index i = 0; i < points_.size(); ++i)
-      if (std::find(first_.begin(), first_.end(), i) == first_.end()) Add(i);
+    // The furthest first: so there are few thin triangles, whose normals are rounding.
+    for (Index next = Furthest(); outside_[next].height > rounding_; next = Furthest()) Add(next);
     std::erase_if(triangles_, [](const Triangle& t) { return !t.alive; });
   }
 
   std::shared_ptr<const Polyhedron> Finish();
 
  private:
-  // Above a plane by rounding only is on it. Differences of floats are exact in doubles up to 1e-16 of their size.
-  double rounding() const { return 1e-9 * size_; }
-
   Triangle Of(Index a, Index b, Index c) const {
     Triangle t{.v = {a, b, c}, .normal = {}, .offset = 0, .alive = true};
     t.normal = Normalized(Cross(points_[b] - points_[a], points_[c] - points_[a]));
@@ -60,7 +64,7 @@ class Builder {
         if (measure(points_[i]) > measure(points_[best])) best = i;
       return best;
     };
-    std::array<Index, 4>& f = first_;
+    std::array<Index, 4> f{};
     f[0] = furthest([&](Vec3d p) { return -p.x - 1e-3 * p.y; });
     f[1] = furthest([&](Vec3d p) { return LengthSquared(p - points_[f[0]]); });
     const Vec3d line = Normalized(points_[f[1]] - points_[f[0]]);
@@ -68,23 +72,43 @@ class Builder {
     const Triangle base = Of(f[0], f[1], f[2]);
     f[3] = furthest([&](Vec3d p) { return std::abs(Dot(base.normal, p) - base.offset); });
     const double height = Dot(base.normal, points_[f[3]]) - base.offset;
-    if (std::abs(height) <= rounding()) return false;
+    if (height == 0) return false;
     if (height > 0) std::swap(f[1], f[2]);
     triangles_ = {Of(f[0], f[1], f[2]), Of(f[0], f[3], f[1]), Of(f[1], f[3], f[2]), Of(f[2], f[3], f[0])};
+    for (Index i = 0; i < points_.size(); ++i) Place(i);
     return true;
+  }
+
+  double HeightOver(const Triangle& t, Index point) const { return Dot(t.normal, points_[point]) - t.offset; }
+
+  // Finds the triangle that a point is furthest above.
+  void Place(Index point) {
+    Outside& place = outside_[point];
+    place = {};
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+      const double height = triangles_[i].alive ? HeightOver(triangles_[i], point) : 0;
+      if (height > place.height) place = {i, height};
+    }
+  }
+
+  Index Furthest() const {
+    const auto lower = [](const Outside& x, const Outside& y) { return x.height < y.height; };
+    return static_cast<Index>(std::max_element(outside_.begin(), outside_.end(), lower) - outside_.begin());
   }
 
   // Takes away what the point sees and closes the hole with triangles to it.
   void Add(Index point) {
     std::map<std::pair<Index, Index>, bool> seen;  // directed edges of what goes
     for (Triangle& t : triangles_) {
-      if (!t.alive || Dot(t.normal, points_[point]) - t.offset <= rounding()) continue;
+      if (!t.alive || HeightOver(t, point) <= rounding_) continue;
       t.alive = false;
       for (std::size_t k = 0; k < 3; ++k) seen[{t.v[k], t.v[(k + 1) % 3]}] = true;
     }
     for (const auto& [edge, unused] : seen)
       if (!seen.contains({edge.second, edge.first})) triangles_.push_back(Of(edge.first, edge.second, point));
-    if (triangles_.size() > 4096) std::erase_if(triangles_, [](const Triangle& t) { return !t.alive; });
+    outside_[point] = {};
+    for (Index i = 0; i < points_.size(); ++i)
+      if (outside_[i].height > rounding_ && !triangles_[outside_[i].triangle].alive) Place(i);
   }
 
   // Groups of triangles that lie in the plane of the largest of them and hang together.
@@ -92,9 +116,14 @@ class Builder {
   // The border of a group, counter-clockwise; nothing where it is no simple loop.
   std::vector<Index> BorderOf(int group) const;
 
+  struct Outside {
+    std::size_t triangle = 0;
+    double height = 0;
+  };
+
   std::vector<Vec3d> points_;
-  double size_ = 0;
-  std::array<Index, 4> first_{};
+  double size_ = 0, rounding_ = 0;
+  std::vector<Outside> outside_;  // of each point
   std::vector<Triangle> triangles_;
   std::vector<int> group_;
   int groups_ = 0;
@@ -185,7 +214,6 @@ std::shared_ptr<const Polyhedron> Builder::Finish() {
     middle += points_[v];
   }
   result->inside = Vec3f(middle / static_cast<double>(result->vertices.size()));
-  std::map<std::pair<Index, Index>, Index> open;
   for (auto& loop : loops) {
     std::erase_if(loop, [&](Index v) { return faces_of[v] < 3; });
     if (loop.size() < 3) continue;
@@ -195,30 +223,50 @@ std::shared_ptr<const Polyhedron> Builder::Finish() {
     const Vec3d normal = Normalized(sum);
     double offset = Dot(normal, points_[loop[0]]);
     for (const Index v : loop) offset = std::max(offset, Dot(normal, points_[v]));
-    const Index face = static_cast<Index>(result->faces.size());
     result->faces.push_back({.normal = Vec3f(normal),
                              .offset_m = static_cast<float>(offset),
                              .first = static_cast<Index>(result->loops.size()),
                              .count = static_cast<Index>(loop.size())});
-    for (std::size_t k = 0; k < loop.size(); ++k) {
-      const Index u = number[loop[k]], v = number[loop[(k + 1) % loop.size()]];
-      result->loops.push_back(u);
-      if (const auto other = open.find({v, u}); other != open.end()) {
-        result->edges.push_back({.a = v, .b = u, .left = other->second, .right = face});
-        open.erase(other);
-      } else {
-        open[{u, v}] = face;
-      }
-    }
+    for (const Index v : loop) result->loops.push_back(number[v]);
+  }
+  if (!JoinFaces(result.get())) return nullptr;
+  for (const Polyhedron::Face& face : result->faces) {
+    for (const Vec3d& p : points_)
+      if (Dot(Vec3d(face.normal), p) > face.offset_m + kFitShare * size_) return nullptr;
   }
   return result;
 }
 
 }  // namespace
 
+bool JoinFaces(Polyhedron* polyhedron) {
+  std::map<std::pair<Index, Index>, Index> open;  // edges that wait for their other face
+  polyhedron->edges.clear();
+  for (Index f = 0; f < polyhedron->faces.size(); ++f) {
+    const Polyhedron::Face& face = polyhedron->faces[f];
+    for (Index k = 0; k < face.count; ++k) {
+      const Index u = polyhedron->loops[face.first + k];
+      const Index v = polyhedron->loops[face.first + (k + 1 == face.count ? 0 : k + 1)];
+      if (const auto other = open.find({v, u}); other != open.end()) {
+        polyhedron->edges.push_back({.a = v, .b = u, .left = other->second, .right = f});
+        open.erase(other);
+      } else if (!open.try_emplace({u, v}, f).second) {
+        return false;
+      }
+    }
+  }
+  // Euler's formula holds for what is closed.
+  return open.empty() && polyhedron->vertices.size() + polyhedron->faces.size() == polyhedron->edges.size() + 2;
+}
+
 std::shared_ptr<const Polyhedron> HullOf(std::span<const Vec3f> points) {
   assert(points.size() >= 4);
-  return Builder(points).Finish();
+  // Points that lie all but in one plane may come out wrong for rounding; then fewer of them are told apart.
+  std::shared_ptr<const Polyhedron> hull;
+  for (double rounding = kRoundingShare; !hull && rounding < 1; rounding *= 10)
+    hull = Builder(points, rounding).Finish();
+  assert(hull);
+  return hull;
 }
 
 }  // namespace tessera::physics

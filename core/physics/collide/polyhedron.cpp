@@ -77,9 +77,7 @@ std::shared_ptr<const Polyhedron> BoxOf(Vec3f h) {
   face({0, 1, 0}, h.y, {2, 6, 7, 3});
   face({0, 0, -1}, h.z, {0, 2, 3, 1});
   face({0, 0, 1}, h.z, {4, 5, 7, 6});
-  // The two faces of an edge: left holds it from a to b, right from b to a.
-  box->edges = {{0, 1, 2, 4}, {3, 2, 3, 4}, {5, 4, 2, 5}, {6, 7, 3, 5}, {2, 0, 4, 0}, {1, 3, 4, 1},
-                {4, 6, 5, 0}, {7, 5, 5, 1}, {0, 4, 0, 2}, {5, 1, 1, 2}, {6, 2, 0, 3}, {3, 7, 1, 3}};
+  JoinFaces(box.get());
   return box;
 }
 

@@ -13,6 +13,9 @@ namespace tessera::physics {
 std::shared_ptr<const Polyhedron> HullOf(std::span<const Vec3f> points);
 std::shared_ptr<const Polyhedron> BoxOf(Vec3f half_extents_m);
 
+// Finds the edges from the faces' loops. False where the faces do not close.
+bool JoinFaces(Polyhedron* polyhedron);
+
 // The vertex furthest along `direction`; the first of equals.
 std::uint32_t Support(const Polyhedron& polyhedron, Vec3f direction);
 

@@ -9,6 +9,16 @@ namespace tessera::physics {
 // dispatch.cpp: whether a is the body in whose frame the two are searched.
 bool InOrder(const Geometry& a, const Geometry& b);
 
+// Of the nearest point; a large number where there is none.
+inline float Nearest(const LocalManifold& manifold) {
+  float nearest = 1e30f;
+  for (int i = 0; i < manifold.count; ++i) {
+    const float separation = manifold.points[static_cast<std::size_t>(i)].separation_m;
+    if (separation < nearest) nearest = separation;
+  }
+  return nearest;
+}
+
 // box_box.cpp
 void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                   ConvexCache& cache, LocalManifold* out);
