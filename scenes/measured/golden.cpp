@@ -13,13 +13,13 @@ namespace tessera::scenes {
 namespace {
 
 constexpr GoldenScene kGolden[] = {
-    {"t-handle", [] { return THandle(); }, 600},
+    {"t_handle", [] { return THandle(); }, 600},
     {"top", [] { return MakeSpinningTop().scene; }, 120},
     {"tower", [] { return Tower(20, 0.01, 3); }, 300},
     {"pyramid", [] { return Pyramid(6); }, 200},
     {"rain", [] { return Rain(120, kDenseSpacing_m); }, 240},
     {"chain", [] { return BallAndChain(100, 16).scene; }, 240},
-    {"hinge motor", [] { return HingeMotor(); }, 240},
+    {"hinge_motor", [] { return HingeMotor(); }, 240},
     {"ragdolls", [] { return Ragdolls(4); }, 240},
     {"cylinders", [] { return ShapeStack(CylinderOf(0.5, 0.5), 1, 1, 6); }, 240},
     {"hulls", [] { return ShapeStack(EightSidedPrism(0.5, 0.5), 1, 1, 6); }, 240},
