@@ -57,6 +57,17 @@ bool MayMeet(const Part& a, const Part& b, const Ways& ways, double target_m) {
   return LengthSquared(from + ways.travel * nearest) <= room * room * (1 + 1e-9);
 }
 
+// A flat triangle whose plane b stays above or below, all the way.
+bool StaysOnOneSide(const Part& triangle, const Part& b, const Ways& ways, double target_m) {
+  const auto& c = triangle.convex.triangle;
+  const Vec3d corner(c[0]), cross = Cross(Vec3d(c[1]) - corner, Vec3d(c[2]) - corner);
+  const Quatd into_a = Conjugate(ways.a.from);
+  const double from = Dot(cross, Rotate(into_a, ways.start + Rotate(ways.b.from, b.middle)) - corner);
+  const double to = from + Dot(cross, Rotate(into_a, ways.travel));
+  const double room = (b.size_m + Strays(b, ways.b) + target_m) * (1 + 1e-9) * Length(cross);
+  return (from > room && to > room) || (from < -room && to < -room);
+}
+
 // Bounds of all that `part` of b sweeps over, in a's frame; a stays.
 struct Swept {
   Vec3d min, max;
@@ -144,7 +155,7 @@ void ForPartsThatMayMeet(const Ways& ways, double target_m, const std::function<
       test(Part(ways.geometry_a, ways.a), b);
     } else if (HasNoParts(ways.geometry_a)) {
       ForTriangles(ways.geometry_a, SweptInA(b, ways, target_m), [&](const Part& triangle) {
-        if (MayMeet(triangle, b, ways, target_m)) test(triangle, b);
+        if (MayMeet(triangle, b, ways, target_m) && !StaysOnOneSide(triangle, b, ways, target_m)) test(triangle, b);
       });
     } else {
       for (std::size_t i = 0; i < ChildrenOf(ways.geometry_a); ++i) {
