@@ -19,7 +19,7 @@ constexpr float kStraighter = 1e-6f;
 constexpr std::uint32_t kNearest = 0x4000, kOnSegment = 0x5000, kOnSide = 0x6000;
 
 Gap GapOf(const Convex& a, const Convex& b, Vec3f normal, Vec3f middle) {
-  return {normal, SeparationAlong(a, b, normal), middle};
+  return {normal, SeparationAlong(a, b, normal), middle, false};
 }
 
 void Try(const Convex& a, const Convex& b, Vec3f normal, Gap* best) {
@@ -198,18 +198,22 @@ bool FindGap(const Convex& a, const Convex& b, float speculative_m, Gap* gap) {
   const Core core_a(a, inset_a), core_b(b, inset_b), whole_a(a, 0), whole_b(b, 0);
   const double radii = whole_a.radius() + whole_b.radius();
   const double within = static_cast<double>(speculative_m) + radii;
-  const GjkResult inner =
-      Gjk(core_a, core_b, Centres(a, b), within + SlackOf(a, inset_a) + SlackOf(b, inset_b) + kWorth_m);
-  if (inner.kind == GjkResult::Kind::kFar) return false;
+  const double slack = SlackOf(a, inset_a) + SlackOf(b, inset_b) + kWorth_m;
+  const auto far = [&](double distance_m) {
+    gap->separation_m = static_cast<float>(distance_m);
+    return false;
+  };
+  const GjkResult inner = Gjk(core_a, core_b, Centres(a, b), within + slack);
+  if (inner.kind == GjkResult::Kind::kFar) return far(inner.distance_m - radii - slack);
   if (inner.kind == GjkResult::Kind::kOverlap || inner.distance_m <= kWorth_m) return Deep(a, b, whole_a, whole_b, gap);
   Vec3f middle = Vec3f((inner.on_a + inner.on_b) * 0.5);
   if (inner.distance_m > inset_a + inset_b) {
     const bool same = inset_a + inset_b <= 0;
     const GjkResult outer = same ? inner : Gjk(whole_a, whole_b, inner.axis, within);
-    if (outer.kind == GjkResult::Kind::kFar) return false;
+    if (outer.kind == GjkResult::Kind::kFar) return far(outer.distance_m - radii);
     if (outer.kind == GjkResult::Kind::kApart && outer.distance_m > kWorth_m) {
       const Vec3d half = outer.axis * ((outer.distance_m + whole_a.radius() - whole_b.radius()) / 2);
-      *gap = {Vec3f(outer.axis), static_cast<float>(outer.distance_m - radii), Vec3f(outer.on_a + half)};
+      *gap = {Vec3f(outer.axis), static_cast<float>(outer.distance_m - radii), Vec3f(outer.on_a + half), true};
       return gap->separation_m <= speculative_m;
     }
     if (outer.kind == GjkResult::Kind::kApart) middle = Vec3f((outer.on_a + outer.on_b) * 0.5);
@@ -240,12 +244,17 @@ void MakeManifold(const Convex& a, const Convex& b, const Gap& gap, float specul
   NearestOnly(a, b, gap, out);
 }
 
-void CollideConvexPair(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m, ConvexCache&,
-                       LocalManifold* out) {
+void CollideConvexPair(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
+                       ConvexCache& cache, LocalManifold* out) {
   out->count = 0;
+  cache = {};
   Gap gap;
   const Convex at_a = AtOrigin(a), at_b = Placed(b, b_in_a);
-  if (FindGap(at_a, at_b, speculative_m, &gap)) MakeManifold(at_a, at_b, gap, speculative_m, out);
+  if (FindGap(at_a, at_b, speculative_m, &gap)) {
+    MakeManifold(at_a, at_b, gap, speculative_m, out);
+  } else {
+    cache.apart_m = std::max(gap.separation_m, 0.0f);
+  }
 }
 
 void CollideRoundPlane(const Geometry& a, const LocalPlane& plane, float speculative_m, LocalManifold* out) {

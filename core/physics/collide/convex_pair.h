@@ -12,6 +12,7 @@ struct Gap {
   Vec3f normal;            // unit, from a to b
   float separation_m = 0;  // of the true surfaces along it
   Vec3f middle;            // between the nearest points, or the deepest
+  bool exact = false;      // not guessed from cores or by EPA
 };
 
 // min over b - max over a of dot(normal, p): how far apart along `normal`, which is the distance if it is the nearest
@@ -20,7 +21,7 @@ float SeparationAlong(const Convex& a, const Convex& b, Vec3f normal);
 
 // The shortest way between the two, or out of each other where they overlap. Apart it is exact; overlapping by less
 // than the insets of `Core` it is that of the cores; deeper, Bullet's EPA. False if they are farther apart than
-// `speculative_m`.
+// `speculative_m`; `gap->separation_m` is then a lower bound of how far.
 bool FindGap(const Convex& a, const Convex& b, float speculative_m, Gap* gap);
 
 // Points where the faces or edges that look at each other along `gap.normal` overlap; the nearest point alone where

@@ -27,8 +27,8 @@ struct Corner {
 };
 constexpr std::uint16_t kSides = 256;
 
-// A point that is less than this above the deepest, m, and share of the height of the highest over it, is as good.
-constexpr float kAsDeep_m = 1e-5f, kAsDeepShare = 0.05f;
+// A point that is less than this above the deepest, m, is as good.
+constexpr float kAsDeep_m = 1e-5f;
 
 // Keeps what lies at most `slack` outside; at most as many corners as `to` has room for.
 std::size_t Cut(std::span<const Corner> from, Vec3f outward, float offset, float slack, std::uint16_t side,
@@ -102,14 +102,13 @@ void Reduce(std::span<const LocalPoint> candidates, Vec3f normal, LocalManifold*
   // The deepest, of those about as deep the one farthest out, so that rounding does not choose; the furthest from it; and
   // on either side of the line between them what spans most.
   Vec3f middle;
-  float deepest = candidates[0].separation_m, highest = deepest;
+  float deepest = candidates[0].separation_m;
   for (const LocalPoint& p : candidates) {
     middle += p.on_a;
     deepest = std::min(deepest, p.separation_m);
-    highest = std::max(highest, p.separation_m);
   }
   middle = middle / static_cast<float>(candidates.size());
-  const float as_deep = deepest + kAsDeep_m + kAsDeepShare * (highest - deepest);
+  const float as_deep = deepest + kAsDeep_m;
   const std::size_t first = Largest(candidates, [&](const LocalPoint& p) {
     return p.separation_m <= as_deep ? LengthSquared(p.on_a - middle) : -1;
   });

@@ -15,7 +15,7 @@ namespace {
 // Normals closer than this, cosine of about a degree, share a manifold.
 constexpr float kSameWay = 0.99985f;
 // Points nearer than this, m, are one: triangles share edges and corners.
-constexpr float kSamePoint_m = 1e-4f;
+constexpr float kSamePoint_m = 1e-5f;
 // A pair's manifolds, and triangles that are looked at. More: the deepest and the first are kept.
 constexpr std::size_t kMostGroups = 8, kMostTriangles = 4096;
 
@@ -77,8 +77,9 @@ void TouchTriangles(const Geometry& a, const Surface& surface, const LocalPose& 
     const TrianglePlace place(surface, pose, index);
     Touch touch;
     touch.contact = CollideTriangle(a, place, speculative_m, &touch.manifold);
-    touch.manifold.key = index;
-    if (touch.contact != TriangleContact::kNone) scratch->touches.push_back(touch);
+    if (touch.contact == TriangleContact::kNone) continue;
+    for (LocalPoint& p : touch.manifold.points) p.feature ^= (index + 1) * 0x9e3779b1u;
+    scratch->touches.push_back(touch);
   }
 }
 

@@ -8,10 +8,13 @@ namespace {
 
 // Cosine and sine of what still counts as along a normal, and across an edge: 1 and 2 degrees.
 constexpr float kFace = 0.99985f, kAcross = 0.035f;
-// How far beyond the range of an edge's normals, sine, a direction may be to be taken back into it.
-constexpr float kBeyond = 0.035f;
+// How far beyond the range of an edge's normals, sine, a direction may be to be taken back into it: one that is known
+// exactly, and one that cores in an overlap have guessed.
+constexpr float kBeyondExact = 1e-4f, kBeyondGuess = 0.035f;
 // A direction this close to a face's normal, 1 - cosine, is the face's normal.
 constexpr float kSame = 1e-6f;
+// Faces that meet at less than this, cosine of 20 degrees, meet in an edge that may be the way out of one of them.
+constexpr float kSharp = 0.94f;
 // A face that is met no shallower than the deepest point, by at most this (m, and share of the ball inside), is met by
 // the deepest point.
 constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
@@ -35,38 +38,54 @@ Vec3f Inward(Vec3f a, Vec3f b, Vec3f c) {
 }
 
 // Takes `up` into the range of normals at the edge; false if it lies beyond.
-bool IntoEdgeRange(const TrianglePlace& place, std::size_t edge, Vec3f* up) {
+bool IntoEdgeRange(const TrianglePlace& place, std::size_t edge, float beyond, Vec3f* up) {
   const Vec3f a = place.corners[edge], b = place.corners[(edge + 1) % 3], c = place.corners[(edge + 2) % 3];
+  if (Dot(*up, place.normal) < -beyond) return false;  // the neighbour's, if anyone's
   const Vec3f own = Inward(a, b, c);
   const float into_own = Dot(*up, own);
-  if (into_own > kBeyond) return false;
+  if (into_own > beyond) return false;
   Vec3d other;
   if (place.surface.Opposite(place.index, edge, &other)) {
     const Vec3f d = place.In(other);
     const Vec3f next = Inward(a, b, d);
     const float into_next = Dot(*up, next);
-    if (into_next > kBeyond || Dot(d - a, place.normal) > kBeyond * Length(d - a)) return false;
+    if (into_next > beyond || Dot(d - a, place.normal) > kBeyondGuess * Length(d - a)) return false;
     if (into_next > 0) *up -= next * into_next;
-  } else if (Dot(*up, place.normal) < -kBeyond) {
-    return false;
   }
   if (Dot(*up, own) > 0) *up -= own * Dot(*up, own);
   *up = Normalized(*up, place.normal);
   return true;
 }
 
-bool AtCorner(const TrianglePlace& place, std::size_t corner, Vec3f up) {
+bool IntoCornerRange(const TrianglePlace& place, std::size_t corner, float beyond, Vec3f* up) {
+  if (Dot(*up, place.normal) < -beyond) return false;
   std::array<Vec3d, Surface::kRing> ring;
   const std::size_t count = place.surface.Ring(place.index, corner, ring);
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3f to = place.In(ring[i]) - place.corners[corner];
-    if (Dot(up, to) > kBeyond * Length(to)) return false;
+    const Vec3f to = Normalized(place.In(ring[i]) - place.corners[corner]);
+    const float into = Dot(*up, to);
+    if (into > beyond) return false;
+    if (into > 0) *up -= to * into;
   }
+  *up = Normalized(*up, place.normal);
   return true;
 }
 
+// Whether a way out over one of its edges could be much shorter than along its normal.
+bool HasSharpEdge(const TrianglePlace& place) {
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    Vec3d other;
+    if (!place.surface.Opposite(place.index, edge, &other)) return true;
+    const Vec3f a = place.corners[edge], along = place.corners[(edge + 1) % 3] - a, to = place.In(other) - a;
+    if (Dot(to, place.normal) >= 0) continue;
+    const Vec3f next = Cross(to, along);
+    if (Dot(next, place.normal) < kSharp * Length(next)) return true;
+  }
+  return false;
+}
+
 // Of the triangle seen from `up`: its face, an edge or a corner. Takes `up` into that feature's range.
-bool IntoRange(const TrianglePlace& place, Vec3f* up, bool* face) {
+bool IntoRange(const TrianglePlace& place, float beyond, Vec3f* up, bool* face) {
   *face = false;
   if (Dot(*up, place.normal) >= kFace) {
     *up = place.normal;
@@ -81,9 +100,11 @@ bool IntoRange(const TrianglePlace& place, Vec3f* up, bool* face) {
   };
   const std::size_t next = (far + 1) % 3, last = (far + 2) % 3;
   const bool along_next = lean(next) <= lean(last);
-  if (lean(along_next ? next : last) > kAcross) return AtCorner(place, far, *up);
-  if (!IntoEdgeRange(place, along_next ? far : last, up)) return false;
-  if (1 - Dot(*up, place.normal) <= kSame) *up = place.normal;
+  const bool edge = lean(along_next ? next : last) <= kAcross;
+  if (edge ? !IntoEdgeRange(place, along_next ? far : last, beyond, up) : !IntoCornerRange(place, far, beyond, up)) {
+    return false;
+  }
+  if (1 - Dot(*up, place.normal) <= (edge ? kSame : 1 - kFace)) *up = place.normal;
   return true;
 }
 
@@ -101,7 +122,7 @@ bool OverFace(const Scene& s, LocalManifold* out) {
   return CollideOnFace(top, face, s.speculative_m, out);
 }
 
-float Shallowest(const LocalManifold& m) {
+float Deepest(const LocalManifold& m) {
   float separation = m.points[0].separation_m;
   for (int i = 1; i < m.count; ++i)
     separation = std::min(separation, m.points[static_cast<std::size_t>(i)].separation_m);
@@ -133,7 +154,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
   const bool front = s.center >= 0;
   if (front && OverFace(s, &over)) {
     const float tolerance = std::min(kDeepest_m, kDeepestShare * s.geometry.middle_radius_m);
-    if (Shallowest(over) <= s.low + tolerance) {
+    if (Deepest(over) <= s.low + tolerance && (s.low >= 0 || !HasSharpEdge(s.place))) {
       *out = over;
       return TriangleContact::kFront;
     }
@@ -142,7 +163,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
   if (!FindGap(s.shape, s.triangle, s.speculative_m, &gap)) return TriangleContact::kNone;
   Vec3f up = -gap.normal;
   bool face = false;
-  if (IntoRange(s.place, &up, &face) && (front || !face)) {
+  if (IntoRange(s.place, gap.exact ? kBeyondExact : kBeyondGuess, &up, &face) && (front || !face)) {
     if (front && up == s.place.normal) {
       *out = over;  // empty where the shape is beside the triangle: that is for its neighbour
       return out->count > 0 ? TriangleContact::kFront : TriangleContact::kNone;
@@ -195,7 +216,8 @@ TriangleContact Ball(const Scene& s, LocalManifold* out) {
     if (s.center < 0) return TriangleContact::kNone;
     up = Normalized(-Vec3f(near.point), up);
     const auto feature = static_cast<std::size_t>(near.feature);
-    if (feature < 4 ? !IntoEdgeRange(s.place, feature - 1, &up) : !AtCorner(s.place, feature - 4, up)) {
+    if (feature < 4 ? !IntoEdgeRange(s.place, feature - 1, kBeyondExact, &up)
+                    : !IntoCornerRange(s.place, feature - 4, kBeyondExact, &up)) {
       return TriangleContact::kNone;
     }
     if (1 - Dot(up, s.place.normal) <= kSame) up = s.place.normal;
