@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/physics/collide/geometry.h"
+#include "core/physics/collide/pair_functions.h"
 
 namespace tessera::physics {
 
@@ -25,6 +25,11 @@ struct Solid {
     return most;
   }
 };
+
+inline Solid SolidOf(const Geometry& g) { return {g.polyhedron.get(), {}, {}}; }
+inline Solid SolidOf(const Geometry& g, const LocalPose& pose) {
+  return {g.polyhedron.get(), Vec3d(pose.position), pose.rotation};
+}
 
 inline double Gap(const Solid& a, const Solid& b, Vec3d direction) { return -b.Most(-direction) - a.Most(direction); }
 

@@ -125,7 +125,6 @@ struct Touch {
   Vec3f normal;              // out of the polyhedron
   float distance_m = kNone;  // of the segment itself; negative where it is inside
   float t = 0;               // where on the segment
-  int edge = -1;             // of the polyhedron, where an edge is nearest
 };
 
 Segment EdgeOf(const Polyhedron& p, const Polyhedron::Edge& edge) {
@@ -147,17 +146,17 @@ Touch NearestOutside(const Polyhedron& p, const Segment& s, float enough_m) {
   best.distance_m = -kNone;
   for (const float t : {-1.0f, 1.0f}) {
     const PolyhedronPoint near = NearestOn(p, s.At(t), enough_m);
-    if (near.distance_m < best.distance_m) best = {near.normal, near.distance_m, t, -1};
+    if (near.distance_m < best.distance_m) best = {near.normal, near.distance_m, t};
   }
-  for (std::size_t i = 0; i < p.edges.size(); ++i) {
-    const Segment edge = EdgeOf(p, p.edges[i]);
+  for (const Polyhedron::Edge& e : p.edges) {
+    const Segment edge = EdgeOf(p, e);
     const Meeting near = MeetingOf(edge, s);
     const Vec3f away = s.At(near.t) - edge.At(near.s);
     const float square = LengthSquared(away);
     // The slack leaves it to an end where both tell the same.
     if (best.distance_m <= 0 || square >= best.distance_m * best.distance_m * (1 - 1e-6f)) continue;
     const float distance = std::sqrt(square);
-    if (distance > 0) best = {away / distance, distance, near.t, static_cast<int>(i)};
+    if (distance > 0) best = {away / distance, distance, near.t};
   }
   return best;
 }
@@ -168,11 +167,11 @@ Touch NearestInside(const Polyhedron& p, const Segment& s) {
   for (const Polyhedron::Face& face : p.faces) {
     const float start = Dot(face.normal, s.center) - face.offset_m, slope = Dot(face.normal, s.half);
     const float lowest = start - std::abs(slope);
-    if (lowest > best.distance_m) best = {face.normal, lowest, slope > 0 ? -1.0f : 1.0f, -1};
+    if (lowest > best.distance_m) best = {face.normal, lowest, slope > 0 ? -1.0f : 1.0f};
   }
   const float lead = 1e-4f * std::abs(best.distance_m);
-  for (std::size_t i = 0; i < p.edges.size(); ++i) {
-    const Segment edge = EdgeOf(p, p.edges[i]);
+  for (const Polyhedron::Edge& e : p.edges) {
+    const Segment edge = EdgeOf(p, e);
     const Vec3f cross = Cross(edge.half, s.half);
     const float length = Length(cross);
     if (length * length < 1e-4f * LengthSquared(edge.half) * LengthSquared(s.half) || length <= 0) continue;
@@ -182,7 +181,7 @@ Touch NearestInside(const Polyhedron& p, const Segment& s) {
     const Vec3f vertex = p.vertices[Support(p, normal)];
     if (Dot(vertex - edge.center, normal) > 1e-5f * length) continue;
     const float distance = Dot(s.center - edge.center, normal);
-    if (distance > best.distance_m + lead) best = {normal, distance, MeetingOf(edge, s).t, static_cast<int>(i)};
+    if (distance > best.distance_m + lead) best = {normal, distance, MeetingOf(edge, s).t};
   }
   return best;
 }
@@ -204,6 +203,18 @@ void AddOverFace(const Polyhedron& p, const Polyhedron::Face& face, const Segmen
   }
 }
 
+// Where the segment runs along an edge that looks its way.
+void AddAlongEdge(const Polyhedron& p, const Segment& s, float speculative_m, LocalManifold* out) {
+  const float most = Dot(out->normal, p.vertices[Support(p, out->normal)]);
+  for (const Polyhedron::Edge& e : p.edges) {
+    const Segment edge = EdgeOf(p, e);
+    const float lowest = Dot(out->normal, edge.center) - std::abs(Dot(out->normal, edge.half));
+    if (!Parallel(edge.half, s.half) || lowest < most - std::sqrt(kAlong) * 2 * Length(edge.half)) continue;
+    AddAlong(edge, s, speculative_m, out);
+    return;
+  }
+}
+
 void CollidePolyhedronCapsule(const Polyhedron& p, const Segment& s, float speculative_m, LocalManifold* out) {
   out->count = 0;
   const bool inside = Pierces(p, s);
@@ -217,10 +228,7 @@ void CollidePolyhedronCapsule(const Polyhedron& p, const Segment& s, float specu
     if (cosine > flattest) face = &f, flattest = cosine;
   }
   if (face != nullptr) AddOverFace(p, *face, s, speculative_m, out);
-  if (face == nullptr && touch.edge >= 0) {
-    const Segment edge = EdgeOf(p, p.edges[static_cast<std::size_t>(touch.edge)]);
-    if (Parallel(edge.half, s.half)) AddAlong(edge, s, speculative_m, out);
-  }
+  if (face == nullptr) AddAlongEdge(p, s, speculative_m, out);
   // Whatever else there is, the nearest point is among them.
   const float deepest = touch.distance_m - s.radius;
   if (Nearest(*out) > deepest + 1e-3f * (s.radius + std::abs(deepest)))

@@ -1,8 +1,6 @@
 // Boxes and hulls against each other, against all axes and all features tried one by one.
 #include <gmock/gmock.h>
 
-#include <random>
-
 #include "core/physics/collide/brute_force.h"
 #include "core/physics/collide/primary_pairs.h"
 #include "core/physics/collide/test_shapes.h"
@@ -12,41 +10,6 @@ namespace tessera::physics {
 namespace {
 
 using ShapeRef = std::shared_ptr<const Geometry>;
-
-class Draw {
- public:
-  explicit Draw(std::uint32_t seed) : random_(seed) {}
-  double In(double low, double high) { return low + (high - low) * (static_cast<double>(random_()) / 4294967295.0); }
-  Vec3d Direction() {
-    for (;;) {
-      const Vec3d v{In(-1, 1), In(-1, 1), In(-1, 1)};
-      if (Length(v) > 0.1 && Length(v) <= 1) return Normalized(v);
-    }
-  }
-  Quatd Turn() { return About(Direction(), In(-3.1, 3.1)); }
-  // A fifth of them nearly aligned, as boxes mostly are.
-  Quatd OftenAligned() {
-    const double kind = In(0, 1);
-    if (kind < 0.1) return About({0, 1, 0}, In(-3, 3));
-    if (kind < 0.2) return About(Direction(), In(-1e-3, 1e-3));
-    return Turn();
-  }
-  std::uint32_t Index(std::size_t size) { return static_cast<std::uint32_t>(random_() % size); }
-
- private:
-  std::mt19937 random_;
-};
-
-ConvexHullShape RandomHull(Draw& draw, int points) {
-  ConvexHullShape hull;
-  for (int i = 0; i < points; ++i) hull.points.push_back(Vec3f(draw.Direction() * draw.In(0.3, 0.6)));
-  return hull;
-}
-
-Solid SolidOf(const Geometry& g) { return {g.polyhedron.get(), {}, {}}; }
-Solid SolidOf(const Geometry& g, const LocalPose& pose) {
-  return {g.polyhedron.get(), Vec3d(pose.position), pose.rotation};
-}
 
 // The manifold against what is true of the pair.
 void Check(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m, const LocalManifold& m) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <memory>
+#include <random>
 #include <utility>
 #include <vector>
 
@@ -53,6 +54,36 @@ inline std::vector<std::shared_ptr<const Geometry>> ConvexShapes() {
           GeometryOf(ConeShape{0.6, 1.1}),
           GeometryOf(PrismHull(7, 0.5f, 0.4f)),
           GeometryOf(CubeHull({0.2f, 0.1f, -0.1f}, 0.4f))};
+}
+
+class Draw {
+ public:
+  explicit Draw(std::uint32_t seed) : random_(seed) {}
+  double In(double low, double high) { return low + (high - low) * (static_cast<double>(random_()) / 4294967295.0); }
+  Vec3d Direction() {
+    for (;;) {
+      const Vec3d v{In(-1, 1), In(-1, 1), In(-1, 1)};
+      if (Length(v) > 0.1 && Length(v) <= 1) return Normalized(v);
+    }
+  }
+  Quatd Turn() { return About(Direction(), In(-3.1, 3.1)); }
+  // A fifth of them nearly aligned, as boxes mostly are.
+  Quatd OftenAligned() {
+    const double kind = In(0, 1);
+    if (kind < 0.1) return About({0, 1, 0}, In(-3, 3));
+    if (kind < 0.2) return About(Direction(), In(-1e-3, 1e-3));
+    return Turn();
+  }
+  std::uint32_t Index(std::size_t size) { return static_cast<std::uint32_t>(random_() % size); }
+
+ private:
+  std::mt19937 random_;
+};
+
+inline ConvexHullShape RandomHull(Draw& draw, int points) {
+  ConvexHullShape hull;
+  for (int i = 0; i < points; ++i) hull.points.push_back(Vec3f(draw.Direction() * draw.In(0.3, 0.6)));
+  return hull;
 }
 
 }  // namespace tessera::physics
