@@ -62,7 +62,6 @@ RigidBody::Change RigidBody::Compare(const BodyState& state) const {
 
 void RigidBody::Set(const BodyState& state, Vec3d origin) {
   const bool stays_asleep = state_.asleep && !state.asleep && Compare(state) != Change::kMoves;
-  const bool wakes = state_.asleep && !state.asleep && !stays_asleep;
   state_ = state;
   if (!dynamic_) {
     state_.linear_velocity = state_.angular_velocity = state_.angular_momentum = {};
@@ -77,7 +76,6 @@ void RigidBody::Set(const BodyState& state, Vec3d origin) {
       state_.angular_momentum = AngularMomentumOf(inertia_, axes, state_.angular_velocity);
     }
     state_.asleep = (state.asleep || stays_asleep) && may_sleep_;
-    if (wakes) state_.still_s = 0;
     if (state_.asleep && !stays_asleep) NoteRest();
   } else {
     ShowToBullet(origin);
@@ -109,6 +107,7 @@ void RigidBody::SetMotion(Vec3f velocity, Vec3f angular_momentum) {
 }
 
 void RigidBody::FallAsleep() {
+  course = {};
   state_.asleep = true;
   state_.linear_velocity = state_.angular_velocity = state_.angular_momentum = {};
   NoteRest();

@@ -33,6 +33,14 @@ struct Bounds {
   }
 };
 
+// What a body will do in this step if nothing hinders it; zero while it sleeps.
+struct Course {
+  Vec3f move_m;         // of its centre
+  Vec3f velocity_m_s;   // at the end
+  Vec3f spin_rad_s;
+  float sweep_m = 0;    // of its fastest point against its centre
+};
+
 class RigidBody {
  public:
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
@@ -79,6 +87,7 @@ class RigidBody {
   static RigidBody& Of(const btCollisionObject& object) { return *static_cast<RigidBody*>(object.getUserPointer()); }
 
   // --- Of the world that holds it.
+  Course course;
   btCollisionObject object;        // for Bullet's broad phase and queries
   Vec3d force_n, torque_nm;        // act in the next step
   Bounds reach;                    // all it can touch in this step

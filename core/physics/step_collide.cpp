@@ -5,29 +5,21 @@
 #include "core/physics/motion/turn.h"
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
+#include "core/world/state_check.h"
 
 namespace tessera::physics {
 namespace {
 
 bool Sane(const RigidBody& body) {
-  const BodyState& s = body.state();
-  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(body.force_n) && IsFinite(body.torque_nm) &&
-         Length(s.linear_velocity) <= kAbsurdSpeed_m_s && Length(s.angular_velocity) <= kAbsurdSpin_rad_s &&
-         Length(body.force_n) <= kAbsurdSpeed_m_s * body.mass_kg() * kAbsurdRate_hz;
+  return IsSane(body.state()) && CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
 }
 
-// What it moves in a step if nothing hinders it, m.
-Vec3f MoveOf(const RigidBody& body, double dt) {
-  if (!body.awake()) return {};
+Course CourseOf(const RigidBody& body, double dt) {
   const Vec3d a = body.gravity_m_s2() + body.force_n / body.mass_kg();
-  return Vec3f(Vec3d(body.state().linear_velocity) * dt + a * (0.5 * dt * dt));
-}
-
-// Its fastest point, against its centre.
-float SweepOf(const RigidBody& body, double dt) {
-  if (!body.awake()) return 0;
-  return std::min(2.0f, Length(body.state().angular_velocity) * static_cast<float>(dt)) *
-         body.geometry().outer_radius_m;
+  const Vec3d v(body.state().linear_velocity);
+  const Vec3f spin = body.state().angular_velocity;
+  return {Vec3f(v * dt + a * (0.5 * dt * dt)), Vec3f(v + a * dt), spin,
+          std::min(2.0f, Length(spin) * static_cast<float>(dt)) * body.geometry().outer_radius_m};
 }
 
 float InnerRadius(const Pair& pair) {
@@ -36,33 +28,22 @@ float InnerRadius(const Pair& pair) {
   return std::min(pair.low->geometry().inner_radius_m, pair.high->geometry().inner_radius_m);
 }
 
-Vec3f VelocityAt(const RigidBody& body, Vec3f r, double dt) {
-  if (!body.awake()) return {};
-  const Vec3d a = body.gravity_m_s2() + body.force_n / body.mass_kg();
-  return body.state().linear_velocity + Cross(body.state().angular_velocity, r) + Vec3f(a * dt);
-}
-
-// Whether one of its points can come to push in this step.
-bool MayTouch(const Pair& pair, double dt) {
-  for (const Manifold& manifold : pair.manifolds) {
+// How near its surfaces are, and whether one of its points can come to push in this step.
+void Measure(Pair* pair, float dt) {
+  const Course &low = pair->low->course, &high = pair->high->course;
+  pair->separation_m = std::numeric_limits<float>::max();
+  pair->live = false;
+  const Vec3f velocity = high.velocity_m_s - low.velocity_m_s;
+  for (const Manifold& manifold : pair->manifolds) {
+    const float approach = Dot(velocity, manifold.normal);
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      const Vec3f approach = VelocityAt(*pair.high, point.r_b, dt) - VelocityAt(*pair.low, point.r_a, dt);
-      const float closing = Dot(approach, manifold.normal) * static_cast<float>(dt);
-      if (point.separation_m + std::min(closing, 0.0f) < kTouchSoon_m) return true;
+      pair->separation_m = std::min(pair->separation_m, point.separation_m);
+      const Vec3f turning = Cross(high.spin_rad_s, point.r_b) - Cross(low.spin_rad_s, point.r_a);
+      const float closing = (approach + Dot(turning, manifold.normal)) * dt;
+      if (point.separation_m + std::min(closing, 0.0f) < kTouchSoon_m) pair->live = true;
     }
   }
-  return false;
-}
-
-float Separation(const std::vector<Manifold>& manifolds) {
-  float least = std::numeric_limits<float>::max();
-  for (const Manifold& manifold : manifolds) {
-    for (int i = 0; i < manifold.count; ++i) {
-      least = std::min(least, manifold.points[static_cast<std::size_t>(i)].separation_m);
-    }
-  }
-  return least;
 }
 
 }  // namespace
@@ -82,12 +63,13 @@ void World::Impl::DropAbsurd() {
 
 void World::Impl::FindPairs() {
   for (RigidBody* body : awake) {
-    Bounds reach = TightBounds(*body);
-    const Vec3f move = MoveOf(*body, dt_s);
-    const float grow = kSpeculative_m + std::min(SweepOf(*body, dt_s), body->geometry().outer_radius_m);
+    body->course = CourseOf(*body, dt_s);
+    const Vec3f move = body->course.move_m;
+    const float grow = kSpeculative_m + std::min(body->course.sweep_m, body->geometry().outer_radius_m);
     const Vec3f margin{grow, grow, grow};
     const auto low = [](float v) { return std::min(v, 0.0f); };
     const auto high = [](float v) { return std::max(v, 0.0f); };
+    Bounds reach = TightBounds(*body);
     reach.min += Vec3f{low(move.x), low(move.y), low(move.z)} - margin;
     reach.max += Vec3f{high(move.x), high(move.y), high(move.z)} + margin;
     SetReach(*body, reach);
@@ -103,7 +85,16 @@ void World::Impl::FindPairs() {
 
 void World::Impl::CollidePairs() {
   touched.clear();
-  for (Pair* pair : pairs.Refresh()) CollidePair(*pair);
+  const std::span<Pair* const> active = pairs.Refresh();
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    // Pairs and bodies lie all over the memory: the next ones are asked for while this one is worked on.
+    if (i + 8 < active.size()) __builtin_prefetch(active[i + 8]);
+    if (i + 4 < active.size()) {
+      __builtin_prefetch(&active[i + 4]->low->fat);
+      __builtin_prefetch(&active[i + 4]->high->fat);
+    }
+    CollidePair(*active[i]);
+  }
   // Who wakes brings pairs of its own, in which it may wake others.
   while (!touched.empty()) {
     WakeTouched();
@@ -123,6 +114,7 @@ void World::Impl::CollidePair(Pair& pair) {
     return;
   }
   pair.live = false;
+  pair.separation_m = std::numeric_limits<float>::max();
   if (pair.jointed && !pair.trigger) return;
   if (!low.reach.Overlaps(high.reach)) {
     pair.manifolds.clear();
@@ -130,13 +122,17 @@ void World::Impl::CollidePair(Pair& pair) {
     return;
   }
   const float inner = InnerRadius(pair);
-  const float move = Length(MoveOf(low, dt_s) - MoveOf(high, dt_s)) + SweepOf(low, dt_s) + SweepOf(high, dt_s);
+  const float move =
+      Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
   const bool fast = move > kFastShare * inner;
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
   Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
           pair.manifolds);
-  if (fast && !pair.trigger && Separation(pair.manifolds) > kTouchEnd_m) CollideFast(pair);
-  pair.live = !pair.manifolds.empty() && MayTouch(pair, dt_s);
+  Measure(&pair, static_cast<float>(dt_s));
+  if (fast && !pair.trigger && pair.separation_m > kTouchEnd_m) {
+    CollideFast(pair);
+    Measure(&pair, static_cast<float>(dt_s));
+  }
   if (!pair.live || pair.trigger) return;
   if (low.dynamic() && !low.awake()) touched.push_back(&low);
   if (high.dynamic() && !high.awake()) touched.push_back(&high);
@@ -176,15 +172,15 @@ void World::Impl::CollideFast(Pair& pair) {
 }
 
 void World::Impl::WakeTouched() {
-  std::vector<RigidBody*> waking;
-  std::swap(waking, touched);
-  for (RigidBody* body : waking) Wake(*body);
+  std::vector<RigidBody*> sleepers;
+  std::swap(sleepers, touched);
+  for (RigidBody* body : sleepers) Wake(*body);
 }
 
 Way World::Impl::PredictedWay(const RigidBody& body) const {
   const Placement& from = body.placement();
   if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, from.orientation};
-  return {body.geometry(), from.position, from.position + Vec3d(MoveOf(body, dt_s)), from.orientation,
+  return {body.geometry(), from.position, from.position + Vec3d(body.course.move_m), from.orientation,
           Turned(from.orientation, Vec3d(body.state().angular_velocity) * dt_s)};
 }
 

@@ -55,16 +55,6 @@ class PairSum {
   int count_ = 0;
 };
 
-float Separation(const Pair& pair) {
-  float least = std::numeric_limits<float>::max();
-  for (const Manifold& manifold : pair.manifolds) {
-    for (int i = 0; i < manifold.count; ++i) {
-      least = std::min(least, manifold.points[static_cast<std::size_t>(i)].separation_m);
-    }
-  }
-  return least;
-}
-
 float ImpulseOf(const Pair& pair) {
   float sum = 0;
   for (const Manifold& manifold : pair.manifolds) {
@@ -77,9 +67,12 @@ float ImpulseOf(const Pair& pair) {
 
 // Points are where they were at the start of the step; what pushed in it touched, however far away it began.
 void World::Impl::ReportContacts() {
+  if (contacts_told) return;
+  contacts_told = true;
   contacts.clear();
   for (const Pair* pair : touching) {
-    if (pair->low != nullptr && pair->responds() && pair->live) contacts.push_back(PairSum(*pair).Told());
+    if (pair->low == nullptr || !pair->responds()) continue;
+    if (pair->live || ImpulseOf(*pair) > 0) contacts.push_back(PairSum(*pair).Told());
   }
 }
 
@@ -88,9 +81,8 @@ void World::Impl::ReportEvents() {
   ended.clear();
   for (Pair* pair : pairs.active()) {
     if (pair->low == nullptr || (pair->jointed && !pair->trigger)) continue;
-    const float separation = Separation(*pair);
-    const bool pushed = pair->responds() && pair->live && ImpulseOf(*pair) > 0;
-    const bool now = pair->crossed || pushed || separation <= (pair->touching ? kTouchEnd_m : kTouchBegin_m);
+    const bool now = pair->crossed || pair->separation_m <= (pair->touching ? kTouchEnd_m : kTouchBegin_m) ||
+                     (pair->responds() && ImpulseOf(*pair) > 0);
     pair->crossed = false;
     if (now == pair->touching) continue;
     pair->touching = now;

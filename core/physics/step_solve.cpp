@@ -1,5 +1,6 @@
 // The second half of a step: islands are weighed and solved, the rest flies.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/physics/motion/free_flight.h"
@@ -19,6 +20,11 @@ float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& 
     return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
   };
   return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
+}
+
+// Impulses are those of one substep.
+float WarmScale(int last_substeps, int substeps) {
+  return last_substeps == 0 ? 1.0f : static_cast<float>(last_substeps) / static_cast<float>(substeps);
 }
 
 float MassRatio(const RigidBody& a, const RigidBody& b) {
@@ -66,6 +72,12 @@ void World::Impl::WeighIslands() {
   }
 }
 
+void World::Impl::ChooseSubsteps() {
+  const int level = settings.substeps > 0 ? std::bit_width(static_cast<unsigned>(settings.substeps)) - 1 : 2;
+  for (Island& island : islands.all()) island.batch = level;
+  for (int i = 0; i < kSubstepLevels; ++i) batches[static_cast<std::size_t>(i)].substeps = 1 << i;
+}
+
 void World::Impl::FillBatches() {
   ChooseSubsteps();
   for (Batch& batch : batches) {
@@ -110,9 +122,11 @@ void World::Impl::FillContacts() {
     const Island& island = islands.Of(one.awake_index);
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
+    const float warm_scale = WarmScale(pair->substeps, batch.substeps);
     for (Manifold& manifold : pair->manifolds) {
-      batch.contacts.push_back({index(*pair->low), index(*pair->high), &manifold, pair->material});
+      batch.contacts.push_back({index(*pair->low), index(*pair->high), &manifold, pair->material, warm_scale});
     }
+    pair->substeps = batch.substeps;
   }
 }
 

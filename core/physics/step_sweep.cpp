@@ -9,8 +9,8 @@
 namespace tessera::physics {
 namespace {
 
-bool IsFinite(const World::Impl::Motion& motion) {
-  using tessera::IsFinite;
+template <class Motion>
+bool Finite(const Motion& motion) {
   return IsFinite(motion.position) && IsFinite(motion.orientation) && IsFinite(motion.velocity) &&
          IsFinite(motion.angular_momentum);
 }
@@ -39,7 +39,6 @@ void World::Impl::Sweep() {
 
 void World::Impl::SweepBody(std::uint32_t index) {
   RigidBody& body = *awake[index];
-  Motion& motion = motions[index];
   const Way way = WayOf(body);
   const float outer = body.geometry().outer_radius_m;
   const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};
@@ -79,7 +78,7 @@ void World::Impl::MoveBodies() {
   stopped.clear();
   bool failed = false;
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    if (!IsFinite(motions[i])) islands.Of(i).failed = failed = true;
+    if (!Finite(motions[i])) islands.Of(i).failed = failed = true;
   }
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     RigidBody& body = *awake[i];
@@ -88,12 +87,12 @@ void World::Impl::MoveBodies() {
     if (islands.Of(i).failed) continue;
     body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
   }
-  if (failed) IsolateFailed();
+  if (failed) FindFailing();
 }
 
 // What cannot happen while what comes in is sane. An island that fails stays where it was for a tick, and loses its
 // fastest body: one a step, until what is left can be solved.
-void World::Impl::IsolateFailed() {
+void World::Impl::FindFailing() {
   std::vector<RigidBody*> worst(islands.all().size(), nullptr);
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     if (!islands.Of(i).failed) continue;
@@ -105,7 +104,7 @@ void World::Impl::IsolateFailed() {
     }
   }
   for (RigidBody* body : worst) {
-    if (body != nullptr) Isolate(*body);
+    if (body != nullptr) failing.push_back(body);
   }
 }
 

@@ -58,10 +58,6 @@ inline constexpr float kImpactDistance_m = 0.0005f;
 inline constexpr float kBoundsMargin_m = 0.05f;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
-// What no body in a world has a right to be: it is taken out before its numbers reach its neighbours. The speed is that
-// of a force of kAbsurdRate_hz times its mass in a second.
-inline constexpr float kAbsurdSpeed_m_s = 1e5f, kAbsurdSpin_rad_s = 1e5f, kAbsurdRate_hz = 1e3f;
-
 // For so long must all of an island have been slow before it sleeps, s. Shorter, and a ball at the top of its flight
 // hangs there; longer costs work.
 inline constexpr float kSleepAfter_s = 0.5f;

@@ -25,7 +25,9 @@ RigidBody& World::Impl::At(BodyId id) const {
 void World::Impl::Add(const BodyDef& def, const BodyState& state) {
   auto owned = std::make_unique<RigidBody>(def, shapes.FormOf(def), state, settings.origin, settings.gravity_m_s2);
   RigidBody& body = *owned;
-  body.serial = next_serial++;
+  if (free_serials.empty()) free_serials.push_back(next_serial++);
+  body.serial = free_serials.back();
+  free_serials.pop_back();
   body.reach = TightBounds(body);
   body.fat = body.reach;
   bodies.emplace(def.id, std::move(owned));
@@ -48,6 +50,7 @@ void World::Impl::Remove(BodyId id) {
   }
   // A pair may have been told of that nobody has looked at yet.
   std::erase_if(broad_phase.begun(), [&body](const auto& pair) { return pair.first == &body || pair.second == &body; });
+  free_serials.push_back(body.serial);
   bodies.erase(id);
 }
 
@@ -104,7 +107,11 @@ bool World::Impl::Jointed(const RigidBody& a, const RigidBody& b) const {
 
 void World::Impl::SetState(RigidBody& body, const BodyState& state) {
   const RigidBody::Change change = body.Compare(state);
-  if (change == RigidBody::Change::kNone || body.isolated) return;
+  if (body.isolated) return;
+  if (change == RigidBody::Change::kNone) {
+    if (body.awake()) body.SetStill(state.still_s);
+    return;
+  }
   const bool was_awake = body.awake();
   if (change == RigidBody::Change::kMoves && !was_awake) WakeTouching(body);
   body.Set(state, settings.origin);
@@ -117,13 +124,18 @@ void World::Impl::SetState(RigidBody& body, const BodyState& state) {
 }
 
 void World::Impl::Wake(RigidBody& body) {
-  if (!body.dynamic() || body.awake() || body.isolated) return;
-  body.Wake();
-  ListAwake(body);
-  for (const JointId id : body.joints) {
-    const Joint& joint = joints.at(id);
-    for (RigidBody* other : {joint.a, joint.b}) {
-      if (other != nullptr) Wake(*other);
+  waking.assign(1, &body);
+  while (!waking.empty()) {
+    RigidBody& next = *waking.back();
+    waking.pop_back();
+    if (!next.dynamic() || next.awake() || next.isolated) continue;
+    next.Wake();
+    ListAwake(next);
+    for (const JointId id : next.joints) {
+      const Joint& joint = joints.at(id);
+      for (RigidBody* other : {joint.a, joint.b}) {
+        if (other != nullptr) waking.push_back(other);
+      }
     }
   }
 }
@@ -153,7 +165,7 @@ Bounds World::Impl::TightBounds(const RigidBody& body) const {
   if (geometry.kind == GeometryKind::kPlane) {
     return {{-kEverywhere_m, -kEverywhere_m, -kEverywhere_m}, {kEverywhere_m, kEverywhere_m, kEverywhere_m}};
   }
-  const LocalBounds local = BoundsOf(geometry, body.placement().rotation);
+  const LocalBounds local = physics::BoundsOf(geometry, body.placement().rotation);
   const Vec3f center(body.placement().position - settings.origin);
   return {center + local.min, center + local.max};
 }

@@ -17,10 +17,11 @@
 #include "core/physics/rigid_body.h"
 #include "core/physics/solve/joint_model.h"
 #include "core/physics/solve/solver.h"
-#include "core/physics/solve/substeps.h"
 #include "core/physics/world.h"
 
 namespace tessera::physics {
+
+inline constexpr int kSubstepLevels = 7;  // 1, 2, 4 ... 64
 
 struct Joint {
   JointId id;
@@ -28,6 +29,7 @@ struct Joint {
   bool bodies_collide = false;
   JointModel model;
   std::uint64_t step = 0;  // in which it was last listed
+  int substeps = 0;        // of its last solving; its impulses are those of one of them
 };
 
 struct World::Impl {
@@ -78,7 +80,7 @@ struct World::Impl {
   void ReportContacts();
   void ReportEvents();
   void Isolate(RigidBody& body);
-  void IsolateFailed();
+  void FindFailing();
   void ChooseSubsteps();
 
   // Where a body will be at the end of the step.
@@ -108,6 +110,7 @@ struct World::Impl {
   absl::flat_hash_map<BodyId, std::unique_ptr<RigidBody>> bodies;
   std::map<JointId, Joint> joints;
   std::uint64_t next_serial = 1;
+  std::vector<std::uint64_t> free_serials;
 
   // Of the step.
   double dt_s = 0;
@@ -120,9 +123,11 @@ struct World::Impl {
   std::array<Batch, kSubstepLevels> batches;
   std::vector<Motion> motions;                            // by awake_index
   std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
-  std::vector<RigidBody*> candidates;
+  std::vector<RigidBody*> candidates, waking;
+  std::vector<RigidBody*> failing;  // will be isolated at the end of the step
 
   std::vector<Contact> contacts;
+  bool contacts_told = true;  // `contacts` are those of the last step; reckoned only when asked for
   std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
   std::vector<BodyId> isolated;
 };

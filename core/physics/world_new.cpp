@@ -76,6 +76,7 @@ void World::Step(double dt_s) {
 
 void World::Impl::Step(double dt) {
   contacts.clear();
+  contacts_told = false;
   isolated.clear();
   touching.clear();
   if (awake.empty() && ended.empty()) {
@@ -95,11 +96,15 @@ void World::Impl::Step(double dt) {
   Sweep();
   MoveBodies();
   FallAsleep();
-  ReportContacts();
+  for (RigidBody* body : failing) Isolate(*body);
+  failing.clear();
   ReportEvents();
 }
 
-std::span<const Contact> World::contacts() const { return impl_->contacts; }
+std::span<const Contact> World::contacts() const {
+  impl_->ReportContacts();
+  return impl_->contacts;
+}
 std::span<const PairEvent> World::events() const { return impl_->events; }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 
