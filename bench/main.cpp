@@ -9,6 +9,7 @@
 
 #include "bench/accuracy.h"
 #include "bench/dissertation.h"
+#include "bench/lean.h"
 #include "bench/report.h"
 #include "bench/speed.h"
 #include "bench/stability.h"
@@ -33,6 +34,7 @@ constexpr Suite kSuites[] = {
     {"stability", "What must stand, hold, roll, swing, rebound or be refused, and by how much it does not",
      RunStability},
     {"speed", "Many bodies: CPU time, penetration and drift against stock Bullet, runs interleaved", RunSpeed},
+    {"lean", "What a scene does not need: its cost where it is present but unneeded", RunLean},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };
