@@ -45,7 +45,7 @@ class Engine {
   virtual absl::Status Load(const Scene& scene) = 0;
   virtual void Step(double dt_s) = 0;
 
-  virtual BodyState StateOf(BodyId id) const = 0;
+  virtual BodyState StateOf(BodyId id) const = 0;  // not finite once the engine has blown up
   virtual void SetState(BodyId id, const BodyState& state) = 0;
   // World frame, about the centre of mass; acts during the next Step, all of it, then is forgotten.
   virtual void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm) = 0;

@@ -207,6 +207,17 @@ TEST_P(EngineTest, SleepsOnlyIfItMay) {
   EXPECT_FALSE(without->StateOf(BodyId(1)).asleep);
 }
 
+TEST(EngineTest, MujocoDoesNotHideThatItBlewUp) {
+  if (!EngineBuilt(EngineKind::kMujoco)) GTEST_SKIP() << "not installed at build time";
+  Scene scene = Empty(0);
+  scene.bodies = {Dynamic(1, MakeShape(BoxShape{{0.1, 0.2, 0.3}}), {})};
+  scene.bodies[0].initial.linear_velocity = {1e9f, 0, 0};  // beyond what it lets pass, 1e10 m, in ten steps
+  const auto engine = MakeEngine(EngineKind::kMujoco, {});
+  ASSERT_TRUE(engine->Load(scene).ok());
+  for (int i = 0; i < 20; ++i) engine->Step(1);
+  EXPECT_FALSE(IsFinite(engine->StateOf(BodyId(1)).position));
+}
+
 TEST(EngineTest, SaysWhatItLacks) {
   Scene scene = Empty();
   scene.bodies = {Dynamic(1, MakeShape(SphereShape{1}), {}), Dynamic(2, MakeShape(SphereShape{1}), {5, 0, 0})};
