@@ -33,7 +33,7 @@ void CollideBoxSphere(const Geometry& a, const Geometry& b, const LocalPose& b_i
 void CollideHullSphere(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                        LocalManifold* out);
 
-// capsule_pair.cpp: b is a capsule.
+// capsule_pair.cpp, box_capsule.cpp: b is a capsule.
 void CollideCapsules(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                      LocalManifold* out);
 void CollideBoxCapsule(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
