@@ -23,14 +23,14 @@ RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, 
       trigger_(def.trigger),
       may_sleep_(def.may_sleep),
       round_(dynamic_ && IsRound(form.inertia)),
+      geometry_(std::move(form.geometry)),
       mass_kg_(dynamic_ ? def.mass_kg : 0),
       inertia_(dynamic_ ? form.inertia : Vec3d()),
       material_(def.material),
       gravity_(gravity * def.gravity_scale),
       linear_damping_(def.linear_damping),
       angular_damping_(def.angular_damping),
-      frame_(form.frame),
-      geometry_(std::move(form.geometry)) {
+      frame_(form.frame) {
   object.setUserPointer(this);
   object.setCollisionShape(geometry_->bullet->bullet());
   if (!dynamic_) object.setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);

@@ -42,7 +42,29 @@ struct Course {
 };
 
 class RigidBody {
+ private:
+  // What every step reads comes first, close together.
+  BodyId id_;
+  bool dynamic_, trigger_, may_sleep_, round_;
+  std::shared_ptr<const Geometry> geometry_;
+  Placement placement_;
+  BodyState state_;
+
  public:
+  // --- Of the world that holds it.
+  Course course;
+  Bounds reach;                     // all it can touch in this step
+  Bounds fat;                       // what the broad phase believes; holds `reach`
+  std::uint32_t awake_index = 0;    // among those awake
+  std::uint32_t solver_index = 0;   // in the batch that solves it
+  Vec3d force_n, torque_nm;         // act in the next step
+  bool shown = false;               // Bullet's copy is up to date
+  bool isolated = false;            // it went non-finite and takes no part any more
+  std::uint64_t serial = 0;         // of its adding: names it in a pair
+  std::vector<JointId> joints;      // that hold it, in no order
+  std::vector<Pair*> pairs;         // whose bounds overlap its own, in no order
+  btCollisionObject object;         // for Bullet's broad phase and queries
+
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
   RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);
 
@@ -86,35 +108,16 @@ class RigidBody {
 
   static RigidBody& Of(const btCollisionObject& object) { return *static_cast<RigidBody*>(object.getUserPointer()); }
 
-  // --- Of the world that holds it.
-  Course course;
-  btCollisionObject object;        // for Bullet's broad phase and queries
-  Vec3d force_n, torque_nm;        // act in the next step
-  Bounds reach;                    // all it can touch in this step
-  Bounds fat;                      // what the broad phase believes; holds `reach`
-  std::vector<JointId> joints;     // that hold it, in no order
-  std::vector<Pair*> pairs;        // whose bounds overlap its own, in no order
-  std::uint32_t awake_index = 0;   // among those awake
-  std::uint32_t solver_index = 0;  // in the batch that solves it
-  std::uint64_t serial = 0;        // of its adding: names it in a pair
-  bool shown = false;              // Bullet's copy is up to date
-  bool isolated = false;           // it went non-finite and takes no part any more
-
  private:
   Placement PlacementOf(const BodyState& state) const;
   void NoteRest();
 
-  BodyId id_;
-  bool dynamic_, trigger_, may_sleep_, round_;
   double mass_kg_;
   Vec3d inertia_;
   Material material_;
   Vec3d gravity_;
   Damping linear_damping_, angular_damping_;
   BodyFrame frame_;
-  std::shared_ptr<const Geometry> geometry_;
-  BodyState state_;
-  Placement placement_;
   Vec3d rest_position_;  // where and how it lay when it fell asleep
   Quatd rest_orientation_;
 };

@@ -9,6 +9,9 @@
 namespace tessera::physics {
 namespace {
 
+// Rate at which any gap closes in no time; finite, so that no gap times it is NaN.
+constexpr float kAtOnce_1_s = 1e9f;
+
 std::uint8_t KindOf(const ContactConstraint& contact) {
   const int count = contact.manifold->count;
   assert(count >= 0 && count <= kManifoldPoints);
@@ -66,7 +69,8 @@ void FillTangents(const ContactConstraint& contact, int lane, Block& block) {
 }
 
 template <class Block>
-void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, Softness softness, Block& block) {
+void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, float h, Softness softness,
+              Block& block) {
   const Manifold& manifold = *contact.manifold;
   ContactHead& head = block.head;
   head.a[lane] = static_cast<std::int32_t>(contact.a == kStatic ? nobody : contact.a);
@@ -76,6 +80,7 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.soft_mass.f[lane] = softness.mass;
   head.soft_impulse.f[lane] = softness.impulse;
   head.bias_rate.f[lane] = softness.bias_rate;
+  head.relax_rate.f[lane] = contact.material.restitution > 0 ? kAtOnce_1_s : 1 / h;
   float weights[kManifoldPoints] = {};
   Weigh(manifold, weights);
   int i = 0;
@@ -120,31 +125,6 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
   }
 }
 
-// Calls `f` with a null pointer to the block of this kind.
-template <class Function>
-auto ForKind(int kind, Function&& f) {
-  switch (kind) {
-    case 0:
-      return f(static_cast<ContactBlock<1, Tangent::kNone>*>(nullptr));
-    case 1:
-      return f(static_cast<ContactBlock<2, Tangent::kNone>*>(nullptr));
-    case 2:
-      return f(static_cast<ContactBlock<4, Tangent::kNone>*>(nullptr));
-    case 3:
-      return f(static_cast<ContactBlock<1, Tangent::kFriction>*>(nullptr));
-    case 4:
-      return f(static_cast<ContactBlock<2, Tangent::kFriction>*>(nullptr));
-    case 5:
-      return f(static_cast<ContactBlock<4, Tangent::kFriction>*>(nullptr));
-    case 6:
-      return f(static_cast<ContactBlock<1, Tangent::kRolling>*>(nullptr));
-    case 7:
-      return f(static_cast<ContactBlock<2, Tangent::kRolling>*>(nullptr));
-    default:
-      return f(static_cast<ContactBlock<4, Tangent::kRolling>*>(nullptr));
-  }
-}
-
 std::size_t LanesOf(int kind) {
   return ForKind(kind, [](auto* block) { return sizeof(*block) / sizeof(Lanes); });
 }
@@ -182,7 +162,7 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
     counts_[bucket] = 0;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    Place& place = places_[i];
+    ContactPlace& place = places_[i];
     if (colors[i] == kLeftOver) {
       runs_.push_back({place.kind, kLeftOver, 1, end});
       place.lane = 0;
@@ -199,7 +179,8 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
 }
 
 void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
-                         Softness softness) {
+                         float h) {
+  const Softness softness = SoftnessOf(kContactShare, kContactDamping, h);
   Lay(contacts, coloring);
   for (const ContactRun& run : runs_) {
     // Lanes that stay empty name nobody twice; everything else of theirs is 0.
@@ -211,21 +192,15 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
     });
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Place& place = places_[i];
-    ForKind(place.kind, [&](auto* type) {
-      FillLane(contacts[i], place.lane, nobody, softness, *static_cast<decltype(type)>(BlockAt(place)));
-    });
+    const ContactPlace& place = places_[i];
+    Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, h, softness, block); });
   }
 }
 
-void ContactBlocks::Store(std::span<const ContactConstraint> contacts) const {
+void ContactBlocks::Store(std::span<const ContactConstraint> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Place& place = places_[i];
-    ForKind(place.kind, [&](auto* type) {
-      StoreLane(
-          *static_cast<const std::remove_pointer_t<decltype(type)>*>(static_cast<const void*>(&memory_[place.offset])),
-          place.lane, *contacts[i].manifold);
-    });
+    const ContactPlace& place = places_[i];
+    Visit(place, [&](auto& block) { StoreLane(block, place.lane, *contacts[i].manifold); });
   }
 }
 

@@ -27,31 +27,61 @@ struct Softness {
 // `share`: of the substep rate 1 / h, the frequency.
 Softness SoftnessOf(float share, float damping_ratio, float h);
 
+// Where a contact is.
+struct ContactPlace {
+  std::uint8_t kind = 0, lane = 0;
+  std::size_t offset = 0;  // of its block
+};
+
+// Calls `f` with a null pointer to a block of this kind.
+template <class Function>
+auto ForKind(int kind, Function&& f) {
+  switch (kind) {
+    case 0:
+      return f(static_cast<ContactBlock<1, Tangent::kNone>*>(nullptr));
+    case 1:
+      return f(static_cast<ContactBlock<2, Tangent::kNone>*>(nullptr));
+    case 2:
+      return f(static_cast<ContactBlock<4, Tangent::kNone>*>(nullptr));
+    case 3:
+      return f(static_cast<ContactBlock<1, Tangent::kFriction>*>(nullptr));
+    case 4:
+      return f(static_cast<ContactBlock<2, Tangent::kFriction>*>(nullptr));
+    case 5:
+      return f(static_cast<ContactBlock<4, Tangent::kFriction>*>(nullptr));
+    case 6:
+      return f(static_cast<ContactBlock<1, Tangent::kRolling>*>(nullptr));
+    case 7:
+      return f(static_cast<ContactBlock<2, Tangent::kRolling>*>(nullptr));
+    default:
+      return f(static_cast<ContactBlock<4, Tangent::kRolling>*>(nullptr));
+  }
+}
+
 class ContactBlocks {
  public:
   // `nobody`: index of the body that stands for the world.
-  void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
-            Softness softness);
+  void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody, float h);
   // Writes impulses and totals to the manifolds.
-  void Store(std::span<const ContactConstraint> contacts) const;
+  void Store(std::span<const ContactConstraint> contacts);
 
   std::span<const ContactRun> runs() const { return runs_; }  // by color, what is left over last
   void* BlocksOf(const ContactRun& run) { return &memory_[run.offset]; }
 
-  struct Place {
-    std::uint8_t kind = 0;
-    std::uint8_t lane = 0;
-    std::size_t offset = 0;
-  };
-  const Place& PlaceOf(std::size_t contact) const { return places_[contact]; }
-  void* BlockAt(const Place& place) { return &memory_[place.offset]; }
+  const ContactPlace& PlaceOf(std::size_t contact) const { return places_[contact]; }
+  // Calls `f` with the block.
+  template <class Function>
+  void Visit(const ContactPlace& place, Function&& f) {
+    ForKind(place.kind,
+            [&](auto* type) { f(*static_cast<decltype(type)>(static_cast<void*>(&memory_[place.offset]))); });
+  }
 
  private:
   void Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring);
 
   std::vector<Lanes> memory_;
   std::vector<ContactRun> runs_;
-  std::vector<Place> places_;  // by contact
+  std::vector<ContactPlace> places_;  // by contact
   std::vector<std::uint32_t> counts_;
 };
 

@@ -48,6 +48,7 @@ struct ContactHead {
   Lanes inverse_root_mass_a, inverse_root_mass_b;
   Lanes offset[3];  // from the centre of a to that of b
   Lanes soft_mass, soft_impulse, bias_rate;
+  Lanes relax_rate;  // relaxing lets a gap close at this rate, 1/s: within a substep, or at once where it may bounce
 };
 
 struct PointLanes {

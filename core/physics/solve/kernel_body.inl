@@ -218,15 +218,15 @@ struct ContactLoops {
   template <bool kRelax>
   static TESSERA_INLINE F Wanted(const Block& block, int i, F velocity, F old, const StepConstants& step) {
     const PointLanes& point = block.points[i];
-    const F mass = Load(point.mass), inverse_h = Wide(step.inverse_h);
+    const F mass = Load(point.mass);
     if constexpr (kRelax) {
       const F separation = Load(point.separation);
-      return old - mass * (velocity + And(Positive(separation), separation * inverse_h));
+      return old - mass * (velocity + And(Positive(separation), separation * Load(block.head.relax_rate)));
     } else {
       const F separation = Load(point.separation) + Wide(step.slop_m);
       const F apart = Positive(separation);
       const F push = Max(separation * Load(block.head.bias_rate), Wide(-step.push_out_m_s));
-      const F bias = Select(apart, separation * inverse_h, push);
+      const F bias = Select(apart, separation * Wide(step.inverse_h), push);
       const F soft_mass = Select(apart, mass, mass * Load(block.head.soft_mass));
       const F kept = old - And(Not(apart), old * Load(block.head.soft_impulse));
       return kept - soft_mass * (velocity + bias);

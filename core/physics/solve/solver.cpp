@@ -7,6 +7,7 @@
 
 #include "core/physics/solve/coloring.h"
 #include "core/physics/solve/contact_blocks.h"
+#include "core/physics/solve/impacts.h"
 #include "core/physics/solve/joint_blocks.h"
 #include "core/physics/solve/kernel.h"
 #include "core/physics/solve/tuning.h"
@@ -51,6 +52,7 @@ struct Solver::Impl {
   Coloring coloring;
   ContactBlocks contacts;
   JointBlocks joints;
+  Impacts impacts;
 };
 
 void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
@@ -116,6 +118,7 @@ void Solver::Impl::Substeps(int substeps) {
       joints.Warm(states.data());
       for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::warm, run);
     }
+    if (!impacts.empty()) impacts.Bounce(states.data(), masses.data(), before.data(), kicks.data(), step.h);
     SolveAll(false);
     kernels.drift(states.data(), masses.data(), count, step.h);
     joints.Turn(states.data(), masses.data(), before.data(), step.h);
@@ -153,8 +156,9 @@ void Solver::Solve(const SolveBatch& batch) {
   }
   const auto nobody = static_cast<std::uint32_t>(impl.count);
   impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
-  impl.contacts.Fill(batch.contacts, impl.coloring, nobody, SoftnessOf(kContactShare, kContactDamping, h));
+  impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h);
   for (const ContactRun& run : impl.contacts.runs()) impl.Run(&ContactKernels::prepare, run);
+  impl.impacts.Fill(batch.contacts, impl.contacts, impl.count);
   impl.Substeps(batch.substeps);
   impl.StoreBodies(batch.bodies);
   impl.contacts.Store(batch.contacts);

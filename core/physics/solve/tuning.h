@@ -16,7 +16,22 @@ inline constexpr float kPushOut_m_s = 3;
 // let a tower lean.
 inline constexpr float kSlop_m = 0.001f;
 
+// Approaches slower than this, m/s, do not bounce. Lower lets what lies tremble; higher ends a ball's bouncing early.
+inline constexpr float kBounce_m_s = 0.2f;
+
 // Points that lie this much deeper than the others, m, carry a new contact alone until it has impulses to tell by.
 inline constexpr float kTouching_m = 0.002f;
+
+// The fewest substeps an island gets, as a power of two. With 1 a pyramid trembles and sinks by centimetres; 2 hold it.
+inline constexpr int kFewestLevel = 1;
+
+// What asks for more substeps: a joint torn open this far (8), an overlap this deep, an approach this fast (4).
+inline constexpr float kWideGap_m = 0.01f, kDeep_m = 0.05f, kFast_m_s = 20;
+
+// An island gets fewer substeps only when all that it shows, times this, would still ask for fewer. At 1 the count flips.
+inline constexpr float kCalm = 1.3f;
+
+// What solving a joint costs, in contacts.
+inline constexpr int kJointWork = 16;
 
 }  // namespace tessera::physics
