@@ -32,16 +32,14 @@ std::vector<Offer> FrontOf(std::vector<Offer> offers, double floor, double worst
 }
 
 bool Dominates(const std::vector<Offer>& ours, const std::vector<Offer>& theirs) {
-  bool met = false;
   for (const std::vector<Offer>* front : {&ours, &theirs}) {
     for (const Offer& corner : *front) {
       const double we = CostAt(ours, corner.error), they = CostAt(theirs, corner.error);
       if (std::isinf(we) || std::isinf(they)) continue;
       if (we >= they) return false;
-      met = true;
     }
   }
-  return met;
+  return !ours.empty();
 }
 
 }  // namespace tessera::bench

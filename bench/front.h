@@ -18,7 +18,7 @@ struct Offer {
 std::vector<Offer> FrontOf(std::vector<Offer> offers, double floor, double worst);
 
 // Whether at every error that both fronts reach, `ours` takes less CPU time. The errors looked at are those of the
-// corners of both: between corners nothing changes. False where they share none.
+// corners of both: between corners nothing changes. Whoever reaches nothing at all is behind.
 bool Dominates(const std::vector<Offer>& ours, const std::vector<Offer>& theirs);
 
 }  // namespace tessera::bench

@@ -35,7 +35,12 @@ TEST(FrontTest, BehindAtOneErrorDoesNot) {
 
 TEST(FrontTest, WhatOnlyOneReachesDoesNotCount) {
   EXPECT_TRUE(Dominates(Front({{0.1, 1}}), Front({{0.2, 3}, {0.001, 8}})));
-  EXPECT_FALSE(Dominates(Front({{0.1, 1}}), Front({})));
+}
+
+TEST(FrontTest, WhoReachesNothingIsBehind) {
+  EXPECT_TRUE(Dominates(Front({{0.1, 1}}), Front({})));
+  EXPECT_FALSE(Dominates(Front({}), Front({{0.1, 1}})));
+  EXPECT_FALSE(Dominates(Front({}), Front({})));
 }
 
 }  // namespace

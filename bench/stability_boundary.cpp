@@ -16,13 +16,23 @@
 namespace tessera::bench {
 namespace {
 
+// Places on a grid of a micrometre, which a double holds 10 000 km away too: the runs then begin the same to the bit.
+Scene OnGrid(Scene scene) {
+  const auto snap = [](double x) { return std::nearbyint(x * 0x1p20) * 0x1p-20; };
+  for (BodyDef& body : scene.bodies) {
+    Vec3d& p = body.initial.position;
+    p = {snap(p.x), snap(p.y), snap(p.z)};
+  }
+  return scene;
+}
+
 // The largest distance of any body from where the same run at the origin has it, after ten seconds. A region's local
 // coordinates are about its own origin, which for Tessera lies where the scene is.
 absl::Status FarAway(Stage& stage) {
   const double seconds = stage.quick() ? 3 : 10;
-  const std::map<std::string, Scene> scenes{{"far_stack", scenes::Tower(10, 0.01)},
-                                            {"far_pyramid", scenes::Pyramid(5)},
-                                            {"far_ragdoll", scenes::Ragdolls(1)}};
+  const std::map<std::string, Scene> scenes{{"far_stack", OnGrid(scenes::Tower(10, 0.01))},
+                                            {"far_pyramid", OnGrid(scenes::Pyramid(5))},
+                                            {"far_ragdoll", OnGrid(scenes::Ragdolls(1))}};
   for (const auto& [name, at_origin] : scenes) {
     std::vector<Vec3d> truth;
     for (const double km : {0.0, 10.0, 100.0, 1000.0, 10'000.0}) {
