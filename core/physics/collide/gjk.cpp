@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kIterations = 64;
 // Distances are right to this share of themselves; a direction to about its root.
-constexpr double kRelative = 1e-10;
+constexpr double kRelative = 1e-8;
 // Nearer than this share of the simplex's size counts as touching, where a direction is no longer worth anything.
 constexpr double kTouching = 1e-7;
 

@@ -72,9 +72,10 @@ void TouchTriangles(const Geometry& a, const Surface& surface, const LocalPose& 
                     float speculative_m, Scratch* scratch) {
   std::size_t looked_at = 0;
   for (const std::uint32_t index : scratch->triangles) {
-    if (surface.degenerate(index) || !Reaches(bounds, surface.Corners(index))) continue;
+    if (!Reaches(bounds, surface.Corners(index))) continue;
     if (++looked_at > kMostTriangles) return;
     const TrianglePlace place(surface, pose, index);
+    if (place.normal == Vec3f{}) continue;
     Touch touch;
     touch.contact = CollideTriangle(a, place, speculative_m, &touch.manifold);
     if (touch.contact == TriangleContact::kNone) continue;

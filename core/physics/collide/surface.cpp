@@ -32,6 +32,9 @@ std::shared_ptr<const Surface> Surface::Of(const TriangleMeshShape& mesh, const 
   surface->Weld(mesh);
   surface->JoinEdges();
   surface->MakeRings();
+  for (std::uint32_t i = 0; i < surface->triangles_.size(); ++i) {
+    surface->triangles_[i].sharp = surface->FindSharpEdge(i);
+  }
   return surface;
 }
 
@@ -59,7 +62,7 @@ void Surface::Weld(const TriangleMeshShape& mesh) {
   }
   vertices_ = mesh.vertices;
   for (const auto& t : mesh.triangles) {
-    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}};
+    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}, false};
     const auto& c = triangle.corners;
     triangle.normal = NormalOf(Vec3d(vertices_[c[0]]), Vec3d(vertices_[c[1]]), Vec3d(vertices_[c[2]]));
     triangles_.push_back(triangle);
@@ -71,7 +74,7 @@ void Surface::Weld(const TriangleMeshShape& mesh) {
 void Surface::JoinEdges() {
   std::vector<HalfEdge> edges;
   for (std::uint32_t i = 0; i < triangles_.size(); ++i) {
-    if (degenerate(i)) continue;
+    if (triangles_[i].normal == Vec3f{}) continue;
     for (std::uint32_t e = 0; e < 3; ++e) {
       const std::uint32_t a = triangles_[i].corners[e], b = triangles_[i].corners[(e + 1) % 3];
       edges.push_back({std::min(a, b), std::max(a, b), i, e, a < b});
@@ -114,7 +117,27 @@ void Surface::MakeRings() {
   std::partial_sum(ring_begin_.begin(), ring_begin_.end(), ring_begin_.begin());
 }
 
-bool Surface::degenerate(std::uint32_t triangle) const { return !is_field() && triangles_[triangle].normal == Vec3f{}; }
+Vec3f Surface::Normal(std::uint32_t triangle) const {
+  if (!is_field()) return triangles_[triangle].normal;
+  const auto [a, b, c] = Corners(triangle);
+  return Vec3f(Normalized(Cross(b - a, c - a)));
+}
+
+bool Surface::HasSharpEdge(std::uint32_t triangle) const {
+  return is_field() ? FindSharpEdge(triangle) : triangles_[triangle].sharp;
+}
+
+bool Surface::FindSharpEdge(std::uint32_t triangle) const {
+  const std::array<Vec3d, 3> corners = Corners(triangle);
+  const Vec3d normal(Normal(triangle));
+  for (std::size_t edge = 0; edge < 3; ++edge) {
+    Vec3d other;
+    if (!Opposite(triangle, edge, &other)) return true;
+    const Vec3d to = other - corners[edge], next = Cross(to, corners[(edge + 1) % 3] - corners[edge]);
+    if (Dot(to, normal) < 0 && Dot(next, normal) < static_cast<double>(kSharp) * Length(next)) return true;
+  }
+  return false;
+}
 
 Surface::Cell Surface::CellOf(std::uint32_t triangle) const {
   const std::uint32_t cell = triangle / 2, across = columns_ - 1;

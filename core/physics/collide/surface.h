@@ -22,14 +22,17 @@ class Surface {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
   static constexpr std::size_t kRing = 64;  // neighbours of a vertex that are looked at
+  static constexpr float kSharp = 0.97f;    // cosine of 14 degrees
 
   // As seen from the body's frame, like the Bullet shape.
   static std::shared_ptr<const Surface> Of(const TriangleMeshShape& mesh, const BodyFrame& frame);
   static std::shared_ptr<const Surface> Of(const HeightFieldShape& field, const BodyFrame& frame);
 
   bool is_field() const { return triangles_.empty(); }
-  // Without extent, so without a normal: no contact is made with it.
-  bool degenerate(std::uint32_t triangle) const;
+  // Outward, unit; 0 where a triangle has no extent: no contact is made with it.
+  Vec3f Normal(std::uint32_t triangle) const;
+  // Whether a neighbour falls away by more than `kSharp`, or is missing.
+  bool HasSharpEdge(std::uint32_t triangle) const;
 
   std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
   // The third corner of the triangle on the other side of the edge from corner `edge` to the next; false at the border.
@@ -45,6 +48,7 @@ class Surface {
     std::uint32_t x, z;
     bool second;  // the half towards (x + 1, z + 1)
   };
+  bool FindSharpEdge(std::uint32_t triangle) const;
   Cell CellOf(std::uint32_t triangle) const;
   Vec3d Sample(std::uint32_t x, std::uint32_t z) const;
   void JoinEdges();
@@ -55,7 +59,8 @@ class Surface {
   struct Triangle {
     std::array<std::uint32_t, 3> corners;
     std::array<std::uint32_t, 3> opposite;  // vertices, or kNone
-    Vec3f normal;                           // 0 if degenerate
+    Vec3f normal;
+    bool sharp = false;
   };
   std::vector<Vec3f> vertices_;
   std::vector<Triangle> triangles_;

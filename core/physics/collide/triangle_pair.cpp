@@ -10,11 +10,9 @@ namespace {
 constexpr float kFace = 0.99985f, kAcross = 0.035f;
 // How far beyond the range of an edge's normals, sine, a direction may be to be taken back into it: one that is known
 // exactly, and one that cores in an overlap have guessed.
-constexpr float kBeyondExact = 1e-4f, kBeyondGuess = 0.035f;
+constexpr float kBeyondExact = 1e-3f, kBeyondGuess = 0.035f;
 // A direction this close to a face's normal, 1 - cosine, is the face's normal.
 constexpr float kSame = 1e-6f;
-// Faces that meet at less than this, cosine of 20 degrees, meet in an edge that may be the way out of one of them.
-constexpr float kSharp = 0.94f;
 // A face that is met no shallower than the deepest point, by at most this (m, and share of the ball inside), is met by
 // the deepest point.
 constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
@@ -69,19 +67,6 @@ bool IntoCornerRange(const TrianglePlace& place, std::size_t corner, float beyon
   }
   *up = Normalized(*up, place.normal);
   return true;
-}
-
-// Whether a way out over one of its edges could be much shorter than along its normal.
-bool HasSharpEdge(const TrianglePlace& place) {
-  for (std::size_t edge = 0; edge < 3; ++edge) {
-    Vec3d other;
-    if (!place.surface.Opposite(place.index, edge, &other)) return true;
-    const Vec3f a = place.corners[edge], along = place.corners[(edge + 1) % 3] - a, to = place.In(other) - a;
-    if (Dot(to, place.normal) >= 0) continue;
-    const Vec3f next = Cross(to, along);
-    if (Dot(next, place.normal) < kSharp * Length(next)) return true;
-  }
-  return false;
 }
 
 // Of the triangle seen from `up`: its face, an edge or a corner. Takes `up` into that feature's range.
@@ -152,9 +137,16 @@ TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
 TriangleContact General(const Scene& s, LocalManifold* out) {
   LocalManifold over;
   const bool front = s.center >= 0;
-  if (front && OverFace(s, &over)) {
+  if (front) OverFace(s, &over);
+  if (!s.place.surface.HasSharpEdge(s.place.index)) {
+    // Other ways than along the normal are the neighbours' or hardly differ.
+    if (!front) return FromBehind(s, out);
+    *out = over;
+    return out->count > 0 ? TriangleContact::kFront : TriangleContact::kNone;
+  }
+  if (over.count > 0 && s.low >= 0) {
     const float tolerance = std::min(kDeepest_m, kDeepestShare * s.geometry.middle_radius_m);
-    if (Deepest(over) <= s.low + tolerance && (s.low >= 0 || !HasSharpEdge(s.place))) {
+    if (Deepest(over) <= s.low + tolerance) {
       *out = over;
       return TriangleContact::kFront;
     }
@@ -238,7 +230,7 @@ TrianglePlace::TrianglePlace(const Surface& surface_in, const LocalPose& pose_in
     : surface(surface_in), pose(pose_in), index(index_in) {
   const std::array<Vec3d, 3> at = surface.Corners(index);
   corners = {In(at[0]), In(at[1]), In(at[2])};
-  normal = pose.rotation * Vec3f(Normalized(Cross(at[1] - at[0], at[2] - at[0])));
+  normal = pose.rotation * surface.Normal(index);
 }
 
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,

@@ -16,7 +16,7 @@ struct TrianglePlace {
   const LocalPose& pose;  // of the surface in the convex shape's frame
   std::uint32_t index;
   std::array<Vec3f, 3> corners;  // in the convex shape's frame
-  Vec3f normal;                  // unit
+  Vec3f normal;                  // unit, or 0 where the triangle has no extent
 
   TrianglePlace(const Surface& surface_in, const LocalPose& pose_in, std::uint32_t index_in);
   Vec3f In(Vec3d p) const { return pose.rotation * Vec3f(p - pose.a_in_b); }
