@@ -33,6 +33,7 @@ struct EngineConfig {
   int iterations = 0;   // of the solver; 0: what the engine comes with
   bool sleep = false;   // bodies may sleep, by the engine's own thresholds
   bool direct = false;  // ODE: the direct solver (dWorldStep) rather than the iterative (dWorldQuickStep)
+  bool rk4 = false;     // MuJoCo: Runge and Kutta's integrator, which its manual has for energy, rather than Euler's
   Vec3d origin{};       // Tessera: of the region's local coordinates. The others know only the world's.
 };
 

@@ -190,6 +190,7 @@ absl::Status MujocoEngine::Compile(const std::string& text) {
   model_ = mj_loadXML(kFile, files.get(), error, sizeof(error));
   mj_deleteVFS(files.get());
   if (model_ == nullptr) return absl::InternalError(fmt::format("mujoco: {}", error));
+  if (config_.rk4) model_->opt.integrator = mjINT_RK4;
   data_ = mj_makeData(model_);
   return absl::OkStatus();
 }

@@ -207,6 +207,24 @@ TEST_P(EngineTest, SleepsOnlyIfItMay) {
   EXPECT_FALSE(without->StateOf(BodyId(1)).asleep);
 }
 
+TEST(EngineTest, MujocoKeepsItsEnergyByRungeAndKutta) {
+  if (!EngineBuilt(EngineKind::kMujoco)) GTEST_SKIP() << "not installed at build time";
+  Scene scene = Empty(0);
+  scene.bodies = {Dynamic(1, MakeShape(BoxShape{{0.1, 0.2, 0.3}}), {})};
+  scene.bodies[0].inertia_kg_m2 = Vec3d{1, 2, 3};
+  scene.bodies[0].initial.angular_velocity = {0.01f, 10, 0.01f};
+  const auto energy_after = [&](const EngineConfig& config) {
+    const auto engine = MakeEngine(EngineKind::kMujoco, config);
+    EXPECT_TRUE(engine->Load(scene).ok());
+    for (int i = 0; i < 300; ++i) engine->Step(kDt);
+    const BodyState state = engine->StateOf(BodyId(1));
+    const Vec3d w = Rotate(Conjugate(state.orientation), Vec3d(state.angular_velocity));
+    return (w.x * w.x + 2 * w.y * w.y + 3 * w.z * w.z) / 2;
+  };
+  EXPECT_NEAR(energy_after({.rk4 = true}), 100, 0.1);
+  EXPECT_GT(std::abs(energy_after({}) - 100), 1);
+}
+
 TEST(EngineTest, MujocoDoesNotHideThatItBlewUp) {
   if (!EngineBuilt(EngineKind::kMujoco)) GTEST_SKIP() << "not installed at build time";
   Scene scene = Empty(0);
