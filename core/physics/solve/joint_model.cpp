@@ -186,6 +186,9 @@ double JointModel::Counted(std::size_t k, double angle) {
 void JointModel::MakeRows(const Placement& a, const Placement& b, JointRows* rows) {
   rows->count = 0;
   const Sides sides(a, b, frame_a_, frame_b_);
+  rows->arm_a = to_world_ ? Vec3f() : Vec3f(sides.arm_a);
+  rows->arm_b = Vec3f(sides.arm_b);
+  rows->gap = Vec3f(sides.apart);
   switch (form_) {
     case Form::kPoint:
       PointRows(sides, rows);

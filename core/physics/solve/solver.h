@@ -1,12 +1,13 @@
 // Solver: soft contacts and joints of bodies that touch, in small substeps.
 //
 // Each substep: apply forces, warm start, solve with bias, move, relax without bias (Catto, Solver2D "soft step").
-// Restitution once per impact. Contacts are coloured so that no two of a colour share a moving body, and solved eight at a
-// time; which lane or path (SSE2, AVX2) does the work changes no bit. The colour of a constraint depends only on the
-// constraints it is tied to and their order, so an island comes out the same in any company.
+// Restitution once per impact. Contacts are coloured so that no two of a colour share a moving body, and solved eight
+// at a time; which lane or path (SSE2, AVX2) does the work changes no bit. The colour of a constraint depends only on
+// the constraints it is tied to and their order, so an island comes out the same in any company.
 //
 // Velocities inside are mass-normalised: v' = sqrt(m) v, w' = sqrt(I) w. Then a row is one vector for measuring and for
-// applying, a static body is a row of zeros, and rows of a joint can be made orthogonal, which solves them as one block.
+// applying, a static body is a row of zeros, and rows of a joint can be made orthogonal, which solves them as one
+// block.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -27,11 +28,11 @@ struct SolverBody {
   Vec3f acceleration;                // of gravity and forces, m/s^2, constant over the step
   Vec3f angular_acceleration;        // of torques, rad/s^2
   float mass_kg = 1;
-  Vec3f inertia_kg_m2;               // principal
-  Mat3f rotation;                    // of the principal axes
+  Vec3f inertia_kg_m2;  // principal
+  Mat3f rotation;       // of the principal axes
   // Out.
-  Vec3f moved_m, turned_rad;         // over the step: displacement and rotation vector, world axes
-  Vec3f angular_impulse_nms;         // change of angular momentum by constraints and torques
+  Vec3f moved_m, turned_rad;  // over the step: displacement and rotation vector, world axes
+  Vec3f angular_impulse_nms;  // change of angular momentum by constraints and torques
 };
 
 inline constexpr std::uint32_t kStatic = 0xffffffff;
@@ -47,10 +48,11 @@ struct JointConstraint {
   std::uint32_t a = kStatic, b = kStatic;
   JointRows* rows = nullptr;
   float* impulses = nullptr;  // kJointSlots of them: in warm, out of the last substep
-  float warm_scale = 1;        // as above
+  float warm_scale = 1;       // as above
 };
 
-// What is solved with the same number of substeps; any number of islands. Constraints ascend by the ids of their bodies.
+// What is solved with the same number of substeps; any number of islands. Constraints ascend by the ids of their
+// bodies.
 struct SolveBatch {
   std::span<SolverBody> bodies;
   std::span<const ContactConstraint> contacts;
