@@ -7,16 +7,18 @@
 #include <utility>
 
 #include "core/physics/collide/polyhedron.h"
+#include "core/world/limits.h"
 
 namespace tessera::physics {
 namespace {
 
-// Triangles in one plane to this share of the hull's size are one face.
-constexpr double kFlatShare = 2e-5;
-// A point this little above a face, as a share of the hull's size, is on it: somewhat more than floats round.
-constexpr double kRoundingShare = 1e-6;
-// No point may be further outside than this share of the hull's size.
-constexpr double kFitShare = 1e-4;
+// All as shares of the hull's extent in their direction, so that a needle's or a sheet's sides are told apart too.
+// Triangles in one plane to this are one face.
+constexpr double kFlat = 2e-5;
+// A point this little above a face is on it: somewhat more than floats round.
+constexpr double kRounding = 1e-6;
+// No point may be further outside than this, unless rounding is larger.
+constexpr double kFit = 1e-4;
 
 using Index = std::uint32_t;
 
@@ -29,17 +31,10 @@ struct Triangle {
 
 class Builder {
  public:
-  // What is above a plane by no more than `rounding_share` of the hull's size is on it.
-  Builder(std::span<const Vec3f> points, double rounding_share) {
-    Vec3d low(points[0]), high(points[0]);
-    for (const Vec3f& p : points) {
-      points_.push_back(Vec3d(p));
-      low = {std::min<double>(low.x, p.x), std::min<double>(low.y, p.y), std::min<double>(low.z, p.z)};
-      high = {std::max<double>(high.x, p.x), std::max<double>(high.y, p.y), std::max<double>(high.z, p.z)};
-    }
-    size_ = Length(high - low);
-    rounding_ = rounding_share * size_;
-    outside_.resize(points_.size());
+  // What is above a plane by no more than `rounding` is on it.
+  Builder(std::span<const Vec3f> points, double rounding) : rounding_(rounding) {
+    for (const Vec3f& p : points) given_.push_back(Vec3d(p));
+    outside_.resize(points.size());
     if (!Start()) return;
     // The furthest first: so there are few thin triangles, whose normals are rounding.
     for (Index next = Furthest(); outside_[next].height > rounding_; next = Furthest()) Add(next);
@@ -56,25 +51,32 @@ class Builder {
     return t;
   }
 
-  // Four points that span the most: two furthest apart along an axis, the furthest from their line, from their plane.
+  // Four points that span the most: two furthest apart, the furthest from their line, from their plane. In coordinates
+  // along their edges, which change no hull, they are the corners of the unit simplex.
   bool Start() {
     const auto furthest = [&](auto&& measure) {
       Index best = 0;
-      for (Index i = 1; i < points_.size(); ++i)
-        if (measure(points_[i]) > measure(points_[best])) best = i;
+      for (Index i = 1; i < given_.size(); ++i)
+        if (measure(given_[i]) > measure(given_[best])) best = i;
       return best;
     };
     std::array<Index, 4> f{};
-    f[0] = furthest([&](Vec3d p) { return -p.x - 1e-3 * p.y; });
-    f[1] = furthest([&](Vec3d p) { return LengthSquared(p - points_[f[0]]); });
-    const Vec3d line = Normalized(points_[f[1]] - points_[f[0]]);
-    f[2] = furthest([&](Vec3d p) { return LengthSquared(Cross(line, p - points_[f[0]])); });
-    const Triangle base = Of(f[0], f[1], f[2]);
-    f[3] = furthest([&](Vec3d p) { return std::abs(Dot(base.normal, p) - base.offset); });
-    const double height = Dot(base.normal, points_[f[3]]) - base.offset;
-    if (height == 0) return false;
-    if (height > 0) std::swap(f[1], f[2]);
-    triangles_ = {Of(f[0], f[1], f[2]), Of(f[0], f[3], f[1]), Of(f[1], f[3], f[2]), Of(f[2], f[3], f[0])};
+    f[0] = furthest([&](Vec3d p) { return LengthSquared(p - given_[0]); });
+    const Vec3d origin = given_[f[0]];
+    f[1] = furthest([&](Vec3d p) { return LengthSquared(p - origin); });
+    const Vec3d line = Normalized(given_[f[1]] - origin);
+    f[2] = furthest([&](Vec3d p) { return LengthSquared(Cross(line, p - origin)); });
+    const Vec3d plane = Normalized(Cross(line, given_[f[2]] - origin));
+    f[3] = furthest([&](Vec3d p) { return std::abs(Dot(plane, p - origin)); });
+    if (Dot(plane, given_[f[3]] - origin) < 0) std::swap(f[1], f[2]);
+    const Vec3d u = given_[f[1]] - origin, v = given_[f[2]] - origin, w = given_[f[3]] - origin;
+    const double volume = Dot(u, Cross(v, w));
+    if (!(volume > 0)) return false;
+    for (const Vec3d& p : given_) {
+      const Vec3d q = p - origin;
+      points_.push_back(Vec3d{Dot(q, Cross(v, w)), Dot(q, Cross(w, u)), Dot(q, Cross(u, v))} / volume);
+    }
+    triangles_ = {Of(f[0], f[2], f[1]), Of(f[0], f[1], f[3]), Of(f[1], f[2], f[3]), Of(f[2], f[0], f[3])};
     for (Index i = 0; i < points_.size(); ++i) Place(i);
     return true;
   }
@@ -115,15 +117,16 @@ class Builder {
   void Merge();
   // The border of a group, counter-clockwise; nothing where it is no simple loop.
   std::vector<Index> BorderOf(int group) const;
+  bool Holds(const std::vector<Index>& loop) const;
 
   struct Outside {
     std::size_t triangle = 0;
     double height = 0;
   };
 
-  std::vector<Vec3d> points_;
-  double size_ = 0, rounding_ = 0;
-  std::vector<Outside> outside_;  // of each point
+  double rounding_;
+  std::vector<Vec3d> given_, points_;  // in metres, and along the edges of the first simplex
+  std::vector<Outside> outside_;       // of each point
   std::vector<Triangle> triangles_;
   std::vector<int> group_;
   int groups_ = 0;
@@ -155,7 +158,7 @@ void Builder::Merge() {
         if (next == owner.end() || group_[next->second] >= 0) continue;
         const Triangle& other = triangles_[next->second];
         const bool flat = std::all_of(other.v.begin(), other.v.end(), [&](Index v) {
-          return std::abs(Dot(plane.normal, points_[v]) - plane.offset) <= kFlatShare * size_;
+          return std::abs(Dot(plane.normal, points_[v]) - plane.offset) <= std::max(kFlat, rounding_);
         });
         // A thin sliver's own normal is rounding; one that faces away is another side of a thin hull.
         if (!flat || Dot(plane.normal, other.normal) < 0.5) continue;
@@ -188,7 +191,26 @@ std::vector<Index> Builder::BorderOf(int group) const {
   return loop;
 }
 
+// Newell's normal of a loop, and how far out it reaches.
+std::pair<Vec3d, double> PlaneOf(const std::vector<Vec3d>& points, const std::vector<Index>& loop) {
+  Vec3d sum;
+  for (std::size_t k = 0; k < loop.size(); ++k)
+    sum += Cross(points[loop[k]] - points[loop[0]], points[loop[(k + 1) % loop.size()]] - points[loop[0]]);
+  const Vec3d normal = Normalized(sum);
+  double offset = Dot(normal, points[loop[0]]);
+  for (const Index v : loop) offset = std::max(offset, Dot(normal, points[v]));
+  return {normal, offset};
+}
+
+// Whether all points lie below the face.
+bool Builder::Holds(const std::vector<Index>& loop) const {
+  const auto [normal, offset] = PlaneOf(points_, loop);
+  const double highest = offset + std::max(kFit, 2 * rounding_);
+  return std::all_of(points_.begin(), points_.end(), [&](Vec3d p) { return Dot(normal, p) <= highest; });
+}
+
 std::shared_ptr<const Polyhedron> Builder::Finish() {
+  if (triangles_.empty()) return nullptr;
   Merge();
   std::vector<std::vector<Index>> loops;
   for (int group = 0; group < groups_; ++group) {
@@ -210,31 +232,40 @@ std::shared_ptr<const Polyhedron> Builder::Finish() {
   for (Index v = 0; v < points_.size(); ++v) {
     if (faces_of[v] < 3) continue;
     number[v] = static_cast<Index>(result->vertices.size());
-    result->vertices.push_back(Vec3f(points_[v]));
-    middle += points_[v];
+    result->vertices.push_back(Vec3f(given_[v]));
+    middle += given_[v];
   }
   result->inside = Vec3f(middle / static_cast<double>(result->vertices.size()));
   for (auto& loop : loops) {
     std::erase_if(loop, [&](Index v) { return faces_of[v] < 3; });
-    if (loop.size() < 3) continue;
-    Vec3d sum;  // Newell's normal
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      sum += Cross(points_[loop[k]] - points_[loop[0]], points_[loop[(k + 1) % loop.size()]] - points_[loop[0]]);
-    const Vec3d normal = Normalized(sum);
-    double offset = Dot(normal, points_[loop[0]]);
-    for (const Index v : loop) offset = std::max(offset, Dot(normal, points_[v]));
+    if (loop.size() < 3 || !Holds(loop)) return nullptr;
+    const auto [normal, offset] = PlaneOf(given_, loop);
     result->faces.push_back({.normal = Vec3f(normal),
                              .offset_m = static_cast<float>(offset),
                              .first = static_cast<Index>(result->loops.size()),
                              .count = static_cast<Index>(loop.size())});
     for (const Index v : loop) result->loops.push_back(number[v]);
   }
-  if (!JoinFaces(result.get())) return nullptr;
-  for (const Polyhedron::Face& face : result->faces) {
-    for (const Vec3d& p : points_)
-      if (Dot(Vec3d(face.normal), p) > face.offset_m + kFitShare * size_) return nullptr;
+  return JoinFaces(result.get()) ? result : nullptr;
+}
+
+// Of points in one plane, as floats may leave a sheet that is far larger than thick: their bounds.
+std::shared_ptr<const Polyhedron> BoundsAsHull(std::span<const Vec3f> points) {
+  Vec3f low = points[0], high = points[0];
+  for (const Vec3f& p : points) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  return result;
+  constexpr float kThin = 1e-4f;
+  const Vec3f middle = (low + high) * 0.5f;
+  const float least = kThin * Length(high - low) + static_cast<float>(kMinExtent_m);
+  Vec3f half = (high - low) * 0.5f;
+  half = {std::max(half.x, least), std::max(half.y, least), std::max(half.z, least)};
+  auto box = std::make_shared<Polyhedron>(*BoxOf(half));
+  for (Vec3f& v : box->vertices) v += middle;
+  for (Polyhedron::Face& face : box->faces) face.offset_m += Dot(face.normal, middle);
+  box->inside = middle;
+  return box;
 }
 
 }  // namespace
@@ -261,12 +292,10 @@ bool JoinFaces(Polyhedron* polyhedron) {
 
 std::shared_ptr<const Polyhedron> HullOf(std::span<const Vec3f> points) {
   assert(points.size() >= 4);
-  // Points that lie all but in one plane may come out wrong for rounding; then fewer of them are told apart.
-  std::shared_ptr<const Polyhedron> hull;
-  for (double rounding = kRoundingShare; !hull && rounding < 1; rounding *= 10)
-    hull = Builder(points, rounding).Finish();
-  assert(hull);
-  return hull;
+  // Where rounding spoils it, fewer points are told apart.
+  for (double rounding = kRounding; rounding < 0.2; rounding *= 10)
+    if (auto hull = Builder(points, rounding).Finish()) return hull;
+  return BoundsAsHull(points);
 }
 
 }  // namespace tessera::physics
