@@ -11,6 +11,8 @@ namespace {
 
 // A direction from GJK is worth something only where the cores are this far apart, m.
 constexpr double kWorth_m = 1e-6;
+// Of the distance of cores, m: the axis between cores that are centimetres apart is then right to a part in a thousand.
+constexpr double kCloseEnough_m = 1e-6;
 // Of faces and edges that count as lying across a normal: cosine and sine of about 2 degrees.
 constexpr float kAligned = 0.9994f, kAcross = 0.035f;
 // The face of a is the reference unless b's lies straighter by this, so that equal ones do not change places.
@@ -203,7 +205,8 @@ bool FindGap(const Convex& a, const Convex& b, float speculative_m, Gap* gap) {
     gap->separation_m = static_cast<float>(distance_m);
     return false;
   };
-  const GjkResult inner = Gjk(core_a, core_b, Centres(a, b), within + slack);
+  const GjkResult inner =
+      Gjk(core_a, core_b, Centres(a, b), within + slack, inset_a + inset_b > 0 ? kCloseEnough_m : 0);
   if (inner.kind == GjkResult::Kind::kFar) return far(inner.distance_m - radii - slack);
   if (inner.kind == GjkResult::Kind::kOverlap || inner.distance_m <= kWorth_m) return Deep(a, b, whole_a, whole_b, gap);
   Vec3f middle = Vec3f((inner.on_a + inner.on_b) * 0.5);

@@ -132,7 +132,7 @@ GjkResult Apart(const Simplex& s, Vec3d v) {
 
 }  // namespace
 
-GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m) {
+GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m, double close_enough_m) {
   if (!(LengthSquared(start) > 0) || !IsFinite(start)) start = {1, 0, 0};
   Simplex simplex = One(At(a, b, start));
   Vec3d v = simplex.v[0].w;  // of a - b, nearest to the origin so far
@@ -145,7 +145,11 @@ GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m) {
     if (along > 0 && along * along > within_m * within_m * squared) {
       return {GjkResult::Kind::kFar, {}, {}, along / std::sqrt(squared), v / -std::sqrt(squared)};
     }
-    if (squared - along <= kRelative * squared || Holds(simplex, next.w)) return Apart(simplex, v);
+    const double error = squared - along;  // of the distance, times the distance
+    if (error <= kRelative * squared || error * error <= close_enough_m * close_enough_m * squared ||
+        Holds(simplex, next.w)) {
+      return Apart(simplex, v);
+    }
     Simplex grown = simplex;
     grown.v[static_cast<std::size_t>(grown.count++)] = next;
     grown = Reduced(grown, along > 0);

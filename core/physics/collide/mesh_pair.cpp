@@ -16,6 +16,8 @@ namespace {
 constexpr float kSameWay = 0.99985f;
 // Points nearer than this, m, are one: triangles share edges and corners.
 constexpr float kSamePoint_m = 1e-5f;
+// Planes of triangles closer than this, m and as the length between their normals, are one.
+constexpr float kSamePlane_m = 1e-5f, kSamePlane = 1e-5f;
 // A pair's manifolds, and triangles that are looked at. More: the deepest and the first are kept.
 constexpr std::size_t kMostGroups = 8, kMostTriangles = 4096;
 
@@ -27,6 +29,8 @@ struct Touch {
 // What a search needs, kept from one to the next so that it allocates nothing.
 struct Scratch {
   std::vector<std::uint32_t> triangles;
+  std::vector<TrianglePlace> places;
+  std::vector<std::uint8_t> done;  // of places
   std::vector<Touch> touches;
   std::vector<std::uint8_t> grouped;
   std::vector<LocalPoint> points;
@@ -68,19 +72,75 @@ bool Reaches(const Bounds& bounds, const std::array<Vec3d, 3>& c) {
          !apart(c[0].z, c[1].z, c[2].z, bounds.min.z, bounds.max.z);
 }
 
-void TouchTriangles(const Geometry& a, const Surface& surface, const LocalPose& pose, const Bounds& bounds,
-                    float speculative_m, Scratch* scratch) {
-  std::size_t looked_at = 0;
-  for (const std::uint32_t index : scratch->triangles) {
+void PlaceTriangles(const Surface& surface, const LocalPose& pose, const Bounds& bounds, Scratch* s) {
+  s->places.clear();
+  for (const std::uint32_t index : s->triangles) {
     if (!Reaches(bounds, surface.Corners(index))) continue;
-    if (++looked_at > kMostTriangles) return;
+    if (s->places.size() == kMostTriangles) return;
     const TrianglePlace place(surface, pose, index);
-    if (place.normal == Vec3f{}) continue;
+    if (place.normal != Vec3f{}) s->places.push_back(place);
+  }
+}
+
+// --- Flat parts: where the corners of a face stand on triangles of one plane, the other triangles of that plane add
+// nothing.
+
+bool Above(const TrianglePlace& place, Vec3f p) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3f a = place.corners[i], along = place.corners[(i + 1) % 3] - a;
+    if (Dot(Cross(along, p - a), place.normal) < -1e-6f * LengthSquared(along)) return false;
+  }
+  return true;
+}
+
+// Marks the triangles of the plane of place `first` as done if every corner stands on one of them.
+bool TouchFlatPart(const Geometry& a, std::size_t first, float speculative_m, Scratch* s) {
+  const Vec3f normal = s->places[first].normal, origin = s->places[first].corners[0];
+  if (Dot(normal, a.middle - origin) < 0) return false;
+  const SupportFace face = SupportFaceOf(AtOrigin(a), -normal);
+  std::array<LocalPoint, kSupportVertices> points;
+  std::uint32_t missing = 0;
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(face.count); ++i) {
+    const Vec3f p = face.vertices[i];
+    const float height = Dot(normal, p - origin);
+    if (height > speculative_m) continue;
+    missing |= 1u << count;
+    points[count++] = {p, p - normal * height, height, (face.id << 8) + i};
+  }
+  if (count == 0) return false;
+  const auto same = [&](const TrianglePlace& place) {
+    return LengthSquared(place.normal - normal) <= kSamePlane * kSamePlane &&
+           std::abs(Dot(normal, place.corners[0] - origin)) <= kSamePlane_m;
+  };
+  for (std::size_t i = first; i < s->places.size() && missing != 0; ++i) {
+    if (s->done[i] != 0 || !same(s->places[i])) continue;
+    for (std::size_t k = 0; k < count; ++k) {
+      if ((missing >> k & 1u) != 0 && Above(s->places[i], points[k].on_a)) missing &= ~(1u << k);
+    }
+  }
+  if (missing != 0) return false;
+  for (std::size_t i = first; i < s->places.size(); ++i) {
+    if (s->done[i] == 0 && same(s->places[i])) s->done[i] = 1;
+  }
+  Touch touch{{}, TriangleContact::kFront};
+  touch.manifold.normal = -normal;
+  Reduce({points.data(), count}, -normal, &touch.manifold);
+  s->touches.push_back(touch);
+  return true;
+}
+
+void TouchTriangles(const Geometry& a, float speculative_m, Scratch* s) {
+  s->done.assign(s->places.size(), 0);
+  for (std::size_t i = 0; i < s->places.size(); ++i) {
+    if (s->done[i] != 0) continue;
+    const TrianglePlace& place = s->places[i];
+    if (a.kind != GeometryKind::kSphere && TouchFlatPart(a, i, speculative_m, s)) continue;
     Touch touch;
     touch.contact = CollideTriangle(a, place, speculative_m, &touch.manifold);
     if (touch.contact == TriangleContact::kNone) continue;
-    for (LocalPoint& p : touch.manifold.points) p.feature ^= (index + 1) * 0x9e3779b1u;
-    scratch->touches.push_back(touch);
+    for (LocalPoint& p : touch.manifold.points) p.feature ^= (place.index + 1) * 0x9e3779b1u;
+    s->touches.push_back(touch);
   }
 }
 
@@ -104,13 +164,18 @@ LocalPoint Along(Vec3f normal, const LocalPoint& p) {
   return {middle - half, middle + half, p.separation_m, p.feature};
 }
 
-void AddPoint(const LocalPoint& p, std::vector<LocalPoint>* points) {
-  for (LocalPoint& other : *points) {
-    if (LengthSquared(other.on_a - p.on_a) > kSamePoint_m * kSamePoint_m) continue;
-    if (p.separation_m < other.separation_m) other = p;
-    return;
+// Triangles share edges and corners, and so points.
+void DropTwins(LocalManifold* m) {
+  int kept = 0;
+  for (int i = 0; i < m->count; ++i) {
+    const LocalPoint& p = m->points[static_cast<std::size_t>(i)];
+    const auto end = m->points.begin() + kept;
+    const auto twin = [&](const LocalPoint& q) {
+      return LengthSquared(q.on_a - p.on_a) <= kSamePoint_m * kSamePoint_m;
+    };
+    if (std::none_of(m->points.begin(), end, twin)) m->points[static_cast<std::size_t>(kept++)] = p;
   }
-  points->push_back(p);
+  m->count = kept;
 }
 
 // One manifold of all that look like touch `first`, by the normal of the deepest among them.
@@ -119,7 +184,6 @@ LocalManifold Group(std::size_t first, Scratch* s) {
   LocalManifold group;
   group.normal = like;
   float deepest = std::numeric_limits<float>::infinity();
-  const auto belongs = [&](std::size_t i) { return s->grouped[i] == 1; };
   for (std::size_t i = first; i < s->touches.size(); ++i) {
     if (s->grouped[i] != 0 || Dot(s->touches[i].manifold.normal, like) < kSameWay) continue;
     s->grouped[i] = 1;
@@ -128,12 +192,13 @@ LocalManifold Group(std::size_t first, Scratch* s) {
   }
   s->points.clear();
   for (std::size_t i = first; i < s->touches.size(); ++i) {
-    if (!belongs(i)) continue;
+    if (s->grouped[i] != 1) continue;
     s->grouped[i] = 2;
     const LocalManifold& m = s->touches[i].manifold;
-    for (int k = 0; k < m.count; ++k) AddPoint(Along(group.normal, m.points[static_cast<std::size_t>(k)]), &s->points);
+    for (int k = 0; k < m.count; ++k) s->points.push_back(Along(group.normal, m.points[static_cast<std::size_t>(k)]));
   }
   Reduce(s->points, group.normal, &group);
+  DropTwins(&group);
   return group;
 }
 
@@ -183,7 +248,8 @@ void CollideMesh(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_
   const Vec3d wide{slack, slack, slack};
   tree->reportAabbOverlappingNodex(&collector, ToBullet(bounds.min - wide), ToBullet(bounds.max + wide));
   std::sort(scratch.triangles.begin(), scratch.triangles.end());
-  TouchTriangles(a, *mesh.surface, mesh_in_a, bounds, speculative_m, &scratch);
+  PlaceTriangles(*mesh.surface, mesh_in_a, bounds, &scratch);
+  TouchTriangles(a, speculative_m, &scratch);
   Merge(mesh_in_a.rotation, &scratch, out);
 }
 
@@ -194,7 +260,8 @@ void CollideHeightField(const Geometry& a, const Geometry& field, const LocalPos
   scratch.touches.clear();
   const Bounds bounds = BoundsIn(a, field_in_a, speculative_m);
   field.surface->FieldTriangles(bounds.min, bounds.max, &scratch.triangles);
-  TouchTriangles(a, *field.surface, field_in_a, bounds, speculative_m, &scratch);
+  PlaceTriangles(*field.surface, field_in_a, bounds, &scratch);
+  TouchTriangles(a, speculative_m, &scratch);
   Merge(field_in_a.rotation, &scratch, out);
 }
 
