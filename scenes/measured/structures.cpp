@@ -49,8 +49,8 @@ Scene KaplaTower() {
 Scene CardHouse() {
   constexpr double kHalf = 0.2, kThin = 0.005, kDeep = 0.1, kMass = 0.1, kGap = 0.004;
   constexpr int kStoreys = 5;
-  const Material card{.friction = 0.7};
-  const double lean = 25 * std::numbers::pi / 180;
+  const Material card{.friction = 0.8};
+  const double lean = std::numbers::pi / 9;
   const SinCos at = SinCosOf(lean);
   // A card leans on its fellow with the edge of its top; it stands on the edge of its foot.
   const double reach = kHalf * at.sin + kThin * at.cos, rise = kHalf * at.cos + kThin * at.sin;
