@@ -92,7 +92,7 @@ void Put(Draw& draw, const ShapeRef& a, const ShapeRef& b) {
 
 TEST(AbsurdPairsTest, ConvexShapesOfAnySizeGiveFinitePoints) {
   Draw draw(21);
-  for (int i = 0; i < 20000 && !testing::Test::HasFailure(); ++i) {
+  for (int i = 0; i < 4000 && !testing::Test::HasFailure(); ++i) {
     const double most = i % 2 ? 1e5 : 2;
     const ShapeRef a = AnyConvex(draw, most), b = AnyConvex(draw, most);
     SCOPED_TRACE(testing::Message() << "round " << i);
@@ -102,7 +102,7 @@ TEST(AbsurdPairsTest, ConvexShapesOfAnySizeGiveFinitePoints) {
 
 TEST(AbsurdPairsTest, StaticShapesOfAnySizeGiveFinitePoints) {
   Draw draw(22);
-  for (int i = 0; i < 5000 && !testing::Test::HasFailure(); ++i) {
+  for (int i = 0; i < 1500 && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(testing::Message() << "round " << i);
     Put(draw, AnyConvex(draw, i % 2 ? 1e4 : 2), AnyStatic(draw));
   }
