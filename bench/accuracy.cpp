@@ -26,6 +26,7 @@ std::vector<double> StepRates(Sweep sweep, bool quick) {
 
 std::vector<EngineConfig> ConfigsOf(EngineKind engine, const AccuracyScene& scene, double hz, bool quick) {
   std::vector<EngineConfig> configs{{}};
+  if (engine == EngineKind::kMujoco && !quick) configs.push_back({.rk4 = true});
   if (scene.sweep != Sweep::kSolver || quick) return configs;
   switch (engine) {
     case EngineKind::kTessera:  // beyond 240 Hz a substep more is a step more

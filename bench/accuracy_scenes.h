@@ -30,8 +30,9 @@ enum class Sweep {
 
 struct AccuracyScene {
   std::string name;
-  std::string error_is;         // for the plot's axis
-  double floor = 0, worst = 1;  // as in FrontOf
+  std::string error_is;  // for the plot's axis
+  double floor = 0;
+  double worst = 0.1;  // beyond a tenth it is no longer that scene: it has stopped, fallen, torn or blown up
   Sweep sweep = Sweep::kSolver;
   bool mujoco = false;  // one of its rows too
   bool direct = true;   // ODE's direct solver too; it is cubic in the contacts of a pile

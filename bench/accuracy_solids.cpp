@@ -71,12 +71,10 @@ std::vector<AccuracyScene> SolidScenes() {
   scenes.push_back({.name = "tower_20",
                     .error_is = "sink after 10 s, share of height",
                     .floor = 1e-5,
-                    .worst = 0.5,
                     .run = [](const Trial& trial) { return Sinking(trial, scenes::Tower(20, 0.01)); }});
   scenes.push_back({.name = "mass_ratio_pyramid",
                     .error_is = "sink after 10 s, share of height",
                     .floor = 1e-5,
-                    .worst = 0.5,
                     .direct = false,
                     .run = [](const Trial& trial) { return Sinking(trial, scenes::MassRatioPyramid(10, 200)); }});
   scenes.push_back(

@@ -12,6 +12,7 @@ std::string ConfigName(const Trial& trial) {
   if (trial.config.substeps > 0) name += fmt::format(" substeps={}", trial.config.substeps);
   if (trial.config.iterations > 0) name += fmt::format(" iterations={}", trial.config.iterations);
   if (trial.config.direct) name += " direct";
+  if (trial.config.rk4) name += " rk4";
   return name;
 }
 
