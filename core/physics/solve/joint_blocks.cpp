@@ -213,9 +213,11 @@ float Wanted(const JointRow& row, float velocity, const StepConstants& step, Sof
     }
     case RowKind::kMotor:
       return Clamp(row.impulse - row.mass * (velocity - row.target_velocity), row.max_impulse);
-    case RowKind::kSpring:
-      return Clamp(row.impulse - row.mass * (row.damping * velocity + row.stiffness * row.error + row.impulse),
+    case RowKind::kSpring: {
+      const float error = relax ? row.relax_error : row.error;
+      return Clamp(row.impulse - row.mass * (row.damping * velocity + row.stiffness * error + row.impulse),
                    row.max_impulse);
+    }
   }
   return 0;
 }
@@ -268,7 +270,12 @@ void JointBlocks::Turn(const SolvedState* states, const SolvedMass* masses, Solv
     };
     remember(1);
     ToOwnRows(block);
+    std::array<float, kJointRows> errors{};
+    for (int i = block.locked; i < block.count; ++i) errors[block.rows[At(i)].origin] = block.rows[At(i)].error;
     MakeRows(states, masses, h, block);
+    for (int i = block.locked; i < block.count; ++i) {
+      block.rows[At(i)].relax_error = errors[block.rows[At(i)].origin];
+    }
     remember(-1);
   }
 }

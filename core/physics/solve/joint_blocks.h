@@ -25,6 +25,7 @@ struct JointRow {
   RowKind kind = RowKind::kLocked;
   std::uint8_t origin = 0;  // which of the joint's rows
   float error = 0;          // now
+  float relax_error = 0;    // of a spring: at the start of the substep, where the force that is relaxed belongs
   float mass = 0;           // effective
   float target_velocity = 0;
   float max_impulse = 0;  // in a substep

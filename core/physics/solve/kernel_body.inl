@@ -207,7 +207,9 @@ struct ContactLoops {
     const Motion a = GatherMoved(bodies.states, block.head.a), b = GatherMoved(bodies.states, block.head.b);
     const V n = Load(block.head.normal);
     const V turn_a = TurnOf(n, a.w), turn_b = TurnOf(n, b.w);
-    const F shared = Dot(n, b.v - a.v) - Dot(turn_b, Load(block.head.offset));
+    // A round surface turns without coming nearer or going away: of it, only its middle is carried along.
+    const F rounds = Dot(turn_b, n) * Load(block.head.round_b) + Dot(turn_a, n) * Load(block.head.round_a);
+    const F shared = Dot(n, b.v - a.v) - Dot(turn_b, Load(block.head.offset)) + rounds;
     const V turn = turn_b - turn_a;
     for (PointLanes& point : block.points) {
       Store(point.separation, Load(point.start_separation) + (shared + Dot(turn, Load(point.r_a))));
@@ -326,9 +328,11 @@ struct ContactLoops {
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
     if constexpr (kRelax) Measure(block, bodies);
     Both both = Fetch(block, bodies);
-    // Normals last: no overlap matters more than no sliding.
-    if constexpr (Block::kHasFriction) SolveFriction(block, both);
+    // With bias, normals come last: no overlap matters more than no sliding. In the end friction does: what it may do
+    // depends on what they have just come to.
+    if constexpr (Block::kHasFriction && !kRelax) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
+    if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
     if constexpr (kRelax) AddToTotals(block);
     PutBack(block, bodies, both);
   }

@@ -1,7 +1,7 @@
 #include "core/physics/solve/substeps.h"
 
 #include <algorithm>
-#include <cmath>
+#include <bit>
 #include <vector>
 
 #include "core/physics/solve/tuning.h"
@@ -47,7 +47,7 @@ int SubstepsFor(const IslandDemand& demand) {
     // No loads are known yet: a heavy body may lie on a light one.
     return 1 << std::max(wanted, std::min(LevelOfLoad(demand.mass_ratio), 3));
   }
-  const int last = static_cast<int>(std::lround(std::log2f(static_cast<float>(demand.last))));
+  const int last = std::bit_width(static_cast<unsigned>(demand.last)) - 1;
   if (wanted > last) return 1 << (last + 1);
   if (wanted < last && LevelOf(demand, kCalm) < last) return 1 << (last - 1);
   return 1 << last;
