@@ -86,35 +86,36 @@ void Anchor(const LocalPose& pose, LocalManifold* manifold) {
 struct Outlet {
   const Pair& pair;
   const LocalPose& pose;
-  Vec3f moved;    // of a's origin since the search, along b's axes
   Vec3f between;  // from a's centre of mass to b's, world axes
   float speculative_m;
 
-  // False where nothing of it is near enough.
-  bool Write(const LocalManifold& from, Manifold* to) const {
-    to->count = 0;
+  // `on_b(point)` tells where b's anchor is now, in a's frame. Sets all but what the solver writes.
+  template <class OnB>
+  void Write(const LocalManifold& from, OnB on_b, Manifold* to) const {
+    int count = 0;
     for (int i = 0; i < from.count; ++i) {
       const LocalPoint& point = from.points[static_cast<std::size_t>(i)];
-      const Vec3f on_b = pose.rotation * (point.on_b - moved);
-      const float separation = Dot(on_b - point.on_a, from.normal);
+      const Vec3f there = on_b(point);
+      const float separation = Dot(there - point.on_a, from.normal);
       if (separation > speculative_m) continue;
-      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + on_b) * 0.5f), r_b = r_a - between;
-      to->points[static_cast<std::size_t>(to->count++)] = {.r_a = pair.flipped ? r_b : r_a,
-                                                           .r_b = pair.flipped ? r_a : r_b,
-                                                           .separation_m = separation,
-                                                           .feature = point.feature};
+      const Vec3f r_a = pair.at_a.rotation * ((point.on_a + there) * 0.5f), r_b = r_a - between;
+      ManifoldPoint& out = to->points[static_cast<std::size_t>(count++)];
+      out.r_a = pair.flipped ? r_b : r_a;
+      out.r_b = pair.flipped ? r_a : r_b;
+      out.separation_m = separation;
+      out.feature = point.feature;
+      out.normal_impulse = out.total_impulse = 0;
     }
+    to->count = count;
     const Vec3f normal = pair.at_a.rotation * from.normal;
     to->normal = pair.flipped ? -normal : normal;
     to->key = from.key;
-    return to->count > 0;
+    to->total_friction = to->total_rolling = {};
   }
 };
 
 // What the solver did at the old points goes on at the new ones: by name, or else at the nearest that is left over.
 void CarryOver(const Manifold& old, float tolerance_m, Manifold* now) {
-  now->friction_impulse = old.friction_impulse;
-  now->rolling_impulse = old.rolling_impulse;
   std::array<bool, kManifoldPoints> taken{}, found{};
   const auto points = std::span(now->points).first(static_cast<std::size_t>(now->count));
   const auto olds = std::span(old.points).first(static_cast<std::size_t>(old.count));
@@ -151,27 +152,32 @@ float CarryTolerance(const Pair& pair) {
 
 // --- Pairs with one manifold.
 
-void SearchOne(const Pair& pair, const LocalPose& pose, float reach_m, PairCache& cache) {
-  LocalManifold& manifold = cache.manifold;
-  cache.convex.apart_m = 0;
+void SearchOne(const Pair& pair, const LocalPose& pose, float reach_m, ConvexCache& cache, LocalManifold* manifold) {
+  cache.apart_m = 0;
   if (pair.b.kind == GeometryKind::kPlane) {
-    CollidePlane(pair.a, PlaneIn(pair.b, pose), reach_m, &manifold);
+    CollidePlane(pair.a, PlaneIn(pair.b, pose), reach_m, manifold);
   } else {
-    CollideConvex(pair.a, pair.b, pose, reach_m, cache.convex, &manifold);
+    CollideConvex(pair.a, pair.b, pose, reach_m, cache, manifold);
   }
-  cache.apart_m = manifold.count == 0 ? cache.convex.apart_m : 0;
-  Anchor(pose, &manifold);
 }
 
-void WriteOne(const Outlet& outlet, const PairCache& cache, std::vector<Manifold>& manifolds) {
-  Manifold now;
-  if (!outlet.Write(cache.manifold, &now)) {
+// In place: it is still warm from the last step.
+template <class OnB>
+void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, std::vector<Manifold>& manifolds) {
+  if (manifold.count == 0) {
     manifolds.clear();
     return;
   }
-  if (!manifolds.empty()) CarryOver(manifolds[0], CarryTolerance(outlet.pair), &now);
-  manifolds.resize(1);
-  manifolds[0] = now;
+  const bool fresh = manifolds.empty();
+  if (fresh) manifolds.resize(1);
+  Manifold& now = manifolds[0];
+  const Manifold old = now;
+  outlet.Write(manifold, on_b, &now);
+  if (now.count == 0) {
+    manifolds.clear();
+  } else if (!fresh) {
+    CarryOver(old, CarryTolerance(outlet.pair), &now);
+  }
 }
 
 // --- Pairs with any number.
@@ -187,31 +193,48 @@ void SearchMany(const Pair& pair, const LocalPose& pose, float reach_m, PairCach
 }
 
 // Both ascend by key.
-void WriteMany(const Outlet& outlet, PairCache::Parts& parts, std::vector<Manifold>& manifolds) {
+template <class OnB>
+void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, std::vector<Manifold>& manifolds) {
   parts.previous.swap(manifolds);
   manifolds.clear();
   const float tolerance = CarryTolerance(outlet.pair);
   auto old = parts.previous.cbegin();
   for (const LocalManifold& local : parts.manifolds) {
-    Manifold now;
-    if (!outlet.Write(local, &now)) continue;
-    while (old != parts.previous.cend() && old->key < now.key) ++old;
-    if (old != parts.previous.cend() && old->key == now.key) CarryOver(*old++, tolerance, &now);
+    while (old != parts.previous.cend() && old->key < local.key) ++old;
+    const bool stays = old != parts.previous.cend() && old->key == local.key;
+    Manifold now = stays ? *old : Manifold();
+    outlet.Write(local, on_b, &now);
+    if (now.count == 0) continue;
+    if (stays) CarryOver(*old, tolerance, &now);
     manifolds.push_back(now);
   }
+}
+
+// Nothing is remembered but the axis.
+void CollideQuick(const Pair& pair, const LocalPose& pose, const Outlet& outlet, PairCache& cache,
+                  std::vector<Manifold>& manifolds) {
+  LocalManifold manifold;
+  SearchOne(pair, pose, outlet.speculative_m, cache.convex, &manifold);
+  WriteOne(
+      outlet, manifold, [](const LocalPoint& point) { return point.on_b; }, manifolds);
 }
 
 }  // namespace
 
 void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache,
              std::vector<Manifold>& manifolds) {
+  for (std::size_t line = 0; line < sizeof(Manifold) / 64 && !manifolds.empty(); ++line)
+    __builtin_prefetch(reinterpret_cast<const char*>(manifolds.data()) + 64 * line);
   const Pair pair = Ordered(a, b);
   const Vec3d between = pair.at_b.position - pair.at_a.position;
   const LocalPose pose = PoseOf(pair, between);
+  const Outlet outlet{pair, pose, Vec3f(between), speculative_m};
+  if (Quick(pair)) return CollideQuick(pair, pose, outlet, cache, manifolds);
+
   const bool one = pair.a.convex() && (pair.b.convex() || pair.b.kind == GeometryKind::kPlane);
-  const float leeway = Quick(pair) ? 0 : Leeway(pair);
+  const float leeway = Leeway(pair);
   bool search = true;
-  if (cache.searched && leeway > 0) {
+  if (cache.searched) {
     const Change change = ChangeSince(cache, pair, pose);
     if (one && cache.apart_m > speculative_m + change.moved_m) {
       manifolds.clear();
@@ -224,16 +247,21 @@ void Collide(const Collidable& a, const Collidable& b, float speculative_m, Pair
     cache.searched = true;
     cache.reach_m = speculative_m + leeway;
     cache.pose = pose;
-    if (one)
-      SearchOne(pair, pose, cache.reach_m, cache);
-    else
+    if (one) {
+      SearchOne(pair, pose, cache.reach_m, cache.convex, &cache.manifold);
+      cache.apart_m = cache.manifold.count == 0 ? cache.convex.apart_m : 0;
+      Anchor(pose, &cache.manifold);
+    } else {
       SearchMany(pair, pose, cache.reach_m, cache);
+    }
   }
-  const Outlet outlet{pair, pose, Vec3f(pose.a_in_b - cache.pose.a_in_b), Vec3f(between), speculative_m};
+  const auto on_b = [&pose, moved = Vec3f(pose.a_in_b - cache.pose.a_in_b)](const LocalPoint& point) {
+    return pose.rotation * (point.on_b - moved);
+  };
   if (one)
-    WriteOne(outlet, cache, manifolds);
+    WriteOne(outlet, cache.manifold, on_b, manifolds);
   else
-    WriteMany(outlet, *cache.parts, manifolds);
+    WriteMany(outlet, *cache.parts, on_b, manifolds);
 }
 
 }  // namespace tessera::physics
