@@ -148,20 +148,26 @@ absl::Status Triggers(Stage& stage) {
   const int shots = stage.Repeats(1000, 100);
   for (const double speed : {5.0, 50.0, 500.0}) {
     int once = 0;
+    double cpu_s = 0;
+    const int steps = static_cast<int>(10 + 60 * 7 / speed);
     for (int i = 0; i < shots; ++i) {
       const scenes::Shot shot = scenes::ThroughTrigger(speed, (i + 0.5) / shots);
       physics::World world({.gravity_m_s2 = shot.scene.gravity_m_s2});
       for (const BodyDef& body : shot.scene.bodies) world.Add(body, body.initial);
       int begins = 0, ends = 0;
-      for (int step = 0; step < 10 + 60 * 7 / speed; ++step) {
+      for (int step = 0; step < steps; ++step) {
+        const double begin = ThreadCpuSeconds();
         world.Step(1.0 / 60);
+        cpu_s += ThreadCpuSeconds() - begin;
         for (const physics::PairEvent& event : world.events()) {
           if (event.trigger) ++(event.begin ? begins : ends);
         }
       }
       once += begins == 1 && ends == 1;
     }
-    stage.Note("ccd_trigger", fmt::format("speed={:g}", speed), "fired_once", static_cast<double>(once) / shots);
+    const std::string config = fmt::format("speed={:g}", speed);
+    stage.Note("ccd_trigger", config, "fired_once", static_cast<double>(once) / shots);
+    stage.Cost("ccd_trigger", config, cpu_s * 1e6 / (static_cast<double>(shots) * steps));
   }
   return absl::OkStatus();
 }
