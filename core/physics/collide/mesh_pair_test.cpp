@@ -305,6 +305,15 @@ TEST(SurfaceTest, WhatIsDeepInsideComesOutInFront) {
   }
 }
 
+TEST(SurfaceTest, CardThatPokesThroughASheetComesOutInFront) {
+  const auto card = GeometryOf(BoxShape{{0.2, 0.01, 0.12}});
+  for (const auto& ground : {Quad(), Grid(20, Flat)}) {
+    const Manifolds found = On(*card, *ground, {{0.13, -0.03, 0.21}, About({0, 0, 1}, 0.4)});
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0].normal.y, -1, 1e-6f);
+  }
+}
+
 TEST(SurfaceTest, SheetIsMetFromBelowToo) {
   const auto ball = GeometryOf(SphereShape{0.3}), box = GeometryOf(BoxShape{{0.3, 0.3, 0.3}});
   for (const auto& shape : {ball, box}) {

@@ -32,6 +32,7 @@ std::shared_ptr<const Surface> Surface::Of(const TriangleMeshShape& mesh, const 
   surface->Weld(mesh);
   surface->JoinEdges();
   surface->MakeRings();
+  surface->FindSheets();
   for (std::uint32_t i = 0; i < surface->triangles_.size(); ++i) {
     surface->triangles_[i].sharp = surface->FindSharpEdge(i);
   }
@@ -62,7 +63,7 @@ void Surface::Weld(const TriangleMeshShape& mesh) {
   }
   vertices_ = mesh.vertices;
   for (const auto& t : mesh.triangles) {
-    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}, false};
+    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}, false, true};
     const auto& c = triangle.corners;
     triangle.normal = NormalOf(Vec3d(vertices_[c[0]]), Vec3d(vertices_[c[1]]), Vec3d(vertices_[c[2]]));
     triangles_.push_back(triangle);
@@ -116,6 +117,26 @@ void Surface::MakeRings() {
   }
   std::partial_sum(ring_begin_.begin(), ring_begin_.end(), ring_begin_.begin());
 }
+
+// A border anywhere makes a sheet of all that hangs together with it.
+void Surface::FindSheets() {
+  std::vector<std::uint32_t> leader(vertices_.size());
+  std::iota(leader.begin(), leader.end(), 0u);
+  const auto leader_of = [&](std::uint32_t v) {
+    while (leader[v] != v) v = leader[v] = leader[leader[v]];
+    return v;
+  };
+  for (const Triangle& t : triangles_) {
+    for (std::size_t e = 1; e < 3; ++e) leader[leader_of(t.corners[e])] = leader_of(t.corners[0]);
+  }
+  std::vector<bool> sheet(vertices_.size());
+  for (const Triangle& t : triangles_) {
+    if (std::count(t.opposite.begin(), t.opposite.end(), kNone) > 0) sheet[leader_of(t.corners[0])] = true;
+  }
+  for (Triangle& t : triangles_) t.solid = !sheet[leader_of(t.corners[0])];
+}
+
+bool Surface::IsSolid(std::uint32_t triangle) const { return is_field() || triangles_[triangle].solid; }
 
 Vec3f Surface::Normal(std::uint32_t triangle) const {
   if (!is_field()) return triangles_[triangle].normal;

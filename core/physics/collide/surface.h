@@ -34,6 +34,9 @@ class Surface {
   // Whether a neighbour falls away by more than `kSharp`, or is missing.
   bool HasSharpEdge(std::uint32_t triangle) const;
 
+  // Part of a closed surface, or of a height field: there is ground behind it. Else it is part of a sheet.
+  bool IsSolid(std::uint32_t triangle) const;
+
   std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
   // The third corner of the triangle on the other side of the edge from corner `edge` to the next; false at the border.
   bool Opposite(std::uint32_t triangle, std::size_t edge, Vec3d* corner) const;
@@ -53,6 +56,7 @@ class Surface {
   Vec3d Sample(std::uint32_t x, std::uint32_t z) const;
   void JoinEdges();
   void MakeRings();
+  void FindSheets();
   void Weld(const TriangleMeshShape& mesh);
 
   // Mesh.
@@ -60,7 +64,7 @@ class Surface {
     std::array<std::uint32_t, 3> corners;
     std::array<std::uint32_t, 3> opposite;  // vertices, or kNone
     Vec3f normal;
-    bool sharp = false;
+    bool sharp = false, solid = true;
   };
   std::vector<Vec3f> vertices_;
   std::vector<Triangle> triangles_;

@@ -16,8 +16,8 @@ constexpr float kSame = 1e-6f;
 // A face that is met no shallower than the deepest point, by at most this (m, and share of the ball inside), is met by
 // the deepest point.
 constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
-// A centre that is behind a sheet by at most this share of the ball inside came from the front.
-constexpr float kFromFront = 0.5f;
+// What pokes through a sheet by less than this share of its height over the sheet came from behind.
+constexpr float kFromBehind = 0.25f;
 
 struct Scene {
   const Geometry& geometry;
@@ -122,13 +122,17 @@ bool Above(const TrianglePlace& place, Vec3f p) {
   return true;
 }
 
-// The centre is behind the triangle, and no edge or corner is met.
+// The centre is behind the triangle: out in front, unless this is a sheet that was met from behind.
+bool ComesFromFront(const Scene& s) {
+  return s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
+}
+
+// And no edge or corner is met.
 TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
   if (!Above(s.place, s.geometry.middle)) return TriangleContact::kNone;
-  const float inside = s.geometry.middle_radius_m;
-  if (s.place.surface.is_field() || -s.center <= kFromFront * inside) {
+  if (ComesFromFront(s)) {
     MakeManifold(s.shape, s.triangle, {-s.place.normal, s.low, s.geometry.middle}, s.speculative_m, out);
-  } else if (s.high <= inside) {
+  } else {
     MakeManifold(s.shape, s.triangle, {s.place.normal, -s.high, s.geometry.middle}, s.speculative_m, out);
   }
   return out->count > 0 ? TriangleContact::kDeep : TriangleContact::kNone;
@@ -215,8 +219,7 @@ TriangleContact Ball(const Scene& s, LocalManifold* out) {
     if (1 - Dot(up, s.place.normal) <= kSame) up = s.place.normal;
     height = -Dot(up, Vec3f(near.point));
   } else if (s.center < 0) {
-    const bool front = s.place.surface.is_field() || -s.center <= kFromFront * s.geometry.radius_m;
-    if (!front) up = -up, height = -height;
+    if (!ComesFromFront(s)) up = -up, height = -height;
   }
   out->normal = -up;
   out->count = 1;
