@@ -26,6 +26,9 @@ struct Manifold {
   int count = 0;
   std::array<ManifoldPoint, kManifoldPoints> points;
   std::uint32_t key = 0;     // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
+  // How far the surface bends round a point within the body, m: a ball's radius, 0 for a face or a corner. What turns about
+  // that point brings up new surface and stays where it was.
+  float round_a_m = 0, round_b_m = 0;
   Vec3f friction_impulse;    // N s on b, last substep: what the next step starts with
   Vec3f rolling_impulse;     // N m s on b, rolling and twist, last substep
   Vec3f friction_r_a, friction_r_b;  // from each centre of mass to where the solver let friction act, m

@@ -77,9 +77,12 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b);
   Put(head.normal, lane, manifold.normal);
   Put(head.offset, lane, manifold.points[0].r_a - manifold.points[0].r_b);
+  head.round_a.f[lane] = manifold.round_a_m;
+  head.round_b.f[lane] = manifold.round_b_m;
   head.soft_mass.f[lane] = softness.mass;
   head.soft_impulse.f[lane] = softness.impulse;
   head.bias_rate.f[lane] = softness.bias_rate;
+  head.restitution.f[lane] = contact.material.restitution;
   head.relax_rate.f[lane] = contact.material.restitution > 0 ? kAtOnce_1_s : 1 / h;
   float weights[kManifoldPoints] = {};
   Weigh(manifold, weights);
@@ -114,6 +117,12 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
   if constexpr (Block::kHasFriction) {
     manifold.friction_impulse = Take(block.friction.tangent, block.friction.impulse, lane);
     manifold.total_friction = Take(block.friction.tangent, block.friction.total, lane);
+    manifold.friction_r_a = manifold.friction_r_b = {};
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[i];
+      manifold.friction_r_a += point.r_a * block.weight[i].f[lane];
+      manifold.friction_r_b += point.r_b * block.weight[i].f[lane];
+    }
   }
   if constexpr (Block::kHasTwist) {
     manifold.rolling_impulse = manifold.normal * block.twist.impulse.f[lane];
@@ -137,43 +146,48 @@ Softness SoftnessOf(float share, float damping_ratio, float h) {
   return {stiff / (1 + stiff), 1 / (1 + stiff), omega_h / h / (2 * damping_ratio + omega_h)};
 }
 
-// Decides where each contact goes.
+// Decides where each contact goes. Those with restitution have runs of their own.
 void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring) {
+  constexpr std::size_t kBuckets = 2 * kContactKinds;  // of a color
   const std::span<const std::uint8_t> colors = coloring.contacts();
   std::size_t size[kContactKinds];
   for (int kind = 0; kind < kContactKinds; ++kind) size[kind] = LanesOf(kind);
-  const int used = coloring.used();
-  counts_.assign(static_cast<std::size_t>(used * kContactKinds), 0);
+  const auto bucket_of = [&](std::size_t i) {
+    return colors[i] * kBuckets + (places_[i].bounces ? kContactKinds : 0) + places_[i].kind;
+  };
+  counts_.assign(static_cast<std::size_t>(coloring.used()) * kBuckets, 0);
+  starts_.resize(counts_.size());
   places_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     places_[i].kind = KindOf(contacts[i]);
-    if (colors[i] != kLeftOver) ++counts_[static_cast<std::size_t>(colors[i] * kContactKinds + places_[i].kind)];
+    places_[i].bounces = contacts[i].material.restitution > 0;
+    if (colors[i] != kLeftOver) ++counts_[bucket_of(i)];
   }
   runs_.clear();
   std::size_t end = 0;
-  std::size_t start[kColors * kContactKinds];
   for (std::size_t bucket = 0; bucket < counts_.size(); ++bucket) {
-    start[bucket] = end;
+    starts_[bucket] = end;
     if (counts_[bucket] == 0) continue;
     const std::size_t kind = bucket % kContactKinds;
     const std::uint32_t blocks = (counts_[bucket] + kLanes - 1) / kLanes;
-    runs_.push_back({static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(bucket / kContactKinds), blocks, end});
+    runs_.push_back({static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(bucket / kBuckets),
+                     bucket % kBuckets >= kContactKinds, blocks, end});
     end += blocks * size[kind];
     counts_[bucket] = 0;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     ContactPlace& place = places_[i];
     if (colors[i] == kLeftOver) {
-      runs_.push_back({place.kind, kLeftOver, 1, end});
+      runs_.push_back({place.kind, kLeftOver, place.bounces, 1, end});
       place.lane = 0;
       place.offset = end;
       end += size[place.kind];
       continue;
     }
-    const std::size_t bucket = static_cast<std::size_t>(colors[i] * kContactKinds + place.kind);
+    const std::size_t bucket = bucket_of(i);
     const std::uint32_t n = counts_[bucket]++;
     place.lane = static_cast<std::uint8_t>(n % kLanes);
-    place.offset = start[bucket] + n / kLanes * size[place.kind];
+    place.offset = starts_[bucket] + n / kLanes * size[place.kind];
   }
   if (memory_.size() < end) memory_.resize(end);
 }

@@ -15,6 +15,7 @@ namespace tessera::physics {
 // Blocks of one color and kind.
 struct ContactRun {
   std::uint8_t kind = 0, color = 0;
+  bool bounces = false;  // its contacts have restitution
   std::uint32_t blocks = 0;
   std::size_t offset = 0;  // in `Lanes` from the first
 };
@@ -30,6 +31,7 @@ Softness SoftnessOf(float share, float damping_ratio, float h);
 // Where a contact is.
 struct ContactPlace {
   std::uint8_t kind = 0, lane = 0;
+  bool bounces = false;
   std::size_t offset = 0;  // of its block
 };
 
@@ -68,12 +70,16 @@ class ContactBlocks {
   std::span<const ContactRun> runs() const { return runs_; }  // by color, what is left over last
   void* BlocksOf(const ContactRun& run) { return &memory_[run.offset]; }
 
-  const ContactPlace& PlaceOf(std::size_t contact) const { return places_[contact]; }
   // Calls `f` with the block.
   template <class Function>
   void Visit(const ContactPlace& place, Function&& f) {
     ForKind(place.kind,
             [&](auto* type) { f(*static_cast<decltype(type)>(static_cast<void*>(&memory_[place.offset]))); });
+  }
+  // Block number `block` of a run.
+  template <class Function>
+  void Visit(const ContactRun& run, std::size_t block, Function&& f) {
+    ForKind(run.kind, [&](auto* type) { f(static_cast<decltype(type)>(BlocksOf(run))[block]); });
   }
 
  private:
@@ -81,8 +87,9 @@ class ContactBlocks {
 
   std::vector<Lanes> memory_;
   std::vector<ContactRun> runs_;
-  std::vector<ContactPlace> places_;  // by contact
-  std::vector<std::uint32_t> counts_;
+  std::vector<ContactPlace> places_;   // by contact
+  std::vector<std::uint32_t> counts_;  // by bucket: color, restitution or not, kind
+  std::vector<std::size_t> starts_;
 };
 
 }  // namespace tessera::physics

@@ -1,5 +1,7 @@
 #include "core/physics/solve/impacts.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/physics/solve/tuning.h"
@@ -23,20 +25,68 @@ void Add(float (&to)[4], Vec3f v) {
 }
 Vec3f At(const Lanes (&v)[3], int lane) { return {v[0].f[lane], v[1].f[lane], v[2].f[lane]}; }
 
-template <class Body>
-float Velocity(const ImpactContact& contact, const ImpactPoint& point, const Body& a, const Body& b) {
-  const Vec3f relative = Get(b.velocity) * contact.inverse_root_mass_b - Get(a.velocity) * contact.inverse_root_mass_a;
-  return Dot(contact.normal, relative) + (Dot(point.angular_b, Get(b.spin)) - Dot(point.angular_a, Get(a.spin)));
-}
+// One contact of a block, and the bodies it acts on.
+template <class Block>
+struct Striking {
+  Striking(Block& block_in, int lane_in, SolvedState* states, SolvedMemory* before)
+      : block(block_in),
+        lane(lane_in),
+        a(states[block.head.a[lane]]),
+        b(states[block.head.b[lane]]),
+        before_a(before[block.head.a[lane]]),
+        before_b(before[block.head.b[lane]]),
+        normal(At(block.head.normal, lane)),
+        inverse_root_mass_a(block.head.inverse_root_mass_a.f[lane]),
+        inverse_root_mass_b(block.head.inverse_root_mass_b.f[lane]) {}
 
-template <class Body>
-void Apply(const ImpactContact& contact, const ImpactPoint& point, float impulse, Body& a, Body& b) {
-  const Vec3f push = contact.normal * impulse;
-  Add(a.velocity, push * -contact.inverse_root_mass_a);
-  Add(a.spin, point.angular_a * -impulse);
-  Add(b.velocity, push * contact.inverse_root_mass_b);
-  Add(b.spin, point.angular_b * impulse);
-}
+  // Of a point along the normal, where `of_a` and `of_b` are how the bodies move.
+  template <class Body>
+  float Velocity(const PointLanes& point, const Body& of_a, const Body& of_b) const {
+    const Vec3f relative = Get(of_b.velocity) * inverse_root_mass_b - Get(of_a.velocity) * inverse_root_mass_a;
+    return Dot(normal, relative) +
+           (Dot(At(point.angular_b, lane), Get(of_b.spin)) - Dot(At(point.angular_a, lane), Get(of_a.spin)));
+  }
+  float Velocity(const PointLanes& point) const { return Velocity(point, a, b); }
+
+  template <class Body>
+  void Apply(const PointLanes& point, float impulse, Body& to_a, Body& to_b) const {
+    const Vec3f push = normal * impulse;
+    Add(to_a.velocity, push * -inverse_root_mass_a);
+    Add(to_a.spin, At(point.angular_a, lane) * -impulse);
+    Add(to_b.velocity, push * inverse_root_mass_b);
+    Add(to_b.spin, At(point.angular_b, lane) * impulse);
+  }
+
+  // Impulses at the points that hit, together, until they move as they are to.
+  void Strike(const bool (&hits)[kManifoldPoints], const float (&targets)[kManifoldPoints]) {
+    constexpr int kPoints = Block::kPointCount;
+    float impulses[kPoints] = {};
+    for (int sweep = 0; sweep < (kPoints > 1 ? kPointSweeps : 1); ++sweep) {
+      for (int i = 0; i < kPoints; ++i) {
+        if (!hits[i]) continue;
+        const PointLanes& point = block.points[i];
+        const float wanted = impulses[i] + point.mass.f[lane] * (targets[i] - Velocity(point));
+        const float change = std::max(wanted, 0.0f) - impulses[i];
+        impulses[i] += change;
+        Apply(point, change, a, b);
+        Apply(point, change, before_a, before_b);  // not to be repeated by the next kick
+      }
+    }
+    float sum = 0;
+    for (int i = 0; i < kPoints; ++i) {
+      block.points[i].total.f[lane] += impulses[i];
+      sum += impulses[i];
+    }
+    if constexpr (Block::kHasFriction) block.friction.impact.f[lane] += sum;
+  }
+
+  Block& block;
+  const int lane;
+  SolvedState &a, &b;
+  SolvedMemory &before_a, &before_b;
+  const Vec3f normal;
+  const float inverse_root_mass_a, inverse_root_mass_b;
+};
 
 // How a point that hits its surface is at the end of the substep.
 struct Bounced {
@@ -57,114 +107,83 @@ Bounced BounceOf(float distance, float velocity, float acceleration, float resti
   return {true, up + acceleration * rest, rest * (up + 0.5f * acceleration * rest), time};
 }
 
-// Impulses at the points that hit, together.
-void Strike(ImpactContact& contact, SolvedState& a, SolvedState& b, SolvedMemory& before_a, SolvedMemory& before_b) {
-  for (int sweep = 0; sweep < (contact.count > 1 ? kPointSweeps : 1); ++sweep) {
-    for (int i = 0; i < contact.count; ++i) {
-      ImpactPoint& point = contact.points[i];
-      if (!point.hits) continue;
-      const float wanted = point.impulse + point.mass * (point.target - Velocity(contact, point, a, b));
-      const float change = std::max(wanted, 0.0f) - point.impulse;
-      point.impulse += change;
-      Apply(contact, point, change, a, b);
-      Apply(contact, point, change, before_a, before_b);  // not to be repeated by the next kick
-    }
-  }
-}
-
-// Finds what hits by the free motion of both bodies, strikes, and puts them where they are after the bounce.
-bool FirstStrike(ImpactContact& contact, SolvedState& a, SolvedState& b, SolvedMemory& before_a, SolvedMemory& before_b,
-                 Vec3f shift, float h) {
+// Finds what hits by the free motion of both bodies, strikes, and puts them where they are after the bounce. `shift`:
+// by how much b was shifted against a.
+template <class Block>
+bool FirstStrike(Striking<Block> contact, Vec3f shift, float h) {
+  Block& block = contact.block;
+  const int lane = contact.lane;
+  bool hits[kManifoldPoints] = {};
+  float targets[kManifoldPoints] = {};
   Bounced first;
   float first_distance = 0;
-  for (int i = 0; i < contact.count; ++i) {
-    ImpactPoint& point = contact.points[i];
-    point.impulse = 0;
-    const float velocity = Velocity(contact, point, before_a, before_b);
-    const float kick = Velocity(contact, point, a, b) - velocity;
-    const Bounced bounced = BounceOf(*point.separation, velocity, kick / h, contact.restitution, h);
-    point.hits = bounced.hits;
-    point.target = bounced.velocity;
+  for (int i = 0; i < Block::kPointCount; ++i) {
+    const PointLanes& point = block.points[i];
+    if (!(point.mass.f[lane] > 0)) continue;
+    const float velocity = contact.Velocity(point, contact.before_a, contact.before_b);
+    const float kick = contact.Velocity(point) - velocity;
+    const float separation = point.separation.f[lane];
+    const Bounced bounced = BounceOf(separation, velocity, kick / h, block.head.restitution.f[lane], h);
+    hits[i] = bounced.hits;
+    targets[i] = bounced.velocity;
     if (bounced.hits && (!first.hits || bounced.time < first.time)) {
       first = bounced;
-      first_distance = std::max(*point.separation, 0.0f);
+      first_distance = std::max(separation, 0.0f);
     }
   }
   if (!first.hits) return false;
-  Strike(contact, a, b, before_a, before_b);
+  contact.Strike(hits, targets);
   // What drifting will make of the velocity, against where the bounce ends.
   const float drifts = h * first.velocity + Dot(contact.normal, shift);
   const float m_a = contact.inverse_root_mass_a * contact.inverse_root_mass_a;
   const float m_b = contact.inverse_root_mass_b * contact.inverse_root_mass_b;
   const float aside = (first.separation - first_distance - drifts) / (m_a + m_b);
-  Add(a.moved, contact.normal * (-aside * m_a));
-  Add(b.moved, contact.normal * (aside * m_b));
+  Add(contact.a.moved, contact.normal * (-aside * m_a));
+  Add(contact.b.moved, contact.normal * (aside * m_b));
   return true;
 }
 
 // What was struck may strike in turn, if it is to reach its surface in this substep.
-bool StrikeOn(ImpactContact& contact, SolvedState& a, SolvedState& b, SolvedMemory& before_a, SolvedMemory& before_b,
-              float h) {
-  bool any = false;
-  for (int i = 0; i < contact.count; ++i) {
-    ImpactPoint& point = contact.points[i];
-    const float velocity = Velocity(contact, point, a, b);
-    point.hits = velocity < -kBounce_m_s && *point.separation + h * velocity < 0;
-    point.target = -contact.restitution * velocity;
-    any |= point.hits;
+template <class Block>
+bool StrikeOn(Striking<Block> contact, float h) {
+  Block& block = contact.block;
+  const int lane = contact.lane;
+  bool hits[kManifoldPoints] = {}, any = false;
+  float targets[kManifoldPoints] = {};
+  for (int i = 0; i < Block::kPointCount; ++i) {
+    const PointLanes& point = block.points[i];
+    if (!(point.mass.f[lane] > 0)) continue;
+    const float velocity = contact.Velocity(point);
+    hits[i] = velocity < -kBounce_m_s && point.separation.f[lane] + h * velocity < 0;
+    targets[i] = -block.head.restitution.f[lane] * velocity;
+    any |= hits[i];
   }
-  if (any) Strike(contact, a, b, before_a, before_b);
+  if (any) contact.Strike(hits, targets);
   return any;
 }
 
 }  // namespace
 
-void Impacts::Fill(std::span<const ContactConstraint> contacts, ContactBlocks& blocks, std::size_t bodies) {
-  contacts_.clear();
+void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodies) {
   bodies_.clear();
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (!(contacts[i].material.restitution > 0)) continue;
-    if (contacts_.empty()) {
+  for (const ContactConstraint& contact : contacts) {
+    if (!(contact.material.restitution > 0)) continue;
+    if (bodies_.empty()) {
       listed_.assign(bodies, false);
       shifts_.assign(bodies + 1, {});
     }
-    ImpactContact out;
-    out.restitution = contacts[i].material.restitution;
-    out.count = contacts[i].manifold->count;
-    const ContactPlace& place = blocks.PlaceOf(i);
-    const int lane = place.lane;
-    blocks.Visit(place, [&](auto& block) {
-      out.a = static_cast<std::uint32_t>(block.head.a[lane]);
-      out.b = static_cast<std::uint32_t>(block.head.b[lane]);
-      out.normal = At(block.head.normal, lane);
-      out.inverse_root_mass_a = block.head.inverse_root_mass_a.f[lane];
-      out.inverse_root_mass_b = block.head.inverse_root_mass_b.f[lane];
-      if constexpr (std::decay_t<decltype(block)>::kHasFriction) out.friction = &block.friction.impact.f[lane];
-      for (int k = 0; k < out.count; ++k) {
-        PointLanes& point = block.points[k];
-        out.points[k] = {At(point.angular_a, lane),
-                         At(point.angular_b, lane),
-                         point.mass.f[lane],
-                         &point.separation.f[lane],
-                         &point.total.f[lane],
-                         0,
-                         0,
-                         false};
-      }
-    });
-    for (const std::uint32_t body : {contacts[i].a, contacts[i].b}) {
+    for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body == kStatic || listed_[body]) continue;
       listed_[body] = true;
       bodies_.push_back(body);
     }
-    contacts_.push_back(out);
   }
 }
 
-void Impacts::Bounce(SolvedState* states, const SolvedMass* masses, SolvedMemory* before, const SolvedKick* kicks,
-                     float h) {
-  // Drifting by the velocity after the kick runs ahead of the parabola by half a kick. What nothing but its
-  // acceleration acts on is shifted back onto it.
+// Drifting by the velocity after the kick runs ahead of the parabola by half a kick. What nothing but its acceleration
+// acts on is shifted back onto it.
+void Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
+                    float h) {
   for (const std::uint32_t i : bodies_) {
     const Vec3f kick = Get(kicks[i].velocity);
     const Vec3f others = (Get(states[i].velocity) - Get(before[i].velocity)) - kick;
@@ -172,21 +191,30 @@ void Impacts::Bounce(SolvedState* states, const SolvedMass* masses, SolvedMemory
     shifts_[i] = flies ? kick * (-0.5f * h * masses[i].inverse_root_mass) : Vec3f();
     Add(states[i].moved, shifts_[i]);
   }
-  bool any = false;
-  for (ImpactContact& c : contacts_) {
-    any |= FirstStrike(c, states[c.a], states[c.b], before[c.a], before[c.b], shifts_[c.b] - shifts_[c.a], h);
-  }
+}
+
+void Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
+                     SolvedMemory* before, const SolvedKick* kicks, float h) {
+  Shift(states, masses, before, kicks, h);
+  bool any = true;
   for (int sweep = 0; any && sweep < kSweeps; ++sweep) {
     any = false;
-    for (ImpactContact& c : contacts_) any |= StrikeOn(c, states[c.a], states[c.b], before[c.a], before[c.b], h);
-  }
-  for (ImpactContact& contact : contacts_) {
-    float sum = 0;
-    for (int i = 0; i < contact.count; ++i) {
-      sum += contact.points[i].impulse;
-      *contact.points[i].total += contact.points[i].impulse;
+    for (const ContactRun& run : blocks.runs()) {
+      if (!run.bounces) continue;
+      lanes_.resize(std::max<std::size_t>(lanes_.size(), run.blocks));
+      kernels.contacts[run.kind].approach(blocks.BlocksOf(run), run.blocks, states, kBounce_m_s, sweep == 0,
+                                          lanes_.data());
+      for (std::size_t k = 0; k < run.blocks; ++k) {
+        for (unsigned lanes = lanes_[k]; lanes != 0; lanes &= lanes - 1) {
+          blocks.Visit(run, k, [&](auto& block) {
+            const int lane = std::countr_zero(lanes);
+            const Vec3f shift = shifts_[block.head.b[lane]] - shifts_[block.head.a[lane]];
+            const Striking contact(block, lane, states, before);
+            any |= sweep == 0 ? FirstStrike(contact, shift, h) : StrikeOn(contact, h);
+          });
+        }
+      }
     }
-    if (contact.friction != nullptr) *contact.friction = sum;
   }
 }
 

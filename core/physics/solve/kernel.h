@@ -46,8 +46,10 @@ struct ContactHead {
   std::int32_t a[kLanes], b[kLanes];
   Lanes normal[3];
   Lanes inverse_root_mass_a, inverse_root_mass_b;
-  Lanes offset[3];  // from the centre of a to that of b
+  Lanes offset[3];         // from the centre of a to that of b
+  Lanes round_a, round_b;  // radii about which the surfaces bend at the contact, m
   Lanes soft_mass, soft_impulse, bias_rate;
+  Lanes restitution;
   Lanes relax_rate;  // relaxing lets a gap close at this rate, 1/s: within a substep, or at once where it may bounce
 };
 
@@ -90,6 +92,7 @@ struct NoLanes {};
 
 template <int kPoints, Tangent kTangent>
 struct ContactBlock {
+  static constexpr int kPointCount = kPoints;
   static constexpr bool kHasFriction = kTangent != Tangent::kNone;
   static constexpr bool kHasTwist = kTangent == Tangent::kRolling || (kHasFriction && kPoints > 1);
   static constexpr bool kHasRolling = kTangent == Tangent::kRolling;
@@ -122,11 +125,17 @@ struct SolvedBodies {
 // Over `count` blocks of one kind.
 using ContactKernel = void (*)(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step);
 
+// Which lanes hold a contact that approaches faster than `speed` at any point, a bit each, to `lanes`. `first` in this
+// substep: forgets the impacts of the last one.
+using ApproachKernel = void (*)(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
+                                std::uint8_t* lanes);
+
 struct ContactKernels {
   ContactKernel prepare;  // reckons rows and effective masses from normals, points and impulses
   ContactKernel warm;     // applies the impulses at hand
   ContactKernel solve;    // once, with bias
   ContactKernel relax;    // measures separations anew, solves once without bias, adds to the totals
+  ApproachKernel approach;
 };
 
 struct Kernels {

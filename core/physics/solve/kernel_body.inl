@@ -159,8 +159,8 @@ struct ContactLoops {
       b.w = b.w + Load(angular_b) * impulse;
     }
   };
-  static TESSERA_INLINE Both Fetch(const Block& block, SolvedBodies bodies) {
-    return {GatherVelocity(bodies.states, block.head.a), GatherVelocity(bodies.states, block.head.b),
+  static TESSERA_INLINE Both Fetch(const Block& block, const SolvedState* states) {
+    return {GatherVelocity(states, block.head.a), GatherVelocity(states, block.head.b),
             Load(block.head.inverse_root_mass_a), Load(block.head.inverse_root_mass_b)};
   }
   static TESSERA_INLINE void PutBack(const Block& block, SolvedBodies bodies, const Both& both) {
@@ -169,7 +169,7 @@ struct ContactLoops {
   }
 
   static void WarmBlock(const Block& block, SolvedBodies bodies) {
-    Both both = Fetch(block, bodies);
+    Both both = Fetch(block, bodies.states);
     F sum = Wide(0);
     for (int i = 0; i < kPoints; ++i) {
       const F impulse = Load(block.points[i].impulse);
@@ -327,7 +327,7 @@ struct ContactLoops {
   template <bool kRelax>
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
     if constexpr (kRelax) Measure(block, bodies);
-    Both both = Fetch(block, bodies);
+    Both both = Fetch(block, bodies.states);
     // With bias, normals come last: no overlap matters more than no sliding. In the end friction does: what it may do
     // depends on what they have just come to.
     if constexpr (Block::kHasFriction && !kRelax) SolveFriction(block, both);
@@ -347,7 +347,24 @@ struct ContactLoops {
   static void Solve(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step) {
     for (std::size_t i = 0; i < count; ++i) SolveBlock<kRelax>(static_cast<Block*>(blocks)[i], bodies, step);
   }
-  static constexpr ContactKernels Table() { return {&Prepare, &Warm, &Solve<false>, &Solve<true>}; }
+  static void Approach(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
+                       std::uint8_t* lanes) {
+    for (std::size_t k = 0; k < count; ++k) {
+      Block& block = static_cast<Block*>(blocks)[k];
+      if constexpr (Block::kHasFriction) {
+        if (first) Store(block.friction.impact, Wide(0));
+      }
+      const Both both = Fetch(block, states);
+      const F linear = Dot(Load(block.head.normal), both.Relative());
+      F fastest = Wide(0);
+      for (const PointLanes& point : block.points) {
+        const F velocity = And(Positive(Load(point.mass)), linear + both.Spin(point.angular_a, point.angular_b));
+        fastest = Min(fastest, velocity);
+      }
+      lanes[k] = static_cast<std::uint8_t>(Bits(Positive(Wide(-speed) - fastest)));
+    }
+  }
+  static constexpr ContactKernels Table() { return {&Prepare, &Warm, &Solve<false>, &Solve<true>, &Approach}; }
 };
 
 void Drift(SolvedState* states, const SolvedMass* masses, std::size_t count, float h) {

@@ -118,7 +118,8 @@ void Solver::Impl::Substeps(int substeps) {
       joints.Warm(states.data());
       for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::warm, run);
     }
-    if (!impacts.empty()) impacts.Bounce(states.data(), masses.data(), before.data(), kicks.data(), step.h);
+    if (!impacts.empty())
+      impacts.Bounce(kernels, contacts, states.data(), masses.data(), before.data(), kicks.data(), step.h);
     SolveAll(false);
     kernels.drift(states.data(), masses.data(), count, step.h);
     joints.Turn(states.data(), masses.data(), before.data(), step.h);
@@ -158,7 +159,7 @@ void Solver::Solve(const SolveBatch& batch) {
   impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
   impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h);
   for (const ContactRun& run : impl.contacts.runs()) impl.Run(&ContactKernels::prepare, run);
-  impl.impacts.Fill(batch.contacts, impl.contacts, impl.count);
+  impl.impacts.Fill(batch.contacts, impl.count);
   impl.Substeps(batch.substeps);
   impl.StoreBodies(batch.bodies);
   impl.contacts.Store(batch.contacts);

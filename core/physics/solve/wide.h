@@ -30,6 +30,7 @@ TESSERA_INLINE F Select(F mask, F yes, F no) {
   return {_mm256_or_ps(_mm256_and_ps(mask.v, yes.v), _mm256_andnot_ps(mask.v, no.v))};
 }
 TESSERA_INLINE F And(F mask, F x) { return {_mm256_and_ps(mask.v, x.v)}; }
+TESSERA_INLINE int Bits(F mask) { return _mm256_movemask_ps(mask.v); }
 TESSERA_INLINE F Not(F mask) { return {_mm256_andnot_ps(mask.v, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))}; }
 TESSERA_INLINE F SignOf(F x) { return {_mm256_or_ps(_mm256_and_ps(x.v, _mm256_set1_ps(-0.0f)), _mm256_set1_ps(1.0f))}; }
 #else
@@ -55,6 +56,7 @@ TESSERA_INLINE F Select(F mask, F yes, F no) {
   return {_mm_or_ps(_mm_and_ps(mask.lo, yes.lo), _mm_andnot_ps(mask.lo, no.lo)),
           _mm_or_ps(_mm_and_ps(mask.hi, yes.hi), _mm_andnot_ps(mask.hi, no.hi))};
 }
+TESSERA_INLINE int Bits(F mask) { return _mm_movemask_ps(mask.lo) | _mm_movemask_ps(mask.hi) << 4; }
 TESSERA_INLINE F Not(F mask) {
   const __m128 ones = _mm_castsi128_ps(_mm_set1_epi32(-1));
   return {_mm_andnot_ps(mask.lo, ones), _mm_andnot_ps(mask.hi, ones)};
