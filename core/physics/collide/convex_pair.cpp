@@ -17,6 +17,8 @@ constexpr double kCloseEnough_m = 1e-6;
 constexpr float kAligned = 0.9994f, kAcross = 0.035f;
 // The face of a is the reference unless b's lies straighter by this, so that equal ones do not change places.
 constexpr float kStraighter = 1e-6f;
+// Faces are this much wider than they are, as a share of their sides, so that nothing falls between two of them.
+constexpr float kSlack = 1e-5f;
 // Where a point was made: features of one family.
 constexpr std::uint32_t kNearest = 0x4000, kOnSegment = 0x5000, kOnSide = 0x6000;
 
@@ -141,7 +143,7 @@ bool CollideSegmentFace(const FaceView& face, const SupportFace& segment, bool f
   for (std::size_t i = 0; i < face.loop.size(); ++i) {
     const Vec3f v = face.loop[i];
     const Vec3f side = Cross(face.loop[(i + 1) % face.loop.size()] - v, face.normal);  // outward
-    const float start = Dot(side, p - v), change = Dot(side, along);
+    const float start = Dot(side, p - v) - kSlack * LengthSquared(side), change = Dot(side, along);
     if (std::abs(change) <= 1e-12f) {
       if (start > 0) return false;
       continue;
@@ -231,7 +233,8 @@ bool CollideOnFace(const FaceView& face, const SupportFace& shape, float specula
   const Vec3f p = shape.vertices[0];
   for (std::size_t i = 0; i < face.loop.size(); ++i) {
     const Vec3f v = face.loop[i];
-    if (Dot(Cross(face.loop[(i + 1) % face.loop.size()] - v, face.normal), p - v) > 0) return false;
+    const Vec3f along = face.loop[(i + 1) % face.loop.size()] - v;
+    if (Dot(Cross(along, face.normal), p - v) > kSlack * LengthSquared(along)) return false;
   }
   const float separation = Dot(face.normal, p - face.loop[0]);
   if (separation > speculative_m) return false;

@@ -93,6 +93,30 @@ bool IntoRange(const TrianglePlace& place, float beyond, Vec3f* up, bool* face) 
   return true;
 }
 
+struct Nearest {
+  Vec3d point;
+  int feature = 0;  // 0: face; 1 + edge; 4 + corner
+};
+
+// Of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
+Nearest NearestTo(Vec3d a, Vec3d b, Vec3d c) {
+  const Vec3d ab = b - a, ac = c - a;
+  const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);
+  if (d1 <= 0 && d2 <= 0) return {a, 4};
+  const double d3 = -Dot(ab, b), d4 = -Dot(ac, b);
+  if (d3 >= 0 && d4 <= d3) return {b, 5};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), 1};
+  const double d5 = -Dot(ab, c), d6 = -Dot(ac, c);
+  if (d6 >= 0 && d5 <= d6) return {c, 6};
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), 3};
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), 2};
+  const double sum = va + vb + vc;
+  return {a + ab * (vb / sum) + ac * (vc / sum), 0};
+}
+
 // --- Ways to touch --------------------------------------------------------------------------------------------------
 
 // The part of the shape that looks at the triangle, cut to the prism over it. False if nothing of it is there.
@@ -127,6 +151,15 @@ bool ComesFromFront(const Scene& s) {
   return s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
 }
 
+// As most triangles about a body are: the way to the point nearest to its middle tells them.
+bool FarFrom(const Scene& s) {
+  const auto& [a, b, c] = s.place.corners;
+  const Vec3d middle(s.geometry.middle);
+  const Vec3f way(NearestTo(Vec3d(a) - middle, Vec3d(b) - middle, Vec3d(c) - middle).point);
+  const float length = Length(way);
+  return length > 0 && SeparationAlong(s.shape, s.triangle, way / length) > s.speculative_m;
+}
+
 // And no edge or corner is met.
 TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
   if (!Above(s.place, s.geometry.middle)) return TriangleContact::kNone;
@@ -145,8 +178,10 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
   if (!s.place.surface.HasSharpEdge(s.place.index)) {
     // Other ways than along the normal are the neighbours' or hardly differ.
     if (!front) return FromBehind(s, out);
-    *out = over;
-    return out->count > 0 ? TriangleContact::kFront : TriangleContact::kNone;
+    if (over.count > 0) {
+      *out = over;
+      return TriangleContact::kFront;
+    }
   }
   if (over.count > 0 && s.low >= 0) {
     const float tolerance = std::min(kDeepest_m, kDeepestShare * s.geometry.middle_radius_m);
@@ -155,6 +190,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
       return TriangleContact::kFront;
     }
   }
+  if (FarFrom(s)) return TriangleContact::kNone;
   Gap gap;
   if (!FindGap(s.shape, s.triangle, s.speculative_m, &gap)) return TriangleContact::kNone;
   Vec3f up = -gap.normal;
@@ -176,30 +212,6 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
 }
 
 // --- Spheres --------------------------------------------------------------------------------------------------------
-
-struct Nearest {
-  Vec3d point;
-  int feature = 0;  // 0: face; 1 + edge; 4 + corner
-};
-
-// Of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
-Nearest NearestTo(Vec3d a, Vec3d b, Vec3d c) {
-  const Vec3d ab = b - a, ac = c - a;
-  const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);
-  if (d1 <= 0 && d2 <= 0) return {a, 4};
-  const double d3 = -Dot(ab, b), d4 = -Dot(ac, b);
-  if (d3 >= 0 && d4 <= d3) return {b, 5};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return {a + ab * (d1 / (d1 - d3)), 1};
-  const double d5 = -Dot(ab, c), d6 = -Dot(ac, c);
-  if (d6 >= 0 && d5 <= d6) return {c, 6};
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return {a + ac * (d2 / (d2 - d6)), 3};
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return {b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6))), 2};
-  const double sum = va + vb + vc;
-  return {a + ab * (vb / sum) + ac * (vc / sum), 0};
-}
 
 TriangleContact Ball(const Scene& s, LocalManifold* out) {
   const auto& [a, b, c] = s.place.corners;
