@@ -1,6 +1,8 @@
 // Constants of the Bullet engine. Each with its unit, its reason, and what breaks if it changes.
 #pragma once
 
+#include <cstdint>
+
 #include <cstddef>
 
 namespace tessera::physics {
@@ -58,6 +60,10 @@ inline constexpr float kImpactDistance_m = 0.0005f;
 inline constexpr float kBoundsMargin_m = 0.05f;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
+// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above it, the
+// most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
+inline constexpr std::int64_t kWorkBudget = 250'000;
+
 // For so long must all of an island have been slow before it sleeps, s. Shorter, and a ball at the top of its flight
 // hangs there; longer costs work.
 inline constexpr float kSleepAfter_s = 0.5f;
@@ -74,6 +80,10 @@ inline constexpr float kKeepFace_m = 0.0005f, kKeepFaceShare = 0.01f;
 // How much better an edge against an edge must be than the best face. A face holds up to four points where edges hold one,
 // so in doubt the face; larger makes crossed edges rest on a face that is deeper than need be.
 inline constexpr float kEdgeLead_m = 0.001f, kEdgeLeadShare = 0.02f;
+// Two boxes that overlap, or are apart, by less than this athwart of where they would touch graze each other, rim by rim,
+// and do not touch; and its share of the smaller half extent. Must be more than what rests sinks in, or boxes stumble
+// over the seams of a floor of boxes; what bears on a narrower ledge falls off it.
+inline constexpr float kGraze_m = 0.002f, kGrazeShare = 0.01f;
 // What lies over the border of a face by less than this share of its half width still lies on it. Keeps the names of
 // flush corners through rounding; larger would hold what has slid off.
 inline constexpr float kClipSlack = 1e-4f;

@@ -78,6 +78,7 @@ float SeparationAlong(const Relation& r, std::uint32_t axis) {
 struct Axes {
   std::uint32_t face = 0, edge = 0;
   float face_separation = kNone, edge_separation = kNone;
+  float faces[6];  // separation along a's, then b's
 };
 
 // The best face and the best pair of edges; stops at an axis that has them further apart than `speculative_m`.
@@ -86,8 +87,10 @@ bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t 
   float best_score = kNone;
   for (std::uint32_t axis = kFaceA; axis < kEdges; ++axis) {
     const float separation = SeparationAlong(r, axis);
+    best->faces[axis - kFaceA] = separation;
     if (separation > speculative_m) {
-      *best = {.face = axis, .edge = 0, .face_separation = separation};
+      best->face = axis;
+      best->face_separation = separation;
       return false;
     }
     // The last one counts for more, and a's faces for more than b's: rounding decides nothing.
@@ -103,6 +106,18 @@ bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t 
       if (separation > speculative_m) return false;
     }
   return true;
+}
+
+// Whether the two meet only in a strip that is thinner than `thin_m` across an axis that lies athwart the normal: a rim
+// by a rim. There the normal is a toss-up, and one along the floor would stop what slides from one box to the next one
+// flush with it. Whatever they do next, one of the axes soon tells them apart or holds them.
+bool Grazes(const LocalPose& pose, const Axes& axes, Vec3f normal, float thin_m) {
+  constexpr float kAthwart = 0.5f;
+  const Vec3f in_b = Into(pose.rotation, normal);
+  const float along[6] = {normal.x, normal.y, normal.z, in_b.x, in_b.y, in_b.z};
+  for (int k = 0; k < 6; ++k)
+    if (std::abs(axes.faces[k]) < thin_m && std::abs(along[k]) < kAthwart) return true;
+  return false;
 }
 
 // --- Faces.
@@ -260,6 +275,25 @@ bool CollideEdges(const Relation& r, const LocalPose& pose, std::uint32_t axis, 
   return on_edges;
 }
 
+// The points along an axis, or where that misses the place where they are nearest, there.
+void Touch(const Geometry& a, const Geometry& b, const Relation& r, const LocalPose& pose, const Axes& best,
+           std::uint32_t axis, float lead, float speculative_m, LocalManifold* out) {
+  const bool edge = axis >= kEdges;
+  if (edge) {
+    if (CollideEdges(r, pose, axis, out)) return;
+  } else {
+    CollideFace(r, pose, axis, speculative_m, out);
+    if (Nearest(*out) <= best.face_separation + lead) return;
+  }
+  if (std::max(best.face_separation, best.edge_separation) > 0) {
+    // A corner near a corner, or an edge past the end of an edge.
+    NearestPoint(a, b, pose, speculative_m, out);
+  } else if (!edge && best.edge_separation > best.face_separation - lead) {
+    // They overlap, but not over the reference face: the edges have it, if by less than the lead.
+    CollideEdges(r, pose, best.edge, out);
+  }
+}
+
 }  // namespace
 
 void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m, ConvexCache& cache,
@@ -284,23 +318,9 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
     cache.apart_m = std::max(best.face_separation, best.edge_separation);
     return;
   }
-  bool found;
-  if (edge) {
-    found = CollideEdges(r, pose, best.edge, out);
-  } else {
-    CollideFace(r, pose, best.face, speculative_m, out);
-    found = Nearest(*out) <= best.face_separation + lead;
-  }
-  if (found) return;
-  const float separation = std::max(best.face_separation, best.edge_separation);
-  if (separation > 0) {
-    // A corner near a corner, or an edge past the end of an edge.
-    NearestPoint(a, b, pose, speculative_m, out);
-    if (out->count == 0) cache.apart_m = speculative_m;
-  } else if (!edge && best.edge_separation > best.face_separation - lead) {
-    // They overlap, but not over the reference face: the edges have it, if by less than the lead.
-    CollideEdges(r, pose, best.edge, out);
-  }
+  Touch(a, b, r, pose, best, edge ? best.edge : best.face, lead, speculative_m, out);
+  if (out->count == 0 && best.face_separation > 0) cache.apart_m = speculative_m;
+  if (Grazes(pose, best, out->normal, std::min(kGraze_m, kGrazeShare * size))) out->count = 0;
 }
 
 }  // namespace tessera::physics
