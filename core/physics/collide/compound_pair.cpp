@@ -43,15 +43,26 @@ void OutOfChild(const Geometry::Child& child, LocalManifold* m) {
 
 std::uint32_t Mixed(std::uint32_t part, std::uint32_t key) { return (part + 1) * 0x9e3779b1u ^ key; }
 
+// Kept from search to search, so that one allocates nothing.
+struct Scratch {
+  PartCaches of_a, of_b, found, none;
+};
+
+Scratch& ScratchOfThread() {
+  static thread_local Scratch scratch;
+  return scratch;
+}
+
 // Parts of a against b, which is no compound.
 void CollideParts(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m, PartCaches& parts,
                   std::vector<LocalManifold>* out) {
   const bool everywhere = b.kind == GeometryKind::kPlane;
   const bool surface = b.kind == GeometryKind::kMesh || b.kind == GeometryKind::kHeightField;
   const LocalBounds bounds = everywhere || surface ? LocalBounds{} : BoundsIn(b, b_in_a);
-  PartCaches known;
-  known.swap(parts);
-  PartCaches none;
+  Scratch& scratch = ScratchOfThread();
+  PartCaches& known = scratch.of_a;
+  known.assign(parts.begin(), parts.end());
+  parts.clear();
   for (std::uint32_t i = 0; i < a.children.size(); ++i) {
     const Geometry::Child& child = a.children[i];
     if (!everywhere && !surface && !Meet(BoundsIn(*child.geometry, PoseOf(child)), bounds, speculative_m)) continue;
@@ -67,8 +78,8 @@ void CollideParts(const Geometry& a, const Geometry& b, const LocalPose& b_in_a,
       parts.push_back(part);
       if (m.count > 0) out->push_back(m);
     } else {
-      none.clear();
-      CollideLocal(*child.geometry, b, pose, speculative_m, none, out);
+      scratch.none.clear();
+      CollideLocal(*child.geometry, b, pose, speculative_m, scratch.none, out);
     }
     for (std::size_t k = begin; k < out->size(); ++k) {
       OutOfChild(child, &(*out)[k]);
@@ -82,8 +93,9 @@ void CollideParts(const Geometry& a, const Geometry& b, const LocalPose& b_in_a,
 void CollideCompound(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                      PartCaches& parts, std::vector<LocalManifold>* out) {
   if (b.kind != GeometryKind::kCompound) return CollideParts(a, b, b_in_a, speculative_m, parts, out);
-  PartCaches known, found;
-  known.swap(parts);
+  PartCaches &known = ScratchOfThread().of_b, &found = ScratchOfThread().found;
+  known.assign(parts.begin(), parts.end());
+  parts.clear();
   const LocalBounds bounds = BoundsOf(a, Mat3f{});
   const auto stride = static_cast<std::uint32_t>(std::max<std::size_t>(a.children.size(), 1));
   for (std::uint32_t i = 0; i < b.children.size(); ++i) {

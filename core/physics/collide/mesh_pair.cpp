@@ -132,9 +132,12 @@ bool TouchFlatPart(const Geometry& a, std::size_t first, float speculative_m, Sc
 
 void TouchTriangles(const Geometry& a, float speculative_m, Scratch* s) {
   s->done.assign(s->places.size(), 0);
+  const Convex shape = AtOrigin(a);
   for (std::size_t i = 0; i < s->places.size(); ++i) {
     if (s->done[i] != 0) continue;
     const TrianglePlace& place = s->places[i];
+    const double low = -ReachOf(shape, -place.normal) - Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
+    if (low > static_cast<double>(speculative_m)) continue;
     if (a.kind != GeometryKind::kSphere && TouchFlatPart(a, i, speculative_m, s)) continue;
     Touch touch;
     touch.contact = CollideTriangle(a, place, speculative_m, &touch.manifold);

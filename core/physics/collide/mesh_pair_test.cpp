@@ -1,10 +1,12 @@
 // Meshes, height fields and compounds against closed forms.
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "core/physics/bullet_math.h"
 #include "core/physics/collide/surface.h"
 #include "core/physics/collide/test_shapes.h"
 
@@ -254,6 +256,45 @@ TEST(SurfaceTest, ValleyHasTheNormalsOfItsSidesAlone) {
   }
 }
 
+TEST(SurfaceTest, BoxAcrossARidgeLeansAsTheRidgeLetsIt) {
+  // A box whose bottom leans by `angle` and touches the ridge in its middle: the ridge, a line, has the bottom's
+  // normal.
+  const auto box = GeometryOf(BoxShape{{0.4, 0.1, 0.4}});
+  for (const auto& ground : {Grid(20, Fold), Field(21, 1, Fold)}) {
+    for (const double angle : {-0.3, -0.1, 0.0, 0.2}) {
+      for (const double gap : {0.005, -0.002}) {
+        const Quatd turn = About({0, 0, 1}, angle);
+        const Vec3d up = Rotate(turn, {0, 1, 0});
+        const Manifolds found = On(*box, *ground, {up * (0.1 + gap) + Vec3d{0, 0, 0.3}, turn});
+        ASSERT_EQ(found.size(), 1u) << angle << " " << gap;
+        EXPECT_NEAR(Length(Vec3d(found[0].normal) + up), 0, 2e-3);
+        ASSERT_GE(found[0].count, 2);
+        float near = 9, far = -9;
+        for (int i = 0; i < found[0].count; ++i) {
+          near = std::min(near, found[0].points[static_cast<std::size_t>(i)].on_a.z);
+          far = std::max(far, found[0].points[static_cast<std::size_t>(i)].on_a.z);
+        }
+        EXPECT_NEAR(near, -0.1, 1e-2);
+        EXPECT_NEAR(far, 0.7, 1e-2);
+      }
+    }
+  }
+}
+
+TEST(SurfaceTest, CapsuleEndOverABluntRidgeIsHeld) {
+  // Where the prisms over the two sides of a ridge part, neither has the end in it.
+  const auto blunt = [](float x, float) { return -0.1f * std::abs(x); };
+  const auto capsule = GeometryOf(CapsuleShape{0.3, 0.4});
+  for (const auto& ground : {Grid(20, blunt), Field(21, 1, blunt)}) {
+    for (double lean = -0.09; lean <= 0.09; lean += 0.01) {
+      const Vec3d place{0.305 * std::sin(lean), 0.305 * std::cos(lean), 0.3};
+      const Manifolds found = On(*capsule, *ground, {place + Vec3d{0, 0.4, 0}, {}});
+      ASSERT_EQ(found.size(), 1u) << lean;
+      EXPECT_NEAR(found[0].points[0].separation_m, 0.005, 1e-4) << lean;
+    }
+  }
+}
+
 // The top of a cube of triangles, near its rim, with its walls below.
 std::shared_ptr<const Geometry> CubeMesh() {
   TriangleMeshShape mesh;
@@ -340,6 +381,39 @@ TEST(SurfaceTest, FarPlacesAreAsExactAsNearOnes) {
       EXPECT_NEAR(a[i].points[static_cast<std::size_t>(k)].separation_m,
                   b[i].points[static_cast<std::size_t>(k)].separation_m, 1e-7);
     }
+  }
+}
+
+// Rays and overlaps ask Bullet; contacts must be with the same triangles.
+TEST(SurfaceTest, FieldHasTheTrianglesThatBulletHas) {
+  const auto field = Field(7, 0.5, [](float x, float z) { return std::sin(3 * x) + 0.3f * z; });
+  struct Collector : btTriangleCallback {
+    std::vector<std::array<Vec3d, 3>> triangles;
+    void processTriangle(btVector3* v, int, int) override {
+      triangles.push_back({Vec3d(FromBullet(v[0])), Vec3d(FromBullet(v[1])), Vec3d(FromBullet(v[2]))});
+    }
+  } bullet;
+  static_cast<btConcaveShape*>(field->bullet->bullet())
+      ->processAllTriangles(&bullet, {-100, -100, -100}, {100, 100, 100});
+  std::vector<std::uint32_t> found;
+  field->surface->FieldTriangles({-100, -100, -100}, {100, 100, 100}, &found);
+  ASSERT_EQ(found.size(), 72u);
+  ASSERT_EQ(bullet.triangles.size(), 72u);
+  // Bullet centres heights; the body's frame makes up for it, and here there is none.
+  const double low = std::min_element(bullet.triangles.begin(), bullet.triangles.end(),
+                                      [](const auto& a, const auto& b) { return a[0].y < b[0].y; })
+                         ->at(0)
+                         .y;
+  double own_low = 1e9;
+  for (const std::uint32_t t : found) own_low = std::min(own_low, field->surface->Corners(t)[0].y);
+  const Vec3d lift{0, low - own_low, 0};
+  for (const std::uint32_t t : found) {
+    const std::array<Vec3d, 3> own = field->surface->Corners(t);
+    const bool same = std::any_of(bullet.triangles.begin(), bullet.triangles.end(), [&](const auto& other) {
+      return Length(own[0] + lift - other[0]) + Length(own[1] + lift - other[1]) + Length(own[2] + lift - other[2]) <
+             1e-5;
+    });
+    EXPECT_TRUE(same) << t;
   }
 }
 

@@ -33,9 +33,8 @@ std::shared_ptr<const Surface> Surface::Of(const TriangleMeshShape& mesh, const 
   surface->JoinEdges();
   surface->MakeRings();
   surface->FindSheets();
-  for (std::uint32_t i = 0; i < surface->triangles_.size(); ++i) {
-    surface->triangles_[i].sharp = surface->FindSharpEdge(i);
-  }
+  surface->sharp_.assign(surface->vertices_.size(), 0);
+  surface->MarkSharpCorners(static_cast<std::uint32_t>(surface->triangles_.size()));
   return surface;
 }
 
@@ -46,6 +45,8 @@ std::shared_ptr<const Surface> Surface::Of(const HeightFieldShape& field, const 
   surface->spacing_m_ = field.spacing_m;
   surface->base_y_m_ = -frame.origin.y;
   surface->heights_m_ = field.heights_m;
+  surface->sharp_.assign(field.heights_m.size(), 0);
+  surface->MarkSharpCorners(2 * (field.columns - 1) * (field.rows - 1));
   return surface;
 }
 
@@ -63,7 +64,7 @@ void Surface::Weld(const TriangleMeshShape& mesh) {
   }
   vertices_ = mesh.vertices;
   for (const auto& t : mesh.triangles) {
-    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}, false, true};
+    Triangle triangle{{name[t[0]], name[t[1]], name[t[2]]}, {kNone, kNone, kNone}, {}, true};
     const auto& c = triangle.corners;
     triangle.normal = NormalOf(Vec3d(vertices_[c[0]]), Vec3d(vertices_[c[1]]), Vec3d(vertices_[c[2]]));
     triangles_.push_back(triangle);
@@ -144,20 +145,38 @@ Vec3f Surface::Normal(std::uint32_t triangle) const {
   return Vec3f(Normalized(Cross(b - a, c - a)));
 }
 
-bool Surface::HasSharpEdge(std::uint32_t triangle) const {
-  return is_field() ? FindSharpEdge(triangle) : triangles_[triangle].sharp;
+std::array<std::size_t, 3> Surface::VerticesOf(std::uint32_t triangle) const {
+  if (!is_field()) {
+    const auto& c = triangles_[triangle].corners;
+    return {c[0], c[1], c[2]};
+  }
+  const auto [x, z, second] = CellOf(triangle);
+  const std::size_t i = static_cast<std::size_t>(z) * columns_ + x;
+  if (second) return {i + 1, i + columns_, i + columns_ + 1};
+  return {i, i + columns_, i + 1};
 }
 
-bool Surface::FindSharpEdge(std::uint32_t triangle) const {
-  const std::array<Vec3d, 3> corners = Corners(triangle);
-  const Vec3d normal(Normal(triangle));
-  for (std::size_t edge = 0; edge < 3; ++edge) {
-    Vec3d other;
-    if (!Opposite(triangle, edge, &other)) return true;
-    const Vec3d to = other - corners[edge], next = Cross(to, corners[(edge + 1) % 3] - corners[edge]);
-    if (Dot(to, normal) < 0 && Dot(next, normal) < static_cast<double>(kSharp) * Length(next)) return true;
+bool Surface::IsSharp(std::uint32_t triangle) const {
+  const auto [a, b, c] = VerticesOf(triangle);
+  return (sharp_[a] | sharp_[b] | sharp_[c]) != 0;
+}
+
+void Surface::MarkSharpCorners(std::uint32_t triangles) {
+  for (std::uint32_t i = 0; i < triangles; ++i) {
+    const std::array<Vec3d, 3> corners = Corners(i);
+    const std::array<std::size_t, 3> vertices = VerticesOf(i);
+    const Vec3d normal(Normal(i));
+    for (std::size_t edge = 0; edge < 3; ++edge) {
+      const std::size_t next = (edge + 1) % 3;
+      Vec3d other;
+      bool sharp = true;
+      if (Opposite(i, edge, &other)) {
+        const Vec3d to = other - corners[edge], beyond = Cross(to, corners[next] - corners[edge]);
+        sharp = Dot(to, normal) < 0 && Dot(beyond, normal) < static_cast<double>(kSharp) * Length(beyond);
+      }
+      if (sharp) sharp_[vertices[edge]] = sharp_[vertices[next]] = 1;
+    }
   }
-  return false;
 }
 
 Surface::Cell Surface::CellOf(std::uint32_t triangle) const {

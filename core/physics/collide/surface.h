@@ -31,8 +31,8 @@ class Surface {
   bool is_field() const { return triangles_.empty(); }
   // Outward, unit; 0 where a triangle has no extent: no contact is made with it.
   Vec3f Normal(std::uint32_t triangle) const;
-  // Whether a neighbour falls away by more than `kSharp`, or is missing.
-  bool HasSharpEdge(std::uint32_t triangle) const;
+  // Whether at one of its corners some triangle falls away from its neighbour by more than `kSharp`, or has none.
+  bool IsSharp(std::uint32_t triangle) const;
 
   // Part of a closed surface, or of a height field: there is ground behind it. Else it is part of a sheet.
   bool IsSolid(std::uint32_t triangle) const;
@@ -51,7 +51,8 @@ class Surface {
     std::uint32_t x, z;
     bool second;  // the half towards (x + 1, z + 1)
   };
-  bool FindSharpEdge(std::uint32_t triangle) const;
+  std::array<std::size_t, 3> VerticesOf(std::uint32_t triangle) const;
+  void MarkSharpCorners(std::uint32_t triangles);
   Cell CellOf(std::uint32_t triangle) const;
   Vec3d Sample(std::uint32_t x, std::uint32_t z) const;
   void JoinEdges();
@@ -64,11 +65,13 @@ class Surface {
     std::array<std::uint32_t, 3> corners;
     std::array<std::uint32_t, 3> opposite;  // vertices, or kNone
     Vec3f normal;
-    bool sharp = false, solid = true;
+    bool solid = true;
   };
   std::vector<Vec3f> vertices_;
   std::vector<Triangle> triangles_;
   std::vector<std::uint32_t> ring_begin_, ring_;
+
+  std::vector<std::uint8_t> sharp_;  // of vertices
 
   // Height field.
   std::uint32_t columns_ = 0, rows_ = 0;

@@ -175,7 +175,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
   LocalManifold over;
   const bool front = s.center >= 0;
   if (front) OverFace(s, &over);
-  if (!s.place.surface.HasSharpEdge(s.place.index)) {
+  if (!s.place.surface.IsSharp(s.place.index)) {
     // Other ways than along the normal are the neighbours' or hardly differ.
     if (!front) return FromBehind(s, out);
     if (over.count > 0) {
