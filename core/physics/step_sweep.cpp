@@ -15,6 +15,13 @@ bool Finite(const Motion& motion) {
          IsFinite(motion.angular_momentum);
 }
 
+Placement PlacementAt(const Way& way, Vec3f turned_rad, double fraction) {
+  Placement placement{
+      way.from + (way.to - way.from) * fraction, Turned(way.orientation_from, Vec3d(turned_rad) * fraction), {}};
+  placement.rotation = RotationOf(placement.orientation);
+  return placement;
+}
+
 }  // namespace
 
 Way World::Impl::WayOf(const RigidBody& body) const {
@@ -53,6 +60,17 @@ void World::Impl::SweepBody(std::uint32_t index) {
       pairs.Find(body, *other)->jointed = Jointed(body, *other);
     }
   }
+  // Boxes that meet rim by rim, as where one slides over the seams of a floor of boxes, do not press on each other.
+  const auto meet = [&](const Pair& pair, double fraction) {
+    const auto at = [&](const RigidBody& one) {
+      return PlacementAt(WayOf(one), one.awake() ? motions[one.awake_index].turned_rad : Vec3f(), fraction);
+    };
+    const Placement low = at(*pair.low), high = at(*pair.high);
+    PairCache cache;
+    std::vector<Manifold> manifolds;
+    Collide({pair.low->geometry(), low}, {pair.high->geometry(), high}, kSpeculative_m, cache, manifolds);
+    return !manifolds.empty();
+  };
   double first = 1;
   for (Pair* pair : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
@@ -61,7 +79,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
     if (!impact) continue;
     if (pair->trigger) {
       pair->crossed = true;
-    } else {
+    } else if (meet(*pair, impact->fraction)) {
       first = std::min(first, impact->fraction);
     }
   }
