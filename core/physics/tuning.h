@@ -1,4 +1,5 @@
-// Constants of the Bullet engine. Each with its unit, its reason, and what breaks if it changes.
+// Constants of the world about the solver (whose own are in solve/tuning.h). Each with its unit, its reason, and what
+// breaks if it changes.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +14,18 @@ namespace tessera::physics {
 inline constexpr float kHullMargin_m = 0.01f, kHullMarginShare = 0.1f;
 inline constexpr float kConeMargin_m = 0.01f, kConeMarginShare = 0.1f;
 
-// Widest height field whose inner edges are smoothed: Bullet numbers its columns with ten bits, two to a column of
-// samples, and beyond that one triangle would take another's edges.
-inline constexpr unsigned kSmoothFieldColumns = 511;
-
 // A pair touches when it is at most this far apart, and has parted when it is further than that. The gap between the
 // two keeps a resting body, which breathes by a fraction of a millimetre, from touching and parting again and again.
 inline constexpr float kTouchBegin_m = 0.0f, kTouchEnd_m = 0.005f;
 
-// Slower than both for Bullet's two seconds, an island falls asleep. Bullet's own .8 m/s and 1 rad/s stop bodies that
-// visibly move. Its solver leaves piles trembling by up to .1 m/s and .3 rad/s: 20 s after 500 mixed bodies fell into
-// heaps, 498 sleep with these figures, 200 with .05 and .05.
-inline constexpr float kSleepLinear_m_s = 0.1f, kSleepAngular_rad_s = 0.3f;
+// Slower than both for kSleepAfter_s, an island falls asleep. Bullet's own .8 m/s and 1 rad/s stop bodies that visibly
+// move.
+inline constexpr float kSleepLinear_m_s = 0.05f, kSleepAngular_rad_s = 0.1f;
 
 // How far a sleeper may be moved from where it fell asleep, m and rad, by states that are slow enough to sleep with.
 // Larger lets a creeping neighbour sink into a sleeper; 0 lets two regions wake each other for ever.
 inline constexpr double kCreep_m = 0.002;
 inline constexpr float kCreep_rad = 0.01f;
-
-// Contact manifolds and collision algorithms that a world holds without going to the heap, 1 KB each. More bodies cost
-// a malloc a pair; a larger pool is memory that small worlds never use.
-inline constexpr int kManifoldPool = 512;
 
 // Products of inertia below this share of the trace are rounding, and the shape's own axes are the principal ones.
 inline constexpr double kSymmetryTolerance = 1e-6;
@@ -60,8 +52,8 @@ inline constexpr float kImpactDistance_m = 0.0005f;
 inline constexpr float kBoundsMargin_m = 0.05f;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
-// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above it, the
-// most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
+// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above
+// it, the most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
 inline constexpr std::int64_t kWorkBudget = 250'000;
 
 // For so long must all of an island have been slow before it sleeps, s. Shorter, and a ball at the top of its flight
@@ -74,25 +66,25 @@ inline constexpr int kQueryPool = 64;
 // --- Contact search (collide/).
 
 // How much better, m, another face must be before a pair gives up the one its last contact lay on, and its share of the
-// smaller box or hull. Smaller lets rounding swap the faces of a resting pair, and its impulses with them; larger shows as
-// depth along the wrong face.
+// smaller box or hull. Smaller lets rounding swap the faces of a resting pair, and its impulses with them; larger shows
+// as depth along the wrong face.
 inline constexpr float kKeepFace_m = 0.0005f, kKeepFaceShare = 0.01f;
-// How much better an edge against an edge must be than the best face. A face holds up to four points where edges hold one,
-// so in doubt the face; larger makes crossed edges rest on a face that is deeper than need be.
+// How much better an edge against an edge must be than the best face. A face holds up to four points where edges hold
+// one, so in doubt the face; larger makes crossed edges rest on a face that is deeper than need be.
 inline constexpr float kEdgeLead_m = 0.001f, kEdgeLeadShare = 0.02f;
-// Two boxes that overlap, or are apart, by less than this athwart of where they would touch graze each other, rim by rim,
-// and do not touch; and its share of the smaller half extent. Must be more than what rests sinks in, or boxes stumble
-// over the seams of a floor of boxes; what bears on a narrower ledge falls off it.
-inline constexpr float kGraze_m = 0.002f, kGrazeShare = 0.01f;
+// Two boxes that overlap, or are apart, by less than this athwart of where they would touch graze each other, rim by
+// rim, and do not touch; and its share of the smaller half extent. Must be more than what rests sinks in, or boxes
+// stumble over the seams of a floor of boxes; what bears on a narrower ledge falls off it.
+inline constexpr float kGraze_m = 0.005f, kGrazeShare = 0.03f;
 // What lies over the border of a face by less than this share of its half width still lies on it. Keeps the names of
 // flush corners through rounding; larger would hold what has slid off.
 inline constexpr float kClipSlack = 1e-4f;
 // Most pairs of edges that are looked at one by one; hulls with more go by GJK and EPA, which take a few microseconds
 // whatever their size.
 inline constexpr std::size_t kEdgePairs = 2500;
-// A pair is not searched anew while no point of the smaller body moved further against the other than this since the last
-// search, m, nor than this share of its outer radius; nor turned further than this. Points slide along faces meanwhile,
-// so the error is of second order: 2 mm times .01 rad, .02 mm; the normal lags by as much as the turn.
+// A pair is not searched anew while no point of the smaller body moved further against the other than this since the
+// last search, m, nor than this share of its outer radius; nor turned further than this. Points slide along faces
+// meanwhile, so the error is of second order: 2 mm times .01 rad, .02 mm; the normal lags by as much as the turn.
 inline constexpr float kReuseMove_m = 0.002f, kReuseShare = 0.02f, kReuseTurn_rad = 0.01f;
 // A new point takes over the impulse of an old one that lay within this, m, and this share of the smaller outer radius,
 // where none has its name.
