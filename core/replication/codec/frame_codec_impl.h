@@ -1,0 +1,333 @@
+// Bodies of FrameCodec's members: for the files that instantiate it, no others.
+//
+// A frame: format 8 bits, ticks to the base (0: none), from base to older (0: none), from older to oldest (0: none) and
+// the tick as varints; the range coder's bytes; CRC-32C of all before, seeded by the settings. In the range coder: per
+// body of the base whether it is there still, whether its epoch changed and to what, its state; then arrivals, then
+// departures, each after a 1, each list ended by a 0.
+#pragma once
+
+#include <algorithm>
+#include <cassert>
+#include <iterator>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "core/replication/bit_stream.h"
+#include "core/replication/codec/checksum.h"
+#include "core/replication/codec/frame_codec.h"
+#include "core/replication/codec/number_model.h"
+#include "core/replication/record_codec.h"
+#include "core/world/limits.h"
+
+namespace tessera::replication {
+namespace frame_codec_detail {
+
+inline constexpr std::size_t kMaxFrameBodies = kMaxBodies + kMaxPlayers;
+inline constexpr std::size_t kChecksumBytes = 4;
+
+// What is learnt besides the states.
+struct ListModel {
+  BitModel present, epoch_kept, arrival, departure;
+  PlainNumber epoch_change, id_gap, epoch, departure_gap, departure_to;
+};
+
+// A number that both ends hold to a range: false outside it.
+template <class Coder>
+bool CodeWithin(Coder& coder, std::uint64_t& value, std::uint64_t low, std::uint64_t high, PlainNumber& model) {
+  auto number = static_cast<std::int64_t>(value);
+  Code(coder, number, model);
+  if (number < 0 || static_cast<std::uint64_t>(number) < low || static_cast<std::uint64_t>(number) > high) return false;
+  value = static_cast<std::uint64_t>(number);
+  return true;
+}
+
+template <class Coder>
+bool CodeEpoch(Coder& coder, Epoch& epoch, PlainNumber& model) {
+  std::uint64_t value = epoch.value();
+  if (!CodeWithin(coder, value, 0, std::numeric_limits<std::uint32_t>::max(), model)) return false;
+  epoch = Epoch(static_cast<std::uint32_t>(value));
+  return true;
+}
+
+// Ids beyond 2^62 come in two parts.
+template <class Coder>
+bool CodeId(Coder& coder, BodyId previous, BodyId& id, PlainNumber& model) {
+  const std::uint64_t gap = id.value() - previous.value();
+  std::uint64_t high = gap >> 32, low = gap & 0xffffffff;
+  bool far = high != 0;
+  Code(coder, far, std::uint32_t{1} << 4);
+  if (!far) high = 0;
+  if (far && !CodeWithin(coder, high, 1, 0xffffffff, model)) return false;
+  if (!CodeWithin(coder, low, 0, 0xffffffff, model)) return false;
+  const std::uint64_t told = (high << 32) | low;
+  if (told == 0 || told > std::numeric_limits<std::uint64_t>::max() - previous.value()) return false;
+  id = BodyId(previous.value() + told);
+  return true;
+}
+
+inline bool Exhausted(const RangeEncoder&) { return false; }
+inline bool Exhausted(const RangeDecoder& decoder) { return decoder.overrun(); }
+
+// Walks the states of one body through frames, ascending by id.
+template <class State>
+class Cursor {
+ public:
+  explicit Cursor(const Frame<State>* frame) : frame_(frame) {}
+  const FrameBody<State>* Find(BodyId id) {
+    if (frame_ == nullptr) return nullptr;
+    while (at_ < frame_->bodies.size() && frame_->bodies[at_].id < id) ++at_;
+    return at_ < frame_->bodies.size() && frame_->bodies[at_].id == id ? &frame_->bodies[at_] : nullptr;
+  }
+
+ private:
+  const Frame<State>* frame_;
+  std::size_t at_ = 0;
+};
+
+// The model with its lists, as a whole.
+template <class Model>
+struct Learnt {
+  explicit Learnt(const typename Model::Setup& setup) : states(setup) {}
+  Model states;
+  ListModel lists;
+};
+
+// One frame either way: an encoder reads `frame`, a decoder fills it.
+template <class Model, class Coder, bool kDecoding>
+class FramePass {
+ public:
+  using State = typename Model::State;
+  using FrameOf = Frame<State>;
+
+  FramePass(Coder& coder, const typename Model::Setup& setup, Learnt<Model>& learnt)
+      : coder_(coder), setup_(setup), learnt_(learnt) {}
+
+  // An error names what was out of range; an encoder has none.
+  absl::Status Run(const FrameOf* base, const FrameOf* older, const FrameOf* oldest, FrameOf& frame) {
+    learnt_.states.BeginFrame();
+    std::vector<FrameBody<State>> arrivals;
+    if (base != nullptr) {
+      if (absl::Status status = Stayers(*base, older, oldest, frame, arrivals); !status.ok()) return status;
+    } else if (!kDecoding) {
+      arrivals = frame.bodies;
+    }
+    if (absl::Status status = Arrivals(arrivals); !status.ok()) return status;
+    if (kDecoding) {
+      if (absl::Status status = Merge(arrivals, frame); !status.ok()) return status;
+    }
+    return Departures(frame);
+  }
+
+ private:
+  static absl::Status Bad(const char* what, BodyId id) {
+    return absl::InvalidArgumentError(absl::StrCat("frame: body ", id.value(), ": ", what));
+  }
+
+  absl::Status Stayers(const FrameOf& base, const FrameOf* older, const FrameOf* oldest, FrameOf& frame,
+                       std::vector<FrameBody<State>>& arrivals) {
+    Cursor<State> older_at(older), oldest_at(oldest);
+    auto now = frame.bodies.begin();
+    std::vector<FrameBody<State>> stayed;
+    typename Model::History history;
+    history.ticks = static_cast<std::uint64_t>(frame.tick - base.tick);
+    if (older != nullptr) history.gap = static_cast<std::uint64_t>(base.tick - older->tick);
+    if (oldest != nullptr) history.gap2 = static_cast<std::uint64_t>(older->tick - oldest->tick);
+    for (const FrameBody<State>& before : base.bodies) {
+      if (Exhausted(coder_)) return absl::InvalidArgumentError("frame: truncated");
+      FrameBody<State> body{.id = before.id, .epoch = before.epoch, .state = {}};
+      bool present = false;
+      if (!kDecoding) {
+        while (now != frame.bodies.end() && now->id < before.id) arrivals.push_back(*now++);
+        present = now != frame.bodies.end() && now->id == before.id;
+        if (present) body = *now++;
+      }
+      Code(coder_, present, learnt_.lists.present);
+      if (!present) continue;
+      bool kept = body.epoch == before.epoch;
+      Code(coder_, kept, learnt_.lists.epoch_kept);
+      if (!kept && !CodeEpoch(coder_, body.epoch, learnt_.lists.epoch_change)) return Bad("epoch", body.id);
+      const FrameBody<State>* second = older_at.Find(before.id);
+      const FrameBody<State>* third = oldest_at.Find(before.id);
+      history.base = &before.state;
+      history.older = second != nullptr ? &second->state : nullptr;
+      history.oldest = second != nullptr && third != nullptr ? &third->state : nullptr;
+      if (!learnt_.states.CodeState(coder_, setup_, history, body.state)) return Bad("out of range", body.id);
+      if (kDecoding) stayed.push_back(body);
+    }
+    if (kDecoding) {
+      frame.bodies = std::move(stayed);
+    } else {
+      arrivals.insert(arrivals.end(), now, frame.bodies.end());
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status Arrivals(std::vector<FrameBody<State>>& arrivals) {
+    FrameBody<State> before{};
+    for (std::size_t i = 0;; ++i) {
+      if (Exhausted(coder_)) return absl::InvalidArgumentError("frame: truncated");
+      bool more = i < arrivals.size();
+      Code(coder_, more, learnt_.lists.arrival);
+      if (!more) return absl::OkStatus();
+      if (i >= kMaxFrameBodies) return absl::InvalidArgumentError("frame: too many bodies");
+      FrameBody<State> body = kDecoding ? FrameBody<State>{} : arrivals[i];
+      if (!CodeId(coder_, before.id, body.id, learnt_.lists.id_gap)) return Bad("next id", before.id);
+      if (!CodeEpoch(coder_, body.epoch, learnt_.lists.epoch)) return Bad("epoch", body.id);
+      if (!learnt_.states.CodeArrival(coder_, setup_, before.state, body.state)) return Bad("out of range", body.id);
+      if (kDecoding) arrivals.push_back(body);
+      before = body;
+    }
+  }
+
+  absl::Status Merge(std::vector<FrameBody<State>>& arrivals, FrameOf& frame) {
+    if (frame.bodies.size() + arrivals.size() > kMaxFrameBodies) {
+      return absl::InvalidArgumentError("frame: too many bodies");
+    }
+    std::vector<FrameBody<State>> merged;
+    merged.reserve(frame.bodies.size() + arrivals.size());
+    const auto by_id = [](const FrameBody<State>& a, const FrameBody<State>& b) { return a.id < b.id; };
+    std::merge(frame.bodies.begin(), frame.bodies.end(), arrivals.begin(), arrivals.end(), std::back_inserter(merged),
+               by_id);
+    for (std::size_t i = 1; i < merged.size(); ++i) {
+      if (merged[i].id == merged[i - 1].id) return Bad("twice", merged[i].id);
+    }
+    frame.bodies = std::move(merged);
+    return absl::OkStatus();
+  }
+
+  absl::Status Departures(FrameOf& frame) {
+    BodyId previous;
+    for (std::size_t i = 0;; ++i) {
+      if (Exhausted(coder_)) return absl::InvalidArgumentError("frame: truncated");
+      bool more = i < frame.departures.size();
+      Code(coder_, more, learnt_.lists.departure);
+      if (!more) return absl::OkStatus();
+      if (i >= kMaxFrameBodies) return absl::InvalidArgumentError("frame: too many departures");
+      DepartureRecord departure = kDecoding ? DepartureRecord{} : frame.departures[i];
+      if (!CodeId(coder_, previous, departure.id, learnt_.lists.departure_gap)) return Bad("next departure", previous);
+      if (!CodeEpoch(coder_, departure.epoch, learnt_.lists.epoch)) return Bad("epoch", departure.id);
+      std::uint64_t to = departure.to.value();
+      if (!CodeWithin(coder_, to, 0, std::numeric_limits<std::uint32_t>::max(), learnt_.lists.departure_to)) {
+        return Bad("new owner", departure.id);
+      }
+      departure.to = RegionId(static_cast<std::uint32_t>(to));
+      if (kDecoding) frame.departures.push_back(departure);
+      previous = departure.id;
+    }
+  }
+
+  Coder& coder_;
+  const typename Model::Setup& setup_;
+  Learnt<Model>& learnt_;
+};
+
+struct FrameHeader {
+  std::uint64_t format = 0, ticks = 0, gap = 0, gap2 = 0, tick = 0;
+};
+
+inline void WriteFrameHeader(BitWriter& writer, const FrameHeader& header) {
+  writer.Write(header.format, 8);
+  for (const std::uint64_t number : {header.ticks, header.gap, header.gap2, header.tick}) writer.WriteVarint(number);
+}
+
+// How many bytes it took.
+inline absl::StatusOr<std::size_t> ReadFrameHeader(std::span<const std::uint8_t> bytes, std::uint8_t format,
+                                                   FrameHeader& header) {
+  BitReader reader(bytes);
+  header.format = reader.Read(8);
+  for (std::uint64_t* number : {&header.ticks, &header.gap, &header.gap2, &header.tick}) *number = reader.ReadVarint();
+  if (!reader.ok()) return absl::InvalidArgumentError("frame: truncated header");
+  if (header.format != format) return absl::InvalidArgumentError(absl::StrCat("frame: format ", header.format));
+  if (header.tick > kMaxTick) return absl::InvalidArgumentError("frame: tick");
+  if (header.ticks > header.tick || header.gap > header.tick - header.ticks ||
+      header.gap2 > header.tick - header.ticks - header.gap) {
+    return absl::InvalidArgumentError("frame: refers to before the beginning");
+  }
+  if ((header.ticks == 0 && header.gap != 0) || (header.gap == 0 && header.gap2 != 0)) {
+    return absl::InvalidArgumentError("frame: an older reference without a newer one");
+  }
+  // Varints have one form each, or damage could hide in them.
+  BitWriter writer;
+  WriteFrameHeader(writer, header);
+  return writer.bit_count() / 8;
+}
+
+}  // namespace frame_codec_detail
+
+template <class Model>
+FrameCodec<Model>::FrameCodec(typename Model::Setup setup) : setup_(std::move(setup)) {}
+
+template <class Model>
+typename FrameCodec<Model>::Encoded FrameCodec<Model>::Encode(Frame<State> frame, const References& references) const {
+  using namespace frame_codec_detail;
+  const auto frame_of = [](const KeptPtr& kept) { return kept != nullptr ? &kept->frame : nullptr; };
+  const Frame<State>* base = frame_of(references.base);
+  const Frame<State>* older = base != nullptr ? frame_of(references.older) : nullptr;
+  const Frame<State>* oldest = older != nullptr ? frame_of(references.oldest) : nullptr;
+  assert(base == nullptr || base->tick < frame.tick);
+  assert(older == nullptr || older->tick < base->tick);
+  assert(oldest == nullptr || oldest->tick < older->tick);
+  for (FrameBody<State>& body : frame.bodies) body.state = Model::Told(setup_, body.state);
+
+  FrameHeader header{.format = setup_.format, .tick = frame.tick.value()};
+  if (base != nullptr) header.ticks = static_cast<std::uint64_t>(frame.tick - base->tick);
+  if (older != nullptr) header.gap = static_cast<std::uint64_t>(base->tick - older->tick);
+  if (oldest != nullptr) header.gap2 = static_cast<std::uint64_t>(older->tick - oldest->tick);
+  BitWriter writer;
+  WriteFrameHeader(writer, header);
+
+  auto learnt = base != nullptr ? std::make_shared<Learnt<Model>>(*references.base->learnt)
+                                : std::make_shared<Learnt<Model>>(setup_);
+  RangeEncoder coder;
+  const absl::Status status =
+      FramePass<Model, RangeEncoder, false>(coder, setup_, *learnt).Run(base, older, oldest, frame);
+  assert(status.ok());
+  (void)status;
+  Encoded result{.bytes = writer.Finish(), .kept = nullptr};
+  const Bytes payload = coder.Finish();
+  result.bytes.insert(result.bytes.end(), payload.begin(), payload.end());
+  const std::uint32_t checksum = Crc32c(result.bytes, setup_.fingerprint);
+  for (int i = 0; i < 4; ++i) result.bytes.push_back(static_cast<std::uint8_t>(checksum >> (8 * i)));
+  result.kept = std::make_shared<const Kept>(Kept{std::move(frame), std::move(learnt)});
+  return result;
+}
+
+template <class Model>
+absl::StatusOr<typename FrameCodec<Model>::KeptPtr> FrameCodec<Model>::Decode(std::span<const std::uint8_t> bytes,
+                                                                              const Lookup& lookup) const {
+  using namespace frame_codec_detail;
+  if (bytes.size() < kChecksumBytes) return absl::InvalidArgumentError("frame: truncated");
+  std::uint32_t told = 0;
+  for (std::size_t i = 0; i < kChecksumBytes; ++i) {
+    told |= std::uint32_t{bytes[bytes.size() - kChecksumBytes + i]} << (8 * i);
+  }
+  bytes = bytes.first(bytes.size() - kChecksumBytes);
+  if (Crc32c(bytes, setup_.fingerprint) != told) {
+    return absl::InvalidArgumentError("frame: checksum: damaged, or of other settings");
+  }
+  FrameHeader header;
+  const absl::StatusOr<std::size_t> header_bytes = ReadFrameHeader(bytes, setup_.format, header);
+  if (!header_bytes.ok()) return header_bytes.status();
+  KeptPtr base, older, oldest;
+  std::uint64_t at = header.tick;
+  const auto find = [&](std::uint64_t back, KeptPtr& kept) {
+    if (back == 0) return true;
+    at -= back;
+    kept = lookup(Tick(at));
+    return kept != nullptr;
+  };
+  if (!find(header.ticks, base) || !find(header.gap, older) || !find(header.gap2, oldest)) {
+    return absl::FailedPreconditionError(absl::StrCat("frame: no frame of tick ", at));
+  }
+  const auto frame_of = [](const KeptPtr& kept) { return kept != nullptr ? &kept->frame : nullptr; };
+  auto learnt =
+      base != nullptr ? std::make_shared<Learnt<Model>>(*base->learnt) : std::make_shared<Learnt<Model>>(setup_);
+  RangeDecoder coder(bytes.subspan(std::min(*header_bytes, bytes.size())));
+  Frame<State> frame{.tick = Tick(header.tick), .bodies = {}, .departures = {}};
+  const absl::Status status = FramePass<Model, RangeDecoder, true>(coder, setup_, *learnt)
+                                  .Run(frame_of(base), frame_of(older), frame_of(oldest), frame);
+  if (!status.ok()) return status;
+  return std::make_shared<const Kept>(Kept{std::move(frame), std::move(learnt)});
+}
+
+}  // namespace tessera::replication

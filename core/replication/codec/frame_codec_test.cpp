@@ -1,0 +1,326 @@
+// Frames come back as they went in, whatever is in them; damage is found; and nothing that passes the checksum harms.
+#include "core/replication/codec/frame_codec.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <deque>
+#include <random>
+
+#include "core/replication/codec/checksum.h"
+#include "core/replication/codec/dense_model.h"
+#include "core/replication/codec/lossless_model.h"
+#include "core/replication/moving_bodies.h"
+
+namespace tessera::replication {
+namespace {
+
+constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
+
+// Bits, not values: NaNs and minus zeros count.
+bool SameBits(const BodyState& a, const BodyState& b) {
+  const auto words = [](const BodyState& s) {
+    std::vector<std::uint64_t> w;
+    for (const double d : {s.position.x, s.position.y, s.position.z, s.orientation.x, s.orientation.y, s.orientation.z,
+                           s.orientation.w}) {
+      w.push_back(std::bit_cast<std::uint64_t>(d));
+    }
+    for (const Vec3f v : {s.linear_velocity, s.angular_velocity, s.angular_momentum}) {
+      for (const float f : {v.x, v.y, v.z}) w.push_back(std::bit_cast<std::uint32_t>(f));
+    }
+    w.push_back(std::bit_cast<std::uint32_t>(s.still_s));
+    w.push_back(s.asleep ? 1 : 0);
+    return w;
+  };
+  return words(a) == words(b);
+}
+
+template <class State>
+void ExpectSame(const Frame<State>& a, const Frame<State>& b) {
+  ASSERT_EQ(a.tick, b.tick);
+  ASSERT_EQ(a.bodies.size(), b.bodies.size());
+  for (std::size_t i = 0; i < a.bodies.size(); ++i) {
+    ASSERT_EQ(a.bodies[i].id, b.bodies[i].id);
+    ASSERT_EQ(a.bodies[i].epoch, b.bodies[i].epoch);
+    if constexpr (std::is_same_v<State, BodyState>) {
+      ASSERT_TRUE(SameBits(a.bodies[i].state, b.bodies[i].state)) << "body " << a.bodies[i].id;
+    } else {
+      ASSERT_EQ(a.bodies[i].state, b.bodies[i].state) << "body " << a.bodies[i].id;
+    }
+  }
+  ASSERT_EQ(a.departures.size(), b.departures.size());
+  for (std::size_t i = 0; i < a.departures.size(); ++i) {
+    ASSERT_EQ(a.departures[i].id, b.departures[i].id);
+    ASSERT_EQ(a.departures[i].epoch, b.departures[i].epoch);
+    ASSERT_EQ(a.departures[i].to, b.departures[i].to);
+  }
+}
+
+// Both ends of one stream, with a choice of references.
+template <class Codec>
+struct Ends {
+  using KeptPtr = typename Codec::KeptPtr;
+  std::deque<KeptPtr> sent, got;  // the newest first
+
+  static KeptPtr At(const std::deque<KeptPtr>& kept, std::size_t age) {
+    return age < kept.size() ? kept[age] : nullptr;
+  }
+  typename Codec::References Referring(std::size_t age) const {
+    return {.base = At(sent, age), .older = At(sent, age + 2), .oldest = At(sent, age + 5)};
+  }
+  KeptPtr Find(Tick tick) const {
+    for (const KeptPtr& kept : got) {
+      if (kept->frame.tick == tick) return kept;
+    }
+    return nullptr;
+  }
+  auto Pass(const Codec& codec, const Frame<typename Codec::State>& frame, std::size_t age, Bytes* bytes = nullptr) {
+    const auto encoded = codec.Encode(frame, Referring(age));
+    if (bytes != nullptr) *bytes = encoded.bytes;
+    const auto decoded = codec.Decode(encoded.bytes, [&](Tick tick) { return Find(tick); });
+    EXPECT_TRUE(decoded.ok()) << decoded.status();
+    if (decoded.ok()) ExpectSame(encoded.kept->frame, (*decoded)->frame);
+    sent.push_front(encoded.kept);
+    if (decoded.ok()) got.push_front(*decoded);
+    if (sent.size() > 16) sent.pop_back();
+    if (got.size() > 16) got.pop_back();
+    return encoded.bytes.size();
+  }
+};
+
+Frame<BodyState> Lossless(Tick tick, const std::vector<BodyRecord>& bodies) {
+  Frame<BodyState> frame{.tick = tick, .bodies = {}, .departures = {}};
+  for (const BodyRecord& body : bodies) frame.bodies.push_back({body.id, body.epoch, body.state});
+  return frame;
+}
+
+Frame<QuantizedState> Quantised(const Quantizer& quantizer, Tick tick, const std::vector<BodyRecord>& bodies) {
+  Frame<QuantizedState> frame{.tick = tick, .bodies = {}, .departures = {}};
+  for (const BodyRecord& body : bodies) frame.bodies.push_back({body.id, body.epoch, quantizer.Quantize(body.state)});
+  return frame;
+}
+
+// Anything at all, with changes of any size.
+class Chaos {
+ public:
+  explicit Chaos(unsigned seed) : random_(seed) {}
+  std::uint64_t Below(std::uint64_t n) { return random_() % n; }
+
+  Frame<QuantizedState> Quantised(Tick tick, const Quantizer& quantizer, const Frame<QuantizedState>& before) {
+    return Next<QuantizedState>(tick, before, [&](QuantizedState& s) { Scramble(s, quantizer); });
+  }
+  Frame<BodyState> Lossless(Tick tick, const Frame<BodyState>& before) {
+    return Next<BodyState>(tick, before, [&](BodyState& s) { Scramble(s); });
+  }
+
+ private:
+  template <class State, class Change>
+  Frame<State> Next(Tick tick, const Frame<State>& before, const Change& change) {
+    Frame<State> frame{.tick = tick, .bodies = {}, .departures = {}};
+    for (FrameBody<State> body : before.bodies) {
+      if (Below(10) == 0) {
+        frame.departures.push_back({body.id, body.epoch, RegionId(static_cast<std::uint32_t>(random_()))});
+        continue;
+      }
+      if (Below(10) == 0) body.epoch = Epoch(static_cast<std::uint32_t>(random_()));
+      if (Below(2) == 0) change(body.state);
+      frame.bodies.push_back(body);
+    }
+    for (std::uint64_t n = Below(4); n > 0; --n) {
+      FrameBody<State> body{BodyId(Below(3) == 0 ? random_() | 1 : 1 + Below(500)), Epoch(7), {}};
+      change(body.state);
+      const auto at = std::lower_bound(frame.bodies.begin(), frame.bodies.end(), body,
+                                       [](const auto& a, const auto& b) { return a.id < b.id; });
+      if (at == frame.bodies.end() || at->id != body.id) frame.bodies.insert(at, body);
+    }
+    return frame;
+  }
+  void Scramble(QuantizedState& s, const Quantizer& quantizer) {
+    const std::int64_t limit = quantizer.orientation_limit();
+    const auto within = [&](std::int64_t most) {
+      const std::int64_t range = Below(2) == 0 ? most : std::min<std::int64_t>(most, 100);
+      return Below(8) == 0 ? (Below(2) == 0 ? most : -most)
+                           : static_cast<std::int64_t>(Below(static_cast<std::uint64_t>(2 * range + 1))) - range;
+    };
+    for (std::int64_t& c : s.position) c = within(kMaxPosition);
+    for (std::int16_t& c : s.smallest) c = static_cast<std::int16_t>(within(limit));
+    s.largest = static_cast<std::uint8_t>(Below(4));
+    s.asleep = Below(2) == 0;
+    for (std::int32_t& c : s.linear) c = s.asleep ? 0 : static_cast<std::int32_t>(within(kMaxVelocity));
+    for (std::int32_t& c : s.angular) c = s.asleep ? 0 : static_cast<std::int32_t>(within(kMaxVelocity));
+  }
+  void Scramble(BodyState& s) {
+    const auto d = [&] { return std::bit_cast<double>(Below(6) == 0 ? 0x8000000000000000 : random_()); };
+    const auto f = [&] { return std::bit_cast<float>(static_cast<std::uint32_t>(random_())); };
+    s = {.position = {d(), d(), d()},
+         .orientation = {d(), d(), d(), d()},
+         .linear_velocity = {f(), f(), f()},
+         .angular_velocity = {f(), f(), f()},
+         .angular_momentum = {f(), f(), f()},
+         .still_s = f(),
+         .asleep = Below(2) == 0};
+  }
+  std::mt19937_64 random_;
+};
+
+TEST(FrameCodecTest, MovingBodiesComeBackAtAnyReference) {
+  const Settings settings;
+  for (const std::size_t age : {0, 1, 5}) {
+    MovingBodies world({.count = 80, .seed = 3, .rest_speed_m_s = 0.8});
+    const Quantizer quantizer(world.bounds(), settings);
+    const DenseCodec dense = MakeDenseCodec(world.bounds(), settings, -9.81);
+    const DenseCodec poses = MakeDenseCodec(world.bounds(), settings, -9.81, false);
+    const LosslessCodec lossless({});
+    Ends<DenseCodec> dense_ends, pose_ends;
+    Ends<LosslessCodec> lossless_ends;
+    for (std::uint64_t n = 1; n <= 60; ++n) {
+      world.Step(1.0 / 60);
+      dense_ends.Pass(dense, Quantised(quantizer, Tick(n), world.bodies()), age);
+      pose_ends.Pass(poses, Quantised(quantizer, Tick(n), world.bodies()), age);
+      lossless_ends.Pass(lossless, Lossless(Tick(n), world.bodies()), age);
+      ASSERT_FALSE(testing::Test::HasFailure()) << "age " << age << " tick " << n;
+    }
+  }
+}
+
+TEST(FrameCodecTest, ChaosComesBackToo) {
+  const Quantizer quantizer(kBounds, {});
+  const DenseCodec dense = MakeDenseCodec(kBounds, {}, -9.81);
+  const LosslessCodec lossless({});
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Chaos chaos(seed);
+    Ends<DenseCodec> dense_ends;
+    Ends<LosslessCodec> lossless_ends;
+    Frame<QuantizedState> quantised;
+    Frame<BodyState> exact;
+    std::uint64_t tick = 0;
+    for (int n = 0; n < 60; ++n) {
+      tick += 1 + chaos.Below(n % 10 == 0 ? 1000 : 3);
+      quantised = chaos.Quantised(Tick(tick), quantizer, quantised);
+      exact = chaos.Lossless(Tick(tick), exact);
+      dense_ends.Pass(dense, quantised, chaos.Below(4));
+      lossless_ends.Pass(lossless, exact, chaos.Below(4));
+      ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed << " frame " << n;
+    }
+  }
+}
+
+TEST(FrameCodecTest, WithoutVelocitiesTheyComeBackAsNone) {
+  const DenseCodec poses = MakeDenseCodec(kBounds, {}, -9.81, false);
+  Frame<QuantizedState> frame{.tick = Tick(1), .bodies = {{BodyId(1), Epoch(1), {}}}, .departures = {}};
+  frame.bodies[0].state.linear = {1, 2, 3};
+  const auto encoded = poses.Encode(frame, {});
+  const auto decoded = poses.Decode(encoded.bytes, [](Tick) { return nullptr; });
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_EQ((*decoded)->frame.bodies[0].state.linear, (std::array<std::int32_t, 3>{}));
+}
+
+TEST(FrameCodecTest, RestCostsAFewBytesAFrame) {
+  MovingBodies world({.count = 900});
+  for (BodyRecord& body : world.bodies()) body.state.asleep = true;
+  const Quantizer quantizer(world.bounds(), {});
+  const DenseCodec dense = MakeDenseCodec(world.bounds(), {}, -9.81);
+  Ends<DenseCodec> ends;
+  std::size_t bytes = 0;
+  for (std::uint64_t n = 1; n <= 20; ++n) bytes = ends.Pass(dense, Quantised(quantizer, Tick(n), world.bodies()), 0);
+  EXPECT_LE(bytes, 24u);
+}
+
+template <class Codec>
+void ExpectDamageFound(const Codec& codec, const Bytes& good, const typename Codec::Lookup& lookup) {
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    EXPECT_FALSE(codec.Decode(std::span(good).first(size), lookup).ok()) << "cut to " << size;
+  }
+  for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
+    Bytes bad = good;
+    bad[bit / 8] = static_cast<std::uint8_t>(bad[bit / 8] ^ (1u << (bit % 8)));
+    EXPECT_EQ(codec.Decode(bad, lookup).status().code(), absl::StatusCode::kInvalidArgument) << "bit " << bit;
+  }
+  Bytes longer = good;
+  longer.push_back(0);
+  EXPECT_FALSE(codec.Decode(longer, lookup).ok());
+}
+
+TEST(FrameCodecTest, EveryTruncationAndFlippedBitIsAnError) {
+  MovingBodies world({.count = 12});
+  const Quantizer quantizer(world.bounds(), {});
+  const DenseCodec dense = MakeDenseCodec(world.bounds(), {}, -9.81);
+  const LosslessCodec lossless({});
+  Ends<DenseCodec> dense_ends;
+  Ends<LosslessCodec> lossless_ends;
+  Bytes dense_bytes, lossless_bytes;
+  for (std::uint64_t n = 1; n <= 8; ++n) {
+    world.Step(1.0 / 60);
+    dense_ends.Pass(dense, Quantised(quantizer, Tick(n), world.bodies()), 0, &dense_bytes);
+    lossless_ends.Pass(lossless, Lossless(Tick(n), world.bodies()), 0, &lossless_bytes);
+  }
+  ExpectDamageFound(dense, dense_bytes, [&](Tick tick) { return dense_ends.Find(tick); });
+  ExpectDamageFound(lossless, lossless_bytes, [&](Tick tick) { return lossless_ends.Find(tick); });
+}
+
+// A checksum keeps out damage, not malice: noise under a right one is an error or a frame in range, never more.
+TEST(FrameCodecTest, NoiseUnderARightChecksumNeverHarms) {
+  MovingBodies world({.count = 12});
+  const Quantizer quantizer(world.bounds(), {});
+  const std::uint32_t fingerprint = 5;
+  const DenseCodec dense({.predictor = PosePredictor(quantizer, {}, -9.81), .fingerprint = fingerprint});
+  Ends<DenseCodec> ends;
+  Bytes good;
+  for (std::uint64_t n = 1; n <= 8; ++n) {
+    world.Step(1.0 / 60);
+    ends.Pass(dense, Quantised(quantizer, Tick(n), world.bodies()), 0, &good);
+  }
+  std::mt19937 random(1);
+  for (int n = 0; n < 3000; ++n) {
+    Bytes bad = good;
+    bad.resize(5 + random() % (good.size() - 5));
+    for (std::size_t at = n % 2 == 0 ? 0 : 5; at < bad.size(); ++at) bad[at] = static_cast<std::uint8_t>(random());
+    const std::uint32_t checksum = Crc32c(bad, fingerprint);
+    for (int i = 0; i < 4; ++i) bad.push_back(static_cast<std::uint8_t>(checksum >> (8 * i)));
+    const auto decoded = dense.Decode(bad, [&](Tick tick) { return ends.Find(tick); });
+    if (!decoded.ok()) continue;
+    BodyId previous;
+    for (const auto& body : (*decoded)->frame.bodies) {
+      EXPECT_GT(body.id, previous);
+      previous = body.id;
+      for (const std::int64_t c : body.state.position) EXPECT_LE(std::abs(c), kMaxPosition);
+      for (const std::int16_t c : body.state.smallest) EXPECT_LE(std::abs(c), quantizer.orientation_limit());
+    }
+  }
+}
+
+TEST(FrameCodecTest, AMissingReferenceIsNamed) {
+  const DenseCodec dense = MakeDenseCodec(kBounds, {}, -9.81);
+  const auto first = dense.Encode({.tick = Tick(3), .bodies = {}, .departures = {}}, {});
+  const auto second =
+      dense.Encode({.tick = Tick(5), .bodies = {}, .departures = {}}, {.base = first.kept, .older = {}, .oldest = {}});
+  const auto decoded = dense.Decode(second.bytes, [](Tick) { return nullptr; });
+  EXPECT_EQ(decoded.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(decoded.status().message(), "frame: no frame of tick 3");
+}
+
+TEST(FrameCodecTest, OtherSettingsAreRefused) {
+  const DenseCodec here = MakeDenseCodec(kBounds, {}, -9.81), there = MakeDenseCodec(kBounds, {}, -20);
+  const auto encoded = here.Encode({.tick = Tick(3), .bodies = {}, .departures = {}}, {});
+  EXPECT_FALSE(there.Decode(encoded.bytes, [](Tick) { return nullptr; }).ok());
+}
+
+// The very bytes: another host, compiler or optimisation must not change them.
+TEST(FrameCodecTest, BytesAreTheSameEverywhere) {
+  const Quantizer quantizer(kBounds, {});
+  const DenseCodec dense = MakeDenseCodec(kBounds, {}, -9.81);
+  Chaos chaos(99);
+  Ends<DenseCodec> ends;
+  Frame<QuantizedState> frame;
+  std::uint32_t sum = 0;
+  for (std::uint64_t n = 1; n <= 50; ++n) {
+    frame = chaos.Quantised(Tick(n), quantizer, frame);
+    Bytes bytes;
+    ends.Pass(dense, frame, n % 3, &bytes);
+    sum = Crc32c(bytes, sum);
+  }
+  EXPECT_EQ(sum, 0xe32232d4u) << std::hex << sum;
+}
+
+}  // namespace
+}  // namespace tessera::replication

@@ -1,0 +1,95 @@
+#include "core/replication/codec/predict.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace tessera::replication {
+namespace {
+
+constexpr int kGravityBits = 16;
+constexpr int kTurnShift = kFixedBits - 8;  // 2^30 is the sine of half a turn's half
+
+constexpr std::int64_t Rounded(std::int64_t numerator, std::int64_t denominator) {
+  return numerator >= 0 ? (numerator + denominator / 2) / denominator : -((-numerator + denominator / 2) / denominator);
+}
+
+int Bits(std::int64_t value) { return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(std::abs(value)))); }
+
+// The longest component of the turn from `a` to `b`.
+std::int64_t Turn(const FixedQuaternion& a, const FixedQuaternion& b) {
+  const FixedQuaternion d = Multiply(b, {-a[0], -a[1], -a[2], a[3]});
+  return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
+}
+
+int TurnBits(std::int64_t turn, std::uint64_t ticks, std::uint64_t gap) {
+  return Bits((turn * static_cast<std::int64_t>(ticks) / static_cast<std::int64_t>(gap)) >> kTurnShift);
+}
+
+}  // namespace
+
+PosePredictor::PosePredictor(const Quantizer& quantizer, const Settings& settings, double gravity_m_s2)
+    : gravity_(std::llround(gravity_m_s2 / settings.position_step_m / settings.tick_rate_hz / settings.tick_rate_hz *
+                            static_cast<double>(1 << kGravityBits))),
+      orientation_limit_(quantizer.orientation_limit()) {}
+
+// The last two mean velocities differ by gravity, give or take a third and what rounding does.
+bool PosePredictor::Flies(const Samples& s) const {
+  if (s.oldest == nullptr || gravity_ == 0) return false;
+  const auto gap = static_cast<std::int64_t>(s.gap), gap2 = static_cast<std::int64_t>(s.gap2);
+  const std::int64_t late = s.base->position[1] - s.older->position[1];
+  const std::int64_t early = s.older->position[1] - s.oldest->position[1];
+  constexpr std::int64_t kTooFast = std::int64_t{1} << 24;  // keeps what follows within 64 bits
+  if (std::abs(late) > kTooFast || std::abs(early) > kTooFast || std::abs(gravity_) > kTooFast) return false;
+  // late / gap - early / gap2 = g (gap + gap2) / 2, both sides times 2 gap gap2.
+  const std::int64_t differ = 2 * (late * gap2 - early * gap);
+  const std::int64_t expected = gravity_ * gap * gap2 * (gap + gap2);
+  return std::abs((differ << kGravityBits) - expected) * 3 < std::abs(expected) && std::abs(expected) > 0;
+}
+
+Prediction PosePredictor::Predict(const Samples& s) const {
+  assert(s.base != nullptr);
+  Prediction result{.position = s.base->position};
+  result.orientation = result.base_orientation = ToFixed(*s.base, orientation_limit_);
+  if (s.older == nullptr || s.gap == 0 || s.ticks > kMaxPredictedTicks || s.gap > kMaxPredictedTicks) return result;
+  const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
+  const bool third = s.oldest != nullptr && s.gap2 > 0 && s.gap2 <= kMaxPredictedTicks;
+  const auto gap2 = static_cast<std::int64_t>(s.gap2);
+  std::int64_t longest = 0, change = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t moved = s.base->position[axis] - s.older->position[axis];
+    const std::int64_t move = Rounded(moved * ticks, gap);
+    longest = std::max(longest, std::abs(move));
+    result.position[axis] += move;
+    if (!third) continue;
+    result.change[axis] = move - Rounded((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
+    change = std::max(change, std::abs(result.change[axis]));
+  }
+  if (third && Flies(s)) {
+    // From the mean velocity over the gap, which is that of its middle: v t + g t (t + gap) / 2.
+    result.position[1] += (gravity_ * ticks * (ticks + gap)) >> (kGravityBits + 1);
+  }
+  if (result.position[1] < s.floor && s.base->position[1] >= s.floor) result.position[1] = s.floor;
+  for (std::int64_t& c : result.position) c = std::clamp(c, -kMaxPosition, kMaxPosition);
+  result.move_bits = Bits(longest);
+  result.change_bits = Bits(change);
+
+  const auto same = [](const QuantizedState& a, const QuantizedState& b) {
+    return a.largest == b.largest && a.smallest == b.smallest;
+  };
+  const bool turned = !same(*s.base, *s.older);
+  if (!turned && (!third || same(*s.older, *s.oldest))) return result;
+  const FixedQuaternion older = ToFixed(*s.older, orientation_limit_);
+  if (turned) {
+    result.orientation = SpinOn(result.base_orientation, older, s.gap, s.ticks);
+    result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
+  }
+  if (third) {
+    const FixedQuaternion spun = SpinOn(older, ToFixed(*s.oldest, orientation_limit_), s.gap2, s.gap);
+    result.wobble_bits = TurnBits(Turn(spun, result.base_orientation), s.ticks, s.gap);
+  }
+  return result;
+}
+
+}  // namespace tessera::replication

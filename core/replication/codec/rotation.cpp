@@ -1,0 +1,112 @@
+#include "core/replication/codec/rotation.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace tessera::replication {
+namespace {
+
+constexpr std::int64_t kHalfSquareRoot = 759250125;  // sqrt(1/2)
+constexpr FixedQuaternion kIdentity{0, 0, 0, kFixedOne};
+
+constexpr std::int64_t Rounded(std::int64_t numerator, std::int64_t denominator) {
+  return numerator >= 0 ? (numerator + denominator / 2) / denominator : -((-numerator + denominator / 2) / denominator);
+}
+
+// The share part / whole of the turn `r`, by the straight line between the quaternions: exact enough for part of a
+// turn that is small itself.
+FixedQuaternion Share(const FixedQuaternion& r, std::int64_t part, std::int64_t whole) {
+  FixedQuaternion q{};
+  for (std::size_t i = 0; i < 4; ++i) q[i] = kIdentity[i] + (r[i] - kIdentity[i]) * part / whole;
+  return Normalize(q);
+}
+
+}  // namespace
+
+std::uint64_t SquareRoot(std::uint64_t value) {
+  // The estimate may be off by rounding, differently on different hosts; the result is not.
+  auto root = static_cast<std::uint64_t>(std::sqrt(static_cast<double>(value)));
+  root = std::min<std::uint64_t>(root, 0xffffffff);
+  while (root * root > value) --root;
+  while (root < 0xffffffff && (root + 1) * (root + 1) <= value) ++root;
+  return root;
+}
+
+FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit) {
+  FixedQuaternion q{};
+  std::int64_t left = kFixedOne * kFixedOne;
+  for (std::size_t i = 0, in = 0; i < 4; ++i) {
+    if (i == state.largest) continue;
+    q[i] = Rounded(state.smallest[in++] * kHalfSquareRoot, limit);
+    left -= q[i] * q[i];
+  }
+  q[state.largest] = static_cast<std::int64_t>(SquareRoot(static_cast<std::uint64_t>(std::max<std::int64_t>(left, 0))));
+  return Normalize(q);
+}
+
+std::uint8_t LargestOf(const FixedQuaternion& q) {
+  std::uint8_t largest = 3;
+  for (std::uint8_t i = 0; i < 3; ++i) {
+    if (std::abs(q[i]) > std::abs(q[largest])) largest = i;
+  }
+  return largest;
+}
+
+std::array<std::int16_t, 3> ToSmallest(const FixedQuaternion& q, std::uint8_t largest, std::int32_t limit) {
+  assert(largest < 4);
+  const std::int64_t scale = q[largest] < 0 ? -limit : limit;
+  std::array<std::int16_t, 3> smallest{};
+  for (std::size_t i = 0, out = 0; i < 4; ++i) {
+    if (i == largest) continue;
+    const std::int64_t steps = Rounded(q[i] * scale, kHalfSquareRoot);
+    smallest[out++] = static_cast<std::int16_t>(std::clamp<std::int64_t>(steps, -limit, limit));
+  }
+  return smallest;
+}
+
+FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b) {
+  const auto [ax, ay, az, aw] = a;
+  const auto [bx, by, bz, bw] = b;
+  return {(aw * bx + ax * bw + ay * bz - az * by) >> kFixedBits, (aw * by - ax * bz + ay * bw + az * bx) >> kFixedBits,
+          (aw * bz + ax * by - ay * bx + az * bw) >> kFixedBits, (aw * bw - ax * bx - ay * by - az * bz) >> kFixedBits};
+}
+
+FixedQuaternion Normalize(const FixedQuaternion& q) {
+  std::uint64_t sum = 0;
+  for (const std::int64_t c : q) sum += static_cast<std::uint64_t>(c * c);
+  const auto length = static_cast<std::int64_t>(SquareRoot(sum));
+  if (length == 0) return kIdentity;
+  FixedQuaternion unit{};
+  for (std::size_t i = 0; i < 4; ++i) unit[i] = q[i] * kFixedOne / length;
+  return unit;
+}
+
+FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older, std::uint64_t gap,
+                       std::uint64_t ticks) {
+  assert(gap >= 1);
+  if (base == older) return base;
+  FixedQuaternion turn = Multiply(base, {-older[0], -older[1], -older[2], older[3]});
+  if (turn[3] < 0) {
+    for (std::int64_t& c : turn) c = -c;
+  }
+  turn = Normalize(turn);
+  const auto sine = static_cast<std::int64_t>(
+      SquareRoot(static_cast<std::uint64_t>(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])));
+  // Half the angle is about its sine; the whole prediction is that times ticks / gap.
+  constexpr std::int64_t kMaxHalfAngle = kFixedOne + kFixedOne / 2;
+  constexpr std::uint64_t kMaxTicks = 256;
+  if (ticks > kMaxTicks || gap > kMaxTicks) return base;
+  if (sine * static_cast<std::int64_t>(ticks) > kMaxHalfAngle * static_cast<std::int64_t>(gap)) return base;
+  FixedQuaternion whole = kIdentity, power = turn;
+  for (std::uint64_t n = ticks / gap; n > 0; n >>= 1) {
+    if ((n & 1) != 0) whole = Normalize(Multiply(whole, power));
+    if (n > 1) power = Normalize(Multiply(power, power));
+  }
+  if (ticks % gap != 0) {
+    whole = Multiply(whole, Share(turn, static_cast<std::int64_t>(ticks % gap), static_cast<std::int64_t>(gap)));
+  }
+  return Normalize(Multiply(whole, base));
+}
+
+}  // namespace tessera::replication

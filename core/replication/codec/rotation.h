@@ -1,0 +1,37 @@
+// Rotations in whole numbers: what both ends of a codec predict orientations with.
+//
+// A FixedQuaternion has components x, y, z, w in 1 / 2^30. Everything is 64-bit integer arithmetic, so that two hosts,
+// compilers or instruction sets never differ by a bit. Thread rule: free functions; any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/replication/quantize.h"
+
+namespace tessera::replication {
+
+using FixedQuaternion = std::array<std::int64_t, 4>;
+
+inline constexpr int kFixedBits = 30;
+inline constexpr std::int64_t kFixedOne = std::int64_t{1} << kFixedBits;
+
+// The greatest whole number whose square is at most `value`.
+std::uint64_t SquareRoot(std::uint64_t value);
+
+// Of a state's "smallest three" at `limit` = Quantizer::orientation_limit().
+FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit);
+// The three components but `largest` of a unit quaternion, or of its opposite so that `largest` is not negative, as the
+// wire counts them. Within +-limit.
+std::array<std::int16_t, 3> ToSmallest(const FixedQuaternion& q, std::uint8_t largest, std::int32_t limit);
+std::uint8_t LargestOf(const FixedQuaternion& q);
+
+FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b);
+FixedQuaternion Normalize(const FixedQuaternion& q);
+
+// Where what turned from `older` to `base` in `gap` ticks will be after `ticks` more of the same. Turns of more than
+// about half a circle in all are not believed: `base` comes back. Requires gap >= 1.
+FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older, std::uint64_t gap,
+                       std::uint64_t ticks);
+
+}  // namespace tessera::replication
