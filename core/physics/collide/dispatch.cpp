@@ -1,5 +1,7 @@
 // Which function searches which pair.
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <utility>
 
 #include "core/physics/collide/primary_pairs.h"
@@ -61,6 +63,37 @@ void CollideWithCapsule(const Geometry& a, const Geometry& b, const LocalPose& p
   }
 }
 
+// As `Grazes` of boxes (box_box.cpp), for a box and what has edges but is none: only the box's own axes are looked
+// along.
+bool Grazes(const Geometry& box, const Geometry& other, const LocalPose& other_in_box, Vec3f normal) {
+  constexpr float kAthwart = 0.5f;
+  const Vec3f h = box.half_extents_m, at = other_in_box.position;
+  const LocalBounds bounds = BoundsOf(other, other_in_box.rotation);
+  const float size = std::min({h.x, h.y, h.z, other.middle_radius_m});
+  const float thin = std::min(kGraze_m, kGrazeShare * size);
+  const auto athwart = [&](float along, float half, float low, float high) {
+    return std::abs(std::max(low, -high) - half) < thin && std::abs(along) < kAthwart;
+  };
+  return athwart(normal.x, h.x, at.x + bounds.min.x, at.x + bounds.max.x) ||
+         athwart(normal.y, h.y, at.y + bounds.min.y, at.y + bounds.max.y) ||
+         athwart(normal.z, h.z, at.z + bounds.min.z, at.z + bounds.max.z);
+}
+
+// Neither is a sphere or a capsule, nor are both boxes.
+void CollideEdged(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m, ConvexCache& cache,
+                  LocalManifold* out) {
+  if (Polyhedral(a, b)) {
+    CollideHulls(a, b, pose, speculative_m, cache, out);
+  } else {
+    CollideConvexPair(a, b, pose, speculative_m, cache, out);
+  }
+  if (out->count == 0) return;
+  if ((a.kind == GeometryKind::kBox && Grazes(a, b, pose, out->normal)) ||
+      (b.kind == GeometryKind::kBox && Grazes(b, a, Reversed(pose), Into(pose.rotation, out->normal)))) {
+    out->count = 0;
+  }
+}
+
 // In the order that `InOrder` wants.
 void CollideOrdered(const Geometry& a, const Geometry& b, const LocalPose& pose, float speculative_m,
                     ConvexCache& cache, LocalManifold* out) {
@@ -72,10 +105,8 @@ void CollideOrdered(const Geometry& a, const Geometry& b, const LocalPose& pose,
     CollideWithCapsule(a, b, pose, speculative_m, cache, out);
   } else if (a.kind == GeometryKind::kBox && b.kind == GeometryKind::kBox) {
     CollideBoxes(a, b, pose, speculative_m, cache, out);
-  } else if (Polyhedral(a, b)) {
-    CollideHulls(a, b, pose, speculative_m, cache, out);
   } else {
-    CollideConvexPair(a, b, pose, speculative_m, cache, out);
+    CollideEdged(a, b, pose, speculative_m, cache, out);
   }
 }
 
