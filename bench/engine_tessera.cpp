@@ -12,7 +12,6 @@ class TesseraEngine : public Engine {
   absl::Status Load(const Scene& scene) override {
     if (!scene.fields.empty()) return Lacking(name(), "fields are the region's, not the engine's");
     physics::Settings settings{.origin = config_.origin, .gravity_m_s2 = scene.gravity_m_s2};
-    if (config_.iterations > 0) settings.solver_iterations = config_.iterations;
     settings.substeps = config_.substeps;
     world_ = std::make_unique<physics::World>(settings);
     for (BodyDef body : scene.bodies) {

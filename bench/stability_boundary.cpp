@@ -133,7 +133,6 @@ absl::Status AbsurdStates(Stage& stage) {
   return absl::OkStatus();
 }
 
-#ifdef TESSERA_NEXT
 // The topmost of ten boxes is pushed by a force that is no number, past the checks: it alone is taken out, and those
 // below it stay as they were.
 absl::Status Isolation(Stage& stage) {
@@ -166,16 +165,13 @@ absl::Status Isolation(Stage& stage) {
   stage.Cost("absurd_force", "boxes=10", (ThreadCpuSeconds() - begin) * 1e6 / (3 * 120));
   return absl::OkStatus();
 }
-#endif
 
 }  // namespace
 
 std::vector<Check> BoundaryChecks() {
   return {{"far", FarAway, true},
           {"absurd_scene", AbsurdScenes},
-#ifdef TESSERA_NEXT
           {"absurd_force", Isolation},
-#endif
           {"absurd_state", AbsurdStates}};
 }
 

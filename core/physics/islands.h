@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "core/physics/solve/substeps.h"
+
 namespace tessera::physics {
 
 struct Island {
@@ -13,14 +15,7 @@ struct Island {
   bool sleepy = true;   // all its bodies have been still for long enough
   bool failed = false;  // its solving came out non-finite
   int batch = -1;       // which batch solves it
-  int contacts = 0;     // manifolds
-  int joints = 0;
-  // What the last step and this one's contacts tell of how hard it is: see solve/substeps.h.
-  float load_ratio = 0;     // largest impulse between two bodies, over what the lighter one weighs in a step
-  float mass_ratio = 1;     // largest, of two that touch or are jointed
-  float penetration_m = 0;  // deepest
-  float joint_error_m = 0;  // widest gap
-  float impact_m_s = 0;     // fastest approach
+  IslandDemand demand;  // what the last step and this one's contacts tell of how hard it is
 };
 
 class Islands {

@@ -25,8 +25,8 @@ struct Pair {
   bool active = false;                                // in the list
   bool touching = false;                              // as events were told
   bool crossed = false;                               // they met within this step, and may be apart again at its end
-  int substeps = 0;       // of its last solving; its impulses are those of one of them
-  float separation_m = 0;  // of its nearest point in this step
+  int substeps = 0;                                   // of its last solving; its impulses are those of one of them
+  float separation_m = 0;                             // of its nearest point in this step
   bool live = false;                                  // in this step its points may touch
   std::uint32_t index_in_low = 0, index_in_high = 0;  // in their lists of pairs
 

@@ -5,13 +5,8 @@
 
 #include <algorithm>
 
-#ifdef TESSERA_NEXT
-#include "core/physics/rigid_body.h"
-#define Body RigidBody
-#else
-#include "core/physics/body.h"
-#endif
 #include "core/physics/bullet_math.h"
+#include "core/physics/rigid_body.h"
 
 namespace tessera::physics {
 namespace {
@@ -26,7 +21,7 @@ class Nearest : public btCollisionWorld::ClosestRayResultCallback {
  public:
   using ClosestRayResultCallback::ClosestRayResultCallback;
   bool needsCollision(btBroadphaseProxy* proxy) const override {
-    return !Body::Of(*static_cast<btCollisionObject*>(proxy->m_clientObject)).trigger();
+    return !RigidBody::Of(*static_cast<btCollisionObject*>(proxy->m_clientObject)).trigger();
   }
 };
 
@@ -39,7 +34,7 @@ class Inside : public btCollisionWorld::ContactResultCallback {
     if (point.getDistance() > 0) return 0;
     const btCollisionObject* other =
         a->getCollisionObject() == query_ ? b->getCollisionObject() : a->getCollisionObject();
-    ids.push_back(Body::Of(*other).id());
+    ids.push_back(RigidBody::Of(*other).id());
     return 0;
   }
   std::vector<BodyId> ids;
@@ -57,7 +52,7 @@ class InBounds : public btBroadphaseAabbCallback {
     object.getCollisionShape()->getAabb(object.getWorldTransform(), min, max);
     const bool apart = min.x() > max_.x() || max.x() < min_.x() || min.y() > max_.y() || max.y() < min_.y() ||
                        min.z() > max_.z() || max.z() < min_.z();
-    if (!apart) ids.push_back(Body::Of(object).id());
+    if (!apart) ids.push_back(RigidBody::Of(object).id());
     return true;
   }
   std::vector<BodyId> ids;
@@ -74,7 +69,7 @@ std::optional<RayHit> CastRay(const btCollisionWorld& world, Vec3d origin, Vec3d
   world.rayTest(start, end, nearest);
   if (!nearest.hasHit()) return std::nullopt;
   const double fraction = nearest.m_closestHitFraction;
-  return RayHit{.body = Body::Of(*nearest.m_collisionObject).id(),
+  return RayHit{.body = RigidBody::Of(*nearest.m_collisionObject).id(),
                 .point = from + (to - from) * fraction,
                 .normal = Normalized(FromBullet(nearest.m_hitNormalWorld)),
                 .fraction = fraction};

@@ -109,7 +109,8 @@ TEST(EdgeTest, FlatTrianglesAreAsSmoothAsAPlane) {
   for (const ShapePtr& surface : {mesh, field}) {
     for (const bool ball : {true, false}) {
       World world({});
-      BodyDef ground = Static(1, surface), body = Dynamic(2, ball ? Ball(0.3) : Cube(0.3), {-30, 0.3, 0.37});
+      BodyDef ground = Static(1, surface),
+              body = Dynamic(2, ball ? Ball(0.3) : Cube(0.3), {-30, 0.299, 0.37});  // as it rests
       body.initial.linear_velocity = {8, 0, 0.5f};
       if (ball) body.initial.angular_velocity = {0.5f / 0.3f, 0, -8 / 0.3f};
       if (!ball) ground.material.friction = 0;
@@ -120,7 +121,7 @@ TEST(EdgeTest, FlatTrianglesAreAsSmoothAsAPlane) {
         highest = std::max(highest, world.StateOf(body.id).position.y);
       }
       EXPECT_LT(highest, 0.302) << ball;
-      EXPECT_NEAR(world.StateOf(body.id).position.x, 10, 0.02) << ball;
+      EXPECT_NEAR(world.StateOf(body.id).position.x, 10, 0.03) << ball;
       EXPECT_NEAR(world.StateOf(body.id).linear_velocity.x, 8, 0.02) << ball;
     }
   }

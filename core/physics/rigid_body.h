@@ -35,10 +35,10 @@ struct Bounds {
 
 // What a body will do in this step if nothing hinders it; zero while it sleeps.
 struct Course {
-  Vec3f move_m;         // of its centre
-  Vec3f velocity_m_s;   // at the end
+  Vec3f move_m;        // of its centre
+  Vec3f velocity_m_s;  // at the end
   Vec3f spin_rad_s;
-  float sweep_m = 0;    // of its fastest point against its centre
+  float sweep_m = 0;  // of its fastest point against its centre
 };
 
 class RigidBody {
@@ -53,17 +53,17 @@ class RigidBody {
  public:
   // --- Of the world that holds it.
   Course course;
-  Bounds reach;                     // all it can touch in this step
-  Bounds fat;                       // what the broad phase believes; holds `reach`
-  std::uint32_t awake_index = 0;    // among those awake
-  std::uint32_t solver_index = 0;   // in the batch that solves it
-  Vec3d force_n, torque_nm;         // act in the next step
-  bool shown = false;               // Bullet's copy is up to date
-  bool isolated = false;            // it went non-finite and takes no part any more
-  std::uint64_t serial = 0;         // of its adding: names it in a pair
-  std::vector<JointId> joints;      // that hold it, in no order
-  std::vector<Pair*> pairs;         // whose bounds overlap its own, in no order
-  btCollisionObject object;         // for Bullet's broad phase and queries
+  Bounds reach;                    // all it can touch in this step
+  Bounds fat;                      // what the broad phase believes; holds `reach`
+  std::uint32_t awake_index = 0;   // among those awake
+  std::uint32_t solver_index = 0;  // in the batch that solves it
+  Vec3d force_n, torque_nm;        // act in the next step
+  bool shown = false;              // Bullet's copy is up to date
+  bool isolated = false;           // it went non-finite and takes no part any more
+  std::uint64_t serial = 0;        // of its adding: names it in a pair
+  std::vector<JointId> joints;     // that hold it, in no order
+  std::vector<Pair*> pairs;        // whose bounds overlap its own, in no order
+  btCollisionObject object;        // for Bullet's broad phase and queries
 
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
   RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);
@@ -81,6 +81,10 @@ class RigidBody {
   double mass_kg() const { return mass_kg_; }
   Vec3d inertia() const { return inertia_; }
   Vec3d gravity_m_s2() const { return gravity_; }
+  void PrepareDamping(double dt_s) {
+    linear_damping_.Prepare(dt_s);
+    angular_damping_.Prepare(dt_s);
+  }
   const Damping& linear_damping() const { return linear_damping_; }
   const Damping& angular_damping() const { return angular_damping_; }
   // From the coordinates of the body's shape, which joint frames are in, to those of its placement.

@@ -1,6 +1,5 @@
 #include "core/physics/shapes.h"
 
-#include <BulletCollision/CollisionDispatch/btInternalEdgeUtility.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
@@ -17,9 +16,7 @@
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
-#ifdef TESSERA_NEXT
 #include "core/physics/collide/geometry.h"
-#endif
 #include "core/physics/cone_shape.h"
 #include "core/physics/tuning.h"
 
@@ -62,7 +59,6 @@ class Mesh : public CollisionShape {
     arrays_.addIndexedMesh(part, PHY_INTEGER);
     shape_ = std::make_unique<btBvhTriangleMeshShape>(&arrays_, true);
     shape_->setMargin(0);  // a margin would lift all that lies on the mesh
-    btGenerateInternalEdgeInfo(shape_.get(), &edges_);
   }
   btCollisionShape* bullet() override { return shape_.get(); }
 
@@ -70,7 +66,6 @@ class Mesh : public CollisionShape {
   std::vector<Vec3f> vertices_;
   std::vector<std::array<std::uint32_t, 3>> triangles_;
   btTriangleIndexVertexArray arrays_;
-  btTriangleInfoMap edges_;
   std::unique_ptr<btBvhTriangleMeshShape> shape_;
 };
 
@@ -83,13 +78,11 @@ class HeightField : public CollisionShape {
     const auto spacing = static_cast<btScalar>(field.spacing_m);
     shape_->setLocalScaling({spacing, 1, spacing});
     shape_->setMargin(0);
-    if (field.columns <= kSmoothFieldColumns) btGenerateInternalEdgeInfo(shape_.get(), &edges_);
   }
   btCollisionShape* bullet() override { return shape_.get(); }
 
  private:
   std::vector<float> heights_;
-  btTriangleInfoMap edges_;
   std::unique_ptr<btHeightfieldTerrainShape> shape_;
 };
 
@@ -185,12 +178,7 @@ std::shared_ptr<CollisionShape> MakePlane(Vec3d normal, double offset_m) {
 
 BodyForm ShapeCache::FormOf(const BodyDef& def) {
   BodyForm form;
-#ifdef TESSERA_NEXT
   Entry& entry = EntryOf(def.shape);
-#else
-  if (std::holds_alternative<PlaneShape>(def.shape->form)) return form;
-  Entry& entry = EntryOf(def.shape);
-#endif
   if (def.motion == Motion::kDynamic) {
     form.frame.origin = entry.mass.center_of_mass;
     if (!def.inertia_kg_m2) form.frame.axes = entry.mass.axes;
@@ -200,24 +188,13 @@ BodyForm ShapeCache::FormOf(const BodyDef& def) {
     const auto [low, high] = std::minmax_element(field->heights_m.begin(), field->heights_m.end());
     form.frame.origin.y = (static_cast<double>(*low) + *high) / 2;
   }
-#ifdef TESSERA_NEXT
-  std::erase_if(entry.geometries, [](const auto& made) { return made.second.expired(); });
-  for (const auto& [frame, geometry] : entry.geometries) {
+  std::erase_if(entry.made, [](const auto& made) { return made.second.expired(); });
+  for (const auto& [frame, geometry] : entry.made) {
     if (frame == form.frame) form.geometry = geometry.lock();
   }
   if (!form.geometry) {
     form.geometry = MakeGeometry(def.shape, form.frame);
-    entry.geometries.emplace_back(form.frame, form.geometry);
-  }
-  return form;
-#endif
-  std::erase_if(entry.made, [](const auto& made) { return made.second.expired(); });
-  for (const auto& [frame, shape] : entry.made) {
-    if (frame == form.frame) form.shape = shape.lock();
-  }
-  if (!form.shape) {
-    form.shape = MakeShape(*def.shape, form.frame);
-    entry.made.emplace_back(form.frame, form.shape);
+    entry.made.emplace_back(form.frame, form.geometry);
   }
   return form;
 }

@@ -38,8 +38,7 @@ struct Geometry;
 // What a body is made of.
 struct BodyForm {
   BodyFrame frame;
-  Vec3d inertia;                          // principal, kg m^2; 0 when static
-  std::shared_ptr<CollisionShape> shape;  // none for a plane, whose Bullet shape depends on where it is
+  Vec3d inertia;  // principal, kg m^2; 0 when static
   std::shared_ptr<const Geometry> geometry;
 };
 
@@ -52,8 +51,7 @@ class ShapeCache {
   struct Entry {
     std::weak_ptr<const Shape> key;  // expired: the address may belong to another shape by now
     MassProperties mass;
-    std::vector<std::pair<BodyFrame, std::weak_ptr<CollisionShape>>> made;
-    std::vector<std::pair<BodyFrame, std::weak_ptr<const Geometry>>> geometries;
+    std::vector<std::pair<BodyFrame, std::weak_ptr<const Geometry>>> made;
   };
   Entry& EntryOf(const ShapePtr& shape);
   void DropExpired();

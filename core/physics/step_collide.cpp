@@ -28,13 +28,33 @@ float InnerRadius(const Pair& pair) {
   return std::min(pair.low->geometry().inner_radius_m, pair.high->geometry().inner_radius_m);
 }
 
+// About what a surface bends where its outward normal is `normal`, m.
+float RoundnessOf(const RigidBody& body, Vec3f normal) {
+  const Geometry& geometry = body.geometry();
+  switch (geometry.kind) {
+    case GeometryKind::kSphere:
+    case GeometryKind::kCapsule:
+      return geometry.radius_m;
+    case GeometryKind::kCylinder:
+    case GeometryKind::kCone: {
+      const float axial = Dot(body.placement().rotation.y, normal);
+      const float radial = std::sqrt(std::max(0.0f, 1 - axial * axial));
+      return radial > 0.5f ? geometry.radius_m * radial : 0;
+    }
+    default:
+      return 0;
+  }
+}
+
 // How near its surfaces are, and whether one of its points can come to push in this step.
 void Measure(Pair* pair, float dt) {
   const Course &low = pair->low->course, &high = pair->high->course;
   pair->separation_m = std::numeric_limits<float>::max();
   pair->live = false;
   const Vec3f velocity = high.velocity_m_s - low.velocity_m_s;
-  for (const Manifold& manifold : pair->manifolds) {
+  for (Manifold& manifold : pair->manifolds) {
+    manifold.round_a_m = RoundnessOf(*pair->low, manifold.normal);
+    manifold.round_b_m = RoundnessOf(*pair->high, -manifold.normal);
     const float approach = Dot(velocity, manifold.normal);
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
@@ -71,6 +91,7 @@ void World::Impl::DropAbsurd() {
 
 void World::Impl::FindPairs() {
   for (RigidBody* body : awake) {
+    body->PrepareDamping(dt_s);
     body->course = CourseOf(*body, dt_s);
     const Vec3f move = body->course.move_m;
     const float grow = kSpeculative_m + std::min(body->course.sweep_m, body->geometry().outer_radius_m);
@@ -129,8 +150,7 @@ void World::Impl::CollidePair(Pair& pair) {
     return;
   }
   const float inner = InnerRadius(pair);
-  const float move =
-      Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
+  const float move = Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
   const bool fast = move > kFastShare * inner;
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
   Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
@@ -205,6 +225,7 @@ void World::Impl::BuildIslands() {
     }
   }
   islands.Number();
+  MakeJointRows();
   WeighIslands();
 }
 

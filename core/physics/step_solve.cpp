@@ -27,6 +27,16 @@ float WarmScale(int last_substeps, int substeps) {
   return last_substeps == 0 ? 1.0f : static_cast<float>(last_substeps) / static_cast<float>(substeps);
 }
 
+// How far a joint's locked axes have come apart, m.
+float GapOf(const JointRows& rows) {
+  float gap = 0;
+  for (int i = 0; i < rows.count; ++i) {
+    const Row& row = rows.rows[static_cast<std::size_t>(i)];
+    if (row.kind == RowKind::kLocked && row.linear != Vec3f()) gap = std::max(gap, std::abs(row.error));
+  }
+  return gap;
+}
+
 float MassRatio(const RigidBody& a, const RigidBody& b) {
   const double ratio = a.mass_kg() / b.mass_kg();
   return static_cast<float>(std::max(ratio, 1 / ratio));
@@ -41,41 +51,74 @@ void World::Impl::WeighIslands() {
     if (!pair->responds()) continue;
     const RigidBody &low = *pair->low, &high = *pair->high;
     Island& island = islands.Of((low.awake() ? low : high).awake_index);
-    island.contacts += static_cast<int>(pair->manifolds.size());
+    IslandDemand& demand = island.demand;
+    demand.contacts += static_cast<int>(pair->manifolds.size());
+    demand.last = std::max(demand.last, pair->substeps);
     if (!pair->live) continue;
     island.solved = true;
     const bool both = low.awake() && high.awake();
     const auto lighter = static_cast<float>(both          ? std::min(low.mass_kg(), high.mass_kg())
                                             : low.awake() ? low.mass_kg()
                                                           : high.mass_kg());
-    if (both) island.mass_ratio = std::max(island.mass_ratio, MassRatio(low, high));
+    if (both) demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(low, high));
     for (const Manifold& manifold : pair->manifolds) {
       float impulse = 0;
       for (int i = 0; i < manifold.count; ++i) {
         const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
         impulse += point.total_impulse;
-        island.penetration_m = std::max(island.penetration_m, -point.separation_m);
-        island.impact_m_s = std::max(island.impact_m_s, Approach(*pair, manifold, point));
+        demand.penetration_m = std::max(demand.penetration_m, -point.separation_m);
+        demand.impact_m_s = std::max(demand.impact_m_s, Approach(*pair, manifold, point));
       }
       const float weight = lighter * g * static_cast<float>(dt_s);
-      if (weight > 0) island.load_ratio = std::max(island.load_ratio, impulse / weight);
+      if (weight > 0) demand.load_ratio = std::max(demand.load_ratio, impulse / weight);
     }
   }
-  for (const Joint* joint : awake_joints) {
-    const RigidBody& body = joint->a->awake() ? *joint->a : *joint->b;
+  for (std::size_t i = 0; i < awake_joints.size(); ++i) {
+    const Joint& joint = *awake_joints[i];
+    const RigidBody& body = joint.a->awake() ? *joint.a : *joint.b;
     Island& island = islands.Of(body.awake_index);
     island.solved = true;
-    ++island.joints;
-    if (joint->b != nullptr && joint->a->dynamic() && joint->b->dynamic()) {
-      island.mass_ratio = std::max(island.mass_ratio, MassRatio(*joint->a, *joint->b));
+    IslandDemand& demand = island.demand;
+    ++demand.joints;
+    demand.last = std::max(demand.last, joint.substeps);
+    demand.joint_error_m = std::max(demand.joint_error_m, GapOf(joint_rows[i]));
+    if (joint.b != nullptr && joint.a->dynamic() && joint.b->dynamic()) {
+      demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(*joint.a, *joint.b));
     }
   }
 }
 
+void World::Impl::MakeJointRows() {
+  joint_rows.resize(awake_joints.size());
+  const Placement world;
+  for (std::size_t i = 0; i < awake_joints.size(); ++i) {
+    Joint& joint = *awake_joints[i];
+    if (joint.b != nullptr) {
+      joint.model.MakeRows(joint.a->placement(), joint.b->placement(), &joint_rows[i]);
+    } else {
+      joint.model.MakeRows(world, joint.a->placement(), &joint_rows[i]);
+    }
+  }
+}
+
+// Each island as many as it needs, all together within a budget of work; or as many as were asked for.
 void World::Impl::ChooseSubsteps() {
-  const int level = settings.substeps > 0 ? std::bit_width(static_cast<unsigned>(settings.substeps)) - 1 : 2;
-  for (Island& island : islands.all()) island.batch = level;
-  for (int i = 0; i < kSubstepLevels; ++i) batches[static_cast<std::size_t>(i)].substeps = 1 << i;
+  if (settings.substeps > 0) {
+    for (Island& island : islands.all()) island.batch = 0;
+    batches[0].substeps = settings.substeps;
+    return;
+  }
+  works.clear();
+  for (const Island& island : islands.all()) {
+    if (!island.solved) continue;
+    works.push_back({island.demand.contacts, island.demand.joints, SubstepsFor(island.demand)});
+  }
+  KeepBudget(works, kWorkBudget);
+  auto work = works.begin();
+  for (Island& island : islands.all()) {
+    if (island.solved) island.batch = std::bit_width(static_cast<unsigned>((work++)->substeps)) - 1;
+  }
+  for (std::size_t i = 0; i < batches.size(); ++i) batches[i].substeps = 1 << i;
 }
 
 void World::Impl::FillBatches() {
@@ -131,24 +174,18 @@ void World::Impl::FillContacts() {
 }
 
 void World::Impl::FillJoints() {
-  joint_rows.resize(awake_joints.size());
-  const Placement world;
+  const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     Joint& joint = *awake_joints[i];
     const RigidBody& one = joint.a->awake() ? *joint.a : *joint.b;
     Batch& batch = batches[static_cast<std::size_t>(islands.Of(one.awake_index).batch)];
-    const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
-    JointConstraint constraint{
-        .a = kStatic, .b = kStatic, .rows = &joint_rows[i], .impulses = joint.model.impulses.data()};
-    if (joint.b != nullptr) {
-      joint.model.MakeRows(joint.a->placement(), joint.b->placement(), &joint_rows[i]);
-      constraint.a = index(*joint.a);
-      constraint.b = index(*joint.b);
-    } else {
-      joint.model.MakeRows(world, joint.a->placement(), &joint_rows[i]);
-      constraint.b = index(*joint.a);
-    }
-    batch.joints.push_back(constraint);
+    // The world takes the part of body a.
+    batch.joints.push_back({.a = joint.b != nullptr ? index(*joint.a) : kStatic,
+                            .b = index(joint.b != nullptr ? *joint.b : *joint.a),
+                            .rows = &joint_rows[i],
+                            .impulses = joint.model.impulses.data(),
+                            .warm_scale = WarmScale(joint.substeps, batch.substeps)});
+    joint.substeps = batch.substeps;
   }
 }
 

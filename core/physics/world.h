@@ -1,7 +1,9 @@
 // World: the rigid bodies that one region simulates, one tick at a time.
 //
-// Speaks doubles in world space; inside, Bullet works in float coordinates about `Settings::origin`, so errors far from
-// home are those at home. Same calls in the same order give the same bits.
+// Positions and orientations are doubles in world space, and contacts are found from relative poses, so errors far from
+// home are those at home. The result does not depend on the order of calls that add and remove, nor on what else is in
+// the world: the same bodies do the same, to the bit, on every host. Inside: Bullet's broad phase, shapes and queries;
+// contacts, solver, integrator and sweeps of our own (docs/architecture.md).
 //
 //   World world({.origin = {500, 0, 500}, .gravity_m_s2 = scene.gravity_m_s2});
 //   world.Add(def, def.initial);
@@ -22,10 +24,9 @@
 namespace tessera::physics {
 
 struct Settings {
-  Vec3d origin{};  // of the local float coordinates, m
+  Vec3d origin{};  // about which bounds and queries work in floats, m
   Vec3d gravity_m_s2{0, -9.81, 0};
-  int solver_iterations = 10;
-  int substeps = 0;  // of every island that is solved; 0: as many as each needs
+  int substeps = 0;   // of every island that is solved; 0: as many as each needs
   bool sleep = true;  // bodies that are still fall asleep
 };
 

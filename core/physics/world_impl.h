@@ -6,6 +6,7 @@
 #include <absl/container/flat_hash_map.h>
 
 #include <array>
+#include <bit>
 #include <map>
 #include <memory>
 #include <vector>
@@ -17,11 +18,12 @@
 #include "core/physics/rigid_body.h"
 #include "core/physics/solve/joint_model.h"
 #include "core/physics/solve/solver.h"
+#include "core/physics/solve/substeps.h"
 #include "core/physics/world.h"
 
 namespace tessera::physics {
 
-inline constexpr int kSubstepLevels = 7;  // 1, 2, 4 ... 64
+inline constexpr int kSubstepLevels = std::bit_width(static_cast<unsigned>(kMaxSubsteps));  // 1, 2, 4 ...
 
 struct Joint {
   JointId id;
@@ -67,6 +69,7 @@ struct World::Impl {
   void BuildIslands();
   void WeighIslands();
   void ListJoints();
+  void MakeJointRows();
   void FillBatches();
   void FillContacts();
   void FillJoints();
@@ -115,11 +118,12 @@ struct World::Impl {
   // Of the step.
   double dt_s = 0;
   std::uint64_t step = 0;
-  std::vector<RigidBody*> awake;     // dynamic and awake, in no order
-  std::vector<Pair*> touching;       // with manifolds, ascending by ids
-  std::vector<RigidBody*> touched;   // sleepers that something awake came upon
-  std::vector<Joint*> awake_joints;  // ascending by id
-  std::vector<JointRows> joint_rows;
+  std::vector<RigidBody*> awake;      // dynamic and awake, in no order
+  std::vector<Pair*> touching;        // with manifolds, ascending by ids
+  std::vector<RigidBody*> touched;    // sleepers that something awake came upon
+  std::vector<Joint*> awake_joints;   // ascending by id
+  std::vector<JointRows> joint_rows;  // of them
+  std::vector<IslandWork> works;      // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
   std::vector<Motion> motions;                            // by awake_index
   std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
@@ -127,7 +131,7 @@ struct World::Impl {
   std::vector<RigidBody*> failing;  // will be isolated at the end of the step
 
   std::vector<Contact> contacts;
-  bool contacts_told = true;  // `contacts` are those of the last step; reckoned only when asked for
+  bool contacts_told = true;             // `contacts` are those of the last step; reckoned only when asked for
   std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
   std::vector<BodyId> isolated;
 };

@@ -6,17 +6,8 @@
 #include "core/world/state_check.h"
 
 namespace tessera::region {
-namespace {
 
-// What the world makes of a position: float about its origin.
-double Rounded(double position, double origin) {
-  return origin + static_cast<double>(static_cast<float>(position - origin));
-}
-
-}  // namespace
-
-Bodies::Bodies(const Catalog& catalog, const physics::Settings& settings)
-    : catalog_(catalog), origin_(settings.origin), world_(settings) {
+Bodies::Bodies(const Catalog& catalog, const physics::Settings& settings) : catalog_(catalog), world_(settings) {
   for (const BodyDef& def : catalog.scene().bodies) {
     if (def.motion == Motion::kStatic) world_.Add(def, def.initial);
   }
@@ -51,8 +42,10 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id)});
 }
 
-void Bodies::SetState(BodyId id, const BodyState& state) {
-  world_.SetState(id, state);
+void Bodies::Kick(BodyId id, Vec3f impulse_ns, Vec3f angular_nms) {
+  const BodyState before = world_.StateOf(id);
+  world_.ApplyImpulse(id, impulse_ns, angular_nms);
+  if (!IsSane(world_.StateOf(id))) world_.SetState(id, before);
   const std::ptrdiff_t index = IndexOf(id);
   if (index < 0) return;
   owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
@@ -128,14 +121,19 @@ void Bodies::TieJoints() {
 }
 
 std::vector<std::pair<BodyId, Epoch>> Bodies::ReadBack() {
+  std::vector<BodyId> isolated(world_.isolated().begin(), world_.isolated().end());
+  std::sort(isolated.begin(), isolated.end());
+  const auto absurd = [&](BodyId id, const BodyState& state) {
+    return !IsSane(state) || std::binary_search(isolated.begin(), isolated.end(), id);
+  };
   std::vector<std::pair<BodyId, Epoch>> lost;
   for (OwnedBody& body : owned_) {
     body.state = world_.StateOf(body.def->id);
-    if (!IsSane(body.state)) lost.emplace_back(body.def->id, body.epoch);
+    if (absurd(body.def->id, body.state)) lost.emplace_back(body.def->id, body.epoch);
   }
   for (const auto& [id, epoch] : lost) RemoveOwned(id);
-  std::erase_if(ghosts_, [this](const Ghost& ghost) {
-    if (IsSane(world_.StateOf(ghost.record.id))) return false;
+  std::erase_if(ghosts_, [&](const Ghost& ghost) {
+    if (!absurd(ghost.record.id, world_.StateOf(ghost.record.id))) return false;
     RemoveFromWorld(ghost.record.id);
     return true;
   });
@@ -160,10 +158,7 @@ void Bodies::RemoveFromWorld(BodyId id) {
 }
 
 void Bodies::Write(BodyId id, const BodyState& state) {
-  BodyState rounded = state;
-  rounded.position = {Rounded(state.position.x, origin_.x), Rounded(state.position.y, origin_.y),
-                      Rounded(state.position.z, origin_.z)};
-  if (!SameBits(rounded, world_.StateOf(id))) world_.SetState(id, state);
+  if (!SameBits(state, world_.StateOf(id))) world_.SetState(id, state);
 }
 
 double Bodies::RadiusOf(BodyId id) const {

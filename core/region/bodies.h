@@ -50,8 +50,8 @@ class Bodies {
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);
-  // Sets the state of an owned body or a ghost.
-  void SetState(BodyId id, const BodyState& state);
+  // An impulse on an owned body or a ghost; nothing if it would be absurd after it. Restarts no wait for sleep.
+  void Kick(BodyId id, Vec3f impulse_ns, Vec3f angular_nms);
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);
@@ -72,7 +72,6 @@ class Bodies {
   double RadiusOf(BodyId id) const;
 
   const Catalog& catalog_;
-  const Vec3d origin_;
   physics::World world_;
   std::vector<OwnedBody> owned_;
   std::vector<OwnedExtra> extras_;

@@ -60,15 +60,4 @@ std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
   return corrections;
 }
 
-BodyState Kicked(const BodyState& state, double mass_kg, Vec3d inertia_kg_m2, Vec3d impulse_ns, Vec3d angular_nms) {
-  const Quatd orientation = state.orientation;
-  Vec3d turn = Rotate(Conjugate(orientation), angular_nms);
-  const auto share = [](double momentum, double inertia) { return inertia > 0 ? momentum / inertia : 0.0; };
-  turn = {share(turn.x, inertia_kg_m2.x), share(turn.y, inertia_kg_m2.y), share(turn.z, inertia_kg_m2.z)};
-  BodyState kicked = state;
-  kicked.linear_velocity = Vec3f(Vec3d(state.linear_velocity) + impulse_ns / mass_kg);
-  kicked.angular_velocity = Vec3f(Vec3d(state.angular_velocity) + Rotate(orientation, turn));
-  return kicked;
-}
-
 }  // namespace tessera::region

@@ -38,10 +38,4 @@ struct PairCorrection {
 std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
                                           const std::function<double(BodyId)>& mass_of);
 
-// The state after the impulses acted on a body of this mass and principal inertia (local axes, kg m^2). Its angular
-// momentum is left as it was and so no longer that of its angular velocity: whoever takes the state goes by that. A
-// state that is set does not restart the time for which a body has been slow, as an applied impulse would; so a pile
-// across a border falls asleep.
-BodyState Kicked(const BodyState& state, double mass_kg, Vec3d inertia_kg_m2, Vec3d impulse_ns, Vec3d angular_nms);
-
 }  // namespace tessera::region

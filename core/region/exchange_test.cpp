@@ -61,15 +61,6 @@ TEST(ExchangeTest, ASideThatFoundNoContactStillTakesItsShare) {
   EXPECT_DOUBLE_EQ(c.impulse_on_b.x, -2);  // b has 4 already
 }
 
-TEST(ExchangeTest, AKickTurnsABodyByItsInertiaInTheWorldsFrame) {
-  BodyState state;
-  state.orientation = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // local x points along world y
-  const BodyState kicked = Kicked(state, 2, {4, 1, 1}, {2, 0, 0}, {0, 8, 0});
-  EXPECT_NEAR(kicked.linear_velocity.x, 1, 1e-6);
-  EXPECT_NEAR(kicked.angular_velocity.y, 2, 1e-5);
-  EXPECT_NEAR(kicked.angular_velocity.x, 0, 1e-5);
-}
-
 TEST(ExchangeTest, ARecordReadsTheSameFromBothSides) {
   const Solution from_b = ToSolution({kB, kA, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
   EXPECT_FALSE(from_b.by_owner_of_a);

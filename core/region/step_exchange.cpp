@@ -126,12 +126,8 @@ bool RegionStep::Slept(const Frames& frames, BodyId id) const {
 }
 
 void RegionStep::KickBodies(const Kicks& kicks) {
-  physics::World& world = bodies.world();
   for (const auto& [id, kick] : kicks) {
-    const BodyState state = world.StateOf(id);
-    if (state.asleep || (kick.impulse == Vec3d() && kick.angular == Vec3d())) continue;
-    const BodyState kicked = Kicked(state, world.MassOf(id), world.InertiaOf(id), kick.impulse, kick.angular);
-    if (IsSane(kicked)) bodies.SetState(id, kicked);
+    if (!bodies.world().StateOf(id).asleep) bodies.Kick(id, Vec3f(kick.impulse), Vec3f(kick.angular));
   }
 }
 
