@@ -236,23 +236,51 @@ void Merge(const Mat3f& surface_rotation, Scratch* s, std::vector<LocalManifold>
   }
 }
 
-}  // namespace
-
-void CollideMesh(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_in_a, float speculative_m, PartCaches&,
-                 std::vector<LocalManifold>* out) {
-  Scratch& scratch = ScratchOfThread();
-  scratch.triangles.clear();
-  scratch.touches.clear();
-  const Bounds bounds = BoundsIn(a, mesh_in_a, speculative_m);
-  Collector collector(&scratch.triangles);
+// Fills `places` with the triangles of a mesh that reach into what is `within_m` of a.
+void Search(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_in_a, float within_m, Scratch* s) {
+  s->triangles.clear();
+  s->touches.clear();
+  const Bounds bounds = BoundsIn(a, mesh_in_a, within_m);
+  Collector collector(&s->triangles);
   auto* tree = static_cast<btBvhTriangleMeshShape*>(mesh.bullet->bullet())->getOptimizedBvh();
   // The tree works in float; rounded outwards.
   const double slack = 1e-6 * (Length(bounds.min) + Length(bounds.max));
   const Vec3d wide{slack, slack, slack};
   tree->reportAabbOverlappingNodex(&collector, ToBullet(bounds.min - wide), ToBullet(bounds.max + wide));
-  std::sort(scratch.triangles.begin(), scratch.triangles.end());
-  PlaceTriangles(*mesh.surface, mesh_in_a, bounds, &scratch);
+  std::sort(s->triangles.begin(), s->triangles.end());
+  PlaceTriangles(*mesh.surface, mesh_in_a, bounds, s);
+}
+
+// What a pair with a mesh remembers: that it was last in front of what it touched.
+constexpr std::uint32_t kInFront = 1;
+
+// The shallowest way back.
+void RetrieveFrom(const Geometry& a, Scratch* s) {
+  for (const TrianglePlace& place : s->places) {
+    Touch touch{{}, TriangleContact::kDeep};
+    if (!Retrieve(a, place, &touch.manifold)) continue;
+    if (s->touches.empty()) {
+      s->touches.push_back(touch);
+    } else if (DeepestOf(touch.manifold) > DeepestOf(s->touches[0].manifold)) {
+      s->touches[0] = touch;
+    }
+  }
+}
+
+}  // namespace
+
+void CollideMesh(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_in_a, float speculative_m,
+                 PartCaches& parts, std::vector<LocalManifold>* out) {
+  Scratch& scratch = ScratchOfThread();
+  Search(a, mesh, mesh_in_a, speculative_m, &scratch);
   TouchTriangles(a, speculative_m, &scratch);
+  if (scratch.touches.empty() && !parts.empty() && parts[0].cache.feature == kInFront) {
+    Search(a, mesh, mesh_in_a, 2 * a.outer_radius_m, &scratch);
+    RetrieveFrom(a, &scratch);
+  }
+  const bool front = std::any_of(scratch.touches.begin(), scratch.touches.end(),
+                                 [](const Touch& t) { return t.contact != TriangleContact::kBack; });
+  parts.assign(1, {0, {.axis = {}, .feature = front ? kInFront : 0, .apart_m = 0}});
   Merge(mesh_in_a.rotation, &scratch, out);
 }
 

@@ -355,6 +355,28 @@ TEST(SurfaceTest, CardThatPokesThroughASheetComesOutInFront) {
   }
 }
 
+TEST(SurfaceTest, CardThatPassedASheetIsFetchedBack) {
+  const auto card = GeometryOf(BoxShape{{0.2, 0.01, 0.12}});
+  const auto ground = Grid(20, Flat);
+  const auto at = [](double y) { return LocalPose{{-0.13f, static_cast<float>(-y), -0.21f}, {}, {0.13, y, 0.21}}; };
+  PartCaches parts;
+  Manifolds found;
+  CollideMesh(*card, *ground, at(0.009), 0.02f, parts, &found);
+  ASSERT_EQ(found.size(), 1u);
+  for (const double y : {-0.1, -0.05, -0.02}) {
+    found.clear();
+    CollideMesh(*card, *ground, at(y), 0.02f, parts, &found);
+    ASSERT_EQ(found.size(), 1u) << y;
+    EXPECT_EQ(found[0].normal, (Vec3f{0, -1, 0}));
+    EXPECT_NEAR(found[0].points[0].separation_m, y - 0.01, 1e-6);
+  }
+  // What never was in front is left alone.
+  parts.clear();
+  found.clear();
+  CollideMesh(*card, *ground, at(-0.1), 0.02f, parts, &found);
+  EXPECT_TRUE(found.empty());
+}
+
 TEST(SurfaceTest, SheetIsMetFromBelowToo) {
   const auto ball = GeometryOf(SphereShape{0.3}), box = GeometryOf(BoxShape{{0.3, 0.3, 0.3}});
   for (const auto& shape : {ball, box}) {

@@ -163,12 +163,12 @@ bool FarFrom(const Scene& s) {
 // And no edge or corner is met.
 TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
   if (!Above(s.place, s.geometry.middle)) return TriangleContact::kNone;
-  if (ComesFromFront(s)) {
-    MakeManifold(s.shape, s.triangle, {-s.place.normal, s.low, s.geometry.middle}, s.speculative_m, out);
-  } else {
-    MakeManifold(s.shape, s.triangle, {s.place.normal, -s.high, s.geometry.middle}, s.speculative_m, out);
-  }
-  return out->count > 0 ? TriangleContact::kDeep : TriangleContact::kNone;
+  const bool front = ComesFromFront(s);
+  const Gap gap =
+      front ? Gap{-s.place.normal, s.low, s.geometry.middle} : Gap{s.place.normal, -s.high, s.geometry.middle};
+  MakeManifold(s.shape, s.triangle, gap, s.speculative_m, out);
+  if (out->count == 0) return TriangleContact::kNone;
+  return front ? TriangleContact::kDeep : TriangleContact::kBack;
 }
 
 TriangleContact General(const Scene& s, LocalManifold* out) {
@@ -230,13 +230,25 @@ TriangleContact Ball(const Scene& s, LocalManifold* out) {
     }
     if (1 - Dot(up, s.place.normal) <= kSame) up = s.place.normal;
     height = -Dot(up, Vec3f(near.point));
-  } else if (s.center < 0) {
-    if (!ComesFromFront(s)) up = -up, height = -height;
+  }
+  TriangleContact contact = TriangleContact::kFront;
+  if (s.center < 0) {
+    contact = ComesFromFront(s) ? TriangleContact::kDeep : TriangleContact::kBack;
+    if (contact == TriangleContact::kBack) up = -up, height = -height;
   }
   out->normal = -up;
   out->count = 1;
   out->points[0] = {up * -s.geometry.radius_m, up * -height, height - s.geometry.radius_m, 0};
-  return s.center < 0 ? TriangleContact::kDeep : TriangleContact::kFront;
+  return contact;
+}
+
+Scene SceneOf(const Geometry& convex, const TrianglePlace& place, float speculative_m) {
+  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, 0, 0, 0};
+  const double offset = Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
+  s.low = static_cast<float>(-ReachOf(s.shape, -place.normal) - offset);
+  s.high = static_cast<float>(ReachOf(s.shape, place.normal) - offset);
+  s.center = static_cast<float>(Dot(Vec3d(place.normal), Vec3d(convex.middle)) - offset);
+  return s;
 }
 
 }  // namespace
@@ -251,13 +263,17 @@ TrianglePlace::TrianglePlace(const Surface& surface_in, const LocalPose& pose_in
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
                                 LocalManifold* out) {
   out->count = 0;
-  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, 0, 0, 0};
-  const double offset = Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
-  s.low = static_cast<float>(-ReachOf(s.shape, -place.normal) - offset);
-  s.high = static_cast<float>(ReachOf(s.shape, place.normal) - offset);
-  s.center = static_cast<float>(Dot(Vec3d(place.normal), Vec3d(convex.middle)) - offset);
+  const Scene s = SceneOf(convex, place, speculative_m);
   if (s.low > speculative_m || s.high < 0) return TriangleContact::kNone;
   return convex.kind == GeometryKind::kSphere ? Ball(s, out) : General(s, out);
+}
+
+bool Retrieve(const Geometry& convex, const TrianglePlace& place, LocalManifold* out) {
+  out->count = 0;
+  const Scene s = SceneOf(convex, place, 0);
+  if (s.high >= 0 || -s.center > 2 * convex.outer_radius_m || !Above(place, convex.middle)) return false;
+  MakeManifold(s.shape, s.triangle, {-place.normal, s.low, convex.middle}, 0, out);
+  return out->count > 0;
 }
 
 }  // namespace tessera::physics

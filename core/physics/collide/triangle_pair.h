@@ -25,11 +25,18 @@ struct TrianglePlace {
 enum class TriangleContact : std::uint8_t {
   kNone,
   kFront,
-  kDeep,  // the shape's centre is behind: worth something only if the surface is touched nowhere else
+  // The shape's centre is behind: worth something only if the surface is touched nowhere else.
+  kDeep,  // on its way out in front
+  kBack,  // met from behind
 };
 
 // `convex` lies at the origin of the frame of `place`.
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
                                 LocalManifold* out);
+
+// The way out in front of a shape that was in front of a sheet before and has come to lie behind it altogether, by up
+// to twice its size: too fast for contacts, too thin for sweeps. False if the shape's middle is not behind the
+// triangle.
+bool Retrieve(const Geometry& convex, const TrianglePlace& place, LocalManifold* out);
 
 }  // namespace tessera::physics
