@@ -15,7 +15,7 @@ struct PairCache::Parts {
   std::vector<Manifold> previous;
 };
 
-void PairCache::DeleteParts::operator()(Parts* parts) const { delete parts; }
+void PairCache::DeleteParts::operator()(Parts* doomed) const { delete doomed; }
 
 namespace {
 

@@ -204,9 +204,9 @@ std::pair<Vec3d, double> PlaneOf(const std::vector<Vec3d>& points, const std::ve
 
 // Whether all points lie below the face.
 bool Builder::Holds(const std::vector<Index>& loop) const {
-  const auto [normal, offset] = PlaneOf(points_, loop);
-  const double highest = offset + std::max(kFit, 2 * rounding_);
-  return std::all_of(points_.begin(), points_.end(), [&](Vec3d p) { return Dot(normal, p) <= highest; });
+  const std::pair<Vec3d, double> plane = PlaneOf(points_, loop);
+  const double highest = plane.second + std::max(kFit, 2 * rounding_);
+  return std::all_of(points_.begin(), points_.end(), [&](Vec3d p) { return Dot(plane.first, p) <= highest; });
 }
 
 std::shared_ptr<const Polyhedron> Builder::Finish() {
