@@ -1,5 +1,6 @@
-// Geometry: a shape as collision sees it, in the frame of a body: origin at the centre of mass, axes along the principal
-// ones (for a static body, the shape's own frame as `BodyFrame` says). Immutable, shared by bodies that look alike.
+// Geometry: a shape as collision sees it, in the frame of a body: origin at the centre of mass, axes along the
+// principal ones (for a static body, the shape's own frame as `BodyFrame` says). Immutable, shared by bodies that look
+// alike.
 #pragma once
 
 #include <cstdint>
@@ -14,19 +15,28 @@ namespace tessera::physics {
 class Surface;
 
 enum class GeometryKind : std::uint8_t {
-  kSphere, kCapsule, kBox, kCylinder, kCone, kHull, kCompound, kMesh, kHeightField, kPlane
+  kSphere,
+  kCapsule,
+  kBox,
+  kCylinder,
+  kCone,
+  kHull,
+  kCompound,
+  kMesh,
+  kHeightField,
+  kPlane
 };
 
 // A convex polyhedron: faces as loops of vertices, counter-clockwise from outside.
 struct Polyhedron {
   struct Face {
-    Vec3f normal;          // unit, outward
-    float offset_m = 0;    // dot(normal, p) on the face
+    Vec3f normal;                        // unit, outward
+    float offset_m = 0;                  // dot(normal, p) on the face
     std::uint32_t first = 0, count = 0;  // in `loops`
   };
   struct Edge {
-    std::uint32_t a = 0, b = 0;            // vertices
-    std::uint32_t left = 0, right = 0;     // faces
+    std::uint32_t a = 0, b = 0;         // vertices
+    std::uint32_t left = 0, right = 0;  // faces
   };
   std::vector<Vec3f> vertices;
   std::vector<std::uint32_t> loops;
@@ -43,11 +53,11 @@ struct Geometry {
   };
 
   GeometryKind kind = GeometryKind::kSphere;
-  Vec3f half_extents_m;             // box
-  float radius_m = 0;               // sphere, capsule, cylinder, cone's base
-  float half_height_m = 0;          // capsule and cylinder along y (without the capsule's caps); cone: half its height
-  float base_y_m = 0;               // cone: where its base lies along y
-  Vec3f plane_normal{0, 1, 0};      // plane: solid below dot(normal, p) = offset
+  Vec3f half_extents_m;         // box
+  float radius_m = 0;           // sphere, capsule, cylinder, cone's base
+  float half_height_m = 0;      // capsule and cylinder along y (without the capsule's caps); cone: half its height
+  float base_y_m = 0;           // cone: where its base lies along y
+  Vec3f plane_normal{0, 1, 0};  // plane: solid below dot(normal, p) = offset
   double plane_offset_m = 0;
   std::shared_ptr<const Polyhedron> polyhedron;  // hull
   std::vector<Child> children;                   // compound

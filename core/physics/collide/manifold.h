@@ -14,8 +14,8 @@ namespace tessera::physics {
 inline constexpr int kManifoldPoints = 4;
 
 struct ManifoldPoint {
-  Vec3f r_a, r_b;           // from each centre of mass to the middle between the two surfaces, m
-  float separation_m = 0;   // along the normal; negative where they overlap
+  Vec3f r_a, r_b;             // from each centre of mass to the middle between the two surfaces, m
+  float separation_m = 0;     // along the normal; negative where they overlap
   std::uint32_t feature = 0;  // names the point from step to step: which face, edge or vertex made it
   float normal_impulse = 0;   // N s, of the last substep: what the next step starts with
   float total_impulse = 0;    // N s, summed over the last step
@@ -25,20 +25,20 @@ struct Manifold {
   Vec3f normal;  // unit, from a to b
   int count = 0;
   std::array<ManifoldPoint, kManifoldPoints> points;
-  std::uint32_t key = 0;     // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
-  // How far the surface bends round a point within the body, m: a ball's radius, 0 for a face or a corner. What turns about
-  // that point brings up new surface and stays where it was.
+  std::uint32_t key = 0;  // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
+  // How far the surface bends round a point within the body, m: a ball's radius, 0 for a face or a corner. What turns
+  // about that point brings up new surface and stays where it was.
   float round_a_m = 0, round_b_m = 0;
-  Vec3f friction_impulse;    // N s on b, last substep: what the next step starts with
-  Vec3f rolling_impulse;     // N m s on b, rolling and twist, last substep
+  Vec3f friction_impulse;            // N s on b, last substep: what the next step starts with
+  Vec3f rolling_impulse;             // N m s on b, rolling and twist, last substep
   Vec3f friction_r_a, friction_r_b;  // from each centre of mass to where the solver let friction act, m
-  Vec3f total_friction;      // summed over the last step, N s on b
-  Vec3f total_rolling;       // N m s on b
+  Vec3f total_friction;              // summed over the last step, N s on b
+  Vec3f total_rolling;               // N m s on b
 };
 
 // What two materials make of each other.
 struct PairMaterial {
-  float friction = 0;       // Coulomb
+  float friction = 0;  // Coulomb
   float rolling_m = 0, spinning_m = 0;
   float restitution = 0;
 };
