@@ -2,9 +2,8 @@
 // breaks if it changes.
 #pragma once
 
-#include <cstdint>
-
 #include <cstddef>
+#include <cstdint>
 
 namespace tessera::physics {
 

@@ -99,8 +99,8 @@ void Reduce(std::span<const LocalPoint> candidates, Vec3f normal, LocalManifold*
     out->count = static_cast<int>(candidates.size());
     return;
   }
-  // The deepest, of those about as deep the one farthest out, so that rounding does not choose; the furthest from it; and
-  // on either side of the line between them what spans most.
+  // The deepest, of those about as deep the one farthest out, so that rounding does not choose; the furthest from it;
+  // and on either side of the line between them what spans most.
   Vec3f middle;
   float deepest = candidates[0].separation_m;
   for (const LocalPoint& p : candidates) {
@@ -109,9 +109,8 @@ void Reduce(std::span<const LocalPoint> candidates, Vec3f normal, LocalManifold*
   }
   middle = middle / static_cast<float>(candidates.size());
   const float as_deep = deepest + kAsDeep_m;
-  const std::size_t first = Largest(candidates, [&](const LocalPoint& p) {
-    return p.separation_m <= as_deep ? LengthSquared(p.on_a - middle) : -1;
-  });
+  const std::size_t first = Largest(
+      candidates, [&](const LocalPoint& p) { return p.separation_m <= as_deep ? LengthSquared(p.on_a - middle) : -1; });
   const Vec3f origin = candidates[first].on_a;
   const std::size_t second = Largest(candidates, [&](const LocalPoint& p) { return LengthSquared(p.on_a - origin); });
   const Vec3f across = Cross(normal, candidates[second].on_a - origin);
