@@ -130,7 +130,7 @@ bool TouchFlatPart(const Geometry& a, std::size_t first, float speculative_m, Sc
   return true;
 }
 
-void TouchTriangles(const Geometry& a, float speculative_m, Scratch* s) {
+void TouchTriangles(const Geometry& a, float speculative_m, bool was_in_front, Scratch* s) {
   s->done.assign(s->places.size(), 0);
   const Convex shape = AtOrigin(a);
   for (std::size_t i = 0; i < s->places.size(); ++i) {
@@ -140,7 +140,7 @@ void TouchTriangles(const Geometry& a, float speculative_m, Scratch* s) {
     if (low > static_cast<double>(speculative_m)) continue;
     if (a.kind != GeometryKind::kSphere && TouchFlatPart(a, i, speculative_m, s)) continue;
     Touch touch;
-    touch.contact = CollideTriangle(a, place, speculative_m, &touch.manifold);
+    touch.contact = CollideTriangle(a, place, speculative_m, was_in_front, &touch.manifold);
     if (touch.contact == TriangleContact::kNone) continue;
     for (LocalPoint& p : touch.manifold.points) p.feature ^= (place.index + 1) * 0x9e3779b1u;
     s->touches.push_back(touch);
@@ -273,8 +273,9 @@ void CollideMesh(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_
                  PartCaches& parts, std::vector<LocalManifold>* out) {
   Scratch& scratch = ScratchOfThread();
   Search(a, mesh, mesh_in_a, speculative_m, &scratch);
-  TouchTriangles(a, speculative_m, &scratch);
-  if (scratch.touches.empty() && !parts.empty() && parts[0].cache.feature == kInFront) {
+  const bool was_in_front = !parts.empty() && parts[0].cache.feature == kInFront;
+  TouchTriangles(a, speculative_m, was_in_front, &scratch);
+  if (scratch.touches.empty() && was_in_front) {
     Search(a, mesh, mesh_in_a, 2 * a.outer_radius_m, &scratch);
     RetrieveFrom(a, &scratch);
   }
@@ -292,7 +293,7 @@ void CollideHeightField(const Geometry& a, const Geometry& field, const LocalPos
   const Bounds bounds = BoundsIn(a, field_in_a, speculative_m);
   field.surface->FieldTriangles(bounds.min, bounds.max, &scratch.triangles);
   PlaceTriangles(*field.surface, field_in_a, bounds, &scratch);
-  TouchTriangles(a, speculative_m, &scratch);
+  TouchTriangles(a, speculative_m, true, &scratch);
   Merge(field_in_a.rotation, &scratch, out);
 }
 

@@ -363,7 +363,7 @@ TEST(SurfaceTest, CardThatPassedASheetIsFetchedBack) {
   Manifolds found;
   CollideMesh(*card, *ground, at(0.009), 0.02f, parts, &found);
   ASSERT_EQ(found.size(), 1u);
-  for (const double y : {-0.1, -0.05, -0.02}) {
+  for (const double y : {-0.1, -0.05, -0.02, -0.009, -0.002}) {
     found.clear();
     CollideMesh(*card, *ground, at(y), 0.02f, parts, &found);
     ASSERT_EQ(found.size(), 1u) << y;

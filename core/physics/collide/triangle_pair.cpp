@@ -24,6 +24,7 @@ struct Scene {
   Convex shape, triangle;
   const TrianglePlace& place;
   float speculative_m;
+  bool was_in_front;
   float low, high, center;  // of the shape and its middle over the triangle's plane
 };
 
@@ -148,7 +149,7 @@ bool Above(const TrianglePlace& place, Vec3f p) {
 
 // The centre is behind the triangle: out in front, unless this is a sheet that was met from behind.
 bool ComesFromFront(const Scene& s) {
-  return s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
+  return s.was_in_front || s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
 }
 
 // As most triangles about a body are: the way to the point nearest to its middle tells them.
@@ -242,8 +243,8 @@ TriangleContact Ball(const Scene& s, LocalManifold* out) {
   return contact;
 }
 
-Scene SceneOf(const Geometry& convex, const TrianglePlace& place, float speculative_m) {
-  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, 0, 0, 0};
+Scene SceneOf(const Geometry& convex, const TrianglePlace& place, float speculative_m, bool was_in_front) {
+  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, was_in_front, 0, 0, 0};
   const double offset = Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
   s.low = static_cast<float>(-ReachOf(s.shape, -place.normal) - offset);
   s.high = static_cast<float>(ReachOf(s.shape, place.normal) - offset);
@@ -261,16 +262,16 @@ TrianglePlace::TrianglePlace(const Surface& surface_in, const LocalPose& pose_in
 }
 
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
-                                LocalManifold* out) {
+                                bool was_in_front, LocalManifold* out) {
   out->count = 0;
-  const Scene s = SceneOf(convex, place, speculative_m);
+  const Scene s = SceneOf(convex, place, speculative_m, was_in_front);
   if (s.low > speculative_m || s.high < 0) return TriangleContact::kNone;
   return convex.kind == GeometryKind::kSphere ? Ball(s, out) : General(s, out);
 }
 
 bool Retrieve(const Geometry& convex, const TrianglePlace& place, LocalManifold* out) {
   out->count = 0;
-  const Scene s = SceneOf(convex, place, 0);
+  const Scene s = SceneOf(convex, place, 0, true);
   if (s.high >= 0 || -s.center > 2 * convex.outer_radius_m || !Above(place, convex.middle)) return false;
   MakeManifold(s.shape, s.triangle, {-place.normal, s.low, convex.middle}, 0, out);
   return out->count > 0;

@@ -30,9 +30,9 @@ enum class TriangleContact : std::uint8_t {
   kBack,  // met from behind
 };
 
-// `convex` lies at the origin of the frame of `place`.
+// `convex` lies at the origin of the frame of `place`. `was_in_front`: of the surface, at the last search.
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
-                                LocalManifold* out);
+                                bool was_in_front, LocalManifold* out);
 
 // The way out in front of a shape that was in front of a sheet before and has come to lie behind it altogether, by up
 // to twice its size: too fast for contacts, too thin for sweeps. False if the shape's middle is not behind the
