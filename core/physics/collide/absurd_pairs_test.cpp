@@ -1,6 +1,8 @@
 // Whatever a scene may ask for: extents from a millimetre to 100 km, wherever they are put.
 #include <gmock/gmock.h>
 
+#include <limits>
+
 #include "core/physics/collide/collide.h"
 #include "core/physics/collide/test_shapes.h"
 
@@ -105,6 +107,28 @@ TEST(AbsurdPairsTest, StaticShapesOfAnySizeGiveFinitePoints) {
   for (int i = 0; i < 1500 && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(testing::Message() << "round " << i);
     Put(draw, AnyConvex(draw, i % 2 ? 1e4 : 2), AnyStatic(draw));
+  }
+}
+
+// The world takes out who is not finite; should one come through, it must do no more than make nonsense.
+TEST(AbsurdPairsTest, PlacesThatAreNotFiniteReadNothingOutOfBounds) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInf = std::numeric_limits<double>::infinity();
+  const double bad[] = {kNan, kInf, -kInf, 1e300, 1e30, 1e18};
+  Draw draw(23);
+  for (int i = 0; i < 1000; ++i) {
+    const ShapeRef a = AnyConvex(draw, 2), b = i % 3 != 0 ? AnyConvex(draw, 2) : AnyStatic(draw);
+    const double value = bad[draw.Index(6)];
+    Quatd turn = draw.Turn();
+    Vec3d at = draw.Direction();
+    (i % 2 != 0 ? turn.x : at.x) = value;
+    const Placement at_a{at, turn, RotationOf(turn)}, at_b;
+    PairCache cache, mirrored;
+    std::vector<Manifold> manifolds;
+    for (int k = 0; k < 2; ++k) {
+      Collide({*a, at_a}, {*b, at_b}, 0.02f, cache, manifolds);
+      Collide({*b, at_b}, {*a, at_a}, 0.02f, mirrored, manifolds);
+      for (const Manifold& m : manifolds) ASSERT_LE(m.count, kManifoldPoints);
+    }
   }
 }
 

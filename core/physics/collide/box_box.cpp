@@ -76,7 +76,7 @@ float SeparationAlong(const Relation& r, std::uint32_t axis) {
 }
 
 struct Axes {
-  std::uint32_t face = 0, edge = 0;
+  std::uint32_t face = kFaceA, edge = 0;
   float face_separation = kNone, edge_separation = kNone;
   float faces[6];  // separation along a's, then b's
 };

@@ -47,7 +47,7 @@ void CollideBox(Vec3f h, const LocalPlane& plane, float speculative_m, LocalMani
 void CollideHull(const Polyhedron& hull, const LocalPlane& plane, float speculative_m, LocalManifold* out) {
   const std::uint32_t lowest = Support(hull, -plane.normal);
   if (Dot(plane.normal, hull.vertices[lowest]) - plane.offset_m > speculative_m) return;
-  const Polyhedron::Face* bottom = nullptr;
+  const Polyhedron::Face* bottom = hull.faces.data();
   float best = 2;
   for (const Polyhedron::Face& face : hull.faces) {
     const float cosine = Dot(face.normal, plane.normal);
