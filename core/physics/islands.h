@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct Island {
   bool sleepy = true;   // all its bodies have been still for long enough
   bool failed = false;  // its solving came out non-finite
   int batch = -1;       // which batch solves it
+  double mass_kg = 0;   // of all its bodies
+  double lightest_kg = std::numeric_limits<double>::max();
   IslandDemand demand;  // what the last step and this one's contacts tell of how hard it is
 };
 

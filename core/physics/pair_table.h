@@ -25,8 +25,10 @@ struct Pair {
   bool active = false;                                // in the list
   bool touching = false;                              // as events were told
   bool crossed = false;                               // they met within this step, and may be apart again at its end
+  float impulse_ns = 0;                               // along the normals, in its last solving
   int substeps = 0;                                   // of its last solving; its impulses are those of one of them
   float separation_m = 0;                             // of its nearest point in this step
+  bool swept = false;                                 // its points are where it will meet, not where it is
   bool live = false;                                  // in this step its points may touch
   std::uint32_t index_in_low = 0, index_in_high = 0;  // in their lists of pairs
 

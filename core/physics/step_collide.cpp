@@ -141,7 +141,7 @@ void World::Impl::CollidePair(Pair& pair) {
     pairs.End(pair);
     return;
   }
-  pair.live = false;
+  pair.live = pair.swept = false;
   pair.separation_m = std::numeric_limits<float>::max();
   if (pair.jointed && !pair.trigger) return;
   if (!low.reach.Overlaps(high.reach)) {
@@ -189,6 +189,7 @@ void World::Impl::CollideFast(Pair& pair) {
   const auto turned = [&](const RigidBody& body) {
     return body.awake() ? body.state().angular_velocity * static_cast<float>(dt_s * impact->fraction) : Vec3f();
   };
+  pair.swept = true;
   for (Manifold& manifold : pair.manifolds) {
     for (int i = 0; i < manifold.count; ++i) {
       ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
@@ -227,6 +228,7 @@ void World::Impl::BuildIslands() {
   islands.Number();
   MakeJointRows();
   WeighIslands();
+  EstimateLoads();
 }
 
 void World::Impl::ListJoints() {

@@ -81,8 +81,9 @@ void World::Impl::ReportEvents() {
   ended.clear();
   for (Pair* pair : pairs.active()) {
     if (pair->low == nullptr || (pair->jointed && !pair->trigger)) continue;
-    const bool now = pair->crossed || pair->separation_m <= (pair->touching ? kTouchEnd_m : kTouchBegin_m) ||
-                     (pair->responds() && ImpulseOf(*pair) > 0);
+    pair->impulse_ns = pair->responds() ? ImpulseOf(*pair) : 0;
+    const bool now =
+        pair->crossed || pair->impulse_ns > 0 || pair->separation_m <= (pair->touching ? kTouchEnd_m : kTouchBegin_m);
     pair->crossed = false;
     if (now == pair->touching) continue;
     pair->touching = now;

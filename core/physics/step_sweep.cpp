@@ -74,7 +74,9 @@ void World::Impl::SweepBody(std::uint32_t index) {
   double first = 1;
   for (Pair* pair : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
-    if (!pair->trigger && !pair->manifolds.empty()) continue;  // it was solved
+    // What was solved where it lay needs no sweep. What was solved where it would meet may be turned through by then: a
+    // rod that is stopped at its end.
+    if (!pair->trigger && !pair->manifolds.empty() && !pair->swept) continue;
     const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
     if (!impact) continue;
     if (pair->trigger) {

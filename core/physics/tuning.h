@@ -51,6 +51,14 @@ inline constexpr float kImpactDistance_m = 0.0005f;
 inline constexpr float kBoundsMargin_m = 0.05f;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
+// An island that weighs less than this many times its lightest body carries no load worth reckoning: the fewest
+// substeps hold it.
+inline constexpr double kLightIsland = 6;
+
+// What stands on one body alone can lean, and counts for this many times its weight. At 1 a tower of 20 falls within a
+// minute, and one of 40 sways.
+inline constexpr double kColumnLoad = 2;
+
 // What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above
 // it, the most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
 inline constexpr std::int64_t kWorkBudget = 250'000;

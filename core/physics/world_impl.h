@@ -68,6 +68,8 @@ struct World::Impl {
   void WakeTouched();
   void BuildIslands();
   void WeighIslands();
+  void EstimateLoads();
+  void PassDown(RigidBody& body, Vec3f up);
   void ListJoints();
   void MakeJointRows();
   void FillBatches();
@@ -123,7 +125,12 @@ struct World::Impl {
   std::vector<RigidBody*> touched;    // sleepers that something awake came upon
   std::vector<Joint*> awake_joints;   // ascending by id
   std::vector<JointRows> joint_rows;  // of them
-  std::vector<IslandWork> works;      // of the islands that are solved
+  struct Laden {
+    double height_m;
+    RigidBody* body;
+  };
+  std::vector<Laden> laden;       // bodies of islands that may carry much, from the top
+  std::vector<IslandWork> works;  // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
   std::vector<Motion> motions;                            // by awake_index
   std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way

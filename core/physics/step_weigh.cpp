@@ -1,0 +1,161 @@
+// How hard each island is to solve, and how many substeps it gets.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "core/physics/tuning.h"
+#include "core/physics/world_impl.h"
+
+namespace tessera::physics {
+namespace {
+
+float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
+  const auto velocity = [](const RigidBody& body, Vec3f r) {
+    if (!body.awake()) return Vec3f();
+    return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
+  };
+  return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
+}
+
+// How far a joint's locked axes have come apart, m.
+float GapOf(const JointRows& rows) {
+  float gap = 0;
+  for (int i = 0; i < rows.count; ++i) {
+    const Row& row = rows.rows[static_cast<std::size_t>(i)];
+    if (row.kind == RowKind::kLocked && row.linear != Vec3f()) gap = std::max(gap, std::abs(row.error));
+  }
+  return gap;
+}
+
+float MassRatio(const RigidBody& a, const RigidBody& b) {
+  const double ratio = a.mass_kg() / b.mass_kg();
+  return static_cast<float>(std::max(ratio, 1 / ratio));
+}
+
+}  // namespace
+
+// What an island's substeps are chosen by.
+void World::Impl::WeighIslands() {
+  const auto g = static_cast<float>(Length(settings.gravity_m_s2));
+  for (const Pair* pair : touching) {
+    if (!pair->responds()) continue;
+    const RigidBody &low = *pair->low, &high = *pair->high;
+    Island& island = islands.Of((low.awake() ? low : high).awake_index);
+    IslandDemand& demand = island.demand;
+    demand.contacts += static_cast<int>(pair->manifolds.size());
+    demand.last = std::max(demand.last, pair->substeps);
+    if (!pair->live) continue;
+    island.solved = true;
+    const bool both = low.awake() && high.awake();
+    const auto lighter = static_cast<float>(both          ? std::min(low.mass_kg(), high.mass_kg())
+                                            : low.awake() ? low.mass_kg()
+                                                          : high.mass_kg());
+    if (both) demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(low, high));
+    for (const Manifold& manifold : pair->manifolds) {
+      for (int i = 0; i < manifold.count; ++i) {
+        const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+        demand.penetration_m = std::max(demand.penetration_m, -point.separation_m);
+        demand.impact_m_s = std::max(demand.impact_m_s, Approach(*pair, manifold, point));
+      }
+    }
+    const float weight = lighter * g * static_cast<float>(dt_s);
+    if (weight > 0) demand.load_ratio = std::max(demand.load_ratio, pair->impulse_ns / weight);
+  }
+  for (std::size_t i = 0; i < awake_joints.size(); ++i) {
+    const Joint& joint = *awake_joints[i];
+    const RigidBody& body = joint.a->awake() ? *joint.a : *joint.b;
+    Island& island = islands.Of(body.awake_index);
+    island.solved = true;
+    IslandDemand& demand = island.demand;
+    ++demand.joints;
+    demand.last = std::max(demand.last, joint.substeps);
+    demand.joint_error_m = std::max(demand.joint_error_m, GapOf(joint_rows[i]));
+    if (joint.b != nullptr && joint.a->dynamic() && joint.b->dynamic()) {
+      demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(*joint.a, *joint.b));
+    }
+  }
+}
+
+// What lies on a new pile is not felt at its foot before the solver has passed it down, and with too few substeps it
+// never is. So for islands that may be heavily laden, weights are passed down body by body from the top, in equal
+// shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap.
+void World::Impl::EstimateLoads() {
+  const Vec3d gravity = settings.gravity_m_s2;
+  if (gravity == Vec3d()) return;
+  const Vec3d up = Normalized(-gravity);
+  for (const RigidBody* body : awake) {
+    Island& island = islands.Of(body->awake_index);
+    island.mass_kg += body->mass_kg();
+    island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
+  }
+  laden.clear();
+  for (RigidBody* body : awake) {
+    const Island& island = islands.Of(body->awake_index);
+    if (!island.solved || island.demand.contacts == 0) continue;
+    if (island.mass_kg < kLightIsland * island.lightest_kg) continue;
+    laden.push_back({Dot(body->placement().position, up), body});
+    body->carried_kg = body->mass_kg();
+  }
+  std::sort(laden.begin(), laden.end(), [](const Laden& a, const Laden& b) {
+    return a.height_m != b.height_m ? a.height_m > b.height_m : a.body->id() < b.body->id();
+  });
+  for (const Laden& top : laden) PassDown(*top.body, Vec3f(up));
+}
+
+void World::Impl::PassDown(RigidBody& body, Vec3f up) {
+  constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
+  const auto supports = [&](const Pair& pair) {
+    if (!pair.live || !pair.responds() || pair.manifolds.empty()) return false;
+    const float lift = Dot(pair.manifolds.front().normal, up);
+    return &body == pair.high ? lift > kUnder : lift < -kUnder;
+  };
+  int supporters = 0;
+  for (const Pair* pair : body.pairs) supporters += supports(*pair);
+  if (supporters == 0) return;
+  const double share = body.carried_kg / supporters;
+  IslandDemand& demand = islands.Of(body.awake_index).demand;
+  for (const Pair* pair : body.pairs) {
+    if (!supports(*pair)) continue;
+    RigidBody& other = pair->Other(body);
+    const double lighter = other.awake() ? std::min(other.mass_kg(), body.mass_kg()) : body.mass_kg();
+    const double column = supporters == 1 ? kColumnLoad : 1;
+    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(column * share / lighter));
+    if (other.awake()) other.carried_kg += share;
+  }
+}
+
+void World::Impl::MakeJointRows() {
+  joint_rows.resize(awake_joints.size());
+  const Placement world;
+  for (std::size_t i = 0; i < awake_joints.size(); ++i) {
+    Joint& joint = *awake_joints[i];
+    if (joint.b != nullptr) {
+      joint.model.MakeRows(joint.a->placement(), joint.b->placement(), &joint_rows[i]);
+    } else {
+      joint.model.MakeRows(world, joint.a->placement(), &joint_rows[i]);
+    }
+  }
+}
+
+// Each island as many as it needs, all together within a budget of work; or as many as were asked for.
+void World::Impl::ChooseSubsteps() {
+  if (settings.substeps > 0) {
+    for (Island& island : islands.all()) island.batch = 0;
+    batches[0].substeps = settings.substeps;
+    return;
+  }
+  works.clear();
+  for (const Island& island : islands.all()) {
+    if (!island.solved) continue;
+    works.push_back({island.demand.contacts, island.demand.joints, SubstepsFor(island.demand)});
+  }
+  KeepBudget(works, kWorkBudget);
+  auto work = works.begin();
+  for (Island& island : islands.all()) {
+    if (island.solved) island.batch = std::bit_width(static_cast<unsigned>((work++)->substeps)) - 1;
+  }
+  for (std::size_t i = 0; i < batches.size(); ++i) batches[i].substeps = 1 << i;
+}
+
+}  // namespace tessera::physics
