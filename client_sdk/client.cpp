@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "client_sdk/client_impl.h"
 #include "core/replication/datagram.h"
 #include "core/world/partition_io.h"
@@ -15,6 +16,22 @@ constexpr std::chrono::seconds kMaxSilence{30};
 constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 
 double SnapshotTicks(const Session& session) { return double(session.tick_rate_hz) / session.snapshot_rate_hz; }
+
+// What the door and the region behind it say is one list.
+static_assert(v1::REFUSAL_REASON_PROTOCOL == static_cast<int>(net::Refused::kProtocol));
+static_assert(v1::REFUSAL_REASON_BAD_TOKEN == static_cast<int>(net::Refused::kBadToken));
+static_assert(v1::REFUSAL_REASON_WRONG_INSTANCE == static_cast<int>(net::Refused::kWrongInstance));
+static_assert(v1::REFUSAL_REASON_EXPIRED_TOKEN == static_cast<int>(net::Refused::kExpired));
+static_assert(v1::REFUSAL_REASON_FULL == static_cast<int>(net::Refused::kFull));
+static_assert(v1::REFUSAL_REASON_STOPPING == static_cast<int>(net::Refused::kStopping));
+static_assert(v1::REFUSAL_REASON_WRONG_REGION == static_cast<int>(net::Refused::kWrongRegion));
+
+v1::RegionRefusal ToProto(const net::Refusal& refusal) {
+  v1::RegionRefusal proto;
+  proto.set_reason(static_cast<v1::RefusalReason>(refusal.reason));
+  proto.set_detail(refusal.detail);
+  return proto;
+}
 
 absl::StatusCode CodeOf(v1::RefusalReason reason) {
   switch (reason) {
@@ -54,7 +71,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options)
   auto endpoint =
       net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = 2 * session->regions.size() + 2});
   if (!endpoint.ok()) {
-    (void)LeaveInstance(options.control_address, options.instance_id, session->connect_token, options.deadline);
+    (void)LeaveInstance(options.control_address, options.instance_id, session->credentials.token, options.deadline);
     return endpoint.status();
   }
   return std::unique_ptr<Client>(
@@ -76,7 +93,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.CheckProgress(now);
   }
   if (me.state != ClientState::kEnded) {
-    for (RegionLink& link : me.links) link.DialIfDue(now, *me.endpoint);
+    for (RegionLink& link : me.links) link.DialIfDue(now, *me.endpoint, me.session.credentials);
     me.MakeInputs(now);
     me.SendInputs();
   }
@@ -92,10 +109,14 @@ void Client::Impl::Receive(TimePoint now) {
     if (link == nullptr) continue;  // let go of earlier in this very batch
     switch (event.kind) {
       case net::Event::Kind::kConnected:
-        OnConnected(*link);
+        link->LetIn();
         break;
       case net::Event::Kind::kDisconnected:
-        OnDisconnected(now, *link);
+        if (event.refusal) {
+          OnRefusal(*link, ToProto(*event.refusal));
+        } else {
+          OnDisconnected(now, *link);
+        }
         break;
       case net::Event::Kind::kMessage:
         bytes_in += event.bytes.size();
@@ -118,8 +139,6 @@ RegionLink* Client::Impl::LinkOf(net::PeerHandle peer) {
 bool Client::Impl::AllWelcomed() const {
   return std::all_of(links.begin(), links.end(), [](const RegionLink& link) { return link.welcomed(); });
 }
-
-void Client::Impl::OnConnected(RegionLink& link) { Sent(link.Greet(*endpoint, session.connect_token)); }
 
 void Client::Impl::OnDisconnected(TimePoint now, RegionLink& link) {
   const bool lost = link.welcomed();
@@ -159,7 +178,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
 }
 
 void Client::Impl::OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome) {
-  if (link.state() != RegionLink::State::kGreeting) return link.CountError();
+  if (link.state() != RegionLink::State::kGreeted) return link.CountError();
   if (welcome.region() != link.region().value() || welcome.player() != session.player.value()) {
     return End(absl::InternalError(absl::StrCat(link.Where(), " answers as region ", welcome.region(), " to player ",
                                                 welcome.player())),
@@ -184,7 +203,9 @@ void Client::Impl::Start() {
 
 void Client::Impl::OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal) {
   if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(link, refusal.detail());
-  End(absl::Status(CodeOf(refusal.reason()), absl::StrCat(link.Where(), " refuses: ", refusal.detail())), "");
+  const absl::string_view word = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
+  End(absl::Status(CodeOf(refusal.reason()), absl::StrCat(link.Where(), " refuses: ", word, ": ", refusal.detail())),
+      "");
 }
 
 void Client::Impl::OnStopping(RegionLink& link, const std::string& why) {
@@ -263,8 +284,8 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
 }
 
 absl::Status Client::Leave(std::chrono::milliseconds deadline) {
-  const absl::Status status =
-      LeaveInstance(impl_->options.control_address, impl_->options.instance_id, impl_->session.connect_token, deadline);
+  const absl::Status status = LeaveInstance(impl_->options.control_address, impl_->options.instance_id,
+                                            impl_->session.credentials.token, deadline);
   impl_->End(absl::OkStatus(), "left");
   impl_->endpoint->Flush();
   return status;

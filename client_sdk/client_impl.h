@@ -20,7 +20,6 @@ struct Client::Impl {
 
   // What has come (client.cpp).
   void Receive(TimePoint now);
-  void OnConnected(RegionLink& link);
   void OnDisconnected(TimePoint now, RegionLink& link);
   void OnControl(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome);

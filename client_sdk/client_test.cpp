@@ -139,7 +139,8 @@ TEST_F(ClientTest, ATokenOfAnotherKeyIsRefusedWithItsReason) {
   ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
   EXPECT_EQ(client->reason().code(), absl::StatusCode::kUnauthenticated);
   ASSERT_NE(Find(ClientEvent::Kind::kEnded), nullptr);
-  EXPECT_NE(Find(ClientEvent::Kind::kEnded)->detail.find("refuses: connect token is damaged"), std::string::npos)
+  EXPECT_NE(Find(ClientEvent::Kind::kEnded)->detail.find("refuses: BAD_TOKEN: connect token is damaged"),
+            std::string::npos)
       << Find(ClientEvent::Kind::kEnded)->detail;
 }
 

@@ -29,13 +29,13 @@ constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
 class FakeRegion {
  public:
   FakeRegion(RegionId self, const Scene& scene, const PartitionMap& map, const net::InstanceKey& key,
-             std::string instance_id, std::uint16_t port = 0)
+             const std::string& instance_id, std::uint16_t port = 0)
       : self_(self),
         map_(map),
-        key_(key),
-        instance_id_(std::move(instance_id)),
         endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
-        history_(scene.bounds, {}) {}
+        history_(scene.bounds, {}) {
+    endpoint_->Open({.instance_id = instance_id, .region = self, .incarnation = Incarnation(1), .key = key});
+  }
 
   std::uint16_t port() const { return endpoint_->port(); }
   std::size_t clients() const { return senders_.size(); }
@@ -49,12 +49,8 @@ class FakeRegion {
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
       if (event.kind == net::Event::Kind::kDisconnected) senders_.erase(event.peer);
-      if (event.kind != net::Event::Kind::kMessage) continue;
-      if (event.delivery == net::Delivery::kReliable) {
-        OnHello(event);
-      } else {
-        OnInput(event);
-      }
+      if (event.kind == net::Event::Kind::kConnected) OnConnected(event);
+      if (event.kind == net::Event::Kind::kMessage) OnInput(event);
     }
   }
   void Start(Tick tick) {
@@ -109,23 +105,15 @@ class FakeRegion {
     endpoint_->Disconnect(peer);
   }
 
-  void OnHello(const net::Event& event) {
-    v1::ClientControl control;
-    if (!control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size()))) return;
+  void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
-    const std::string& sealed = control.hello().connect_token();
-    const auto token =
-        net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, instance_id_, key_, 1000);
-    if (!token.ok()) {
-      return Refuse(event.peer, v1::REFUSAL_REASON_BAD_TOKEN, std::string(token.status().message()));
-    }
     senders_.emplace(event.peer, replication::SnapshotSender({}));
-    players_[event.peer] = token->player;
+    players_[event.peer] = event.who.player;
     v1::RegionControl message;
     v1::RegionWelcome& welcome = *message.mutable_welcome();
     welcome.set_region(self_.value());
     welcome.set_incarnation(1);
-    welcome.set_player(welcome_as != PlayerNumber() ? welcome_as.value() : token->player.value());
+    welcome.set_player(welcome_as != PlayerNumber() ? welcome_as.value() : event.who.player.value());
     welcome.set_tick_rate_hz(kTickRate);
     welcome.set_snapshot_rate_hz(kSnapshotRate);
     welcome.set_started(started);
@@ -155,8 +143,6 @@ class FakeRegion {
 
   RegionId self_;
   PartitionMap map_;
-  net::InstanceKey key_;
-  std::string instance_id_;
   std::unique_ptr<net::Endpoint> endpoint_;
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
@@ -206,9 +192,12 @@ class FakeInstance : public v1::SessionService::Service {
     if (request->instance_id() != kId) return {grpc::StatusCode::NOT_FOUND, "instance_id: no instance"};
     if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
     const PlayerNumber player(++players_);
-    const auto token = net::Seal({kId, player, 2000}, wrong_key ? net::MakeInstanceKey() : key_);
+    const net::Credentials pass =
+        net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}},
+                   wrong_key ? net::MakeInstanceKey() : key_);
     response->set_player(player.value());
-    response->set_connect_token(std::string(token.begin(), token.end()));
+    response->set_connect_token(std::string(pass.token.begin(), pass.token.end()));
+    response->set_session_key(pass.key.data(), pass.key.size());
     *response->mutable_map() = ToProto(map);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       v1::RegionAddress& address_of = *response->add_regions();

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "tessera/v1/game.pb.h"
 
 namespace tessera::client {
 
@@ -16,25 +15,15 @@ std::string RegionLink::Where() const {
   return absl::StrCat("region ", where_.region.value(), " at ", where_.host, ":", where_.port);
 }
 
-void RegionLink::DialIfDue(TimePoint now, net::Endpoint& endpoint) {
+void RegionLink::DialIfDue(TimePoint now, net::Endpoint& endpoint, const net::Credentials& credentials) {
   if (state_ != State::kIdle || (dial_at_.has_value() && now < *dial_at_)) return;
-  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port);
+  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port, where_.region, credentials);
   if (!peer.ok()) {
     last_error_ = std::string(peer.status().message());
     return Disconnected(now);
   }
   peer_ = *peer;
   state_ = State::kDialling;
-}
-
-std::size_t RegionLink::Greet(net::Endpoint& endpoint, const std::string& connect_token) {
-  v1::ClientControl message;
-  message.mutable_hello()->set_protocol_version(net::kProtocolVersion);
-  message.mutable_hello()->set_connect_token(connect_token);
-  const std::string bytes = message.SerializeAsString();
-  const std::span data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  state_ = State::kGreeting;
-  return endpoint.Send(peer_, net::Delivery::kReliable, data).ok() ? bytes.size() : 0;
 }
 
 void RegionLink::Welcomed() {

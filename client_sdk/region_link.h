@@ -1,7 +1,6 @@
-// RegionLink: a client's connection to one region: dials, says hello, reads snapshots, acknowledges, dials again when
-// it breaks.
+// RegionLink: a client's connection to one region: dials, reads snapshots, acknowledges, dials again when it breaks.
 //
-//   IDLE -dial-> DIALLING -connected-> GREETING -welcome-> WELCOMED -stopping-> STOPPED
+//   IDLE -dial-> DIALLING -let in by the door-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
 //   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
 //
 // Thread rule: one thread at a time; time comes in.
@@ -23,7 +22,7 @@ namespace tessera::client {
 class RegionLink {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  enum class State : std::uint8_t { kIdle, kDialling, kGreeting, kWelcomed, kStopped };
+  enum class State : std::uint8_t { kIdle, kDialling, kGreeted, kWelcomed, kStopped };
 
   static constexpr std::chrono::milliseconds kFirstRetry{100}, kMaxRetry{2000};
 
@@ -36,8 +35,8 @@ class RegionLink {
   std::string Where() const;                      // "region 2 at 127.0.0.1:7777"
   const std::string& last_error() const { return last_error_; }
 
-  void DialIfDue(TimePoint now, net::Endpoint& endpoint);
-  std::size_t Greet(net::Endpoint& endpoint, const std::string& connect_token);  // the bytes sent
+  void DialIfDue(TimePoint now, net::Endpoint& endpoint, const net::Credentials& credentials);
+  void LetIn() { state_ = State::kGreeted; }
   void Welcomed();
   void Disconnected(TimePoint now);
   void Stop(net::Endpoint& endpoint);

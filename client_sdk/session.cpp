@@ -119,8 +119,13 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
   absl::StatusOr<PartitionMap> map = FromProto(response.map());
   if (!map.ok()) return BadAnswer(absl::StrCat("map: ", map.status().message()));
 
+  absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(response.session_key());
+  if (!key.ok()) return BadAnswer(std::string(key.status().message()));
+  const std::string& token = response.connect_token();
+  if (token.size() > net::kMaxTokenBytes) return BadAnswer("connect_token");
+
   Session session{.player = PlayerNumber(response.player()),
-                  .connect_token = response.connect_token(),
+                  .credentials = {.token = {token.begin(), token.end()}, .key = *key},
                   .map = *std::move(map),
                   .regions = {},
                   .scene = nullptr,
@@ -134,13 +139,13 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
 }
 
 absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
-                           const std::string& connect_token, std::chrono::milliseconds deadline) {
+                           std::span<const std::uint8_t> connect_token, std::chrono::milliseconds deadline) {
   const std::unique_ptr<Stub> stub = Dial(control_address);
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + deadline);
   v1::LeaveInstanceRequest request;
   request.set_instance_id(instance_id);
-  request.set_connect_token(connect_token);
+  request.set_connect_token(connect_token.data(), connect_token.size());
   v1::LeaveInstanceResponse response;
   const grpc::Status status = stub->LeaveInstance(&context, request, &response);
   return status.ok() ? absl::OkStatus() : ToStatus(status, control_address, instance_id);

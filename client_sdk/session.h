@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
+#include "net/connect_token.h"
 
 namespace tessera::client {
 
@@ -23,7 +25,7 @@ struct RegionEndpoint {
 
 struct Session {
   PlayerNumber player;
-  std::string connect_token;  // secret
+  net::Credentials credentials;  // secret
   PartitionMap map;
   std::vector<RegionEndpoint> regions;  // one for each region of the map, ascending
   std::shared_ptr<const Scene> scene;
@@ -34,6 +36,6 @@ struct Session {
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::chrono::milliseconds deadline);
 absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
-                           const std::string& connect_token, std::chrono::milliseconds deadline);
+                           std::span<const std::uint8_t> connect_token, std::chrono::milliseconds deadline);
 
 }  // namespace tessera::client

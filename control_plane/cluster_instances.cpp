@@ -91,7 +91,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Moment now, const InstanceP
   counters.set_last_instance(counters.last_instance() + 1);
   const std::uint64_t number = counters.last_instance();
   draft.record.set_id(absl::StrCat("inst-", number));
-  draft.record.set_key(random_(net::kInstanceKeyBytes));
+  draft.record.set_key(random_(net::kKeyBytes));
   std::vector<StoreOp> ops{PutOp("counters", counters.SerializeAsString(), counters_revision_),
                            PutOp(absl::StrCat("instance/", number), draft.record.SerializeAsString(), kAbsent)};
   const bool new_scene = !scenes_.contains(plan.scene_hash);

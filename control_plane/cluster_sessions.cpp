@@ -89,11 +89,13 @@ absl::StatusOr<Cluster::Joined> Cluster::Join(Moment now, const v1::JoinInstance
   if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   MarkOrders(instance);
   Changed(instance);
-  const auto sealed = net::Seal({instance.record.id(), PlayerNumber(number),
-                                 Seconds(now.unix_time) + static_cast<std::uint64_t>(kConnectTokenLifetime.count())},
-                                *key);
+  const std::uint64_t expires_unix_s =
+      Seconds(now.unix_time) + static_cast<std::uint64_t>(kConnectTokenLifetime.count());
+  const net::Credentials pass = net::Issue(
+      {.instance_id = instance.record.id(), .player = PlayerNumber(number), .expires_unix_s = expires_unix_s}, *key);
   joined.response.set_player(number);
-  joined.response.set_connect_token(std::string(sealed.begin(), sealed.end()));
+  joined.response.set_connect_token(std::string(pass.token.begin(), pass.token.end()));
+  joined.response.set_session_key(pass.key.data(), pass.key.size());
   *joined.response.mutable_map() = instance.record.map();
   for (const WorkerEntry& worker : instance.workers) {
     v1::RegionAddress& address = *joined.response.add_regions();

@@ -1,10 +1,15 @@
-// ConnectToken: the control plane's word that a player may enter an instance, sealed with the instance's key so that
-// every region checks it alone and nobody else can read or make one.
+// ConnectToken: the word of one who holds an instance's key that somebody may enter, sealed with that key so that every
+// region checks it alone and nobody else can read or make one.
 //
-// XChaCha20-Poly1305 (libsodium) over the fields, with the protocol version and instance id as associated data.
+// The control plane issues tokens to players, a region issues its own to itself when it dials a neighbour. With each
+// goes a session key, derived from the instance's key and the token's id: its holder proves with it that the token is
+// its own, and it never travels to a region. XChaCha20-Poly1305 over the fields, with protocol version and instance id
+// as associated data (docs/protocol.md).
+//
+//   const Credentials pass = Issue({.instance_id = "plaza-1", .player = PlayerNumber(7), .expires_unix_s = t}, key);
+//   Open(pass.token, "plaza-1", key, now) -> the fields;  SessionKeyOf(pass.token, key) == pass.key
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -12,29 +17,42 @@
 
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
+#include "net/secret.h"
 
 namespace tessera::net {
 
-inline constexpr std::size_t kInstanceKeyBytes = 32;
-using InstanceKey = std::array<std::uint8_t, kInstanceKeyBytes>;
+inline constexpr std::size_t kKeyBytes = 32;
+using InstanceKey = Secret<kKeyBytes>;
+using SessionKey = Secret<kKeyBytes>;
 
+// Of a player, or of a region that dials its neighbour: exactly one of `player` and `region` is given.
 struct ConnectToken {
   std::string instance_id;
-  PlayerNumber player;
+  PlayerNumber player{};
   std::uint64_t expires_unix_s = 0;
+  RegionId region{};
+  Incarnation incarnation{};  // with `region`
 };
+
+// What is needed to enter. Secret as a whole.
+struct Credentials {
+  std::vector<std::uint8_t> token;
+  SessionKey key;
+};
+
+inline constexpr std::size_t kMaxTokenBytes = 24 + 2 + 255 + 24 + 16;
 
 InstanceKey MakeInstanceKey();                                        // random
 absl::StatusOr<InstanceKey> InstanceKeyFrom(std::string_view bytes);  // INVALID_ARGUMENT unless 32 bytes
+absl::StatusOr<SessionKey> SessionKeyFrom(std::string_view bytes);    // likewise
 
 std::vector<std::uint8_t> Seal(const ConnectToken& token, const InstanceKey& key);
+// Requires a token that has the size of one, e.g. because it opened.
+SessionKey SessionKeyOf(std::span<const std::uint8_t> sealed, const InstanceKey& key);
+Credentials Issue(const ConnectToken& token, const InstanceKey& key);
 // Errors: UNAUTHENTICATED (damaged, or another key or protocol), NOT_FOUND (another instance; both are named),
 // DEADLINE_EXCEEDED (expired).
 absl::StatusOr<ConnectToken> Open(std::span<const std::uint8_t> sealed, const std::string& instance_id,
                                   const InstanceKey& key, std::uint64_t now_unix_s);
-
-// Proof in LinkHello: keyed BLAKE2b-256 over the fields.
-std::vector<std::uint8_t> LinkProof(const InstanceKey& key, const std::string& instance_id, RegionId region,
-                                    Incarnation incarnation, MapVersion map_version);
 
 }  // namespace tessera::net

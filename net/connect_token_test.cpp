@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 namespace tessera::net {
 namespace {
 
@@ -18,6 +20,20 @@ TEST(ConnectTokenTest, OpensToWhatWasSealed) {
   EXPECT_EQ(opened->instance_id, "plaza-1");
   EXPECT_EQ(opened->player, PlayerNumber(7));
   EXPECT_EQ(opened->expires_unix_s, kNow + 60);
+  EXPECT_EQ(opened->region, RegionId());
+}
+
+TEST(ConnectTokenTest, ARegionsTokenNamesItAndItsLife) {
+  const InstanceKey key = MakeInstanceKey();
+  const ConnectToken token = {.instance_id = "plaza-1",
+                              .expires_unix_s = kNow + 1,
+                              .region = RegionId(3),
+                              .incarnation = Incarnation(1ull << 40)};
+  const auto opened = Open(Seal(token, key), "plaza-1", key, kNow);
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  EXPECT_EQ(opened->region, RegionId(3));
+  EXPECT_EQ(opened->incarnation, Incarnation(1ull << 40));
+  EXPECT_EQ(opened->player, PlayerNumber());
 }
 
 TEST(ConnectTokenTest, TwoSealsOfOneTokenDiffer) {
@@ -71,16 +87,23 @@ TEST(InstanceKeyTest, NeedsExactly32Bytes) {
   EXPECT_EQ(InstanceKeyFrom("").status().message(), "instance_key has 0 bytes; it needs 32");
 }
 
-TEST(LinkProofTest, DependsOnEveryField) {
+TEST(SessionKeyTest, IsKnownToWhoHasTheInstanceKeyAndNobodyElse) {
   const InstanceKey key = MakeInstanceKey();
-  const auto proof = LinkProof(key, "plaza-1", RegionId(1), Incarnation(2), MapVersion(3));
-  EXPECT_EQ(proof.size(), 32u);
-  EXPECT_EQ(proof, LinkProof(key, "plaza-1", RegionId(1), Incarnation(2), MapVersion(3)));
-  EXPECT_NE(proof, LinkProof(MakeInstanceKey(), "plaza-1", RegionId(1), Incarnation(2), MapVersion(3)));
-  EXPECT_NE(proof, LinkProof(key, "plaza-2", RegionId(1), Incarnation(2), MapVersion(3)));
-  EXPECT_NE(proof, LinkProof(key, "plaza-1", RegionId(2), Incarnation(2), MapVersion(3)));
-  EXPECT_NE(proof, LinkProof(key, "plaza-1", RegionId(1), Incarnation(3), MapVersion(3)));
-  EXPECT_NE(proof, LinkProof(key, "plaza-1", RegionId(1), Incarnation(2), MapVersion(4)));
+  const Credentials one = Issue(ATokenFor("plaza-1"), key), two = Issue(ATokenFor("plaza-1"), key);
+  EXPECT_EQ(SessionKeyOf(one.token, key), one.key);
+  EXPECT_FALSE(one.key == two.key);  // each token has a key of its own
+  EXPECT_FALSE(SessionKeyOf(one.token, MakeInstanceKey()) == one.key);
+}
+
+TEST(SessionKeyTest, NeedsExactly32Bytes) {
+  EXPECT_TRUE(SessionKeyFrom(std::string(32, 'k')).ok());
+  EXPECT_EQ(SessionKeyFrom("k").status().message(), "session_key has 1 bytes; it needs 32");
+}
+
+TEST(SecretTest, IsNotPrinted) {
+  std::ostringstream out;
+  out << *InstanceKeyFrom(std::string(32, 'k'));
+  EXPECT_EQ(out.str(), "(secret)");
 }
 
 }  // namespace

@@ -1,10 +1,12 @@
-// Endpoint: one ENet host, as a worker's game or link port and as a client's socket.
+// Endpoint: one ENet host behind a door, as a worker's game or link port and as a client's socket.
 //
-// Reliable ordered messages and unsequenced datagrams to peers by handle. It hides ENet's traps: limits
+// Reliable ordered messages and unsequenced datagrams to peers by handle. Whoever connects has proven who it is, and
+// every datagram is sealed: strangers leave no trace but in the counters of `door_stats`. It hides ENet's traps: limits
 // on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable, small socket buffers.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
-//   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777);
+//   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
+//   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777, RegionId(1), credentials);
 //   for (const Event& event : (*endpoint)->Service(std::chrono::milliseconds(2))) ...
 //   (*endpoint)->Send(peer, Delivery::kReliable, bytes);
 //
@@ -15,6 +17,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +25,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
+#include "net/connect_token.h"
+#include "net/door.h"
 #include "net/protocol.h"
 
 namespace tessera::net {
@@ -38,7 +43,7 @@ struct EndpointOptions {
   std::string bind_address = "0.0.0.0";   // IPv4
   std::uint16_t port = 0;                 // 0: the system chooses
   std::size_t max_peers = 64;             // 1 to 4095
-  std::size_t max_peers_per_address = 0;  // 0: max_peers
+  std::size_t max_peers_per_address = 0;  // of those that come in; 0: max_peers
   // Of silence, until a peer counts as gone; at most about twice that, because ENet looks at each retry, and their
   // distance doubles.
   std::chrono::milliseconds peer_timeout{5000};
@@ -54,6 +59,8 @@ struct Event {
   Delivery delivery = Delivery::kReliable;  // kMessage
   Bytes bytes{};                            // kMessage
   bool outgoing = false;                    // kConnected: this side dialled
+  ConnectToken who{};                       // kConnected, not outgoing: what it proved to hold
+  std::optional<Refusal> refusal{};         // kDisconnected, outgoing: the other side's door did not let it in
 };
 
 struct PeerStats {
@@ -73,9 +80,14 @@ class Endpoint {
   std::uint16_t port() const;
   // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
   int socket() const;
-  // Begins to connect; kConnected or kDisconnected follows. `host` is an IPv4 address or a name, whose look-up blocks.
-  // Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no route), RESOURCE_EXHAUSTED (peers).
-  absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port);
+  // From now on those with a token of this instance may come in; before, nobody is answered. Again: another plate.
+  void Open(Doorplate plate);
+  // From now on nobody may: STOPPING. Peers stay.
+  void Close(std::string why);
+  // Begins to connect to the port of `region`; kConnected or kDisconnected follows. `host` is an IPv4 address or a
+  // name, whose look-up blocks. Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no route), RESOURCE_EXHAUSTED (peers).
+  absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port, RegionId region,
+                                     Credentials credentials);
   // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
   absl::Status Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes);
   void Flush();
@@ -88,6 +100,7 @@ class Endpoint {
   std::size_t connections() const;
   PeerStats StatsOf(PeerHandle peer) const;      // zeros when there is no such peer any more
   std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
+  const DoorStats& door_stats() const;
 
  private:
   struct Impl;

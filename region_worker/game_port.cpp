@@ -1,11 +1,9 @@
 #include "region_worker/game_port.h"
 
 #include <algorithm>
-#include <ctime>
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
-#include "net/protocol.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
@@ -19,23 +17,16 @@ std::span<const std::uint8_t> AsBytes(const std::string& text) {
 // Beyond this a margin tells nothing more.
 constexpr std::int64_t kMaxMargin_ticks = 1000;
 
-v1::RefusalReason ReasonOf(absl::StatusCode code) {
-  switch (code) {
-    case absl::StatusCode::kNotFound:
-      return v1::REFUSAL_REASON_WRONG_INSTANCE;
-    case absl::StatusCode::kDeadlineExceeded:
-      return v1::REFUSAL_REASON_EXPIRED_TOKEN;
-    default:
-      return v1::REFUSAL_REASON_BAD_TOKEN;
-  }
-}
-
 }  // namespace
 
 GamePort::GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics)
     : endpoint_(std::move(endpoint)), metrics_(metrics) {}
 
 void GamePort::Open(GameRules rules, Admit admit) {
+  endpoint_->Open({.instance_id = rules.self.instance_id,
+                   .region = rules.self.region,
+                   .incarnation = rules.self.incarnation,
+                   .key = rules.key});
   rules_ = std::move(rules);
   admit_ = std::move(admit);
 }
@@ -46,7 +37,7 @@ std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool starte
   for (const net::Event& event : events) {
     switch (event.kind) {
       case net::Event::Kind::kConnected:
-        guests_[event.peer].until = now + kHelloTimeout;
+        guests_[event.peer] = {.player = event.who.player, .until = now + kOrderTimeout};
         break;
       case net::Event::Kind::kDisconnected:
         guests_.erase(event.peer);
@@ -56,36 +47,16 @@ std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool starte
         }
         break;
       case net::Event::Kind::kMessage:
-        OnMessage(event, now, tick, started, inputs);
+        // Clients say nothing reliably.
+        if (event.delivery == net::Delivery::kUnsequenced) OnDatagram(event, now, tick, inputs);
         break;
     }
   }
-  if (rules_) AnswerWaiting(now, tick, started);
+  AnswerGuests(now, tick, started);
   DropSilent(now);
   CountClients();
   *any = !events.empty();
   return inputs;
-}
-
-void GamePort::OnMessage(const net::Event& event, TimePoint now, Tick tick, bool started,
-                         std::vector<ClientInput>& inputs) {
-  if (event.delivery == net::Delivery::kReliable) {
-    OnControl(event, now, tick, started);
-  } else {
-    OnDatagram(event, now, tick, inputs);
-  }
-}
-
-void GamePort::OnControl(const net::Event& event, TimePoint now, Tick tick, bool started) {
-  const auto guest = guests_.find(event.peer);
-  if (guest == guests_.end() || guest->second.hello) return;  // says hello once more: nothing to change
-  v1::ClientControl control;
-  if (!control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())) || !control.has_hello()) {
-    Refuse(event.peer, v1::REFUSAL_REASON_MALFORMED, "the first message is no hello");
-    return;
-  }
-  guest->second.hello = std::move(*control.mutable_hello());
-  if (rules_ && Answer(event.peer, *guest->second.hello, now, tick, started)) guests_.erase(event.peer);
 }
 
 void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<ClientInput>& inputs) {
@@ -110,45 +81,30 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, std
   }
 }
 
-void GamePort::AnswerWaiting(TimePoint now, Tick tick, bool started) {
+void GamePort::AnswerGuests(TimePoint now, Tick tick, bool started) {
   for (auto it = guests_.begin(); it != guests_.end();) {
-    const auto current = it++;
-    if (!current->second.hello) continue;
-    const net::PeerHandle peer = current->first;
-    const v1::ClientHello hello = *current->second.hello;
-    if (Answer(peer, hello, now, tick, started)) guests_.erase(peer);
+    const auto [peer, guest] = *it++;
+    if (Answer(peer, guest, now, tick, started)) guests_.erase(peer);
   }
 }
 
-bool GamePort::Answer(net::PeerHandle peer, const v1::ClientHello& hello, TimePoint now, Tick tick, bool started) {
+bool GamePort::Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, Tick tick, bool started) {
   if (closed_because_) {
     Refuse(peer, v1::REFUSAL_REASON_STOPPING, *closed_because_);
     return true;
   }
-  if (hello.protocol_version() != net::kProtocolVersion) {
-    Refuse(
-        peer, v1::REFUSAL_REASON_PROTOCOL,
-        absl::StrCat("the client speaks protocol ", hello.protocol_version(), ", this region ", net::kProtocolVersion));
-    return true;
-  }
-  const absl::StatusOr<net::ConnectToken> token =
-      net::Open(AsBytes(hello.connect_token()), rules_->self.instance_id, rules_->key,
-                static_cast<std::uint64_t>(std::time(nullptr)));
-  if (!token.ok()) {
-    Refuse(peer, ReasonOf(token.status().code()), std::string(token.status().message()));
-    return true;
-  }
-  switch (admit_(token->player)) {
+  const std::uint32_t number = guest.player.value();
+  switch (admit_(guest.player)) {
     case Admission::kNotYet:
-      if (now < guests_.at(peer).until) return false;
+      if (now < guest.until) return false;
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER,
-             absl::StrCat("player ", token->player.value(), " is not known to this instance"));
+             absl::StrCat("player ", number, " is not known to this instance"));
       return true;
     case Admission::kLeft:
-      Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", token->player.value(), " has left"));
+      Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", number, " has left"));
       return true;
     case Admission::kWelcome:
-      Welcome(peer, token->player, tick, started);
+      Welcome(peer, guest.player, tick, started);
       return true;
   }
   return true;
@@ -183,10 +139,6 @@ void GamePort::Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::strin
 }
 
 void GamePort::DropSilent(TimePoint now) {
-  for (auto it = guests_.begin(); it != guests_.end();) {
-    const auto [peer, guest] = *it++;
-    if (now >= guest.until && !guest.hello) Refuse(peer, v1::REFUSAL_REASON_MALFORMED, "it said no hello");
-  }
   for (auto it = clients_.begin(); it != clients_.end();) {
     const Client& client = it->second;
     if (!client.unanswered_since || now < *client.unanswered_since + kSilence) {
@@ -262,6 +214,7 @@ void GamePort::Expel(PlayerNumber player) {
 
 void GamePort::Close(const std::string& reason) {
   closed_because_ = reason;
+  endpoint_->Close(reason);
   v1::RegionControl stopping;
   stopping.mutable_stopping()->set_reason(reason);
   for (const auto& [peer, client] : clients_) {

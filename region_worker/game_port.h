@@ -1,9 +1,9 @@
 // GamePort: the connections of clients: who may enter, what they are told, what they send.
 //
-// A client's first message is a ClientHello with a connect token, sealed by the control plane with the instance's key.
-// A player that the orders have not named yet is kept waiting for kHelloTimeout, because its token may be faster than
-// the order; any other fault is refused with its reason and the connection closed. A player that comes again takes the
-// place of its older connection. One that leaves snapshots unanswered for kSilence is dropped.
+// Whoever connects has shown its connect token at the endpoint's door and is welcomed at once. A player that the orders
+// have not named yet is kept waiting for kOrderTimeout, because its token may be faster than the order, then refused. A
+// player that comes again takes the place of its older connection. One that leaves snapshots unanswered for kSilence is
+// dropped.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
@@ -61,7 +61,7 @@ class GamePort {
  public:
   using Admit = std::function<Admission(PlayerNumber)>;
 
-  static constexpr Duration kHelloTimeout = std::chrono::seconds(3);
+  static constexpr Duration kOrderTimeout = std::chrono::seconds(3);
   static constexpr Duration kSilence = std::chrono::seconds(10);
   static constexpr Duration kRefusalDistance = std::chrono::milliseconds(100);
 
@@ -70,11 +70,12 @@ class GamePort {
   std::uint16_t port() const { return endpoint_->port(); }
   int socket() const { return endpoint_->socket(); }
 
-  // From now on hellos are answered; those that came before have waited. Once.
+  // From now on clients may come in. Once.
   void Open(GameRules rules, Admit admit);
   // Takes in what has come, without waiting; `tick` and `started` go into welcomes. True in `any` if anything had come.
   std::vector<ClientInput> Service(TimePoint now, Tick tick, bool started, bool* any);
 
+  const net::DoorStats& door_stats() const { return endpoint_->door_stats(); }
   const std::map<net::PeerHandle, Client>& clients() const { return clients_; }
   Client* Find(net::PeerHandle peer);
   std::vector<PlayerNumber> players() const;  // ascending
@@ -95,16 +96,14 @@ class GamePort {
  private:
   // Connected, not yet welcomed.
   struct Guest {
+    PlayerNumber player;
     TimePoint until{};
-    std::optional<v1::ClientHello> hello;
   };
 
-  void OnMessage(const net::Event& event, TimePoint now, Tick tick, bool started, std::vector<ClientInput>& inputs);
-  void OnControl(const net::Event& event, TimePoint now, Tick tick, bool started);
   void OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<ClientInput>& inputs);
   // False: it has to wait.
-  bool Answer(net::PeerHandle peer, const v1::ClientHello& hello, TimePoint now, Tick tick, bool started);
-  void AnswerWaiting(TimePoint now, Tick tick, bool started);
+  bool Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, Tick tick, bool started);
+  void AnswerGuests(TimePoint now, Tick tick, bool started);
   void DropSilent(TimePoint now);
   void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
   void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);

@@ -1,8 +1,7 @@
 #include "region_worker/region_links.h"
 
-#include <sodium.h>
-
 #include <algorithm>
+#include <ctime>
 
 #include "absl/strings/str_cat.h"
 #include "net/protocol.h"
@@ -23,6 +22,11 @@ RegionLinks::RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics&
 
 void RegionLinks::Open(LinkIdentity identity, std::span<const RegionId> neighbors) {
   identity_ = std::move(identity);
+  endpoint_->Open({.instance_id = identity_->self.instance_id,
+                   .region = identity_->self.region,
+                   .incarnation = identity_->self.incarnation,
+                   .key = identity_->key,
+                   .for_regions = true});
   for (const RegionId neighbor : neighbors) links_.try_emplace(neighbor);
 }
 
@@ -60,14 +64,8 @@ void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
 bool RegionLinks::Service(TimePoint now, const OnFrame& on_frame) {
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
   for (const net::Event& event : events) Handle(event, now, on_frame);
-  if (identity_ && !closed_) {
-    for (auto it = strangers_.begin(); it != strangers_.end();) {
-      const auto [peer, stranger] = *it++;
-      if (stranger.hello) OnHello(peer, *stranger.hello, now);
-    }
-    DialDue(now);
-  }
-  DropSilentStrangers(now);
+  if (identity_ && !closed_) DialDue(now);
+  DropSilentCallers(now);
   return !events.empty();
 }
 
@@ -80,6 +78,10 @@ void RegionLinks::Handle(const net::Event& event, TimePoint now, const OnFrame& 
     case net::Event::Kind::kConnected:
       return OnConnected(event, now);
     case net::Event::Kind::kDisconnected:
+      if (event.refusal) {
+        spdlog::warn("link refused reason={} detail={}", net::WordOf(event.refusal->reason),
+                     telemetry::LogValue(event.refusal->detail));
+      }
       return OnDisconnected(event.peer, now);
     case net::Event::Kind::kMessage:
       return OnMessage(event, now, on_frame);
@@ -90,12 +92,13 @@ void RegionLinks::OnConnected(const net::Event& event, TimePoint now) {
   if (event.outgoing) {
     SendHello(event.peer);
   } else {
-    strangers_[event.peer].until = now + kHelloTimeout;
+    callers_[event.peer] = {
+        .until = now + kHelloTimeout, .region = event.who.region, .incarnation = event.who.incarnation};
   }
 }
 
 void RegionLinks::OnDisconnected(net::PeerHandle peer, TimePoint now) {
-  strangers_.erase(peer);
+  callers_.erase(peer);
   const auto found = LinkOf(peer);
   if (found == links_.end()) return;
   Link& link = found->second;
@@ -107,14 +110,7 @@ void RegionLinks::OnDisconnected(net::PeerHandle peer, TimePoint now) {
 }
 
 void RegionLinks::OnMessage(const net::Event& event, TimePoint now, const OnFrame& on_frame) {
-  if (const auto stranger = strangers_.find(event.peer); stranger != strangers_.end()) {
-    if (identity_) {
-      OnHello(event.peer, event.bytes, now);
-    } else {
-      stranger->second.hello = event.bytes;
-    }
-    return;
-  }
+  if (callers_.contains(event.peer)) return OnHello(event.peer, event.bytes, now);
   const auto found = LinkOf(event.peer);
   if (found == links_.end()) return;  // dropped earlier in the same round
   if (!found->second.confirmed) {
@@ -125,28 +121,29 @@ void RegionLinks::OnMessage(const net::Event& event, TimePoint now, const OnFram
   on_frame(found->first, event.bytes);
 }
 
-// From a stranger, or the answer of one that was dialled.
+// From a caller, or the answer of one that was dialled.
 void RegionLinks::OnHello(net::PeerHandle peer, std::span<const std::uint8_t> bytes, TimePoint now) {
   const auto dialled = LinkOf(peer);
   const bool outgoing = dialled != links_.end();
-  strangers_.erase(peer);
+  const Caller caller = outgoing ? Caller{.until = {}, .region = dialled->first, .incarnation = {}} : callers_.at(peer);
+  callers_.erase(peer);
 
   v1::LinkHello hello;
+  const auto incarnation = outgoing ? std::nullopt : std::optional(caller.incarnation);
   absl::Status status = hello.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))
-                            ? CheckHello(hello, outgoing ? std::optional(dialled->first) : std::nullopt)
+                            ? CheckHello(hello, caller.region, incarnation)
                             : absl::InvalidArgumentError("the hello is malformed");
   if (!status.ok()) {
     Drop(peer, std::string(status.message()));
     if (outgoing) OnDisconnected(peer, now);  // an endpoint tells nothing of a peer that it was told to drop
     return;
   }
-  const RegionId region(hello.region());
-  Link& link = links_.at(region);
+  Link& link = links_.at(caller.region);
   if (!outgoing) {
     if (link.peer != net::PeerHandle()) Drop(link.peer, "the neighbour has linked anew");
     SendHello(peer);
   }
-  Confirm(region, link, peer);
+  Confirm(caller.region, link, peer);
 }
 
 void RegionLinks::Confirm(RegionId region, Link& link, net::PeerHandle peer) {
@@ -161,35 +158,24 @@ void RegionLinks::Confirm(RegionId region, Link& link, net::PeerHandle peer) {
 void RegionLinks::SendHello(net::PeerHandle peer) {
   const Identity& self = identity_->self;
   v1::LinkHello hello;
-  hello.set_protocol_version(net::kProtocolVersion);
-  hello.set_instance_id(self.instance_id);
   hello.set_region(self.region.value());
   hello.set_incarnation(self.incarnation.value());
   hello.set_map_version(identity_->map_version.value());
-  const auto proof =
-      net::LinkProof(identity_->key, self.instance_id, self.region, self.incarnation, identity_->map_version);
-  hello.set_proof(proof.data(), proof.size());
   (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(hello.SerializeAsString()));
 }
 
-absl::Status RegionLinks::CheckHello(const v1::LinkHello& hello, std::optional<RegionId> expected) const {
-  const RegionId region(hello.region());
+// `region` and `incarnation` are proven: by the keys that the door it let us in at derived, or by the caller's token.
+absl::Status RegionLinks::CheckHello(const v1::LinkHello& hello, RegionId region,
+                                     std::optional<Incarnation> proven) const {
   const Incarnation incarnation(hello.incarnation());
   const MapVersion version(hello.map_version());
-  if (hello.protocol_version() != net::kProtocolVersion) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("protocol ", hello.protocol_version(), ", this is ", net::kProtocolVersion));
-  }
-  const auto proof = net::LinkProof(identity_->key, hello.instance_id(), region, incarnation, version);
-  if (hello.proof().size() != proof.size() || sodium_memcmp(hello.proof().data(), proof.data(), proof.size()) != 0) {
-    return absl::UnauthenticatedError("the proof is not by this instance's key");
-  }
-  if (hello.instance_id() != identity_->self.instance_id) {
-    return absl::FailedPreconditionError(absl::StrCat("instance ", hello.instance_id()));
+  if (RegionId(hello.region()) != region || (proven && incarnation != *proven)) {
+    return absl::UnauthenticatedError(absl::StrCat("it says that it is region ", hello.region(), " incarnation ",
+                                                   incarnation.value(), ", its token region ", region.value(),
+                                                   " incarnation ", proven.value_or(incarnation).value()));
   }
   const auto link = links_.find(region);
-  // One that was dialled is whom its address said; one that dials has the lower id.
-  if (link == links_.end() || (expected ? region != *expected : region > identity_->self.region)) {
+  if (link == links_.end() || (proven && region > identity_->self.region)) {  // the lower id dials
     return absl::FailedPreconditionError(absl::StrCat("region ", region.value(), " is not expected here"));
   }
   if (version != identity_->map_version) {
@@ -207,7 +193,13 @@ void RegionLinks::DialDue(TimePoint now) {
   for (auto& [region, link] : links_) {
     const bool mine = identity_->self.region < region;
     if (!mine || !link.address || link.peer != net::PeerHandle() || now < link.dial_at) continue;
-    const absl::StatusOr<net::PeerHandle> peer = endpoint_->Connect(link.address->host, link.address->link_port);
+    const net::ConnectToken token = {
+        .instance_id = identity_->self.instance_id,
+        .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kTokenLifetime.count()),
+        .region = identity_->self.region,
+        .incarnation = identity_->self.incarnation};
+    const absl::StatusOr<net::PeerHandle> peer =
+        endpoint_->Connect(link.address->host, link.address->link_port, region, net::Issue(token, identity_->key));
     if (peer.ok()) {
       link.peer = *peer;
       continue;
@@ -221,11 +213,11 @@ void RegionLinks::DialDue(TimePoint now) {
   }
 }
 
-void RegionLinks::DropSilentStrangers(TimePoint now) {
-  for (auto it = strangers_.begin(); it != strangers_.end();) {
-    const auto [peer, stranger] = *it++;
-    if (now < stranger.until) continue;
-    strangers_.erase(peer);
+void RegionLinks::DropSilentCallers(TimePoint now) {
+  for (auto it = callers_.begin(); it != callers_.end();) {
+    const auto [peer, caller] = *it++;
+    if (now < caller.until) continue;
+    callers_.erase(peer);
     Drop(peer, "it said no hello");
   }
 }
@@ -237,12 +229,13 @@ void RegionLinks::Drop(net::PeerHandle peer, std::string_view why) {
 
 void RegionLinks::Close() {
   closed_ = true;
+  endpoint_->Close("this region ends");
   for (auto& [region, link] : links_) {
     if (link.peer != net::PeerHandle()) endpoint_->Disconnect(std::exchange(link.peer, {}));
     link.confirmed = false;
   }
-  for (const auto& [peer, stranger] : strangers_) endpoint_->Disconnect(peer);
-  strangers_.clear();
+  for (const auto& [peer, caller] : callers_) endpoint_->Disconnect(peer);
+  callers_.clear();
   endpoint_->Flush();
 }
 

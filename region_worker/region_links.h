@@ -1,8 +1,8 @@
 // RegionLinks: the connections to the neighbour regions, and the frames that go over them.
 //
-// Of two neighbours the one with the lower id dials, again and again. The first message each way is a LinkHello with a
-// proof by the instance's key; the side that was dialled answers only a proven hello, so that it gives a stranger
-// nothing. Every later message is a frame.
+// Of two neighbours the one with the lower id dials, again and again, and shows the other's door a token that it has
+// made itself, for both hold the instance's key. The first message each way is a LinkHello; the side that was dialled
+// answers only one that it agrees with. Every later message is a frame.
 //
 // A link that breaks loses what was on its way, so the last two frames for each neighbour are kept and sent when a
 // link is confirmed: neighbours in step are at most one tick apart. Frames of tick 0 take the same way.
@@ -44,7 +44,9 @@ class RegionLinks {
   using OnFrame = std::function<void(RegionId from, std::span<const std::uint8_t> bytes)>;
 
   static constexpr Duration kMinRedial = std::chrono::milliseconds(20), kMaxRedial = std::chrono::milliseconds(1000);
-  static constexpr Duration kHelloTimeout = std::chrono::seconds(3);  // of an accepted connection that says nothing
+  static constexpr Duration kHelloTimeout = std::chrono::seconds(3);  // of a neighbour that says nothing
+  // Of a token that this region makes for itself: for one dial, with room for clocks that differ.
+  static constexpr std::chrono::seconds kTokenLifetime{600};
   static constexpr std::size_t kFramesKept = 2;
 
   RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
@@ -64,6 +66,7 @@ class RegionLinks {
   bool Service(TimePoint now, const OnFrame& on_frame);
   void Close();                                                   // ends all links in order
   bool draining() const { return endpoint_->connections() > 0; }  // while Close is under way
+  const net::DoorStats& door_stats() const { return endpoint_->door_stats(); }
 
   std::vector<RegionId> linked() const;  // ascending
   bool AllLinked() const;                // false before Open
@@ -78,10 +81,11 @@ class RegionLinks {
     Duration backoff = kMinRedial;
     std::vector<net::Bytes> kept;  // oldest first
   };
-  // Accepted, not yet known who it is.
-  struct Stranger {
+  // Let in by the door, has not said its hello.
+  struct Caller {
     TimePoint until{};
-    std::optional<net::Bytes> hello;  // came before Open
+    RegionId region;  // proven
+    Incarnation incarnation;
   };
 
   void Handle(const net::Event& event, TimePoint now, const OnFrame& on_frame);
@@ -90,10 +94,10 @@ class RegionLinks {
   void OnMessage(const net::Event& event, TimePoint now, const OnFrame& on_frame);
   void OnHello(net::PeerHandle peer, std::span<const std::uint8_t> bytes, TimePoint now);
   void DialDue(TimePoint now);
-  void DropSilentStrangers(TimePoint now);
+  void DropSilentCallers(TimePoint now);
   void Confirm(RegionId region, Link& link, net::PeerHandle peer);
   void SendHello(net::PeerHandle peer);
-  absl::Status CheckHello(const v1::LinkHello& hello, std::optional<RegionId> expected) const;
+  absl::Status CheckHello(const v1::LinkHello& hello, RegionId region, std::optional<Incarnation> incarnation) const;
   void Drop(net::PeerHandle peer, std::string_view why);
   std::map<RegionId, Link>::iterator LinkOf(net::PeerHandle peer);
 
@@ -103,7 +107,7 @@ class RegionLinks {
   bool closed_ = false;
   absl::Status health_;
   std::map<RegionId, Link> links_;
-  std::map<net::PeerHandle, Stranger> strangers_;
+  std::map<net::PeerHandle, Caller> callers_;
 };
 
 }  // namespace tessera::worker

@@ -23,24 +23,23 @@ net::ConnectToken TokenFor(std::uint32_t player) {
           .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 3600};
 }
 
+net::Credentials PassFor(std::uint32_t player) { return net::Issue(TokenFor(player), HandKey()); }
+
 TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, replication::Settings{}) {
   auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1"});
   EXPECT_TRUE(endpoint.ok()) << endpoint.status();
   endpoint_ = *std::move(endpoint);
 }
 
-bool TestClient::Connect(std::uint16_t port) {
-  const auto peer = endpoint_->Connect("127.0.0.1", port);
-  if (!peer.ok()) return false;
+void TestClient::Dial(std::uint16_t port, RegionId region, const net::Credentials& pass) {
+  const auto peer = endpoint_->Connect("127.0.0.1", port, region, pass);
+  ASSERT_TRUE(peer.ok()) << peer.status();
   peer_ = *peer;
-  return Until([&] { return connected; });
 }
 
-void TestClient::SayHello(std::span<const std::uint8_t> sealed_token, std::uint32_t protocol_version) {
-  v1::ClientControl message;
-  message.mutable_hello()->set_protocol_version(protocol_version);
-  message.mutable_hello()->set_connect_token(sealed_token.data(), sealed_token.size());
-  SayReliably(message.SerializeAsString());
+bool TestClient::Connect(std::uint16_t port, RegionId region, const net::Credentials& pass) {
+  Dial(port, region, pass);
+  return Until([&] { return connected || disconnected; }) && connected;
 }
 
 void TestClient::SayReliably(const std::string& bytes) {
@@ -74,6 +73,10 @@ bool Until(std::initializer_list<TestClient*> clients, const std::function<bool(
 void TestClient::Handle(const net::Event& event) {
   if (event.kind == net::Event::Kind::kConnected) connected = true;
   if (event.kind == net::Event::Kind::kDisconnected) disconnected = true;
+  if (event.refusal) {
+    refusal.emplace().set_reason(static_cast<v1::RefusalReason>(event.refusal->reason));
+    refusal->set_detail(event.refusal->detail);
+  }
   if (event.kind != net::Event::Kind::kMessage) return;
   if (event.delivery == net::Delivery::kUnsequenced) return ReadSnapshot(event.bytes);
   v1::RegionControl control;

@@ -18,14 +18,15 @@
 namespace tessera::worker {
 
 net::ConnectToken TokenFor(std::uint32_t player);  // of the instance that runs by hand
+net::Credentials PassFor(std::uint32_t player);
 
 class TestClient {
  public:
   explicit TestClient(const Aabb& world_bounds);
 
-  // Connects to a region's game port and says hello with `token`.
-  bool Connect(std::uint16_t port);
-  void SayHello(std::span<const std::uint8_t> sealed_token, std::uint32_t protocol_version);
+  // To a region's game port. `Connect` waits until it is let in or refused: true if it is in.
+  void Dial(std::uint16_t port, RegionId region, const net::Credentials& pass);
+  bool Connect(std::uint16_t port, RegionId region, const net::Credentials& pass);
   void SayReliably(const std::string& bytes);
   void SendDatagram(std::span<const std::uint8_t> bytes);
   // With the acknowledgement of what has come so far.

@@ -87,10 +87,10 @@ class WorkerAgentTest : public testing::Test {
   v1::WorkerReport WaitForPhase(std::uint32_t region, v1::WorkerPhase phase) {
     return Wait(region, [&](const v1::WorkerReport& report) { return Is(report, phase); });
   }
-  std::vector<std::uint8_t> Token(std::uint32_t player) const {
+  net::Credentials Token(std::uint32_t player) const {
     net::ConnectToken token = TokenFor(player);
     token.instance_id = kInstance;
-    return net::Seal(token, key_);
+    return net::Issue(token, key_);
   }
 
   std::string socket_ = testing::TempDir() + "tw" + std::to_string(getpid()) + ".sock";
@@ -281,8 +281,7 @@ TEST_F(WorkerAgentTest, PlayerWhoseTokenIsFasterThanTheOrderIsLetInWhenTheOrderC
   agent_->Give(order);
   const v1::WorkerReport running = WaitForPhase(1, v1::WORKER_PHASE_RUNNING);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(running.address().game_port())));
-  client.SayHello(Token(1), net::kProtocolVersion);
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(running.address().game_port()), RegionId(1), Token(1)));
   v1::WorkerOrder with_player = NextOrder(1);
   with_player.set_run(true);
   AddPlayer(with_player, 1, 1);
@@ -298,8 +297,7 @@ TEST_F(WorkerAgentTest, PlayerThatNobodyKnowsIsRefused) {
   agent_->Give(NextOrder(1));
   const v1::WorkerReport linked = WaitForPhase(1, v1::WORKER_PHASE_LINKED);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(linked.address().game_port())));
-  client.SayHello(Token(8), net::kProtocolVersion);
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(linked.address().game_port()), RegionId(1), Token(8)));
   ASSERT_TRUE(client.Until([&] { return client.refusal.has_value(); }));
   EXPECT_EQ(client.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
   EXPECT_NE(client.refusal->detail().find("8"), std::string::npos);
@@ -314,8 +312,7 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   const v1::WorkerReport there = Wait(1, [](const auto& report) { return report.spawned_bodies() == 1; });
   EXPECT_EQ(there.owned(), kBalls + 1);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port())));
-  client.SayHello(Token(1), net::kProtocolVersion);
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
   ASSERT_TRUE(client.Until([&] { return client.welcome.has_value(); }));
 
   v1::WorkerOrder left = NextOrder(1);
@@ -328,8 +325,7 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   EXPECT_EQ(gone.spawned_bodies(), 1u);
 
   TestClient again(scene_->bounds);
-  ASSERT_TRUE(again.Connect(static_cast<std::uint16_t>(there.address().game_port())));
-  again.SayHello(Token(1), net::kProtocolVersion);
+  ASSERT_TRUE(again.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
   ASSERT_TRUE(again.Until([&] { return again.refusal.has_value(); }));
   EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
 }

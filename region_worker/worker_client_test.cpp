@@ -7,7 +7,6 @@
 #include <set>
 
 #include "core/replication/input.h"
-#include "net/protocol.h"
 #include "region_worker/by_hand.h"
 #include "region_worker/scene_file.h"
 #include "region_worker/test_client.h"
@@ -60,8 +59,7 @@ class Cluster {
   std::uint16_t metrics_port(std::uint32_t region) const { return static_cast<std::uint16_t>(game_port(region) + 2); }
   std::unique_ptr<TestClient> Join(std::uint32_t region, std::uint32_t player) {
     auto client = std::make_unique<TestClient>(scene_->bounds);
-    EXPECT_TRUE(client->Connect(game_port(region)));
-    client->SayHello(net::Seal(TokenFor(player), HandKey()), net::kProtocolVersion);
+    EXPECT_TRUE(client->Connect(game_port(region), RegionId(region), PassFor(player)));
     EXPECT_TRUE(client->Until([&] { return client->welcome.has_value(); }));
     return client;
   }
@@ -188,41 +186,42 @@ TEST(WorkerClientTest, InputThatIsNotFiniteOrNotAnInputHarmsNothing) {
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_nonfinite_bodies_total"), 0);
 }
 
-// One that is refused gets the reason, then the connection is closed.
+// One that is refused at the door gets the reason, and no connection.
 class WorkerRefusalTest : public testing::Test {
  protected:
-  v1::RegionRefusal RefusalOf(const std::function<void(TestClient&)>& hello) {
+  v1::RegionRefusal RefusalOf(const net::Credentials& pass, RegionId region = RegionId(1)) {
     TestClient client(cluster_.scene().bounds);
-    EXPECT_TRUE(client.Connect(cluster_.game_port(1)));
-    hello(client);
-    EXPECT_TRUE(client.Until([&] { return client.refusal.has_value() && client.disconnected; }));
+    EXPECT_FALSE(client.Connect(cluster_.game_port(1), region, pass));
+    EXPECT_TRUE(client.refusal.has_value());
     EXPECT_FALSE(client.welcome.has_value());
-    EXPECT_TRUE(client.bodies.empty());
     return client.refusal.value_or(v1::RegionRefusal());
-  }
-  v1::RegionRefusal RefusalOfToken(const std::vector<std::uint8_t>& sealed) {
-    return RefusalOf([&](TestClient& client) { client.SayHello(sealed, net::kProtocolVersion); });
   }
   Cluster cluster_{1};
 };
 
 TEST_F(WorkerRefusalTest, TokenOfAnotherKey) {
-  const v1::RegionRefusal refusal = RefusalOfToken(net::Seal(TokenFor(1), net::MakeInstanceKey()));
+  const v1::RegionRefusal refusal = RefusalOf(net::Issue(TokenFor(1), net::MakeInstanceKey()));
   EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_BAD_TOKEN);
   EXPECT_FALSE(refusal.detail().empty());
 }
 
 TEST_F(WorkerRefusalTest, DamagedToken) {
-  auto sealed = net::Seal(TokenFor(1), HandKey());
-  sealed.back() ^= 1;
-  EXPECT_EQ(RefusalOfToken(sealed).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
-  EXPECT_EQ(RefusalOfToken({}).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  net::Credentials pass = PassFor(1);
+  pass.token.back() ^= 1;
+  EXPECT_EQ(RefusalOf(pass).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  EXPECT_EQ(RefusalOf({}).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+}
+
+TEST_F(WorkerRefusalTest, TokenThatWasOverheardButNotItsKey) {
+  net::Credentials pass = PassFor(1);
+  pass.key = PassFor(1).key;  // of another token of the same player
+  EXPECT_EQ(RefusalOf(pass).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 
 TEST_F(WorkerRefusalTest, TokenOfAnotherInstanceNamesBoth) {
   net::ConnectToken token = TokenFor(1);
   token.instance_id = "inst-7";
-  const v1::RegionRefusal refusal = RefusalOfToken(net::Seal(token, HandKey()));
+  const v1::RegionRefusal refusal = RefusalOf(net::Issue(token, HandKey()));
   EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_INSTANCE);
   EXPECT_NE(refusal.detail().find("inst-7"), std::string::npos) << refusal.detail();
   EXPECT_NE(refusal.detail().find(kHandInstanceId), std::string::npos) << refusal.detail();
@@ -231,21 +230,20 @@ TEST_F(WorkerRefusalTest, TokenOfAnotherInstanceNamesBoth) {
 TEST_F(WorkerRefusalTest, ExpiredToken) {
   net::ConnectToken token = TokenFor(1);
   token.expires_unix_s = 1;
-  EXPECT_EQ(RefusalOfToken(net::Seal(token, HandKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
+  EXPECT_EQ(RefusalOf(net::Issue(token, HandKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
 }
 
-TEST_F(WorkerRefusalTest, AnotherProtocolNamesBothVersions) {
-  const v1::RegionRefusal refusal =
-      RefusalOf([](TestClient& client) { client.SayHello(net::Seal(TokenFor(1), HandKey()), 999); });
-  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_PROTOCOL);
-  EXPECT_NE(refusal.detail().find("999"), std::string::npos) << refusal.detail();
+TEST_F(WorkerRefusalTest, TokenOfARegion) {
+  net::ConnectToken token = TokenFor(1);
+  token.player = PlayerNumber();
+  token.region = RegionId(2);
+  EXPECT_EQ(RefusalOf(net::Issue(token, HandKey())).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 
-TEST_F(WorkerRefusalTest, FirstMessageThatIsNoHello) {
-  EXPECT_EQ(RefusalOf([](TestClient& client) { client.SayReliably("\xff\xff"); }).reason(),
-            v1::REFUSAL_REASON_MALFORMED);
-  EXPECT_EQ(RefusalOf([](TestClient& client) { client.SayReliably(""); }).reason(), v1::REFUSAL_REASON_MALFORMED);
-  EXPECT_EQ(RefusalOf([](TestClient&) {}).reason(), v1::REFUSAL_REASON_MALFORMED);  // says nothing at all
+TEST_F(WorkerRefusalTest, AnotherRegionNamesBoth) {
+  const v1::RegionRefusal refusal = RefusalOf(PassFor(1), RegionId(7));
+  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_REGION);
+  EXPECT_EQ(refusal.detail(), "this is region 1, not 7");
 }
 
 TEST(WorkerClientTest, PlayerThatComesAgainTakesItsPlace) {

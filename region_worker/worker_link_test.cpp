@@ -1,6 +1,7 @@
 // The link between regions: this test is the neighbour, with a region of its own, of a worker that is the real program.
 #include <gtest/gtest.h>
 
+#include <ctime>
 #include <deque>
 #include <optional>
 
@@ -39,16 +40,28 @@ constexpr char kCrowd[] = R"(
   }
 )";
 
-v1::LinkHello HelloOf(std::uint32_t region, const net::InstanceKey& key) {
+v1::LinkHello HelloOf(std::uint32_t region) {
   v1::LinkHello hello;
-  hello.set_protocol_version(net::kProtocolVersion);
-  hello.set_instance_id(kHandInstanceId);
   hello.set_region(region);
   hello.set_incarnation(1);
   hello.set_map_version(1);
-  const auto proof = net::LinkProof(key, kHandInstanceId, RegionId(region), Incarnation(1), MapVersion(1));
-  hello.set_proof(proof.data(), proof.size());
   return hello;
+}
+
+net::Doorplate PlateOf(std::uint32_t region, const net::InstanceKey& key) {
+  return {.instance_id = kHandInstanceId,
+          .region = RegionId(region),
+          .incarnation = Incarnation(1),
+          .key = key,
+          .for_regions = true};
+}
+
+net::Credentials PassOf(std::uint32_t region, const net::InstanceKey& key) {
+  return net::Issue({.instance_id = kHandInstanceId,
+                     .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60,
+                     .region = RegionId(region),
+                     .incarnation = Incarnation(1)},
+                    key);
 }
 
 std::unique_ptr<net::Endpoint> EndpointAt(std::uint16_t port) {
@@ -74,6 +87,7 @@ struct Line {
       if (done()) return true;
       for (net::Event& event : endpoint->Service(std::chrono::milliseconds(2))) {
         if (event.kind == net::Event::Kind::kConnected) peer = event.peer;
+        if (event.refusal) refusal = event.refusal;
         if (event.peer != peer) continue;
         connected = event.kind != net::Event::Kind::kDisconnected;
         if (event.kind == net::Event::Kind::kMessage) messages.push_back(std::move(event.bytes));
@@ -93,6 +107,7 @@ struct Line {
   std::unique_ptr<net::Endpoint> endpoint;
   net::PeerHandle peer;
   bool connected = false;
+  std::optional<net::Refusal> refusal;
   std::deque<net::Bytes> messages;
 };
 
@@ -122,6 +137,7 @@ class WorkerLinkTest : public testing::Test {
 class NeighborTest : public WorkerLinkTest {
  protected:
   explicit NeighborTest(const char* scene = kScene) : WorkerLinkTest(scene), line_(LinkPort(2)) {
+    line_.endpoint->Open(PlateOf(2, HandKey()));
     scene_ = *LoadSceneFile(scene_file_);
     region_.emplace(region::Config{.self = RegionId(2),
                                    .incarnation = Incarnation(1),
@@ -141,8 +157,8 @@ class NeighborTest : public WorkerLinkTest {
     ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
     const std::optional<v1::LinkHello> hello = line_.TakeHello();
     ASSERT_TRUE(hello.has_value());
-    EXPECT_EQ(hello->SerializeAsString(), HelloOf(1, HandKey()).SerializeAsString());
-    line_.SendHello(HelloOf(2, HandKey()));
+    EXPECT_EQ(hello->SerializeAsString(), HelloOf(1).SerializeAsString());
+    line_.SendHello(HelloOf(2));
     for (const net::Bytes& frame : kept_) line_.Send(frame);
   }
   // In step with the worker up to tick `to`.
@@ -206,14 +222,19 @@ TEST_F(NeighborTest, FramesThatAreNoneAreCountedAndHarmNothing) {
   EXPECT_GE(std::atoi(metrics.c_str() + at + series.size()), 2) << metrics.substr(at, 200);
 }
 
-TEST_F(NeighborTest, AnswerWithAWrongProofIsNotTaken) {
-  ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
-  ASSERT_TRUE(line_.TakeHello().has_value());
-  line_.SendHello(HelloOf(2, net::MakeInstanceKey()));
-  ASSERT_TRUE(line_.Until([&] { return !line_.connected; }));
-  EXPECT_TRUE(worker_->WaitForLine("the proof is not by this instance's key"));
+TEST_F(NeighborTest, ADoorOfAnotherKeyLeadsNowhere) {
+  line_.endpoint->Open(PlateOf(2, net::MakeInstanceKey()));
+  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->door_stats().refused > 0; }));
+  ASSERT_TRUE(worker_->WaitForLine("link refused reason=BAD_TOKEN"));
+  line_.endpoint->Open(PlateOf(2, HandKey()));
   Link();  // it dials again, and the right one is taken
   EXPECT_TRUE(StepTo(Tick(5)));
+}
+
+TEST_F(NeighborTest, ADoorOfAnotherRegionLeadsNowhere) {
+  line_.endpoint->Open(PlateOf(3, HandKey()));
+  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->door_stats().refused > 0; }));
+  EXPECT_TRUE(worker_->WaitForLine("link refused reason=WRONG_REGION"));
 }
 
 class CrowdTest : public NeighborTest {
@@ -241,53 +262,67 @@ TEST(RegionLinksTest, AFrameThatCannotBeSentIsTold) {
 class StrangerTest : public WorkerLinkTest {
  protected:
   StrangerTest() : line_(0) { StartWorker(2); }
-  void Dial() {
-    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2));
+  void Dial(const net::Credentials& pass) {
+    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2), RegionId(2), pass);
     ASSERT_TRUE(peer.ok());
-    ASSERT_TRUE(line_.Until([&] { return line_.connected; }));
+    ASSERT_TRUE(line_.Until([&] { return line_.connected || line_.refusal; }));
   }
   void ExpectRefused(const v1::LinkHello& hello, const std::string& why) {
-    Dial();
+    Dial(PassOf(1, HandKey()));
     line_.SendHello(hello);
     EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
-    EXPECT_TRUE(line_.messages.empty()) << "a stranger was told something";
+    EXPECT_TRUE(line_.messages.empty()) << "one that is not expected was told something";
     EXPECT_TRUE(worker_->WaitForLine(why)) << worker_->said();
   }
   Line line_;
 };
 
-TEST_F(StrangerTest, WrongProofIsRefused) {
-  ExpectRefused(HelloOf(1, net::MakeInstanceKey()), "the proof is not by this instance's key");
+TEST_F(StrangerTest, AnotherKeyIsRefusedAtTheDoor) {
+  Dial(PassOf(1, net::MakeInstanceKey()));
+  ASSERT_TRUE(line_.refusal.has_value());
+  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
 }
 
-TEST_F(StrangerTest, ProofOfOtherFieldsIsRefused) {
-  v1::LinkHello hello = HelloOf(1, HandKey());
+TEST_F(StrangerTest, APlayersTokenIsRefusedAtTheDoor) {
+  Dial(net::Issue({.instance_id = kHandInstanceId,
+                   .player = PlayerNumber(1),
+                   .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60},
+                  HandKey()));
+  ASSERT_TRUE(line_.refusal.has_value());
+  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
+}
+
+TEST_F(StrangerTest, HelloOfAnotherThanTheTokensIsRefused) {
+  v1::LinkHello hello = HelloOf(1);
   hello.set_incarnation(2);
-  ExpectRefused(hello, "the proof is not by this instance's key");
+  ExpectRefused(hello, "its token region 1 incarnation 1");
+}
+
+TEST_F(StrangerTest, AnotherMapIsRefused) {
+  v1::LinkHello hello = HelloOf(1);
+  hello.set_map_version(9);
+  ExpectRefused(hello, "map version 9, this is 1");
 }
 
 TEST_F(StrangerTest, RegionThatIsNoNeighborIsRefused) {
-  ExpectRefused(HelloOf(7, HandKey()), "region 7 is not expected");
-}
-
-TEST_F(StrangerTest, AnotherProtocolIsRefused) {
-  v1::LinkHello hello = HelloOf(1, HandKey());
-  hello.set_protocol_version(999);
-  ExpectRefused(hello, "protocol 999");
+  Dial(PassOf(7, HandKey()));
+  line_.SendHello(HelloOf(7));
+  EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
+  EXPECT_TRUE(worker_->WaitForLine("region 7 is not expected")) << worker_->said();
 }
 
 TEST_F(StrangerTest, SilenceIsDropped) {
-  Dial();
+  Dial(PassOf(1, HandKey()));
   EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
   EXPECT_TRUE(worker_->WaitForLine("it said no hello"));
 }
 
-TEST_F(StrangerTest, NeighborIsAnsweredWithAProofAndTheFrameOfTickZero) {
-  Dial();
-  line_.SendHello(HelloOf(1, HandKey()));
+TEST_F(StrangerTest, NeighborIsAnsweredWithAHelloAndTheFrameOfTickZero) {
+  Dial(PassOf(1, HandKey()));
+  line_.SendHello(HelloOf(1));
   const std::optional<v1::LinkHello> answer = line_.TakeHello();
   ASSERT_TRUE(answer.has_value());
-  EXPECT_EQ(answer->SerializeAsString(), HelloOf(2, HandKey()).SerializeAsString());
+  EXPECT_EQ(answer->SerializeAsString(), HelloOf(2).SerializeAsString());
   EXPECT_TRUE(line_.Until([&] { return !line_.messages.empty(); }));
 }
 

@@ -1,0 +1,271 @@
+#include "net/door.h"
+
+#include <sodium.h>
+
+#include <algorithm>
+#include <cassert>
+
+#include "absl/strings/str_cat.h"
+#include "net/door_session.h"
+#include "net/protocol.h"
+
+namespace tessera::net {
+namespace {
+
+constexpr std::uint32_t kSlotBits = 12, kSlotMask = (1u << kSlotBits) - 1;
+constexpr std::size_t kShares = 1024;  // addresses that fall together share
+
+std::uint64_t SecondsOf(Door::TimePoint now) {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count());
+}
+
+Refused ReasonOf(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kNotFound:
+      return Refused::kWrongInstance;
+    case absl::StatusCode::kDeadlineExceeded:
+      return Refused::kExpired;
+    default:
+      return Refused::kBadToken;
+  }
+}
+
+}  // namespace
+
+Door::Door(const DoorLimits& limits)
+    : limits_(limits), shares_(kShares), slots_(limits.max_sessions), generations_(limits.max_sessions) {
+  assert(limits.max_sessions >= 1 && limits.max_sessions <= kMaxSessions);
+  randombytes_buf(share_key_.data(), share_key_.size());
+  for (std::size_t slot = limits.max_sessions; slot > 0; --slot) free_.push_back(static_cast<std::uint32_t>(slot - 1));
+}
+
+Door::~Door() = default;
+
+void Door::Open(Doorplate plate) { plate_ = std::move(plate); }
+void Door::Close(std::string why) { closed_because_ = std::move(why); }
+
+// --- Sessions --------------------------------------------------------------------------------------------------------
+
+Door::Session* Door::Find(SessionNumber number) const {
+  const std::uint32_t slot = number.value() & kSlotMask;
+  if (slot >= slots_.size() || slots_[slot] == nullptr || slots_[slot]->number != number) return nullptr;
+  return slots_[slot].get();
+}
+
+Door::Session* Door::Make(const Address& address) {
+  if (free_.empty()) return nullptr;
+  const std::uint32_t slot = free_.back();
+  free_.pop_back();
+  std::uint16_t& generation = generations_[slot];
+  generation = static_cast<std::uint16_t>(generation % kMaxSessions + 1);  // 1 to 4095
+  slots_[slot] = std::make_unique<Session>();
+  ++live_;
+  Session& session = *slots_[slot];
+  session.number = SessionNumber(std::uint32_t{generation} << kSlotBits | slot);
+  session.address = address;
+  return &session;
+}
+
+void Door::Forget(SessionNumber number) {
+  if (Find(number) == nullptr) return;
+  const std::uint32_t slot = number.value() & kSlotMask;
+  slots_[slot].reset();
+  // To the front: the slot used longest ago comes next.
+  free_.insert(free_.begin(), slot);
+  --live_;
+}
+
+void Door::Settle(SessionNumber session) { Find(session)->due.reset(); }
+bool Door::IsOpen(SessionNumber session) const { return Find(session)->channel.has_value(); }
+bool Door::IsDialled(SessionNumber session) const { return Find(session)->dialled; }
+const Address& Door::AddressOf(SessionNumber session) const { return Find(session)->address; }
+const ConnectToken& Door::TokenOf(SessionNumber session) const { return Find(session)->token; }
+const std::optional<Refusal>& Door::RefusalOf(SessionNumber session) const { return Find(session)->refusal; }
+
+std::size_t Door::Seal(SessionNumber session, std::span<std::uint8_t> datagram, std::size_t payload_bytes) {
+  Session& to = *Find(session);
+  return to.channel->Seal(to.peer, datagram, payload_bytes);
+}
+
+// --- What comes ------------------------------------------------------------------------------------------------------
+
+Door::Received Door::Receive(TimePoint now, std::uint64_t unix_s, const Address& from,
+                             std::span<std::uint8_t> datagram) {
+  const auto kind = datagram.empty() ? DatagramKind{} : static_cast<DatagramKind>(datagram[0]);
+  if (kind == DatagramKind::kSealed) return OnSealed(from, datagram);
+  stats_.bytes_from_strangers += datagram.size();
+  switch (kind) {
+    case DatagramKind::kHello:
+      return OnHello(now, from, datagram);
+    case DatagramKind::kLogin:
+      return OnLogin(now, unix_s, from, datagram);
+    case DatagramKind::kChallenge:
+      return OnChallenge(now, from, datagram);
+    case DatagramKind::kAccept:
+      return OnAccept(from, datagram);
+    case DatagramKind::kRefusal:
+      return OnRefusal(from, datagram);
+    case DatagramKind::kSealed:
+      break;
+  }
+  ++stats_.strange;
+  return {};
+}
+
+Door::Received Door::OnSealed(const Address& from, std::span<std::uint8_t> datagram) {
+  Session* session = nullptr;
+  if (datagram.size() > kSealHeaderBytes + kSealTagBytes) session = Find(SessionNumber(SessionNumberOf(datagram)));
+  if (session == nullptr || !session->channel || session->address != from) {
+    stats_.bytes_from_strangers += datagram.size();
+    ++stats_.strange;
+    return {};
+  }
+  Channel::Fault fault{};
+  const std::optional<std::span<std::uint8_t>> payload = session->channel->Open(datagram, &fault);
+  if (!payload) {
+    stats_.bytes_from_strangers += datagram.size();
+    ++(fault == Channel::Fault::kReplayed ? stats_.replayed : stats_.forged);
+    return {};
+  }
+  session->heard = true;
+  ++stats_.payloads;
+  return {.kind = Received::Kind::kPayload, .session = session->number, .bytes = *payload};
+}
+
+Door::Received Door::OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Hello> hello = ReadHello(bytes);
+  if (!plate_ || !hello) {
+    ++stats_.strange;
+    return {};
+  }
+  ++stats_.hellos;
+  if (hello->protocol != kProtocolVersion) {
+    return Refuse(Refused::kProtocol, hello->session, hello->nonce,
+                  absl::StrCat("you speak protocol ", hello->protocol, ", this region ", kProtocolVersion),
+                  bytes.size());
+  }
+  return Reply(Write(Challenge{.session = hello->session,
+                               .nonce = hello->nonce,
+                               .incarnation = plate_->incarnation,
+                               .cookie = cookies_.Bake(from, hello->nonce, SecondsOf(now))}));
+}
+
+// From what costs least to what costs most.
+Door::Received Door::OnLogin(TimePoint now, std::uint64_t unix_s, const Address& from,
+                             std::span<const std::uint8_t> bytes) {
+  const std::optional<Login> login = ReadLogin(bytes);
+  if (!plate_ || !login) {
+    ++stats_.strange;
+    return {};
+  }
+  // A cookie of an earlier life of this region does not hold here; the dialler asks for another.
+  if (!cookies_.Good(login->cookie, from, login->nonce, SecondsOf(now)) || login->incarnation != plate_->incarnation) {
+    ++stats_.stale;
+    return {};
+  }
+  if (!WithinShare(now, from)) {
+    ++stats_.limited;
+    return {};
+  }
+  ++stats_.logins;
+  if (const Session* known = Greeted(from, login->nonce)) {
+    return known->heard ? Received{} : Reply(known->said);  // the acceptance was lost
+  }
+  const auto refuse = [&](Refused reason, std::string_view why) {
+    return Refuse(reason, login->session, login->nonce, std::string(why), bytes.size());
+  };
+  absl::StatusOr<ConnectToken> token = net::Open(login->token, plate_->instance_id, plate_->key, unix_s);
+  if (!token.ok()) {
+    const absl::string_view why = token.status().message();
+    return refuse(ReasonOf(token.status()), {why.data(), why.size()});
+  }
+  const SessionKey key = SessionKeyOf(login->token, plate_->key);
+  if (!IsProven(bytes, key)) return refuse(Refused::kBadToken, "the connect token is shown by another than its holder");
+  if ((token->region != RegionId()) != plate_->for_regions) {
+    return refuse(Refused::kBadToken, "the connect token is for another kind of port");
+  }
+  if (closed_because_) return refuse(Refused::kStopping, *closed_because_);
+  if (login->region != plate_->region) {
+    return refuse(Refused::kWrongRegion,
+                  absl::StrCat("this is region ", plate_->region.value(), ", not ", login->region.value()));
+  }
+  DropUnsettled(login->token);
+  if (free_.empty()) return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_sessions, " places are taken"));
+  if (CameFrom(from.host) >= limits_.max_per_address) {
+    return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_address, " places of one address are taken"));
+  }
+  return Admit(now, from, *login, key, *std::move(token));
+}
+
+Door::Received Door::Admit(TimePoint now, const Address& from, const Login& login, const SessionKey& key,
+                           ConnectToken token) {
+  ++stats_.accepted;
+  Session& session = *Make(from);
+  session.peer = login.session;
+  session.nonce = login.nonce;
+  session.token = std::move(token);
+  session.token_id = TokenIdOf(login.token);
+  session.due = now + kUnsettled;
+  Nonce nonce;
+  randombytes_buf(nonce.data(), nonce.size());
+  const DirectionKeys keys = DeriveKeys(key, plate_->region, plate_->incarnation, login.nonce, nonce);
+  session.channel.emplace(keys.to_dialler, keys.to_door);
+  session.said =
+      Write(Accept{.session = login.session, .peer = session.number.value(), .nonce = nonce}, keys.to_dialler);
+  return Reply(session.said);
+}
+
+Door::Received Door::Reply(std::vector<std::uint8_t> bytes) {
+  reply_ = std::move(bytes);
+  stats_.bytes_to_strangers += reply_.size();
+  return {.kind = Received::Kind::kReply, .bytes = reply_};
+}
+
+Door::Received Door::Refuse(Refused reason, std::uint32_t session, const Nonce& nonce, std::string detail,
+                            std::size_t question_bytes) {
+  ++stats_.refused;
+  std::replace_if(
+      detail.begin(), detail.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return Reply(Write(Refusal{.reason = reason, .session = session, .nonce = nonce, .detail = std::move(detail)},
+                     question_bytes));
+}
+
+Door::Session* Door::Greeted(const Address& from, const Nonce& nonce) const {
+  for (const auto& session : slots_) {
+    if (session != nullptr && !session->dialled && session->address == from && session->nonce == nonce) {
+      return session.get();
+    }
+  }
+  return nullptr;
+}
+
+// A token has one session at a time that leads nowhere yet, so its holder cannot fill the house with such.
+void Door::DropUnsettled(std::span<const std::uint8_t> token) {
+  const TokenId id = TokenIdOf(token);
+  for (const auto& session : slots_) {
+    if (session == nullptr || session->dialled || !session->due || session->token_id != id) continue;
+    Forget(session->number);
+    return;
+  }
+}
+
+std::size_t Door::CameFrom(std::uint32_t host) const {
+  return static_cast<std::size_t>(std::count_if(slots_.begin(), slots_.end(), [&](const auto& session) {
+    return session != nullptr && !session->dialled && session->address.host == host;
+  }));
+}
+
+bool Door::WithinShare(TimePoint now, const Address& from) {
+  std::array<std::uint8_t, crypto_shorthash_BYTES> hash;
+  static_assert(Secret<16>::size() == crypto_shorthash_KEYBYTES);
+  crypto_shorthash(hash.data(), reinterpret_cast<const std::uint8_t*>(&from.host), sizeof from.host, share_key_.data());
+  Share& share = shares_[(std::size_t{hash[0]} | std::size_t{hash[1]} << 8) % kShares];
+  const double gained = std::chrono::duration<double>(now - share.since).count() * limits_.logins_per_s;
+  share.left = share.since == TimePoint() ? limits_.login_burst : std::min(limits_.login_burst, share.left + gained);
+  share.since = now;
+  if (share.left < 1) return false;
+  share.left -= 1;
+  return true;
+}
+
+}  // namespace tessera::net

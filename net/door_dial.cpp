@@ -1,0 +1,126 @@
+// Door as the one that dials, and what is due.
+#include <sodium.h>
+
+#include <algorithm>
+
+#include "net/door.h"
+#include "net/door_session.h"
+#include "net/protocol.h"
+
+namespace tessera::net {
+
+TokenId TokenIdOf(std::span<const std::uint8_t> token) {
+  TokenId id;
+  std::copy_n(token.begin(), id.size(), id.begin());
+  return id;
+}
+
+std::optional<SessionNumber> Door::Dial(TimePoint now, const Address& to, RegionId region, Credentials credentials) {
+  Session* session = Make(to);
+  if (session == nullptr) return std::nullopt;
+  session->dialled = true;
+  session->region = region;
+  session->credentials = std::move(credentials);
+  session->due = now;
+  SayHello(*session);
+  return session->number;
+}
+
+void Door::SayHello(Session& session) {
+  randombytes_buf(session.nonce.data(), session.nonce.size());
+  session.incarnation.reset();
+  session.said = Write(Hello{.protocol = kProtocolVersion, .session = session.number.value(), .nonce = session.nonce});
+  session.tries = 0;
+}
+
+Door::Session* Door::DialOf(std::uint32_t number, const Nonce& nonce, const Address& from) const {
+  Session* session = Find(SessionNumber(number));
+  const bool waits = session != nullptr && session->dialled && !session->channel && !session->refusal;
+  return waits && session->address == from && session->nonce == nonce ? session : nullptr;
+}
+
+Door::Received Door::OnChallenge(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Challenge> challenge = ReadChallenge(bytes);
+  Session* session = challenge ? DialOf(challenge->session, challenge->nonce, from) : nullptr;
+  if (session == nullptr || session->incarnation) {
+    ++stats_.strange;
+    return {};
+  }
+  session->incarnation = challenge->incarnation;
+  session->said = Write(Login{.session = session->number.value(),
+                              .nonce = session->nonce,
+                              .cookie = challenge->cookie,
+                              .region = session->region,
+                              .incarnation = challenge->incarnation,
+                              .token = session->credentials.token},
+                        session->credentials.key);
+  session->retry = kFirstRetry;
+  session->due = now + session->retry;
+  session->tries = 1;
+  return Reply(session->said);
+}
+
+Door::Received Door::OnAccept(const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Accept> accept = ReadAccept(bytes);
+  Session* session = accept ? Find(SessionNumber(accept->session)) : nullptr;
+  const bool expected = session != nullptr && session->dialled && !session->channel && !session->refusal &&
+                        session->incarnation && session->address == from;
+  if (!expected) {
+    ++stats_.strange;
+    return {};
+  }
+  const DirectionKeys keys =
+      DeriveKeys(session->credentials.key, session->region, *session->incarnation, session->nonce, accept->nonce);
+  if (!IsAccepted(bytes, keys.to_dialler)) {
+    ++stats_.forged;
+    return {};
+  }
+  session->peer = accept->peer;
+  session->channel.emplace(keys.to_door, keys.to_dialler);
+  session->credentials = {};
+  session->said.clear();
+  session->due.reset();
+  return {.kind = Received::Kind::kDialled, .session = session->number, .bytes = {}};
+}
+
+Door::Received Door::OnRefusal(const Address& from, std::span<const std::uint8_t> bytes) {
+  std::optional<Refusal> refusal = ReadRefusal(bytes);
+  Session* session = refusal ? DialOf(refusal->session, refusal->nonce, from) : nullptr;
+  if (session == nullptr) {
+    ++stats_.strange;
+    return {};
+  }
+  session->refusal = std::move(refusal);
+  session->due.reset();
+  return {.kind = Received::Kind::kRefused, .session = session->number, .bytes = {}};
+}
+
+std::vector<Door::Outgoing> Door::Due(TimePoint now) {
+  std::vector<Outgoing> out;
+  if (live_ == 0) return out;
+  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
+    Session* session = slots_[slot].get();
+    if (session == nullptr || !session->due || now < *session->due) continue;
+    if (!session->dialled) {
+      Forget(session->number);
+      continue;
+    }
+    if (session->tries >= kLoginTries && session->incarnation) SayHello(*session);
+    ++session->tries;
+    stats_.bytes_to_strangers += session->said.size();
+    out.push_back({session->address, session->said});
+    session->due = now + session->retry;
+    session->retry = std::min(session->retry * 2, kMaxRetry);
+  }
+  return out;
+}
+
+std::optional<Door::TimePoint> Door::next_due() const {
+  std::optional<TimePoint> next;
+  for (const auto& session : slots_) {
+    if (session != nullptr && session->due && (!next || *session->due < *next)) next = session->due;
+  }
+  return next;
+}
+
+}  // namespace tessera::net

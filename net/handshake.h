@@ -1,0 +1,139 @@
+// The datagrams by which a stranger becomes a peer, before ENet hears of it: their form, cookies, and the keys that
+// follow from them (docs/protocol.md, "The door").
+//
+//   dialler                                     door
+//   Hello      nonce, region wanted       ->          nothing kept
+//              <-   Challenge   cookie of (time, address, nonce), incarnation
+//   Login      cookie, token, proof       ->          a session, and no sooner
+//              <-   Accept      nonce, tag by the new keys
+//   or at either step  <-   Refusal   reason
+//
+// Every answer is shorter than its question, so the door amplifies nothing. Readers take what came off a wire: they
+// answer with a value only when size, kind and every field are right, and never read outside.
+// Thread rule: free functions; a CookieJar belongs to one thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/world/ids.h"
+#include "net/address.h"
+#include "net/channel.h"
+#include "net/connect_token.h"
+
+namespace tessera::net {
+
+// Why somebody may not enter. The numbers are those of tessera.v1.RefusalReason.
+enum class Refused : std::uint8_t {
+  kProtocol = 1,
+  kBadToken = 2,
+  kWrongInstance = 3,
+  kExpired = 4,
+  kFull = 6,
+  kStopping = 7,
+  kWrongRegion = 8,
+};
+std::string_view WordOf(Refused reason);  // "FULL"
+
+using Nonce = std::array<std::uint8_t, 16>;
+
+// First byte of a datagram. ENet's own begin with 0x0f, 0x8f and the like, or a peer's number; only sealed ones pass.
+enum class DatagramKind : std::uint8_t { kHello = 0xd1, kChallenge, kLogin, kAccept, kRefusal, kSealed };
+
+struct Hello {
+  std::uint32_t protocol = 0;
+  std::uint32_t session = 0;  // how the dialler calls it
+  Nonce nonce{};
+  friend bool operator==(const Hello&, const Hello&) = default;
+};
+
+struct Cookie {
+  std::uint32_t period = 0;
+  std::array<std::uint8_t, 16> mac{};
+  friend bool operator==(const Cookie&, const Cookie&) = default;
+};
+
+struct Challenge {
+  std::uint32_t session = 0;  // the dialler's
+  Nonce nonce{};              // the dialler's, so that only who saw the Hello can answer it
+  Incarnation incarnation{};
+  Cookie cookie;
+  friend bool operator==(const Challenge&, const Challenge&) = default;
+};
+
+struct Login {
+  std::uint32_t session = 0;
+  Nonce nonce{};
+  Cookie cookie;
+  RegionId region{};  // that the dialler means
+  Incarnation incarnation{};
+  std::vector<std::uint8_t> token;
+  friend bool operator==(const Login&, const Login&) = default;
+};
+
+struct Accept {
+  std::uint32_t session = 0;  // the dialler's
+  std::uint32_t peer = 0;     // how the door calls it
+  Nonce nonce{};              // the door's
+  friend bool operator==(const Accept&, const Accept&) = default;
+};
+
+struct Refusal {
+  Refused reason{};
+  std::uint32_t session = 0;
+  Nonce nonce{};
+  std::string detail;  // one line for a person
+  friend bool operator==(const Refusal&, const Refusal&) = default;
+};
+
+inline constexpr std::size_t kHelloBytes = 96;
+inline constexpr std::size_t kMaxHandshakeBytes = 512;
+inline constexpr std::size_t kProofBytes = 16;
+
+std::vector<std::uint8_t> Write(const Hello& hello);
+std::vector<std::uint8_t> Write(const Challenge& challenge);
+// With the proof that its sender holds the token's session key.
+std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key);
+// With the proof that its sender has the keys.
+std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler);
+// Shorter than `question_bytes`, whatever the detail.
+std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_bytes);
+
+std::optional<Hello> ReadHello(std::span<const std::uint8_t> bytes);
+std::optional<Challenge> ReadChallenge(std::span<const std::uint8_t> bytes);
+std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes);  // its proof not looked at yet
+std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes);
+std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes);
+
+// Require the bytes that the reader took.
+bool IsProven(std::span<const std::uint8_t> login, const SessionKey& key);
+bool IsAccepted(std::span<const std::uint8_t> accept, const Key& to_dialler);
+
+// One key a direction, of one connection only: both nonces are in it.
+struct DirectionKeys {
+  Key to_door, to_dialler;
+};
+DirectionKeys DeriveKeys(const SessionKey& key, RegionId region, Incarnation incarnation, const Nonce& dialler,
+                         const Nonce& door);
+
+// Cookies: "who uses this address has seen my answer", checked without having kept anything. SipHash-2-4-128 by a key
+// that lives as long as the jar. Good for one to two periods.
+class CookieJar {
+ public:
+  static constexpr std::uint64_t kPeriod_s = 4;
+  CookieJar();
+  // `now_s` counts from anywhere.
+  Cookie Bake(const Address& address, const Nonce& nonce, std::uint64_t now_s) const;
+  bool Good(const Cookie& cookie, const Address& address, const Nonce& nonce, std::uint64_t now_s) const;
+
+ private:
+  Cookie Make(const Address& address, const Nonce& nonce, std::uint32_t period) const;
+  Secret<16> key_;
+};
+
+}  // namespace tessera::net
