@@ -1,4 +1,4 @@
-// Meshes, height fields and compounds against closed forms.
+// Meshes and height fields against closed forms.
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <gmock/gmock.h>
 
@@ -7,91 +7,10 @@
 #include <random>
 
 #include "core/physics/bullet_math.h"
-#include "core/physics/collide/surface.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/test_surfaces.h"
 
 namespace tessera::physics {
 namespace {
-
-using Manifolds = std::vector<LocalManifold>;
-
-// `body` at a place over a surface that lies at the origin.
-Manifolds On(const Geometry& body, const Geometry& surface, const Pose& body_pose, float speculative_m = 0.02f) {
-  const Quatd back = Conjugate(body_pose.orientation);
-  const LocalPose pose{Vec3f(Rotate(back, -body_pose.position)), RotationOf(back), body_pose.position};
-  PartCaches parts;
-  Manifolds found;
-  if (body.kind == GeometryKind::kCompound) {
-    CollideCompound(body, surface, pose, speculative_m, parts, &found);
-  } else if (surface.kind == GeometryKind::kMesh) {
-    CollideMesh(body, surface, pose, speculative_m, parts, &found);
-  } else {
-    CollideHeightField(body, surface, pose, speculative_m, parts, &found);
-  }
-  // Into the surface's axes, for the tests to read.
-  for (LocalManifold& m : found) {
-    m.normal = Vec3f(Rotate(body_pose.orientation, Vec3d(m.normal)));
-    for (LocalPoint& p : m.points) {
-      p.on_a = Vec3f(body_pose.position + Rotate(body_pose.orientation, Vec3d(p.on_a)));
-      p.on_b = Vec3f(body_pose.position + Rotate(body_pose.orientation, Vec3d(p.on_b)));
-    }
-  }
-  return found;
-}
-
-// A grid of cells of one metre with its corner at -half, -half.
-template <class Height>
-std::shared_ptr<const Geometry> Grid(int cells, Height height, Vec3f offset = {}, float spacing = 1) {
-  TriangleMeshShape mesh;
-  const auto across = static_cast<std::uint32_t>(cells) + 1;
-  for (std::uint32_t i = 0; i < across * across; ++i) {
-    const float x = spacing * (static_cast<float>(i % across) - static_cast<float>(cells) / 2);
-    const float z = spacing * (static_cast<float>(i / across) - static_cast<float>(cells) / 2);
-    mesh.vertices.push_back(Vec3f{x, height(x, z), z} + offset);
-  }
-  for (std::uint32_t z = 0; z + 1 < across; ++z) {
-    for (std::uint32_t x = 0; x + 1 < across; ++x) {
-      const std::uint32_t a = z * across + x, below = a + across;
-      mesh.triangles.push_back({a, below, a + 1});
-      mesh.triangles.push_back({a + 1, below, below + 1});
-    }
-  }
-  return GeometryOf(mesh);
-}
-
-template <class Height>
-std::shared_ptr<const Geometry> Field(std::uint32_t samples, double spacing, Height height) {
-  HeightFieldShape field{.columns = samples, .rows = samples, .spacing_m = spacing, .heights_m = {}};
-  for (std::uint32_t z = 0; z < samples; ++z) {
-    for (std::uint32_t x = 0; x < samples; ++x) {
-      const double half = (samples - 1) / 2.0;
-      field.heights_m.push_back(
-          height(static_cast<float>((x - half) * spacing), static_cast<float>((z - half) * spacing)));
-    }
-  }
-  return GeometryOf(field);
-}
-
-float Flat(float, float) { return 0; }
-
-std::shared_ptr<const Geometry> Quad() {
-  TriangleMeshShape mesh;
-  mesh.vertices = {{-5, 0, -5}, {5, 0, -5}, {5, 0, 5}, {-5, 0, 5}};
-  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
-  return GeometryOf(mesh);
-}
-
-// The same with every triangle's vertices its own.
-std::shared_ptr<const Geometry> UnweldedQuad() {
-  TriangleMeshShape mesh;
-  mesh.vertices = {{-5, 0, -5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, {-5, 0, 5}, {5, 0, 5}};
-  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
-  return GeometryOf(mesh);
-}
-
-std::vector<std::shared_ptr<const Geometry>> FlatGrounds() {
-  return {Quad(), UnweldedQuad(), Grid(20, Flat), Field(21, 1, Flat), Grid(60, Flat, {}, 0.13f)};
-}
 
 std::vector<Vec3d> Places() {
   std::vector<Vec3d> places;
@@ -464,91 +383,6 @@ TEST(SurfaceTest, SliversAndRepeatedCornersDoNoHarm) {
         ASSERT_GT(m.count, 0);
         EXPECT_NEAR(Length(m.normal), 1, 1e-5f);
       }
-    }
-  }
-}
-
-// --- Compounds
-// --------------------------------------------------------------------------------------------------------
-
-ShapePtr Made(BoxShape box) { return std::make_shared<const Shape>(Shape{box}); }
-
-TEST(CompoundTest, TwoBoxesAreTwoBoxes) {
-  const CompoundChild left{{{-1, 0, 0}, {}}, Made({{0.4, 0.5, 0.4}})};
-  const CompoundChild right{{{1, 0.1, 0}, About({0, 1, 0}, 0.5)}, Made({{0.3, 0.6, 0.3}})};
-  const auto both = GeometryOf(CompoundShape{{left, right}});
-  const auto floor = GeometryOf(BoxShape{{4, 0.5, 4}});
-  const Pose above{{0.1, 0.999, -0.2}, About({0, 1, 0}, 0.2)};
-  for (const bool floor_first : {true, false}) {
-    PartCaches parts;
-    Manifolds found;
-    const LocalPose pose = LocalOf(above);
-    if (floor_first) {
-      CollideCompound(*floor, *both, pose, 0.02f, parts, &found);
-    } else {
-      CollideCompound(*both, *floor, Reversed(pose), 0.02f, parts, &found);
-    }
-    ASSERT_EQ(found.size(), 2u);
-    EXPECT_NE(found[0].key, found[1].key);
-    for (std::size_t i = 0; i < 2; ++i) {
-      const CompoundChild& child = i == 0 ? left : right;
-      const auto part = MakeGeometry(child.shape, {});
-      const Pose place{above.position + Rotate(above.orientation, child.pose.position),
-                       above.orientation * child.pose.orientation};
-      ConvexCache cache;
-      LocalManifold alone;
-      CollideConvex(*floor, *part, LocalOf(place), 0.02f, cache, &alone);
-      const LocalManifold m = floor_first ? found[i] : Reversed(found[i], Reversed(pose));
-      ASSERT_EQ(m.count, alone.count);
-      EXPECT_EQ(m.count, 4);
-      EXPECT_LT(Length(m.normal - alone.normal), 1e-5f);
-      for (int k = 0; k < m.count; ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        float nearest = 1;
-        for (const LocalPoint& p : alone.points) nearest = std::min(nearest, Length(p.on_a - m.points[at].on_a));
-        EXPECT_LT(nearest, 1e-4f);
-        EXPECT_NEAR(m.points[at].separation_m, alone.points[at].separation_m, 1e-5);
-      }
-    }
-  }
-}
-
-TEST(CompoundTest, PairsOfPartsHaveKeysOfTheirOwn) {
-  const auto bars =
-      GeometryOf(CompoundShape{{{{{0, 0, -1}, {}}, Made({{2, 0.2, 0.2}})}, {{{0, 0, 1}, {}}, Made({{2, 0.2, 0.2}})}}});
-  const LocalPose across = LocalOf({{0, 0.399, 0}, About({0, 1, 0}, std::acos(0.0))});
-  PartCaches parts;
-  Manifolds found;
-  CollideCompound(*bars, *bars, across, 0.02f, parts, &found);
-  ASSERT_EQ(found.size(), 4u);
-  std::vector<std::uint32_t> keys;
-  for (const LocalManifold& m : found) {
-    keys.push_back(m.key);
-    EXPECT_NEAR(m.normal.y, 1, 1e-6f);
-    EXPECT_EQ(m.count, 4);
-    EXPECT_NEAR(m.points[0].separation_m, -0.001, 1e-5);
-  }
-  std::sort(keys.begin(), keys.end());
-  EXPECT_EQ(std::unique(keys.begin(), keys.end()), keys.end());
-  EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.key < b.key; }));
-  // A second search with what the first remembered finds the same.
-  Manifolds again;
-  CollideCompound(*bars, *bars, across, 0.02f, parts, &again);
-  ASSERT_EQ(again.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(again[i].key, found[i].key);
-}
-
-TEST(CompoundTest, StandsOnAMeshWithEveryFoot) {
-  std::vector<CompoundChild> feet;
-  for (int i = 0; i < 4; ++i) feet.push_back({{{i & 1 ? 1. : -1., 0, i & 2 ? 1. : -1.}, {}}, Made({{0.1, 0.5, 0.1}})});
-  const auto table = GeometryOf(CompoundShape{feet});
-  for (const auto& ground : FlatGrounds()) {
-    const Manifolds found = On(*table, *ground, {{0.17, 0.499, 0.05}, About({0, 1, 0}, 0.1)});
-    ASSERT_EQ(found.size(), 4u);
-    for (const LocalManifold& m : found) {
-      EXPECT_EQ(m.count, 4);
-      EXPECT_NEAR(m.normal.y, -1, 1e-6f);
-      EXPECT_NEAR(m.points[0].separation_m, -0.001, 1e-5);
     }
   }
 }
