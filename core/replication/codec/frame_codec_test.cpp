@@ -229,7 +229,7 @@ TEST(FrameCodecTest, RestCostsAFewBytesAFrame) {
 template <class Codec>
 void ExpectDamageFound(const Codec& codec, const Bytes& good, const typename Codec::Lookup& lookup) {
   for (std::size_t size = 0; size < good.size(); ++size) {
-    EXPECT_FALSE(codec.Decode(std::span(good).first(size), lookup).ok()) << "cut to " << size;
+    EXPECT_FALSE(codec.Decode(std::span<const std::uint8_t>(good).first(size), lookup).ok()) << "cut to " << size;
   }
   for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
     Bytes bad = good;

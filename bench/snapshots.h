@@ -1,0 +1,14 @@
+// Snapshots: what showing a world costs. One recorded trace of 901 cubes (snapshots_trace.h) through the steps of the
+// reference's bit packer and through our codecs: bits a cube, kbit/s, the time to write and to read, the error. Every
+// datagram is read back and compared; a difference fails the run.
+#pragma once
+
+#include "absl/status/status.h"
+#include "bench/report.h"
+#include "bench/suite.h"
+
+namespace tessera::bench {
+
+absl::Status RunSnapshots(const SuiteOptions& options, Report& report);
+
+}  // namespace tessera::bench

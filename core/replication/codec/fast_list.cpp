@@ -1,0 +1,75 @@
+#include "core/replication/codec/fast_list.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace tessera::replication {
+namespace {
+
+constexpr std::uint8_t kCountBands[] = {5, 8, 16};
+constexpr std::uint8_t kGapBands[] = {1, 3, 5, 8, 12};
+constexpr std::uint8_t kTickBands[] = {3, 6, 12};
+
+void WriteSamples(BitWriter& writer, const SampleTicks& samples) {
+  assert(samples.ticks >= 1 && (samples.gap != 0 || samples.gap2 == 0));
+  writer.WriteBanded(samples.ticks - 1, kTickBands);
+  writer.WriteBanded(samples.gap, kTickBands);
+  writer.WriteBanded(samples.gap2, kTickBands);
+}
+
+}  // namespace
+
+void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
+  writer.WriteBanded(items.size(), kCountBands);
+  if (items.empty()) return;
+  const bool uniform =
+      std::all_of(items.begin(), items.end(), [&](const FastItem& i) { return i.samples == items[0].samples; });
+  writer.WriteBit(uniform);
+  if (uniform) WriteSamples(writer, items[0].samples);
+  BodyId previous;
+  SampleTicks samples;
+  for (const FastItem& item : items) {
+    assert(item.id > previous);
+    writer.WriteBanded(item.id.value() - previous.value() - 1, kGapBands);
+    previous = item.id;
+    if (!uniform) {
+      writer.WriteBit(item.samples == samples);
+      if (item.samples != samples) WriteSamples(writer, item.samples);
+      samples = item.samples;
+    }
+    item.record->AppendTo(writer);
+  }
+}
+
+FastListReader::FastListReader(BitReader& reader) : reader_(reader) {
+  left_ = reader_.ReadBanded(kCountBands);
+  if (left_ == 0) return;
+  uniform_ = reader_.ReadBit();
+  if (uniform_) ok_ = ReadSamples();
+}
+
+bool FastListReader::ReadSamples() {
+  samples_.ticks = reader_.ReadBanded(kTickBands);
+  samples_.gap = reader_.ReadBanded(kTickBands);
+  samples_.gap2 = reader_.ReadBanded(kTickBands);
+  if (samples_.ticks == std::numeric_limits<std::uint64_t>::max()) return false;
+  ++samples_.ticks;
+  return samples_.gap != 0 || samples_.gap2 == 0;
+}
+
+bool FastListReader::Next(BodyId& id, SampleTicks& samples) {
+  if (!ok_ || !reader_.ok() || left_ == 0) return false;
+  --left_;
+  const std::uint64_t gap = reader_.ReadBanded(kGapBands);
+  ok_ = gap < std::numeric_limits<std::uint64_t>::max() - previous_.value();
+  if (!ok_) return false;
+  previous_ = BodyId(previous_.value() + gap + 1);
+  if (!uniform_ && !reader_.ReadBit()) ok_ = ReadSamples();
+  ok_ = ok_ && samples_.ticks != 0;
+  id = previous_;
+  samples = samples_;
+  return ok_ && reader_.ok();
+}
+
+}  // namespace tessera::replication

@@ -1,0 +1,116 @@
+#include "core/replication/codec/fast_record.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+
+namespace tessera::replication {
+namespace {
+
+// Parameters of the codes, by the length of the predicted move and turn.
+constexpr std::array<std::uint8_t, 12> kMoveParameter = {1, 1, 2, 3, 3, 4, 5, 5, 6, 6, 6, 6};
+constexpr std::array<std::uint8_t, 10> kTurnParameter = {0, 1, 2, 3, 3, 4, 4, 5, 5, 6};
+constexpr std::array<std::size_t, 3> kAxes = {1, 0, 2};
+// Longest zigzag residuals: of two positions, of two components.
+constexpr int kMaxPositionBits = 47, kMaxOrientationBits = 18;
+
+template <std::size_t kSize>
+int Parameter(const std::array<std::uint8_t, kSize>& table, int bits) {
+  return table[std::min(static_cast<std::size_t>(bits), kSize - 1)];
+}
+
+void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
+  const std::uint64_t shifted = ZigZag(residual) + (std::uint64_t{1} << k);
+  const int bits = static_cast<int>(std::bit_width(shifted)) - 1;  // k + n
+  const int n = bits - k;
+  record.Append((std::uint64_t{1} << n) - 1, n + 1);  // ones, and a zero above them
+  record.Append(shifted - (std::uint64_t{1} << bits), bits);
+}
+
+bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
+  int n = 0;
+  while (reader.ReadBit()) {
+    if (++n > max_bits) return false;
+  }
+  const std::uint64_t shifted = reader.Read(k + n) + (std::uint64_t{1} << (k + n));
+  residual = UnZigZag(shifted - (std::uint64_t{1} << k));
+  return true;
+}
+
+}  // namespace
+
+void PackedRecord::Append(std::uint64_t value, int count) {
+  assert(count >= 0 && count <= 64 && bits + count <= static_cast<int>(kMaxWords * 64));
+  assert(count == 64 || value >> count == 0);
+  if (count == 0) return;
+  const auto word = static_cast<std::size_t>(bits / 64);
+  const int shift = bits % 64;
+  words[word] |= value << shift;
+  if (shift + count > 64) words[word + 1] |= value >> (64 - shift);
+  bits += count;
+}
+
+void PackedRecord::AppendTo(BitWriter& writer) const {
+  int left = bits;
+  for (std::size_t i = 0; left > 0; ++i, left -= 64) writer.Write(words[i], std::min(left, 64));
+}
+
+PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, const QuantizedState& state,
+                      std::int32_t limit) {
+  PackedRecord record;
+  const bool moved = state.position != base.position;
+  const bool turned = state.largest != base.largest || state.smallest != base.smallest;
+  if (!state.asleep && moved && turned) {
+    record.Append(1, 1);
+  } else {
+    record.Append((state.asleep ? 2u : 0u) | (moved ? 4u : 0u) | (turned ? 8u : 0u), 4);
+  }
+  if (moved) {
+    const int k = Parameter(kMoveParameter, prediction.move_bits);
+    for (const std::size_t axis : kAxes) AppendGolomb(record, state.position[axis] - prediction.position[axis], k);
+  }
+  if (!turned) return record;
+  const bool expected = state.largest == LargestOf(prediction.orientation);
+  record.Append(expected ? 1 : 0, 1);
+  if (!expected) record.Append(state.largest, 2);
+  const int k = Parameter(kTurnParameter, prediction.turn_bits);
+  const std::array<std::int16_t, 3> predicted = ToSmallest(prediction.orientation, state.largest, limit);
+  for (std::size_t i = 0; i < 3; ++i) AppendGolomb(record, state.smallest[i] - predicted[i], k);
+  return record;
+}
+
+bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedState& base, std::int32_t limit,
+              QuantizedState& state) {
+  state = QuantizedState();
+  state.position = base.position;
+  state.largest = base.largest;
+  state.smallest = base.smallest;
+  const bool usual = reader.ReadBit();
+  state.asleep = !usual && reader.ReadBit();
+  const bool moved = usual || reader.ReadBit();
+  const bool turned = usual || reader.ReadBit();
+  if (moved) {
+    const int k = Parameter(kMoveParameter, prediction.move_bits);
+    for (const std::size_t axis : kAxes) {
+      std::int64_t residual = 0;
+      if (!ReadGolomb(reader, k, kMaxPositionBits, residual)) return false;
+      if (residual < -2 * kMaxPosition || residual > 2 * kMaxPosition) return false;
+      state.position[axis] = prediction.position[axis] + residual;
+      if (state.position[axis] < -kMaxPosition || state.position[axis] > kMaxPosition) return false;
+    }
+  }
+  if (!turned) return true;
+  state.largest = reader.ReadBit() ? LargestOf(prediction.orientation) : static_cast<std::uint8_t>(reader.Read(2));
+  const int k = Parameter(kTurnParameter, prediction.turn_bits);
+  const std::array<std::int16_t, 3> predicted = ToSmallest(prediction.orientation, state.largest, limit);
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::int64_t residual = 0;
+    if (!ReadGolomb(reader, k, kMaxOrientationBits, residual)) return false;
+    const std::int64_t value = predicted[i] + residual;
+    if (value < -limit || value > limit) return false;
+    state.smallest[i] = static_cast<std::int16_t>(value);
+  }
+  return true;
+}
+
+}  // namespace tessera::replication
