@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/physics/solve/tuning.h"
+
 namespace tessera::physics {
 namespace {
 
@@ -32,6 +34,13 @@ PairMaterial Combine(const Material& a, const Material& b) {
 
 }  // namespace
 
+float InnerRadiusOf(const Pair& pair) {
+  const float low = pair.low->geometry().inner_radius_m, high = pair.high->geometry().inner_radius_m;
+  if (!pair.low->dynamic()) return high;
+  if (!pair.high->dynamic()) return low;
+  return std::min(low, high);
+}
+
 std::uint64_t PairTable::KeyOf(const RigidBody& a, const RigidBody& b) {
   return a.serial < b.serial ? a.serial << 32 | b.serial : b.serial << 32 | a.serial;
 }
@@ -49,6 +58,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.low = a.id() < b.id() ? &a : &b;
   pair.high = a.id() < b.id() ? &b : &a;
   pair.trigger = a.trigger() || b.trigger();
+  pair.slop_m = std::clamp(kSlopShare * InnerRadiusOf(pair), kLeastSlop_m, kSlop_m);
   pair.material = Combine(pair.low->material(), pair.high->material());
   Attach(*pair.low, pair);
   Attach(*pair.high, pair);

@@ -20,6 +20,7 @@ struct Pair {
   PairCache cache;
   std::vector<Manifold> manifolds;
   PairMaterial material;
+  float slop_m = 0;                                   // how deep it rests
   bool trigger = false;                               // one of them is: overlaps are told, nothing is pushed
   bool jointed = false;                               // a joint forbids them to collide
   bool active = false;                                // in the list
@@ -35,6 +36,9 @@ struct Pair {
   bool responds() const { return !trigger && !jointed; }
   RigidBody& Other(const RigidBody& body) const { return &body == low ? *high : *low; }
 };
+
+// Of the smaller one that moves, m: what moves less than this meets nothing unseen.
+float InnerRadiusOf(const Pair& pair);
 
 class PairTable {
  public:

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/physics/motion/turn.h"
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
 #include "core/world/state_check.h"
@@ -20,12 +19,6 @@ Course CourseOf(const RigidBody& body, double dt) {
   const Vec3f spin = body.state().angular_velocity;
   return {Vec3f(v * dt + a * (0.5 * dt * dt)), Vec3f(v + a * dt), spin,
           std::min(2.0f, Length(spin) * static_cast<float>(dt)) * body.geometry().outer_radius_m};
-}
-
-float InnerRadius(const Pair& pair) {
-  if (!pair.low->dynamic()) return pair.high->geometry().inner_radius_m;
-  if (!pair.high->dynamic()) return pair.low->geometry().inner_radius_m;
-  return std::min(pair.low->geometry().inner_radius_m, pair.high->geometry().inner_radius_m);
 }
 
 // About what a surface bends where its outward normal is `normal`, m.
@@ -149,7 +142,7 @@ void World::Impl::CollidePair(Pair& pair) {
     pair.cache = {};
     return;
   }
-  const float inner = InnerRadius(pair);
+  const float inner = InnerRadiusOf(pair);
   const float move = Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
   const bool fast = move > kFastShare * inner;
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
@@ -174,26 +167,16 @@ void World::Impl::CollideFast(Pair& pair) {
   pair.cache = {};
   const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
   if (!impact) return;
-  const auto at = [&](const Way& way, const RigidBody& body) {
-    Placement placement;
-    placement.position = way.from + (way.to - way.from) * impact->fraction;
-    placement.orientation = Turned(way.orientation_from, Vec3d(body.awake() ? body.state().angular_velocity : Vec3f()) *
-                                                             (dt_s * impact->fraction));
-    placement.rotation = RotationOf(placement.orientation);
-    return placement;
-  };
-  const Placement low_then = at(low, *pair.low), high_then = at(high, *pair.high);
+  const Placement low_then = low.At(impact->fraction), high_then = high.At(impact->fraction);
   PairCache cache;
   Collide({low.geometry, low_then}, {high.geometry, high_then}, 2 * kImpactDistance_m, cache, pair.manifolds);
   const Vec3f moved(((high.to - high.from) - (low.to - low.from)) * impact->fraction);
-  const auto turned = [&](const RigidBody& body) {
-    return body.awake() ? body.state().angular_velocity * static_cast<float>(dt_s * impact->fraction) : Vec3f();
-  };
+  const Vec3f low_turned(low.turned_rad * impact->fraction), high_turned(high.turned_rad * impact->fraction);
   pair.swept = true;
   for (Manifold& manifold : pair.manifolds) {
     for (int i = 0; i < manifold.count; ++i) {
       ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      const Vec3f way = moved + Cross(turned(*pair.high), point.r_b) - Cross(turned(*pair.low), point.r_a);
+      const Vec3f way = moved + Cross(high_turned, point.r_b) - Cross(low_turned, point.r_a);
       point.separation_m -= Dot(way, manifold.normal);
     }
   }
@@ -207,9 +190,9 @@ void World::Impl::WakeTouched() {
 
 Way World::Impl::PredictedWay(const RigidBody& body) const {
   const Placement& from = body.placement();
-  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, from.orientation};
+  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, {}};
   return {body.geometry(), from.position, from.position + Vec3d(body.course.move_m), from.orientation,
-          Turned(from.orientation, Vec3d(body.state().angular_velocity) * dt_s)};
+          Vec3d(body.course.spin_rad_s) * dt_s};
 }
 
 void World::Impl::BuildIslands() {

@@ -67,7 +67,8 @@ void World::Impl::FillContacts() {
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
     const float warm_scale = WarmScale(pair->substeps, batch.substeps);
     for (Manifold& manifold : pair->manifolds) {
-      batch.contacts.push_back({index(*pair->low), index(*pair->high), &manifold, pair->material, warm_scale});
+      batch.contacts.push_back(
+          {index(*pair->low), index(*pair->high), &manifold, pair->material, pair->slop_m, warm_scale});
     }
     pair->substeps = batch.substeps;
   }

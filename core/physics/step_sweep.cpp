@@ -15,20 +15,13 @@ bool Finite(const Motion& motion) {
          IsFinite(motion.angular_momentum);
 }
 
-Placement PlacementAt(const Way& way, Vec3f turned_rad, double fraction) {
-  Placement placement{
-      way.from + (way.to - way.from) * fraction, Turned(way.orientation_from, Vec3d(turned_rad) * fraction), {}};
-  placement.rotation = RotationOf(placement.orientation);
-  return placement;
-}
-
 }  // namespace
 
 Way World::Impl::WayOf(const RigidBody& body) const {
   const Placement& from = body.placement();
-  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, from.orientation};
+  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, {}};
   const Motion& motion = motions[body.awake_index];
-  return {body.geometry(), from.position, motion.position, from.orientation, motion.orientation};
+  return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
 // Contacts were found along the way that each body was expected to take. One that was knocked off it by more than its
@@ -62,10 +55,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
   }
   // Boxes that meet rim by rim, as where one slides over the seams of a floor of boxes, do not press on each other.
   const auto meet = [&](const Pair& pair, double fraction) {
-    const auto at = [&](const RigidBody& one) {
-      return PlacementAt(WayOf(one), one.awake() ? motions[one.awake_index].turned_rad : Vec3f(), fraction);
-    };
-    const Placement low = at(*pair.low), high = at(*pair.high);
+    const Placement low = WayOf(*pair.low).At(fraction), high = WayOf(*pair.high).At(fraction);
     PairCache cache;
     std::vector<Manifold> manifolds;
     Collide({pair.low->geometry(), low}, {pair.high->geometry(), high}, kSpeculative_m, cache, manifolds);
@@ -74,9 +64,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
   double first = 1;
   for (Pair* pair : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
-    // What was solved where it lay needs no sweep. What was solved where it would meet may be turned through by then: a
-    // rod that is stopped at its end.
-    if (!pair->trigger && !pair->manifolds.empty() && !pair->swept) continue;
+    if (!pair->trigger && !pair->manifolds.empty() && !GoesThrough(*pair)) continue;
     const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
     if (!impact) continue;
     if (pair->trigger) {
@@ -86,6 +74,27 @@ void World::Impl::SweepBody(std::uint32_t index) {
     }
   }
   if (first < 1) stopped.emplace_back(index, first);
+}
+
+// What was solved needs no sweep, unless it gave way: a rod that is stopped at its end turns about it, and most of it
+// would be behind the wall by the end of the step.
+bool World::Impl::GoesThrough(const Pair& pair) const {
+  if (pair.swept) return true;
+  const Way low = WayOf(*pair.low), high = WayOf(*pair.high);
+  const Placement low_end = low.At(1), high_end = high.At(1);
+  const float inner = kThroughShare * InnerRadiusOf(pair);
+  for (const Manifold& manifold : pair.manifolds) {
+    const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
+    if (pair.high->awake() &&
+        ReachThrough(high.geometry, high_end, on_low + (low.to - low.from), manifold.normal) > inner) {
+      return true;
+    }
+    if (pair.low->awake() &&
+        ReachThrough(low.geometry, low_end, on_high + (high.to - high.from), -manifold.normal) > inner) {
+      return true;
+    }
+  }
+  return false;
 }
 
 void World::Impl::MoveBodies() {

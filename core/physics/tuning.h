@@ -43,6 +43,10 @@ inline constexpr float kTouchSoon_m = 0.001f;
 // and slow bodies pay for sweeps.
 inline constexpr float kFastShare = 0.25f;
 
+// A body that was solved and yet reaches through a contact by this share of its inner radius at the end of a step has
+// turned through it, and is swept.
+inline constexpr float kThroughShare = 0.5f;
+
 // A sweep ends this far before the surfaces meet, m: what floats resolve across a large shape.
 inline constexpr float kImpactDistance_m = 0.0005f;
 

@@ -80,6 +80,7 @@ struct World::Impl {
   void ReadBatches();
   void Sweep();
   void SweepBody(std::uint32_t index);
+  bool GoesThrough(const Pair& pair) const;
   void MoveBodies();
   void FallAsleep();
   void ReportContacts();

@@ -24,6 +24,7 @@ constexpr std::size_t kMostGroups = 8, kMostTriangles = 4096;
 struct Touch {
   LocalManifold manifold;
   TriangleContact contact;
+  std::uint32_t key = 0;
 };
 
 // What a search needs, kept from one to the next so that it allocates nothing.
@@ -82,6 +83,15 @@ void PlaceTriangles(const Surface& surface, const LocalPose& pose, const Bounds&
   }
 }
 
+// Names a manifold from step to step: across a face by its direction in the surface's own axes, which stays while a
+// body slides from triangle to triangle; at an edge or corner, where directions follow the body's, by the triangle.
+std::uint32_t KeyOf(Vec3f normal, const TrianglePlace& place) {
+  if (std::abs(Dot(normal, place.normal)) < kSameWay) return 0x80000000u | place.index;
+  const Vec3f n = Into(place.pose.rotation, normal);
+  const auto part = [](float v) { return static_cast<std::uint32_t>(std::lround(v * 64)) & 0xffu; };
+  return part(n.x) << 16 | part(n.y) << 8 | part(n.z);
+}
+
 // --- Flat parts: where the corners of a face stand on triangles of one plane, the other triangles of that plane add
 // nothing.
 
@@ -123,8 +133,9 @@ bool TouchFlatPart(const Geometry& a, std::size_t first, float speculative_m, Sc
   for (std::size_t i = first; i < s->places.size(); ++i) {
     if (s->done[i] == 0 && same(s->places[i])) s->done[i] = 1;
   }
-  Touch touch{{}, TriangleContact::kFront};
+  Touch touch{{}, TriangleContact::kFront, 0};
   touch.manifold.normal = -normal;
+  touch.key = KeyOf(-normal, s->places[first]);
   Reduce({points.data(), count}, -normal, &touch.manifold);
   s->touches.push_back(touch);
   return true;
@@ -143,6 +154,7 @@ void TouchTriangles(const Geometry& a, float speculative_m, bool was_in_front, S
     touch.contact = CollideTriangle(a, place, speculative_m, was_in_front, &touch.manifold);
     if (touch.contact == TriangleContact::kNone) continue;
     for (LocalPoint& p : touch.manifold.points) p.feature ^= (place.index + 1) * 0x9e3779b1u;
+    touch.key = KeyOf(touch.manifold.normal, place);
     s->touches.push_back(touch);
   }
 }
@@ -151,14 +163,6 @@ float DeepestOf(const LocalManifold& m) {
   float deepest = std::numeric_limits<float>::infinity();
   for (int i = 0; i < m.count; ++i) deepest = std::min(deepest, m.points[static_cast<std::size_t>(i)].separation_m);
   return deepest;
-}
-
-// The name of a direction in the surface's own axes, so that it stays while a body slides from triangle to triangle.
-std::uint32_t NameOf(Vec3f normal) {
-  const auto part = [](float v) {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(v * 64))) & 0xffu;
-  };
-  return part(normal.x) << 16 | part(normal.y) << 8 | part(normal.z);
 }
 
 // A point the way the group's normal runs, with the middle where it was.
@@ -186,6 +190,7 @@ LocalManifold Group(std::size_t first, Scratch* s) {
   const Vec3f like = s->touches[first].manifold.normal;
   LocalManifold group;
   group.normal = like;
+  group.key = s->touches[first].key;
   float deepest = std::numeric_limits<float>::infinity();
   for (std::size_t i = first; i < s->touches.size(); ++i) {
     if (s->grouped[i] != 0 || Dot(s->touches[i].manifold.normal, like) < kSameWay) continue;
@@ -216,7 +221,7 @@ void KeepDeepest(std::vector<LocalManifold>* groups) {
   }
 }
 
-void Merge(const Mat3f& surface_rotation, Scratch* s, std::vector<LocalManifold>* out) {
+void Merge(Scratch* s, std::vector<LocalManifold>* out) {
   const bool front = std::any_of(s->touches.begin(), s->touches.end(),
                                  [](const Touch& t) { return t.contact == TriangleContact::kFront; });
   if (front) std::erase_if(s->touches, [](const Touch& t) { return t.contact != TriangleContact::kFront; });
@@ -228,7 +233,6 @@ void Merge(const Mat3f& surface_rotation, Scratch* s, std::vector<LocalManifold>
   KeepDeepest(&s->groups);
   for (std::size_t i = 0; i < s->groups.size(); ++i) {
     LocalManifold& group = s->groups[i];
-    group.key = NameOf(Into(surface_rotation, group.normal));
     const auto taken = [&](const LocalManifold& other) { return other.key == group.key; };
     const auto end = s->groups.begin() + static_cast<std::ptrdiff_t>(i);
     while (std::any_of(s->groups.begin(), end, taken)) group.key += 0x1000000;
@@ -254,10 +258,12 @@ void Search(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_in_a,
 // What a pair with a mesh remembers: that it was last in front of what it touched.
 constexpr std::uint32_t kInFront = 1;
 
+constexpr std::uint32_t kRetrieved = 0x40000000;  // the key of such a manifold
+
 // The shallowest way back.
 void RetrieveFrom(const Geometry& a, Scratch* s) {
   for (const TrianglePlace& place : s->places) {
-    Touch touch{{}, TriangleContact::kDeep};
+    Touch touch{{}, TriangleContact::kDeep, kRetrieved};
     if (!Retrieve(a, place, &touch.manifold)) continue;
     if (s->touches.empty()) {
       s->touches.push_back(touch);
@@ -282,7 +288,7 @@ void CollideMesh(const Geometry& a, const Geometry& mesh, const LocalPose& mesh_
   const bool front = std::any_of(scratch.touches.begin(), scratch.touches.end(),
                                  [](const Touch& t) { return t.contact != TriangleContact::kBack; });
   parts.assign(1, {0, {.axis = {}, .feature = front ? kInFront : 0, .apart_m = 0}});
-  Merge(mesh_in_a.rotation, &scratch, out);
+  Merge(&scratch, out);
 }
 
 void CollideHeightField(const Geometry& a, const Geometry& field, const LocalPose& field_in_a, float speculative_m,
@@ -294,7 +300,7 @@ void CollideHeightField(const Geometry& a, const Geometry& field, const LocalPos
   field.surface->FieldTriangles(bounds.min, bounds.max, &scratch.triangles);
   PlaceTriangles(*field.surface, field_in_a, bounds, &scratch);
   TouchTriangles(a, speculative_m, true, &scratch);
-  Merge(field_in_a.rotation, &scratch, out);
+  Merge(&scratch, out);
 }
 
 }  // namespace tessera::physics

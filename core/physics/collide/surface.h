@@ -22,7 +22,7 @@ class Surface {
  public:
   static constexpr std::uint32_t kNone = 0xffffffff;
   static constexpr std::size_t kRing = 64;  // neighbours of a vertex that are looked at
-  static constexpr float kSharp = 0.97f;    // cosine of 14 degrees
+  static constexpr float kSharp = 0.866f;   // cosine of 30 degrees
 
   // As seen from the body's frame, like the Bullet shape.
   static std::shared_ptr<const Surface> Of(const TriangleMeshShape& mesh, const BodyFrame& frame);

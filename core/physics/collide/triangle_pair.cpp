@@ -174,15 +174,17 @@ TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
 
 TriangleContact General(const Scene& s, LocalManifold* out) {
   LocalManifold over;
-  const bool front = s.center >= 0;
-  if (front) OverFace(s, &over);
-  if (!s.place.surface.IsSharp(s.place.index)) {
+  const bool front = s.center >= 0, smooth = !s.place.surface.IsSharp(s.place.index);
+  if (front || (smooth && s.was_in_front)) OverFace(s, &over);
+  // A thin body's middle may well be behind what it lies on, but then not all of it is.
+  if (!front && over.count > 0 && Deepest(over) < -2 * s.geometry.middle_radius_m) over.count = 0;
+  if (smooth) {
     // Other ways than along the normal are the neighbours' or hardly differ.
-    if (!front) return FromBehind(s, out);
     if (over.count > 0) {
       *out = over;
       return TriangleContact::kFront;
     }
+    if (!front) return FromBehind(s, out);
   }
   if (over.count > 0 && s.low >= 0) {
     const float tolerance = std::min(kDeepest_m, kDeepestShare * s.geometry.middle_radius_m);

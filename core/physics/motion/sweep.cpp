@@ -3,11 +3,19 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "core/physics/collide/gjk.h"
 #include "core/physics/motion/sweep_parts.h"
+#include "core/physics/motion/turn.h"
 
 namespace tessera::physics {
+
+Placement Way::At(double fraction) const {
+  Placement placement{from + (to - from) * fraction, Turned(orientation, turned_rad * fraction), {}};
+  placement.rotation = RotationOf(placement.orientation);
+  return placement;
+}
 namespace {
 
 // Distances this near to the target count as reaching it, m.
@@ -142,6 +150,24 @@ std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m) {
   });
   if (first && turned) first->normal = -first->normal;
   return first;
+}
+
+double ReachThrough(const Geometry& geometry, const Placement& placement, Vec3d point, Vec3f normal) {
+  if (geometry.kind == GeometryKind::kCompound) {
+    double most = -std::numeric_limits<double>::infinity();
+    for (const Geometry::Child& child : geometry.children) {
+      Placement at = placement;
+      at.position += Vec3d(placement.rotation * child.position);
+      at.rotation = placement.rotation * child.rotation;
+      most = std::max(most, ReachThrough(*child.geometry, at, point, normal));
+    }
+    return most;
+  }
+  if (!geometry.convex()) return 0;
+  Core core(AtOrigin(geometry), 0);
+  const Mat3f& r = placement.rotation;
+  core.Place(placement.position - point, {Vec3d(r.x), Vec3d(r.y), Vec3d(r.z)});
+  return core.radius() - Dot(core.Support(-Vec3d(normal)), Vec3d(normal));
 }
 
 }  // namespace tessera::physics

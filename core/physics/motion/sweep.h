@@ -15,12 +15,15 @@
 
 namespace tessera::physics {
 
-// A body's way through one step: straight, turning at a constant rate the shorter way round. What has no convex parts
+// A body's way through one step: straight, turning at a constant rate. What has no convex parts
 // (mesh, height field, plane) stays where it is.
 struct Way {
   const Geometry& geometry;
-  Vec3d from, to;  // of the centre of mass, m
-  Quatd orientation_from, orientation_to;
+  Vec3d from, to;     // of the centre of mass, m
+  Quatd orientation;  // at the start
+  Vec3d turned_rad;   // rotation vector of the whole step, world axes; any length
+
+  Placement At(double fraction) const;
 };
 
 struct Impact {
@@ -32,5 +35,9 @@ struct Impact {
 // step. Two that are nearer at the start, or overlap, count from where they are: an impact is where they are nearer by
 // another half of `target_m`. Deep overlaps are left to contacts.
 std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m);
+
+// How far a shape reaches through the plane at `point` with the unit normal `normal`, against it, m. Negative while it is
+// clear. 0 for what is not made of convex parts.
+double ReachThrough(const Geometry& geometry, const Placement& placement, Vec3d point, Vec3f normal);
 
 }  // namespace tessera::physics

@@ -10,12 +10,7 @@
 namespace tessera::physics {
 namespace {
 
-Turning TurningOf(const Way& way) {
-  return {way.orientation_from,
-          way.orientation_from == way.orientation_to
-              ? Vec3d()
-              : RotationVectorOf(Normalized(way.orientation_to * Conjugate(way.orientation_from)))};
-}
+Turning TurningOf(const Way& way) { return {way.orientation, way.turned_rad}; }
 
 // From its own origin to the farthest point of its core, without rounding.
 double ReachOfCore(const Geometry& g) {

@@ -22,16 +22,13 @@ GeometryPtr Make(Form form) {
 }
 ShapePtr Box(double x, double y, double z) { return std::make_shared<const Shape>(Shape{BoxShape{{x, y, z}}}); }
 
-Way Still(const GeometryPtr& geometry, Vec3d at = {}, Quatd q = {}) { return {*geometry, at, at, q, q}; }
-Way Straight(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q = {}) { return {*geometry, from, to, q, q}; }
+Way Still(const GeometryPtr& geometry, Vec3d at = {}, Quatd q = {}) { return {*geometry, at, at, q, {}}; }
+Way Straight(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q = {}) { return {*geometry, from, to, q, {}}; }
 Way Turning(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q, Vec3d turn) {
-  return {*geometry, from, to, q, Normalized(TurnBy(turn) * q)};
+  return {*geometry, from, to, q, turn};
 }
 
-Quatd OrientationAt(const Way& way, double t) {
-  return TurnBy(RotationVectorOf(Normalized(way.orientation_to * Conjugate(way.orientation_from))) * t) *
-         way.orientation_from;
-}
+Quatd OrientationAt(const Way& way, double t) { return TurnBy(way.turned_rad * t) * way.orientation; }
 // By GJK, one convex shape against another, at one moment.
 double DistanceAt(const Way& a, const Way& b, double t) {
   const auto placed = [t](const Way& way, Vec3d origin) {

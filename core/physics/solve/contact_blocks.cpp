@@ -77,6 +77,7 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.b[lane] = static_cast<std::int32_t>(contact.b == kStatic ? nobody : contact.b);
   Put(head.normal, lane, manifold.normal);
   Put(head.offset, lane, manifold.points[0].r_a - manifold.points[0].r_b);
+  head.slop.f[lane] = contact.slop_m;
   head.round_a.f[lane] = manifold.round_a_m;
   head.round_b.f[lane] = manifold.round_b_m;
   head.soft_mass.f[lane] = softness.mass;

@@ -47,6 +47,7 @@ struct ContactHead {
   Lanes normal[3];
   Lanes inverse_root_mass_a, inverse_root_mass_b;
   Lanes offset[3];         // from the centre of a to that of b
+  Lanes slop;              // overlap at rest, m
   Lanes round_a, round_b;  // radii about which the surfaces bend at the contact, m
   Lanes soft_mass, soft_impulse, bias_rate;
   Lanes restitution;
@@ -114,7 +115,6 @@ inline constexpr int kKindPoints[kContactKinds] = {1, 2, 4, 1, 2, 4, 1, 2, 4};
 struct StepConstants {
   float h, inverse_h;
   float push_out_m_s;  // fastest way out of an overlap
-  float slop_m;        // overlap at rest
 };
 
 struct SolvedBodies {

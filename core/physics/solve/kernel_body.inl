@@ -225,7 +225,7 @@ struct ContactLoops {
       const F separation = Load(point.separation);
       return old - mass * (velocity + And(Positive(separation), separation * Load(block.head.relax_rate)));
     } else {
-      const F separation = Load(point.separation) + Wide(step.slop_m);
+      const F separation = Load(point.separation) + Load(block.head.slop);
       const F apart = Positive(separation);
       const F push = Max(separation * Load(block.head.bias_rate), Wide(-step.push_out_m_s));
       const F bias = Select(apart, separation * Wide(step.inverse_h), push);

@@ -149,7 +149,7 @@ void Solver::Solve(const SolveBatch& batch) {
   assert(batch.substeps >= 1 && batch.dt_s > 0);
   const float h = batch.dt_s / static_cast<float>(batch.substeps);
   Impl& impl = *impl_;
-  impl.step = {h, 1 / h, kPushOut_m_s, kSlop_m};
+  impl.step = {h, 1 / h, kPushOut_m_s};
   impl.LoadBodies(batch.bodies, h);
   impl.coloring.Color(batch);
   for (const ContactConstraint& contact : batch.contacts) {

@@ -18,6 +18,7 @@
 #include "core/physics/collide/manifold.h"
 #include "core/physics/linear.h"
 #include "core/physics/solve/rows.h"
+#include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
 
@@ -41,7 +42,8 @@ struct ContactConstraint {
   std::uint32_t a = kStatic, b = kStatic;  // in `bodies`; at most one is kStatic
   Manifold* manifold = nullptr;            // in: warm impulses; out: impulses, totals
   PairMaterial material;
-  float warm_scale = 1;  // for the warm impulses: substeps of the last step over those of this one
+  float slop_m = kSlop_m;  // overlap at rest
+  float warm_scale = 1;    // for the warm impulses: substeps of the last step over those of this one
 };
 
 struct JointConstraint {
