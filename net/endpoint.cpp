@@ -8,21 +8,17 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
-#include <unordered_map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "net/enet_seam.h"
+#include "net/endpoint_impl.h"
 
 namespace tessera::net {
 namespace {
 
 constexpr enet_uint8 kReliableChannel = 0, kDatagramChannel = 1;
-constexpr std::size_t kChannels = 2;
 constexpr std::size_t kMaxPeers = 4095;  // ENet's ids have 12 bits
 // The system's default of 208 KB holds 90 datagrams: one burst of full snapshots. Capped by net.core.rmem_max and
 // wmem_max unless the process may exceed them.
@@ -36,10 +32,6 @@ constexpr std::size_t kMaxEventsPerService = 4096;
 constexpr int kMaxFailedRounds = 4;
 // ENet looks at so many datagrams a call; where strangers sent them all, it is called again, but not for ever.
 constexpr std::size_t kDatagramsPerRound = 256, kMaxDatagramsPerService = 8192;
-// How often peers that ENet let go of are looked for.
-constexpr std::chrono::milliseconds kSweepInterval{50};
-
-using Clock = std::chrono::steady_clock;
 
 bool InitializeEnet() {
   static const bool initialized = enet_initialize() == 0;  // never undone: other endpoints may live in static storage
@@ -114,102 +106,7 @@ absl::StatusOr<ENetAddress> Resolve(const std::string& host, std::uint16_t port)
   return address;
 }
 
-PeerHandle HandleOf(const ENetPeer& peer) { return PeerHandle(reinterpret_cast<std::uintptr_t>(peer.data)); }
-void SetHandle(ENetPeer& peer, PeerHandle handle) {
-  peer.data = reinterpret_cast<void*>(static_cast<std::uintptr_t>(handle.value()));
-}
-
 }  // namespace
-
-struct Endpoint::Impl {
-  struct Peer {
-    ENetPeer* enet = nullptr;  // none while the other side's door has not opened
-    SessionNumber session{};
-    bool outgoing = false, connected = false;
-    Clock::time_point dial_until{};
-    std::uint64_t bytes_sent = 0, bytes_received = 0;
-  };
-  // An ENet connection and the session that it lies in. ENet's peer may outlive its handle, to say farewell.
-  struct Connection {
-    SessionNumber session;
-    ENetPeer* enet = nullptr;
-  };
-
-  explicit Impl(const EndpointOptions& options_in)
-      : options(options_in),
-        door({.max_sessions = options_in.max_peers,
-              .max_per_address =
-                  options_in.max_peers_per_address == 0 ? options_in.max_peers : options_in.max_peers_per_address}) {}
-  ~Impl();
-
-  EndpointOptions options;
-  ENetHost* host = nullptr;
-  std::uint16_t port = 0;
-  std::uint64_t last_handle = 0;
-  std::unordered_map<PeerHandle, Peer> peers;
-  Door door;
-  std::unordered_map<std::uint32_t, Connection> connections;  // by ENet's connectID
-  std::unordered_map<std::uint32_t, std::uint32_t> connection_of_session;
-  std::vector<Event> pending;  // of dials that failed
-  std::array<std::uint8_t, ENET_PROTOCOL_MAXIMUM_MTU + kSealHeaderBytes + kSealTagBytes> sealed{};
-  Clock::time_point sweep_at{};
-  bool peer_gone = false;  // since the last sweep
-
-  // ENet's callbacks have no argument of ours; every call into ENet is made under a Call.
-  static thread_local Impl* current;
-  class Call {
-   public:
-    explicit Call(Impl& impl) : before_(std::exchange(current, &impl)) {}
-    ~Call() { current = before_; }
-    Call(const Call&) = delete;
-    Call& operator=(const Call&) = delete;
-
-   private:
-    Impl* before_;
-  };
-  static int ENET_CALLBACK Intercept(ENetHost* host, ENetEvent* event);
-  static enet_uint32 ENET_CALLBACK Checksum(const ENetBuffer* buffers, std::size_t count);
-
-  PeerHandle NewHandle(bool outgoing, SessionNumber session) {
-    const PeerHandle handle(++last_handle);
-    peers[handle] = {.session = session, .outgoing = outgoing};
-    return handle;
-  }
-  void Attach(PeerHandle handle, ENetPeer& enet) {
-    peers.at(handle).enet = &enet;
-    SetHandle(enet, handle);
-    SetTimeout(enet);
-  }
-  void SetTimeout(ENetPeer& enet) const {
-    const auto timeout_ms = static_cast<enet_uint32>(options.peer_timeout.count());
-    enet_peer_timeout(&enet, ENET_PEER_TIMEOUT_LIMIT, timeout_ms, timeout_ms);
-  }
-  void Forget(ENetPeer& peer) {
-    peers.erase(HandleOf(peer));
-    peer.data = nullptr;
-  }
-
-  // The door's side.
-  bool TakeDatagram(ENetEvent* event);
-  bool HandToEnet(const Door::Received& received);
-  void StartEnet(SessionNumber session);
-  void EndDial(SessionNumber session, std::optional<Refusal> refusal);
-  void Send(const Address& to, std::span<const std::uint8_t> bytes) const;
-  void Remember(SessionNumber session, std::uint32_t connection, ENetPeer* enet);
-  void ForgetSession(SessionNumber session);
-  void Seal();
-  void Progress(Clock::time_point now);
-  void Sweep();
-  void Take(std::chrono::milliseconds wait, std::vector<Event>& out);
-
-  // Each of these gives at most one event.
-  void OnConnect(ENetPeer& peer, std::vector<Event>& out);
-  void OnDisconnect(ENetPeer& peer, std::vector<Event>& out);
-  void OnReceive(const ENetEvent& event, std::vector<Event>& out);
-  void Handle(const ENetEvent& event, std::vector<Event>& out);
-};
-
-thread_local Endpoint::Impl* Endpoint::Impl::current = nullptr;
 
 Endpoint::Impl::~Impl() {
   if (host == nullptr) return;
@@ -224,156 +121,6 @@ Endpoint::Impl::~Impl() {
     }
   }
   enet_host_destroy(host);
-}
-
-// --- The door --------------------------------------------------------------------------------------------------------
-
-int Endpoint::Impl::Intercept(ENetHost*, ENetEvent* event) { return current->TakeDatagram(event) ? 0 : 1; }
-
-enet_uint32 Endpoint::Impl::Checksum(const ENetBuffer* buffers, std::size_t count) {
-  if (buffers == current->host->buffers) {
-    current->Seal();
-    return 0;  // goes nowhere
-  }
-  // What ENet received. It has put in the field which connection the datagram ought to be of.
-  (void)count;
-  return FieldOf({static_cast<const std::uint8_t*>(buffers->data), buffers->dataLength});
-}
-
-// False: it is not for ENet.
-bool Endpoint::Impl::TakeDatagram(ENetEvent* event) {
-  const Address from{host->receivedAddress.host, host->receivedAddress.port};
-  const auto unix_s = static_cast<std::uint64_t>(std::time(nullptr));
-  if (peer_gone) Sweep();  // whoever comes may have its place
-  const Door::Received received =
-      door.Receive(Clock::now(), unix_s, from, {host->receivedData, host->receivedDataLength});
-  switch (received.kind) {
-    case Door::Received::Kind::kNothing:
-      return false;
-    case Door::Received::Kind::kReply:
-      Send(from, received.bytes);
-      return false;
-    case Door::Received::Kind::kPayload:
-      return HandToEnet(received);
-    case Door::Received::Kind::kDialled:
-      StartEnet(received.session);
-      return false;
-    case Door::Received::Kind::kRefused:
-      EndDial(received.session, door.RefusalOf(received.session));
-      // Ends the wait that ENet may be in: `Handle` knows an event of no peer.
-      if (event != nullptr) event->type = ENET_EVENT_TYPE_DISCONNECT;
-      return false;
-  }
-  return false;
-}
-
-bool Endpoint::Impl::HandToEnet(const Door::Received& received) {
-  const Inner kind = Inspect(received.bytes, door.IsDialled(received.session));
-  auto known = connection_of_session.find(received.session.value());
-  if (kind == Inner::kRefused) return false;
-  if (kind == Inner::kConnect) {
-    // One connection a session; ENet says again itself what got lost of its answer.
-    if (known != connection_of_session.end()) return false;
-    Remember(received.session, ++host->randomSeed, nullptr);
-    known = connection_of_session.find(received.session.value());
-  }
-  if (known == connection_of_session.end()) return false;
-  const std::span<std::uint8_t> datagram = Restore(received.bytes, kind, known->second);
-  host->receivedData = datagram.data();
-  host->receivedDataLength = datagram.size();
-  return true;
-}
-
-void Endpoint::Impl::Remember(SessionNumber session, std::uint32_t connection, ENetPeer* enet) {
-  connections[connection] = {.session = session, .enet = enet};
-  connection_of_session[session.value()] = connection;
-}
-
-void Endpoint::Impl::ForgetSession(SessionNumber session) {
-  door.Forget(session);
-  const auto found = connection_of_session.find(session.value());
-  if (found == connection_of_session.end()) return;
-  connections.erase(found->second);
-  connection_of_session.erase(found);
-}
-
-void Endpoint::Impl::StartEnet(SessionNumber session) {
-  const auto dial =
-      std::find_if(peers.begin(), peers.end(), [&](const auto& p) { return p.second.session == session; });
-  const Address& to = door.AddressOf(session);
-  const ENetAddress address{.host = to.host, .port = to.port};
-  ENetPeer* enet = dial == peers.end() ? nullptr : enet_host_connect(host, &address, kChannels, 0);
-  if (enet == nullptr) return EndDial(session, std::nullopt);
-  enet->packetThrottleInterval = kThrottleInterval_ms;  // the other side puts the same into its answer
-  enet->packetThrottleAcceleration = kThrottleAcceleration;
-  enet->packetThrottleDeceleration = kThrottleDeceleration;
-  Attach(dial->first, *enet);
-  Remember(session, enet->connectID, enet);
-}
-
-void Endpoint::Impl::EndDial(SessionNumber session, std::optional<Refusal> refusal) {
-  ForgetSession(session);
-  const auto dial =
-      std::find_if(peers.begin(), peers.end(), [&](const auto& p) { return p.second.session == session; });
-  if (dial == peers.end()) return;
-  pending.push_back(
-      {.kind = Event::Kind::kDisconnected, .peer = dial->first, .outgoing = true, .refusal = std::move(refusal)});
-  peers.erase(dial);
-}
-
-void Endpoint::Impl::Send(const Address& to, std::span<const std::uint8_t> bytes) const {
-  const sockaddr_in address = ToSockaddr({.host = to.host, .port = to.port});
-  // Lost where the socket is full, like any datagram; whoever waits for it asks again.
-  (void)sendto(host->socket, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
-               reinterpret_cast<const sockaddr*>(&address), sizeof address);
-}
-
-// Puts the sealed datagram in the place of the one that ENet is about to send.
-void Endpoint::Impl::Seal() {
-  const std::span<const ENetBuffer> buffers(host->buffers, host->bufferCount);
-  const auto found = connections.find(ConnectionOf(buffers));
-  std::size_t bytes = 0;
-  if (found != connections.end() && door.Has(found->second.session)) {
-    const std::span<std::uint8_t> room(sealed.data() + kSealHeaderBytes,
-                                       sealed.size() - kSealHeaderBytes - kSealTagBytes);
-    bytes = Gather(buffers, room);
-    if (bytes > 0) bytes = door.Seal(found->second.session, sealed, bytes);
-  }
-  host->buffers[0].data = sealed.data();
-  host->buffers[0].dataLength = bytes;  // 0, of a connection that is no more: an empty datagram
-  host->bufferCount = 1;
-}
-
-void Endpoint::Impl::Progress(Clock::time_point now) {
-  for (const Door::Outgoing& out : door.Due(now)) Send(out.to, out.bytes);
-  if (now < sweep_at) return;
-  sweep_at = now + kSweepInterval;
-  Sweep();
-  std::vector<SessionNumber> late;
-  for (const auto& [handle, peer] : peers) {
-    if (peer.enet == nullptr && now >= peer.dial_until) late.push_back(peer.session);
-  }
-  for (const SessionNumber session : late) EndDial(session, std::nullopt);
-}
-
-// Ends the sessions whose ENet peer is gone, and those that the door ended.
-void Endpoint::Impl::Sweep() {
-  peer_gone = false;
-  for (ENetPeer& enet : std::span(host->peers, host->peerCount)) {
-    if (enet.state == ENET_PEER_STATE_DISCONNECTED || enet.data != nullptr) continue;
-    const auto found = connections.find(enet.connectID);
-    if (found == connections.end() && enet.state == ENET_PEER_STATE_ACKNOWLEDGING_CONNECT) enet_peer_reset(&enet);
-    if (found == connections.end() || found->second.enet != nullptr) continue;
-    found->second.enet = &enet;
-    SetTimeout(enet);  // ENet's own lets one that does not answer keep its place for half a minute
-  }
-  std::vector<SessionNumber> ended;
-  for (const auto& [number, connection] : connections) {
-    const ENetPeer* enet = connection.enet;
-    const bool gone = enet != nullptr && (enet->state == ENET_PEER_STATE_DISCONNECTED || enet->connectID != number);
-    if (gone || !door.Has(connection.session)) ended.push_back(connection.session);
-  }
-  for (const SessionNumber session : ended) ForgetSession(session);
 }
 
 // --- ENet's events ---------------------------------------------------------------------------------------------------
@@ -495,7 +242,7 @@ absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint1
   if (probe.fd() < 0 || connect(probe.fd(), reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
     return absl::UnavailableError(absl::StrCat(host, ":", port, ": ", std::strerror(errno)));
   }
-  const Clock::time_point now = Clock::now();
+  const Impl::Clock::time_point now = Impl::Clock::now();
   impl_->Sweep();
   const std::optional<SessionNumber> session =
       impl_->door.Dial(now, {.host = address->host, .port = port}, region, std::move(credentials));
@@ -537,11 +284,11 @@ void Endpoint::Flush() {
 std::vector<Event> Endpoint::Service(std::chrono::milliseconds timeout) {
   const Impl::Call call(*impl_);
   std::vector<Event> out;
-  const Clock::time_point until = Clock::now() + std::max(timeout, std::chrono::milliseconds(0));
+  const Impl::Clock::time_point until = Impl::Clock::now() + std::max(timeout, std::chrono::milliseconds(0));
   for (;;) {
-    const Clock::time_point now = Clock::now();
+    const Impl::Clock::time_point now = Impl::Clock::now();
     impl_->Progress(now);
-    Clock::time_point wake = until;
+    Impl::Clock::time_point wake = until;
     if (const auto due = impl_->door.next_due()) wake = std::min(wake, *due);
     const bool idle = out.empty() && impl_->pending.empty();
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(wake - now);
@@ -549,7 +296,7 @@ std::vector<Event> Endpoint::Service(std::chrono::milliseconds timeout) {
     out.insert(out.end(), std::make_move_iterator(impl_->pending.begin()),
                std::make_move_iterator(impl_->pending.end()));
     impl_->pending.clear();
-    if (!out.empty() || Clock::now() >= until) return out;
+    if (!out.empty() || Impl::Clock::now() >= until) return out;
   }
 }
 

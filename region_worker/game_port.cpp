@@ -55,6 +55,7 @@ std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool starte
   AnswerGuests(now, tick, started);
   DropSilent(now);
   CountClients();
+  metrics_.game_door.Take(endpoint_->door_stats());
   *any = !events.empty();
   return inputs;
 }

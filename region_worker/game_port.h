@@ -75,7 +75,6 @@ class GamePort {
   // Takes in what has come, without waiting; `tick` and `started` go into welcomes. True in `any` if anything had come.
   std::vector<ClientInput> Service(TimePoint now, Tick tick, bool started, bool* any);
 
-  const net::DoorStats& door_stats() const { return endpoint_->door_stats(); }
   const std::map<net::PeerHandle, Client>& clients() const { return clients_; }
   Client* Find(net::PeerHandle peer);
   std::vector<PlayerNumber> players() const;  // ascending

@@ -66,6 +66,7 @@ bool RegionLinks::Service(TimePoint now, const OnFrame& on_frame) {
   for (const net::Event& event : events) Handle(event, now, on_frame);
   if (identity_ && !closed_) DialDue(now);
   DropSilentCallers(now);
+  metrics_.link_door.Take(endpoint_->door_stats());
   return !events.empty();
 }
 

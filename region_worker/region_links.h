@@ -66,7 +66,6 @@ class RegionLinks {
   bool Service(TimePoint now, const OnFrame& on_frame);
   void Close();                                                   // ends all links in order
   bool draining() const { return endpoint_->connections() > 0; }  // while Close is under way
-  const net::DoorStats& door_stats() const { return endpoint_->door_stats(); }
 
   std::vector<RegionId> linked() const;  // ascending
   bool AllLinked() const;                // false before Open

@@ -49,6 +49,39 @@ DropReason ReasonOf(const absl::Status& status) {
   }
 }
 
+DoorMetrics::DoorMetrics(prometheus::Registry& registry, const char* port) {
+  using Stats = net::DoorStats;
+  const auto datagrams = [&](const char* result, std::uint64_t Stats::*count) {
+    series_.push_back({&Counter(registry, "tessera_region_door_datagrams_total",
+                                "What came of datagrams at a port's door; sealed ones that were taken are not counted.",
+                                {{"port", port}, {"result", result}}),
+                       count});
+  };
+  datagrams("hello", &Stats::hellos);
+  datagrams("accepted", &Stats::accepted);
+  datagrams("refused", &Stats::refused);
+  datagrams("limited", &Stats::limited);
+  datagrams("stale", &Stats::stale);
+  datagrams("strange", &Stats::strange);
+  datagrams("replayed", &Stats::replayed);
+  datagrams("forged", &Stats::forged);
+  const auto bytes = [&](const char* direction, std::uint64_t Stats::*count) {
+    series_.push_back({&Counter(registry, "tessera_region_door_bytes_total", "Bytes from and to strangers.",
+                                {{"port", port}, {"direction", direction}}),
+                       count});
+  };
+  bytes("in", &Stats::bytes_from_strangers);
+  bytes("out", &Stats::bytes_to_strangers);
+}
+
+void DoorMetrics::Take(const net::DoorStats& now) {
+  for (const Series& series : series_) {
+    const std::uint64_t more = now.*series.count - before_.*series.count;
+    if (more > 0) series.counter->Increment(static_cast<double>(more));
+  }
+  before_ = now;
+}
+
 WorkerMetrics::WorkerMetrics()
     : registry_(std::make_shared<prometheus::Registry>(prometheus::Registry::InsertBehavior::Merge)),
       tick(Gauge(*registry_, "tessera_region_tick", "The last tick simulated.")),
@@ -75,7 +108,9 @@ WorkerMetrics::WorkerMetrics()
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
-                               "Bodies taken out because their state was not a number.")) {
+                               "Bodies taken out because their state was not a number.")),
+      game_door(*registry_, "game"),
+      link_door(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
     frames_dropped[i] = &Counter(*registry_, "tessera_region_frames_dropped_total", "Frames that were not used.",
                                  {{"reason", std::string(kDropReasonNames[i])}});

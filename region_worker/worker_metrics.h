@@ -7,8 +7,10 @@
 #include <array>
 #include <memory>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/status.h"
+#include "net/door.h"
 #include "prometheus/counter.h"
 #include "prometheus/gauge.h"
 #include "prometheus/histogram.h"
@@ -33,6 +35,22 @@ inline constexpr std::array<std::string_view, 7> kDropReasonNames = {
 // From what Region::Receive says.
 DropReason ReasonOf(const absl::Status& status);
 
+// What came of the datagrams at the door of one port.
+class DoorMetrics {
+ public:
+  DoorMetrics(prometheus::Registry& registry, const char* port);
+  // `now` counts from the start of the port.
+  void Take(const net::DoorStats& now);
+
+ private:
+  struct Series {
+    prometheus::Counter* counter;
+    std::uint64_t net::DoorStats::*count;
+  };
+  std::vector<Series> series_;
+  net::DoorStats before_;
+};
+
 class WorkerMetrics {
  public:
   WorkerMetrics();
@@ -54,6 +72,7 @@ class WorkerMetrics {
   prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late;
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
+  DoorMetrics game_door, link_door;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }
 };

@@ -1,0 +1,116 @@
+// Inside of Endpoint. Not for others.
+#pragma once
+
+#include <enet/enet.h>
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <span>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "net/door.h"
+#include "net/endpoint.h"
+
+namespace tessera::net {
+
+inline constexpr std::size_t kChannels = 2;
+
+inline PeerHandle HandleOf(const ENetPeer& peer) { return PeerHandle(reinterpret_cast<std::uintptr_t>(peer.data)); }
+inline void SetHandle(ENetPeer& peer, PeerHandle handle) {
+  peer.data = reinterpret_cast<void*>(static_cast<std::uintptr_t>(handle.value()));
+}
+
+struct Endpoint::Impl {
+  using Clock = std::chrono::steady_clock;
+
+  struct Peer {
+    ENetPeer* enet = nullptr;  // none while the other side's door has not opened
+    SessionNumber session{};
+    bool outgoing = false, connected = false;
+    Clock::time_point dial_until{};
+    std::uint64_t bytes_sent = 0, bytes_received = 0;
+  };
+  // An ENet connection and the session that it lies in. ENet's peer may outlive its handle, to say farewell.
+  struct Connection {
+    SessionNumber session;
+    ENetPeer* enet = nullptr;
+  };
+
+  explicit Impl(const EndpointOptions& options_in)
+      : options(options_in),
+        door({.max_sessions = options_in.max_peers,
+              .max_per_address =
+                  options_in.max_peers_per_address == 0 ? options_in.max_peers : options_in.max_peers_per_address}) {}
+  ~Impl();
+
+  EndpointOptions options;
+  ENetHost* host = nullptr;
+  std::uint16_t port = 0;
+  std::uint64_t last_handle = 0;
+  std::unordered_map<PeerHandle, Peer> peers;
+  Door door;
+  std::unordered_map<std::uint32_t, Connection> connections;  // by ENet's connectID
+  std::unordered_map<std::uint32_t, std::uint32_t> connection_of_session;
+  std::vector<Event> pending;  // of dials that failed
+  std::array<std::uint8_t, ENET_PROTOCOL_MAXIMUM_MTU + kSealHeaderBytes + kSealTagBytes> sealed{};
+  Clock::time_point sweep_at{};
+  bool peer_gone = false;  // since the last sweep
+
+  // ENet's callbacks have no argument of ours; every call into ENet is made under a Call.
+  static thread_local Impl* current;
+  class Call {
+   public:
+    explicit Call(Impl& impl) : before_(std::exchange(current, &impl)) {}
+    ~Call() { current = before_; }
+    Call(const Call&) = delete;
+    Call& operator=(const Call&) = delete;
+
+   private:
+    Impl* before_;
+  };
+  static int ENET_CALLBACK Intercept(ENetHost* host, ENetEvent* event);
+  static enet_uint32 ENET_CALLBACK Checksum(const ENetBuffer* buffers, std::size_t count);
+
+  PeerHandle NewHandle(bool outgoing, SessionNumber session) {
+    const PeerHandle handle(++last_handle);
+    peers[handle] = {.session = session, .outgoing = outgoing};
+    return handle;
+  }
+  void Attach(PeerHandle handle, ENetPeer& enet) {
+    peers.at(handle).enet = &enet;
+    SetHandle(enet, handle);
+    SetTimeout(enet);
+  }
+  void SetTimeout(ENetPeer& enet) const {
+    const auto timeout_ms = static_cast<enet_uint32>(options.peer_timeout.count());
+    enet_peer_timeout(&enet, ENET_PEER_TIMEOUT_LIMIT, timeout_ms, timeout_ms);
+  }
+  void Forget(ENetPeer& peer) {
+    peers.erase(HandleOf(peer));
+    peer.data = nullptr;
+  }
+
+  // The door's side.
+  bool TakeDatagram(ENetEvent* event);
+  bool HandToEnet(const Door::Received& received);
+  void StartEnet(SessionNumber session);
+  void EndDial(SessionNumber session, std::optional<Refusal> refusal);
+  void Send(const Address& to, std::span<const std::uint8_t> bytes) const;
+  void Remember(SessionNumber session, std::uint32_t connection, ENetPeer* enet);
+  void ForgetSession(SessionNumber session);
+  void Seal();
+  void Progress(Clock::time_point now);
+  void Sweep();
+  void Take(std::chrono::milliseconds wait, std::vector<Event>& out);
+
+  // Each of these gives at most one event.
+  void OnConnect(ENetPeer& peer, std::vector<Event>& out);
+  void OnDisconnect(ENetPeer& peer, std::vector<Event>& out);
+  void OnReceive(const ENetEvent& event, std::vector<Event>& out);
+  void Handle(const ENetEvent& event, std::vector<Event>& out);
+};
+
+}  // namespace tessera::net
