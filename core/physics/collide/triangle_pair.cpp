@@ -176,8 +176,8 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
   LocalManifold over;
   const bool front = s.center >= 0, smooth = !s.place.surface.IsSharp(s.place.index);
   if (front || (smooth && s.was_in_front)) OverFace(s, &over);
-  // A thin body's middle may well be behind what it lies on, but then not all of it is.
-  if (!front && over.count > 0 && Deepest(over) < -2 * s.geometry.middle_radius_m) over.count = 0;
+  // The middle of a thin body may well be behind what it lies on; but deeper than its size it is on the other side.
+  if (!front && over.count > 0 && Deepest(over) < -s.geometry.outer_radius_m) over.count = 0;
   if (smooth) {
     // Other ways than along the normal are the neighbours' or hardly differ.
     if (over.count > 0) {
