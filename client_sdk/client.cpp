@@ -113,7 +113,7 @@ void Client::Impl::Receive(TimePoint now) {
         break;
       case net::Event::Kind::kDisconnected:
         if (event.refusal) {
-          OnRefusal(*link, ToProto(*event.refusal));
+          OnDoorRefusal(now, *link, *event.refusal);
         } else {
           OnDisconnected(now, *link);
         }
@@ -172,6 +172,8 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     }
     case v1::RegionControl::kStopping:
       return OnStopping(link, control.stopping().reason());
+    case v1::RegionControl::kPass:
+      return OnPass(link, control.pass());
     case v1::RegionControl::KIND_NOT_SET:
       return link.CountError();
   }
@@ -206,6 +208,23 @@ void Client::Impl::OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal)
   const absl::string_view word = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
   End(absl::Status(CodeOf(refusal.reason()), absl::StrCat(link.Where(), " refuses: ", word, ": ", refusal.detail())),
       "");
+}
+
+// Once in the world, a door that is another's by now or has no room is tried again: a region may be on its way to
+// another address, and the map tells where.
+void Client::Impl::OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal) {
+  const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kExpired ||
+                        refusal.reason == net::Refused::kStopping;
+  if (state == ClientState::kJoining || for_good) return OnRefusal(link, ToProto(refusal));
+  link.Failed(refusal.detail);
+  OnDisconnected(now, link);
+}
+
+void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {
+  const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(pass.session_key());
+  const std::string& token = pass.connect_token();
+  if (!key.ok() || token.size() > net::kMaxTokenBytes) return link.CountError();
+  session.credentials = {.token = {token.begin(), token.end()}, .key = *key};
 }
 
 void Client::Impl::OnStopping(RegionLink& link, const std::string& why) {

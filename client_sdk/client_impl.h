@@ -26,6 +26,8 @@ struct Client::Impl {
   void OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal);
   void OnStopping(RegionLink& link, const std::string& why);
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
+  void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
+  void OnPass(RegionLink& link, const v1::RegionPass& pass);
   void AdoptMap(RegionLink& from, const v1::PartitionMap& map);
   void Start();
   RegionLink* LinkOf(net::PeerHandle peer);

@@ -346,6 +346,19 @@ TEST_F(ClientTest, ARegionThatRestartsIsFoundAgain) {
   EXPECT_EQ(client->Stats().regions[0].reconnects, 1u);
 }
 
+TEST_F(ClientTest, AnAddressThatIsAnothersByNowIsTriedAgain) {
+  Make(2);
+  Join();
+  Play();
+  instance->BecomeAnother(0);
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }, true));
+  ASSERT_TRUE(Until([&] { return instance->regions[0]->doors_refused() >= 2; }, true));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+  instance->Restart(0);
+  instance->regions[0]->started = true;
+  EXPECT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 1; }, true));
+}
+
 TEST_F(ClientTest, FollowsANewMapAndIgnoresAnOlderOne) {
   Make(2);
   Join();

@@ -39,6 +39,7 @@ class FakeRegion {
 
   std::uint16_t port() const { return endpoint_->port(); }
   std::size_t clients() const { return senders_.size(); }
+  std::uint64_t doors_refused() const { return endpoint_->door_stats().refused; }
 
   bool started = false;
   std::optional<v1::RegionRefusal> refuse_all;
@@ -52,6 +53,12 @@ class FakeRegion {
       if (event.kind == net::Event::Kind::kConnected) OnConnected(event);
       if (event.kind == net::Event::Kind::kMessage) OnInput(event);
     }
+  }
+  // Another region is behind this address from now on.
+  void BecomeAnother(const net::InstanceKey& key, const std::string& instance_id) {
+    endpoint_->Open({.instance_id = instance_id, .region = RegionId(99), .incarnation = Incarnation(9), .key = key});
+    for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
+    senders_.clear();
   }
   void Start(Tick tick) {
     started = true;
@@ -183,6 +190,7 @@ class FakeInstance : public v1::SessionService::Service {
     regions[index].reset();
     regions[index] = std::make_unique<FakeRegion>(map.regions()[index].id, *scene, map, key_, kId, port);
   }
+  void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
   void Service() {
     for (const auto& region : regions) region->Service();
   }

@@ -40,6 +40,7 @@ class RegionLink {
   void Welcomed();
   void Disconnected(TimePoint now);
   void Stop(net::Endpoint& endpoint);
+  void Failed(std::string why) { last_error_ = std::move(why); }
   // Counts an answer that made no sense.
   void CountError() { ++stats_.decode_errors; }
 

@@ -1,6 +1,7 @@
 #include "region_worker/game_port.h"
 
 #include <algorithm>
+#include <ctime>
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
@@ -54,6 +55,7 @@ std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool starte
   }
   AnswerGuests(now, tick, started);
   DropSilent(now);
+  RenewPasses(now);
   CountClients();
   metrics_.game_door.Take(endpoint_->door_stats());
   *any = !events.empty();
@@ -149,6 +151,22 @@ void GamePort::DropSilent(TimePoint now) {
     spdlog::warn("client dropped player={} reason=silent", client.player.value());
     endpoint_->Disconnect(it->first);
     it = clients_.erase(it);
+  }
+}
+
+void GamePort::RenewPasses(TimePoint now) {
+  for (auto& [peer, client] : clients_) {
+    if (now < client.renew_at) continue;
+    client.renew_at = now + kRenewInterval;
+    const net::Credentials pass =
+        net::Issue({.instance_id = rules_->self.instance_id,
+                    .player = client.player,
+                    .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kPassLifetime.count())},
+                   rules_->key);
+    v1::RegionControl message;
+    message.mutable_pass()->set_connect_token(pass.token.data(), pass.token.size());
+    message.mutable_pass()->set_session_key(pass.key.data(), pass.key.size());
+    Tell(peer, message);
   }
 }
 

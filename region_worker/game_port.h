@@ -2,8 +2,8 @@
 //
 // Whoever connects has shown its connect token at the endpoint's door and is welcomed at once. A player that the orders
 // have not named yet is kept waiting for kOrderTimeout, because its token may be faster than the order, then refused. A
-// player that comes again takes the place of its older connection. One that leaves snapshots unanswered for kSilence is
-// dropped.
+// player that comes again takes the place of its older connection. One that stays has its token renewed. One that
+// leaves snapshots unanswered for kSilence is dropped.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
@@ -50,6 +50,7 @@ struct Client {
   std::uint32_t newest_misplaced = 0;           // number of the newest that asked for a body that is elsewhere
   std::int32_t input_margin_ticks = 0;
   TimePoint may_refuse_at{};  // InputRefused are this rare
+  TimePoint renew_at{};       // its pass
 };
 
 struct ClientInput {
@@ -64,6 +65,9 @@ class GamePort {
   static constexpr Duration kOrderTimeout = std::chrono::seconds(3);
   static constexpr Duration kSilence = std::chrono::seconds(10);
   static constexpr Duration kRefusalDistance = std::chrono::milliseconds(100);
+  // A pass is renewed long before it ends, so that a client can come back at any time.
+  static constexpr Duration kRenewInterval = std::chrono::hours(1);
+  static constexpr std::chrono::seconds kPassLifetime{24 * 3600};
 
   GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
 
@@ -104,6 +108,7 @@ class GamePort {
   bool Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, Tick tick, bool started);
   void AnswerGuests(TimePoint now, Tick tick, bool started);
   void DropSilent(TimePoint now);
+  void RenewPasses(TimePoint now);
   void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
   void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);
   void Tell(net::PeerHandle peer, const v1::RegionControl& message);

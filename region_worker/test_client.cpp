@@ -85,6 +85,12 @@ void TestClient::Handle(const net::Event& event) {
   if (control.has_refusal()) refusal = control.refusal();
   if (control.has_input_refused()) input_refused = control.input_refused();
   if (control.has_stopping()) stopping = control.stopping();
+  if (control.has_pass()) {
+    const std::string& token = control.pass().connect_token();
+    const auto key = net::SessionKeyFrom(control.pass().session_key());
+    ASSERT_TRUE(key.ok()) << key.status();
+    renewed = {.token = {token.begin(), token.end()}, .key = *key};
+  }
   started = started || control.has_started() || (control.has_welcome() && control.welcome().started());
 }
 

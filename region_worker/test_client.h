@@ -42,6 +42,7 @@ class TestClient {
   std::optional<v1::RegionRefusal> refusal;
   std::optional<v1::InputRefused> input_refused;
   std::optional<v1::RegionStopping> stopping;
+  std::optional<net::Credentials> renewed;
   bool started = false, connected = false, disconnected = false;
   std::map<BodyId, BodyState> bodies;  // as told; departed ones are not in it
   Tick tick;

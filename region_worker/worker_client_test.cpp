@@ -3,6 +3,7 @@
 
 #include <csignal>
 #include <cstring>
+#include <ctime>
 #include <limits>
 #include <set>
 
@@ -253,6 +254,21 @@ TEST(WorkerClientTest, PlayerThatComesAgainTakesItsPlace) {
   EXPECT_TRUE(Until({first.get(), again.get()}, [&] { return first->disconnected && again->tick > Tick(0); }));
   EXPECT_FALSE(again->disconnected);
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_clients"), 1);
+}
+
+TEST(WorkerClientTest, WhoPlaysIsGivenANewPassForItself) {
+  Cluster cluster(2);
+  const auto client = cluster.Join(1, 2);
+  ASSERT_TRUE(client->Until([&] { return client->renewed.has_value(); }));
+  const auto now = static_cast<std::uint64_t>(std::time(nullptr));
+  const auto token = net::Open(client->renewed->token, kHandInstanceId, HandKey(), now);
+  ASSERT_TRUE(token.ok()) << token.status();
+  EXPECT_EQ(token->player, PlayerNumber(2));
+  EXPECT_GT(token->expires_unix_s, now + 12 * 3600);
+  TestClient next(cluster.scene().bounds);  // and with it through the door of another region
+  EXPECT_TRUE(next.Connect(cluster.game_port(2), RegionId(2), *client->renewed));
+  ASSERT_TRUE(next.Until([&] { return next.welcome.has_value(); }));
+  EXPECT_EQ(next.welcome->player(), 2u);
 }
 
 TEST(WorkerClientTest, SigtermTellsClientsThatTheRegionEnds) {
