@@ -18,6 +18,7 @@ struct Island {
   int batch = -1;       // which batch solves it
   double mass_kg = 0;   // of all its bodies
   double lightest_kg = std::numeric_limits<double>::max();
+  float smallest_m = std::numeric_limits<float>::max();  // inner radius
   IslandDemand demand;  // what the last step and this one's contacts tell of how hard it is
 };
 

@@ -33,10 +33,21 @@ float MassRatio(const RigidBody& a, const RigidBody& b) {
   return static_cast<float>(std::max(ratio, 1 / ratio));
 }
 
+// Loads are told in those of a unit cube under 10 m/s^2 at 60 Hz, for which solve/substeps.h has its measurements: what
+// counts is how far a body falls in a step against how large it is.
+constexpr double kReferencePull_m = 10.0 / 3600;
+double ScaleOf(double inner_radius_m, double pull) { return pull * 0.5 / std::max(inner_radius_m, kLeastInner_m); }
+
 }  // namespace
 
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
+  for (const RigidBody* body : awake) {
+    Island& island = islands.Of(body->awake_index);
+    island.mass_kg += body->mass_kg();
+    island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
+    island.smallest_m = std::min(island.smallest_m, body->geometry().inner_radius_m);
+  }
   const auto g = static_cast<float>(Length(settings.gravity_m_s2));
   for (const Pair* pair : touching) {
     if (!pair->responds()) continue;
@@ -60,7 +71,9 @@ void World::Impl::WeighIslands() {
       }
     }
     const float weight = lighter * g * static_cast<float>(dt_s);
-    if (weight > 0) demand.load_ratio = std::max(demand.load_ratio, pair->impulse_ns / weight);
+    if (weight <= 0) continue;
+    const double scale = ScaleOf(InnerRadiusOf(*pair), g * dt_s * dt_s / kReferencePull_m);
+    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * pair->impulse_ns / weight);
   }
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     const Joint& joint = *awake_joints[i];
@@ -84,26 +97,22 @@ void World::Impl::EstimateLoads() {
   const Vec3d gravity = settings.gravity_m_s2;
   if (gravity == Vec3d()) return;
   const Vec3d up = Normalized(-gravity);
-  for (const RigidBody* body : awake) {
-    Island& island = islands.Of(body->awake_index);
-    island.mass_kg += body->mass_kg();
-    island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
-  }
+  const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
   laden.clear();
   for (RigidBody* body : awake) {
     const Island& island = islands.Of(body->awake_index);
     if (!island.solved || island.demand.contacts == 0) continue;
-    if (island.mass_kg < kLightIsland * island.lightest_kg) continue;
+    if (island.mass_kg * ScaleOf(island.smallest_m, pull) < kLightIsland * island.lightest_kg) continue;
     laden.push_back({Dot(body->placement().position, up), body});
     body->carried_kg = body->mass_kg();
   }
   std::sort(laden.begin(), laden.end(), [](const Laden& a, const Laden& b) {
     return a.height_m != b.height_m ? a.height_m > b.height_m : a.body->id() < b.body->id();
   });
-  for (const Laden& top : laden) PassDown(*top.body, Vec3f(up));
+  for (const Laden& top : laden) PassDown(*top.body, Vec3f(up), pull);
 }
 
-void World::Impl::PassDown(RigidBody& body, Vec3f up) {
+void World::Impl::PassDown(RigidBody& body, Vec3f up, double pull) {
   constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
   const auto supports = [&](const Pair& pair) {
     if (!pair.live || !pair.responds() || pair.manifolds.empty()) return false;
@@ -120,7 +129,8 @@ void World::Impl::PassDown(RigidBody& body, Vec3f up) {
     RigidBody& other = pair->Other(body);
     const double lighter = other.awake() ? std::min(other.mass_kg(), body.mass_kg()) : body.mass_kg();
     const double column = supporters == 1 ? kColumnLoad : 1;
-    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(column * share / lighter));
+    const double scale = ScaleOf(InnerRadiusOf(*pair), pull);
+    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(column * scale * share / lighter));
     if (other.awake()) other.carried_kg += share;
   }
 }
@@ -146,8 +156,12 @@ void World::Impl::ChooseSubsteps() {
     return;
   }
   works.clear();
-  for (const Island& island : islands.all()) {
+  for (Island& island : islands.all()) {
     if (!island.solved) continue;
+    IslandDemand& demand = island.demand;
+    // The end of a chain pulls at all of it, however alike its links are.
+    const auto pull = static_cast<float>(island.mass_kg / island.lightest_kg);
+    if (demand.joints > 0) demand.mass_ratio = std::max(demand.mass_ratio, std::min(pull, kMostPull));
     works.push_back({island.demand.contacts, island.demand.joints, SubstepsFor(island.demand)});
   }
   KeepBudget(works, kWorkBudget);

@@ -63,6 +63,13 @@ inline constexpr double kLightIsland = 6;
 // minute, and one of 40 sways.
 inline constexpr double kColumnLoad = 2;
 
+// Bodies with no solid middle, or hardly one, count as this large where loads are told by size, m.
+inline constexpr double kLeastInner_m = 0.005;
+
+// What jointed bodies of one island count for at most, in masses of the lightest: chains longer than that are seldom
+// straight. 64 give them 8 substeps; with 2 a swinging chain of 33 equal bodies opens by .3 m.
+inline constexpr float kMostPull = 64;
+
 // What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above
 // it, the most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
 inline constexpr std::int64_t kWorkBudget = 250'000;

@@ -69,7 +69,7 @@ struct World::Impl {
   void BuildIslands();
   void WeighIslands();
   void EstimateLoads();
-  void PassDown(RigidBody& body, Vec3f up);
+  void PassDown(RigidBody& body, Vec3f up, double pull);
   void ListJoints();
   void MakeJointRows();
   void FillBatches();

@@ -225,10 +225,11 @@ struct ContactLoops {
       const F separation = Load(point.separation);
       return old - mass * (velocity + And(Positive(separation), separation * Load(block.head.relax_rate)));
     } else {
-      const F separation = Load(point.separation) + Load(block.head.slop);
+      // A gap may close at once; from there to the depth at rest it is softly let down, and from below pushed up.
+      const F separation = Load(point.separation), slop = Load(block.head.slop), rate = Load(block.head.bias_rate);
       const F apart = Positive(separation);
-      const F push = Max(separation * Load(block.head.bias_rate), Wide(-step.push_out_m_s));
-      const F bias = Select(apart, separation * Wide(step.inverse_h), push);
+      const F push = Max((separation + slop) * rate, Wide(-step.push_out_m_s));
+      const F bias = Select(apart, separation * Wide(step.inverse_h) + slop * rate, push);
       const F soft_mass = Select(apart, mass, mass * Load(block.head.soft_mass));
       const F kept = old - And(Not(apart), old * Load(block.head.soft_impulse));
       return kept - soft_mass * (velocity + bias);
@@ -328,11 +329,9 @@ struct ContactLoops {
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
     if constexpr (kRelax) Measure(block, bodies);
     Both both = Fetch(block, bodies.states);
-    // With bias, normals come last: no overlap matters more than no sliding. In the end friction does: what it may do
-    // depends on what they have just come to.
-    if constexpr (Block::kHasFriction && !kRelax) SolveFriction(block, both);
+    // Normals last: no overlap matters more than no sliding.
+    if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
-    if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
     if constexpr (kRelax) AddToTotals(block);
     PutBack(block, bodies, both);
   }
