@@ -153,19 +153,25 @@ void Endpoint::Impl::Progress(Clock::time_point now) {
 // Ends the sessions whose ENet peer is gone, and those that the door ended.
 void Endpoint::Impl::Sweep() {
   peer_gone = false;
-  for (ENetPeer& enet : std::span(host->peers, host->peerCount)) {
-    if (enet.state == ENET_PEER_STATE_DISCONNECTED || enet.data != nullptr) continue;
-    const auto found = connections.find(enet.connectID);
-    if (found == connections.end() && enet.state == ENET_PEER_STATE_ACKNOWLEDGING_CONNECT) enet_peer_reset(&enet);
-    if (found == connections.end() || found->second.enet != nullptr) continue;
-    found->second.enet = &enet;
-    SetTimeout(enet);  // ENet's own lets one that does not answer keep its place for half a minute
+  // ENet's peers are many and far apart in memory: they are looked through only for a newcomer's.
+  const auto is_new = [](const auto& known) { return known.second.enet == nullptr; };
+  if (std::any_of(connections.begin(), connections.end(), is_new)) {
+    for (ENetPeer& enet : std::span(host->peers, host->peerCount)) {
+      if (enet.state == ENET_PEER_STATE_DISCONNECTED || enet.data != nullptr) continue;
+      const auto found = connections.find(enet.connectID);
+      if (found == connections.end() || found->second.enet != nullptr) continue;
+      found->second.enet = &enet;
+      SetTimeout(enet);  // ENet's own lets one that does not answer keep its place for half a minute
+    }
   }
   std::vector<SessionNumber> ended;
   for (const auto& [number, connection] : connections) {
-    const ENetPeer* enet = connection.enet;
+    ENetPeer* enet = connection.enet;
     const bool gone = enet != nullptr && (enet->state == ENET_PEER_STATE_DISCONNECTED || enet->connectID != number);
-    if (gone || !door.Has(connection.session)) ended.push_back(connection.session);
+    if (!gone && door.Has(connection.session)) continue;
+    // One that never finished: there is nobody to say farewell to.
+    if (!gone && enet != nullptr && enet->state == ENET_PEER_STATE_ACKNOWLEDGING_CONNECT) enet_peer_reset(enet);
+    ended.push_back(connection.session);
   }
   for (const SessionNumber session : ended) ForgetSession(session);
 }

@@ -459,5 +459,44 @@ TEST(EndpointTest, WhatIsOnTheWireIsSecretWholeAndTakenOnce) {
   EXPECT_GT(pair.server->door_stats().replayed, 0u);
 }
 
+// A token's holder that stops half way: ENet alone would keep its place for half a minute.
+TEST(EndpointTest, OneThatNeverFinishesDoesNotKeepItsPlace) {
+  const auto server = Listen({.max_peers = 1});
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  to.sin_port = htons(server->port());
+  const auto send = [&](std::span<const std::uint8_t> bytes) {
+    (void)sendto(fd, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+  };
+  Door door({.max_sessions = 1});
+  const Address house{.host = to.sin_addr.s_addr, .port = server->port()};
+  const SessionNumber dial = *door.Dial(Clock::now(), house, RegionId(2), Pass());
+  const auto limit = Clock::now() + kPatience;
+  while (!door.IsOpen(dial) && Clock::now() < limit) {
+    for (const Door::Outgoing& out : door.Due(Clock::now())) send(out.bytes);
+    server->Service(milliseconds(1));
+    Bytes bytes(2048);
+    const ssize_t got = recv(fd, bytes.data(), bytes.size(), 0);
+    if (got < 0) continue;
+    const auto received = door.Receive(Clock::now(), 0, house, std::span(bytes).first(static_cast<std::size_t>(got)));
+    if (received.kind == Door::Received::Kind::kReply) send(received.bytes);
+  }
+  ASSERT_TRUE(door.IsOpen(dial));
+  Bytes connect = BlindConnect(1);
+  connect.erase(connect.begin() + 4, connect.begin() + 8);  // without the field of its checksum
+  const std::size_t payload = connect.size();
+  connect.insert(connect.begin(), kSealHeaderBytes, 0);
+  connect.resize(connect.size() + kSealTagBytes);
+  door.Seal(dial, connect, payload);
+  send(connect);
+  while (server->connections() == 0 && Clock::now() < limit) server->Service(milliseconds(1));
+  ASSERT_EQ(server->connections(), 1u);
+  while (server->connections() > 0 && Clock::now() < limit) EXPECT_TRUE(server->Service(milliseconds(10)).empty());
+  EXPECT_EQ(server->connections(), 0u);
+  close(fd);
+}
+
 }  // namespace
 }  // namespace tessera::net
