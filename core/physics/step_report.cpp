@@ -81,7 +81,9 @@ void World::Impl::ReportEvents() {
   ended.clear();
   for (Pair* pair : pairs.active()) {
     if (pair->low == nullptr || (pair->jointed && !pair->trigger)) continue;
-    pair->impulse_ns = pair->responds() ? ImpulseOf(*pair) : 0;
+    const float impulse = pair->responds() ? ImpulseOf(*pair) : 0;
+    pair->load_ns = std::min(impulse, pair->impulse_ns);
+    pair->impulse_ns = impulse;
     const bool now =
         pair->crossed || pair->impulse_ns > 0 || pair->separation_m <= (pair->touching ? kTouchEnd_m : kTouchBegin_m);
     pair->crossed = false;

@@ -73,7 +73,7 @@ void World::Impl::WeighIslands() {
     const float weight = lighter * g * static_cast<float>(dt_s);
     if (weight <= 0) continue;
     const double scale = ScaleOf(InnerRadiusOf(*pair), g * dt_s * dt_s / kReferencePull_m);
-    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * pair->impulse_ns / weight);
+    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * pair->load_ns / weight);
   }
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     const Joint& joint = *awake_joints[i];

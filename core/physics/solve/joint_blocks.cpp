@@ -83,6 +83,8 @@ struct Turned {
   float w;
 };
 
+float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit)); }
+
 // A joint's point and axes as its bodies stand now.
 struct Stance {
   Stance(const JointRows& rows, const SolvedState& a, const SolvedState& b)
@@ -101,7 +103,8 @@ struct Stance {
   Vec3f gap, arm_a, arm_b;                    // now
 };
 
-JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, const SolvedMass& b, float h) {
+JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, const SolvedMass& b, float h,
+                 float bias_rate) {
   // What the row asks of angular velocities beyond the motion of the joint's point.
   const Vec3f extra_a = stance.axes(row.angular_a - Cross(stance.start_arm_a, row.linear));
   const Vec3f extra_b = stance.axes(row.angular_b - Cross(stance.start_arm_b, row.linear));
@@ -114,6 +117,10 @@ JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, cons
   out.angular_b = RootInertia(b) * (extra_b + Cross(stance.arm_b, linear));
   out.error = row.error + ((Dot(linear, stance.gap) - Dot(row.linear, stance.start_gap)) +
                            (Dot(extra_b, stance.turned_b) - Dot(extra_a, stance.turned_a)));
+  if (row.kind == RowKind::kLocked || row.kind == RowKind::kLimit) {
+    const float most = (row.linear == Vec3f() ? kJointPush_rad_s : kJointPush_m_s) / bias_rate;
+    out.error = row.kind == RowKind::kLimit ? std::max(out.error, -most) : Clamp(out.error, most);
+  }
   out.kind = row.kind;
   out.target_velocity = row.target_velocity;
   out.max_impulse = row.max_force * h;
@@ -142,7 +149,7 @@ bool Orthonormalize(JointBlock& block, JointRow& row) {
 }
 
 // Rows as the bodies stand, with the impulses in `block.impulses`.
-void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, JointBlock& block) {
+void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, float bias_rate, JointBlock& block) {
   const JointRows& rows = *block.from;
   const Stance stance(rows, states[block.a], states[block.b]);
   block.arm_a = stance.arm_a;
@@ -150,7 +157,7 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, Join
   block.locked = block.count = 0;
   for (int i = 0; i < rows.count; ++i) {
     const Row& from = rows.rows[At(i)];
-    JointRow row = MakeRow(from, stance, masses[block.a], masses[block.b], h);
+    JointRow row = MakeRow(from, stance, masses[block.a], masses[block.b], h, bias_rate);
     row.origin = static_cast<std::uint8_t>(i);
     row.impulse = block.impulses[At(i)];
     if (from.kind == RowKind::kLocked) {
@@ -184,8 +191,6 @@ void ToOwnRows(JointBlock& block) {
   }
 }
 
-float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit)); }
-
 // How fast the joint's point is carried off its way by the turning of both bodies, as seen from a: what centripetal and
 // Coriolis acceleration make of half a substep. A substep then follows the chord of a pendulum's arc rather than its
 // tangent, and turning the rows at its end loses no energy.
@@ -195,7 +200,10 @@ Vec3f Curving(const JointBlock& block, const SolvedState* states, const SolvedMa
   const Vec3f turn_a = Cross(w_a, block.arm_a), turn_b = Cross(w_b, block.arm_b);
   const Vec3f seen = (Get(b.velocity) * masses[block.b].inverse_root_mass + turn_b) -
                      (Get(a.velocity) * masses[block.a].inverse_root_mass + turn_a);
-  return (Cross(w_b, turn_b) - Cross(w_a, turn_a + 2.0f * seen)) * (0.5f * h);
+  // Of what turns too far in a substep for the second order to say anything, less and less.
+  const float turn = h * h * std::max(LengthSquared(w_a), LengthSquared(w_b));
+  const float fade = std::min(1.0f, kCurvingTurn2 / std::max(turn, kCurvingTurn2));
+  return (Cross(w_b, turn_b) - Cross(w_a, turn_a + 2.0f * seen)) * (0.5f * h * fade * fade);
 }
 
 // The impulse of a row after meeting this velocity.
@@ -247,7 +255,7 @@ void JointBlocks::Fill(std::span<const JointConstraint> joints, const Coloring& 
     for (int k = 0; k < joint.rows->count; ++k) {
       block.impulses[At(k)] = joint.impulses[joint.rows->rows[At(k)].slot] * joint.warm_scale;
     }
-    MakeRows(states, masses, h, block);
+    MakeRows(states, masses, h, softness_.bias_rate, block);
   }
 }
 
@@ -272,7 +280,7 @@ void JointBlocks::Turn(const SolvedState* states, const SolvedMass* masses, Solv
     ToOwnRows(block);
     std::array<float, kJointRows> errors{};
     for (int i = block.locked; i < block.count; ++i) errors[block.rows[At(i)].origin] = block.rows[At(i)].error;
-    MakeRows(states, masses, h, block);
+    MakeRows(states, masses, h, softness_.bias_rate, block);
     for (int i = block.locked; i < block.count; ++i) {
       block.rows[At(i)].relax_error = errors[block.rows[At(i)].origin];
     }

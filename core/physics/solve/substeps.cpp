@@ -28,7 +28,7 @@ int LevelOfMassRatio(float ratio) {
 int LevelOf(const IslandDemand& demand, float margin) {
   int level = kFewestLevel;
   level = std::max(level, LevelOfLoad(margin * demand.load_ratio));
-  if (demand.joints > 0) level = std::max(level, LevelOfMassRatio(demand.mass_ratio));
+  if (demand.joints > 0) level = std::max({level, kFewestJointedLevel, LevelOfMassRatio(demand.mass_ratio)});
   if (margin * demand.joint_error_m > kWideGap_m) level = std::max(level, 3);
   if (margin * demand.penetration_m > kDeep_m) level = std::max(level, 2);
   if (margin * demand.impact_m_s > kFast_m_s) level = std::max(level, 2);

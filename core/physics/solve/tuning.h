@@ -9,6 +9,13 @@ inline constexpr float kContactShare = 0.25f, kContactDamping = 10;
 
 inline constexpr float kJointShare = 0.25f, kJointDamping = 2;
 
+// What is torn open or beyond its stop is pulled back no faster than this. Unlimited, the limbs of a heap of ragdolls
+// that are wedged apart come back at tens of m/s.
+inline constexpr float kJointPush_m_s = 10, kJointPush_rad_s = 20;
+
+// Square of the turn in a substep, rad^2, up to which a joint follows the curve of its point's way.
+inline constexpr float kCurvingTurn2 = 0.01f;
+
 // Overlaps are pushed out no faster than this, m/s, so that bodies placed into each other do not explode.
 inline constexpr float kPushOut_m_s = 3;
 
@@ -26,11 +33,14 @@ inline constexpr float kTouching_m = 0.002f;
 
 // The fewest substeps an island gets, as a power of two. With 1 a pyramid trembles and sinks by centimetres; 2 hold it.
 inline constexpr int kFewestLevel = 1;
+// The same where there is a joint. With 1 the limits of a ragdoll's joints fight each other until it bursts.
+inline constexpr int kFewestJointedLevel = 2;
 
 // What asks for more substeps: a joint torn open this far (8), an overlap this deep, an approach this fast (4).
 inline constexpr float kWideGap_m = 0.01f, kDeep_m = 0.05f, kFast_m_s = 20;
 
-// An island gets fewer substeps only when all that it shows, times this, would still ask for fewer. At 1 the count flips.
+// An island gets fewer substeps only when all that it shows, times this, would still ask for fewer. At 1 the count
+// flips.
 inline constexpr float kCalm = 1.3f;
 
 // What solving a joint costs, in contacts.
