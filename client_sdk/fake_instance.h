@@ -114,7 +114,9 @@ class FakeRegion {
 
   void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
-    senders_.emplace(event.peer, replication::SnapshotSender({}));
+    replication::Settings every_one;  // the tests' clock goes by them
+    every_one.idle_ticks = 0;
+    senders_.emplace(event.peer, replication::SnapshotSender(every_one));
     players_[event.peer] = event.who.player;
     v1::RegionControl message;
     v1::RegionWelcome& welcome = *message.mutable_welcome();

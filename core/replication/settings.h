@@ -21,6 +21,9 @@ struct Settings {
   std::size_t max_datagram_bytes = 1148;
   // Ticks kept as baselines: an acknowledgement older than this (2 s at 30 a second) falls back to full.
   std::size_t history_ticks = 64;
+  // Ticks between two datagrams to a client that has all there is to tell: they only say that the world goes on. Well
+  // below the quarter second after which a client takes it to stand (client_sdk/playout_clock.cpp); the sender's alone.
+  std::uint64_t idle_ticks = 12;
 };
 
 }  // namespace tessera::replication

@@ -12,9 +12,9 @@
 //   ...
 //   sender.Acknowledge(ack_bytes);
 //
-// A body that rests and is acknowledged costs nothing. A body that left is named until its absence is acknowledged,
-// with where it went. Nothing in a datagram is trusted: every count and range is checked, an error leaves the receiver
-// as it was. Thread rule: one thread at a time.
+// A body that rests and is acknowledged costs nothing; where all do, a datagram goes out now and then. A body that left
+// is named until its absence is acknowledged, with where it went. Nothing in a datagram is trusted: every count and
+// range is checked, an error leaves the receiver as it was. Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -60,7 +60,7 @@ class SnapshotHistory {
 };
 
 struct WrittenSnapshot {
-  std::vector<Bytes> datagrams;  // each at most settings.max_datagram_bytes
+  std::vector<Bytes> datagrams;  // each at most settings.max_datagram_bytes; none while there is nothing to tell
   bool full = false;             // no body in it had a baseline: what a client gets that has nothing yet
   std::uint32_t bodies = 0;      // records written
 };

@@ -129,12 +129,18 @@ struct SnapshotSender::Impl {
   const HistoryItem* FindItem(const HistoryEntry& entry, std::size_t slot, BodyId id);
   std::size_t AgeOf(const History& history, Tick tick) const;
   void ForgetOldDatagrams(const History& history);
+  // Nothing has changed that the client does not have, and it has heard of the world not long ago.
+  bool NothingToTell(const HistoryEntry& newest, std::uint32_t last_input, std::int32_t input_margin_ticks) const;
   void AcknowledgeOne(std::uint32_t sequence);
 
   Settings settings;
   std::vector<Known> known, merged;  // ascending by id
   std::deque<SentDatagram> sent;     // the last one has the sequence next_sequence - 1
   std::uint32_t next_sequence = 1;
+  // Of the datagram written last.
+  std::optional<Tick> told_tick;
+  std::uint32_t told_input = 0;
+  std::int32_t told_margin = 0;
   std::vector<std::size_t> cursors;  // by slot of the history: bodies are looked up in ascending order
 };
 
@@ -201,6 +207,16 @@ void SnapshotSender::Impl::ForgetOldDatagrams(const History& history) {
   while (!sent.empty() && sent.front().tick < history.oldest_tick()) sent.pop_front();
 }
 
+bool SnapshotSender::Impl::NothingToTell(const HistoryEntry& newest, std::uint32_t last_input,
+                                         std::int32_t input_margin_ticks) const {
+  if (!told_tick.has_value() || newest.tick >= *told_tick + settings.idle_ticks) return false;
+  if (last_input != told_input || input_margin_ticks != told_margin) return false;
+  auto item = newest.items.begin();
+  return std::all_of(known.begin(), known.end(), [&](const Known& body) {
+    return !body.gone && body.acked.has_value() && *body.acked >= item++->since;
+  });
+}
+
 void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   const std::uint32_t age = next_sequence - sequence;  // 1: the newest
   if (age > sent.size()) return;
@@ -239,6 +255,10 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& shared, std::uint32
 
   WrittenSnapshot result;
   const HistoryEntry& newest = history.newest();
+  if (sender.NothingToTell(newest, last_input, input_margin_ticks)) return result;
+  sender.told_tick = newest.tick;
+  sender.told_input = last_input;
+  sender.told_margin = input_margin_ticks;
   DatagramWriter writer({.fingerprint = history.quantizer.fingerprint(),
                          .sequence = sender.next_sequence,
                          .tick = newest.tick,
