@@ -55,7 +55,7 @@ TEST(RestitutionTest, PairTakesTheLarger) {
 double Slide(double slope_rad, double box_friction, double ground_friction) {
   World world({});
   BodyDef ground = Static(1, MakeShapePtr(PlaneShape{{std::sin(slope_rad), std::cos(slope_rad), 0}, 0}));
-  BodyDef box = Dynamic(2, Box(1, 0.25, 1), Vec3d{std::sin(slope_rad), std::cos(slope_rad), 0} * 0.249);  // as it rests
+  BodyDef box = Dynamic(2, Box(1, 0.25, 1), Vec3d{std::sin(slope_rad), std::cos(slope_rad), 0} * 0.25);
   box.initial.orientation = About({0, 0, 1}, -slope_rad);
   box.may_sleep = false;
   ground.material.friction = ground_friction;
@@ -191,9 +191,9 @@ TEST(ContactTest, ImpulsesAreWhatTheBodiesGained) {
       const Vec3d gained = Vec3d(world.StateOf(body.id).linear_velocity) * body.mass_kg - before[body.id].linear;
       const Vec3d turned = AngularMomentum(world, body.id) - before[body.id].angular;
       const double scale = 1 + Length(sum.linear) + Length(before[body.id].linear);
-      EXPECT_LT(Length(gained - sum.linear - Vec3d{0, -kGravity * body.mass_kg * kDt, 0}), 1e-5 * scale)
+      EXPECT_LT(Length(gained - sum.linear - Vec3d{0, -kGravity * body.mass_kg * kDt, 0}), 3e-5 * scale)
           << "body " << body.id << " step " << step;
-      EXPECT_LT(Length(turned - sum.angular), 1e-5 * scale) << "body " << body.id << " step " << step;
+      EXPECT_LT(Length(turned - sum.angular), 3e-5 * scale) << "body " << body.id << " step " << step;
       pushed += Length(sum.linear);
     }
     if (HasFailure()) return;

@@ -89,6 +89,7 @@ TEST(GoldenTest, StatesAreThoseThatWereCommitted) {
   for (const scenes::GoldenScene& golden : scenes::GoldenScenes()) {
     const auto entry = committed.find(std::string(golden.name));
     ASSERT_NE(entry, committed.end()) << golden.name << " is missing in " << kFile;
+    EXPECT_EQ(HashOf(golden, {.portable = true}), entry->second) << golden.name << " without wide SIMD";
     EXPECT_EQ(HashOf(golden), entry->second)
         << golden.name << " comes to other states than when " << kFile << " was written";
   }

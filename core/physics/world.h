@@ -26,8 +26,9 @@ namespace tessera::physics {
 struct Settings {
   Vec3d origin{};  // about which bounds and queries work in floats, m
   Vec3d gravity_m_s2{0, -9.81, 0};
-  int substeps = 0;   // of every island that is solved; 0: as many as each needs
-  bool sleep = true;  // bodies that are still fall asleep
+  int substeps = 0;       // of every island that is solved; 0: as many as each needs
+  bool sleep = true;      // bodies that are still fall asleep
+  bool portable = false;  // solve with what every processor has, rather than with the widest it has; the same bits
 };
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,

@@ -8,7 +8,8 @@
 
 namespace tessera::physics {
 
-World::Impl::Impl(const Settings& settings_in) : settings(settings_in) {}
+World::Impl::Impl(const Settings& settings_in)
+    : settings(settings_in), solver(settings.portable ? SimdPath::kSse2 : SimdPath::kBest) {}
 
 World::Impl::~Impl() {
   for (auto& [id, body] : bodies) {

@@ -158,15 +158,15 @@ TEST(OriginTest, FarFromHomeIsAsAtHome) {
     for (const BodyDef& body : bodies) {
       BodyState at_home = home.StateOf(body.id);
       const BodyState at_away = away.StateOf(body.id);
-      ASSERT_NEAR(Length(at_home.position + far - at_away.position), 0, 1e-4) << "step " << i << " body " << body.id;
-      ASSERT_NEAR(Length(at_home.linear_velocity - at_away.linear_velocity), 0, 1e-2) << "step " << i;
+      ASSERT_NEAR(Length(at_home.position + far - at_away.position), 0, 2e-3) << "step " << i << " body " << body.id;
+      ASSERT_NEAR(Length(at_home.linear_velocity - at_away.linear_velocity), 0, 0.2) << "step " << i;
       equal += at_home.linear_velocity == at_away.linear_velocity;
       at_home = at_away;
       at_home.position = at_away.position - far;
       home.SetState(body.id, at_home);
     }
   }
-  EXPECT_GT(equal, 600 * static_cast<int>(bodies.size()) * 9 / 10);
+  EXPECT_GT(equal, 600 * static_cast<int>(bodies.size()) * 8 / 10);
 }
 
 // --- State
