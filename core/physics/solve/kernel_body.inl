@@ -329,9 +329,11 @@ struct ContactLoops {
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
     if constexpr (kRelax) Measure(block, bodies);
     Both both = Fetch(block, bodies.states);
-    // Normals last: no overlap matters more than no sliding.
+    // Normals come after friction: no overlap matters more than no sliding. When relaxing, friction has another go by
+    // what they have come to: with bias they carry less while a body sinks in, and it would slide.
     if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
+    if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
     if constexpr (kRelax) AddToTotals(block);
     PutBack(block, bodies, both);
   }

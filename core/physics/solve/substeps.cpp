@@ -44,8 +44,8 @@ std::int64_t WorkOf(const IslandWork& island) {
 int SubstepsFor(const IslandDemand& demand) {
   const int wanted = LevelOf(demand, 1);
   if (demand.last <= 0) {
-    // No loads are known yet: a heavy body may lie on a light one.
-    return 1 << std::max(wanted, std::min(LevelOfLoad(demand.mass_ratio), 3));
+    // No loads are known yet, and no impulses to start from: a heavy body may lie on a light one.
+    return 1 << std::max({wanted, kFirstLevel, std::min(LevelOfLoad(demand.mass_ratio), 3)});
   }
   const int last = std::bit_width(static_cast<unsigned>(demand.last)) - 1;
   if (wanted > last) return 1 << (last + 1);

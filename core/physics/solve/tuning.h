@@ -33,6 +33,8 @@ inline constexpr float kTouching_m = 0.002f;
 
 // The fewest substeps an island gets, as a power of two. With 1 a pyramid trembles and sinks by centimetres; 2 hold it.
 inline constexpr int kFewestLevel = 1;
+// And what it starts with: with 2 a box put on a slope it can stand on slips by millimetres first.
+inline constexpr int kFirstLevel = 2;
 // The same where there is a joint. With 1 the limits of a ragdoll's joints fight each other until it bursts.
 inline constexpr int kFewestJointedLevel = 2;
 
