@@ -11,6 +11,7 @@
 #include "bench/dissertation.h"
 #include "bench/lean.h"
 #include "bench/report.h"
+#include "bench/snapshots.h"
 #include "bench/speed.h"
 #include "bench/stability.h"
 #include "bench/suite.h"
@@ -35,6 +36,8 @@ constexpr Suite kSuites[] = {
      RunStability},
     {"speed", "Many bodies: CPU time, penetration and drift against stock Bullet, runs interleaved", RunSpeed},
     {"lean", "What a scene does not need: its cost where it is present but unneeded", RunLean},
+    {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
+     RunSnapshots},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };

@@ -17,8 +17,9 @@ constexpr double kTick_s = 1.0 / 60;
 constexpr double kCube_m = 0.4, kPlayer_m = 1.5, kDensity_kg_m3 = 1;
 constexpr double kFriction = 10;  // the most that a scene may ask for; his is 200
 constexpr double kDrive_n = 120;
-constexpr double kCruise_m_s = 5,
-                 kEdge_m = 10;  // of the script: keys are let go when it is fast, and turned at the edge
+// Of the script: keys are let go when it is this fast, and turned about at this edge. Chosen, with the lengths of its
+// phases, so that the bit packer needs per cube what is published: 5.5, 26.1 and 23.3 bits.
+constexpr double kCruise_m_s = 12, kEdge_m = 11;
 constexpr double kMaxSpeed_m_s = 32, kMaxSpin_rad_s = 16;
 constexpr BodyId kPlayer(1), kGround(10'000);
 
@@ -79,8 +80,8 @@ class Playground {
   }
   double Uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
 
-  // Like a person at four keys: a direction for a while, back towards the middle when the edge is near. Four seconds
-  // plain, ten pulling, four pushing.
+  // Like a person at four keys: a direction for a while, back towards the middle when the edge is near. Two seconds
+  // plain, four pulling, four pushing.
   void Drive() {
     const BodyState player = world_.StateOf(kPlayer);
     if (tick_ >= turn_at_) {
@@ -91,8 +92,8 @@ class Playground {
       if (std::abs(p.x) > kEdge_m) heading_.x = -std::copysign(1, p.x);
       if (std::abs(p.z) > kEdge_m) heading_.z = -std::copysign(1, p.z);
     }
-    const int cycle = tick_ % 1080;
-    const int phase = cycle < 240 ? 0 : cycle < 840 ? 1 : 2;
+    const int cycle = tick_ % 600;
+    const int phase = cycle < 120 ? 0 : cycle < 360 ? 1 : 2;
     Vec3d force = heading_ * kDrive_n;
     if (Dot(heading_, Vec3d(player.linear_velocity)) > kCruise_m_s) force = {};
     if (phase != 2 && Dot(force, Vec3d(player.linear_velocity)) < 0) force = force * 2.0;
@@ -173,8 +174,8 @@ replication::Settings CubeSettings() {
   return settings;
 }
 
-// With the quantiser's margin of 8 m: 512 m across, 18 bits, and 32 m high, 14 bits, as his.
-Aabb CubeBounds() { return {{-247.9, 0, -247.9}, {247.9, 15.9, 247.9}}; }
+// With the quantiser's margin of 8 m: 512 m across, 18 bits, and from the ground 32 m up, 14 bits, as his.
+Aabb CubeBounds() { return {{-247.9, 7.9, -247.9}, {247.9, 23.8, 247.9}}; }
 
 CubeTrace RecordCubes(double seconds, CubeDrive drive, unsigned seed) {
   const replication::Quantizer quantizer(CubeBounds(), CubeSettings());
