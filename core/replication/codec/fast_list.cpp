@@ -8,7 +8,7 @@ namespace tessera::replication {
 namespace {
 
 constexpr std::uint8_t kCountBands[] = {5, 8, 16};
-constexpr std::uint8_t kGapBands[] = {1, 3, 5, 8, 12};
+constexpr std::uint8_t kGapBands[] = {0, 2, 5, 7, 12};
 constexpr std::uint8_t kTickBands[] = {3, 6, 12};
 
 void WriteSamples(BitWriter& writer, const SampleTicks& samples) {

@@ -13,7 +13,7 @@
 //
 // clang-format off
 //   list       count b(5 8 16); unless it is 0: uniform 1, [samples]; bodies
-//   body       id less the one before, less 1, b(1 3 5 8 12); unless uniform: 1: samples as before, or 0, samples; record
+//   body       id less the one before, less 1, b(0 2 5 7 12); unless uniform: 1: samples as before, or 0, samples; record
 //   samples    ticks back to the base less 1, from base to older, from older to oldest (0: none), each b(3 6 12)
 // clang-format on
 //

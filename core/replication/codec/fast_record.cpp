@@ -9,14 +9,16 @@ namespace {
 
 // Parameters of the codes, by the length of the predicted move and turn.
 constexpr std::array<std::uint8_t, 12> kMoveParameter = {1, 1, 2, 3, 3, 4, 5, 5, 6, 6, 6, 6};
-constexpr std::array<std::uint8_t, 10> kTurnParameter = {0, 1, 2, 3, 3, 4, 4, 5, 5, 6};
+constexpr std::array<std::uint8_t, 10> kTurnParameter = {1, 1, 2, 3, 3, 4, 4, 5, 5, 6};
 constexpr std::array<std::size_t, 3> kAxes = {1, 0, 2};
 // Longest zigzag residuals: of two positions, of two components.
 constexpr int kMaxPositionBits = 47, kMaxOrientationBits = 18;
 
+constexpr int kFlyingParameter = 2;  // of both, of what falls freely
+
 template <std::size_t kSize>
-int Parameter(const std::array<std::uint8_t, kSize>& table, int bits) {
-  return table[std::min(static_cast<std::size_t>(bits), kSize - 1)];
+int Parameter(const std::array<std::uint8_t, kSize>& table, const Prediction& prediction, int bits) {
+  return prediction.flies ? kFlyingParameter : table[std::min(static_cast<std::size_t>(bits), kSize - 1)];
 }
 
 void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
@@ -66,14 +68,14 @@ PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, 
     record.Append((state.asleep ? 2u : 0u) | (moved ? 4u : 0u) | (turned ? 8u : 0u), 4);
   }
   if (moved) {
-    const int k = Parameter(kMoveParameter, prediction.move_bits);
+    const int k = Parameter(kMoveParameter, prediction, prediction.move_bits);
     for (const std::size_t axis : kAxes) AppendGolomb(record, state.position[axis] - prediction.position[axis], k);
   }
   if (!turned) return record;
   const bool expected = state.largest == LargestOf(prediction.orientation);
   record.Append(expected ? 1 : 0, 1);
   if (!expected) record.Append(state.largest, 2);
-  const int k = Parameter(kTurnParameter, prediction.turn_bits);
+  const int k = Parameter(kTurnParameter, prediction, prediction.turn_bits);
   const std::array<std::int16_t, 3> predicted = ToSmallest(prediction.orientation, state.largest, limit);
   for (std::size_t i = 0; i < 3; ++i) AppendGolomb(record, state.smallest[i] - predicted[i], k);
   return record;
@@ -90,7 +92,7 @@ bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedSt
   const bool moved = usual || reader.ReadBit();
   const bool turned = usual || reader.ReadBit();
   if (moved) {
-    const int k = Parameter(kMoveParameter, prediction.move_bits);
+    const int k = Parameter(kMoveParameter, prediction, prediction.move_bits);
     for (const std::size_t axis : kAxes) {
       std::int64_t residual = 0;
       if (!ReadGolomb(reader, k, kMaxPositionBits, residual)) return false;
@@ -101,7 +103,7 @@ bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedSt
   }
   if (!turned) return true;
   state.largest = reader.ReadBit() ? LargestOf(prediction.orientation) : static_cast<std::uint8_t>(reader.Read(2));
-  const int k = Parameter(kTurnParameter, prediction.turn_bits);
+  const int k = Parameter(kTurnParameter, prediction, prediction.turn_bits);
   const std::array<std::int16_t, 3> predicted = ToSmallest(prediction.orientation, state.largest, limit);
   for (std::size_t i = 0; i < 3; ++i) {
     std::int64_t residual = 0;

@@ -7,8 +7,8 @@
 //   if (!ReadPose(reader, prediction, base, limit, state)) return error;
 //
 // A number is an exponential Golomb code of its zigzag whose parameter follows from how much was predicted to happen
-// (Prediction::move_bits, turn_bits): a body that hardly moves misses by little. The tables were measured on the 901
-// cubes of bench/snapshots_trace.h.
+// (Prediction::move_bits, turn_bits): a body that hardly moves misses by little, and so does one that flies. The tables
+// were measured on the 901 cubes of bench/snapshots_trace.h.
 //
 // clang-format off
 //   record     1: awake, moved and turned, or 0, asleep 1, moved 1, turned 1; [position], [orientation]

@@ -56,6 +56,7 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
   const bool third = s.oldest != nullptr && s.gap2 > 0 && s.gap2 <= kMaxPredictedTicks;
   const auto gap2 = static_cast<std::int64_t>(s.gap2);
+  result.flies = third && Flies(s);
   std::int64_t longest = 0, change = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::int64_t moved = s.base->position[axis] - s.older->position[axis];
@@ -64,9 +65,10 @@ Prediction PosePredictor::Predict(const Samples& s) const {
     result.position[axis] += move;
     if (!third) continue;
     result.change[axis] = move - Rounded((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
+    if (result.flies && axis == 1) result.change[1] -= (gravity_ * ticks * (gap + gap2)) >> (kGravityBits + 1);
     change = std::max(change, std::abs(result.change[axis]));
   }
-  if (third && Flies(s)) {
+  if (result.flies) {
     // From the mean velocity over the gap, which is that of its middle: v t + g t (t + gap) / 2.
     result.position[1] += (gravity_ * ticks * (ticks + gap)) >> (kGravityBits + 1);
   }

@@ -33,7 +33,9 @@ struct Prediction {
   // How much is predicted to happen, as a number's length in bits: the longest coordinate's move in steps, the turn in
   // 1/512 of a half turn's sine. Residuals grow with them, so they choose how those are written.
   int move_bits = 0, turn_bits = 0;
-  // The same of how far the last two moves differ, and by axis: the better the past fits, the smaller the residuals.
+  bool flies = false;  // it falls freely, so it goes as predicted however far
+  // The same of how far the last two moves differ, but for gravity where it flies, and by axis: the better the past
+  // fits, the smaller the residuals.
   int change_bits = 0, wobble_bits = 0;
   std::array<std::int64_t, 3> change{};
 };
