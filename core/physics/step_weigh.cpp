@@ -36,7 +36,9 @@ float MassRatio(const RigidBody& a, const RigidBody& b) {
 // Loads are told in those of a unit cube under 10 m/s^2 at 60 Hz, for which solve/substeps.h has its measurements: what
 // counts is how far a body falls in a step against how large it is.
 constexpr double kReferencePull_m = 10.0 / 3600;
-double ScaleOf(double inner_radius_m, double pull) { return pull * 0.5 / std::max(inner_radius_m, kLeastInner_m); }
+double ScaleOf(double inner_radius_m, double pull) {
+  return pull * std::max(1.0, 0.5 / std::max(inner_radius_m, kLeastInner_m));
+}
 
 }  // namespace
 

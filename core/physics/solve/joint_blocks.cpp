@@ -11,6 +11,9 @@ namespace {
 
 // Locked rows that keep less than this share of their square beside the others are implied by them.
 constexpr float kImplied = 1e-6f;
+// Of what turns further than this in a substep, rad^2, the last impulses point anywhere; to start with them feeds it
+// energy.
+constexpr float kLostTurn2 = 0.25f;
 
 constexpr std::size_t At(int i) { return static_cast<std::size_t>(i); }
 
@@ -191,6 +194,13 @@ void ToOwnRows(JointBlock& block) {
   }
 }
 
+// Square of the angle by which the faster of a joint's bodies turns in a substep, rad^2.
+float TurnInSubstep2(const JointBlock& block, const SolvedState* states, const SolvedMass* masses, float h) {
+  return h * h *
+         std::max(LengthSquared(RootInertia(masses[block.a]) * Get(states[block.a].spin)),
+                  LengthSquared(RootInertia(masses[block.b]) * Get(states[block.b].spin)));
+}
+
 // How fast the joint's point is carried off its way by the turning of both bodies, as seen from a: what centripetal and
 // Coriolis acceleration make of half a substep. A substep then follows the chord of a pendulum's arc rather than its
 // tangent, and turning the rows at its end loses no energy.
@@ -278,6 +288,7 @@ void JointBlocks::Turn(const SolvedState* states, const SolvedMass* masses, Solv
     };
     remember(1);
     ToOwnRows(block);
+    if (TurnInSubstep2(block, states, masses, h) > kLostTurn2) block.impulses.fill(0);
     std::array<float, kJointRows> errors{};
     for (int i = block.locked; i < block.count; ++i) errors[block.rows[At(i)].origin] = block.rows[At(i)].error;
     MakeRows(states, masses, h, softness_.bias_rate, block);

@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "core/physics/solve/tuning.h"
+
 namespace tessera::physics {
 namespace {
 
@@ -219,8 +221,8 @@ TEST(SolverTest, CarriesAPlateOnManyBalls) {
   for (int i = 0; i < 150; ++i) {
     const float x = static_cast<float>(i % 15) - 7, z = static_cast<float>(i / 15) - 4.5f;
     const std::uint32_t ball = scene.Add(1, {.1f, .1f, .1f});
-    Scene::Point(scene.Touch(plate, ball, {0, -1, 0}, {.friction = .5f}), {x, -.5f, z}, {0, .5f, 0}, -.001f);
-    Scene::Point(scene.Touch(kStatic, ball, {0, 1, 0}, {.friction = .5f}), {x, 0, z}, {0, -.5f, 0}, -.001f);
+    Scene::Point(scene.Touch(plate, ball, {0, -1, 0}, {.friction = .5f}), {x, -.5f, z}, {0, .5f, 0}, -kSlop_m);
+    Scene::Point(scene.Touch(kStatic, ball, {0, 1, 0}, {.friction = .5f}), {x, 0, z}, {0, -.5f, 0}, -kSlop_m);
   }
   for (int step = 0; step < 60; ++step) {
     for (SolverBody& body : scene.bodies) body.acceleration = {0, -kG, 0};

@@ -21,7 +21,7 @@ inline constexpr float kPushOut_m_s = 3;
 
 // Depth at which contacts rest, m, whatever they carry. At 0 the corners of a loaded face would part by rounding and
 // let a tower lean.
-inline constexpr float kSlop_m = 0.001f;
+inline constexpr float kSlop_m = 0.0003f;
 // The same as a share of the smaller body's inner radius, where that is less: a card must not sink by its thickness.
 inline constexpr float kSlopShare = 0.01f, kLeastSlop_m = 1e-5f;
 
