@@ -43,7 +43,7 @@ bool PoseModel::CodePosition(Coder& coder, const Prediction& prediction, const Q
   const int touching = near != nullptr && Distance(near->base, base.position) < kTouching ? 1 : 0;
   int grade = 0, order = 0;
   for (const std::size_t axis : {std::size_t{1}, std::size_t{0}, std::size_t{2}}) {
-    const int up = axis == 1 ? 1 : 0;
+    const int up = prediction.flies ? 2 : axis == 1 ? 1 : 0;
     const std::int64_t move = prediction.position[axis] - base.position[axis], change = prediction.change[axis];
     const int course = SignOf(move), turned = SignOf(change, 2);
     const int beside = near == nullptr ? 0 : SignOf(near->position[axis]);
@@ -55,7 +55,7 @@ bool PoseModel::CodePosition(Coder& coder, const Prediction& prediction, const Q
         &by_neighbour_.At({up, near == nullptr ? 0 : 1 + LengthOf(near->position[axis]),
                            beside == 0 ? 0 : 2 * beside - 1 + touching, grade})};
     missed[axis] = state.position[axis] - prediction.position[axis];
-    replication::Code(coder, missed[axis], views, position_mixers_[up]);
+    replication::Code(coder, missed[axis], views, position_mixers_[static_cast<std::size_t>(up)]);
     state.position[axis] = prediction.position[axis] + missed[axis];
     if (state.position[axis] < -kMaxPosition || state.position[axis] > kMaxPosition) return false;
     grade = Grade(missed[axis]);
@@ -80,7 +80,7 @@ bool PoseModel::CodeOrientation(Coder& coder, const Prediction& prediction, cons
       near == nullptr ? predicted : smallest(Normalize(Multiply(near->turn, prediction.orientation)));
   const std::array<std::int16_t, 3> rolled = smallest(Normalize(Multiply(RollBy(missed), prediction.orientation)));
   const std::int64_t longest = std::max({std::abs(missed[0]), std::abs(missed[1]), std::abs(missed[2])});
-  const int amount = std::min(2, LengthOf(longest) / 2);
+  const int amount = prediction.flies ? 3 : std::min(2, LengthOf(longest) / 2);
   int grade = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const int spin = base[i] == predicted[i] ? 0 : predicted[i] > base[i] ? 1 : 2;
@@ -93,7 +93,7 @@ bool PoseModel::CodeOrientation(Coder& coder, const Prediction& prediction, cons
         &turn_by_neighbour_.At({near == nullptr ? 0 : 1 + LengthOf(hint), SignOf(hint), grade, amount}),
         &turn_by_roll_.At({LengthOf(roll), SignOf(roll), grade})};
     std::int64_t residual = state.smallest[i] - predicted[i];
-    replication::Code(coder, residual, views, turn_mixer_);
+    replication::Code(coder, residual, views, turn_mixers_[prediction.flies ? 1 : 0]);
     const std::int64_t value = predicted[i] + residual;
     if (value < -limit_ || value > limit_) return false;
     state.smallest[i] = static_cast<std::int16_t>(value);

@@ -53,20 +53,20 @@ class PoseModel {
                        const std::array<std::int64_t, 3>& missed, QuantizedState& state);
 
   std::int32_t limit_;
-  // First index 1 for the height. Sizes are where more learnt too slowly.
-  Table<2, 9, 7, 4> by_motion_;
-  Table<2, 9, 9> by_course_, by_change_;
-  Table<2, 7, 6, 4> by_turn_;
-  Table<2, 9, 5, 4> by_neighbour_;
-  NumberMixer<kPositionViews> position_mixers_[2];
-  Table<8, 7, 5, 3> turn_by_spin_;
-  Table<8, 3, 5, 3> turn_by_course_;
+  // First index 1 for the height, 2 for what flies. Sizes are where more learnt too slowly.
+  Table<3, 9, 7, 4> by_motion_;
+  Table<3, 9, 9> by_course_, by_change_;
+  Table<3, 7, 6, 4> by_turn_;
+  Table<3, 9, 5, 4> by_neighbour_;
+  std::array<NumberMixer<kPositionViews>, 3> position_mixers_;
+  Table<8, 7, 5, 4> turn_by_spin_;
+  Table<8, 3, 5, 4> turn_by_course_;
   Table<8, 7, 5> turn_by_miss_;
   Table<9, 7, 5> turn_by_motion_;
-  Table<8, 5, 5, 3> turn_by_neighbour_;
+  Table<8, 5, 5, 4> turn_by_neighbour_;
   Table<8, 3, 5> turn_by_roll_;
-  NumberMixer<kTurnViews> turn_mixer_;
-  std::array<std::array<BitModel, 4>, 4> largest_;  // by the predicted one
+  std::array<NumberMixer<kTurnViews>, 2> turn_mixers_;  // second for what flies
+  std::array<std::array<BitModel, 4>, 4> largest_;      // by the predicted one
   std::array<std::array<BitModel, 2>, 2> asleep_;
   std::array<BitModel, 12 * 2 * 3 * 2> same_;
 };
