@@ -9,9 +9,6 @@
 namespace tessera::physics {
 namespace {
 
-// Rate at which any gap closes in no time; finite, so that no gap times it is NaN.
-constexpr float kAtOnce_1_s = 1e9f;
-
 std::uint8_t KindOf(const ContactConstraint& contact) {
   const int count = contact.manifold->count;
   assert(count >= 0 && count <= kManifoldPoints);
@@ -69,8 +66,7 @@ void FillTangents(const ContactConstraint& contact, int lane, Block& block) {
 }
 
 template <class Block>
-void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, float h, Softness softness,
-              Block& block) {
+void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, Softness softness, Block& block) {
   const Manifold& manifold = *contact.manifold;
   ContactHead& head = block.head;
   head.a[lane] = static_cast<std::int32_t>(contact.a == kStatic ? nobody : contact.a);
@@ -84,7 +80,7 @@ void FillLane(const ContactConstraint& contact, int lane, std::uint32_t nobody, 
   head.soft_impulse.f[lane] = softness.impulse;
   head.bias_rate.f[lane] = softness.bias_rate;
   head.restitution.f[lane] = contact.material.restitution;
-  head.relax_rate.f[lane] = contact.material.restitution > 0 ? kAtOnce_1_s : 1 / h;
+  head.relax_gap.f[lane] = contact.material.restitution > 0 ? 0.0f : 1.0f;
   float weights[kManifoldPoints] = {};
   Weigh(manifold, weights);
   int i = 0;
@@ -208,7 +204,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactPlace& place = places_[i];
-    Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, h, softness, block); });
+    Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, softness, block); });
   }
 }
 

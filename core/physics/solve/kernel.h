@@ -51,7 +51,7 @@ struct ContactHead {
   Lanes round_a, round_b;  // radii about which the surfaces bend at the contact, m
   Lanes soft_mass, soft_impulse, bias_rate;
   Lanes restitution;
-  Lanes relax_rate;  // relaxing lets a gap close at this rate, 1/s: within a substep, or at once where it may bounce
+  Lanes relax_gap;  // 1 where relaxing acts across a gap; 0 where what is near may bounce yet
 };
 
 struct PointLanes {

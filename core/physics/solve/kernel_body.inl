@@ -222,8 +222,11 @@ struct ContactLoops {
     const PointLanes& point = block.points[i];
     const F mass = Load(point.mass);
     if constexpr (kRelax) {
-      const F separation = Load(point.separation);
-      return old - mass * (velocity + And(Positive(separation), separation * Load(block.head.relax_rate)));
+      // Across a gap to what may bounce nothing is done: neither is stopped what is to hit in the next substep, nor
+      // what was too slow to bounce set free again.
+      const F separation = Load(point.separation), apart = Positive(separation);
+      const F acting = mass * Select(apart, Load(block.head.relax_gap), Wide(1));
+      return old - acting * (velocity + And(apart, separation * Wide(step.inverse_h)));
     } else {
       // A gap may close at once; from there to the depth at rest it is softly let down, and from below pushed up.
       const F separation = Load(point.separation), slop = Load(block.head.slop), rate = Load(block.head.bias_rate);

@@ -280,6 +280,26 @@ TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
   }
 }
 
+// Once too slow to bounce, it must not gather speed again in the gap that is left.
+TEST(SolverTest, LetsABouncingBoxComeToRest) {
+  Solver solver;
+  Scene scene;
+  scene.Add(10, BoxInertia(10, {.5f, .5f, .5f}));
+  Manifold& manifold = scene.Touch(kStatic, 0, {0, 1, 0}, {.friction = .5f, .restitution = .6f});
+  for (const float x : {-.5f, .5f}) {
+    for (const float z : {-.5f, .5f}) Scene::Point(manifold, {x, 0, z}, {x, -.5f, z}, .5f);
+  }
+  float fastest = 0;
+  for (int step = 0; step < 300; ++step) {
+    scene.bodies[0].acceleration = {0, -kG, 0};
+    scene.Solve(solver);
+    for (ManifoldPoint& point : manifold.points) point.separation_m += scene.bodies[0].moved_m.y;
+    if (step >= 240) fastest = std::max(fastest, Length(scene.bodies[0].velocity));
+  }
+  EXPECT_LT(fastest, 1e-3f);
+  EXPECT_NEAR(manifold.points[0].separation_m, -kSlop_m, 2e-4f);
+}
+
 TEST(SolverTest, PushesOverlapsApartGently) {
   Solver solver;
   Scene scene;
