@@ -26,8 +26,8 @@ struct Pair {
   bool active = false;                                // in the list
   bool touching = false;                              // as events were told
   bool crossed = false;                               // they met within this step, and may be apart again at its end
-  float impulse_ns = 0;  // along the normals, in the last step
-  float load_ns = 0;     // the lesser of the last two: a blow is no load
+  float impulse_ns = 0;                               // along the normals, in the last step
+  float load_ns = 0;                                  // the lesser of the last two: a blow is no load
   int substeps = 0;                                   // of its last solving; its impulses are those of one of them
   float separation_m = 0;                             // of its nearest point in this step
   bool swept = false;                                 // its points are where it will meet, not where it is

@@ -36,8 +36,8 @@ struct Impact {
 // another half of `target_m`. Deep overlaps are left to contacts.
 std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m);
 
-// How far a shape reaches through the plane at `point` with the unit normal `normal`, against it, m. Negative while it is
-// clear. 0 for what is not made of convex parts.
+// How far a shape reaches through the plane at `point` with the unit normal `normal`, against it, m. Negative while it
+// is clear. 0 for what is not made of convex parts.
 double ReachThrough(const Geometry& geometry, const Placement& placement, Vec3d point, Vec3f normal);
 
 }  // namespace tessera::physics
