@@ -30,7 +30,6 @@ class PairSum {
 
  private:
   void Add(const Manifold& manifold) {
-    Vec3f center_a, center_b;
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
       const Vec3f impulse = manifold.normal * point.total_impulse;

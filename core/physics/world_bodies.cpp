@@ -66,7 +66,7 @@ void World::Impl::AddJoint(const JointDef& def) {
               .bodies_collide = def.bodies_collide,
               .model = b != nullptr ? JointModel(def, frame_a, b->LocalFrame(def.frame_b))
                                     : JointModel(def, def.frame_b, frame_a)};
-  joints.emplace(def.id, std::move(joint));
+  joints.emplace(def.id, joint);
   for (RigidBody* body : {&a, b}) {
     if (body == nullptr) continue;
     body->joints.push_back(def.id);

@@ -19,8 +19,8 @@ inline constexpr float kCurvingTurn2 = 0.01f;
 // Overlaps are pushed out no faster than this, m/s, so that bodies placed into each other do not explode.
 inline constexpr float kPushOut_m_s = 3;
 
-// Depth at which contacts rest, m, whatever they carry. At 0 the corners of a loaded face would part by rounding and
-// let a tower lean.
+// Depth at which contacts rest, m, whatever they carry. Towers stand with anything from a millimetre to none; deeper
+// sinks visibly, at 0 a resting point comes and goes.
 inline constexpr float kSlop_m = 0.0003f;
 // The same as a share of the smaller body's inner radius, where that is less: a card must not sink by its thickness.
 inline constexpr float kSlopShare = 0.01f, kLeastSlop_m = 1e-5f;
