@@ -73,6 +73,7 @@ struct Penetration {
 Penetration PenetrationOf(const Run& run) {
   constexpr double kRadius = scenes::kPileRadius_m;
   std::vector<Vec3d> places;
+  places.reserve(scenes::kPileBalls);
   for (int i = 0; i < scenes::kPileBalls; ++i) {
     places.push_back(run.StateOf(BodyId(static_cast<std::uint64_t>(i) + 2)).position);
   }

@@ -39,7 +39,7 @@ Vec3f Held(Vec3f v, double limit) {
   return length > limit ? v * static_cast<float>(limit / length) : v;
 }
 
-double AngleBetween_deg(Quatd a, Quatd b) {
+double DegreesBetween(Quatd a, Quatd b) {
   const Quatd d = a * Conjugate(b);
   return 2 * std::atan2(Length(Vec3d(d.x, d.y, d.z)), std::abs(d.w)) * 180 / std::numbers::pi;
 }
@@ -197,7 +197,7 @@ CubeTrace RecordCubes(double seconds, CubeDrive drive, unsigned seed) {
       ++moving;
       const BodyState seen = quantizer.Dequantize(state);
       errors_m.push_back(Length(seen.position - truth.position));
-      const double error_deg = AngleBetween_deg(seen.orientation, truth.orientation);
+      const double error_deg = DegreesBetween(seen.orientation, truth.orientation);
       sum_deg += error_deg;
       ++count;
       trace.angle_error_max_deg = std::max(trace.angle_error_max_deg, error_deg);

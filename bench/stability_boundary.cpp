@@ -34,7 +34,9 @@ absl::Status FarAway(Stage& stage) {
   const std::map<std::string, Scene> scenes{{"far_stack", OnGrid(scenes::Tower(10, 0.01))},
                                             {"far_pyramid", OnGrid(scenes::Pyramid(5))},
                                             {"far_ragdoll", OnGrid(scenes::Ragdolls(1))}};
-  for (const auto& [name, at_origin] : scenes) {
+  for (const auto& entry : scenes) {
+    const std::string& name = entry.first;
+    const Scene& at_origin = entry.second;
     std::vector<Vec3d> truth;
     const auto compare = [&](Vec3d by, Vec3d origin, const std::string& config) -> absl::Status {
       Scene scene = at_origin;
