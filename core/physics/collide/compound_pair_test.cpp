@@ -77,6 +77,7 @@ TEST(CompoundTest, PairsOfPartsHaveKeysOfTheirOwn) {
 
 TEST(CompoundTest, StandsOnAMeshWithEveryFoot) {
   std::vector<CompoundChild> feet;
+  feet.reserve(4);
   for (int i = 0; i < 4; ++i) feet.push_back({{{i & 1 ? 1. : -1., 0, i & 2 ? 1. : -1.}, {}}, Made({{0.1, 0.5, 0.1}})});
   const auto table = GeometryOf(CompoundShape{feet});
   for (const auto& ground : FlatGrounds()) {

@@ -22,7 +22,6 @@ constexpr double kLockedSwing_rad = 0.01, kFreeSwing_rad = 3.14;
 constexpr double kMiddleOfCone = 1e-3;
 
 constexpr Limit kFree{1, -1};
-constexpr SixDofAxis kFreeAxis{.limit = kFree, .motor = {}, .spring = {}};
 using Axes = std::array<SixDofAxis, 6>;
 
 // Each joint with up to six axes of freedom, said as six axes: linear x, y, z, angular x, y, z; locked unless set.
