@@ -207,8 +207,8 @@ bool Surface::Opposite(std::uint32_t triangle, std::size_t edge, Vec3d* corner) 
     return true;
   }
   const auto [x, z, second] = CellOf(triangle);
-  const auto sample = [&](std::int64_t dx, std::int64_t dz) {
-    const std::int64_t sx = x + dx, sz = z + dz;
+  const auto sample = [&, column = x, row = z](std::int64_t dx, std::int64_t dz) {
+    const std::int64_t sx = column + dx, sz = row + dz;
     if (sx < 0 || sz < 0 || sx >= columns_ || sz >= rows_) return false;
     *corner = Sample(static_cast<std::uint32_t>(sx), static_cast<std::uint32_t>(sz));
     return true;
