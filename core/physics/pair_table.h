@@ -23,6 +23,7 @@ struct Pair {
   float slop_m = 0;                                   // how deep it rests
   bool trigger = false;                               // one of them is: overlaps are told, nothing is pushed
   bool jointed = false;                               // a joint forbids them to collide
+  bool searched = false;                              // contacts were looked for since it began
   bool active = false;                                // in the list
   bool touching = false;                              // as events were told
   bool crossed = false;                               // they met within this step, and may be apart again at its end

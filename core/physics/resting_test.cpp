@@ -187,5 +187,52 @@ TEST(RestingTest, HeightFieldHasItsHeightsWhereTheyWereGiven) {
   }
 }
 
+// --- What wakes a sleeper
+// --------------------------------------------------------------------------------------------
+
+TEST(WakingTest, AStateThatMovesABodyWakesWhatItIsJointedTo) {
+  World world({});
+  const BodyDef top = Dynamic(2, Cube(0.2), {}), hung = Dynamic(3, Cube(0.2), {0, -1, 0});
+  AddAll(world, {top, hung});
+  JointDef hook;
+  hook.id = JointId(1);
+  hook.body_a = top.id;
+  hook.kind = FixedJoint{};
+  JointDef chain;
+  chain.id = JointId(2);
+  chain.body_a = top.id, chain.body_b = hung.id;
+  chain.frame_b.position = {0, 1, 0};
+  chain.kind = FixedJoint{};
+  world.AddJoint(hook);
+  world.AddJoint(chain);
+  Simulate(world, 5);
+  ASSERT_EQ(world.asleep_count(), 2u);
+  BodyState pushed = world.StateOf(top.id);
+  pushed.position.x += 0.01;
+  pushed.asleep = false;
+  world.SetState(top.id, pushed);
+  EXPECT_EQ(world.asleep_count(), 0u);
+}
+
+TEST(WakingTest, WhatCameAsleepFallsWhenItsSupportIsTaken) {
+  World world({});
+  BodyDef low = Dynamic(2, Cube(), {0, 0.5, 0}), high = Dynamic(3, Cube(), {0, 1.5, 0});
+  low.initial.asleep = high.initial.asleep = true;
+  AddAll(world, {Static(1, Ground()), low, high});
+  for (const bool stepped : {false, true}) {
+    if (stepped) {
+      world.Add(low, low.initial);
+      BodyState back = high.initial;
+      world.SetState(high.id, back);
+      Simulate(world, 1);
+      ASSERT_EQ(world.asleep_count(), 2u);
+    }
+    world.Remove(low.id);
+    EXPECT_EQ(world.asleep_count(), 0u) << stepped;
+    Simulate(world, 2);
+    EXPECT_NEAR(world.StateOf(high.id).position.y, 0.5, 0.01);
+  }
+}
+
 }  // namespace
 }  // namespace tessera::physics

@@ -97,6 +97,10 @@ void World::Impl::FindPairs() {
     SetReach(*body, reach);
   }
   broad_phase.Tend();
+  BeginPairs();
+}
+
+void World::Impl::BeginPairs() {
   for (const auto& [a, b] : broad_phase.begun()) {
     if (a->isolated || b->isolated) continue;
     pairs.Begin(*a, *b);
@@ -134,6 +138,7 @@ void World::Impl::CollidePair(Pair& pair) {
     pairs.End(pair);
     return;
   }
+  pair.searched = true;
   pair.live = pair.swept = false;
   pair.separation_m = std::numeric_limits<float>::max();
   if (pair.jointed && !pair.trigger) return;

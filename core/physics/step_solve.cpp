@@ -1,6 +1,5 @@
 // The second half of a step: islands are weighed and solved, the rest flies.
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "core/physics/motion/free_flight.h"

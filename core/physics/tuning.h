@@ -70,7 +70,7 @@ inline constexpr double kLeastInner_m = 0.005;
 // straight. 64 give them 8 substeps; with 2 a swinging chain of 33 equal bodies opens by .3 m.
 inline constexpr float kMostPull = 64;
 
-// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 15 ms of one core. Above
+// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 10 ms of one core. Above
 // it, the most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
 inline constexpr std::int64_t kWorkBudget = 250'000;
 

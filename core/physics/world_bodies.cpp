@@ -38,21 +38,22 @@ void World::Impl::Add(const BodyDef& def, const BodyState& state) {
 
 void World::Impl::Remove(BodyId id) {
   RigidBody& body = At(id);
-  while (!body.joints.empty()) RemoveJoint(body.joints.back());
-  if (!body.isolated) {
-    WakeTouching(body);
-    while (!body.pairs.empty()) {
-      Pair& pair = *body.pairs.back();
-      if (pair.touching) ended.push_back({pair.low->id(), pair.high->id(), pair.trigger, false});
-      pairs.End(pair);
-    }
-    broad_phase.Remove(body);
-    if (body.awake()) UnlistAwake(body);
-  }
-  // A pair may have been told of that nobody has looked at yet.
-  std::erase_if(broad_phase.begun(), [&body](const auto& pair) { return pair.first == &body || pair.second == &body; });
+  if (!body.isolated) Withdraw(body);
   free_serials.push_back(body.serial);
   bodies.erase(id);
+}
+
+// From everything it is tied to, touches or is listed in. What it touched wakes.
+void World::Impl::Withdraw(RigidBody& body) {
+  while (!body.joints.empty()) RemoveJoint(body.joints.back());
+  WakeTouching(body);
+  while (!body.pairs.empty()) {
+    Pair& pair = *body.pairs.back();
+    if (pair.touching) ended.push_back({pair.low->id(), pair.high->id(), pair.trigger, false});
+    pairs.End(pair);
+  }
+  broad_phase.Remove(body);
+  if (body.awake()) UnlistAwake(body);
 }
 
 void World::Impl::AddJoint(const JointDef& def) {
@@ -132,20 +133,28 @@ void World::Impl::Wake(RigidBody& body) {
     if (!next.dynamic() || next.awake() || next.isolated) continue;
     next.Wake();
     ListAwake(next);
-    for (const JointId id : next.joints) {
-      const Joint& joint = joints.at(id);
-      for (RigidBody* other : {joint.a, joint.b}) {
-        if (other != nullptr) waking.push_back(other);
-      }
+    ListJointed(next, &waking);
+  }
+}
+
+void World::Impl::ListJointed(const RigidBody& body, std::vector<RigidBody*>* others) {
+  for (const JointId id : body.joints) {
+    const Joint& joint = joints.at(id);
+    for (RigidBody* other : {joint.a, joint.b}) {
+      if (other != nullptr) others->push_back(other);
     }
   }
 }
 
+// And what is jointed to it. A pair that came into the world asleep was never searched: its bounds have to do.
 void World::Impl::WakeTouching(RigidBody& body) {
+  BeginPairs();
   touched.clear();
   for (Pair* pair : body.pairs) {
-    if (pair->touching && !pair->trigger) touched.push_back(&pair->Other(body));
+    const bool may_touch = pair->searched ? pair->touching : pair->low->reach.Overlaps(pair->high->reach);
+    if (may_touch && !pair->trigger) touched.push_back(&pair->Other(body));
   }
+  ListJointed(body, &touched);
   for (RigidBody* other : touched) Wake(*other);
 }
 
@@ -191,15 +200,7 @@ btCollisionWorld& World::Impl::Shown() {
 
 void World::Impl::Isolate(RigidBody& body) {
   isolated.push_back(body.id());
-  while (!body.joints.empty()) RemoveJoint(body.joints.back());
-  WakeTouching(body);
-  while (!body.pairs.empty()) {
-    Pair& pair = *body.pairs.back();
-    if (pair.touching) ended.push_back({pair.low->id(), pair.high->id(), pair.trigger, false});
-    pairs.End(pair);
-  }
-  broad_phase.Remove(body);
-  if (body.awake()) UnlistAwake(body);
+  Withdraw(body);
   body.FallAsleep();
   body.isolated = true;
 }

@@ -49,6 +49,8 @@ struct World::Impl {
   // Wakes a body and what is jointed to it.
   void Wake(RigidBody& body);
   void WakeTouching(RigidBody& body);
+  void ListJointed(const RigidBody& body, std::vector<RigidBody*>* others);
+  void Withdraw(RigidBody& body);
   void ForbidContacts(RigidBody& a, RigidBody& b);
   bool Jointed(const RigidBody& a, const RigidBody& b) const;
   void ListAwake(RigidBody& body);
@@ -62,6 +64,7 @@ struct World::Impl {
   void Step(double dt_s);
   void DropAbsurd();
   void FindPairs();
+  void BeginPairs();
   void CollidePairs();
   void CollidePair(Pair& pair);
   void CollideFast(Pair& pair);
