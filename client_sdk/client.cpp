@@ -159,7 +159,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     case v1::RegionControl::kStarted:
       return Start();
     case v1::RegionControl::kMap:
-      return AdoptMap(link, control.map());
+      return AdoptMap(link, control.map().map());
     case v1::RegionControl::kInputRefused: {
       const v1::InputRefused& refused = control.input_refused();
       ++inputs_refused;
@@ -174,6 +174,8 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
       return OnStopping(link, control.stopping().reason());
     case v1::RegionControl::kPass:
       return OnPass(link, control.pass());
+    case v1::RegionControl::kPairEvents:
+      return;
     case v1::RegionControl::KIND_NOT_SET:
       return link.CountError();
   }

@@ -75,7 +75,7 @@ class FakeRegion {
   }
   void TellMap(const PartitionMap& map) {
     v1::RegionControl message;
-    *message.mutable_map() = ToProto(map);
+    *message.mutable_map()->mutable_map() = ToProto(map);
     TellAll(message);
   }
   void Snapshot(Tick tick, std::span<const replication::BodyRecord> bodies,
