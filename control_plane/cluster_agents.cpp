@@ -144,6 +144,9 @@ absl::Status Cluster::HandleAgentMessage(Moment now, SessionId session, const v1
     case v1::AgentMessage::kExited:
       HandleExited(host, message.exited(), touched);
       break;
+    case v1::AgentMessage::kInventory:
+    case v1::AgentMessage::kLease:
+      break;
     case v1::AgentMessage::kHello:
       return absl::InvalidArgumentError("hello: only as the first message of a stream");
     case v1::AgentMessage::KIND_NOT_SET:
