@@ -24,6 +24,7 @@ v1::PartitionMap ToProto(const PartitionMap& map) {
     *added.mutable_area() = ToProto(cell.area);
     added.set_owner(cell.owner.value());
     added.set_epoch(cell.epoch.value());
+    added.set_from(cell.from.value());
   }
   for (const MapRegion& region : map.regions()) {
     v1::MapRegion& added = *out.add_regions();
@@ -38,7 +39,7 @@ absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map) {
   std::vector<Cell> cells;
   cells.reserve(static_cast<std::size_t>(map.cells_size()));
   for (const v1::Cell& cell : map.cells()) {
-    cells.push_back({FromProto(cell.area()), RegionId(cell.owner()), Epoch(cell.epoch())});
+    cells.push_back({FromProto(cell.area()), RegionId(cell.owner()), Epoch(cell.epoch()), RegionId(cell.from())});
   }
   std::vector<MapRegion> regions;
   regions.reserve(static_cast<std::size_t>(map.regions_size()));

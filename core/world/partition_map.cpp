@@ -68,6 +68,12 @@ absl::Status CheckCells(const Rect& bounds, std::span<const Cell> cells, std::sp
     if (!std::ranges::binary_search(regions, cells[i].owner, {}, &MapRegion::id)) {
       return Bad(field + ".owner", absl::StrCat("there is no region ", cells[i].owner.value()));
     }
+    const RegionId from = cells[i].from;
+    if (from == RegionId()) continue;
+    if (from == cells[i].owner) return Bad(field + ".from", absl::StrCat("region ", from.value(), " owns it"));
+    if (!std::ranges::binary_search(regions, from, {}, &MapRegion::id)) {
+      return Bad(field + ".from", absl::StrCat("there is no region ", from.value()));
+    }
   }
   return absl::OkStatus();
 }
@@ -115,12 +121,16 @@ absl::Status PartitionMap::BuildIndex() {
   }
 
   for (const MapRegion& region : regions_) {
-    first_of_region_.push_back(static_cast<std::uint32_t>(cells_by_owner_.size()));
+    owned_.first_of_region.push_back(static_cast<std::uint32_t>(owned_.cells.size()));
+    may_hold_.first_of_region.push_back(static_cast<std::uint32_t>(may_hold_.cells.size()));
     for (std::uint32_t i = 0; i < cells_.size(); ++i) {
-      if (cells_[i].owner == region.id) cells_by_owner_.push_back(i);
+      const bool owns = cells_[i].owner == region.id;
+      if (owns) owned_.cells.push_back(i);
+      if (owns || cells_[i].from == region.id) may_hold_.cells.push_back(i);
     }
   }
-  first_of_region_.push_back(static_cast<std::uint32_t>(cells_by_owner_.size()));
+  owned_.first_of_region.push_back(static_cast<std::uint32_t>(owned_.cells.size()));
+  may_hold_.first_of_region.push_back(static_cast<std::uint32_t>(may_hold_.cells.size()));
   return absl::OkStatus();
 }
 
@@ -183,22 +193,24 @@ const Cell& PartitionMap::NearestOutside(double x, double z) const {
   return cells_[first];
 }
 
-std::span<const std::uint32_t> PartitionMap::CellsOf(RegionId region) const {
+std::span<const std::uint32_t> PartitionMap::CellsOf(RegionId region, const RegionIndex& index) const {
   const auto it = std::ranges::lower_bound(regions_, region, {}, &MapRegion::id);
   if (it == regions_.end() || it->id != region) return {};
   const auto r = static_cast<std::size_t>(it - regions_.begin());
-  return std::span(cells_by_owner_).subspan(first_of_region_[r], first_of_region_[r + 1] - first_of_region_[r]);
+  const std::uint32_t first = index.first_of_region[r];
+  return std::span(index.cells).subspan(first, index.first_of_region[r + 1] - first);
 }
 
 double PartitionMap::DistanceTo(RegionId region, Vec3d position) const {
   double nearest = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t i : CellsOf(region)) nearest = std::min(nearest, DistanceSquared(cells_[i].area, position));
+  for (const std::uint32_t i : CellsOf(region, owned_))
+    nearest = std::min(nearest, DistanceSquared(cells_[i].area, position));
   return std::sqrt(nearest);
 }
 
 bool PartitionMap::Reaches(RegionId region, const Aabb& box) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t i : CellsOf(region)) {
+  for (const std::uint32_t i : CellsOf(region, may_hold_)) {
     // A cell is nearest to all that lies straight out from its share of the world's edge.
     Rect nearest = cells_[i].area;
     if (nearest.min_x == bounds_.min_x) nearest.min_x = -kFar;
@@ -212,9 +224,12 @@ bool PartitionMap::Reaches(RegionId region, const Aabb& box) const {
 
 std::vector<RegionId> PartitionMap::Neighbors(RegionId region) const {
   std::vector<RegionId> neighbors;
-  for (const std::uint32_t mine : CellsOf(region)) {
+  for (const std::uint32_t mine : CellsOf(region, may_hold_)) {
     for (const Cell& other : cells_) {
-      if (other.owner != region && cells_[mine].area.Touches(other.area)) neighbors.push_back(other.owner);
+      if (!cells_[mine].area.Touches(other.area)) continue;
+      for (const RegionId holder : {other.owner, other.from}) {
+        if (holder != region && holder != RegionId()) neighbors.push_back(holder);
+      }
     }
   }
   std::ranges::sort(neighbors);

@@ -22,6 +22,8 @@ struct Cell {
   Rect area;
   RegionId owner;
   Epoch epoch;  // fencing: messages of an owner with a lower epoch for this cell are refused
+  // The region whose bodies may still be here while a planned map takes effect; RegionId() when there is none.
+  RegionId from{};
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
@@ -52,10 +54,11 @@ class PartitionMap {
 
   // Distance in x-z from `position` to the nearest cell of `region`, metres; 0 inside. Infinity if it owns no cell.
   double DistanceTo(RegionId region, Vec3d position) const;
-  // True if `box` meets a cell of `region` (closed; and beyond the bounds where that region's cells are the nearest
-  // ones).
+  // True if `box` meets a cell that `region` owns or that comes from it (closed; and beyond the bounds where those
+  // cells are the nearest ones).
   bool Reaches(RegionId region, const Aabb& box) const;
-  // Regions other than `region` with a cell that meets one of its cells, in an edge or a corner; ascending. Symmetric.
+  // Regions other than `region` with a cell that meets one of its cells, in an edge or a corner, or is one; ascending.
+  // Symmetric. A cell counts for its owner and for the region that it comes from.
   std::vector<RegionId> Neighbors(RegionId region) const;
 
   friend bool operator==(const PartitionMap&, const PartitionMap&) = default;
@@ -72,7 +75,13 @@ class PartitionMap {
   std::size_t SlabAt(double z) const;
   std::size_t PlaceInSlab(const Slab& slab, double x) const;
   const Cell& NearestOutside(double x, double z) const;
-  std::span<const std::uint32_t> CellsOf(RegionId region) const;
+  // Cells by region, in the order of regions_.
+  struct RegionIndex {
+    std::vector<std::uint32_t> cells;
+    std::vector<std::uint32_t> first_of_region;  // into `cells`; one more than regions_
+    friend bool operator==(const RegionIndex&, const RegionIndex&) = default;
+  };
+  std::span<const std::uint32_t> CellsOf(RegionId region, const RegionIndex& index) const;
 
   MapVersion version_;
   Rect bounds_;
@@ -80,8 +89,8 @@ class PartitionMap {
   std::vector<MapRegion> regions_;
   // Follows from the above.
   std::vector<Slab> slabs_;
-  std::vector<std::uint32_t> cells_by_owner_;   // in the order of regions_
-  std::vector<std::uint32_t> first_of_region_;  // into cells_by_owner_; one more than regions_
+  RegionIndex owned_;     // cells that it owns
+  RegionIndex may_hold_;  // and those that come from it
 };
 
 // The dissertation's Algorithm 2 with its faults mended. n regions, ids 1..n, one cell each: columns = ceil(sqrt(n)),
