@@ -9,7 +9,7 @@
 
 #include "bench/scrape.h"
 #include "cli/client_view.h"
-#include "cli/world_run.h"
+#include "local_cluster/world_run.h"
 #include "telemetry/http_get.h"
 
 namespace tessera::bench {
@@ -24,7 +24,7 @@ struct Layout {
 };
 
 // Frames of the bots for so long.
-bool RunFor(cli::WorldRun& run, double seconds) {
+bool RunFor(local::WorldRun& run, double seconds) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end) {
     if (!run.Frame()) return false;
@@ -79,12 +79,12 @@ void ReportRegions(const std::string& config, const std::vector<Samples>& before
   }
 }
 
-void ReportClients(const std::string& config, cli::WorldRun& run, Report& report) {
+void ReportClients(const std::string& config, local::WorldRun& run, Report& report) {
   const auto bots = run.bots();
   const auto n = static_cast<double>(bots.size());
   const auto add = [&](const std::string& name, client::DurationSummary client::ClientStats::*time) {
     double mean = 0, p99 = 0;
-    for (cli::Bot* bot : bots) {
+    for (local::Bot* bot : bots) {
       const client::ClientStats stats = bot->client().Stats();
       mean += (stats.*time).mean_s / n;
       p99 += (stats.*time).p99_s / n;
@@ -96,17 +96,17 @@ void ReportClients(const std::string& config, cli::WorldRun& run, Report& report
   add("client_network", &client::ClientStats::network_time);
   add("client_update", &client::ClientStats::update_time);
   double bytes = 0;
-  for (cli::Bot* bot : bots) bytes += bot->client().Stats().bytes_in_per_s / n;
+  for (local::Bot* bot : bots) bytes += bot->client().Stats().bytes_in_per_s / n;
   report.Add(kScene, kEngine, config, "client_received_per_second", bytes, "bytes");
 }
 
 absl::Status RunLayout(const Layout& layout, double seconds, Report& report) {
   std::cerr << fmt::format("dissertation: {} regions, {} objects each, 2 clients, {:.0f} s\n", layout.regions,
                            layout.objects_per_region, seconds);
-  cli::WorldRun run({.scene = cli::FindScene(kScene),
-                     .regions = layout.regions,
-                     .bodies = layout.regions * layout.objects_per_region,
-                     .bots = 2});
+  local::WorldRun run({.scene = local::FindScene(kScene),
+                       .regions = layout.regions,
+                       .bodies = layout.regions * layout.objects_per_region,
+                       .bots = 2});
   if (!RunFor(run, 1)) return absl::InternalError("the world ended by itself");
   const auto before = ScrapeRegions(run.Latest());
   if (!before.ok()) return before.status();
@@ -115,7 +115,7 @@ absl::Status RunLayout(const Layout& layout, double seconds, Report& report) {
   if (!after.ok()) return after.status();
   ReportRegions(layout.Config(), *before, *after, report);
   ReportClients(layout.Config(), run, report);
-  const cli::RunSummary summary = run.Finish();
+  const local::RunSummary summary = run.Finish();
   if (!summary.failure.empty()) return absl::InternalError(summary.failure);
   report.Add(kScene, kEngine, layout.Config(), "bodies_lost", static_cast<double>(summary.conservation->lost), "1");
   report.Add(kScene, kEngine, layout.Config(), "bodies_duplicated",

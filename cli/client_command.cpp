@@ -6,11 +6,11 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/bot.h"
 #include "cli/client_view.h"
 #include "cli/commands.h"
-#include "cli/connection.h"
 #include "cli/signals.h"
+#include "local_cluster/bot.h"
+#include "local_cluster/connection.h"
 
 namespace tessera::cli {
 namespace {
@@ -27,9 +27,9 @@ struct Options {
 
 void Run(const Globals& globals, const Options& options) {
   StopSignal stop;
-  auto joined = Bot::Join(globals.control, options.instance, options.name, options.seed);
-  if (!joined.ok()) throw CommandError("client: " + std::string(joined.status().message()));
-  Bot& bot = **joined;
+  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed);
+  if (!joined.ok()) throw local::CommandError("client: " + std::string(joined.status().message()));
+  local::Bot& bot = **joined;
   const bool table = globals.format == Format::kTable || globals.format == Format::kWide;
   if (table)
     std::cout << fmt::format("joined {} as player {}\n", options.instance, bot.client().player().value()) << std::flush;
@@ -46,12 +46,12 @@ void Run(const Globals& globals, const Options& options) {
     if (options.seconds > 0 && now - start >= std::chrono::duration<double>(options.seconds)) break;
   }
   if (!going && !bot.client().reason().ok())
-    throw CommandError("client: " + std::string(bot.client().reason().message()));
+    throw local::CommandError("client: " + std::string(bot.client().reason().message()));
   if (globals.format == Format::kJson) std::cout << ClientJson(bot).dump(2) << "\n";
   if (table) std::cout << "\n" << ClientReport(bot);
   if (options.leave) {
     if (const absl::Status left = bot.client().Leave(); !left.ok())
-      throw CommandError("client: " + std::string(left.message()));
+      throw local::CommandError("client: " + std::string(left.message()));
   }
 }
 

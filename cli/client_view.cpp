@@ -40,17 +40,17 @@ std::string StateName(ClientState state) {
   return "?";
 }
 
-std::string ClientLine(Bot& bot) {
+std::string ClientLine(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
   return fmt::format("{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated\n", StateName(bot.client().state()),
                      bot.client().tick().value(), stats.bodies, FormatBytes(stats.bytes_in_per_s),
                      FormatMillis(stats.snapshot_delay_s), stats.extrapolations);
 }
 
-std::string ClientTable(const std::vector<Bot*>& bots) {
+std::string ClientTable(const std::vector<local::Bot*>& bots) {
   std::vector<Row> rows{
       {"CLIENT", "STATE", "BODIES", "IN/S", "OUT/S", "DELAY", "JITTER", "EXTRAPOLATED", "LOST", "ERRORS", "BORDERS"}};
-  for (Bot* bot : bots) {
+  for (local::Bot* bot : bots) {
     const ClientStats stats = bot->client().Stats();
     rows.push_back({bot->name(), StateName(bot->client().state()), std::to_string(stats.bodies),
                     FormatBytes(stats.bytes_in_per_s), FormatBytes(stats.bytes_out_per_s),
@@ -61,7 +61,7 @@ std::string ClientTable(const std::vector<Bot*>& bots) {
   return FormatTable(rows);
 }
 
-std::string ClientReport(Bot& bot) {
+std::string ClientReport(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
   std::vector<Row> regions{{"REGION", "ROUND-TRIP", "DATAGRAMS", "LOST", "ERRORS", "RECONNECTS"}};
   for (const client::RegionStats& region : stats.regions) {
@@ -76,7 +76,7 @@ std::string ClientReport(Bot& bot) {
                       DurationRow("update", stats.update_time)});
 }
 
-nlohmann::ordered_json ClientJson(Bot& bot) {
+nlohmann::ordered_json ClientJson(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
   return {{"name", bot.name()},
           {"player", bot.client().player().value()},

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/bot.h"
 #include "cli/table.h"
+#include "local_cluster/bot.h"
 
 namespace tessera::cli {
 
@@ -16,11 +16,11 @@ inline constexpr std::chrono::milliseconds kFrameTime{16};
 
 std::string StateName(client::ClientState state);
 // "PLAYING tick 812, 2002 bodies, 412.1kB/s in, 58.20ms behind, 0 extrapolated\n"
-std::string ClientLine(Bot& bot);
+std::string ClientLine(local::Bot& bot);
 // A row a client: state, bytes, delay, extrapolations.
-std::string ClientTable(const std::vector<Bot*>& bots);
+std::string ClientTable(const std::vector<local::Bot*>& bots);
 // Everything it measured, for people and for programs.
-std::string ClientReport(Bot& bot);
-nlohmann::ordered_json ClientJson(Bot& bot);
+std::string ClientReport(local::Bot& bot);
+nlohmann::ordered_json ClientJson(local::Bot& bot);
 
 }  // namespace tessera::cli

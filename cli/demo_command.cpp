@@ -13,7 +13,7 @@
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/signals.h"
-#include "cli/world_run.h"
+#include "local_cluster/world_run.h"
 
 namespace tessera::cli {
 namespace {
@@ -48,22 +48,22 @@ class LiveTable {
   std::int64_t lines_ = 0;
 };
 
-std::string Block(WorldRun& run, double seconds) {
+std::string Block(local::WorldRun& run, double seconds) {
   const v1::Instance instance = run.Latest();
   return fmt::format("\n{:.0f} of {:.0f} s  {}{}\n{}", run.running_s(), seconds, SummaryLine(instance),
                      RegionTable(instance), ClientTable(run.bots()));
 }
 
-std::uint64_t Total(const RunSummary& summary, std::uint64_t (v1::WorkerReport::*figure)() const) {
+std::uint64_t Total(const local::RunSummary& summary, std::uint64_t (v1::WorkerReport::*figure)() const) {
   std::uint64_t total = 0;
-  for (const RegionSummary& region : summary.regions) total += (region.last.*figure)();
+  for (const local::RegionSummary& region : summary.regions) total += (region.last.*figure)();
   return total;
 }
 
-std::string SummaryText(const RunSummary& summary) {
-  const ConservationResult found = summary.conservation.value_or(ConservationResult{});
+std::string SummaryText(const local::RunSummary& summary) {
+  const local::ConservationResult found = summary.conservation.value_or(local::ConservationResult{});
   double slowest = summary.regions.empty() ? 0 : summary.regions.front().tick_rate_hz, p99 = 0;
-  for (const RegionSummary& region : summary.regions) {
+  for (const local::RegionSummary& region : summary.regions) {
     slowest = std::min(slowest, region.tick_rate_hz);
     p99 = std::max(p99, region.worst_step_p99_s);
   }
@@ -88,10 +88,10 @@ std::string SummaryText(const RunSummary& summary) {
   return out;
 }
 
-nlohmann::ordered_json SummaryJson(const RunSummary& summary, const nlohmann::ordered_json& clients) {
-  const ConservationResult found = summary.conservation.value_or(ConservationResult{});
+nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohmann::ordered_json& clients) {
+  const local::ConservationResult found = summary.conservation.value_or(local::ConservationResult{});
   auto regions = nlohmann::ordered_json::array();
-  for (const RegionSummary& region : summary.regions) {
+  for (const local::RegionSummary& region : summary.regions) {
     regions.push_back({{"region", region.region},
                        {"ticks", region.last.tick()},
                        {"tick_rate_hz", region.tick_rate_hz},
@@ -129,8 +129,8 @@ void Demo(const Options& options) {
               << std::flush;
   }
   const std::string scene =
-      options.scene.find_first_of("/.") == std::string::npos ? FindScene(options.scene) : options.scene;
-  WorldRun run({.scene = scene, .regions = options.regions, .bodies = options.bodies, .bots = options.bots});
+      options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
+  local::WorldRun run({.scene = scene, .regions = options.regions, .bodies = options.bodies, .bots = options.bots});
   LiveTable table;
   bool running = true;
   while (running && run.running_s() < options.seconds && !stop.Wait(kFrameTime)) {
@@ -139,11 +139,11 @@ void Demo(const Options& options) {
   }
   const std::string reason = running ? "" : fmt::format("the world ended by itself: {}", run.Latest().reason());
   auto clients = nlohmann::ordered_json::array();
-  for (Bot* bot : run.bots()) clients.push_back(ClientJson(*bot));
-  if (!running) throw CommandError(reason);
-  const RunSummary summary = run.Finish();
+  for (local::Bot* bot : run.bots()) clients.push_back(ClientJson(*bot));
+  if (!running) throw local::CommandError(reason);
+  const local::RunSummary summary = run.Finish();
   std::cout << (options.json ? SummaryJson(summary, clients).dump(2) + "\n" : SummaryText(summary));
-  if (!summary.failure.empty()) throw CommandError("demo: " + summary.failure);
+  if (!summary.failure.empty()) throw local::CommandError("demo: " + summary.failure);
 }
 
 }  // namespace

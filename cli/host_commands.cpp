@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/connection.h"
 #include "cli/table.h"
+#include "local_cluster/connection.h"
 
 namespace tessera::cli {
 namespace {
@@ -33,7 +33,7 @@ Row HostRow(const v1::Host& host) {
 const Row kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
 void Add(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::AddHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
@@ -47,7 +47,7 @@ void Add(const Globals& globals, const Options& options) {
 }
 
 void List(const Globals& globals) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::ListHostsResponse all;
   v1::ListHostsRequest request;
   do {
@@ -73,7 +73,7 @@ void List(const Globals& globals) {
 }
 
 void Describe(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::GetHostRequest request;
   request.set_name(options.name);
   const auto response = connection.Call("host describe", connection.hosts(), &v1::HostService::Stub::GetHost, request);
@@ -94,7 +94,7 @@ void Describe(const Globals& globals, const Options& options) {
 }
 
 void Drain(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::DrainHostRequest request;
   request.set_name(options.name);
   request.set_undo(options.undo);
@@ -105,7 +105,7 @@ void Drain(const Globals& globals, const Options& options) {
 }
 
 void Remove(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::RemoveHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);

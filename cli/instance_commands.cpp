@@ -7,10 +7,10 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/connection.h"
 #include "cli/instance_view.h"
-#include "cli/scene_file.h"
 #include "cli/table.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/scene_file.h"
 
 namespace tessera::cli {
 namespace {
@@ -32,8 +32,8 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
   v1::CreateInstanceRequest request;
   v1::InstanceSpec& spec = *request.mutable_spec();
   const std::string path =
-      options.scene.find_first_of("/.") == std::string::npos ? FindScene(options.scene) : options.scene;
-  *spec.mutable_scene() = LoadScene(path, options.bodies).message;
+      options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
+  *spec.mutable_scene() = local::LoadScene(path, options.bodies).message;
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
@@ -50,16 +50,16 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
 }
 
 void Create(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   const v1::CreateInstanceRequest request = RequestOf(options);
   auto response =
       connection.Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request);
   const std::string id = response.instance().id();
   if (options.wait && !options.dry_run) {
-    *response.mutable_instance() = WaitUntilSettled(connection, id, Seconds(options.timeout_s));
-    const std::string state = InstanceStateName(response.instance());
+    *response.mutable_instance() = local::WaitUntilSettled(connection, id, Seconds(options.timeout_s));
+    const std::string state = local::InstanceStateName(response.instance());
     if (response.instance().state() == v1::INSTANCE_STATE_FAILED) {
-      throw CommandError(fmt::format("instance/{} failed: {}", id, response.instance().reason()));
+      throw local::CommandError(fmt::format("instance/{} failed: {}", id, response.instance().reason()));
     }
     PrintChange(globals, "instance", id, "created, " + state, false, response.instance());
     return;
@@ -69,7 +69,7 @@ void Create(const Globals& globals, const Options& options) {
 }
 
 void List(const Globals& globals) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::ListInstancesResponse all;
   v1::ListInstancesRequest request;
   do {
@@ -87,7 +87,7 @@ void List(const Globals& globals) {
   if (wide) rows.front().push_back("REASON");
   for (const v1::Instance& instance : all.instances()) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
-    rows.push_back({instance.id(), InstanceStateName(instance), instance.scene_name(),
+    rows.push_back({instance.id(), local::InstanceStateName(instance), instance.scene_name(),
                     std::to_string(instance.regions()), std::to_string(instance.players()),
                     FormatAge(AgeSeconds(instance.create_time()))});
     if (wide) rows.back().push_back(instance.reason().empty() ? "-" : instance.reason());
@@ -101,7 +101,7 @@ void List(const Globals& globals) {
 }
 
 void Describe(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::GetInstanceRequest request;
   request.set_id(options.id);
   const auto response =
@@ -110,7 +110,7 @@ void Describe(const Globals& globals, const Options& options) {
 }
 
 void Watch(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::WatchInstanceRequest request;
   request.set_id(options.id);
   grpc::ClientContext context;
@@ -127,14 +127,14 @@ void Watch(const Globals& globals, const Options& options) {
 }
 
 void Delete(const Globals& globals, const Options& options) {
-  Connection connection(globals.control);
+  local::Connection connection(globals.control);
   v1::DeleteInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
   auto response =
       connection.Call("instance delete", connection.instances(), &v1::InstanceService::Stub::DeleteInstance, request);
   if (options.wait && !options.dry_run) {
-    *response.mutable_instance() = WaitUntilEnded(connection, options.id, Seconds(options.timeout_s));
+    *response.mutable_instance() = local::WaitUntilEnded(connection, options.id, Seconds(options.timeout_s));
   }
   PrintChange(globals, "instance", options.id, options.wait && !options.dry_run ? "deleted" : "stopping",
               options.dry_run, response.instance());

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "cli/commands.h"
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
 #ifndef TESSERA_VERSION
 #define TESSERA_VERSION "unknown"
@@ -42,7 +42,7 @@ int Main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const CommandError& error) {
+  } catch (const local::CommandError& error) {
     std::cerr << fmt::format("tessera: {}\n", error.what());
     return 1;
   } catch (const std::exception& error) {

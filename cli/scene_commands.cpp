@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
-#include "cli/connection.h"
-#include "cli/scene_file.h"
 #include "core/world/scene_io.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/scene_file.h"
 
 namespace tessera::cli {
 namespace {
@@ -19,7 +19,7 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
   auto report = nlohmann::ordered_json::array();
   for (const std::string& file : files) {
     try {
-      const LoadedScene loaded = LoadScene(file);
+      const local::LoadedScene loaded = local::LoadScene(file);
       const auto dynamic = std::count_if(loaded.scene->bodies.begin(), loaded.scene->bodies.end(),
                                          [](const BodyDef& body) { return body.motion == Motion::kDynamic; });
       report.push_back({{"file", file},
@@ -32,12 +32,12 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
         std::cout << fmt::format("{}: valid, {} bodies ({} dynamic), {} joints\n", file, loaded.scene->bodies.size(),
                                  dynamic, loaded.scene->joints.size());
       }
-    } catch (const CommandError& error) {
+    } catch (const local::CommandError& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }
   }
   if (globals.format == Format::kJson) std::cout << report.dump(2) << "\n";
-  if (!failures.empty()) throw CommandError(failures);
+  if (!failures.empty()) throw local::CommandError(failures);
 }
 
 }  // namespace

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
-#include "cli/connection.h"
-#include "cli/local_cluster.h"
 #include "cli/signals.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/local_cluster.h"
 
 namespace tessera::cli {
 namespace {
@@ -33,15 +33,15 @@ std::string DefaultDataDir() {
 
 void Up(const Globals& globals, const Options& options) {
   StopSignal stop;
-  ClusterOptions cluster_options{.data_dir = options.data_dir.empty() ? DefaultDataDir() : options.data_dir,
-                                 .listen = options.listen,
-                                 .http = options.http,
-                                 .hosts = options.hosts,
-                                 .capacity = options.capacity};
+  local::ClusterOptions cluster_options{.data_dir = options.data_dir.empty() ? DefaultDataDir() : options.data_dir,
+                                        .listen = options.listen,
+                                        .http = options.http,
+                                        .hosts = options.hosts,
+                                        .capacity = options.capacity};
   std::error_code error;
   std::filesystem::create_directories(cluster_options.data_dir, error);
-  if (error) throw CommandError(fmt::format("--data-dir {}: {}", cluster_options.data_dir, error.message()));
-  LocalCluster cluster(cluster_options);
+  if (error) throw local::CommandError(fmt::format("--data-dir {}: {}", cluster_options.data_dir, error.message()));
+  local::LocalCluster cluster(cluster_options);
   if (globals.format == Format::kJson) {
     std::cout << nlohmann::ordered_json{{"control", cluster.control_address()},
                                         {"http", cluster.http_address()},
@@ -59,7 +59,7 @@ void Up(const Globals& globals, const Options& options) {
   }
   while (!stop.Wait(std::chrono::milliseconds(200))) {
     const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));
-    if (!death.empty()) throw CommandError(death + "; its log is in " + cluster.log_dir());
+    if (!death.empty()) throw local::CommandError(death + "; its log is in " + cluster.log_dir());
   }
   if (globals.format != Format::kJson) std::cout << "\nstopping\n" << std::flush;
 }

@@ -5,9 +5,9 @@
 
 #include <fstream>
 
-#include "cli/connection.h"
-#include "cli/local_cluster.h"
-#include "tests/end_to_end/run_program.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/local_cluster.h"
+#include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -19,8 +19,8 @@ using testing::StartsWith;
 class BadInputTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new cli::TemporaryFolder();
-    cluster_ = new cli::LocalCluster({.data_dir = folder_->path(), .capacity = 6});
+    folder_ = new local::TemporaryFolder();
+    cluster_ = new local::LocalCluster({.data_dir = folder_->path(), .capacity = 6});
   }
   static void TearDownTestSuite() {
     delete cluster_;
@@ -28,11 +28,11 @@ class BadInputTest : public testing::Test {
   }
 
   // Runs `tessera --control <the cluster> arguments...`.
-  static RunResult Tessera(std::vector<std::string> arguments) {
+  static support::RunResult Tessera(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--control", cluster_->control_address()});
-    return RunProgram("tessera", arguments);
+    return support::RunProgram("tessera", arguments);
   }
-  static void ExpectOneLine(const RunResult& result, int exit_code, const std::string& part) {
+  static void ExpectOneLine(const support::RunResult& result, int exit_code, const std::string& part) {
     EXPECT_EQ(result.exit_code, exit_code) << result.err;
     EXPECT_THAT(result.err, HasSubstr(part));
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
@@ -44,15 +44,15 @@ class BadInputTest : public testing::Test {
   }
   // No instance but the ended ones, no place taken.
   static void ExpectNothingLeftBehind() {
-    const RunResult hosts = Tessera({"host", "list"});
+    const support::RunResult hosts = Tessera({"host", "list"});
     EXPECT_THAT(hosts.out, MatchesRegex("NAME.*\nlocal-1 +READY +0 .*\n"));
   }
 
-  static cli::TemporaryFolder* folder_;
-  static cli::LocalCluster* cluster_;
+  static local::TemporaryFolder* folder_;
+  static local::LocalCluster* cluster_;
 };
-cli::TemporaryFolder* BadInputTest::folder_ = nullptr;
-cli::LocalCluster* BadInputTest::cluster_ = nullptr;
+local::TemporaryFolder* BadInputTest::folder_ = nullptr;
+local::LocalCluster* BadInputTest::cluster_ = nullptr;
 
 constexpr const char* kBounds = "name: \"bad\" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }\n";
 
@@ -65,7 +65,7 @@ TEST_P(BadSceneTest, IsRefusedByFileBodyAndField) {
   const std::string file = SceneFile(GetParam().name, kBounds + std::string(GetParam().text));
   for (const std::vector<std::string>& command : {std::vector<std::string>{"scene", "validate", file},
                                                   std::vector<std::string>{"instance", "create", "--scene", file}}) {
-    const RunResult result = Tessera(command);
+    const support::RunResult result = Tessera(command);
     ExpectOneLine(result, 1, GetParam().part);
     EXPECT_THAT(result.err, StartsWith("tessera: " + file));
   }
@@ -110,7 +110,7 @@ TEST_F(BadInputTest, ASceneFileThatIsNotThereIsNamed) {
 
 TEST_F(BadInputTest, NoOrTooManyRegionsAreRefusedWithTheRange) {
   for (const char* regions : {"0", "10000"}) {
-    const RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", regions});
+    const support::RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", regions});
     ExpectOneLine(result, 1, "spec.regions");
     EXPECT_THAT(result.err, HasSubstr("INVALID_ARGUMENT"));
     EXPECT_THAT(result.err, HasSubstr("1000"));
@@ -119,7 +119,7 @@ TEST_F(BadInputTest, NoOrTooManyRegionsAreRefusedWithTheRange) {
 }
 
 TEST_F(BadInputTest, MoreRegionsThanCapacityLeaveNothingHalfCreated) {
-  const RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", "7"});
+  const support::RunResult result = Tessera({"instance", "create", "--scene", "minimal", "--regions", "7"});
   ExpectOneLine(result, 1, "RESOURCE_EXHAUSTED");
   EXPECT_THAT(result.err, HasSubstr("7"));
   EXPECT_THAT(result.err, HasSubstr("6"));
@@ -128,7 +128,7 @@ TEST_F(BadInputTest, MoreRegionsThanCapacityLeaveNothingHalfCreated) {
 
 TEST_F(BadInputTest, AnUnknownInstanceIsNamedByEveryCommand) {
   for (const char* command : {"describe", "watch", "delete"}) {
-    const RunResult result = Tessera({"instance", command, "inst-404"});
+    const support::RunResult result = Tessera({"instance", command, "inst-404"});
     ExpectOneLine(result, 1, "inst-404");
     EXPECT_THAT(result.err, HasSubstr("NOT_FOUND"));
   }
@@ -136,50 +136,51 @@ TEST_F(BadInputTest, AnUnknownInstanceIsNamedByEveryCommand) {
 }
 
 TEST_F(BadInputTest, AnAddressWhereNobodyListensIsNamed) {
-  const RunResult result = RunProgram("tessera", {"--control", "127.0.0.1:1", "host", "list"});
+  const support::RunResult result = support::RunProgram("tessera", {"--control", "127.0.0.1:1", "host", "list"});
   ExpectOneLine(result, 1, "127.0.0.1:1");
 }
 
 TEST_F(BadInputTest, AnAddressOfTheWrongFormIsNamed) {
-  ExpectOneLine(RunProgram("tessera", {"--control", "somewhere", "host", "list"}), 1, "somewhere");
+  ExpectOneLine(support::RunProgram("tessera", {"--control", "somewhere", "host", "list"}), 1, "somewhere");
 }
 
 TEST_F(BadInputTest, WrongUsageExitsWith2) {
-  EXPECT_EQ(RunProgram("tessera", {}).exit_code, 2);
-  EXPECT_EQ(RunProgram("tessera", {"dance"}).exit_code, 2);
-  EXPECT_EQ(RunProgram("tessera", {"instance", "create"}).exit_code, 2);
-  EXPECT_EQ(RunProgram("tessera", {"-o", "yaml-ish", "host", "list"}).exit_code, 2);
-  EXPECT_EQ(RunProgram("tessera", {"--help"}).exit_code, 0);
+  EXPECT_EQ(support::RunProgram("tessera", {}).exit_code, 2);
+  EXPECT_EQ(support::RunProgram("tessera", {"dance"}).exit_code, 2);
+  EXPECT_EQ(support::RunProgram("tessera", {"instance", "create"}).exit_code, 2);
+  EXPECT_EQ(support::RunProgram("tessera", {"-o", "yaml-ish", "host", "list"}).exit_code, 2);
+  EXPECT_EQ(support::RunProgram("tessera", {"--help"}).exit_code, 0);
 }
 
 TEST_F(BadInputTest, APortInUseIsNamed) {
-  const cli::TemporaryFolder other;
-  const RunResult result = RunProgram("tessera-control", {"--listen", cluster_->control_address(), "--http",
-                                                          "127.0.0.1:0", "--data-dir", other.path()});
+  const local::TemporaryFolder other;
+  const support::RunResult result = support::RunProgram(
+      "tessera-control",
+      {"--listen", cluster_->control_address(), "--http", "127.0.0.1:0", "--data-dir", other.path()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr(cluster_->control_address()));
   EXPECT_THAT(result.err, HasSubstr("in use"));
 }
 
 TEST_F(BadInputTest, AWrongJoinTokenIsRefused) {
-  const cli::TemporaryFolder state;
+  const local::TemporaryFolder state;
   std::ofstream(state.path() + "/token") << "not-a-token\n";
-  const RunResult result =
-      RunProgram("tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
-                                   "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
+  const support::RunResult result = support::RunProgram(
+      "tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
+                        "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("join_token: unknown, or used already"));
 }
 
 TEST_F(BadInputTest, AUsedJoinTokenIsRefused) {
-  const cli::TemporaryFolder state;
+  const local::TemporaryFolder state;
   std::ifstream in(folder_->path() + "/local-1/join-token");
   std::string used;
   ASSERT_TRUE(std::getline(in, used));
   std::ofstream(state.path() + "/token") << used << "\n";
-  const RunResult result =
-      RunProgram("tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
-                                   "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
+  const support::RunResult result = support::RunProgram(
+      "tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
+                        "--metrics-listen", "127.0.0.1:0", "--join-token-file", state.path() + "/token"});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr("join_token: unknown, or used already"));
   EXPECT_THAT(result.err, testing::Not(HasSubstr(used))) << "a token is never shown";

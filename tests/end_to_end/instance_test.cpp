@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "cli/instance_view.h"
-#include "cli/world_run.h"
-#include "tests/end_to_end/eventually.h"
-#include "tests/end_to_end/run_program.h"
+#include "local_cluster/instance_state.h"
+#include "local_cluster/world_run.h"
+#include "tests/support/eventually.h"
+#include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -29,7 +29,7 @@ std::vector<pid_t> WorkerPids(const v1::Instance& instance) {
 }
 
 TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
-  cli::WorldRun run({.scene = ScenePath("plaza"), .regions = 4, .bodies = 200, .bots = 2});
+  local::WorldRun run({.scene = support::ScenePath("plaza"), .regions = 4, .bodies = 200, .bots = 2});
   const std::vector<pid_t> workers = WorkerPids(run.Latest());
   ASSERT_EQ(workers.size(), 4u);
   const auto enough = [&] {
@@ -46,20 +46,20 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
     ASSERT_LT(run.running_s(), 100) << "too few handovers";
     std::this_thread::sleep_for(5ms);  // paces the bots' frames
   }
-  for (cli::Bot* bot : run.bots()) {
+  for (local::Bot* bot : run.bots()) {
     EXPECT_GE(bot->client().World().size(), 202u) << "every dynamic body is seen";
     EXPECT_EQ(bot->client().Stats().decode_errors, 0u);
     EXPECT_GT(bot->client().last_applied_input(), 0u);
   }
-  const cli::RunSummary summary = run.Finish();
+  const local::RunSummary summary = run.Finish();
   EXPECT_EQ(summary.failure, "");
   EXPECT_EQ(summary.conservation->found, summary.bodies_at_start);
-  for (const pid_t worker : workers) EXPECT_FALSE(IsAlive(worker));
+  for (const pid_t worker : workers) EXPECT_FALSE(support::IsAlive(worker));
 }
 
 TEST(InstanceTest, TheDemoProvesItself) {
-  const RunResult demo =
-      RunProgram("tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "--json"}, 120s);
+  const support::RunResult demo =
+      support::RunProgram("tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "--json"}, 120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const json summary = json::parse(demo.out);
   EXPECT_EQ(summary.at("lost"), 0);
@@ -72,7 +72,7 @@ TEST(InstanceTest, TheDemoProvesItself) {
 }
 
 TEST(InstanceTest, AWorkerThatIsKilledFailsItsInstanceWithTheReasonAndEndsTheOthers) {
-  cli::WorldRun run({.scene = ScenePath("minimal"), .regions = 2, .bots = 0});
+  local::WorldRun run({.scene = support::ScenePath("minimal"), .regions = 2, .bots = 0});
   const std::vector<pid_t> workers = WorkerPids(run.Latest());
   ASSERT_EQ(kill(workers[0], SIGKILL), 0);
   while (run.Frame()) {
@@ -83,29 +83,31 @@ TEST(InstanceTest, AWorkerThatIsKilledFailsItsInstanceWithTheReasonAndEndsTheOth
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(instance.reason(), testing::HasSubstr("region 1"));
   EXPECT_THAT(instance.reason(), testing::HasSubstr("SIGKILL"));
-  EXPECT_TRUE(Eventually([&] { return !IsAlive(workers[1]); }));
+  EXPECT_TRUE(support::Eventually([&] { return !support::IsAlive(workers[1]); }));
 }
 
 TEST(InstanceTest, AWorkerThatEndsAtItsStartFailsTheInstanceAndGivesItsPlacesBack) {
-  const cli::TemporaryFolder folder;
+  const local::TemporaryFolder folder;
   const std::string program = folder.path() + "/region";
   std::ofstream(program) << "#!/bin/sh\necho 'no such luck' >&2\nexit 3\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  const cli::LocalCluster cluster({.data_dir = folder.path(), .region_binary = program});
-  const RunResult created = RunProgram("tessera", {"--control", cluster.control_address(), "instance", "create",
-                                                   "--scene", "minimal", "--regions", "2", "--wait"});
+  const local::LocalCluster cluster({.data_dir = folder.path(), .region_binary = program});
+  const support::RunResult created = support::RunProgram(
+      "tessera",
+      {"--control", cluster.control_address(), "instance", "create", "--scene", "minimal", "--regions", "2", "--wait"});
   EXPECT_EQ(created.exit_code, 1);
   EXPECT_EQ(std::count(created.err.begin(), created.err.end(), '\n'), 1) << created.err;
   EXPECT_THAT(created.err, testing::HasSubstr("region "));
   EXPECT_THAT(created.err, testing::HasSubstr("local-1"));
   EXPECT_THAT(created.err, testing::HasSubstr("no such luck"));
-  const RunResult hosts = RunProgram("tessera", {"--control", cluster.control_address(), "-o", "json", "host", "list"});
+  const support::RunResult hosts =
+      support::RunProgram("tessera", {"--control", cluster.control_address(), "-o", "json", "host", "list"});
   EXPECT_EQ(json::parse(hosts.out).at("hosts").at(0).at("regions"), 0);
 }
 
 TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
-  cli::WorldRun run({.scene = ScenePath("plaza"), .regions = 2, .bodies = 10, .bots = 2});
-  cli::Bot& thief = *run.bots()[0];
+  local::WorldRun run({.scene = support::ScenePath("plaza"), .regions = 2, .bodies = 10, .bots = 2});
+  local::Bot& thief = *run.bots()[0];
   const BodyId foreign = run.bots()[1]->client().own_body();
   std::string detail;
   while (detail.empty()) {
@@ -122,11 +124,11 @@ TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
 }
 
 TEST(InstanceTest, EveryListingSpeaksJson) {
-  const cli::TemporaryFolder folder;
-  const cli::LocalCluster cluster({.data_dir = folder.path()});
+  const local::TemporaryFolder folder;
+  const local::LocalCluster cluster({.data_dir = folder.path()});
   const auto tessera = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--control", cluster.control_address(), "-o", "json"});
-    const RunResult result = RunProgram("tessera", arguments);
+    const support::RunResult result = support::RunProgram("tessera", arguments);
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return json::parse(result.out, nullptr, false);
   };
@@ -138,7 +140,7 @@ TEST(InstanceTest, EveryListingSpeaksJson) {
   EXPECT_EQ(tessera({"host", "list"}).at("hosts").at(0).at("regions"), 2);
   EXPECT_EQ(tessera({"host", "describe", "local-1"}).at("workers").size(), 2u);
   EXPECT_EQ(tessera({"host", "drain", "local-1"}).at("host").at("state"), "HOST_STATE_DRAINING");
-  EXPECT_EQ(tessera({"scene", "validate", ScenePath("plaza")}).at(0).at("name"), "plaza");
+  EXPECT_EQ(tessera({"scene", "validate", support::ScenePath("plaza")}).at(0).at("name"), "plaza");
   EXPECT_EQ(tessera({"instance", "delete", id, "--wait"}).at("state"), "INSTANCE_STATE_ENDED");
   EXPECT_EQ(tessera({"host", "list"}).at("hosts").at(0).at("regions"), 0);
 }

@@ -43,12 +43,12 @@ std::string Adapted(const std::string& config, const std::string& discovery_addr
   return faster;
 }
 
-cli::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
+local::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
   Write(folder + "/prometheus.yml", Adapted(ReadSource("deploy/prometheus/prometheus.yml"), discovery_address));
   Write(folder + "/rules.yml", ReadSource("deploy/prometheus/rules.yml"));
-  return cli::ChildProcess({TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
-                            "--storage.tsdb.path=" + folder + "/data", "--web.listen-address=" + address},
-                           folder + "/prometheus.log");
+  return local::ChildProcess({TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
+                              "--storage.tsdb.path=" + folder + "/data", "--web.listen-address=" + address},
+                             folder + "/prometheus.log");
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ PrometheusServer::PrometheusServer(const std::string& discovery_address, const s
     const auto answer = telemetry::HttpGet(address_, "/-/ready");
     if (answer.ok() && answer->status == 200) return;
     if (process_.Wait(std::chrono::milliseconds(50)) || std::chrono::steady_clock::now() > deadline) {
-      throw std::runtime_error("prometheus did not become ready" + cli::LastLines(folder + "/prometheus.log", 5));
+      throw std::runtime_error("prometheus did not become ready" + local::LastLines(folder + "/prometheus.log", 5));
     }
   }
 }

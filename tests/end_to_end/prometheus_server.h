@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "cli/child_process.h"
+#include "local_cluster/child_process.h"
 
 namespace tessera::end_to_end {
 
@@ -26,7 +26,7 @@ class PrometheusServer {
 
  private:
   std::string address_;
-  cli::ChildProcess process_;
+  local::ChildProcess process_;
 };
 
 }  // namespace tessera::end_to_end

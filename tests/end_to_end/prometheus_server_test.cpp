@@ -1,12 +1,12 @@
 // What MetricsServer serves is what Prometheus reads, through the configuration that operators install.
 #include "tests/end_to_end/prometheus_server.h"
 
-#include "cli/local_cluster.h"
 #include "gtest/gtest.h"
+#include "local_cluster/local_cluster.h"
 #include "prometheus/counter.h"
 #include "prometheus/registry.h"
 #include "telemetry/metrics_server.h"
-#include "tests/end_to_end/eventually.h"
+#include "tests/support/eventually.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -23,7 +23,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
     return telemetry::HttpReply{.content_type = "application/json", .body = targets.dump()};
   });
 
-  const cli::TemporaryFolder folder;
+  const local::TemporaryFolder folder;
   const PrometheusServer prometheus((*server)->address(), folder.path());
   nlohmann::json result;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -40,7 +40,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
 TEST(PrometheusServerTest, TellsWhatIsWrongWithAQuery) {
   auto server = telemetry::MetricsServer::Start("127.0.0.1", 0, nullptr);
   ASSERT_TRUE(server.ok()) << server.status();
-  const cli::TemporaryFolder folder;
+  const local::TemporaryFolder folder;
   const PrometheusServer prometheus((*server)->address(), folder.path());
   EXPECT_THROW(prometheus.Query("rate("), std::runtime_error);
   EXPECT_TRUE(prometheus.Query("no_such_metric").empty());

@@ -9,13 +9,13 @@
 #include <map>
 #include <memory>
 
-#include "cli/local_cluster.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "local_cluster/local_cluster.h"
 #include "tests/end_to_end/dashboard.h"
-#include "tests/end_to_end/eventually.h"
 #include "tests/end_to_end/prometheus_server.h"
-#include "tests/end_to_end/run_program.h"
+#include "tests/support/eventually.h"
+#include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -28,11 +28,11 @@ constexpr char kRateWindow[] = "5m";
 class PrometheusTest : public ::testing::Test {
  protected:
   struct World {
-    cli::TemporaryFolder folder;
-    std::unique_ptr<cli::LocalCluster> cluster;
+    local::TemporaryFolder folder;
+    std::unique_ptr<local::LocalCluster> cluster;
     std::unique_ptr<PrometheusServer> prometheus;
     std::string instance_id;
-    std::unique_ptr<cli::ChildProcess> client;
+    std::unique_ptr<local::ChildProcess> client;
   };
 
   static void SetUpTestSuite() {
@@ -40,20 +40,21 @@ class PrometheusTest : public ::testing::Test {
     auto world = std::make_unique<World>();
     // A range of ports of its own, because tests run side by side.
     const auto first_port = static_cast<std::uint16_t>(20000 + getpid() % 20 * 1000);
-    world->cluster = std::make_unique<cli::LocalCluster>(
-        cli::ClusterOptions{.data_dir = world->folder.path(), .first_port = first_port});
+    world->cluster = std::make_unique<local::LocalCluster>(
+        local::ClusterOptions{.data_dir = world->folder.path(), .first_port = first_port});
     world->prometheus = std::make_unique<PrometheusServer>(world->cluster->http_address(), world->folder.path());
 
-    const RunResult created = RunProgram(
+    const support::RunResult created = support::RunProgram(
         "tessera", {"--control", world->cluster->control_address(), "-o", "json", "instance", "create", "--scene",
-                    ScenePath("plaza"), "--bodies", "300", "--regions", std::to_string(kRegions), "--wait"});
+                    support::ScenePath("plaza"), "--bodies", "300", "--regions", std::to_string(kRegions), "--wait"});
     ASSERT_EQ(created.exit_code, 0) << created.err;
     world->instance_id = nlohmann::json::parse(created.out).at("id");
     // The client comes when Prometheus has looked once, so that it sees the full snapshot as an increase.
-    ASSERT_TRUE(Eventually([&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
-    world->client = std::make_unique<cli::ChildProcess>(
-        std::vector<std::string>{BinaryPath("tessera"), "--control", world->cluster->control_address(), "client",
-                                 world->instance_id, "--seconds", "600"},
+    ASSERT_TRUE(
+        support::Eventually([&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
+    world->client = std::make_unique<local::ChildProcess>(
+        std::vector<std::string>{support::BinaryPath("tessera"), "--control", world->cluster->control_address(),
+                                 "client", world->instance_id, "--seconds", "600"},
         world->folder.path() + "/client.log");
     world_ = world.release();
   }
@@ -89,7 +90,7 @@ TEST_F(PrometheusTest, FindsEveryProcessAndKnowsWhichItIs) {
     for (const auto& target : targets) up[target.at("labels").at("component")] += target.at("health") == "up";
     return up == std::map<std::string, int>{{"control", 1}, {"agent", 1}, {"region", kRegions}};
   };
-  ASSERT_TRUE(Eventually(all_up)) << targets.dump(1);
+  ASSERT_TRUE(support::Eventually(all_up)) << targets.dump(1);
   std::set<std::string> regions;
   for (const auto& target : targets) {
     const auto& labels = target.at("labels");
@@ -113,7 +114,7 @@ TEST_F(PrometheusTest, EveryListedMetricIsExported) {
     }
     return missing.empty();
   };
-  EXPECT_TRUE(Eventually(none_missing)) << "not exported: " << ::testing::PrintToString(missing);
+  EXPECT_TRUE(support::Eventually(none_missing)) << "not exported: " << ::testing::PrintToString(missing);
 }
 
 TEST_F(PrometheusTest, NoMetricIsExportedThatIsNotListed) {
@@ -139,7 +140,7 @@ TEST_F(PrometheusTest, EveryQueryOfTheDashboardReturnsData) {
                   [](const DashboardQuery& query) { return HasFiniteSample(prometheus().Query(query.expression)); });
     return open.empty();
   };
-  if (Eventually(all_answered)) return;
+  if (support::Eventually(all_answered)) return;
   for (const DashboardQuery& query : open) ADD_FAILURE() << "no data: " << query.panel << ": " << query.expression;
 }
 
@@ -149,7 +150,7 @@ TEST_F(PrometheusTest, EvaluatesEveryAlertAndNoneOfThemIsAboutAFault) {
     rules = prometheus().Api("/api/v1/rules").at("groups").at(0).at("rules");
     return std::all_of(rules.begin(), rules.end(), [](const auto& rule) { return rule.at("health") == "ok"; });
   };
-  ASSERT_TRUE(Eventually(all_evaluated)) << rules.dump(1);
+  ASSERT_TRUE(support::Eventually(all_evaluated)) << rules.dump(1);
   for (const auto& rule : rules) {
     // A loaded machine may well make these two true; they are about speed.
     if (rule.at("name") == "TesseraTickRateLow" || rule.at("name") == "TesseraRegionBusy") continue;

@@ -12,7 +12,7 @@
 #include "absl/status/statusor.h"
 #include "client_sdk/client.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 class Bot {
  public:
@@ -41,4 +41,4 @@ class Bot {
   std::uint64_t region_changes_ = 0;
 };
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

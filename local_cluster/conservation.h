@@ -13,7 +13,7 @@
 #include "core/world/ids.h"
 #include "tessera/v1/instance.pb.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 struct ConservationResult {
   std::uint64_t tick = 0;  // of the newest complete census
@@ -49,4 +49,4 @@ class Conservation {
   std::optional<ConservationResult> result_;
 };
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

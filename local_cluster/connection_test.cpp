@@ -1,9 +1,9 @@
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 using testing::HasSubstr;
@@ -42,4 +42,4 @@ TEST(ConnectionTest, WhereNobodyAnswersTheAddressIsNamed) {
 }
 
 }  // namespace
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace tessera::cli {
+namespace tessera::local {
 
 struct ExitStatus {
   int code = 0;                  // meaningful unless signal
@@ -46,4 +46,4 @@ class ChildProcess {
 // The last lines of a log, for an error message.
 std::string LastLines(const std::string& file, int count);
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -1,4 +1,4 @@
-#include "cli/conservation.h"
+#include "local_cluster/conservation.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "core/region/census.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 std::vector<BodyId> Ids(std::initializer_list<std::uint64_t> values) {
@@ -89,4 +89,4 @@ TEST_F(ConservationTest, APlayersBodyCountsFromItsTickOn) {
 }
 
 }  // namespace
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -1,6 +1,6 @@
-#include "cli/instance_watch.h"
+#include "local_cluster/instance_watch.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 InstanceWatch::InstanceWatch(Connection& connection, const std::string& id,
                              std::function<void(const v1::Instance&)> on_change)
@@ -47,4 +47,4 @@ bool InstanceWatch::WaitUntil(const std::function<bool(const v1::Instance&)>& ho
   return latest_ && holds(*latest_);
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

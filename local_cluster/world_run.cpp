@@ -1,13 +1,13 @@
-#include "cli/world_run.h"
+#include "local_cluster/world_run.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <csignal>
 
-#include "cli/instance_view.h"
+#include "local_cluster/instance_state.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -186,4 +186,4 @@ std::string WorldRun::FailureOf(const RunSummary& summary) const {
   return "";
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -1,6 +1,6 @@
-#include "cli/bot.h"
+#include "local_cluster/bot.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 // A waypoint counts as reached within this distance, m.
@@ -53,4 +53,4 @@ double Bot::Random() {  // xorshift64* (Vigna 2016)
   return static_cast<double>((random_ * 0x2545f4914f6cdd1du) >> 11) * 0x1p-53;
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

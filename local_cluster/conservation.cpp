@@ -1,10 +1,10 @@
-#include "cli/conservation.h"
+#include "local_cluster/conservation.h"
 
 #include <algorithm>
 
 #include "core/region/census.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 Conservation::Conservation(std::span<const BodyId> bodies) {
   for (const BodyId body : bodies) Expect(body, 0);
@@ -50,4 +50,4 @@ void Conservation::Compare(std::uint64_t tick, const Sum& sum) {
   result_->duplicated = std::max(result_->duplicated, duplicated);
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

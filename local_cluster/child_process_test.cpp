@@ -1,4 +1,4 @@
-#include "cli/child_process.h"
+#include "local_cluster/child_process.h"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/connection.h"
-#include "cli/local_cluster.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/local_cluster.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 using std::chrono::seconds;
@@ -85,4 +85,4 @@ TEST_F(ChildProcessTest, TemporaryFoldersVanish) {
 }
 
 }  // namespace
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace tessera::end_to_end {
+namespace tessera::support {
 
 struct RunResult {
   int exit_code = -1;  // -1: ended by a signal, or killed because it took longer than `timeout`
@@ -20,4 +20,4 @@ std::string BinaryPath(const std::string& program);
 std::string ScenePath(const std::string& name);
 bool IsAlive(int pid);
 
-}  // namespace tessera::end_to_end
+}  // namespace tessera::support

@@ -1,4 +1,4 @@
-#include "cli/scene_file.h"
+#include "local_cluster/scene_file.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "cli/connection.h"
 #include "core/world/scene_io.h"
+#include "local_cluster/connection.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies) {
   std::ifstream file(path, std::ios::binary);
@@ -46,4 +46,4 @@ std::string FindScene(const std::string& name) {
       "scene {}: no {}.textproto beside this program; set TESSERA_SCENES to the folder of scenes", name, name));
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

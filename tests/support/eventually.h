@@ -5,7 +5,7 @@
 #include <functional>
 #include <thread>
 
-namespace tessera::end_to_end {
+namespace tessera::support {
 
 // True as soon as `holds` is; false when it did not become so within `patience`, which only a failing test waits out.
 inline bool Eventually(const std::function<bool()>& holds, std::chrono::seconds patience = std::chrono::seconds(90)) {
@@ -17,4 +17,4 @@ inline bool Eventually(const std::function<bool()>& holds, std::chrono::seconds 
   return true;
 }
 
-}  // namespace tessera::end_to_end
+}  // namespace tessera::support

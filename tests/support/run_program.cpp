@@ -1,11 +1,11 @@
-#include "tests/end_to_end/run_program.h"
+#include "tests/support/run_program.h"
 
 #include <filesystem>
 #include <fstream>
 
-#include "cli/local_cluster.h"
+#include "local_cluster/local_cluster.h"
 
-namespace tessera::end_to_end {
+namespace tessera::support {
 namespace {
 
 std::string ReadAll(const std::filesystem::path& file) {
@@ -17,12 +17,12 @@ std::string ReadAll(const std::filesystem::path& file) {
 
 RunResult RunProgram(const std::string& program, const std::vector<std::string>& arguments,
                      std::chrono::seconds timeout) {
-  const cli::TemporaryFolder folder;
+  const local::TemporaryFolder folder;
   const std::string out = folder.path() + "/out", err = folder.path() + "/err";
   std::vector<std::string> argv{BinaryPath(program)};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
   RunResult result;
-  cli::ChildProcess process(argv, err, out);
+  local::ChildProcess process(argv, err, out);
   if (const auto ended = process.Wait(timeout); ended && ended->signal == 0) result.exit_code = ended->code;
   process.End(std::chrono::seconds(10));
   result.out = ReadAll(out);
@@ -42,4 +42,4 @@ bool IsAlive(int pid) {
   return paren != std::string::npos && text.size() > paren + 2 && text[paren + 2] != 'Z';
 }
 
-}  // namespace tessera::end_to_end
+}  // namespace tessera::support

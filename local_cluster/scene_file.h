@@ -9,7 +9,7 @@
 #include "core/world/scene.h"
 #include "tessera/v1/scene.pb.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 struct LoadedScene {
   v1::Scene message;
@@ -23,4 +23,4 @@ LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodi
 // or in the source tree that built it. CommandError naming the places if `name`.textproto is in none of them.
 std::string FindScene(const std::string& name);
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

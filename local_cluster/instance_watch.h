@@ -10,9 +10,9 @@
 #include <string>
 #include <thread>
 
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 class InstanceWatch {
  public:
@@ -40,4 +40,4 @@ class InstanceWatch {
   std::thread thread_;
 };
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -1,4 +1,4 @@
-#include "cli/child_process.h"
+#include "local_cluster/child_process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,9 +17,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -144,4 +144,4 @@ std::string LastLines(const std::string& file, int count) {
   return out;
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -1,10 +1,10 @@
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 bool IsHostPort(const std::string& address) {
@@ -76,4 +76,4 @@ const char* CodeName(grpc::StatusCode code) {
   }
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

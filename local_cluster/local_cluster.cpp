@@ -1,4 +1,4 @@
-#include "cli/local_cluster.h"
+#include "local_cluster/local_cluster.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "cli/connection.h"
+#include "local_cluster/connection.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 namespace {
 
 namespace fs = std::filesystem;
@@ -131,4 +131,4 @@ TemporaryFolder::~TemporaryFolder() {
   fs::remove_all(path_, ignored);
 }
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

@@ -15,14 +15,14 @@
 #include <string>
 #include <vector>
 
-#include "cli/bot.h"
-#include "cli/connection.h"
-#include "cli/conservation.h"
-#include "cli/instance_watch.h"
-#include "cli/local_cluster.h"
-#include "cli/scene_file.h"
+#include "local_cluster/bot.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/conservation.h"
+#include "local_cluster/instance_watch.h"
+#include "local_cluster/local_cluster.h"
+#include "local_cluster/scene_file.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 struct RunOptions {
   std::string scene;  // path
@@ -98,4 +98,4 @@ class WorldRun {
   std::unique_ptr<InstanceWatch> watch_;  // last: its thread ends first
 };
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

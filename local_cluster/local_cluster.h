@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
-#include "cli/child_process.h"
+#include "local_cluster/child_process.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 struct ClusterOptions {
   std::string data_dir;                // state and logs; must exist
@@ -66,4 +66,4 @@ class TemporaryFolder {
   std::string path_;
 };
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

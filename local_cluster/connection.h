@@ -14,7 +14,7 @@
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
 
-namespace tessera::cli {
+namespace tessera::local {
 
 // What a command could not do, in one line. Caught in main alone.
 class CommandError : public std::runtime_error {
@@ -56,4 +56,4 @@ class Connection {
 
 const char* CodeName(grpc::StatusCode code);
 
-}  // namespace tessera::cli
+}  // namespace tessera::local

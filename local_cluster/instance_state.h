@@ -1,0 +1,23 @@
+// How the state of an instance is named and waited for.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "local_cluster/connection.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::local {
+
+std::string InstanceStateName(const v1::Instance& instance);
+
+// Watches until RUNNING, WAITING_FOR_PLAYERS, FAILED or ENDED. CommandError with the state it is in when the time is
+// over.
+v1::Instance WaitUntilSettled(Connection& connection, const std::string& id, std::chrono::milliseconds timeout);
+// Watches until it is in `state` or has ended or failed.
+v1::Instance WaitFor(Connection& connection, const std::string& id, v1::InstanceState state,
+                     std::chrono::milliseconds timeout);
+// Watches until ENDED or FAILED.
+v1::Instance WaitUntilEnded(Connection& connection, const std::string& id, std::chrono::milliseconds timeout);
+
+}  // namespace tessera::local
