@@ -80,6 +80,12 @@ std::size_t Region::asleep_count() const {
 }
 
 std::size_t Region::unconfirmed_grants() const { return impl_->unconfirmed.size(); }
+std::vector<BodyId> Region::KeptBodies() const {
+  std::vector<BodyId> kept;
+  kept.reserve(impl_->unconfirmed.size());
+  for (const RegionStep::Unconfirmed& grant : impl_->unconfirmed) kept.push_back(grant.id);
+  return kept;
+}
 bool Region::Owns(BodyId body) const { return impl_->bodies.Owns(body); }
 std::span<const OwnedBody> Region::owned() const { return impl_->bodies.owned(); }
 const physics::World& Region::world() const { return impl_->bodies.world(); }

@@ -130,6 +130,7 @@ class Region {
   std::size_t ghost_count() const;
   std::size_t asleep_count() const;        // of the owned ones
   std::size_t unconfirmed_grants() const;  // bodies handed over whose new owner has not told yet that it has them
+  std::vector<BodyId> KeptBodies() const;  // those: this region keeps them until then
   bool Owns(BodyId body) const;
   // All that this region owns, ascending by id; valid until the next call that changes the region.
   std::span<const OwnedBody> owned() const;

@@ -1,0 +1,168 @@
+#include "tests/simulation/ledger.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/census.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr std::size_t kMaxProblems = 20;
+
+std::uint64_t Mixed(std::uint64_t hash, std::uint64_t value) {
+  return region::Mix(BodyId(hash * 0x9e3779b97f4a7c15u ^ value));
+}
+
+bool Finite(const BodyState& s) {
+  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(s.linear_velocity) &&
+         IsFinite(s.angular_velocity) && IsFinite(s.angular_momentum) && std::isfinite(s.still_s);
+}
+
+}  // namespace
+
+std::uint64_t HashOf(const BodyState& state) {
+  std::uint64_t hash = state.asleep ? 1 : 0;
+  for (const double v : {state.position.x, state.position.y, state.position.z, state.orientation.x, state.orientation.y,
+                         state.orientation.z, state.orientation.w}) {
+    hash = Mixed(hash, std::bit_cast<std::uint64_t>(v));
+  }
+  for (const float v : {state.linear_velocity.x, state.linear_velocity.y, state.linear_velocity.z,
+                        state.angular_velocity.x, state.angular_velocity.y, state.angular_velocity.z,
+                        state.angular_momentum.x, state.angular_momentum.y, state.angular_momentum.z, state.still_s}) {
+    hash = Mixed(hash, std::bit_cast<std::uint32_t>(v));
+  }
+  return hash;
+}
+
+Ledger::Ledger(const Scene& scene) : scene_(scene) {
+  for (const BodyDef& def : scene.bodies) {
+    if (def.motion == Motion::kDynamic) expected_.insert(def.id);
+  }
+}
+
+// What it did last nobody may have heard of: others may go on from before, at the same ticks and epochs.
+void Ledger::Died(RegionId region) {
+  for (auto& [id, life] : lives_) {
+    for (Reign& reign : life.reigns) {
+      if (reign.region != region) continue;
+      reign.region = RegionId();
+      reign.last = reign.first;
+    }
+  }
+}
+
+void Ledger::Stepped(RegionId region, Tick tick, std::span<const region::OwnedBody> owned,
+                     const region::StepResult& result) {
+  for (const region::Departure& departure : result.departures) {
+    if (departure.reason != region::DepartureReason::kRemoved) continue;
+    const bool not_finite =
+        std::find(result.nonfinite.begin(), result.nonfinite.end(), departure.body) != result.nonfinite.end();
+    if (!not_finite && !leaving_.contains(departure.body)) {
+      Problem(tick, absl::StrCat("body ", departure.body.value(), " was removed unasked"));
+    }
+    Life& life = lives_[departure.body];
+    life.gone = true;
+    life.gone_at = tick;
+    expected_.erase(departure.body);
+  }
+  Motions* motions = weighs_ ? &motions_[tick] : nullptr;
+  if (motions != nullptr) ++motions->regions;
+  for (const region::OwnedBody& body : owned) {
+    Reigns(region, tick, body);
+    hash_ += Mixed(Mixed(tick.value(), body.def->id.value()), HashOf(body.state));
+    if (!Finite(body.state)) Problem(tick, absl::StrCat("body ", body.def->id.value(), " is not finite"));
+    if (motions == nullptr) continue;
+    const Vec3d v(body.state.linear_velocity);
+    const double mass = body.def->mass_kg;
+    ++motions->bodies;
+    motions->momentum += v * mass;
+    motions->size += Length(v) * mass;
+    motions->energy_j +=
+        mass * (0.5 * Dot(v, v) - Dot(scene_.gravity_m_s2 * body.def->gravity_scale, body.state.position)) +
+        0.5 * Dot(Vec3d(body.state.angular_velocity), Vec3d(body.state.angular_momentum));
+  }
+}
+
+void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
+  const BodyId id = body.def->id;
+  if (!expected_.contains(id) && !lives_.contains(id)) {
+    Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came from nowhere"));
+  }
+  Life& life = lives_[id];
+  if (life.gone && tick >= life.gone_at) {
+    Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " was removed at tick ",
+                               life.gone_at.value()));
+  }
+  Reign& reign = life.reigns[body.epoch.value() % life.reigns.size()];
+  if (reign.epoch > body.epoch) {
+    Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " has epoch ", body.epoch.value(),
+                               ", after epoch ", reign.epoch.value()));
+    return;
+  }
+  if (reign.epoch != body.epoch) {
+    reign = {region, body.epoch, tick, tick};
+  } else if (reign.region == RegionId()) {
+    reign.region = region;
+    reign.first = tick;
+  } else if (reign.region != region) {
+    doubled_.insert(id);
+    Problem(tick, absl::StrCat("body ", id.value(), " has two owners of epoch ", body.epoch.value(), ": regions ",
+                               reign.region.value(), " and ", region.value()));
+    return;
+  }
+  reign.last = std::max(reign.last, tick);
+  for (const Reign& other : life.reigns) {
+    if (other.epoch == Epoch() || other.epoch == body.epoch) continue;
+    if (other.epoch < body.epoch) {
+      Overlap(id, other, reign);
+    } else {
+      Overlap(id, reign, other);
+    }
+  }
+}
+
+void Ledger::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
+  if (lower.last < higher.first) return;
+  if (!doubled_.insert(id).second) return;
+  Problem(lower.last,
+          absl::StrCat("body ", id.value(), " has two owners: region ", lower.region.value(), " by epoch ",
+                       lower.epoch.value(), " until tick ", lower.last.value(), ", region ", higher.region.value(),
+                       " by epoch ", higher.epoch.value(), " from tick ", higher.first.value()));
+}
+
+void Ledger::CheckCopies(Tick tick, std::span<const BodyId> held) {
+  std::vector<BodyId> sorted(held.begin(), held.end());
+  std::sort(sorted.begin(), sorted.end());
+  for (const BodyId id : expected_) {
+    if (excused_.contains(id) || leaving_.contains(id) || lost_.contains(id)) continue;
+    if (std::binary_search(sorted.begin(), sorted.end(), id)) continue;
+    if (IsPlayerBody(id) && !lives_.contains(id)) continue;  // asked for, not made yet
+    lost_.insert(id);
+    Problem(tick, absl::StrCat("body ", id.value(), ": nobody has it"));
+  }
+}
+
+void Ledger::CheckOwners(Tick tick, std::span<const BodyId> owned) {
+  std::vector<BodyId> sorted(owned.begin(), owned.end());
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i] != sorted[i - 1]) continue;
+    doubled_.insert(sorted[i]);
+    Problem(tick, absl::StrCat("body ", sorted[i].value(), " has two owners at the end"));
+  }
+  for (const BodyId id : expected_) {
+    if (excused_.contains(id) || leaving_.contains(id)) continue;
+    if (std::binary_search(sorted.begin(), sorted.end(), id)) continue;
+    lost_.insert(id);
+    Problem(tick, absl::StrCat("body ", id.value(), " has no owner at the end"));
+  }
+}
+
+void Ledger::Problem(Tick tick, const std::string& what) {
+  if (problems_.size() < kMaxProblems) problems_.push_back(absl::StrCat("tick ", tick.value(), ": ", what));
+}
+
+}  // namespace tessera::simulation

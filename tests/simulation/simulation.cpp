@@ -1,0 +1,202 @@
+#include "tests/simulation/simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr Micros kPatience = 5'000'000;  // of RunTo and Settle
+constexpr std::uint64_t kStepsBetweenChecks = 64;
+constexpr double kCornerReach_m = 2;
+
+// Points where three cells or more meet.
+std::vector<Vec3d> CornersOf(const PartitionMap& map) {
+  std::vector<Vec3d> corners;
+  for (const Cell& cell : map.cells()) {
+    for (const double x : {cell.area.min_x, cell.area.max_x}) {
+      for (const double z : {cell.area.min_z, cell.area.max_z}) {
+        const auto holds = [&](const Cell& other) {
+          return other.area.min_x <= x && x <= other.area.max_x && other.area.min_z <= z && z <= other.area.max_z;
+        };
+        const auto cells = std::count_if(map.cells().begin(), map.cells().end(), holds);
+        if (cells >= 3) corners.push_back({x, 0, z});
+      }
+    }
+  }
+  return corners;
+}
+
+}  // namespace
+
+Simulation::Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& map, const SimulationOptions& options)
+    : scene_(std::move(scene)),
+      map_(map),
+      options_(options),
+      chance_(options.seed),
+      network_(timeline_, chance_.Next()),
+      ledger_(*scene_),
+      corners_(CornersOf(map)) {
+  network_.weather() = options.weather;
+  ledger_.set_weighs(options.weigh);
+  std::uint64_t most = 0;
+  for (const BodyDef& def : scene_->bodies) most = std::max(most, def.id.value());
+  jointed_.resize(most + 1);
+  for (const JointDef& joint : scene_->joints) {
+    if (joint.body_b == BodyId()) continue;
+    jointed_[joint.body_a.value()] = jointed_[joint.body_b.value()] = 1;
+  }
+  for (const MapRegion& region : map.regions()) {
+    StartWorker({region.id, Incarnation(1), scene_, map, options.settings});
+  }
+}
+
+Simulation::~Simulation() = default;
+
+Worker& Simulation::StartWorker(region::Config config) {
+  auto& worker = workers_[config.self];
+  worker = std::make_unique<Worker>(timeline_, network_, std::move(config));
+  worker->on_step = [this](Worker& of, const region::StepResult& result) { Stepped(of, result); };
+  worker->on_other = [this](Worker& of, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+    if (on_message) on_message(of, from, kind, bytes);
+  };
+  if (on_worker_started) on_worker_started(*worker);
+  worker->Start();
+  return *worker;
+}
+
+void Simulation::RunFor(Micros time) {
+  const Micros end = timeline_.now() + time;
+  while (!timeline_.empty() && timeline_.next() <= end) timeline_.RunNext();
+}
+
+Tick Simulation::tick() const {
+  Tick lowest{~Tick::rep{0}};
+  for (const auto& [id, worker] : workers_) lowest = std::min(lowest, worker->region().tick());
+  return lowest;
+}
+
+void Simulation::RunTo(Tick target) {
+  Tick reached = tick();
+  Micros since = timeline_.now();
+  while (tick() < target && timeline_.RunNext()) {
+    if (tick() > reached) {
+      reached = tick();
+      since = timeline_.now();
+    } else if (timeline_.now() - since > kPatience) {
+      return ledger_.Problem(reached, "no step for five seconds");
+    }
+  }
+}
+
+bool Simulation::Standing() const {
+  const Tick first = workers_.begin()->second->region().tick();
+  return std::all_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+    const region::Region& region = entry.second->region();
+    return region.tick() == first && region.unconfirmed_grants() == 0;
+  });
+}
+
+void Simulation::Settle() {
+  network_.weather() = {};
+  network_.ClearCuts();
+  for (const auto& [id, worker] : workers_) {
+    network_.SetStalled(worker->node(), false);
+    worker->set_step_time(0);
+  }
+  const Micros end = timeline_.now() + kPatience;
+  while (!Standing() && timeline_.now() < end && timeline_.RunNext()) {
+    Tick most;
+    for (const auto& [id, worker] : workers_) most = std::max(most, worker->region().tick());
+    for (const auto& [id, worker] : workers_) worker->set_target(most + 1);
+  }
+  if (!Standing()) ledger_.Problem(tick(), "the regions do not come to stand at one tick without unconfirmed grants");
+  std::vector<BodyId> owned;
+  for (const auto& [id, worker] : workers_) {
+    worker->set_target(Tick(~Tick::rep{0} >> 1));
+    for (const region::OwnedBody& body : worker->region().owned()) owned.push_back(body.def->id);
+  }
+  ledger_.CheckOwners(tick(), owned);
+  CheckCopies();
+}
+
+void Simulation::Kill(RegionId region) {
+  if (workers_.erase(region) == 0) return;
+  ++totals_.kills;
+  ledger_.Died(region);
+  if (on_killed) on_killed(region);
+}
+
+void Simulation::Stall(RegionId region, Micros time) {
+  network_.SetStalled(region.value(), true);
+  timeline_.In(time, [this, region] { network_.SetStalled(region.value(), false); });
+}
+
+void Simulation::CutBetween(RegionId a, RegionId b, Micros time) {
+  network_.Cut(a.value(), b.value(), true);
+  timeline_.In(time, [this, a, b] { network_.Cut(a.value(), b.value(), false); });
+}
+
+void Simulation::SpawnPlayer(PlayerNumber player, RegionId region) {
+  ledger_.Spawned(PlayerBodyId(player));
+  workers_.at(region)->region().SpawnPlayer(player);
+}
+
+void Simulation::RemovePlayer(PlayerNumber player) {
+  ledger_.Removing(PlayerBodyId(player));
+  for (const auto& [id, worker] : workers_) worker->region().RemovePlayer(player);
+}
+
+void Simulation::Stepped(Worker& worker, const region::StepResult& result) {
+  ++totals_.steps;
+  totals_.nonfinite += result.nonfinite.size();
+  ledger_.Stepped(worker.id(), result.tick, worker.region().owned(), result);
+  CountHandovers(worker, result);
+  if (on_step) on_step(worker, result);
+  if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
+}
+
+void Simulation::CountHandovers(Worker& worker, const region::StepResult& result) {
+  totals_.handovers += result.handed_in;
+  if (result.handed_out == 0) return;
+  for (const region::Departure& departure : result.departures) {
+    if (departure.reason != region::DepartureReason::kHandedOver) continue;
+    const std::uint64_t id = departure.body.value();
+    if (id < jointed_.size() && jointed_[id] != 0) ++totals_.assembly_handovers;
+    if (!worker.region().world().Has(departure.body)) continue;
+    const Vec3d place = worker.region().world().StateOf(departure.body).position;
+    const auto near = [&](Vec3d corner) {
+      return std::max(std::abs(place.x - corner.x), std::abs(place.z - corner.z)) < kCornerReach_m;
+    };
+    if (std::any_of(corners_.begin(), corners_.end(), near)) ++totals_.corner_handovers;
+  }
+}
+
+void Simulation::CheckCopies() {
+  std::vector<BodyId> held;
+  for (const auto& [id, worker] : workers_) {
+    for (const region::OwnedBody& body : worker->region().owned()) held.push_back(body.def->id);
+    for (const BodyId kept : worker->region().KeptBodies()) held.push_back(kept);
+  }
+  if (more_copies) more_copies(held);
+  ledger_.CheckCopies(tick(), held);
+}
+
+RegionId Simulation::OwnerOf(BodyId id) const {
+  for (const auto& [region, worker] : workers_) {
+    if (worker->region().Owns(id)) return region;
+  }
+  return RegionId();
+}
+
+std::map<BodyId, BodyState> Simulation::States() const {
+  std::map<BodyId, BodyState> states;
+  for (const auto& [region, worker] : workers_) {
+    for (const region::OwnedBody& body : worker->region().owned()) states[body.def->id] = body.state;
+  }
+  return states;
+}
+
+}  // namespace tessera::simulation

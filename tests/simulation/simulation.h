@@ -1,0 +1,113 @@
+// Simulation: a whole instance in one process, from one seed, under a virtual clock and network.
+//
+// It holds what a real instance has: a worker for each region, a map authority that starts them and tells them of
+// players, players that send inputs. Faults come from outside: kills, restarts, standstills, cuts, breaks, weather.
+// A ledger checks after each step that nothing is lost or doubled.
+//
+//   Simulation simulation(scene, *MakeGridMap(scene->ground(), 4), {.seed = 7});
+//   simulation.RunTo(Tick(100));
+//   simulation.network().Cut(1, 2, true);
+//   simulation.RunFor(Milliseconds(400));
+//   simulation.network().Cut(1, 2, false);
+//   simulation.Settle();                            // no faults any more: all must come right
+//   EXPECT_THAT(simulation.problems(), IsEmpty());
+//
+// A kill ends a worker with all that it knew; `StartWorker` starts one, with whatever map and state the caller has for
+// it. What failover does about it hangs itself in by `on_worker_started`, `on_step`, `on_message` and `on_killed`.
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/ledger.h"
+#include "tests/simulation/worker.h"
+
+namespace tessera::simulation {
+
+constexpr Node kAuthorityNode = 1'000'000;  // the control plane
+constexpr Node ClientNode(PlayerNumber player) { return 2'000'000 + player.value(); }
+
+struct SimulationOptions {
+  std::uint64_t seed = 1;
+  region::Settings settings = {};
+  Weather weather = {};
+  bool weigh = false;  // the ledger adds up momentum and energy
+};
+
+struct SimulationTotals {
+  std::uint64_t steps = 0, handovers = 0, assembly_handovers = 0, corner_handovers = 0;  // bodies
+  std::uint64_t kills = 0, nonfinite = 0, inputs = 0, inputs_taken = 0;
+};
+
+class Simulation {
+ public:
+  Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& map, const SimulationOptions& options);
+  ~Simulation();
+
+  // --- Time.
+  void RunFor(Micros time);
+  // Until all workers have reached the tick, or one has made no step for five seconds: that is a problem.
+  void RunTo(Tick tick);
+  // Ends faults that the network knows of, and runs until all workers stand at one tick with all borders open.
+  void Settle();
+  Tick tick() const;  // that all workers have reached
+
+  // --- Faults.
+  void Kill(RegionId region);
+  bool Alive(RegionId region) const { return workers_.contains(region); }
+  void Stall(RegionId region, Micros time);
+  void CutBetween(RegionId a, RegionId b, Micros time);
+  // Its last life must have ended.
+  Worker& StartWorker(region::Config config);
+
+  // --- What hangs itself in. Called in this order: started, then steps and messages, then killed.
+  std::function<void(Worker&)> on_worker_started;
+  std::function<void(Worker&, const region::StepResult&)> on_step;
+  std::function<void(Worker&, Node from, std::uint8_t kind, std::span<const std::uint8_t>)> on_message;
+  std::function<void(RegionId)> on_killed;
+  // Bodies that others than owners and granters keep, e.g. standbys: asked for by the check of copies.
+  std::function<void(std::vector<BodyId>&)> more_copies;
+
+  // --- Players.
+  void SpawnPlayer(PlayerNumber player, RegionId region);
+  void RemovePlayer(PlayerNumber player);
+
+  Worker& worker(std::uint32_t region) { return *workers_.at(RegionId(region)); }
+  std::map<RegionId, std::unique_ptr<Worker>>& workers() { return workers_; }
+  Timeline& timeline() { return timeline_; }
+  VirtualNetwork& network() { return network_; }
+  Chance& chance() { return chance_; }
+  Ledger& ledger() { return ledger_; }
+  const std::vector<std::string>& problems() const { return ledger_.problems(); }
+  const SimulationTotals& totals() const { return totals_; }
+  std::uint64_t hash() const { return ledger_.hash(); }
+  const std::shared_ptr<const Scene>& scene() const { return scene_; }
+  const SimulationOptions& options() const { return options_; }
+
+  RegionId OwnerOf(BodyId id) const;  // RegionId() if nobody
+  std::map<BodyId, BodyState> States() const;
+
+ private:
+  void Stepped(Worker& worker, const region::StepResult& result);
+  void CountHandovers(Worker& worker, const region::StepResult& result);
+  void CheckCopies();
+  bool Standing() const;
+
+  std::shared_ptr<const Scene> scene_;
+  PartitionMap map_;
+  SimulationOptions options_;
+  Timeline timeline_;
+  Chance chance_;
+  VirtualNetwork network_;
+  Ledger ledger_;
+  std::map<RegionId, std::unique_ptr<Worker>> workers_;
+  std::vector<Vec3d> corners_;  // of three cells or more
+  std::vector<std::uint8_t> jointed_;
+  SimulationTotals totals_;
+};
+
+}  // namespace tessera::simulation

@@ -1,0 +1,91 @@
+// Whole instances in virtual time: what the network and the hosts do to them changes nothing that counts.
+#include "tests/simulation/simulation.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/simulation/scene_builder.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::IsEmpty;
+
+// Balls that fly about in a square of walls, across all borders.
+SceneBuilder Swarm(int balls) {
+  constexpr double kHalf = 12;
+  SceneBuilder builder(kHalf);
+  for (const double side : {-1.0, 1.0}) {
+    for (const bool along : {false, true}) {
+      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 3, kHalf} : Vec3d{kHalf, 3, 1}}),
+                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
+      wall.motion = Motion::kStatic;
+      wall.mass_kg = 0;
+    }
+  }
+  for (int i = 0; i < balls; ++i) {
+    BodyDef& ball = builder.Add(Ball(0.3), {-9.0 + i % 9 * 2, 0, -9.0 + i / 9 * 2},
+                                {static_cast<float>(5 - i % 11), 0, static_cast<float>(i % 7 - 3)});
+    ball.material.restitution = 1;
+    ball.material.friction = 0;
+    ball.may_sleep = false;
+  }
+  return builder;
+}
+
+Simulation Make(const SceneBuilder& builder, std::uint32_t regions, const SimulationOptions& options) {
+  const std::shared_ptr<const Scene> scene = builder.Build();
+  return Simulation(scene, *MakeGridMap(scene->ground(), regions), options);
+}
+
+TEST(SimulationTest, TheSameSeedGivesTheSameBits) {
+  const auto run = [](std::uint64_t seed) {
+    Simulation simulation = Make(Swarm(40), 4, {.seed = seed, .weather = {.loss = 0.05, .jitter = 4000}});
+    simulation.RunTo(Tick(120));
+    EXPECT_THAT(simulation.problems(), IsEmpty());
+    EXPECT_GT(simulation.totals().handovers, 10U);
+    return std::pair(simulation.hash(), simulation.network().totals().packets);
+  };
+  EXPECT_EQ(run(3), run(3));
+  EXPECT_NE(run(3).second, run(4).second);
+}
+
+TEST(SimulationTest, NoWeatherChangesTheWorld) {
+  const auto run = [](const Weather& weather) {
+    Simulation simulation = Make(Swarm(40), 4, {.weather = weather});
+    for (auto& [id, worker] : simulation.workers()) worker->set_target(Tick(200));
+    simulation.RunTo(Tick(200));
+    EXPECT_THAT(simulation.problems(), IsEmpty());
+    return simulation.hash();
+  };
+  const std::uint64_t fine = run({});
+  EXPECT_EQ(run({.loss = 0.1}), fine);
+  EXPECT_EQ(run({.delay = 20'000, .jitter = 30'000}), fine);
+  EXPECT_EQ(run({.reorder = 0.5, .duplicate = 0.5}), fine);
+}
+
+TEST(SimulationTest, ABrokenConnectionIsDialledAgainAndNothingIsMissing) {
+  Simulation simulation = Make(Swarm(40), 4, {.weather = {.delay = 3000}});
+  for (int i = 0; i < 40; ++i) {
+    simulation.RunFor(Milliseconds(70));
+    simulation.network().Break(1 + i % 2, 3 + i % 2);
+  }
+  simulation.Settle();
+  EXPECT_THAT(simulation.problems(), IsEmpty());
+  EXPECT_GT(simulation.tick(), Tick(120));
+}
+
+TEST(SimulationTest, AKilledWorkerIsGoneAndAnotherLifeMayStart) {
+  Simulation simulation = Make(Swarm(10), 2, {});
+  simulation.RunTo(Tick(10));
+  simulation.Kill(RegionId(2));
+  EXPECT_FALSE(simulation.Alive(RegionId(2)));
+  EXPECT_EQ(simulation.OwnerOf(simulation.scene()->bodies.back().id), RegionId(1));
+  simulation.RunFor(Milliseconds(100));
+  Worker& next = simulation.StartWorker({RegionId(2), Incarnation(2), simulation.scene(),
+                                         *MakeGridMap(simulation.scene()->ground(), 2), region::Settings()});
+  EXPECT_EQ(next.region().tick(), Tick());
+  EXPECT_EQ(simulation.totals().kills, 1U);
+}
+
+}  // namespace
+}  // namespace tessera::simulation
