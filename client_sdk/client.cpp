@@ -336,6 +336,8 @@ ClientStats Client::Stats() const {
     stats.regions.push_back(link.Stats(*me.endpoint));
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
     stats.decode_errors += stats.regions.back().decode_errors;
+    const bool own = me.world.OwnerOf(PlayerBodyId(me.session.player)) == link.region();
+    if (link.welcomed() && (own || stats.round_trip_s == 0)) stats.round_trip_s = stats.regions.back().round_trip_s;
   }
   stats.full_records = me.full_records;
   stats.delta_records = me.delta_records;

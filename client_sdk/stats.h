@@ -52,6 +52,7 @@ struct ClientStats {
   std::uint64_t full_records = 0, delta_records = 0;    // bodies that came whole, and as changes
   std::uint64_t inputs_refused = 0;
   std::size_t bodies = 0;
+  double round_trip_s = 0;           // to the region of the own body, or to any while that is not known
   double tick_rate_hz = 0;           // of the world, as seen here
   double snapshot_delay_s = 0;       // how far behind the newest state Interpolated shows the world
   double jitter_s = 0;               // mean deviation of arrivals from their rhythm

@@ -1,56 +1,62 @@
-// Drifter: the smallest game there is. Joins an instance, pushes its body about, and prints what it sees once a second.
+// Drifter: the smallest game there is, in C++. Joins an instance, pushes its body about in slow circles, and prints
+// what it sees twice a second.
 //
-//   tessera-drifter 127.0.0.1:7700 plaza-1 [seconds]
+//   drifter 127.0.0.1:7700 plaza-1 [seconds]
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <tessera/tessera.hpp>
 #include <thread>
 
-#include "client_sdk/client.h"
+namespace {
 
-using namespace tessera;
-using namespace tessera::client;
+int Fail(const tessera::Error& error) {
+  std::fprintf(stderr, "%s\n", error.text.c_str());
+  return 1;
+}
+
+void Draw(tessera::Client& client) {
+  const tessera::Stats stats = client.GetStats();
+  std::printf("tick %llu: %zu bodies, %.0f B/s in, delay %.0f ms", static_cast<unsigned long long>(client.tick()),
+              client.Bodies().size(), stats.bytes_in_per_s, stats.render_delay_s * 1e3);
+  if (const auto own = client.Find(client.own_body())) {
+    std::printf("; I am at (%.1f, %.1f, %.1f) in region %u", own->position[0], own->position[1], own->position[2],
+                own->region);
+  }
+  std::printf("\n");
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 3) {
     std::fprintf(stderr, "usage: %s CONTROL_ADDRESS INSTANCE_ID [SECONDS]\n", argv[0]);
     return 2;
   }
-  const double seconds = argc > 3 ? std::atof(argv[3]) : 10;
-  auto joined = Client::Join({.control_address = argv[1], .instance_id = argv[2], .player_name = "drifter"});
-  if (!joined.ok()) {
-    std::fprintf(stderr, "%s\n", std::string(joined.status().message()).c_str());
-    return 1;
-  }
-  Client& client = **joined;
-  std::printf("player %u in %s\n", client.player().value(), client.scene().name.c_str());
+  tessera::Client client;
+  if (const auto error = client.Join({argv[1], argv[2], "drifter"})) return Fail(error);
+  const tessera::SceneInfo scene = client.Scene();
+  std::printf("player %u in %s\n", client.player(), scene.name);
 
-  const TimePoint start = Clock::now();
-  TimePoint print_at = start;
-  const auto running = [&] { return std::chrono::duration<double>(Clock::now() - start).count() < seconds; };
-  while (running() && client.state() != ClientState::kEnded) {
-    for (const ClientEvent& event : client.Poll(Clock::now())) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t start = tessera_now(), end = start + (argc > 3 ? std::atoi(argv[3]) : 10) * kSecond;
+  std::int64_t draw_at = start;
+  while (tessera_now() < end && !client.ended()) {
+    if (const auto error = client.Poll()) return Fail(error);
+    for (const tessera::Event& event : client.TakeEvents()) {
       if (!event.detail.empty()) std::printf("%s\n", event.detail.c_str());
     }
-    // In slow circles, as hard as the scene lets a player push.
-    const double angle = std::chrono::duration<double>(Clock::now() - start).count();
-    const double force = client.scene().player ? client.scene().player->max_force_n : 0;
-    client.Move(Vec3f(Vec3d(force * std::cos(angle), 0, force * std::sin(angle))), {});
-
-    const std::vector<ShownBody> shown = client.Interpolated(Clock::now());
-    if (Clock::now() >= print_at) {
-      print_at += std::chrono::seconds(1);
-      const ClientStats stats = client.Stats();
-      std::printf("tick %llu: %zu bodies, %.0f B/s in, delay %.0f ms", (unsigned long long)client.tick().value(),
-                  shown.size(), stats.bytes_in_per_s, stats.snapshot_delay_s * 1e3);
-      if (const auto own = client.World().find(client.own_body()); own != client.World().end()) {
-        const Vec3d p = own->second.state.position;
-        std::printf("; I am at (%.1f, %.1f, %.1f) in region %u", p.x, p.y, p.z, own->second.region.value());
-      }
-      std::printf("\n");
+    const double angle = static_cast<double>(tessera_now() - start) / kSecond;
+    const double force = scene.player_max_force_n;
+    client.Move({static_cast<float>(force * std::cos(angle)), 0, static_cast<float>(force * std::sin(angle))});
+    client.Bodies();
+    if (tessera_now() >= draw_at) {
+      draw_at += kSecond / 2;
+      Draw(client);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(8));
   }
-  if (!client.reason().ok()) return 1;
-  return client.state() == ClientState::kEnded || client.Leave().ok() ? 0 : 1;
+  if (client.ended()) return 0;
+  const auto error = client.Leave();
+  return error ? Fail(error) : 0;
 }

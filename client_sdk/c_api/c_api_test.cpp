@@ -1,0 +1,152 @@
+// The C interface against a fake instance, and what it does with arguments that make no sense.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <thread>
+
+#include "client_sdk/fake_instance.h"
+#include "client_sdk/include/tessera/tessera.hpp"
+
+namespace tessera::client {
+namespace {
+
+struct CApiTest : testing::Test {
+  void SetUp() override {
+    tessera_join_options options = TESSERA_JOIN_OPTIONS;
+    options.control_address = instance.address.c_str();
+    options.instance_id = FakeInstance::kId;
+    options.bind_address = "127.0.0.1";
+    ASSERT_EQ(tessera_join(&options, &client), TESSERA_OK) << tessera_last_error();
+  }
+  void TearDown() override { tessera_close(client); }
+  bool Until(const std::function<bool()>& done) {
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!done() && std::chrono::steady_clock::now() < limit) {
+      instance.Service();
+      EXPECT_EQ(tessera_poll(client, now), TESSERA_OK) << tessera_last_error();
+    }
+    return done();
+  }
+  void Play() {
+    ASSERT_TRUE(Until([&] { return tessera_get_state(client) == TESSERA_WAITING; }));
+    instance.regions[0]->Start(Tick(0));
+    ASSERT_TRUE(Until([&] { return tessera_get_state(client) == TESSERA_PLAYING; }));
+  }
+  void ShowTwo() {
+    BodyState state;
+    state.position = {1, 2, 3};
+    state.linear_velocity = {4, 0, 0};
+    const std::vector<replication::BodyRecord> bodies = {{BodyId(1), Epoch(1), state},
+                                                         {BodyId(tessera_own_body(client)), Epoch(1), state}};
+    instance.regions[0]->Snapshot(Tick(2), bodies);
+    ASSERT_TRUE(Until([&] { return tessera_tick(client) == 2; }));
+  }
+
+  FakeInstance instance{1};
+  tessera_client* client = nullptr;
+  std::int64_t now = std::int64_t{3600} * 1'000'000'000;
+};
+
+TEST_F(CApiTest, JoinsPlaysSeesAndLeaves) {
+  Play();
+  ShowTwo();
+  tessera_body bodies[2] = {TESSERA_BODY, TESSERA_BODY};
+  ASSERT_EQ(tessera_bodies(client, now, bodies, sizeof(tessera_body), 2), 2u);
+  EXPECT_EQ(bodies[0].id, 1u);
+  EXPECT_EQ(bodies[0].region, 1u);
+  EXPECT_NEAR(bodies[0].position[2], 3, 1e-3);
+  EXPECT_NEAR(bodies[0].linear_velocity[0], 4, 0.02);
+  EXPECT_EQ(bodies[1].flags & TESSERA_BODY_OWN, std::uint32_t{TESSERA_BODY_OWN});
+  EXPECT_EQ(tessera_find_body(client, 77, bodies), TESSERA_NOT_FOUND);
+
+  int appeared = 0;
+  tessera_event event = TESSERA_EVENT;
+  while (tessera_next_event(client, &event) != 0) appeared += event.kind == TESSERA_EVENT_APPEARED ? 1 : 0;
+  EXPECT_EQ(appeared, 2);
+
+  EXPECT_EQ(tessera_leave(client, 2000), TESSERA_OK);
+  EXPECT_EQ(tessera_get_state(client), TESSERA_ENDED);
+}
+
+// A program built against an older header: its structs are shorter, and what lies behind them is not touched.
+TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
+  Play();
+  ShowTwo();
+  constexpr std::size_t kOld = offsetof(tessera_body, linear_velocity);
+  struct Guarded {
+    unsigned char body[kOld];
+    unsigned char behind = 0xaa;
+  } guarded[3];
+  EXPECT_EQ(tessera_bodies(client, now, reinterpret_cast<tessera_body*>(guarded), kOld, 0), 2u);
+  std::vector<unsigned char> raw(kOld * 2 + 8, 0xaa);
+  EXPECT_EQ(tessera_bodies(client, now, reinterpret_cast<tessera_body*>(raw.data()), kOld, 2), 2u);
+  EXPECT_TRUE(std::all_of(raw.begin() + 2 * kOld, raw.end(), [](unsigned char c) { return c == 0xaa; }));
+  tessera_stats stats = TESSERA_STATS;
+  stats.size = offsetof(tessera_stats, bytes_out);
+  stats.bytes_out = 12345;
+  EXPECT_EQ(tessera_get_stats(client, &stats), TESSERA_OK);
+  EXPECT_GT(stats.bytes_in, 0u);
+  EXPECT_EQ(stats.bytes_out, 12345u);
+  EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
+}
+
+TEST_F(CApiTest, TellsTheSceneAndItsShapes) {
+  tessera_scene_info scene = TESSERA_SCENE_INFO;
+  ASSERT_EQ(tessera_get_scene(client, &scene), TESSERA_OK);
+  EXPECT_STREQ(scene.name, "plaza");
+  EXPECT_EQ(scene.body_count, instance.scene->bodies.size());
+  for (std::size_t i = 0; i < scene.body_count; ++i) {
+    tessera_body_info info = TESSERA_BODY_INFO;
+    ASSERT_EQ(tessera_scene_body(client, i, &info), TESSERA_OK);
+    EXPECT_EQ(info.id, instance.scene->bodies[i].id.value());
+    tessera_shape_info shape = TESSERA_SHAPE_INFO;
+    ASSERT_EQ(tessera_get_shape(info.shape, &shape), TESSERA_OK);
+    EXPECT_EQ(shape.kind, static_cast<int>(instance.scene->bodies[i].shape->form.index()));
+  }
+  tessera_body_info own = TESSERA_BODY_INFO;
+  EXPECT_EQ(tessera_body_of(client, tessera_own_body(client), &own), TESSERA_OK);
+  EXPECT_EQ(own.dynamic, 1);
+  EXPECT_EQ(tessera_scene_body(client, scene.body_count, &own), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_body_of(client, 4'000'000'000u, &own), TESSERA_NOT_FOUND);
+}
+
+TEST(CApi, RefusesWhatMakesNoSense) {
+  EXPECT_EQ(tessera_join(nullptr, nullptr), TESSERA_INVALID_ARGUMENT);
+  tessera_client* client = nullptr;
+  tessera_join_options options = TESSERA_JOIN_OPTIONS;
+  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "options.control_address: is NULL");
+  options.control_address = "127.0.0.1:1";
+  options.instance_id = "plaza-1";
+  options.deadline_ms = 500;
+  EXPECT_EQ(tessera_join(&options, &client), TESSERA_UNAVAILABLE);
+  EXPECT_EQ(client, nullptr);
+  EXPECT_EQ(tessera_poll(nullptr, 0), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_bodies(nullptr, 0, nullptr, 0, 0), 0u);
+  EXPECT_EQ(tessera_move(nullptr, nullptr, nullptr), 0u);
+  EXPECT_EQ(tessera_get_state(nullptr), TESSERA_ENDED);
+  tessera_close(nullptr);
+}
+
+TEST(CApi, ErrorsAreEachThreadsOwn) {
+  tessera_poll(nullptr, 0);
+  std::thread([] { EXPECT_STREQ(tessera_last_error(), ""); }).join();
+  EXPECT_STREQ(tessera_last_error(), "client: is NULL");
+}
+
+TEST(CppApi, IsTheSameClient) {
+  FakeInstance instance(1);
+  ::tessera::Client client;
+  const ::tessera::Error error =
+      client.Join({instance.address, FakeInstance::kId, "ada", std::chrono::seconds(10), "127.0.0.1"});
+  ASSERT_FALSE(error) << error.text;
+  EXPECT_EQ(client.player(), 1u);
+  EXPECT_STREQ(client.Scene().name, "plaza");
+  EXPECT_FALSE(client.Poll(1));
+  EXPECT_TRUE(client.Bodies(1).empty());
+  EXPECT_FALSE(client.Leave());
+  EXPECT_TRUE(client.ended());
+}
+
+}  // namespace
+}  // namespace tessera::client

@@ -1,0 +1,165 @@
+// The C interface: joining, polling, the world, moving.
+#include <map>
+
+#include "client_sdk/c_api/handle.h"
+
+using namespace tessera;
+using namespace tessera::c_api;
+using client::ClientEvent;
+
+namespace tessera::c_api {
+namespace {
+
+thread_local std::string last_error;
+
+static_assert(TESSERA_EVENT_APPEARED == static_cast<int>(ClientEvent::Kind::kAppeared));
+static_assert(TESSERA_EVENT_VANISHED == static_cast<int>(ClientEvent::Kind::kVanished));
+static_assert(TESSERA_EVENT_STARTED == static_cast<int>(ClientEvent::Kind::kStarted));
+static_assert(TESSERA_EVENT_INPUT_REFUSED == static_cast<int>(ClientEvent::Kind::kInputRefused));
+static_assert(TESSERA_EVENT_REGION_LOST == static_cast<int>(ClientEvent::Kind::kRegionLost));
+static_assert(TESSERA_EVENT_REGION_BACK == static_cast<int>(ClientEvent::Kind::kRegionBack));
+static_assert(TESSERA_EVENT_MAP_CHANGED == static_cast<int>(ClientEvent::Kind::kMapChanged));
+static_assert(TESSERA_EVENT_ENDED == static_cast<int>(ClientEvent::Kind::kEnded));
+static_assert(TESSERA_JOINING == static_cast<int>(client::ClientState::kJoining));
+static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting));
+static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));
+static_assert(TESSERA_ENDED == static_cast<int>(client::ClientState::kEnded));
+
+const char* OrEmpty(const char* text) { return text == nullptr ? "" : text; }
+
+tessera_body BodyFrom(const client::SeenBody& seen, const Pose& pose, BodyId own) {
+  tessera_body body = TESSERA_BODY;
+  body.id = seen.id.value();
+  body.region = seen.region.value();
+  const Vec3d& p = pose.position;
+  const Quatd& q = pose.orientation;
+  const Vec3f& v = seen.state.linear_velocity;
+  const Vec3f& w = seen.state.angular_velocity;
+  std::copy_n(std::begin({p.x, p.y, p.z}), 3, body.position);
+  std::copy_n(std::begin({q.x, q.y, q.z, q.w}), 4, body.orientation);
+  std::copy_n(std::begin({v.x, v.y, v.z}), 3, body.linear_velocity);
+  std::copy_n(std::begin({w.x, w.y, w.z}), 3, body.angular_velocity);
+  if (seen.state.asleep) body.flags |= TESSERA_BODY_ASLEEP;
+  if (seen.id == own) body.flags |= TESSERA_BODY_OWN;
+  return body;
+}
+
+Vec3f VectorFrom(const float* xyz) { return xyz == nullptr ? Vec3f() : Vec3f(xyz[0], xyz[1], xyz[2]); }
+
+}  // namespace
+
+tessera_code Report(const absl::Status& status) {
+  if (status.ok()) return TESSERA_OK;
+  last_error = std::string(status.message());
+  return static_cast<tessera_code>(status.code());
+}
+
+tessera_code Refuse(const char* what) { return Report(absl::InvalidArgumentError(what)); }
+
+}  // namespace tessera::c_api
+
+uint32_t tessera_version(void) { return TESSERA_VERSION_MAJOR * 1000 + TESSERA_VERSION_MINOR; }
+
+const char* tessera_last_error(void) { return last_error.c_str(); }
+
+int64_t tessera_now(void) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(client::Clock::now().time_since_epoch()).count();
+}
+
+tessera_code tessera_join(const tessera_join_options* given, tessera_client** out) {
+  if (out == nullptr) return Refuse("client: is NULL");
+  *out = nullptr;
+  if (given == nullptr || given->size < sizeof(uint32_t)) return Refuse("options: is NULL or has no size");
+  return Guarded([&] {
+    const tessera_join_options options = TakeIn(given, tessera_join_options TESSERA_JOIN_OPTIONS);
+    if (options.control_address == nullptr) return Refuse("options.control_address: is NULL");
+    if (options.instance_id == nullptr) return Refuse("options.instance_id: is NULL");
+    client::JoinOptions join;
+    join.control_address = options.control_address;
+    join.instance_id = options.instance_id;
+    join.player_name = OrEmpty(options.player_name);
+    join.deadline = std::chrono::milliseconds(options.deadline_ms);
+    if (options.bind_address != nullptr) join.bind_address = options.bind_address;
+    auto joined = client::Client::Join(join);
+    if (!joined.ok()) return Report(joined.status());
+    *out = new tessera_client{.client = *std::move(joined), .events = {}, .detail = {}};
+    return tessera_code{TESSERA_OK};
+  });
+}
+
+tessera_code tessera_leave(tessera_client* handle, uint32_t deadline_ms) {
+  if (handle == nullptr) return Refuse("client: is NULL");
+  return Guarded([&] { return Report(handle->client->Leave(std::chrono::milliseconds(deadline_ms))); });
+}
+
+void tessera_close(tessera_client* handle) { delete handle; }
+
+tessera_code tessera_poll(tessera_client* handle, int64_t now_ns) {
+  if (handle == nullptr) return Refuse("client: is NULL");
+  return Guarded([&] {
+    for (ClientEvent& event : handle->client->Poll(At(now_ns))) handle->events.push_back(std::move(event));
+    return Report(handle->client->reason());
+  });
+}
+
+tessera_state tessera_get_state(const tessera_client* handle) {
+  return handle == nullptr ? tessera_state{TESSERA_ENDED} : static_cast<tessera_state>(handle->client->state());
+}
+
+int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
+  if (handle == nullptr || out == nullptr || handle->events.empty()) return 0;
+  ClientEvent event = std::move(handle->events.front());
+  handle->events.pop_front();
+  handle->detail = std::move(event.detail);
+  tessera_event given = TESSERA_EVENT;
+  given.kind = static_cast<tessera_event_kind>(event.kind);
+  given.body = event.body.value();
+  given.region = event.region.value();
+  given.input = event.input_number;
+  given.detail = handle->detail.c_str();
+  GiveOut(given, out);
+  return 1;
+}
+
+size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodies, size_t stride, size_t capacity) {
+  if (handle == nullptr || (capacity > 0 && (bodies == nullptr || stride < sizeof(uint32_t)))) return 0;
+  return GuardedValue(size_t{0}, [&] {
+    client::Client& client = *handle->client;
+    const std::vector<client::ShownBody> shown = client.Interpolated(At(now_ns));
+    auto* at = reinterpret_cast<char*>(bodies);
+    for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
+      tessera_body body = BodyFrom(client.World().at(shown[i].id), shown[i].pose, client.own_body());
+      if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
+      body.size = static_cast<uint32_t>(stride);
+      std::memcpy(at, &body, std::min(stride, sizeof body));
+    }
+    return shown.size();
+  });
+}
+
+tessera_code tessera_find_body(const tessera_client* handle, uint64_t id, tessera_body* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or body: is NULL");
+  const auto found = handle->client->World().find(BodyId(id));
+  if (found == handle->client->World().end()) return Report(absl::NotFoundError("body: not in sight"));
+  const client::SeenBody& seen = found->second;
+  GiveOut(BodyFrom(seen, {seen.state.position, seen.state.orientation}, handle->client->own_body()), out);
+  return TESSERA_OK;
+}
+
+uint32_t tessera_player(const tessera_client* handle) {
+  return handle == nullptr ? 0 : handle->client->player().value();
+}
+uint64_t tessera_own_body(const tessera_client* handle) {
+  return handle == nullptr ? 0 : handle->client->own_body().value();
+}
+uint64_t tessera_tick(const tessera_client* handle) { return handle == nullptr ? 0 : handle->client->tick().value(); }
+uint64_t tessera_map_version(const tessera_client* handle) {
+  return handle == nullptr ? 0 : handle->client->map().version().value();
+}
+
+uint32_t tessera_move(tessera_client* handle, const float force[3], const float torque[3]) {
+  return handle == nullptr ? 0 : handle->client->Move(VectorFrom(force), VectorFrom(torque));
+}
+uint32_t tessera_last_applied_input(const tessera_client* handle) {
+  return handle == nullptr ? 0 : handle->client->last_applied_input();
+}

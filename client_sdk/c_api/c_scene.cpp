@@ -1,0 +1,140 @@
+// The C interface: the scene and its shapes.
+#include "client_sdk/c_api/handle.h"
+
+using namespace tessera;
+using namespace tessera::c_api;
+
+namespace tessera::c_api {
+namespace {
+
+const tessera_shape* HandleOf(const Shape& shape) { return reinterpret_cast<const tessera_shape*>(&shape); }
+const Shape& ShapeOf(const tessera_shape* handle) { return *reinterpret_cast<const Shape*>(handle); }
+
+void Put(const Vec3d& v, double* out) { out[0] = v.x, out[1] = v.y, out[2] = v.z; }
+void Put(const Quatd& q, double* out) { out[0] = q.x, out[1] = q.y, out[2] = q.z, out[3] = q.w; }
+
+static_assert(sizeof(Vec3f) == 3 * sizeof(float) && sizeof(std::array<std::uint32_t, 3>) == 3 * sizeof(uint32_t));
+
+// One overload a form: what of it fits in a tessera_shape_info.
+struct Describe {
+  tessera_shape_info& info;
+
+  void Kind(tessera_shape_kind kind, double a = 0, double b = 0, double c = 0, double d = 0) {
+    info.kind = kind;
+    info.dimensions[0] = a, info.dimensions[1] = b, info.dimensions[2] = c, info.dimensions[3] = d;
+  }
+  void operator()(const BoxShape& s) {
+    Kind(TESSERA_SHAPE_BOX, s.half_extents_m.x, s.half_extents_m.y, s.half_extents_m.z);
+  }
+  void operator()(const SphereShape& s) { Kind(TESSERA_SHAPE_SPHERE, s.radius_m); }
+  void operator()(const CapsuleShape& s) { Kind(TESSERA_SHAPE_CAPSULE, s.radius_m, s.half_height_m); }
+  void operator()(const CylinderShape& s) { Kind(TESSERA_SHAPE_CYLINDER, s.radius_m, s.half_height_m); }
+  void operator()(const ConeShape& s) { Kind(TESSERA_SHAPE_CONE, s.radius_m, s.height_m); }
+  void operator()(const PlaneShape& s) { Kind(TESSERA_SHAPE_PLANE, s.normal.x, s.normal.y, s.normal.z, s.offset_m); }
+  void operator()(const CompoundShape& s) {
+    Kind(TESSERA_SHAPE_COMPOUND);
+    info.child_count = s.children.size();
+  }
+  void operator()(const ConvexHullShape& s) {
+    Kind(TESSERA_SHAPE_CONVEX_HULL);
+    Vertices(s.points);
+  }
+  void operator()(const TriangleMeshShape& s) {
+    Kind(TESSERA_SHAPE_MESH);
+    Vertices(s.vertices);
+    info.indices = s.triangles.empty() ? nullptr : s.triangles.front().data();
+    info.index_count = 3 * s.triangles.size();
+  }
+  void operator()(const HeightFieldShape& s) {
+    Kind(TESSERA_SHAPE_HEIGHT_FIELD);
+    info.vertices = s.heights_m.data();
+    info.vertex_count = s.heights_m.size();
+    info.columns = s.columns;
+    info.rows = s.rows;
+    info.spacing = s.spacing_m;
+  }
+  void Vertices(const std::vector<Vec3f>& points) {
+    info.vertices = points.empty() ? nullptr : &points.front().x;
+    info.vertex_count = points.size();
+  }
+};
+
+tessera_body_info InfoOf(const BodyDef& def) {
+  tessera_body_info info = TESSERA_BODY_INFO;
+  info.id = def.id.value();
+  info.dynamic = def.motion == Motion::kDynamic ? 1 : 0;
+  info.name = def.name.c_str();
+  info.shape = HandleOf(*def.shape);
+  info.mass_kg = def.mass_kg;
+  info.trigger = def.trigger ? 1 : 0;
+  Put(def.initial.position, info.position);
+  Put(def.initial.orientation, info.orientation);
+  return info;
+}
+
+}  // namespace
+}  // namespace tessera::c_api
+
+tessera_code tessera_get_scene(const tessera_client* handle, tessera_scene_info* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or scene: is NULL");
+  const Scene& scene = handle->client->scene();
+  tessera_scene_info info = TESSERA_SCENE_INFO;
+  info.tick_rate_hz = scene.tick_rate_hz;
+  info.name = scene.name.c_str();
+  Put(scene.bounds.min, info.bounds_min);
+  Put(scene.bounds.max, info.bounds_max);
+  Put(scene.gravity_m_s2, info.gravity);
+  info.body_count = scene.bodies.size();
+  if (scene.player) {
+    info.player_max_force_n = scene.player->max_force_n;
+    info.player_max_speed_m_s = scene.player->max_speed_m_s;
+  }
+  GiveOut(info, out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_scene_body(const tessera_client* handle, size_t index, tessera_body_info* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  const std::vector<BodyDef>& bodies = handle->client->scene().bodies;
+  if (index >= bodies.size()) return Refuse("index: beyond the scene's bodies");
+  GiveOut(InfoOf(bodies[index]), out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_body_of(const tessera_client* handle, uint64_t id, tessera_body_info* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  const Scene& scene = handle->client->scene();
+  if (IsPlayerBody(BodyId(id)) && scene.player) {
+    tessera_body_info info = InfoOf(scene.player->body);
+    info.id = id;
+    GiveOut(info, out);
+    return TESSERA_OK;
+  }
+  const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), BodyId(id),
+                                      [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
+  if (found == scene.bodies.end() || found->id != BodyId(id)) {
+    return Report(absl::NotFoundError("body: the scene has none of that id"));
+  }
+  GiveOut(InfoOf(*found), out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* out) {
+  if (shape == nullptr || out == nullptr) return Refuse("shape or info: is NULL");
+  tessera_shape_info info = TESSERA_SHAPE_INFO;
+  std::visit(Describe{info}, ShapeOf(shape).form);
+  GiveOut(info, out);
+  return TESSERA_OK;
+}
+
+tessera_code tessera_shape_child(const tessera_shape* shape, size_t index, const tessera_shape** child,
+                                 double position[3], double orientation[4]) {
+  if (shape == nullptr || child == nullptr) return Refuse("shape or child: is NULL");
+  const auto* compound = std::get_if<CompoundShape>(&ShapeOf(shape).form);
+  if (compound == nullptr || index >= compound->children.size()) return Refuse("index: beyond the shape's children");
+  const CompoundChild& found = compound->children[index];
+  *child = HandleOf(*found.shape);
+  if (position != nullptr) Put(found.pose.position, position);
+  if (orientation != nullptr) Put(found.pose.orientation, orientation);
+  return TESSERA_OK;
+}

@@ -1,0 +1,64 @@
+// What stands behind the handles of the C interface. Not for others.
+//
+// Thread rule: that of tessera.h.
+#pragma once
+
+#include <algorithm>
+#include <cstring>
+#include <deque>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "client_sdk/client.h"
+#include "client_sdk/include/tessera/tessera.h"
+
+struct tessera_client {
+  std::unique_ptr<tessera::client::Client> client;
+  std::deque<tessera::client::ClientEvent> events;
+  std::string detail;  // of the event that was given out last
+};
+
+namespace tessera::c_api {
+
+// Notes the text for tessera_last_error.
+tessera_code Report(const absl::Status& status);
+tessera_code Refuse(const char* what);  // TESSERA_INVALID_ARGUMENT
+
+inline client::TimePoint At(int64_t now_ns) { return client::TimePoint(std::chrono::nanoseconds(now_ns)); }
+
+// Fields that both sides know; the size stays the program's.
+template <class T>
+void GiveOut(const T& from, T* to) {
+  const uint32_t size = to->size;
+  std::memcpy(static_cast<void*>(to), &from, std::min<std::size_t>(size, sizeof(T)));
+  to->size = size;
+}
+// The program's fields, and for what it does not know, what `defaults` says.
+template <class T>
+T TakeIn(const T* from, T defaults) {
+  std::memcpy(static_cast<void*>(&defaults), from, std::min<std::size_t>(from->size, sizeof(T)));
+  return defaults;
+}
+
+// Nothing that is thrown inside leaves the library.
+template <class Call>
+tessera_code Guarded(Call call) {
+  try {
+    return call();
+  } catch (const std::exception& thrown) {
+    return Report(absl::InternalError(thrown.what()));
+  }
+}
+
+template <class T, class Call>
+T GuardedValue(T otherwise, Call call) {
+  try {
+    return call();
+  } catch (const std::exception& thrown) {
+    Report(absl::InternalError(thrown.what()));
+    return otherwise;
+  }
+}
+
+}  // namespace tessera::c_api

@@ -1,0 +1,277 @@
+/* Tessera's client, for any language that can call C: a player's way into a running world.
+ *
+ *   tessera_join_options options = TESSERA_JOIN_OPTIONS;
+ *   options.control_address = "127.0.0.1:7700";
+ *   options.instance_id = "plaza-1";
+ *   tessera_client* client = NULL;
+ *   if (tessera_join(&options, &client) != TESSERA_OK) puts(tessera_last_error());
+ *   while (running) {                                                   // once a frame
+ *     tessera_poll(client, tessera_now());
+ *     tessera_event event = TESSERA_EVENT;
+ *     while (tessera_next_event(client, &event)) ...
+ *     tessera_move(client, force, NULL);
+ *     size_t n = tessera_bodies(client, tessera_now(), bodies, sizeof *bodies, capacity);
+ *   }
+ *   tessera_leave(client, 2000);
+ *   tessera_close(client);
+ *
+ * Right-handed, y up; metres, seconds, kilograms, newtons, radians; quaternions x, y, z, w.
+ *
+ * What holds: nothing here waits but tessera_join and tessera_leave, up to their deadlines. No thread is asked of the
+ * host and none calls back. A client may be used by one thread at a time; different clients by different threads. A
+ * NULL client, a closed handle's id or a wrong argument gives TESSERA_INVALID_ARGUMENT or 0, never a crash, but for
+ * pointers that lead nowhere.
+ *
+ * Stability: structs begin with their size, which the caller sets (the TESSERA_... initialisers do). A library that
+ * knows more fields than the program leaves them out; one that knows fewer leaves the program's as they are. Functions
+ * and fields are added, never changed, while the major version stays. */
+#ifndef TESSERA_TESSERA_H_
+#define TESSERA_TESSERA_H_
+
+#include <stddef.h>
+#include <stdint.h>
+
+#if defined(__GNUC__)
+#define TESSERA_API __attribute__((visibility("default")))
+#else
+#define TESSERA_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define TESSERA_VERSION_MAJOR 0
+#define TESSERA_VERSION_MINOR 1
+/* Of the library that is loaded: major * 1000 + minor. */
+TESSERA_API uint32_t tessera_version(void);
+
+/* --- Errors ------------------------------------------------------------------------------------------------------ */
+
+typedef int32_t tessera_code; /* one of: */
+enum {
+  TESSERA_OK = 0,
+  TESSERA_INVALID_ARGUMENT = 3,    /* tessera_last_error names the argument */
+  TESSERA_DEADLINE_EXCEEDED = 4,   /* no answer in time */
+  TESSERA_NOT_FOUND = 5,           /* no such instance, body or file */
+  TESSERA_PERMISSION_DENIED = 7,   /* the player has left for good */
+  TESSERA_RESOURCE_EXHAUSTED = 8,  /* the instance is full */
+  TESSERA_FAILED_PRECONDITION = 9, /* it has ended, or its scene has no player */
+  TESSERA_INTERNAL = 13,           /* an answer that made no sense */
+  TESSERA_UNAVAILABLE = 14,        /* nobody answers at that address */
+  TESSERA_DATA_LOSS = 15,          /* a damaged recording */
+  TESSERA_UNAUTHENTICATED = 16     /* the token was refused */
+};
+/* One line about the last call on this thread that did not give TESSERA_OK. Valid until the next call on it. */
+TESSERA_API const char* tessera_last_error(void);
+
+/* --- Joining ------------------------------------------------------------------------------------------------------ */
+
+typedef struct tessera_client tessera_client;
+
+/* Nanoseconds of a clock that never goes back. Calls take the time, so a host may use its own; it must not go back. */
+TESSERA_API int64_t tessera_now(void);
+
+typedef struct tessera_join_options {
+  uint32_t size;
+  uint32_t deadline_ms;        /* until the control plane has answered, and then until all regions have */
+  const char* control_address; /* host:port */
+  const char* instance_id;
+  const char* player_name;  /* shown to others, at most 63 bytes; may be NULL */
+  const char* bind_address; /* IPv4, of the local socket; NULL: any */
+} tessera_join_options;
+#define TESSERA_JOIN_OPTIONS \
+  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL }
+
+/* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
+TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
+/* Has the player's body removed, and ends. The handle stays until tessera_close. */
+TESSERA_API tessera_code tessera_leave(tessera_client* client, uint32_t deadline_ms);
+/* Without tessera_leave before it, the body stays in the world, and the player can come back. NULL is fine. */
+TESSERA_API void tessera_close(tessera_client* client);
+
+/* --- Once a frame ------------------------------------------------------------------------------------------------- */
+
+typedef int32_t tessera_state; /* one of: */
+enum {
+  TESSERA_JOINING = 0, /* not all regions have answered yet */
+  TESSERA_WAITING = 1, /* for the other players */
+  TESSERA_PLAYING = 2, /* the world moves */
+  TESSERA_ENDED = 3    /* for good */
+};
+
+/* Takes in what has come, sends what is due. At least 30 times a second. When the client has ended for a reason that is
+ * an error, gives it. */
+TESSERA_API tessera_code tessera_poll(tessera_client* client, int64_t now_ns);
+TESSERA_API tessera_state tessera_get_state(const tessera_client* client);
+
+typedef int32_t tessera_event_kind; /* one of: */
+enum {
+  TESSERA_EVENT_APPEARED = 0,      /* body, region */
+  TESSERA_EVENT_VANISHED = 1,      /* body, region */
+  TESSERA_EVENT_STARTED = 2,       /* the world moves from now on */
+  TESSERA_EVENT_INPUT_REFUSED = 3, /* body, input, detail */
+  TESSERA_EVENT_REGION_LOST = 4,   /* region: is dialled again; its bodies stand still */
+  TESSERA_EVENT_REGION_BACK = 5,   /* region */
+  TESSERA_EVENT_MAP_CHANGED = 6,
+  TESSERA_EVENT_ENDED = 7 /* detail */
+};
+
+typedef struct tessera_event {
+  uint32_t size;
+  tessera_event_kind kind; /* more may be added: pass over what you do not know */
+  uint64_t body;
+  uint32_t region;
+  uint32_t input;
+  const char* detail; /* one line, maybe empty; valid until the next tessera_next_event or tessera_poll */
+} tessera_event;
+#define TESSERA_EVENT \
+  { sizeof(tessera_event), 0, 0, 0, 0, NULL }
+
+/* 1 and the next event since the last tessera_poll, 0 when there is none. */
+TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
+
+/* --- The world ---------------------------------------------------------------------------------------------------- */
+
+typedef struct tessera_body {
+  uint32_t size;
+  uint32_t region; /* its owner */
+  uint64_t id;
+  double position[3];
+  double orientation[4];
+  float linear_velocity[3];  /* as newest known */
+  float angular_velocity[3]; /* world frame */
+  uint32_t flags;            /* TESSERA_BODY_... */
+} tessera_body;
+#define TESSERA_BODY \
+  { sizeof(tessera_body), 0, 0, {0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, {0, 0, 0}, 0 }
+enum {
+  TESSERA_BODY_ASLEEP = 1,
+  TESSERA_BODY_EXTRAPOLATED = 2, /* its newest state is older than the moment that is shown */
+  TESSERA_BODY_OWN = 4           /* the player's */
+};
+
+/* All bodies as they are to be drawn now, ascending by id. Writes up to `capacity` of them, `stride` bytes apart
+ * (sizeof your tessera_body), and gives how many there are. */
+TESSERA_API size_t tessera_bodies(tessera_client* client, int64_t now_ns, tessera_body* bodies, size_t stride,
+                                  size_t capacity);
+/* The newest state known of one body: TESSERA_NOT_FOUND if it is not in sight. */
+TESSERA_API tessera_code tessera_find_body(const tessera_client* client, uint64_t id, tessera_body* body);
+
+TESSERA_API uint32_t tessera_player(const tessera_client* client);
+TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
+TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest that any region told */
+TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
+
+/* --- Moving ------------------------------------------------------------------------------------------------------- */
+
+/* Force (N) and torque (N m) on the own body, world frame, from now until the next call; NULL: none. The scene limits
+ * them. Gives the number of the next input. */
+TESSERA_API uint32_t tessera_move(tessera_client* client, const float force[3], const float torque[3]);
+/* Number of the last input that moved the own body. */
+TESSERA_API uint32_t tessera_last_applied_input(const tessera_client* client);
+
+/* --- The scene: what does not change, as the instance was made from it
+ * ------------------------------------------------ */
+
+typedef int32_t tessera_shape_kind; /* one of: */
+enum {
+  TESSERA_SHAPE_BOX = 0,          /* dimensions: half extents x, y, z */
+  TESSERA_SHAPE_SPHERE = 1,       /* radius */
+  TESSERA_SHAPE_CAPSULE = 2,      /* along y: radius, half height of the straight part */
+  TESSERA_SHAPE_CYLINDER = 3,     /* along y: radius, half height */
+  TESSERA_SHAPE_CONE = 4,         /* along y, apex up, origin halfway: radius, height */
+  TESSERA_SHAPE_CONVEX_HULL = 5,  /* vertices */
+  TESSERA_SHAPE_COMPOUND = 6,     /* children */
+  TESSERA_SHAPE_MESH = 7,         /* vertices, indices: counter-clockwise triangles */
+  TESSERA_SHAPE_HEIGHT_FIELD = 8, /* vertices: heights, count = columns * rows; spacing; centred in x and z */
+  TESSERA_SHAPE_PLANE = 9         /* normal x, y, z, offset: solid below */
+};
+typedef struct tessera_shape tessera_shape;
+typedef struct tessera_shape_info {
+  uint32_t size;
+  tessera_shape_kind kind;
+  double dimensions[4];
+  const float* vertices; /* x, y, z each; of a height field one height each, row by row */
+  size_t vertex_count;
+  const uint32_t* indices; /* three a triangle */
+  size_t index_count;
+  uint32_t columns, rows; /* of a height field */
+  double spacing;
+  size_t child_count; /* of a compound */
+} tessera_shape_info;
+#define TESSERA_SHAPE_INFO \
+  { sizeof(tessera_shape_info), 0, {0, 0, 0, 0}, NULL, 0, NULL, 0, 0, 0, 0, 0 }
+
+typedef struct tessera_body_info {
+  uint32_t size;
+  int32_t dynamic; /* 0: static; it never appears among the bodies, draw it from here */
+  uint64_t id;
+  const char* name; /* may be empty */
+  const tessera_shape* shape;
+  double mass_kg;
+  int32_t trigger;
+  double position[3]; /* at tick 0 */
+  double orientation[4];
+} tessera_body_info;
+#define TESSERA_BODY_INFO                                                        \
+  {                                                                              \
+    sizeof(tessera_body_info), 0, 0, NULL, NULL, 0, 0, {0, 0, 0}, { 0, 0, 0, 1 } \
+  }
+
+typedef struct tessera_scene_info {
+  uint32_t size;
+  uint32_t tick_rate_hz;
+  const char* name;
+  double bounds_min[3], bounds_max[3];
+  double gravity[3];
+  size_t body_count;
+  double player_max_force_n; /* 0: nobody has a body */
+  double player_max_speed_m_s;
+} tessera_scene_info;
+#define TESSERA_SCENE_INFO \
+  { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0 }
+
+/* What these point to lives as long as the client. */
+TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera_scene_info* scene);
+/* Of the scene's bodies by place, 0 to body_count - 1, ascending by id. */
+TESSERA_API tessera_code tessera_scene_body(const tessera_client* client, size_t index, tessera_body_info* info);
+/* Of a body by id, players' bodies too. */
+TESSERA_API tessera_code tessera_body_of(const tessera_client* client, uint64_t id, tessera_body_info* info);
+TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* info);
+/* Child of a compound, with its pose in the compound: three doubles, four doubles. */
+TESSERA_API tessera_code tessera_shape_child(const tessera_shape* shape, size_t index, const tessera_shape** child,
+                                             double position[3], double orientation[4]);
+
+/* --- Statistics --------------------------------------------------------------------------------------------------- */
+
+typedef struct tessera_duration { /* s */
+  uint64_t count;
+  double mean, p50, p99, max;
+} tessera_duration;
+typedef struct tessera_stats {
+  uint32_t size;
+  uint32_t regions_connected;
+  uint64_t bytes_in, bytes_out; /* payload since the join */
+  double bytes_in_per_s, bytes_out_per_s;
+  uint64_t datagrams_lost, decode_errors, full_records, delta_records, inputs_refused, bodies;
+  double round_trip_s; /* to the region of the own body */
+  double tick_rate_hz; /* of the world, as seen here */
+  double render_delay_s, jitter_s;
+  uint64_t extrapolations, playout_jumps, reconnects;
+  tessera_duration frame_time, network_time,
+      update_time; /* between polls, within tessera_poll, within tessera_bodies */
+} tessera_stats;
+#define TESSERA_STATS                                                                                                \
+  {                                                                                                                  \
+    sizeof(tessera_stats), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, { \
+      0, 0, 0, 0, 0                                                                                                  \
+    }                                                                                                                \
+  }
+
+TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);
+
+#ifdef __cplusplus
+}
+#endif
+#endif /* TESSERA_TESSERA_H_ */

@@ -1,0 +1,135 @@
+// Tessera's client for C++17 and later: the C interface of tessera.h with objects that clean up after themselves.
+// Header only, so no C++ type crosses the library's border; what holds for tessera.h holds here.
+//
+//   tessera::Client client;
+//   if (tessera::Error error = client.Join({"127.0.0.1:7700", "plaza-1", "ada"})) return Fail(error.text);
+//   while (running) {                                      // once a frame
+//     client.Poll();
+//     for (const tessera::Event& event : client.TakeEvents()) ...
+//     client.Move({fx, 0, fz});
+//     for (const tessera::Body& body : client.Bodies()) Draw(body.id, body.position, body.orientation);
+//   }
+#ifndef TESSERA_TESSERA_HPP_
+#define TESSERA_TESSERA_HPP_
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tessera.h"
+
+namespace tessera {
+
+// True where something went wrong.
+struct Error {
+  tessera_code code = TESSERA_OK;
+  std::string text;
+  explicit operator bool() const { return code != TESSERA_OK; }
+  static Error Of(tessera_code code) { return code == TESSERA_OK ? Error{} : Error{code, tessera_last_error()}; }
+};
+
+struct Options {
+  std::string control_address{};  // host:port
+  std::string instance_id{};
+  std::string player_name{};
+  std::chrono::milliseconds deadline{10'000};
+  std::string bind_address{};  // IPv4, of the local socket; empty: any
+};
+
+struct Event {
+  tessera_event_kind kind = TESSERA_EVENT_ENDED;
+  std::uint64_t body = 0;
+  std::uint32_t region = 0, input = 0;
+  std::string detail;
+};
+
+using Body = tessera_body;
+using Stats = tessera_stats;
+using BodyInfo = tessera_body_info;
+using SceneInfo = tessera_scene_info;
+using ShapeInfo = tessera_shape_info;
+using Vector = std::array<float, 3>;
+
+class Client {
+ public:
+  Error Join(const Options& options) {
+    tessera_join_options given = TESSERA_JOIN_OPTIONS;
+    given.deadline_ms = static_cast<std::uint32_t>(options.deadline.count());
+    given.control_address = options.control_address.c_str();
+    given.instance_id = options.instance_id.c_str();
+    given.player_name = options.player_name.c_str();
+    given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
+    tessera_client* joined = nullptr;
+    const Error error = Error::Of(tessera_join(&given, &joined));
+    client_.reset(joined);
+    return error;
+  }
+  Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
+    return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));
+  }
+
+  Error Poll(std::int64_t now_ns = tessera_now()) { return Error::Of(tessera_poll(get(), now_ns)); }
+  std::vector<Event> TakeEvents() {
+    std::vector<Event> events;
+    tessera_event event = TESSERA_EVENT;
+    while (tessera_next_event(get(), &event) != 0) {
+      events.push_back({event.kind, event.body, event.region, event.input, event.detail});
+    }
+    return events;
+  }
+  tessera_state state() const { return tessera_get_state(get()); }
+  bool ended() const { return state() == TESSERA_ENDED; }
+
+  // As they are to be drawn now. Valid until the next call.
+  const std::vector<Body>& Bodies(std::int64_t now_ns = tessera_now()) {
+    for (;;) {
+      const std::size_t room = bodies_.size();
+      const std::size_t count = tessera_bodies(get(), now_ns, bodies_.data(), sizeof(Body), room);
+      bodies_.resize(count, Body TESSERA_BODY);
+      if (count <= room) return bodies_;
+    }
+  }
+  std::optional<Body> Find(std::uint64_t id) const {
+    Body body = TESSERA_BODY;
+    if (tessera_find_body(get(), id, &body) != TESSERA_OK) return std::nullopt;
+    return body;
+  }
+  std::uint32_t player() const { return tessera_player(get()); }
+  std::uint64_t own_body() const { return tessera_own_body(get()); }
+  std::uint64_t tick() const { return tessera_tick(get()); }
+
+  std::uint32_t Move(Vector force, Vector torque = {}) { return tessera_move(get(), force.data(), torque.data()); }
+
+  SceneInfo Scene() const {
+    SceneInfo scene = TESSERA_SCENE_INFO;
+    tessera_get_scene(get(), &scene);
+    return scene;
+  }
+  std::optional<BodyInfo> InfoOf(std::uint64_t id) const {
+    BodyInfo info = TESSERA_BODY_INFO;
+    if (tessera_body_of(get(), id, &info) != TESSERA_OK) return std::nullopt;
+    return info;
+  }
+  Stats GetStats() const {
+    Stats stats = TESSERA_STATS;
+    tessera_get_stats(get(), &stats);
+    return stats;
+  }
+
+  tessera_client* get() const { return client_.get(); }
+
+ private:
+  struct Close {
+    void operator()(tessera_client* client) const { tessera_close(client); }
+  };
+  std::unique_ptr<tessera_client, Close> client_;
+  std::vector<Body> bodies_;
+};
+
+}  // namespace tessera
+
+#endif  // TESSERA_TESSERA_HPP_

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# Installs the client library into an empty prefix, builds the examples against that alone, and runs both in an instance.
+#
+#   package_test.sh CMAKE BUILD_DIR FAKE_INSTANCE EXAMPLES_DIR
+set -euo pipefail
+cmake=$1 build=$2 fake_instance=$3 examples=$4
+
+work=$(mktemp -d)
+instance=
+trap '[[ -z $instance ]] || kill "$instance" 2>/dev/null || true; rm -rf "$work"' EXIT
+
+fail() { echo "package_test: $*" >&2; exit 1; }
+
+"$cmake" --install "$build" --prefix "$work/prefix" --component sdk >"$work/install.log" || { cat "$work/install.log"; fail "install"; }
+# Public headers and nothing else; no type of the libraries inside.
+headers=$(cd "$work/prefix" && find . -name '*.h' -o -name '*.hpp' | sort | tr '\n' ' ')
+[[ $headers == "./include/tessera/tessera.h ./include/tessera/tessera.hpp " ]] || fail "installed headers: $headers"
+! grep -nE '\bbt[A-Z]|protobuf|ENet|absl|grpc' "$work"/prefix/include/tessera/* || fail "a header names what is inside"
+# Nothing can be seen but the C interface.
+library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
+foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
+[[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
+
+"$cmake" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
+"$cmake" --build "$work/examples" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build"; }
+
+mkfifo "$work/address"
+"$fake_instance" >"$work/address" &
+instance=$!
+read -r address <"$work/address"
+for example in watcher drifter; do
+  "$work/examples/$example" "$address" plaza-1 2 >"$work/$example.log" 2>&1 || { cat "$work/$example.log"; fail "$example: exit $?"; }
+  grep -q 'player [0-9]* in plaza' "$work/$example.log" || { cat "$work/$example.log"; fail "$example did not join"; }
+  grep -q '2 bodies' "$work/$example.log" || { cat "$work/$example.log"; fail "$example saw no bodies"; }
+done
+echo "package_test: both examples built from the installed package and played"
