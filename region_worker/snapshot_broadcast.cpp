@@ -3,18 +3,31 @@
 #include <algorithm>
 
 namespace tessera::worker {
+namespace {
+
+// To who watches it; how long it has been still does not show.
+bool LooksDifferent(const BodyState& a, const BodyState& b) {
+  return !(a.position == b.position && a.orientation == b.orientation && a.linear_velocity == b.linear_velocity &&
+           a.angular_velocity == b.angular_velocity && a.asleep == b.asleep);
+}
+
+}  // namespace
 
 SnapshotBroadcast::SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_rate_hz,
                                      const replication::Settings& settings, WorkerMetrics& metrics)
-    : tick_rate_hz_(scene.tick_rate_hz),
+    : scene_(scene),
+      settings_(settings),
+      tick_rate_hz_(scene.tick_rate_hz),
       snapshot_rate_hz_(std::min(snapshot_rate_hz, scene.tick_rate_hz)),
-      metrics_(metrics),
-      history_(scene.bounds, settings) {}
+      metrics_(metrics) {}
 
 void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const region::Departure> departures,
                                   GamePort& port) {
   if (port.clients().empty()) {
-    departures_.clear();  // a client that comes later gets all that there is then
+    // A client that comes later gets all that there is then.
+    history_.reset();
+    pushed_.clear();
+    departures_.clear();
     return;
   }
   Gather(departures);
@@ -24,7 +37,7 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   bool full = false;
   const std::uint64_t bytes = port.Broadcast(begin, [&](Client& client) {
     replication::WrittenSnapshot written =
-        client.sender.Write(history_, region.LastInput(client.player), client.input_margin_ticks);
+        client.sender.Write(*history_, ViewOf(client), region.LastInput(client.player), client.input_margin_ticks);
     full = full || written.full;
     return std::move(written.datagrams);
   });
@@ -47,10 +60,40 @@ void SnapshotBroadcast::Gather(std::span<const region::Departure> departures) {
 }
 
 void SnapshotBroadcast::Push(const region::Region& region) {
-  bodies_.clear();
-  for (const region::OwnedBody& body : region.owned()) bodies_.push_back({body.def->id, body.epoch, body.state});
-  history_.Push(region.tick(), bodies_, departures_);
+  if (!history_) history_.emplace(scene_.bounds, settings_);
+  changed_.clear();
+  pushing_.clear();
+  auto before = pushed_.begin();
+  // Bodies do not leave without a departure; should one ever, its viewers must not keep it.
+  const auto drop = [&] {
+    const BodyId id = (before++)->id;
+    const auto named = [&](const replication::DepartureRecord& d) { return d.id == id; };
+    if (std::any_of(departures_.begin(), departures_.end(), named)) return;
+    departures_.push_back({id, (before - 1)->epoch, RegionId()});
+  };
+  for (const region::OwnedBody& body : region.owned()) {
+    const BodyId id = body.def->id;
+    while (before != pushed_.end() && before->id < id) drop();
+    const bool known = before != pushed_.end() && before->id == id;
+    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state)) {
+      changed_.push_back({id, body.epoch, body.state});
+    }
+    if (known) ++before;
+    pushing_.push_back({id, body.epoch, body.state});
+  }
+  while (before != pushed_.end()) drop();
+  history_->PushChanges(region.tick(), changed_, departures_);
+  pushed_.swap(pushing_);
   departures_.clear();
+}
+
+// Around the body where it is owned here; a client never says where it looks from.
+replication::ClientView SnapshotBroadcast::ViewOf(const Client& client) const {
+  replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
+  const auto by_id = [](const Pushed& body, BodyId id) { return body.id < id; };
+  const auto own = std::lower_bound(pushed_.begin(), pushed_.end(), view.own, by_id);
+  if (own != pushed_.end() && own->id == view.own) view.centre = own->state.position;
+  return view;
 }
 
 }  // namespace tessera::worker

@@ -1,10 +1,11 @@
 // SnapshotBroadcast: shows the clients of a region what it owns, snapshot_rate_hz times a second.
 //
-// Nothing is quantised or encoded while there is no client. What bodies ceased to be owned since the last snapshot is
-// gathered for the next.
+// Nothing is quantised or encoded while there is no client, nor of a body that is as it was. What bodies ceased to be
+// owned since the last snapshot is gathered for the next.
 // Thread rule: one thread.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/region/region.h"
@@ -26,12 +27,24 @@ class SnapshotBroadcast {
   bool FallsOn(Tick tick) const;
   void Gather(std::span<const region::Departure> departures);
   void Push(const region::Region& region);
+  replication::ClientView ViewOf(const Client& client) const;
 
+  // Of a body, at the last Push.
+  struct Pushed {
+    BodyId id;
+    Epoch epoch;
+    BodyState state;
+  };
+  const Scene& scene_;
+  replication::Settings settings_;
   std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
   WorkerMetrics& metrics_;
-  replication::SnapshotHistory history_;
+  std::optional<replication::SnapshotHistory> history_;   // while there are clients
+  std::vector<Pushed> pushed_;                            // ascending by id
   std::vector<replication::DepartureRecord> departures_;  // since the last Push
-  std::vector<replication::BodyRecord> bodies_;           // room used again and again
+  // Room used again and again.
+  std::vector<Pushed> pushing_;
+  std::vector<replication::BodyRecord> changed_;
 };
 
 }  // namespace tessera::worker

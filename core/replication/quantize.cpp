@@ -11,7 +11,6 @@ namespace {
 
 // Around the bounds, m: what rests on or leans over the edge of a world still counts as inside.
 constexpr double kMargin_m = 8;
-constexpr int kScaleBits = 20;
 
 // To the nearest whole number within +-limit; NaN gives -limit.
 std::int64_t ToSteps(double value, double step, std::int64_t limit) {
@@ -40,15 +39,6 @@ std::uint16_t Fingerprint(std::initializer_list<double> values) {
   return static_cast<std::uint16_t>(hash ^ (hash >> 16) ^ (hash >> 32) ^ (hash >> 48));
 }
 
-// Rotation by the vector 2 * half_angle, from the first terms of sine and cosine: library functions differ in their
-// last bit.
-Quatd SmallRotation(Vec3d half_angle) {
-  const double x2 = LengthSquared(half_angle);
-  const double sine_over_x = 1 - x2 / 6 * (1 - x2 / 20);
-  const double cosine = 1 - x2 / 2 * (1 - x2 / 12 * (1 - x2 / 30));
-  return {half_angle.x * sine_over_x, half_angle.y * sine_over_x, half_angle.z * sine_over_x, cosine};
-}
-
 }  // namespace
 
 Quantizer::Quantizer(const Aabb& world_bounds, const Settings& settings)
@@ -56,14 +46,12 @@ Quantizer::Quantizer(const Aabb& world_bounds, const Settings& settings)
       position_step_(settings.position_step_m),
       linear_step_(settings.linear_velocity_step_m_s),
       angular_step_(settings.angular_velocity_step_rad_s),
-      tick_s_(1.0 / settings.tick_rate_hz),
-      position_per_velocity_(
-          std::llround(linear_step_ * tick_s_ / position_step_ * static_cast<double>(1 << kScaleBits))),
       orientation_bits_(settings.orientation_bits),
       orientation_limit_((1 << (settings.orientation_bits - 1)) - 1),
-      fingerprint_(Fingerprint({world_bounds.min.x, world_bounds.min.y, world_bounds.min.z, world_bounds.max.x,
-                                world_bounds.max.y, world_bounds.max.z, position_step_, linear_step_, angular_step_,
-                                tick_s_, static_cast<double>(orientation_bits_)})) {
+      fingerprint_(
+          Fingerprint({world_bounds.min.x, world_bounds.min.y, world_bounds.min.z, world_bounds.max.x,
+                       world_bounds.max.y, world_bounds.max.z, position_step_, linear_step_, angular_step_,
+                       settings.tick_rate_hz, settings.gravity_m_s2, static_cast<double>(orientation_bits_)})) {
   assert(settings.orientation_bits >= 3 && settings.orientation_bits <= 16);
   const Vec3d extent = world_bounds.max - world_bounds.min;
   const std::array<double, 3> extents{extent.x, extent.y, extent.z};
@@ -122,36 +110,18 @@ QuantizedState Quantizer::Quantize(const BodyState& state) const {
   return result;
 }
 
-BodyState Quantizer::Dequantize(const QuantizedState& state) const {
+Vec3d Quantizer::PositionOf(const QuantizedState& state) const {
   const Vec3d steps(static_cast<double>(state.position[0]), static_cast<double>(state.position[1]),
                     static_cast<double>(state.position[2]));
-  return {.position = origin_ + steps * position_step_,
+  return origin_ + steps * position_step_;
+}
+
+BodyState Quantizer::Dequantize(const QuantizedState& state) const {
+  return {.position = PositionOf(state),
           .orientation = DequantizeOrientation(state),
           .linear_velocity = VelocityFromSteps(state.linear, linear_step_),
           .angular_velocity = VelocityFromSteps(state.angular, angular_step_),
           .asleep = state.asleep};
-}
-
-void Quantizer::Predict(const QuantizedState& base, std::uint64_t ticks, QuantizedState& state) const {
-  state.position = base.position;
-  state.largest = base.largest;
-  state.smallest = base.smallest;
-  if (ticks > kMaxPredictedTicks) return;
-  const auto count = static_cast<std::int64_t>(ticks);
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    // Trapezoid: exact under constant acceleration, so that free fall leaves no residual.
-    const std::int64_t twice_mean = std::int64_t{base.linear[axis]} + state.linear[axis];
-    const std::int64_t moved = twice_mean * count * position_per_velocity_;
-    const std::int64_t predicted =
-        base.position[axis] + ((moved + (std::int64_t{1} << kScaleBits)) >> (kScaleBits + 1));
-    state.position[axis] = std::clamp(predicted, -kMaxPosition, kMaxPosition);
-  }
-  const Vec3d twice_mean(base.angular[0] + state.angular[0], base.angular[1] + state.angular[1],
-                         base.angular[2] + state.angular[2]);
-  if (twice_mean == Vec3d()) return;
-  const Vec3d half_angle = twice_mean * (angular_step_ * tick_s_ * static_cast<double>(ticks) / 4);
-  if (LengthSquared(half_angle) > 1) return;  // beyond the terms of SmallRotation, and of any sense
-  QuantizeOrientation(SmallRotation(half_angle) * DequantizeOrientation(base), state);
 }
 
 }  // namespace tessera::replication

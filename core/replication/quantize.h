@@ -1,11 +1,9 @@
-// Quantizer: body states as whole numbers, as the wire has them, and their prediction.
+// Quantizer: body states as whole numbers, as the wire has them.
 //
 // Positions count steps from a corner of the world's bounds, orientations are "smallest three" (the largest component
 // follows from the other three; Fiedler, "Snapshot Compression", 2015), velocities count steps. Zero, and so the
 // identity and a body without spin, is exact. A body anywhere can be told, inside the bounds in fewer bits.
 //
-// Both ends predict in the same arithmetic: whole numbers, and for orientations IEEE doubles with +, *, / and sqrt
-// alone, which give the same bits everywhere as long as the compiler does not contract (cmake: -ffp-contract=off).
 // Thread rule: const; any thread.
 #pragma once
 
@@ -42,10 +40,7 @@ class Quantizer {
 
   QuantizedState Quantize(const BodyState& state) const;
   BodyState Dequantize(const QuantizedState& state) const;
-
-  // Where a body that was at `base` is `ticks` later, if its velocity changed evenly to that in `state`: fills in
-  // `state`'s position and orientation.
-  void Predict(const QuantizedState& base, std::uint64_t ticks, QuantizedState& state) const;
+  Vec3d PositionOf(const QuantizedState& state) const;
 
   // Bits of a coordinate within the bounds, and whether one is.
   int position_bits(std::size_t axis) const { return position_bits_[axis]; }
@@ -60,8 +55,7 @@ class Quantizer {
   Quatd DequantizeOrientation(const QuantizedState& state) const;
 
   Vec3d origin_;
-  double position_step_, linear_step_, angular_step_, tick_s_;
-  std::int64_t position_per_velocity_;  // steps of position for one step of velocity over one tick, times 2^kScaleBits
+  double position_step_, linear_step_, angular_step_;
   std::array<int, 3> position_bits_{};
   int orientation_bits_;
   std::int32_t orientation_limit_;

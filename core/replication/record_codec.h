@@ -1,30 +1,28 @@
-// Records of a snapshot datagram: one body's state, whole or as what its prediction from a baseline missed; one
-// departure. Thread rule: free functions; any thread.
+// Parts of a snapshot datagram: its header, departures, and bodies told as a whole. Bodies told against what the client
+// has are fast records (codec/fast_list.h). Thread rule: free functions; any thread.
 //
-// The datagram, lowest bit first. `varint` is 8 bits for each 7, `banded` a prefix code (bit_stream.h; widths in
-// record_codec.cpp), `zz` zigzag:
+// The datagram, lowest bit first. `varint` is 8 bits for each 7, `b` a banded number (bit_stream.h; widths in
+// record_codec.cpp), `zz` zigzag, `eg` as in codec/fast_record.h:
 //
 // clang-format off
 //   header     kind 8 (1), fingerprint 16, sequence 32, tick varint, last input varint, input margin zz varint
-//   departures {1, id gap banded, epoch banded, to banded}* 0
-//   bodies     {1, id gap banded, (0, epoch banded, full) or (1, age, delta)}* 0
-//   age        1: as the record before, or 0, ticks since the baseline less one banded
-//   full       asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, zz varints beyond), orientation,
-//              unless asleep: linear and angular velocity, each 0: none, or 1, three zz banded
-//   delta      asleep 1, unless asleep: changes of both velocities, each 0: none, or 1, three zz banded;
-//              position: 0: as predicted, or 1, three zz banded residuals;
-//              orientation: 0: as predicted, or 1, 1, three zz banded residuals, or 1, 0, orientation
+//   departures {1, id gap b, epoch b, why 2, if handed over: to b}* 0
+//   changes    fast list
+//   wholes     {1, id gap b, whole}* 0
+//   whole      epoch eg(1), asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
+//              unless asleep: linear and angular velocity, each 0: none, or 1, three eg(6)
 //   orientation largest 2, three components of fixed width
 //   zeros to the byte
 // clang-format on
 //
-// Ids ascend within each list and are told as gaps, less one. Velocities come first because the prediction uses them.
+// Ids ascend within each list and are told as gaps, less one.
 #pragma once
 
 #include <optional>
 
 #include "absl/status/status.h"
 #include "core/replication/bit_stream.h"
+#include "core/replication/codec/fast_record.h"
 #include "core/replication/quantize.h"
 #include "core/replication/snapshot.h"
 
@@ -47,24 +45,15 @@ absl::Status ReadHeader(BitReader& reader, SnapshotHeader& header);
 // Ids of a list; `previous` is the one before, BodyId() at first. Reading gives nullopt where ids do not ascend.
 void WriteIdGap(BitWriter& writer, BodyId previous, BodyId id);
 std::optional<BodyId> ReadIdGap(BitReader& reader, BodyId previous);
+// The most that an id takes.
+inline constexpr int kMaxIdBits = 5 + 80;
 
 void WriteDeparture(BitWriter& writer, const DepartureRecord& departure);  // without its id
 bool ReadDeparture(BitReader& reader, DepartureRecord& departure);         // false beyond a range
 
-void WriteEpoch(BitWriter& writer, Epoch epoch);
-std::optional<Epoch> ReadEpoch(BitReader& reader);  // nullopt beyond 32 bits
-
-// Ticks from a baseline to the datagram's tick. `previous`: that of the record before, 0 at first; mostly it is the
-// same.
-void WriteBaselineAge(BitWriter& writer, std::uint64_t age, std::uint64_t previous);
-std::uint64_t ReadBaselineAge(BitReader& reader, std::uint64_t previous);
-
-void WriteFull(BitWriter& writer, const Quantizer& quantizer, const QuantizedState& state);
-void WriteDelta(BitWriter& writer, const Quantizer& quantizer, const QuantizedState& state, const QuantizedState& base,
-                std::uint64_t ticks);
+// A body for who has nothing of it yet; without its id.
+PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state);
 // False where a number is out of its range; reading past the end shows in reader.ok().
-bool ReadFull(BitReader& reader, const Quantizer& quantizer, QuantizedState& state);
-bool ReadDelta(BitReader& reader, const Quantizer& quantizer, const QuantizedState& base, std::uint64_t ticks,
-               QuantizedState& state);
+bool ReadWhole(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state);
 
 }  // namespace tessera::replication

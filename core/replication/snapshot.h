@@ -1,24 +1,28 @@
 // Snapshots: how a client comes to see what a region owns.
 //
-// A region quantises its bodies once a tick into a SnapshotHistory that all its clients share. Per client a
-// SnapshotSender writes datagrams: each decodes alone, holds some bodies, and says per body against which acknowledged
-// tick it is coded (none: full). The client's SnapshotReceiver rebuilds them and makes the acknowledgements. So a lost
-// datagram costs only itself.
+// A region quantises what changed once a tick into a SnapshotHistory that all its clients share. Per client a
+// SnapshotSender writes datagrams: each decodes alone, holds some bodies, and says per body which acknowledged ticks
+// predict it (none: it is told whole). The client's SnapshotReceiver rebuilds them and makes the acknowledgements. So a
+// lost datagram costs only itself.
 //
-//   history.Push(tick, bodies, departures);                    // once a tick that is sent
-//   for (auto& bytes : sender.Write(history).datagrams) send;  // per client
+//   history.PushChanges(tick, changed, departures);                      // once a tick that is sent
+//   for (auto& bytes : sender.Write(history, view, ...).datagrams) send;  // per client
 //   ...
-//   receiver.Read(bytes);  send(receiver.WriteAck());          // client
+//   receiver.Read(bytes);  send(receiver.WriteAck());                    // client
 //   ...
 //   sender.Acknowledge(ack_bytes);
 //
-// A body that rests and is acknowledged costs nothing; where all do, a datagram goes out now and then. A body that left
-// is named until its absence is acknowledged, with where it went. Nothing in a datagram is trusted: every count and
-// range is checked, an error leaves the receiver as it was. Thread rule: one thread at a time.
+// A body that rests and is acknowledged costs neither bytes nor time; where all do, a datagram goes out now and then.
+// What a client has no interest in is not told (interest.h), and what it is told keeps within its bytes a second: what
+// matters most goes first, what has to wait matters more with each snapshot, and a world is joined piece by piece, the
+// nearest first. A body that is there no more is named until that is acknowledged, with why: removed, handed to whom,
+// or out of interest. Nothing in a datagram is trusted: every count and range is checked, an error leaves the receiver
+// as it was. Thread rule: one thread at a time for a history with its senders, and for each receiver.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -40,9 +44,16 @@ struct BodyRecord {
 };
 
 struct DepartureRecord {
+  enum class Why : std::uint8_t {
+    kRemoved,        // for good
+    kHandedOver,     // to `to`, which goes on telling of it under a higher epoch
+    kOutOfInterest,  // is there still, with the same owner and epoch, and may come back
+  };
   BodyId id;
-  Epoch epoch;  // of the ownership that ended
-  RegionId to;  // RegionId(): removed for good
+  Epoch epoch;  // of the ownership that ended; of the one that goes on when out of interest
+  RegionId to;
+  Why why = to == RegionId() ? Why::kRemoved : Why::kHandedOver;
+  friend bool operator==(const DepartureRecord&, const DepartureRecord&) = default;
 };
 
 // Quantised states of the last ticks, shared by all clients of a region.
@@ -50,7 +61,10 @@ class SnapshotHistory {
  public:
   SnapshotHistory(const Aabb& world_bounds, const Settings& settings);
   ~SnapshotHistory();
-  // `bodies` ascending by id, all that the region owns; `departures` since the last Push. Ticks ascend.
+  // Ticks ascend. `bodies` that came or may have changed since the last call; `departures` of what left since, and may
+  // have come back. All others are as they were.
+  void PushChanges(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures);
+  // The same with all bodies that there are: one that is missing has left, whether it is named or not.
   void Push(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures);
 
  private:
@@ -59,10 +73,20 @@ class SnapshotHistory {
   std::unique_ptr<Impl> impl_;
 };
 
+// Whose eyes a snapshot is for.
+struct ClientView {
+  // The place that the settings' interest is around: where the regions have the client's body, never what a client
+  // says. Unknown: nothing is of interest, unless all is.
+  std::optional<Vec3d> centre{};
+  BodyId own{};             // always first
+  double budget_share = 1;  // of the client's bytes a second: this region's
+};
+
 struct WrittenSnapshot {
   std::vector<Bytes> datagrams;  // each at most settings.max_datagram_bytes; none while there is nothing to tell
   bool full = false;             // no body in it had a baseline: what a client gets that has nothing yet
   std::uint32_t bodies = 0;      // records written
+  std::uint32_t deferred = 0;    // that were due and have to wait for the budget
 };
 
 class SnapshotSender {
@@ -73,7 +97,11 @@ class SnapshotSender {
   SnapshotSender& operator=(SnapshotSender&&) noexcept;
   // Of the history's newest tick. `last_input` and `input_margin` are told to the client: the last input of its that
   // was applied, and how many ticks early it came.
-  WrittenSnapshot Write(const SnapshotHistory& history, std::uint32_t last_input, std::int32_t input_margin_ticks);
+  WrittenSnapshot Write(const SnapshotHistory& history, const ClientView& view, std::uint32_t last_input,
+                        std::int32_t input_margin_ticks);
+  WrittenSnapshot Write(const SnapshotHistory& history, std::uint32_t last_input, std::int32_t input_margin_ticks) {
+    return Write(history, ClientView(), last_input, input_margin_ticks);
+  }
   absl::Status Acknowledge(std::span<const std::uint8_t> ack);
 
  private:
@@ -87,7 +115,8 @@ struct ReceivedSnapshot {
   std::uint32_t last_input = 0;
   std::int32_t input_margin_ticks = 0;
   std::uint32_t full_records = 0;  // bodies that came without a baseline
-  std::vector<BodyRecord> bodies;  // at `tick`
+  // At `tick`. Velocities are as told for bodies near the own one, and follow from the poses for others.
+  std::vector<BodyRecord> bodies;
   std::vector<DepartureRecord> departures;
 };
 

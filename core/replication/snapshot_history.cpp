@@ -2,7 +2,164 @@
 
 #include <cassert>
 
+#include "core/replication/record_codec.h"
+
 namespace tessera::replication {
+
+// --- Slots -----------------------------------------------------------------------------------------------------------
+
+const QuantizedState* Slot::At(Tick tick) const {
+  if (tick < first) return nullptr;
+  for (std::size_t back = 0; back < changes.size(); ++back) {
+    const std::size_t at = (newest + changes.size() - back) % changes.size();
+    if (changes[at].tick <= tick) return &changes[at].state;
+  }
+  return nullptr;
+}
+
+void SnapshotHistory::Impl::Begin(Tick now) {
+  assert(pushes == 0 || now > tick);
+  previous_tick = tick;
+  tick = now;
+  ++pushes;
+  for (const std::uint32_t cell : noted) cells[cell].news.clear();
+  noted.clear();
+  records.clear();
+}
+
+void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
+  if (cells[cell].news.empty()) noted.push_back(cell);
+  cells[cell].news.push_back(index);
+}
+
+void SnapshotHistory::Impl::Enter(SlotIndex index, std::uint32_t cell) {
+  Slot& slot = slots[index];
+  slot.cell = cell;
+  slot.place_in_cell = static_cast<std::uint32_t>(cells[cell].members.size());
+  cells[cell].members.push_back(index);
+  Note(cell, index);
+}
+
+void SnapshotHistory::Impl::Leave(SlotIndex index) {
+  const Slot& slot = slots[index];
+  std::vector<SlotIndex>& members = cells[slot.cell].members;
+  members[slot.place_in_cell] = members.back();
+  slots[members.back()].place_in_cell = slot.place_in_cell;
+  members.pop_back();
+  Note(slot.cell, index);
+}
+
+SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedState& state) {
+  if (free.empty()) {
+    free.push_back(static_cast<SlotIndex>(slots.size()));
+    slots.emplace_back();
+  }
+  const SlotIndex index = free.back();
+  free.pop_back();
+  Slot& slot = slots[index];
+  slot = {.id = body.id,
+          .epoch = body.epoch,
+          .generation = slot.generation + 1,
+          .used = true,
+          .first = tick,
+          .changes = {{tick, state}},
+          .seen = tick,
+          .records_of = {}};
+  by_id[body.id] = index;
+  departed.erase(body.id);
+  Enter(index, grid.CellAt(quantizer.PositionOf(state), std::nullopt));
+  return index;
+}
+
+void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state) {
+  Slot& slot = slots[index];
+  const bool had_changed = slot.since() == previous_tick;
+  const std::size_t next = slot.newest + 1;
+  if (next == slot.changes.size() && next < settings.history_ticks) {
+    slot.changes.push_back({tick, state});
+    slot.newest = next;
+  } else {
+    slot.newest = next % slot.changes.size();
+    slot.changes[slot.newest] = {tick, state};
+  }
+  const std::uint32_t cell = grid.CellAt(quantizer.PositionOf(state), slot.cell);
+  if (cell != slot.cell) {
+    Leave(index);
+    Enter(index, cell);
+  } else if (!had_changed) {
+    Note(cell, index);
+  }
+}
+
+void SnapshotHistory::Impl::Put(const BodyRecord& body) {
+  const QuantizedState state = quantizer.Quantize(body.state);
+  const auto found = by_id.find(body.id);
+  if (found != by_id.end() && slots[found->second].epoch == body.epoch) {
+    Slot& slot = slots[found->second];
+    slot.seen = tick;
+    if (!(slot.now() == state)) Change(found->second, state);
+    return;
+  }
+  if (found != by_id.end()) Remove(body.id);
+  Take(body, state);
+}
+
+void SnapshotHistory::Impl::Remove(BodyId id) {
+  const auto found = by_id.find(id);
+  if (found == by_id.end()) return;
+  Leave(found->second);
+  slots[found->second].used = false;
+  free.push_back(found->second);
+  by_id.erase(found);
+}
+
+void SnapshotHistory::Impl::RemoveUnseen() {
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    if (slots[i].used && slots[i].seen != tick) Remove(slots[i].id);
+  }
+}
+
+// --- Records ---------------------------------------------------------------------------------------------------------
+
+std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks& samples, bool with_velocities) {
+  Slot& slot = slots[index];
+  if (slot.records_of != tick) {
+    slot.records = 0;
+    slot.records_of = tick;
+  }
+  std::uint32_t at = slot.records;
+  while (at != 0 && !(records[at - 1].samples == samples)) at = records[at - 1].next;
+  const bool whole = samples.ticks == 0;
+  if (at != 0 && (whole || !with_velocities || records[at - 1].velocities.has_value())) return at - 1;
+  if (whole) {
+    records.push_back({samples, PackWhole(quantizer, slot.epoch, slot.now()), {}, slot.records});
+    return (slot.records = static_cast<std::uint32_t>(records.size())) - 1;
+  }
+  const std::uint64_t now = tick.value();
+  const QuantizedState* base = slot.At(Tick(now - samples.ticks));
+  const auto before = [&](std::uint64_t gap) { return slot.At(Tick(now - samples.ticks - gap)); };
+  assert(base != nullptr);
+  const Prediction prediction =
+      predictor.Predict({.base = base,
+                         .older = samples.gap != 0 ? before(samples.gap) : nullptr,
+                         .oldest = samples.gap2 != 0 ? before(samples.gap + samples.gap2) : nullptr,
+                         .ticks = samples.ticks,
+                         .gap = samples.gap,
+                         .gap2 = samples.gap2});
+  if (at == 0) {
+    records.push_back(
+        {samples, PackPose(prediction, *base, slot.now(), quantizer.orientation_limit()), {}, slot.records});
+    at = slot.records = static_cast<std::uint32_t>(records.size());
+  }
+  if (with_velocities && !slot.now().asleep) {
+    const VelocityEstimate estimate =
+        velocities.From(*base, slot.now(), prediction, samples.ticks, quantizer.orientation_limit());
+    records[at - 1].velocities = PackVelocities(estimate, slot.now());
+  }
+  return at - 1;
+}
+
+// --- Outside ---------------------------------------------------------------------------------------------------------
 
 SnapshotHistory::SnapshotHistory(const Aabb& world_bounds, const Settings& settings)
     : impl_(std::make_unique<Impl>(world_bounds, settings)) {
@@ -11,29 +168,20 @@ SnapshotHistory::SnapshotHistory(const Aabb& world_bounds, const Settings& setti
 SnapshotHistory::~SnapshotHistory() = default;
 
 void SnapshotHistory::Push(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures) {
-  Impl& history = *impl_;
-  assert(history.empty() || tick > history.newest().tick);
-  for (const DepartureRecord& departure : departures) history.departed[departure.id] = departure;
+  impl_->Begin(tick);
+  for (const DepartureRecord& departure : departures) impl_->departed[departure.id] = departure;
+  for (const BodyRecord& body : bodies) impl_->Put(body);
+  impl_->RemoveUnseen();
+}
 
-  static const std::vector<HistoryItem> kNone;
-  const std::vector<HistoryItem>& before = history.empty() ? kNone : history.newest().items;
-  HistoryEntry& entry = history.ring[history.head];
-  assert(&entry.items != &before);
-  entry.tick = tick;
-  entry.items.clear();
-  entry.items.reserve(bodies.size());
-  auto previous = before.begin();
-  for (const BodyRecord& body : bodies) {
-    assert(entry.items.empty() || entry.items.back().id < body.id);
-    const QuantizedState state = history.quantizer.Quantize(body.state);
-    while (previous != before.end() && previous->id < body.id) ++previous;
-    const bool present = previous != before.end() && previous->id == body.id;
-    if (!present) history.departed.erase(body.id);
-    const bool unchanged = present && previous->epoch == body.epoch && previous->state == state;
-    entry.items.push_back({body.id, body.epoch, unchanged ? previous->since : tick, state});
+void SnapshotHistory::PushChanges(Tick tick, std::span<const BodyRecord> bodies,
+                                  std::span<const DepartureRecord> departures) {
+  impl_->Begin(tick);
+  for (const DepartureRecord& departure : departures) {
+    impl_->departed[departure.id] = departure;
+    impl_->Remove(departure.id);
   }
-  history.head = (history.head + 1) % history.ring.size();
-  history.count = std::min(history.count + 1, history.ring.size());
+  for (const BodyRecord& body : bodies) impl_->Put(body);
 }
 
 }  // namespace tessera::replication

@@ -1,44 +1,104 @@
 // Inside of SnapshotHistory: what a SnapshotSender reads. Not for others.
+//
+// Bodies live in slots; a slot keeps its body's last changes, so that the state at any tick that somebody acknowledged
+// can be found, and what rests takes no work. Slots stand in cells of a grid over x-z; each Push notes in a cell the
+// slots that somebody who watches it must look at anew: which began to change, came, or went. What one client needs of
+// a body, another that has acknowledged the same ticks needs too: records are kept until the next Push.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
+#include "core/replication/codec/fast_list.h"
+#include "core/replication/codec/velocity.h"
+#include "core/replication/interest.h"
 #include "core/replication/quantize.h"
 #include "core/replication/snapshot.h"
 
 namespace tessera::replication {
 
-// A body at one tick.
-struct HistoryItem {
-  BodyId id;
-  Epoch epoch;
-  Tick since;  // the first tick of the run, up to this one, in which nothing of it changed
+using SlotIndex = std::uint32_t;
+
+// A body's state from a tick on.
+struct Change {
+  Tick tick;
   QuantizedState state;
 };
 
-struct HistoryEntry {
-  Tick tick;
-  std::vector<HistoryItem> items;  // ascending by id
+struct Slot {
+  BodyId id;
+  Epoch epoch;
+  std::uint32_t generation = 0;  // one more for each body that takes the slot
+  bool used = false;
+  std::uint32_t cell = 0, place_in_cell = 0;
+  Tick first;                   // tick at which this body was here first
+  std::vector<Change> changes;  // a ring; `newest` is where the last one stands
+  std::size_t newest = 0;
+  Tick seen;  // of the last Push that named it
+  // Records of the newest tick.
+  std::uint32_t records = 0;  // index into `records` of the history, plus one
+  Tick records_of;
+
+  const QuantizedState& now() const { return changes[newest].state; }
+  Tick since() const { return changes[newest].tick; }
+  // Null where it is not kept any more, or was not here.
+  const QuantizedState* At(Tick tick) const;
+};
+
+struct SharedRecord {
+  SampleTicks samples;  // ticks 0: whole
+  PackedRecord pose;    // or all, if whole
+  std::optional<PackedRecord> velocities;
+  std::uint32_t next = 0;  // of the slot, plus one
+};
+
+struct Cell {
+  std::vector<SlotIndex> members;
+  std::vector<SlotIndex> news;  // of the last Push
 };
 
 struct SnapshotHistory::Impl {
-  Impl(const Aabb& world_bounds, const Settings& settings)
-      : quantizer(world_bounds, settings), ring(settings.history_ticks) {}
+  Impl(const Aabb& world_bounds, const Settings& settings_in)
+      : settings(settings_in),
+        quantizer(world_bounds, settings),
+        predictor(quantizer, settings, settings.gravity_m_s2),
+        velocities(settings),
+        grid(world_bounds, settings.interest_radius_m),
+        cells(static_cast<std::size_t>(grid.columns() * grid.rows())) {}
 
-  bool empty() const { return count == 0; }
-  // The age 0 is the newest. Requires age < count.
-  std::size_t SlotAt(std::size_t age) const { return (head + ring.size() - 1 - age) % ring.size(); }
-  const HistoryEntry& newest() const { return ring[SlotAt(0)]; }
-  Tick oldest_tick() const { return ring[SlotAt(count - 1)].tick; }
+  void Begin(Tick tick);
+  void Put(const BodyRecord& body);
+  void Remove(BodyId id);
+  void RemoveUnseen();
 
+  Vec3d PositionOf(const Slot& slot) const { return quantizer.PositionOf(slot.now()); }
+  // Index into `records`. Requires that the slot keeps the states at those ticks; samples.ticks 0: whole.
+  std::uint32_t RecordOf(SlotIndex slot, const SampleTicks& samples, bool with_velocities);
+
+  Settings settings;
   Quantizer quantizer;
-  std::vector<HistoryEntry> ring;
-  std::size_t head = 0;   // where the next entry goes
-  std::size_t count = 0;  // entries in use
+  PosePredictor predictor;
+  VelocityEstimator velocities;
+  CellGrid grid;
+  std::vector<Cell> cells;
+  std::vector<std::uint32_t> noted;  // cells with news
+  std::vector<Slot> slots;
+  std::vector<SlotIndex> free;
+  std::unordered_map<BodyId, SlotIndex> by_id;
+  std::vector<SharedRecord> records;
+  std::uint64_t pushes = 0;
+  Tick tick, previous_tick;
   // The last departure of each body that has left and not come back.
   std::unordered_map<BodyId, DepartureRecord> departed;
+
+ private:
+  SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
+  void Change(SlotIndex index, const QuantizedState& state);
+  void Note(std::uint32_t cell, SlotIndex index);
+  void Enter(SlotIndex index, std::uint32_t cell);
+  void Leave(SlotIndex index);
 };
 
 }  // namespace tessera::replication

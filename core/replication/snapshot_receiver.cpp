@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 #include "absl/strings/str_cat.h"
+#include "core/replication/codec/fast_list.h"
+#include "core/replication/codec/velocity.h"
 #include "core/replication/record_codec.h"
 #include "core/world/limits.h"
 
@@ -19,15 +22,18 @@ struct Sample {
 };
 
 struct TrackedBody {
-  Epoch epoch;  // of the ownership; when `gone`, of the one that ended
+  Epoch epoch;  // of the ownership; when `gone`, of the one that ended, or that is out of interest
   bool gone = false;
-  std::vector<Sample> samples;  // ascending by tick: what may be a baseline
+  Tick told;                    // newest tick at which it was told of, or told gone
+  std::vector<Sample> samples;  // ascending by tick: what may predict it
 };
 
 struct ParsedBody {
   BodyId id;
   Epoch epoch;
-  std::optional<Tick> baseline;
+  bool whole = false;
+  Tick oldest;  // sample used
+  bool velocities_told = false;
   QuantizedState state;
 };
 
@@ -43,21 +49,29 @@ absl::Status Malformed(const std::string& what) { return absl::InvalidArgumentEr
 
 struct SnapshotReceiver::Impl {
   Impl(const Aabb& world_bounds, const Settings& settings_in)
-      : settings(settings_in), quantizer(world_bounds, settings) {}
+      : settings(settings_in),
+        quantizer(world_bounds, settings),
+        predictor(quantizer, settings, settings.gravity_m_s2),
+        velocities(settings) {}
 
   // Reading changes nothing here.
   absl::Status CheckSequence(std::uint32_t sequence) const;
   absl::StatusOr<Parsed> Parse(std::span<const std::uint8_t> datagram) const;
   absl::Status ParseDepartures(BitReader& reader, Parsed& parsed) const;
-  absl::Status ParseBodies(BitReader& reader, Parsed& parsed) const;
-  absl::Status ParseDelta(BitReader& reader, Tick tick, std::uint64_t& previous_age, ParsedBody& body) const;
+  absl::Status ParseChanges(BitReader& reader, Parsed& parsed) const;
+  absl::Status ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told, ParsedBody& body) const;
+  absl::Status ParseWholes(BitReader& reader, Parsed& parsed) const;
+  const Sample* Find(const TrackedBody& body, Tick tick) const;
 
   void Remember(std::uint32_t sequence);
-  bool Depart(const DepartureRecord& departure);  // false: old news
-  bool Store(Tick tick, const ParsedBody& body);  // false: of an ownership that has ended
+  bool Depart(Tick tick, const DepartureRecord& departure);  // false: old news
+  TrackedBody* Store(Tick tick, const ParsedBody& body);     // null: of an ownership that has ended
+  BodyState StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const;
 
   Settings settings;
   Quantizer quantizer;
+  PosePredictor predictor;
+  VelocityEstimator velocities;
   std::unordered_map<BodyId, TrackedBody> bodies;
   std::uint32_t newest = 0;  // 0: nothing has come
   std::uint64_t mask = 0;    // bit i: newest - 1 - i has come
@@ -87,47 +101,72 @@ absl::Status SnapshotReceiver::Impl::ParseDepartures(BitReader& reader, Parsed& 
   return absl::OkStatus();
 }
 
-absl::Status SnapshotReceiver::Impl::ParseDelta(BitReader& reader, Tick tick, std::uint64_t& previous_age,
-                                                ParsedBody& body) const {
-  const std::uint64_t age = ReadBaselineAge(reader, previous_age);
-  if (age == 0 || age > tick.value()) return Malformed(absl::StrCat("body ", body.id.value(), ": baseline age"));
-  previous_age = age;
-  body.baseline = Tick(tick.value() - age);
-  const auto missing = [&] {
-    return absl::FailedPreconditionError(
-        absl::StrCat("snapshot: body ", body.id.value(), ": no baseline of tick ", body.baseline->value()));
-  };
-  const auto tracked = bodies.find(body.id);
-  if (tracked == bodies.end() || tracked->second.gone) return missing();
-  const std::vector<Sample>& samples = tracked->second.samples;
-  const auto base =
-      std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.tick == body.baseline; });
-  if (base == samples.end()) return missing();
-  body.epoch = tracked->second.epoch;
-  if (!ReadDelta(reader, quantizer, base->state, age, body.state)) {
-    return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
-  }
-  return absl::OkStatus();
+const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) const {
+  const auto at = std::lower_bound(body.samples.begin(), body.samples.end(), tick,
+                                   [](const Sample& s, Tick t) { return s.tick < t; });
+  return at != body.samples.end() && at->tick == tick ? &*at : nullptr;
 }
 
-absl::Status SnapshotReceiver::Impl::ParseBodies(BitReader& reader, Parsed& parsed) const {
+absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told,
+                                                 ParsedBody& body) const {
+  const std::uint64_t now = tick.value();
+  if (ticks.ticks > now || ticks.gap > now - ticks.ticks || ticks.gap2 > now - ticks.ticks - ticks.gap) {
+    return Malformed(absl::StrCat("body ", body.id.value(), ": samples from before the beginning"));
+  }
+  const std::uint64_t base_tick = now - ticks.ticks, older_tick = base_tick - ticks.gap;
+  body.oldest = Tick(older_tick - ticks.gap2);
+  const auto missing = [&](std::uint64_t of) {
+    return absl::FailedPreconditionError(absl::StrCat("snapshot: body ", body.id.value(), ": no sample of tick ", of));
+  };
+  const auto tracked = bodies.find(body.id);
+  if (tracked == bodies.end() || tracked->second.gone) return missing(base_tick);
+  const Sample* base = Find(tracked->second, Tick(base_tick));
+  if (base == nullptr) return missing(base_tick);
+  const Sample* older = ticks.gap != 0 ? Find(tracked->second, Tick(older_tick)) : nullptr;
+  if (ticks.gap != 0 && older == nullptr) return missing(older_tick);
+  const Sample* oldest = ticks.gap2 != 0 ? Find(tracked->second, body.oldest) : nullptr;
+  if (ticks.gap2 != 0 && oldest == nullptr) return missing(body.oldest.value());
+  const Prediction prediction = predictor.Predict({.base = &base->state,
+                                                   .older = older != nullptr ? &older->state : nullptr,
+                                                   .oldest = oldest != nullptr ? &oldest->state : nullptr,
+                                                   .ticks = ticks.ticks,
+                                                   .gap = ticks.gap,
+                                                   .gap2 = ticks.gap2});
+  const std::int32_t limit = quantizer.orientation_limit();
+  const auto out_of_range = [&] { return Malformed(absl::StrCat("body ", body.id.value(), ": out of range")); };
+  if (!ReadPose(reader, prediction, base->state, limit, body.state)) return out_of_range();
+  body.epoch = tracked->second.epoch;
+  body.velocities_told = told || body.state.asleep;
+  if (!told || body.state.asleep) return absl::OkStatus();
+  const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
+  return ReadVelocities(reader, estimate, body.state) ? absl::OkStatus() : out_of_range();
+}
+
+absl::Status SnapshotReceiver::Impl::ParseChanges(BitReader& reader, Parsed& parsed) const {
+  FastListReader list(reader);
+  ParsedBody body{};
+  SampleTicks ticks;
+  while (list.Next(body.id, ticks)) {
+    absl::Status status = ParseChange(reader, parsed.header.tick, ticks, list.has_velocities(), body);
+    if (!status.ok()) return status;
+    parsed.bodies.push_back(body);
+  }
+  return list.ok() ? absl::OkStatus() : Malformed("changes: ids do not ascend, or samples of no tick");
+}
+
+absl::Status SnapshotReceiver::Impl::ParseWholes(BitReader& reader, Parsed& parsed) const {
   BodyId previous;
-  std::uint64_t previous_age = 0;
   while (reader.ReadBit()) {
-    ParsedBody body{};
     const std::optional<BodyId> id = ReadIdGap(reader, previous);
-    if (!id.has_value()) return Malformed("bodies: ids do not ascend");
-    body.id = previous = *id;
-    if (reader.ReadBit()) {
-      if (absl::Status status = ParseDelta(reader, parsed.header.tick, previous_age, body); !status.ok()) return status;
-    } else {
-      const std::optional<Epoch> epoch = ReadEpoch(reader);
-      if (!epoch.has_value() || !ReadFull(reader, quantizer, body.state)) {
-        return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
-      }
-      body.epoch = *epoch;
+    if (!id.has_value()) return Malformed("wholes: ids do not ascend");
+    ParsedBody body{};
+    body.id = *id;
+    body.whole = body.velocities_told = true;
+    if (!ReadWhole(reader, quantizer, body.epoch, body.state)) {
+      return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
     }
     parsed.bodies.push_back(body);
+    previous = *id;
   }
   return absl::OkStatus();
 }
@@ -139,9 +178,10 @@ absl::StatusOr<Parsed> SnapshotReceiver::Impl::Parse(std::span<const std::uint8_
   if (absl::Status status = ReadHeader(reader, parsed.header); !status.ok()) return status;
   if (parsed.header.fingerprint != quantizer.fingerprint()) return Malformed("of other settings or world bounds");
   if (absl::Status status = CheckSequence(parsed.header.sequence); !status.ok()) return status;
-  // A reader that has run out gives zeros, so both loops end; what they made of zeros is refused here.
+  // A reader that has run out gives zeros, so all loops end; what they made of zeros is refused here.
   absl::Status status = ParseDepartures(reader, parsed);
-  if (status.ok()) status = ParseBodies(reader, parsed);
+  if (status.ok()) status = ParseChanges(reader, parsed);
+  if (status.ok()) status = ParseWholes(reader, parsed);
   if (!reader.ok()) return Malformed("truncated");
   if (!status.ok()) return status;
   if (!reader.AtEnd()) return Malformed("trailing bytes");
@@ -161,31 +201,58 @@ void SnapshotReceiver::Impl::Remember(std::uint32_t sequence) {
   newest = sequence;
 }
 
-bool SnapshotReceiver::Impl::Depart(const DepartureRecord& departure) {
+// By epoch, then by tick: what is out of interest comes back under the epoch that it had.
+bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure) {
   TrackedBody& body = bodies[departure.id];
-  const bool repeated = body.gone && departure.epoch <= body.epoch;
-  if (repeated || departure.epoch < body.epoch) return false;
-  body = {.epoch = departure.epoch, .gone = true, .samples = {}};
+  if (departure.epoch < body.epoch) return false;
+  if (departure.epoch == body.epoch && (body.gone || tick < body.told)) {
+    body.told = std::max(body.told, tick);
+    return false;
+  }
+  body = {.epoch = departure.epoch, .gone = true, .told = tick, .samples = {}};
   return true;
 }
 
-bool SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) {
+TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) {
   TrackedBody& body = bodies[parsed.id];
-  if (body.gone ? parsed.epoch <= body.epoch : parsed.epoch < body.epoch) return false;
-  if (parsed.epoch > body.epoch) body = {.epoch = parsed.epoch, .gone = false, .samples = {}};
+  if (parsed.epoch < body.epoch) return nullptr;
+  if (parsed.epoch == body.epoch && body.gone && tick <= body.told) return nullptr;
+  if (parsed.epoch > body.epoch || body.gone)
+    body = {.epoch = parsed.epoch, .gone = false, .told = tick, .samples = {}};
+  body.told = std::max(body.told, tick);
   std::vector<Sample>& samples = body.samples;
-  // The sender goes on from what was acknowledged last: it never looks back behind a baseline that it has used.
-  if (parsed.baseline.has_value()) {
+  // The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
+  if (!parsed.whole) {
     const auto keep =
-        std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.tick >= *parsed.baseline; });
+        std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.tick >= parsed.oldest; });
     samples.erase(samples.begin(), keep);
   }
   const auto at =
       std::lower_bound(samples.begin(), samples.end(), tick, [](const Sample& s, Tick t) { return s.tick < t; });
-  if (at != samples.end() && at->tick == tick) return true;  // the same tick written twice
+  if (at != samples.end() && at->tick == tick) return &body;  // the same tick written twice
   samples.insert(at, {tick, parsed.state});
   if (samples.size() > settings.history_ticks) samples.erase(samples.begin());
-  return true;
+  return &body;
+}
+
+// Velocities that were not told follow from the sample before.
+BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const {
+  BodyState state = quantizer.Dequantize(parsed.state);
+  if (parsed.velocities_told) return state;
+  const auto at = std::lower_bound(body.samples.begin(), body.samples.end(), tick,
+                                   [](const Sample& s, Tick t) { return s.tick < t; });
+  if (at == body.samples.begin()) return state;
+  const Sample& before = *(at - 1);
+  const BodyState was = quantizer.Dequantize(before.state);
+  const double per_s = settings.tick_rate_hz / static_cast<double>(tick - before.tick);
+  state.linear_velocity = Vec3f((state.position - was.position) * per_s);
+  const Quatd turn = state.orientation * Conjugate(was.orientation);
+  const Vec3d axis(turn.x, turn.y, turn.z);
+  const double sine = Length(axis);
+  if (sine == 0) return state;
+  const double angle = 2 * std::atan2(sine, std::abs(turn.w));
+  state.angular_velocity = Vec3f(axis * ((turn.w < 0 ? -angle : angle) * per_s / sine));
+  return state;
 }
 
 SnapshotReceiver::SnapshotReceiver(const Aabb& world_bounds, const Settings& settings)
@@ -204,13 +271,14 @@ absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uin
                           .bodies = {},
                           .departures = {}};
   for (const DepartureRecord& departure : parsed->departures) {
-    if (impl_->Depart(departure)) result.departures.push_back(departure);
+    if (impl_->Depart(parsed->header.tick, departure)) result.departures.push_back(departure);
   }
   result.bodies.reserve(parsed->bodies.size());
   for (const ParsedBody& body : parsed->bodies) {
-    if (!impl_->Store(parsed->header.tick, body)) continue;
-    if (!body.baseline.has_value()) ++result.full_records;
-    result.bodies.push_back({body.id, body.epoch, impl_->quantizer.Dequantize(body.state)});
+    const TrackedBody* stored = impl_->Store(parsed->header.tick, body);
+    if (stored == nullptr) continue;
+    if (body.whole) ++result.full_records;
+    result.bodies.push_back({body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored)});
   }
   return result;
 }

@@ -1,289 +1,347 @@
+#include "core/replication/snapshot_sender.h"
+
 #include <algorithm>
 #include <cassert>
-#include <deque>
-#include <optional>
+#include <cmath>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
-#include "core/replication/record_codec.h"
-#include "core/replication/snapshot_history.h"
 
 namespace tessera::replication {
 namespace {
 
 constexpr std::size_t kAckBytes = 12;
 constexpr std::uint32_t kAckMaskBits = 64;
+// Of IPv4, UDP, the door's seal and ENet, a datagram.
+constexpr double kOverheadBytes = 28 + 24 + 12;
+// For how long a client may save up what it was not sent.
+constexpr double kBurst_s = 0.1;
+// A client that acknowledges none of so many records of a body is told it whole again: it may have let go of the
+// baseline (SnapshotReceiver keeps 64).
+constexpr std::uint8_t kMaxUnanswered = 40;
+// Samples further apart than this predict nothing.
+constexpr std::uint64_t kMaxGap_ticks = 32;
+// Shares of the radius of interest, and how often bodies within them are told: of all snapshots.
+constexpr double kNear = 0.25, kMiddle = 0.5;
+constexpr float kNearRate = 1, kMiddleRate = 0.5f, kFarRate = 0.25f;
+// Ahead of what is known already, a body that the client does not know counts as having waited so many snapshots.
+constexpr float kNewcomer = 4;
+// Departures a snapshot: they are small, but a client may turn away from a whole town at once.
+constexpr std::size_t kMaxDepartures = 200;
+// Datagrams that wait to be acknowledged, of a client that acknowledges nothing.
+constexpr std::size_t kMaxSent = 4096;
 
-// What the client was told of a body.
-struct Known {
-  BodyId id;
-  Epoch epoch;  // of the ownership; when `gone`, of the one that ended
-  Tick first;   // tick at which this was told first: acknowledgements of older datagrams are about something else
-  std::optional<Tick> acked;
-  bool gone = false, forget = false;
-  RegionId to;  // when gone
-};
-
-struct SentDatagram {
-  Tick tick;
-  std::vector<BodyId> bodies, departures;  // ascending
-};
-
-// Writes the datagrams of one snapshot: opens, fills, closes them.
-class DatagramWriter {
- public:
-  DatagramWriter(const SnapshotHeader& header, std::size_t max_bytes, std::vector<Bytes>& datagrams,
-                 std::deque<SentDatagram>& sent)
-      : header_(header), max_bits_(max_bytes * 8), datagrams_(datagrams), sent_(sent) {
-    Open();
-  }
-  // The sequence of the next snapshot's first datagram.
-  std::uint32_t Close() {
-    if (!in_bodies_) writer_.WriteBit(false);
-    writer_.WriteBit(false);
-    datagrams_.push_back(writer_.Finish());
-    return header_.sequence + 1;
-  }
-  void Departure(const DepartureRecord& departure) {
-    assert(!in_bodies_);
-    const auto write = [&] {
-      writer_.WriteBit(true);
-      WriteIdGap(writer_, previous_, departure.id);
-      WriteDeparture(writer_, departure);
-    };
-    Record(departure.id, write);
-    sent_.back().departures.push_back(departure.id);
-  }
-  void BeginBodies() {
-    if (in_bodies_) return;
-    writer_.WriteBit(false);
-    in_bodies_ = true;
-    previous_ = BodyId();
-  }
-  // `base` with its tick, or nothing.
-  void Body(const Quantizer& quantizer, const HistoryItem& item, const QuantizedState* base, Tick base_tick) {
-    const auto write = [&] {
-      writer_.WriteBit(true);
-      WriteIdGap(writer_, previous_, item.id);
-      writer_.WriteBit(base != nullptr);
-      if (base == nullptr) {
-        WriteEpoch(writer_, item.epoch);
-        return WriteFull(writer_, quantizer, item.state);
-      }
-      const auto ticks = static_cast<std::uint64_t>(header_.tick - base_tick);
-      WriteBaselineAge(writer_, ticks, previous_age_);
-      WriteDelta(writer_, quantizer, item.state, *base, ticks);
-    };
-    Record(item.id, write);
-    if (base != nullptr) previous_age_ = static_cast<std::uint64_t>(header_.tick - base_tick);
-    sent_.back().bodies.push_back(item.id);
-  }
-
- private:
-  template <class Write>
-  void Record(BodyId id, const Write& write) {
-    constexpr std::size_t kEndBits = 2;
-    const BitWriter::Mark mark = writer_.mark();
-    write();
-    if (writer_.bit_count() + kEndBits > max_bits_) {
-      const bool in_bodies = in_bodies_;
-      writer_.Rewind(mark);
-      header_.sequence = Close();
-      Open();
-      if (in_bodies) BeginBodies();
-      write();
-      assert(writer_.bit_count() + kEndBits <= max_bits_);
-    }
-    previous_ = id;
-  }
-  void Open() {
-    WriteHeader(writer_, header_);
-    sent_.push_back({.tick = header_.tick, .bodies = {}, .departures = {}});
-    in_bodies_ = false;
-    previous_ = BodyId();
-    previous_age_ = 0;
-  }
-
-  SnapshotHeader header_;
-  std::size_t max_bits_;
-  std::vector<Bytes>& datagrams_;
-  std::deque<SentDatagram>& sent_;
-  BitWriter writer_;
-  bool in_bodies_ = false;
-  BodyId previous_;
-  std::uint64_t previous_age_ = 0;
-};
+constexpr PackedRecord kNone;
 
 }  // namespace
 
-struct SnapshotSender::Impl {
-  using History = SnapshotHistory::Impl;
-  struct Baseline {
-    const QuantizedState* state = nullptr;
-    Tick tick;
-  };
+// --- What is seen ----------------------------------------------------------------------------------------------------
 
-  explicit Impl(const Settings& settings_in) : settings(settings_in) {}
-
-  void MergeKnown(const History& history);
-  Baseline FindBaseline(const History& history, const Known& body);
-  const HistoryItem* FindItem(const HistoryEntry& entry, std::size_t slot, BodyId id);
-  std::size_t AgeOf(const History& history, Tick tick) const;
-  void ForgetOldDatagrams(const History& history);
-  // Nothing has changed that the client does not have, and it has heard of the world not long ago.
-  bool NothingToTell(const HistoryEntry& newest, std::uint32_t last_input, std::int32_t input_margin_ticks) const;
-  void AcknowledgeOne(std::uint32_t sequence);
-
-  Settings settings;
-  std::vector<Known> known, merged;  // ascending by id
-  std::deque<SentDatagram> sent;     // the last one has the sequence next_sequence - 1
-  std::uint32_t next_sequence = 1;
-  // Of the datagram written last.
-  std::optional<Tick> told_tick;
-  std::uint32_t told_input = 0;
-  std::int32_t told_margin = 0;
-  std::vector<std::size_t> cursors;  // by slot of the history: bodies are looked up in ascending order
-};
-
-// Brings `known` up to the newest tick: bodies that appeared, came back under another epoch, left, or are to be
-// forgotten.
-void SnapshotSender::Impl::MergeKnown(const History& history) {
-  const HistoryEntry& newest = history.newest();
-  merged.clear();
-  merged.reserve(newest.items.size());
-  auto old = known.begin();
-  const auto keep_absent = [&] {
-    if (old->forget) return;
-    if (!old->gone) {
-      const auto departure = history.departed.find(old->id);
-      const bool found = departure != history.departed.end();
-      *old = {.id = old->id,
-              .epoch = found ? departure->second.epoch : old->epoch,
-              .first = newest.tick,
-              .acked = {},
-              .gone = true,
-              .to = found ? departure->second.to : RegionId()};
+void SnapshotSender::Impl::Follow(const History& history, const ClientView& view) {
+  const bool turned = window.Follow(history.grid, settings.interest_radius_m, view.centre);
+  const bool missed = pushes_seen + 1 != history.pushes;
+  if (pushes_seen == history.pushes && !turned) return;
+  pushes_seen = history.pushes;
+  if (turned || missed) {
+    for (std::uint32_t i = 0; i < known.size(); ++i) {
+      if (known[i].used) Consider(history, known[i].slot);
     }
-    merged.push_back(*old);
-  };
-  for (const HistoryItem& item : newest.items) {
-    for (; old != known.end() && old->id < item.id; ++old) keep_absent();
-    const bool present = old != known.end() && old->id == item.id;
-    if (present && !old->gone && old->epoch == item.epoch) {
-      merged.push_back(*old);
-    } else {
-      merged.push_back({.id = item.id, .epoch = item.epoch, .first = newest.tick, .acked = {}, .to = {}});
+    for (const std::uint32_t cell : window.cells()) {
+      for (const SlotIndex slot : history.cells[cell].members) Consider(history, slot);
     }
-    if (present) ++old;
+    return;
   }
-  for (; old != known.end(); ++old) keep_absent();
-  known.swap(merged);
+  for (const std::uint32_t cell : window.cells()) {
+    for (const SlotIndex slot : history.cells[cell].news) Consider(history, slot);
+  }
 }
 
-// Of the entry with this tick; of the oldest one where that has left.
-std::size_t SnapshotSender::Impl::AgeOf(const History& history, Tick tick) const {
-  std::size_t age = 0;
-  while (age + 1 < history.count && history.ring[history.SlotAt(age)].tick > tick) ++age;
-  return age;
+void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
+  const Slot& slot = history.slots[index];
+  const bool seen = slot.used && window.Sees(slot.cell);
+  const auto found = by_slot.find(index);
+  if (found == by_slot.end()) {
+    if (seen) Appear(history, index);
+    return;
+  }
+  if (seen && known[found->second].generation == slot.generation) return Activate(found->second);
+  Depart(history, found->second);
+  if (seen) Appear(history, index);
 }
 
-const HistoryItem* SnapshotSender::Impl::FindItem(const HistoryEntry& entry, std::size_t slot, BodyId id) {
-  std::size_t& cursor = cursors[slot];
-  while (cursor < entry.items.size() && entry.items[cursor].id < id) ++cursor;
-  return cursor < entry.items.size() && entry.items[cursor].id == id ? &entry.items[cursor] : nullptr;
+void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
+  const Slot& slot = history.slots[index];
+  const auto at =
+      std::lower_bound(gone.begin(), gone.end(), slot.id, [](const Gone& g, BodyId id) { return g.record.id < id; });
+  if (at != gone.end() && at->record.id == slot.id) gone.erase(at);  // its return says it
+  if (unused.empty()) {
+    unused.push_back(static_cast<std::uint32_t>(known.size()));
+    known.emplace_back();
+  }
+  const std::uint32_t place = unused.back();
+  unused.pop_back();
+  known[place] = {.id = slot.id,
+                  .epoch = slot.epoch,
+                  .slot = index,
+                  .generation = slot.generation,
+                  .first_sequence = next_sequence,
+                  .acked = {},
+                  .sent = {},
+                  .priority = kNewcomer,
+                  .used = true};
+  by_slot[index] = place;
+  Activate(place);
 }
 
-SnapshotSender::Impl::Baseline SnapshotSender::Impl::FindBaseline(const History& history, const Known& body) {
-  if (!body.acked.has_value()) return {};
-  const std::size_t slot = history.SlotAt(AgeOf(history, *body.acked));
-  const HistoryEntry& entry = history.ring[slot];
-  const HistoryItem* item = FindItem(entry, slot, body.id);
-  if (item == nullptr || item->epoch != body.epoch) return {};
-  // Either the very tick, or one after it up to which nothing had changed: a body that wakes after a long rest.
-  if (entry.tick != *body.acked && !(entry.tick > *body.acked && item->since <= *body.acked)) return {};
-  return {&item->state, *body.acked};
+void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
+  Known& body = known[index];
+  const Slot& slot = history.slots[body.slot];
+  DepartureRecord record{.id = body.id, .epoch = body.epoch, .to = {}};
+  if (slot.used && slot.generation == body.generation) {
+    record.why = DepartureRecord::Why::kOutOfInterest;
+  } else if (const auto found = history.departed.find(body.id); found != history.departed.end()) {
+    record = found->second;
+  }
+  by_slot.erase(body.slot);
+  body.used = false;
+  if (!body.active) unused.push_back(index);  // else once it is out of `active`
+  // It is back already, in another slot.
+  const auto other = history.by_id.find(body.id);
+  if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
+  const auto at =
+      std::lower_bound(gone.begin(), gone.end(), record.id, [](const Gone& g, BodyId id) { return g.record.id < id; });
+  gone.insert(at, {.record = record, .first_sequence = next_sequence, .sent = {}});
 }
 
-void SnapshotSender::Impl::ForgetOldDatagrams(const History& history) {
-  while (!sent.empty() && sent.front().tick < history.oldest_tick()) sent.pop_front();
+void SnapshotSender::Impl::Activate(std::uint32_t index) {
+  if (known[index].active) return;
+  known[index].active = true;
+  known[index].priority = std::max(known[index].priority, 1.0f);
+  active.push_back(index);
 }
 
-bool SnapshotSender::Impl::NothingToTell(const HistoryEntry& newest, std::uint32_t last_input,
-                                         std::int32_t input_margin_ticks) const {
-  if (!told_tick.has_value() || newest.tick >= *told_tick + settings.idle_ticks) return false;
-  if (last_input != told_input || input_margin_ticks != told_margin) return false;
-  auto item = newest.items.begin();
-  return std::all_of(known.begin(), known.end(), [&](const Known& body) {
-    return !body.gone && body.acked.has_value() && *body.acked >= item++->since;
-  });
+// --- What is due -----------------------------------------------------------------------------------------------------
+
+std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
+  return static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
+}
+
+bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, Known& body, float& score) const {
+  const Slot& slot = history.slots[body.slot];
+  const bool whole = body.acked.ticks == 0;
+  if (body.sent != Tick() && slot.since() <= body.sent) {
+    // The client may well have it: what has just come to rest is told twice, then it has time to answer.
+    const bool repeat = !whole && body.repeats < 1;
+    if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
+  }
+  float rate = kNearRate;
+  double share = 0;
+  if (settings.interest_radius_m > 0 && view.centre.has_value()) {
+    share = Length(history.PositionOf(slot) - *view.centre) / settings.interest_radius_m;
+    rate = share <= kNear ? kNearRate : share <= kMiddle ? kMiddleRate : kFarRate;
+  } else if (view.centre.has_value()) {
+    share = Length(history.PositionOf(slot) - *view.centre) / 100;  // only for the order
+  }
+  body.priority += rate;
+  score = body.priority / static_cast<float>(0.1 + share);
+  if (body.id == view.own) score = std::numeric_limits<float>::max();
+  return body.priority >= 1 || whole || body.id == view.own;
+}
+
+void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
+  candidates.clear();
+  std::size_t kept = 0;
+  for (const std::uint32_t index : active) {
+    Known& body = known[index];
+    if (!body.used) {  // gone since
+      body.active = false;
+      unused.push_back(index);
+      continue;
+    }
+    if (body.acked.ticks != 0 && history.slots[body.slot].since().value() <= body.acked.ticks) {
+      body.active = false;  // the client has this very state
+      continue;
+    }
+    active[kept++] = index;
+    float score = 0;
+    if (Due(history, view, body, score)) candidates.push_back({index, score});
+  }
+  active.resize(kept);
+}
+
+SampleTicks SnapshotSender::Impl::SamplesFor(const History& history, const Known& body) const {
+  if (body.acked.ticks == 0 || body.unanswered >= kMaxUnanswered) return {};
+  const Slot& slot = history.slots[body.slot];
+  const std::uint64_t base = body.acked.ticks;
+  if (slot.At(Tick(base)) == nullptr) return {};
+  SampleTicks samples{.ticks = history.tick.value() - base};
+  if (body.acked.gap == 0 || slot.At(Tick(base - body.acked.gap)) == nullptr) return samples;
+  samples.gap = body.acked.gap;
+  if (body.acked.gap2 == 0 || slot.At(Tick(base - body.acked.gap - body.acked.gap2)) == nullptr) return samples;
+  samples.gap2 = body.acked.gap2;
+  return samples;
+}
+
+void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& view) {
+  const double rate = settings.client_bytes_per_s * view.budget_share;
+  const double elapsed_s =
+      told_tick.has_value() ? static_cast<double>(history.tick - *told_tick) / settings.tick_rate_hz : kBurst_s;
+  const double most = std::max(rate * kBurst_s, 2 * static_cast<double>(settings.max_datagram_bytes));
+  allowance_bytes = std::min(allowance_bytes + rate * elapsed_s, most);
+}
+
+// --- What is told ----------------------------------------------------------------------------------------------------
+
+// The candidates that the budget holds, those that matter most first; then in the order of their ids.
+void SnapshotSender::Impl::Choose(History& history, const ClientView& view, WrittenSnapshot& result) {
+  chosen.clear();
+  const double usable = 1 - kOverheadBytes / (kOverheadBytes + static_cast<double>(settings.max_datagram_bytes));
+  double bits_left = std::max(0.0, (allowance_bytes - kOverheadBytes - 24) * 8 * usable);
+  constexpr double kLikelyBits = 120;
+  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) {
+    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+      return a.score != b.score ? a.score > b.score : a.known < b.known;
+    });
+  }
+  const double near = settings.velocity_radius_m * settings.velocity_radius_m;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    Known& body = known[candidates[i].known];
+    const Slot& slot = history.slots[body.slot];
+    const SampleTicks samples = SamplesFor(history, body);
+    const bool velocities = samples.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
+                                                   LengthSquared(history.PositionOf(slot) - *view.centre) <= near);
+    const std::uint32_t record = history.RecordOf(body.slot, samples, velocities);
+    const SharedRecord& shared = history.records[record];
+    bits_left -= 10 + shared.pose.bits + (velocities && shared.velocities ? shared.velocities->bits : 0);
+    if (bits_left < 0 && !chosen.empty()) {
+      result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
+      break;
+    }
+    chosen.push_back({{.id = body.id, .known = candidates[i].known, .samples = samples}, record, velocities});
+    body.repeats = body.sent != Tick() && slot.since() <= body.sent ? static_cast<std::uint8_t>(body.repeats | 1) : 0;
+    body.sent = history.tick;
+    body.priority = 0;
+    body.unanswered = static_cast<std::uint8_t>(std::min(body.unanswered + 1, 255));
+  }
+  const auto by_id = [](const Chosen& a, const Chosen& b) { return a.pick.id < b.pick.id; };
+  if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
+}
+
+std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& history) {
+  std::vector<DepartureRecord> due;
+  for (Gone& body : gone) {
+    if (due.size() >= kMaxDepartures) break;
+    if (body.sent.has_value() && static_cast<std::uint64_t>(history.tick - *body.sent) < RepeatAfter()) continue;
+    body.sent = history.tick;
+    due.push_back(body.record);
+  }
+  return due;
+}
+
+void SnapshotSender::Impl::Remember(std::vector<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result) {
+  result.datagrams.reserve(datagrams.size());
+  for (WrittenDatagram& datagram : datagrams) {
+    allowance_bytes -= static_cast<double>(datagram.bytes.size()) + kOverheadBytes;
+    result.datagrams.push_back(std::move(datagram.bytes));
+    sent.push_back({tick, std::move(datagram.known), std::move(datagram.departures)});
+    ++next_sequence;
+  }
+  while (sent.size() > kMaxSent) sent.pop_front();
+}
+
+WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& view, std::uint32_t last_input,
+                                            std::int32_t margin) {
+  WrittenSnapshot result;
+  Follow(history, view);
+  FindCandidates(history, view);
+  const std::vector<DepartureRecord> departures = DueDepartures(history);
+  const bool silent = told_tick.has_value() && history.tick < *told_tick + settings.idle_ticks;
+  if (silent && candidates.empty() && departures.empty() && last_input == told_input && margin == told_margin) {
+    return result;
+  }
+  EarnBudget(history, view);
+  Choose(history, view, result);
+  told_tick = history.tick;
+  told_input = last_input;
+  told_margin = margin;
+  DatagramWriter writer({.fingerprint = history.quantizer.fingerprint(),
+                         .sequence = next_sequence,
+                         .tick = history.tick,
+                         .last_input = last_input,
+                         .input_margin_ticks = margin},
+                        settings.max_datagram_bytes);
+  for (const DepartureRecord& departure : departures) writer.Departure(departure);
+  bool all_whole = !chosen.empty();
+  for (Chosen& body : chosen) {
+    const SharedRecord& shared = history.records[body.record];
+    body.pick.record = &shared.pose;
+    if (body.velocities) body.pick.velocities = shared.velocities ? &*shared.velocities : &kNone;
+    all_whole = all_whole && body.pick.samples.ticks == 0;
+    writer.Body(body.pick);
+  }
+  result.full = all_whole;
+  result.bodies = static_cast<std::uint32_t>(chosen.size());
+  Remember(writer.Finish(), history.tick, result);
+  return result;
+}
+
+// --- What was heard --------------------------------------------------------------------------------------------------
+
+void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t index, std::uint32_t sequence, Tick tick) {
+  Known& body = known[index];
+  if (!body.used || sequence < body.first_sequence || tick.value() <= body.acked.ticks) return;
+  const std::uint64_t before = body.acked.ticks, gap = tick.value() - before;
+  body.unanswered = 0;
+  body.acked = before != 0 && gap <= kMaxGap_ticks ? SampleTicks{tick.value(), gap, body.acked.gap}
+                                                   : SampleTicks{tick.value(), 0, 0};
 }
 
 void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   const std::uint32_t age = next_sequence - sequence;  // 1: the newest
   if (age > sent.size()) return;
   SentDatagram& datagram = sent[sent.size() - age];
-  auto body = known.begin();
-  const auto find = [&](BodyId id) {
-    body = std::lower_bound(body, known.end(), id, [](const Known& a, BodyId b) { return a.id < b; });
-    return body != known.end() && body->id == id && datagram.tick >= body->first;
-  };
-  for (const BodyId id : datagram.bodies) {
-    if (find(id) && !body->gone && (!body->acked.has_value() || *body->acked < datagram.tick)) {
-      body->acked = datagram.tick;
+  for (const std::uint32_t index : datagram.known) AcknowledgeBody(index, sequence, datagram.tick);
+  for (const BodyId id : datagram.departures) {
+    const auto at =
+        std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });
+    if (at != gone.end() && at->record.id == id && sequence >= at->first_sequence) gone.erase(at);
+  }
+  datagram.known.clear();
+  datagram.departures.clear();
+}
+
+absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64_t mask) {
+  if (newest == 0 || newest >= next_sequence) {
+    return absl::InvalidArgumentError(absl::StrCat("ack: sequence ", newest, " was never sent"));
+  }
+  const std::uint32_t age = next_sequence - newest;
+  if (age <= sent.size() && told_tick.has_value()) {
+    const SentDatagram& datagram = sent[sent.size() - age];
+    if (!datagram.known.empty()) {
+      round_trip_ticks += (static_cast<double>(*told_tick - datagram.tick) - round_trip_ticks) / 8;
     }
   }
-  body = known.begin();
-  for (const BodyId id : datagram.departures) {
-    if (find(id) && body->gone) body->forget = true;
+  // Older ones first: what a body was acknowledged at only goes forward.
+  for (std::uint32_t i = kAckMaskBits; i-- > 0;) {
+    if ((mask >> i & 1) != 0 && i + 1 < newest) AcknowledgeOne(newest - 1 - i);
   }
-  datagram.bodies = {};  // once is enough: gives the memory back
-  datagram.departures = {};
+  AcknowledgeOne(newest);
+  // What is older can be acknowledged no more.
+  while (sent.size() > age + kAckMaskBits) sent.pop_front();
+  return absl::OkStatus();
 }
+
+// --- Outside ---------------------------------------------------------------------------------------------------------
 
 SnapshotSender::SnapshotSender(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 SnapshotSender::~SnapshotSender() = default;
 SnapshotSender::SnapshotSender(SnapshotSender&&) noexcept = default;
 SnapshotSender& SnapshotSender::operator=(SnapshotSender&&) noexcept = default;
 
-WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& shared, std::uint32_t last_input,
+WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& history, const ClientView& view, std::uint32_t last_input,
                                       std::int32_t input_margin_ticks) {
-  const SnapshotHistory::Impl& history = *shared.impl_;
-  assert(!history.empty());
-  Impl& sender = *impl_;
-  sender.ForgetOldDatagrams(history);
-  sender.MergeKnown(history);
-  sender.cursors.assign(history.ring.size(), 0);
-
-  WrittenSnapshot result;
-  const HistoryEntry& newest = history.newest();
-  if (sender.NothingToTell(newest, last_input, input_margin_ticks)) return result;
-  sender.told_tick = newest.tick;
-  sender.told_input = last_input;
-  sender.told_margin = input_margin_ticks;
-  DatagramWriter writer({.fingerprint = history.quantizer.fingerprint(),
-                         .sequence = sender.next_sequence,
-                         .tick = newest.tick,
-                         .last_input = last_input,
-                         .input_margin_ticks = input_margin_ticks},
-                        sender.settings.max_datagram_bytes, result.datagrams, sender.sent);
-  for (const Known& body : sender.known) {
-    if (body.gone) writer.Departure({body.id, body.epoch, body.to});
-  }
-  writer.BeginBodies();
-  auto item = newest.items.begin();
-  std::uint32_t whole = 0;
-  for (const Known& body : sender.known) {
-    if (body.gone) continue;
-    assert(item->id == body.id);
-    const HistoryItem& now = *item++;
-    if (body.acked.has_value() && *body.acked >= now.since) continue;  // the client has this very state
-    const Impl::Baseline base = sender.FindBaseline(history, body);
-    writer.Body(history.quantizer, now, base.state, base.tick);
-    whole += base.state == nullptr;
-    ++result.bodies;
-  }
-  result.full = whole > 0 && whole == result.bodies;
-  sender.next_sequence = writer.Close();
-  return result;
+  assert(history.impl_->pushes > 0);
+  return impl_->Write(*history.impl_, view, last_input, input_margin_ticks);
 }
 
 absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
@@ -293,15 +351,7 @@ absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
   }
   BitReader reader(ack);
   const auto newest = static_cast<std::uint32_t>(reader.Read(32));
-  const std::uint64_t mask = reader.Read(64);
-  if (newest == 0 || newest >= impl_->next_sequence) {
-    return absl::InvalidArgumentError(absl::StrCat("ack: sequence ", newest, " was never sent"));
-  }
-  impl_->AcknowledgeOne(newest);
-  for (std::uint32_t i = 0; i < kAckMaskBits && i + 1 < newest; ++i) {
-    if ((mask >> i & 1) != 0) impl_->AcknowledgeOne(newest - 1 - i);
-  }
-  return absl::OkStatus();
+  return impl_->Acknowledge(newest, reader.Read(64));
 }
 
 }  // namespace tessera::replication

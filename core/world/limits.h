@@ -45,6 +45,8 @@ inline constexpr double kMaxStateAngularMomentum = 1e27;
 inline constexpr double kMaxImpulse = 1e15, kMaxAngularImpulse = 1e27;
 // A gear's ratio, either way: 1 / ratio is used as well.
 inline constexpr double kMinGearRatio = 1e-6, kMaxGearRatio = 1e6;
+// Of what one client may be sent, bytes a second: below, not even the own body gets through; above is no network.
+inline constexpr double kMinViewBytes_per_s = 8e3, kMaxViewBytes_per_s = 1e9;
 // Fields of one scene. Each is reckoned for each body in each tick.
 inline constexpr std::size_t kMaxFields = 256;
 inline constexpr double kMaxFriction = 10;

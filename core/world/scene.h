@@ -202,6 +202,12 @@ struct PlayerRules {
                                     // (a torque is held to what both mean at the body's surface)
 };
 
+// What clients are shown, and what that may cost.
+struct ViewRules {
+  double radius_m = 0;             // around the own body, in x and z; 0: all of the world
+  double bytes_per_s = 1'250'000;  // to one client, from all regions together, overhead of datagrams included
+};
+
 struct Scene {
   std::string name;
   Aabb bounds;  // the world; bodies that leave it belong to the nearest cell
@@ -211,6 +217,7 @@ struct Scene {
   std::vector<JointDef> joints;  // ascending by id
   std::vector<Field> fields;
   std::optional<PlayerRules> player;
+  ViewRules view;
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }
 };

@@ -33,6 +33,7 @@ class SceneResolver {
   void CheckJointEnds(const v1::Joint& joint);
   const BodyDef* Find(std::uint64_t id) const;
   void ResolvePlayer(BodyResolver& bodies);
+  void ResolveView();
 
   const v1::Scene& in_;
   Faults faults_;
@@ -52,6 +53,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveJoints();
   out_->fields = ResolveFields(faults_, in_, out_->tick_rate_hz);
   ResolvePlayer(bodies);
+  ResolveView();
   if (faults_.count() > 0) return faults_.ToStatus();
   return out_;
 }
@@ -234,6 +236,15 @@ void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
   faults_.Positive("max_speed", in.max_speed(), 1e-3, kMaxSpeed_m_s);
   out.max_force_n = in.max_force();
   out.max_speed_m_s = in.max_speed();
+}
+
+void SceneResolver::ResolveView() {
+  faults_.At("view");
+  if (faults_.NotNegative("radius", in_.view().radius(), kMaxCoordinate_m)) out_->view.radius_m = in_.view().radius();
+  if (in_.view().bytes_per_second() == 0) return;
+  if (faults_.Positive("bytes_per_second", in_.view().bytes_per_second(), kMinViewBytes_per_s, kMaxViewBytes_per_s)) {
+    out_->view.bytes_per_s = in_.view().bytes_per_second();
+  }
 }
 
 }  // namespace

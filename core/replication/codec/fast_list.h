@@ -6,14 +6,16 @@
 //   FastListReader list(reader);
 //   while (list.Next(id, samples)) {                            // then find the samples, predict, and
 //     if (!ReadPose(reader, prediction, base, limit, state)) return error;
+//     if (list.has_velocities() && !state.asleep && !ReadVelocities(reader, ...)) return error;
 //   }
 //   if (!list.ok() || !reader.ok()) return error;
 //
 // Most clients acknowledge whole ticks, so mostly all bodies of a list have the same samples: then they are told once.
 //
 // clang-format off
-//   list       count b(5 8 16); unless it is 0: uniform 1, [samples]; bodies
-//   body       id less the one before, less 1, b(0 2 5 7 12); unless uniform: 1: samples as before, or 0, samples; record
+//   list       count b(5 8 16); unless it is 0: velocities (0: none, 1 1: all, 1 0: each says), uniform 1, [samples]; bodies
+//   body       id less the one before, less 1, b(0 2 5 7 12); unless uniform: 1: samples as before, or 0, samples;
+//              [velocities 1]; record, and unless that says asleep, if it has them, velocities (velocity.h)
 //   samples    ticks back to the base less 1, from base to older, from older to oldest (0: none), each b(3 6 12)
 // clang-format on
 //
@@ -37,7 +39,13 @@ struct FastItem {
   BodyId id;
   SampleTicks samples;
   const PackedRecord* record = nullptr;
+  const PackedRecord* velocities = nullptr;  // null: not told; without bits for what is asleep
 };
+
+// What an item adds to a list, in bits, at most: a list whose items have all the same samples takes less.
+int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples);
+// The list's own.
+inline constexpr int kMaxListBits = 32;
 
 void WriteFastList(BitWriter& writer, std::span<const FastItem> items);
 
@@ -46,6 +54,7 @@ class FastListReader {
   explicit FastListReader(BitReader& reader);
   // The next body's head; its record follows in the reader. False at the end and on an error.
   bool Next(BodyId& id, SampleTicks& samples);
+  bool has_velocities() const { return velocities_; }  // of the body that Next gave
   // False: ids do not ascend, or samples of no tick. Reading past the end shows in reader.ok().
   bool ok() const { return ok_; }
 
@@ -54,7 +63,7 @@ class FastListReader {
 
   BitReader& reader_;
   std::uint64_t left_ = 0;
-  bool uniform_ = false, ok_ = true;
+  bool uniform_ = false, some_velocities_ = false, all_velocities_ = false, velocities_ = false, ok_ = true;
   BodyId previous_;
   SampleTicks samples_;
 };

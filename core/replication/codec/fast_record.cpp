@@ -21,6 +21,8 @@ int Parameter(const std::array<std::uint8_t, kSize>& table, const Prediction& pr
   return prediction.flies ? kFlyingParameter : table[std::min(static_cast<std::size_t>(bits), kSize - 1)];
 }
 
+}  // namespace
+
 void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
   const std::uint64_t shifted = ZigZag(residual) + (std::uint64_t{1} << k);
   const int bits = static_cast<int>(std::bit_width(shifted)) - 1;  // k + n
@@ -38,8 +40,6 @@ bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) 
   residual = UnZigZag(shifted - (std::uint64_t{1} << k));
   return true;
 }
-
-}  // namespace
 
 void PackedRecord::Append(std::uint64_t value, int count) {
   assert(count >= 0 && count <= 64 && bits + count <= static_cast<int>(kMaxWords * 64));

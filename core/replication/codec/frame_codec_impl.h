@@ -211,6 +211,7 @@ class FramePass {
         return Bad("new owner", departure.id);
       }
       departure.to = RegionId(static_cast<std::uint32_t>(to));
+      departure.why = to == 0 ? DepartureRecord::Why::kRemoved : DepartureRecord::Why::kHandedOver;
       if (kDecoding) frame.departures.push_back(departure);
       previous = departure.id;
     }

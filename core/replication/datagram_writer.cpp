@@ -1,0 +1,79 @@
+#include "core/replication/datagram_writer.h"
+
+#include <cassert>
+#include <utility>
+
+namespace tessera::replication {
+
+void DatagramWriter::Open() {
+  WriteHeader(head_, header_);
+  written_.emplace_back();
+  previous_departure_ = BodyId();
+  changes_.clear();
+  wholes_.clear();
+  body_bits_ = 0;
+}
+
+void DatagramWriter::Close() {
+  head_.WriteBit(false);
+  WriteFastList(head_, changes_);
+  BodyId previous;
+  for (const Pick& whole : wholes_) {
+    head_.WriteBit(true);
+    WriteIdGap(head_, previous, whole.id);
+    whole.record->AppendTo(head_);
+    previous = whole.id;
+  }
+  head_.WriteBit(false);
+  assert(head_.bit_count() <= max_bits_);
+  written_.back().bytes = head_.Finish();
+  ++header_.sequence;
+}
+
+void DatagramWriter::Departure(const DepartureRecord& departure) {
+  assert(changes_.empty() && wholes_.empty());
+  const auto write = [&] {
+    head_.WriteBit(true);
+    WriteIdGap(head_, previous_departure_, departure.id);
+    WriteDeparture(head_, departure);
+  };
+  const BitWriter::Mark mark = head_.mark();
+  write();
+  if (!Fits(0)) {
+    head_.Rewind(mark);
+    Close();
+    Open();
+    write();
+  }
+  previous_departure_ = departure.id;
+  written_.back().departures.push_back(departure.id);
+}
+
+void DatagramWriter::Body(const Pick& pick) {
+  const bool whole = pick.samples.ticks == 0;
+  const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
+  const auto bits = [&] {
+    if (whole) return 1 + kMaxIdBits + pick.record->bits;
+    return changes_.empty() ? MaxBits(item, BodyId(), {}) : MaxBits(item, changes_.back().id, changes_.back().samples);
+  };
+  auto needed = static_cast<std::size_t>(bits());
+  if (!Fits(needed)) {
+    Close();
+    Open();
+    needed = static_cast<std::size_t>(bits());
+  }
+  body_bits_ += needed;
+  if (whole) {
+    wholes_.push_back(pick);
+  } else {
+    changes_.push_back(item);
+  }
+  written_.back().known.push_back(pick.known);
+}
+
+std::vector<WrittenDatagram> DatagramWriter::Finish() {
+  Close();
+  return std::exchange(written_, {});
+}
+
+}  // namespace tessera::replication

@@ -1,0 +1,84 @@
+#include "core/replication/interest.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera::replication {
+namespace {
+
+// Cells across the radius of interest: more follow its circle closer, and cost more to look through.
+constexpr double kCellsInRadius = 4;
+constexpr double kMinCell_m = 1;
+constexpr int kMaxColumns = 512;
+// Of a cell's length: how far beyond its edge a body still counts as in it.
+constexpr double kStay = 0.1;
+
+// Of the radius: how far beyond it what is seen stays seen.
+constexpr double kKeep = 1.0 / 6;
+// Of a cell's length: a place that has moved less sees what it saw.
+constexpr double kMoved = 0.2;
+
+}  // namespace
+
+CellGrid::CellGrid(const Aabb& world_bounds, double interest_radius_m)
+    : min_x_(world_bounds.min.x), min_z_(world_bounds.min.z), cell_m_(0) {
+  if (interest_radius_m <= 0) return;
+  const double length_m = world_bounds.max.x - world_bounds.min.x, width_m = world_bounds.max.z - world_bounds.min.z;
+  cell_m_ = std::max({interest_radius_m / kCellsInRadius, kMinCell_m, length_m / kMaxColumns, width_m / kMaxColumns});
+  columns_ = std::max(1, static_cast<int>(std::ceil(length_m / cell_m_)));
+  rows_ = std::max(1, static_cast<int>(std::ceil(width_m / cell_m_)));
+}
+
+int CellGrid::Place(double offset_m, int count) const {
+  if (count == 1 || !(offset_m > 0)) return 0;
+  return static_cast<int>(std::min(std::floor(offset_m / cell_m_), static_cast<double>(count - 1)));
+}
+
+double CellGrid::Distance(int column, int row, double x, double z) const {
+  const Rect cell{min_x_ + column * cell_m_, min_z_ + row * cell_m_, min_x_ + (column + 1) * cell_m_,
+                  min_z_ + (row + 1) * cell_m_};
+  return cell.DistanceTo(x, z);
+}
+
+std::uint32_t CellGrid::CellAt(Vec3d position, std::optional<std::uint32_t> before) const {
+  const int column = ColumnOf(position.x), row = RowOf(position.z);
+  if (before.has_value()) {
+    const int was_column = static_cast<int>(*before) % columns_, was_row = static_cast<int>(*before) / columns_;
+    if (std::abs(column - was_column) <= 1 && std::abs(row - was_row) <= 1 &&
+        Distance(was_column, was_row, position.x, position.z) <= kStay * cell_m_) {
+      return *before;
+    }
+  }
+  return IndexOf(column, row);
+}
+
+bool InterestWindow::Follow(const CellGrid& grid, double radius_m, const std::optional<Vec3d>& centre) {
+  const bool all = radius_m <= 0;
+  if (all || !centre.has_value()) {
+    const bool changed = !looked_ || (!all && !seen_.empty());
+    looked_ = true;
+    at_.reset();
+    seen_.clear();
+    if (all) seen_.push_back(0);
+    return changed;
+  }
+  if (at_.has_value() && std::hypot(centre->x - at_->x, centre->z - at_->z) < kMoved * grid.cell_m()) return false;
+  at_ = centre;
+  looked_ = true;
+  const double keep_m = radius_m * (1 + kKeep);
+  std::vector<std::uint32_t> now;
+  for (int row = grid.RowOf(centre->z - keep_m); row <= grid.RowOf(centre->z + keep_m); ++row) {
+    for (int column = grid.ColumnOf(centre->x - keep_m); column <= grid.ColumnOf(centre->x + keep_m); ++column) {
+      const double distance_m = grid.Distance(column, row, centre->x, centre->z);
+      const std::uint32_t cell = grid.IndexOf(column, row);
+      if (distance_m <= radius_m || (distance_m <= keep_m && Sees(cell))) now.push_back(cell);
+    }
+  }
+  if (now == seen_) return false;
+  seen_ = std::move(now);
+  return true;
+}
+
+bool InterestWindow::Sees(std::uint32_t cell) const { return std::binary_search(seen_.begin(), seen_.end(), cell); }
+
+}  // namespace tessera::replication

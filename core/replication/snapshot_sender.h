@@ -1,0 +1,102 @@
+// Inside of SnapshotSender: what one client was told, and what it is to be told next. Not for others.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/replication/datagram_writer.h"
+#include "core/replication/snapshot_history.h"
+
+namespace tessera::replication {
+
+// A body that the client is told of.
+struct Known {
+  BodyId id;
+  Epoch epoch;
+  SlotIndex slot = 0;
+  std::uint32_t generation = 0;      // of the slot's body
+  std::uint32_t first_sequence = 0;  // acknowledgements of earlier datagrams are about another
+  SampleTicks acked;                 // ticks: the newest acknowledged itself; gaps to the two before it. 0: none
+  Tick sent;                         // tick at which it was written last
+  float priority = 0;
+  std::uint8_t unanswered = 0;  // records since the last acknowledgement
+  std::uint8_t repeats = 0;     // of the present state
+  bool used = false, active = false;
+};
+
+// A body that the client must learn is not there any more.
+struct Gone {
+  DepartureRecord record;
+  std::uint32_t first_sequence = 0;
+  std::optional<Tick> sent;
+};
+
+struct SentDatagram {
+  Tick tick;
+  std::vector<std::uint32_t> known;
+  std::vector<BodyId> departures;
+};
+
+struct SnapshotSender::Impl {
+  using History = SnapshotHistory::Impl;
+
+  explicit Impl(const Settings& settings_in) : settings(settings_in) {}
+
+  WrittenSnapshot Write(History& history, const ClientView& view, std::uint32_t last_input, std::int32_t margin);
+  absl::Status Acknowledge(std::uint32_t newest, std::uint64_t mask);
+
+  // What is seen.
+  void Follow(const History& history, const ClientView& view);
+  void Consider(const History& history, SlotIndex slot);
+  void Appear(const History& history, SlotIndex slot);
+  void Depart(const History& history, std::uint32_t index);
+  void Activate(std::uint32_t index);
+
+  // What is told.
+  struct Candidate {
+    std::uint32_t known;
+    float score;
+  };
+  void FindCandidates(const History& history, const ClientView& view);
+  bool Due(const History& history, const ClientView& view, Known& body, float& score) const;
+  void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
+  SampleTicks SamplesFor(const History& history, const Known& body) const;
+  std::vector<DepartureRecord> DueDepartures(const History& history);
+  void Remember(std::vector<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result);
+  void EarnBudget(const History& history, const ClientView& view);
+  std::uint64_t RepeatAfter() const;  // ticks
+
+  void AcknowledgeOne(std::uint32_t sequence);
+  void AcknowledgeBody(std::uint32_t index, std::uint32_t sequence, Tick tick);
+
+  Settings settings;
+  InterestWindow window;
+  std::uint64_t pushes_seen = 0;
+  std::vector<Known> known;
+  std::vector<std::uint32_t> unused;  // of `known`
+  absl::flat_hash_map<SlotIndex, std::uint32_t> by_slot;
+  std::vector<std::uint32_t> active;  // of `known`: those with something to tell, or in doubt
+  std::vector<Gone> gone;             // ascending by id
+
+  std::deque<SentDatagram> sent;  // the last one has the sequence next_sequence - 1
+  std::uint32_t next_sequence = 1;
+  double round_trip_ticks = 6;  // smoothed
+  double allowance_bytes = 0;
+  // Of the datagram written last.
+  std::optional<Tick> told_tick;
+  std::uint32_t told_input = 0;
+  std::int32_t told_margin = 0;
+
+  // Room used again and again.
+  std::vector<Candidate> candidates;
+  struct Chosen {
+    Pick pick;
+    std::uint32_t record;
+    bool velocities;
+  };
+  std::vector<Chosen> chosen;
+};
+
+}  // namespace tessera::replication
