@@ -1,0 +1,219 @@
+// What a client sees of a large world, and what that costs: around its own body, nearest first, within its budget.
+#include "core/replication/interest.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <map>
+#include <random>
+
+#include "core/replication/moving_bodies.h"
+#include "core/replication/quantize.h"
+
+namespace tessera::replication {
+namespace {
+
+constexpr Aabb kBounds{{-500, -2, -500}, {500, 50, 500}};
+
+TEST(InterestWindowTest, SeesTheCellsWithinTheRadiusAndKeepsThemALittleLonger) {
+  const CellGrid grid(kBounds, 100);
+  InterestWindow window;
+  EXPECT_TRUE(window.Follow(grid, 100, Vec3d(0, 0, 0)));
+  for (double x = -480; x < 480; x += 7) {
+    for (double z = -480; z < 480; z += 7) {
+      const std::uint32_t cell = grid.CellAt({x, 0, z}, std::nullopt);
+      const double distance_m = std::hypot(x, z);
+      if (distance_m <= 100) {
+        EXPECT_TRUE(window.Sees(cell)) << x << " " << z;
+      }
+      if (distance_m > 100 + grid.cell_m() * 1.5) {
+        EXPECT_FALSE(window.Sees(cell)) << x << " " << z;
+      }
+    }
+  }
+  const std::uint32_t edge = grid.CellAt({-99, 0, 0}, std::nullopt);
+  window.Follow(grid, 100, Vec3d(10, 0, 0));
+  EXPECT_TRUE(window.Sees(edge));
+  window.Follow(grid, 100, Vec3d(60, 0, 0));
+  EXPECT_FALSE(window.Sees(edge));
+}
+
+TEST(InterestWindowTest, WithoutAPlaceSeesNothingUnlessAllIsOfInterest) {
+  InterestWindow window;
+  EXPECT_TRUE(window.Follow(CellGrid(kBounds, 0), 0, std::nullopt));
+  EXPECT_TRUE(window.Sees(0));
+  InterestWindow blind;
+  blind.Follow(CellGrid(kBounds, 50), 50, std::nullopt);
+  EXPECT_TRUE(blind.cells().empty());
+}
+
+TEST(CellGridTest, ABodyOnAnEdgeDoesNotChangeCellsToAndFro) {
+  const CellGrid grid(kBounds, 100);
+  const double edge = kBounds.min.x + 10 * grid.cell_m();
+  std::uint32_t cell = grid.CellAt({edge - 1, 0, 0}, std::nullopt);
+  const std::uint32_t first = cell;
+  for (int i = 0; i < 20; ++i) {
+    cell = grid.CellAt({edge + (i % 2 == 0 ? 0.5 : -0.5), 0, 0}, cell);
+    EXPECT_EQ(cell, first);
+  }
+  EXPECT_NE(grid.CellAt({edge + 0.2 * grid.cell_m(), 0, 0}, cell), first);
+}
+
+// A client that walks through a world, over a network that loses and delays.
+class Walker {
+ public:
+  Walker(const Settings& settings, double loss, int delay, unsigned seed)
+      : loss_(loss), delay_(delay), random_(seed), sender_(settings), receiver_(kBounds, settings) {}
+
+  WrittenSnapshot See(const SnapshotHistory& history, Tick tick, Vec3d at) {
+    WrittenSnapshot written = sender_.Write(history, {.centre = at, .own = BodyId(1)}, 0, 0);
+    for (const Bytes& datagram : written.datagrams) {
+      bytes += datagram.size() + 64;
+      if (std::uniform_real_distribution<double>(0, 1)(random_) >= loss_) down_.emplace_back(tick, datagram);
+    }
+    while (!down_.empty() && down_.front().first + static_cast<std::uint64_t>(delay_) <= tick) {
+      const auto got = receiver_.Read(down_.front().second);
+      down_.pop_front();
+      EXPECT_TRUE(got.ok()) << got.status();
+      if (got.ok()) Take(*got);
+    }
+    up_.emplace_back(tick, receiver_.WriteAck());
+    while (!up_.empty() && up_.front().first + static_cast<std::uint64_t>(delay_) <= tick) {
+      EXPECT_TRUE(sender_.Acknowledge(up_.front().second).ok());
+      up_.pop_front();
+    }
+    return written;
+  }
+
+  std::map<BodyId, BodyState> seen;
+  std::map<BodyId, Tick> first_seen;
+  std::size_t appeared = 0, vanished = 0, bytes = 0;
+
+ private:
+  void Take(const ReceivedSnapshot& snapshot) {
+    for (const BodyRecord& body : snapshot.bodies) {
+      appeared += seen.contains(body.id) ? 0 : 1;
+      seen[body.id] = body.state;
+      first_seen.try_emplace(body.id, snapshot.tick);
+    }
+    for (const DepartureRecord& departure : snapshot.departures) {
+      EXPECT_EQ(departure.why, DepartureRecord::Why::kOutOfInterest);
+      EXPECT_EQ(seen.erase(departure.id), 1u) << "body " << departure.id << " vanished twice";
+      ++vanished;
+    }
+  }
+
+  double loss_;
+  int delay_;
+  std::mt19937 random_;
+  SnapshotSender sender_;
+  SnapshotReceiver receiver_;
+  std::deque<std::pair<Tick, Bytes>> down_, up_;
+};
+
+// Bodies at rest on a lattice of `pitch_m`, ids from 1.
+std::vector<BodyRecord> Lattice(int columns, double pitch_m) {
+  std::vector<BodyRecord> bodies;
+  for (int i = 0; i < columns * columns; ++i) {
+    BodyRecord body{.id = BodyId(static_cast<std::uint64_t>(i) + 1), .epoch = Epoch(1), .state = {}};
+    body.state.position = {(i % columns - columns / 2) * pitch_m, 0.5, (i / columns - columns / 2) * pitch_m};
+    body.state.asleep = true;
+    bodies.push_back(body);
+  }
+  return bodies;
+}
+
+TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
+  for (const double loss : {0.0, 0.2}) {
+    Settings settings;
+    settings.interest_radius_m = 60;
+    const std::vector<BodyRecord> bodies = Lattice(60, 10);
+    SnapshotHistory history(kBounds, settings);
+    Walker walker(settings, loss, 6, 1);
+    std::uint64_t tick = 0;
+    const auto stand = [&](Vec3d at, int snapshots) {
+      for (int n = 0; n < snapshots; ++n) {
+        tick += 2;
+        history.PushChanges(Tick(tick), tick == 2 ? bodies : std::vector<BodyRecord>(), {});
+        walker.See(history, Tick(tick), at);
+      }
+      for (const BodyRecord& body : bodies) {
+        const double distance_m = std::hypot(body.state.position.x - at.x, body.state.position.z - at.z);
+        if (distance_m <= 60) {
+          EXPECT_TRUE(walker.seen.contains(body.id)) << body.id;
+        }
+        if (distance_m > 60 * 1.17 + 15 * 1.5) {
+          EXPECT_FALSE(walker.seen.contains(body.id)) << body.id;
+        }
+      }
+    };
+    stand({0, 1, 0}, 60);
+    EXPECT_EQ(walker.vanished, 0u);
+    EXPECT_EQ(walker.appeared, walker.seen.size());
+    for (double x = 0; x < 200; x += 5) {
+      tick += 2;
+      history.PushChanges(Tick(tick), {}, {});
+      walker.See(history, Tick(tick), {x, 1, 0});
+    }
+    stand({200, 1, 0}, 60);
+    EXPECT_EQ(walker.appeared, walker.seen.size() + walker.vanished);
+    stand({0, 1, 0}, 60);  // what was turned away from comes back as it was
+    EXPECT_EQ(walker.appeared, walker.seen.size() + walker.vanished);
+  }
+}
+
+TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
+  Settings settings;
+  settings.client_bytes_per_s = 20'000;
+  MovingBodies world({.count = 800, .world_m = 200});
+  const Quantizer quantizer(kBounds, settings);
+  SnapshotHistory history(kBounds, settings);
+  Walker walker(settings, 0.05, 6, 2);
+  constexpr int kSnapshots = 300;
+  std::uint32_t deferred = 0;
+  for (int n = 1; n <= kSnapshots; ++n) {
+    world.Step(1.0 / 30);
+    history.Push(Tick(2 * static_cast<std::uint64_t>(n)), world.bodies(), {});
+    deferred += walker.See(history, Tick(2 * static_cast<std::uint64_t>(n)), world.bodies()[0].state.position).deferred;
+  }
+  EXPECT_GT(deferred, 0u);
+  EXPECT_LE(static_cast<double>(walker.bytes), 20'000 * (kSnapshots / 30.0 + 0.2));
+  EXPECT_GE(static_cast<double>(walker.bytes), 20'000 * (kSnapshots / 30.0) * 0.8);
+  EXPECT_EQ(walker.seen.size(), 800u);
+  // Once they rest, all come to be told as they are.
+  for (BodyRecord& body : world.bodies()) {
+    body.state.asleep = true;
+    body.state.linear_velocity = body.state.angular_velocity = {};
+  }
+  for (int n = kSnapshots + 1; n <= 2 * kSnapshots; ++n) {
+    history.Push(Tick(2 * static_cast<std::uint64_t>(n)), world.bodies(), {});
+    walker.See(history, Tick(2 * static_cast<std::uint64_t>(n)), world.bodies()[0].state.position);
+  }
+  for (const BodyRecord& body : world.bodies()) {
+    EXPECT_EQ(walker.seen.at(body.id), quantizer.Dequantize(quantizer.Quantize(body.state))) << body.id;
+  }
+}
+
+TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
+  Settings settings;
+  settings.client_bytes_per_s = 30'000;
+  const std::vector<BodyRecord> bodies = Lattice(70, 10);
+  SnapshotHistory history(kBounds, settings);
+  Walker walker(settings, 0, 3, 3);
+  for (std::uint64_t n = 1; n <= 240; ++n) {
+    history.PushChanges(Tick(2 * n), n == 1 ? bodies : std::vector<BodyRecord>(), {});
+    walker.See(history, Tick(2 * n), {0, 1, 0});
+  }
+  ASSERT_EQ(walker.seen.size(), bodies.size());
+  Tick near_by, far_by;
+  for (const BodyRecord& body : bodies) {
+    const bool near = std::hypot(body.state.position.x, body.state.position.z) < 80;
+    Tick& last = near ? near_by : far_by;
+    last = std::max(last, walker.first_seen.at(body.id));
+  }
+  EXPECT_LE(near_by, Tick(20));
+  EXPECT_GE(far_by, Tick(60));
+}
+
+}  // namespace
+}  // namespace tessera::replication
