@@ -55,6 +55,10 @@ class Bodies {
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);
+  // Ghosts that were just granted are as any others.
+  void ForgetGrants() {
+    for (Ghost& ghost : ghosts_) ghost.just_granted = false;
+  }
   // Makes the ghosts those of `shown` (ascending by id, none owned here) and those just granted. True if any was taken
   // out.
   bool PlaceGhosts(std::span<const Ghost> shown);

@@ -8,7 +8,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 2;
+constexpr std::uint8_t kFormat = 3;
 
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;  // kAtRest: both velocities are +0
@@ -157,26 +157,6 @@ void ReadInput(Reader& in, QueuedInput& input) {
   input.torque_nm = in.V3f();
 }
 
-void WriteControl(Writer& out, const PlayerControl& control) {
-  out.Varint(control.last_input);
-  out.U8(control.committed ? 1 : 0);
-  out.Varint(control.committed_number);
-  out.V(control.force_n);
-  out.V(control.torque_nm);
-  out.Varint(control.queue.size());
-  for (const QueuedInput& input : control.queue) WriteInput(out, input);
-}
-
-void ReadControl(Reader& in, PlayerControl& control) {
-  control.last_input = in.Varint32();
-  control.committed = in.U8() != 0;
-  control.committed_number = in.Varint32();
-  control.force_n = in.V3f();
-  control.torque_nm = in.V3f();
-  control.queue.resize(in.Count(kMinInputBytes));
-  for (QueuedInput& input : control.queue) ReadInput(in, input);
-}
-
 void WriteGrant(Writer& out, const Grant& grant) {
   out.Varint(grant.bodies.size());
   for (const GrantedBody& body : grant.bodies) {
@@ -217,12 +197,33 @@ absl::StatusOr<FrameHeader> ReadHeader(Reader& in) {
   header.tick = Tick(in.Varint());
   header.sender = RegionId(in.Varint32());
   header.map_version = MapVersion(in.Varint());
+  header.committed_version = MapVersion(in.Varint());
   if (!in.ok()) return Malformed("truncated");
   if (format != kFormat) return Malformed("unknown format");
   return header;
 }
 
 }  // namespace
+
+void WriteControl(Writer& out, const PlayerControl& control) {
+  out.Varint(control.last_input);
+  out.U8(control.committed ? 1 : 0);
+  out.Varint(control.committed_number);
+  out.V(control.force_n);
+  out.V(control.torque_nm);
+  out.Varint(control.queue.size());
+  for (const QueuedInput& input : control.queue) WriteInput(out, input);
+}
+
+void ReadControl(Reader& in, PlayerControl& control) {
+  control.last_input = in.Varint32();
+  control.committed = in.U8() != 0;
+  control.committed_number = in.Varint32();
+  control.force_n = in.V3f();
+  control.torque_nm = in.V3f();
+  control.queue.resize(in.Count(kMinInputBytes));
+  for (QueuedInput& input : control.queue) ReadInput(in, input);
+}
 
 bool SameBits(const BodyState& a, const BodyState& b) {
   const auto same_f = [](float x, float y) {
@@ -246,6 +247,7 @@ std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord
   out.Varint(frame.tick.value());
   out.Varint(frame.sender.value());
   out.Varint(frame.map_version.value());
+  out.Varint(frame.committed_version.value());
   WriteGhosts(out, frame.ghosts, previous);
   out.Varint(frame.impulses.size());
   for (const ImpulseRecord& record : frame.impulses) {
@@ -289,6 +291,7 @@ absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<cons
   frame.tick = header->tick;
   frame.sender = header->sender;
   frame.map_version = header->map_version;
+  frame.committed_version = header->committed_version;
   if (absl::Status status = ReadGhosts(in, previous, frame.ghosts); !status.ok()) {
     return in.ok() ? status : Malformed("truncated");
   }

@@ -20,6 +20,9 @@
 
 namespace tessera::region {
 
+class Reader;  // wire.h
+class Writer;
+
 // A body of the sender's that the receiver must see. `force_n` and `torque_nm` are what a player's input will do to it
 // in the next step (fields are not among them: both sides compute those).
 struct GhostRecord {
@@ -39,6 +42,7 @@ struct ImpulseRecord {
 struct QueuedInput {
   std::uint32_t number = 0;
   Vec3f force_n, torque_nm;  // as asked for; limits are applied when its tick comes
+  friend bool operator==(const QueuedInput&, const QueuedInput&) = default;
 };
 
 // All that a region knows about the steering of a player's body.
@@ -48,6 +52,7 @@ struct PlayerControl {
   std::uint32_t committed_number = 0;
   Vec3f force_n, torque_nm;        // what it will do, limits applied
   std::vector<QueuedInput> queue;  // ascending by number
+  friend bool operator==(const PlayerControl&, const PlayerControl&) = default;
 };
 
 // A touching pair whose events the new owner reports from now on.
@@ -91,20 +96,25 @@ struct ForwardedInput {
 struct FrameHeader {
   Tick tick;
   RegionId sender;
-  MapVersion map_version;
+  MapVersion map_version;        // in force for this frame
+  MapVersion committed_version;  // the newest that the sender knows to be committed; 0: none
 };
 
 struct Frame {
   Tick tick;
   RegionId sender;
-  MapVersion map_version;
-  std::vector<GhostRecord> ghosts;      // ascending by id
-  std::vector<ImpulseRecord> impulses;  // ascending by (own, other)
+  MapVersion map_version, committed_version;  // as in the header
+  std::vector<GhostRecord> ghosts;            // ascending by id
+  std::vector<ImpulseRecord> impulses;        // ascending by (own, other)
   std::vector<Grant> grants;
   std::vector<Confirmation> confirmations;
   std::vector<LateCorrection> late_corrections;
   std::vector<ForwardedInput> inputs;
 };
+
+// The part of a grant that the log has too.
+void WriteControl(Writer& out, const PlayerControl& control);
+void ReadControl(Reader& in, PlayerControl& control);
 
 bool SameBits(const BodyState& a, const BodyState& b);
 

@@ -62,18 +62,6 @@ absl::Status CheckInput(BodyId id, const QueuedInput& input) {
   return IsFinite(input.torque_nm) ? absl::OkStatus() : Bad(id, ": an input's torque_nm is not finite");
 }
 
-absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
-  if (absl::Status push = CheckPush(id, control.force_n, control.torque_nm, catalog); !push.ok()) return push;
-  if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
-  std::uint32_t last = std::max(control.last_input, control.committed ? control.committed_number : 0);
-  for (const QueuedInput& input : control.queue) {
-    if (input.number <= last) return Bad(id, ": input numbers do not ascend");
-    if (absl::Status status = CheckInput(id, input); !status.ok()) return status;
-    last = input.number;
-  }
-  return absl::OkStatus();
-}
-
 absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
   if (grant.bodies.empty()) return absl::InvalidArgumentError("a grant without bodies");
   BodyId last;
@@ -98,6 +86,18 @@ bool Shown(const Frame& frame, BodyId id) {
 }
 
 }  // namespace
+
+absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
+  if (absl::Status push = CheckPush(id, control.force_n, control.torque_nm, catalog); !push.ok()) return push;
+  if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
+  std::uint32_t last = std::max(control.last_input, control.committed ? control.committed_number : 0);
+  for (const QueuedInput& input : control.queue) {
+    if (input.number <= last) return Bad(id, ": input numbers do not ascend");
+    if (absl::Status status = CheckInput(id, input); !status.ok()) return status;
+    last = input.number;
+  }
+  return absl::OkStatus();
+}
 
 absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
   for (const GhostRecord& ghost : frame.ghosts) {

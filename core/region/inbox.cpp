@@ -18,16 +18,53 @@ Inbox::Link* Inbox::Find(RegionId id) {
   return it == links_.end() ? nullptr : &*it;
 }
 
+void Inbox::Expect(MapVersion version, std::span<const RegionId> neighbors) {
+  expected_version_ = version;
+  expected_neighbors_.assign(neighbors.begin(), neighbors.end());
+  early_.clear();
+}
+
+std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> Inbox::ChangeMap(MapVersion version,
+                                                                             std::span<const RegionId> neighbors,
+                                                                             Tick first, bool anew) {
+  std::vector<Link> links;
+  links.reserve(neighbors.size());
+  for (const RegionId id : neighbors) {
+    Link* old = anew ? nullptr : Find(id);
+    links.push_back(old != nullptr ? std::move(*old) : Link{id, first, {}, {}, {}});
+  }
+  links_ = std::move(links);
+  map_version_ = version;
+  std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> early;
+  early.reserve(early_.size());
+  for (auto& [from, bytes] : early_) early.emplace_back(from, std::move(bytes));
+  Expect(MapVersion(), {});
+  return early;
+}
+
+absl::Status Inbox::KeepEarly(RegionId from, std::span<const std::uint8_t> bytes) {
+  if (!std::binary_search(expected_neighbors_.begin(), expected_neighbors_.end(), from)) {
+    return absl::PermissionDeniedError(absl::StrCat("region ", from.value(), " is no neighbour by the next map"));
+  }
+  early_.emplace(from, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+  newest_commit_ = std::max(newest_commit_, expected_version_);
+  return absl::OkStatus();
+}
+
 absl::Status Inbox::Put(RegionId from, std::span<const std::uint8_t> bytes, Tick now, const Frame** taken) {
   *taken = nullptr;
-  Link* link = Find(from);
-  if (link == nullptr) return absl::PermissionDeniedError(absl::StrCat("region ", from.value(), " is not a neighbour"));
   const absl::StatusOr<FrameHeader> header = DecodeHeader(bytes);
   if (!header.ok()) return header.status();
+  const bool early = expected_version_ != MapVersion() && header->map_version == expected_version_;
+  Link* link = Find(from);
+  if (link == nullptr && !early) {
+    return absl::PermissionDeniedError(absl::StrCat("region ", from.value(), " is not a neighbour"));
+  }
   if (header->sender != from) {
     return absl::PermissionDeniedError(
         absl::StrCat("a frame of region ", header->sender.value(), " from region ", from.value()));
   }
+  if (early) return KeepEarly(from, bytes);
   if (header->map_version != map_version_) {
     return absl::FailedPreconditionError(
         absl::StrCat("map version ", header->map_version.value(), ", here it is ", map_version_.value()));
@@ -44,6 +81,7 @@ absl::Status Inbox::Put(RegionId from, std::span<const std::uint8_t> bytes, Tick
   link->before_previous = std::move(link->previous);
   link->previous = frame->ghosts;
   link->next = header->tick + 1;
+  newest_commit_ = std::max(newest_commit_, header->committed_version);
   link->frames.push_back(*std::move(frame));
   *taken = &link->frames.back();
   return absl::OkStatus();

@@ -5,7 +5,9 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -24,6 +26,17 @@ class Inbox {
   // Takes back the frame that the last Put added: the receiver found that its claims clash with what it owns.
   void Reject(RegionId from);
 
+  // A map is on its way: frames that go by it are kept as they came, at most one of each of its neighbours, until
+  // ChangeMap. MapVersion(): none is any more.
+  void Expect(MapVersion version, std::span<const RegionId> neighbors);
+  // Another map is in force. Links to neighbours that stay go on where they were, unless `anew`; the others begin with
+  // the frame of `first`. Returns the frames that were kept, for Put.
+  std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> ChangeMap(MapVersion version,
+                                                                        std::span<const RegionId> neighbors, Tick first,
+                                                                        bool anew);
+  // The newest map version that a good header called committed, or went by while it was expected.
+  MapVersion newest_commit() const { return newest_commit_; }
+
   bool Has(std::size_t neighbor, Tick tick) const;
   // Requires Has(neighbor, tick).
   Frame Take(std::size_t neighbor, Tick tick);
@@ -36,8 +49,11 @@ class Inbox {
     std::vector<GhostRecord> previous, before_previous;  // ghosts of the newest frame, and of the one before it
   };
   Link* Find(RegionId id);
+  absl::Status KeepEarly(RegionId from, std::span<const std::uint8_t> bytes);
 
-  const MapVersion map_version_;
+  MapVersion map_version_, expected_version_, newest_commit_;
+  std::vector<RegionId> expected_neighbors_;
+  std::map<RegionId, std::vector<std::uint8_t>> early_;
   const Catalog& catalog_;
   std::vector<Link> links_;  // in the order of the neighbours
 };

@@ -13,12 +13,22 @@ std::vector<TouchingPair> PairReports::Pairs(BodyId reporter) const {
 }
 
 void PairReports::Release(BodyId reporter) {
-  std::erase_if(told_, [&](const TouchingPair& pair) { return ReporterOf(pair.body_a, pair.body_b) == reporter; });
+  std::erase_if(told_, [&](const TouchingPair& pair) {
+    if (ReporterOf(pair.body_a, pair.body_b) != reporter) return false;
+    Note(pair, false);
+    return true;
+  });
 }
 
 void PairReports::Adopt(std::span<const TouchingPair> pairs) {
-  told_.insert(pairs.begin(), pairs.end());
+  for (const TouchingPair& pair : pairs) Begin(pair);
   swept_ = false;
+}
+
+bool PairReports::Begin(const TouchingPair& pair) {
+  if (!told_.insert(pair).second) return false;
+  Note(pair, true);
+  return true;
 }
 
 std::vector<physics::PairEvent> PairReports::Report(std::span<const physics::PairEvent> events,
@@ -28,13 +38,15 @@ std::vector<physics::PairEvent> PairReports::Report(std::span<const physics::Pai
   for (const physics::PairEvent& event : events) {
     if (!owned(ReporterOf(event.body_a, event.body_b))) continue;
     const TouchingPair pair{event.body_a, event.body_b, event.trigger};
-    const bool news = event.begin ? told_.insert(pair).second : told_.erase(pair) != 0;
-    if (news) reports.push_back(event);
+    if (event.begin ? !Begin(pair) : told_.erase(pair) == 0) continue;
+    if (!event.begin) Note(pair, false);
+    reports.push_back(event);
   }
   if (!swept_) {
     swept_ = true;
     std::erase_if(told_, [&](const TouchingPair& pair) {
       if (present(pair.body_a) && present(pair.body_b)) return false;
+      Note(pair, false);
       reports.push_back({pair.body_a, pair.body_b, pair.trigger, false});
       return true;
     });

@@ -8,6 +8,7 @@
 #include <functional>
 #include <set>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/physics/world.h"
@@ -15,6 +16,12 @@
 #include "core/region/frame.h"
 
 namespace tessera::region {
+
+// Begun (or ended) and told.
+struct PairChange {
+  TouchingPair pair;
+  bool begun = false;
+};
 
 class PairReports {
  public:
@@ -24,6 +31,11 @@ class PairReports {
   std::vector<TouchingPair> Pairs(BodyId reporter) const;
   void Release(BodyId reporter);
   void Adopt(std::span<const TouchingPair> pairs);
+  // All that are begun and not ended, ascending; and what begun or ended since the last call, in order.
+  std::vector<TouchingPair> All() const { return {told_.begin(), told_.end()}; }
+  std::vector<PairChange> TakeChanges() { return std::exchange(changes_, {}); }
+  void KeepChanges(bool on) { keep_changes_ = on; }  // whether somebody takes them
+  BodyId ReporterOf(const TouchingPair& pair) const { return ReporterOf(pair.body_a, pair.body_b); }
   // A body left the world: its pairs end with the next `Report`.
   void BodyLeft() { swept_ = false; }
 
@@ -35,7 +47,14 @@ class PairReports {
  private:
   BodyId ReporterOf(BodyId a, BodyId b) const { return catalog_.Known(a) ? a : b; }
 
+  bool Begin(const TouchingPair& pair);  // false if it is told already
+  void Note(const TouchingPair& pair, bool begun) {
+    if (keep_changes_) changes_.push_back({pair, begun});
+  }
+
   const Catalog& catalog_;
+  bool keep_changes_ = false;
+  std::vector<PairChange> changes_;
   std::set<TouchingPair> told_;  // begun, not ended
   bool swept_ = true;            // no pair of `told_` lacks a body
 };

@@ -48,6 +48,12 @@ std::vector<PlayerNumber> Players::TakeSpawns() {
   return spawns;
 }
 
+std::map<PlayerNumber, PlayerControl> Players::Controls() const {
+  std::map<PlayerNumber, PlayerControl> controls;
+  for (const auto& [player, steering] : steering_) controls.emplace(player, steering.control);
+  return controls;
+}
+
 void Players::Adopt(PlayerNumber player, PlayerControl control) {
   Steering steering;
   steering.newest = std::max(control.last_input, control.committed ? control.committed_number : 0);

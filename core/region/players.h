@@ -22,10 +22,14 @@ class Players {
   void Leave(PlayerNumber player) { left_.insert(player); }
   bool HasLeft(PlayerNumber player) const { return left_.contains(player); }
   const std::set<PlayerNumber>& left() const { return left_; }
+  // Has a body, or had one: `Spawn` does nothing any more.
+  void MarkSpawned(PlayerNumber player) { spawned_.insert(player); }
+  const std::set<PlayerNumber>& spawned() const { return spawned_; }
   // Those asked for since the last call, ascending; each player comes out once in a life.
   std::vector<PlayerNumber> TakeSpawns();
 
   // Steering of the bodies owned here.
+  std::map<PlayerNumber, PlayerControl> Controls() const;
   void Adopt(PlayerNumber player, PlayerControl control);
   const PlayerControl* Find(PlayerNumber player) const;
   absl::Status Queue(const PlayerInput& input);

@@ -19,6 +19,8 @@ class Reach {
   Reach(const PartitionMap& map, RegionId self, std::span<const RegionId> neighbors, const Settings& settings,
         double tick_s);
 
+  // The map has changed in place; with it the neighbours.
+  void SetNeighbors(std::span<const RegionId> neighbors) { neighbors_ = neighbors; }
   // Starts over for `bodies` bodies, none of which reaches anyone.
   void Clear(std::size_t bodies);
   // Marks whom the body reaches. False if it is so far inside its cell that nothing had to be predicted.
@@ -32,7 +34,7 @@ class Reach {
  private:
   const PartitionMap& map_;
   const RegionId self_;
-  const std::span<const RegionId> neighbors_;
+  std::span<const RegionId> neighbors_;
   const double aura_m_, horizon_s_;
   std::vector<std::uint8_t> seen_;  // bodies by neighbours
 };

@@ -25,6 +25,7 @@ std::vector<OutgoingFrame> Region::Start() { return impl_->Start(); }
 absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame) {
   const Frame* taken = nullptr;
   if (absl::Status status = impl_->inbox.Put(from, frame, impl_->tick, &taken); !status.ok()) return status;
+  impl_->change.Heard(impl_->inbox.newest_commit());
   if (taken == nullptr) return absl::OkStatus();
   absl::Status claims = impl_->CheckClaims(*taken);
   if (!claims.ok()) impl_->inbox.Reject(from);
@@ -32,6 +33,7 @@ absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame)
 }
 
 bool Region::CanStep() const {
+  if (halted()) return false;
   for (std::size_t i = 0; i < impl_->neighbors.size(); ++i) {
     if (!impl_->inbox.Has(i, impl_->tick)) return false;
   }
@@ -70,6 +72,31 @@ std::size_t Region::QueuedInputs(PlayerNumber player) const {
   return control == nullptr ? 0 : control->queue.size();
 }
 
+void Region::SetStandby(bool on) { impl_->SetStandby(on); }
+void Region::LogAcknowledged(Tick tick) { impl_->LogAcknowledged(tick); }
+Tick Region::acknowledged() const { return impl_->acknowledged; }
+Bytes Region::SaveState() const { return EncodeState(impl_->State()); }
+const Catalog& Region::catalog() const { return impl_->catalog; }
+
+absl::Status Region::Announce(const PartitionMap& map, Tick effective) { return impl_->Announce(map, effective); }
+
+absl::Status Region::Commit(MapVersion version) {
+  if (halted()) return absl::FailedPreconditionError("a failover is under way");
+  return impl_->change.Commit(version, impl_->tick, FurthestRegion(impl_->config.map, id()));
+}
+
+MapVersion Region::announced() const { return impl_->change.announced(); }
+bool Region::committed() const { return impl_->change.committed(); }
+std::size_t Region::away_count() const { return impl_->AwayCount(); }
+
+absl::StatusOr<Inventory> Region::BeginFailover(const PartitionMap& map, std::span<const Standby* const> wards) {
+  return impl_->BeginFailover(map, wards);
+}
+bool Region::halted() const { return impl_->failover.has_value(); }
+absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::span<const Standby* const> wards) {
+  return impl_->Resume(resolution, wards);
+}
+
 std::size_t Region::owned_count() const { return impl_->bodies.owned().size(); }
 std::size_t Region::ghost_count() const { return impl_->bodies.ghosts().size(); }
 
@@ -83,7 +110,7 @@ std::size_t Region::unconfirmed_grants() const { return impl_->unconfirmed.size(
 std::vector<BodyId> Region::KeptBodies() const {
   std::vector<BodyId> kept;
   kept.reserve(impl_->unconfirmed.size());
-  for (const RegionStep::Unconfirmed& grant : impl_->unconfirmed) kept.push_back(grant.id);
+  for (const auto& [key, grant] : impl_->unconfirmed) kept.push_back(key.first);
   return kept;
 }
 bool Region::Owns(BodyId body) const { return impl_->bodies.Owns(body); }

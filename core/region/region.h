@@ -10,6 +10,9 @@
 //     if (region.CanStep()) send(region.Step());  // frames of tick t
 //   }
 //
+// Besides: SetStandby streams its log to an heir, Announce and Commit change the map, BeginFailover and Resume carry on
+// after a death.
+//
 // Promise: at every tick each body has at most one owner among regions in step. Regions with the same inputs give the
 // same bits. Thread rule: one thread at a time.
 #pragma once
@@ -22,12 +25,19 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/physics/world.h"
 #include "core/region/settings.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
 
 namespace tessera::region {
+
+class Catalog;       // catalog.h
+class Standby;       // standby.h
+struct Inventory;    // inventory.h
+struct RegionState;  // log.h
+struct Resolution;   // resolve.h
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -37,6 +47,10 @@ struct Config {
   std::shared_ptr<const Scene> scene;
   PartitionMap map;
   Settings settings;
+  // What the region begins with instead of the scene at tick 0: a restored one with the bodies of the instance's
+  // checkpoint (MergeStates in restore.h), of which it takes those that the map gives it; one that joins a running
+  // instance with a state of no bodies and the tick before its map comes into force.
+  std::shared_ptr<const RegionState> initial = nullptr;
 };
 
 // What a player asks for its own body in one tick.
@@ -75,6 +89,7 @@ struct StepResult {
   std::vector<Departure> departures;
   std::vector<physics::PairEvent> events;  // those that this region reports: it owns the lower dynamic body of the pair
   std::uint32_t handed_out = 0, handed_in = 0;
+  Bytes log;                      // for the heir; empty while there is none (SetStandby)
   std::vector<BodyId> nonfinite;  // taken out of the world because their state was no longer finite, or beyond limits
   // How far the bodies whose prediction was needed, those awake near a border, came out from where Algorithm 1 had
   // predicted them one tick before, m.
@@ -99,7 +114,7 @@ class Region {
   // Whom this region exchanges frames with, ascending: its neighbours by the map.
   std::span<const RegionId> neighbors() const;
 
-  // Frames of tick 0. Call once, before anything else.
+  // Frames of tick 0, or of the initial state's. Call once, before anything else.
   std::vector<OutgoingFrame> Start();
   // A frame as it came off the wire. An error says why it was dropped ("truncated", "not a neighbour", "old tick",
   // "body 7: state is not finite"); nothing of it was used. A good one is kept until its tick; one that is here already
@@ -125,6 +140,43 @@ class Region {
   // Number of the last input that moved this player's body, carried along by handovers; 0 if none or not owned here.
   std::uint32_t LastInput(PlayerNumber player) const;
   std::size_t QueuedInputs(PlayerNumber player) const;  // that wait; how many ticks early the newest came
+
+  // --- Standby: the heir's copy.
+  // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call
+  // it when the heir is another or has a gap. While it is on, confirmations of what was granted to this region wait
+  // until the heir has it.
+  void SetStandby(bool on);
+  // The heir has all up to `tick`.
+  void LogAcknowledged(Tick tick);
+  // Up to which tick the heir has all; tick 0 as long as it has nothing, and without one.
+  Tick acknowledged() const;
+  // The whole state right after tick(), as a checkpoint keeps it.
+  Bytes SaveState() const;
+  const Catalog& catalog() const;  // of the scene; for Standby
+
+  // --- Planned maps: in force at the same tick everywhere, without a halt.
+  // Tells of a map that may come into force: from the frames of tick `effective` - 1 on. Repeating it does nothing; a
+  // higher version takes the place of a lower one that is not committed. FAILED_PRECONDITION: not above the map in
+  // force, effective - 1 has passed here, or another one is committed.
+  absl::Status Announce(const PartitionMap& map, Tick effective);
+  // The announced map is to come into force. Accepted only while everyone can still hear of it through the frames in
+  // time (a map committed by one is committed by all); otherwise FAILED_PRECONDITION: ask for a later tick. NOT_FOUND:
+  // that version is not announced. Repeating it does nothing.
+  absl::Status Commit(MapVersion version);
+  MapVersion announced() const;    // MapVersion() if none waits
+  bool committed() const;          // whether what is announced is committed
+  std::size_t away_count() const;  // owned bodies in cells that the map gives to others
+
+  // --- Failover.
+  // From now on nothing is stepped until Resume. `map` is the failover's; `wards` are the standbys of the dead that are
+  // held here. A newer map starts over, repeating it does nothing; either way the answer is what is held now.
+  // FAILED_PRECONDITION: a map that is not newer than the one in force.
+  absl::StatusOr<Inventory> BeginFailover(const PartitionMap& map, std::span<const Standby* const> wards);
+  bool halted() const;
+  // Does this region's part and comes to be at the tick before resume_tick, by the failover's map: the result has its
+  // frames, departures and log as if that tick had been stepped. Nothing of the world is changed but what is taken up.
+  // FAILED_PRECONDITION: it is the resolution of another failover, or a body is to be taken up that is not here.
+  absl::StatusOr<StepResult> Resume(const Resolution& resolution, std::span<const Standby* const> wards);
 
   std::size_t owned_count() const;  // dynamic bodies
   std::size_t ghost_count() const;

@@ -14,6 +14,9 @@ struct Settings {
   std::uint32_t lookahead_ticks = 4;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
+  // Bodies that one region hands over in one tick, at most; an assembly goes whole. What a new map moves goes in
+  // batches, because a body costs its new owner about as much as a step of several. Less, and a change takes longer.
+  std::uint32_t max_grants_per_tick = 64;
   // All regions compute in the same local coordinates. Equal to the bit, at the price of float error far from the
   // world's centre.
   bool shared_origin = false;

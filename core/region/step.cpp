@@ -50,13 +50,39 @@ RegionStep::RegionStep(Config config_in)
       inbox(neighbors, config.map.version(), catalog),
       reports(catalog),
       reach(config.map, config.self, neighbors, config.settings, tick_s),
-      outboxes_(neighbors.size()) {
-  for (const BodyDef& def : config.scene->bodies) {
-    if (def.motion != Motion::kDynamic) continue;
-    const BodyDef* anchor = catalog.Find(catalog.AssemblyOf(def.id).front());
-    if (config.map.OwnerOf(anchor->initial.position) == config.self) bodies.Own(def.id, Epoch(1), def.initial);
-  }
+      outboxes_(neighbors.size()),
+      log_(tick_s) {
+  OwnInitial();
   bodies.TieJoints();
+}
+
+void RegionStep::OwnInitial() {
+  if (config.initial == nullptr) {
+    for (const BodyDef& def : config.scene->bodies) {
+      if (def.motion != Motion::kDynamic) continue;
+      const BodyDef* anchor = catalog.Find(catalog.AssemblyOf(def.id).front());
+      if (config.map.OwnerOf(anchor->initial.position) == config.self) bodies.Own(def.id, Epoch(1), def.initial);
+    }
+    return;
+  }
+  const RegionState& initial = *config.initial;
+  tick = initial.tick;
+  inbox.ChangeMap(config.map.version(), neighbors, tick, true);
+  for (const StateBody& body : initial.bodies) {
+    // The lowest that is there: others of the assembly may have been taken out.
+    const StateBody* anchor = nullptr;
+    for (const BodyId id : catalog.AssemblyOf(body.id)) {
+      if (anchor == nullptr) anchor = initial.Find(id);
+    }
+    if (config.map.OwnerOf(anchor->state.position) != config.self) continue;
+    bodies.Own(body.id, body.epoch, body.state);
+    if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), initial.controls.at(PlayerOf(body.id)));
+  }
+  for (const PlayerNumber player : initial.spawned) players.MarkSpawned(player);
+  const auto reported_here = [&](const TouchingPair& pair) { return bodies.Owns(reports.ReporterOf(pair)); };
+  std::vector<TouchingPair> touching;
+  std::copy_if(initial.touching.begin(), initial.touching.end(), std::back_inserter(touching), reported_here);
+  reports.Adopt(touching);
 }
 
 std::vector<OutgoingFrame> RegionStep::Start() {
@@ -86,10 +112,13 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   enter(Phase::kPrediction);
   MeasurePrediction(result);
   CommitInputs();
+  ChangeMapIfDue();
   DecideHandovers();
   Predict();
   enter(Phase::kFrames);
+  ReleaseConfirmations();
   result.frames = MakeFrames();
+  WriteLog(result);
   enter(Phase::kDone);
   return result;
 }
@@ -121,9 +150,8 @@ RegionStep::Frames RegionStep::TakeFrames() {
   for (std::size_t i = 0; i < neighbors.size(); ++i) {
     frames.push_back(inbox.Take(i, tick));
     for (const Confirmation& confirmation : frames.back().confirmations) {
-      std::erase_if(unconfirmed, [&](const Unconfirmed& grant) {
-        return grant.id == confirmation.id && grant.epoch == confirmation.epoch && grant.to == neighbors[i];
-      });
+      const auto grant = unconfirmed.find({confirmation.id, confirmation.epoch});
+      if (grant != unconfirmed.end() && grant->second.to == neighbors[i]) unconfirmed.erase(grant);
     }
   }
   return frames;
@@ -135,7 +163,7 @@ void RegionStep::HandOut(StepResult& result) {
     if (!bodies.Owns(id)) continue;
     if (IsPlayerBody(id)) {
       for (const QueuedInput& input : players.Release(PlayerOf(id))) {
-        outboxes_[NeighborIndex(out.to)].inputs.push_back({id, input});
+        if (Outbox* box = OutboxTo(out.to); box != nullptr) box->inputs.push_back({id, input});
       }
     }
     reports.Release(id);
@@ -153,7 +181,7 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
         if (bodies.Owns(body.id)) continue;  // two neighbours grant one body: the first counts
         bodies.Own(body.id, body.epoch, body.state);
         taken_in.push_back(body.id);
-        outboxes_[i].confirmations.push_back({body.id, body.epoch});
+        due_confirmations.push_back({body.id, body.epoch, neighbors[i], tick + 1});
         if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), grant.control);
         ++result.handed_in;
       }
@@ -258,10 +286,14 @@ bool RegionStep::WasOwned(BodyId id) const {
   return bodies.Owns(id) && !std::binary_search(taken_in.begin(), taken_in.end(), id);
 }
 
-std::size_t RegionStep::NeighborIndex(RegionId id) const {
+std::ptrdiff_t RegionStep::NeighborIndex(RegionId id) const {
   const auto it = std::lower_bound(neighbors.begin(), neighbors.end(), id);
-  assert(it != neighbors.end() && *it == id);
-  return static_cast<std::size_t>(it - neighbors.begin());
+  return it != neighbors.end() && *it == id ? it - neighbors.begin() : -1;
+}
+
+RegionStep::Outbox* RegionStep::OutboxTo(RegionId id) {
+  const std::ptrdiff_t index = NeighborIndex(id);
+  return index < 0 ? nullptr : &outboxes_[static_cast<std::size_t>(index)];
 }
 
 const PlayerControl* RegionStep::ControlOf(BodyId id) const {

@@ -7,16 +7,22 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "core/region/bodies.h"
 #include "core/region/catalog.h"
 #include "core/region/exchange.h"
 #include "core/region/inbox.h"
+#include "core/region/inventory.h"
+#include "core/region/log.h"
+#include "core/region/map_change.h"
 #include "core/region/pair_reports.h"
 #include "core/region/players.h"
 #include "core/region/reach.h"
 #include "core/region/region.h"
+#include "core/region/resolve.h"
+#include "core/region/standby.h"
 
 namespace tessera::region {
 
@@ -29,16 +35,27 @@ class RegionStep {
   // Whether what a frame says agrees with what is owned here; names the body.
   absl::Status CheckClaims(const Frame& frame) const;
 
+  // Standby, maps and failover: see Region.
+  void SetStandby(bool on);
+  void LogAcknowledged(Tick up_to);
+  RegionState State() const;
+  absl::Status Announce(const PartitionMap& map, Tick effective);
+  void AdoptMap(PartitionMap map, bool anew);
+  std::size_t AwayCount() const;
+  absl::StatusOr<Inventory> BeginFailover(const PartitionMap& map, std::span<const Standby* const> wards);
+  absl::StatusOr<StepResult> Resume(const Resolution& resolution, std::span<const Standby* const> wards);
+
   // A body that is the neighbour's from the next step on.
   struct HandedOut {
     GhostRecord record;  // epoch: of the new ownership
     RegionId to;
   };
-  // Granted; kept until the new owner tells that it has it.
-  struct Unconfirmed {
+  // Taken in (or up); told to `to` once the heir has the tick from which it is owned here.
+  struct DueConfirmation {
     BodyId id;
     Epoch epoch;
     RegionId to;
+    Tick since;
   };
   // This region's solution of a contact across a border, and who owned the other body then.
   struct BorderContact {
@@ -59,8 +76,13 @@ class RegionStep {
   Tick tick;
   std::vector<HandedOut> handed_out;  // decided in the last step, ascending by body; true from the next on
   std::vector<BodyId> taken_in;       // owned since this step, ascending
-  std::vector<Unconfirmed> unconfirmed;
+  KeptGrants unconfirmed;             // granted; kept until the new owner tells that it has it
+  std::vector<DueConfirmation> due_confirmations;
   std::vector<BorderContact> border;  // of the last step
+  MapChange change;
+  std::optional<PartitionMap> failover;  // begun, not resumed
+  bool standby_on = false;
+  Tick acknowledged;  // by the heir
 
  private:
   // What is being written for one neighbour, and what it was last told.
@@ -94,7 +116,9 @@ class RegionStep {
 
   const HandedOut* FindHandedOut(BodyId id) const;
   bool WasOwned(BodyId id) const;  // in the last step
-  std::size_t NeighborIndex(RegionId id) const;
+  // Index into neighbors, or -1.
+  std::ptrdiff_t NeighborIndex(RegionId id) const;
+  Outbox* OutboxTo(RegionId id);  // null if it is no neighbour
   std::vector<std::size_t> OwnedAssembly(std::size_t index) const;
   Vec3d FieldOn(std::size_t index);  // of an awake body; kept until its state changes
   physics::Forces ForcesOn(std::size_t index);
@@ -111,7 +135,18 @@ class RegionStep {
   bool Slept(const Frames& frames, BodyId id) const;
   void KickBodies(const Kicks& kicks);
 
+  void OwnInitial();
+  void ChangeMapIfDue();
+  void ReleaseConfirmations();
+  void WriteLog(StepResult& result);
+  void TakeUp(const Takeover& takeover, const KeptGrant& copy);
+  void LetGo(BodyId id, RegionId to, const std::map<BodyId, KeptGrant>& copies, StepResult& result);
+  absl::Status FindCopies(const Resolution& resolution, std::span<const Standby* const> wards,
+                          std::map<BodyId, KeptGrant>& copies) const;
+  void KeepPending(const Resolution& resolution, std::span<const Standby* const> wards);
+
   std::vector<Outbox> outboxes_;
+  LogWriter log_;
   std::vector<std::pair<BodyId, BodyId>> touching_;  // pairs of the last step
 };
 

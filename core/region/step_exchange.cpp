@@ -75,7 +75,7 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
       if (out != nullptr && out->to != other_owner) {
         const LateCorrection late{id, Vec3f(share.impulse), Vec3f(share.angular)};
         if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
-        outboxes_[NeighborIndex(out->to)].late_corrections.push_back(late);
+        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
       } else if (bodies.world().Has(id) && !(between_others && bodies.Owns(id))) {
         kicks[id] += share;
       }
@@ -91,7 +91,7 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
   for (const Frame& frame : frames) {
     for (const LateCorrection& late : frame.late_corrections) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
-        outboxes_[NeighborIndex(out->to)].late_corrections.push_back(late);
+        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
       } else if (bodies.Owns(late.id)) {
         kicks[late.id] += {Vec3d(late.impulse_ns), Vec3d(late.angular_nms)};
       }

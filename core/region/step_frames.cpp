@@ -56,6 +56,7 @@ void RegionStep::DecideHandovers() {
   handed_out.clear();
   if (neighbors.empty()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    if (handed_out.size() >= config.settings.max_grants_per_tick) break;
     const OwnedBody& body = bodies.owned()[i];
     const bool tied = catalog.AssemblyOf(body.def->id).size() > 1;
     if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
@@ -85,11 +86,12 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
       grant.control = players.MakeGrant(PlayerOf(id));
     }
     grant.bodies.push_back({id, epoch, body.state});
-    for (const TouchingPair& pair : reports.Pairs(id)) grant.touching.push_back(pair);
+    std::vector<TouchingPair> touching = reports.Pairs(id);
+    grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
     handed_out.push_back({record, to});
-    unconfirmed.push_back({id, epoch, to});
+    unconfirmed[{id, epoch}] = {to, tick, body.state, grant.control, std::move(touching)};
   }
-  outboxes_[NeighborIndex(to)].grants.push_back(std::move(grant));
+  OutboxTo(to)->grants.push_back(std::move(grant));
 }
 
 void RegionStep::Predict() {
@@ -124,8 +126,9 @@ void RegionStep::ShowTouching() {
     RegionId to;
     if (const HandedOut* out = FindHandedOut(other); out != nullptr) to = out->to;
     if (const Ghost* ghost = bodies.FindGhost(other); ghost != nullptr) to = ghost->owner;
-    const std::ptrdiff_t index = to == RegionId() ? -1 : bodies.IndexOf(own);
-    if (index >= 0) reach.Show(static_cast<std::size_t>(index), NeighborIndex(to));
+    const std::ptrdiff_t neighbor = to == RegionId() ? -1 : NeighborIndex(to);
+    const std::ptrdiff_t index = neighbor < 0 ? -1 : bodies.IndexOf(own);
+    if (index >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(neighbor));
   };
   for (const auto& [a, b] : touching_) {
     show(a, b);
@@ -162,6 +165,7 @@ Frame RegionStep::MakeFrame(std::size_t neighbor) {
   frame.tick = tick;
   frame.sender = config.self;
   frame.map_version = config.map.version();
+  frame.committed_version = change.newest_commit();
   const auto granted = [&](BodyId id) {
     const HandedOut* out = FindHandedOut(id);
     return out != nullptr && out->to == to;

@@ -28,6 +28,14 @@ class Writer {
   void V(Vec3d v) { F64(v.x), F64(v.y), F64(v.z); }
   void Q(Quatd q) { F64(q.x), F64(q.y), F64(q.z), F64(q.w); }
 
+  // Room for `most` more bytes; `Wrote` says where what was written there ends.
+  std::uint8_t* Room(std::size_t most) {
+    bytes_.resize(bytes_.size() + most);
+    return bytes_.data() + bytes_.size() - most;
+  }
+  void Wrote(const std::uint8_t* end) { bytes_.resize(static_cast<std::size_t>(end - bytes_.data())); }
+  std::span<const std::uint8_t> bytes() const { return bytes_; }
+
   std::vector<std::uint8_t> Take() { return std::move(bytes_); }
 
  private:
@@ -44,6 +52,13 @@ class Reader {
 
   bool ok() const { return ok_; }
   std::size_t remaining() const { return bytes_.size() - at_; }
+
+  std::span<const std::uint8_t> rest() const { return bytes_.subspan(at_); }
+  void Skip(std::size_t n) {
+    if (n > remaining()) ok_ = false;
+    if (ok_) at_ += n;
+  }
+  void Fail() { ok_ = false; }
 
   std::uint8_t U8() {
     if (at_ == bytes_.size()) ok_ = false;

@@ -1,0 +1,62 @@
+#include "core/region/inventory.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::region {
+namespace {
+
+absl::Status Bad(const std::string& list, const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat(list, ": ", what));
+}
+
+template <class Claim>
+absl::Status CheckClaims(const std::string& list, const std::vector<Claim>& claims) {
+  for (std::size_t i = 0; i < claims.size(); ++i) {
+    if (claims[i].body == BodyId()) return Bad(list, "body 0");
+    if (claims[i].epoch == Epoch()) return Bad(list, "epoch 0");
+    if (i > 0 && !(claims[i - 1] < claims[i])) return Bad(list, "not ascending");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckOnce(const std::string& list, const std::vector<BodyClaim>& claims) {
+  const auto same = [](const BodyClaim& a, const BodyClaim& b) { return a.body == b.body; };
+  if (std::adjacent_find(claims.begin(), claims.end(), same) != claims.end()) return Bad(list, "a body twice");
+  return absl::OkStatus();
+}
+
+absl::Status CheckHoldings(const std::string& name, const std::vector<BodyClaim>& bodies,
+                           const std::vector<GrantClaim>& grants) {
+  if (absl::Status status = CheckClaims(name + "bodies", bodies); !status.ok()) return status;
+  if (absl::Status status = CheckOnce(name + "bodies", bodies); !status.ok()) return status;
+  return CheckClaims(name + "grants", grants);
+}
+
+}  // namespace
+
+absl::Status CheckInventory(const Inventory& inventory) {
+  if (inventory.region == RegionId()) return Bad("region", "must not be 0");
+  if (absl::Status status = CheckHoldings("", inventory.owned, inventory.grants); !status.ok()) return status;
+  RegionId last;
+  for (const WardInventory& ward : inventory.wards) {
+    if (ward.region <= last) return Bad("wards", "not ascending by region");
+    if (ward.region == inventory.region) return Bad("wards", "the region itself");
+    last = ward.region;
+    const std::string name = absl::StrCat("ward ", ward.region.value(), ": ");
+    if (absl::Status status = CheckHoldings(name, ward.bodies, ward.grants); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+WardInventory InventoryOf(const RegionState& state) {
+  WardInventory ward{state.region, state.incarnation, state.tick, {}, {}};
+  ward.bodies.reserve(state.bodies.size());
+  for (const StateBody& body : state.bodies) ward.bodies.push_back({body.id, body.epoch});
+  ward.grants.reserve(state.grants.size());
+  for (const auto& [key, grant] : state.grants) ward.grants.push_back({key.first, key.second, grant.to});
+  return ward;
+}
+
+}  // namespace tessera::region

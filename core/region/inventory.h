@@ -1,0 +1,53 @@
+// Inventory: what a region holds when a failover begins, so that for each body the highest epoch can be found.
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/region/log.h"
+#include "core/world/ids.h"
+
+namespace tessera::region {
+
+struct BodyClaim {
+  BodyId body;
+  Epoch epoch;
+  friend auto operator<=>(const BodyClaim&, const BodyClaim&) = default;
+};
+
+// Granted, not confirmed: the granter still has the state.
+struct GrantClaim {
+  BodyId body;
+  Epoch epoch;  // of the ownership that was granted
+  RegionId to;
+  friend auto operator<=>(const GrantClaim&, const GrantClaim&) = default;
+};
+
+// What an heir has of a dead region, as of the last whole tick that came.
+struct WardInventory {
+  RegionId region;
+  Incarnation incarnation;
+  Tick tick;
+  std::vector<BodyClaim> bodies;   // ascending
+  std::vector<GrantClaim> grants;  // ascending
+  friend bool operator==(const WardInventory&, const WardInventory&) = default;
+};
+
+struct Inventory {
+  MapVersion version;  // of the failover that it answers
+  RegionId region;
+  Tick tick;                         // of the last step
+  std::vector<BodyClaim> owned;      // ascending
+  std::vector<GrantClaim> grants;    // ascending
+  std::vector<WardInventory> wards;  // ascending by region
+  friend bool operator==(const Inventory&, const Inventory&) = default;
+};
+
+// INVALID_ARGUMENT naming the list: out of order, a body or epoch 0, a ward that is the region itself.
+absl::Status CheckInventory(const Inventory& inventory);
+
+WardInventory InventoryOf(const RegionState& state);
+
+}  // namespace tessera::region

@@ -1,0 +1,536 @@
+#include "core/region/log.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/frame_check.h"
+#include "core/region/log_wire.h"
+#include "core/region/wire.h"
+#include "core/world/limits.h"
+#include "core/world/state_check.h"
+
+namespace tessera::region {
+namespace {
+
+constexpr std::uint8_t kMagic[] = {'T', 'L'};
+constexpr std::uint8_t kFormat = 1;
+constexpr std::uint8_t kWhole = 1, kChanges = 2;
+constexpr std::size_t kChecksumBytes = 8;
+constexpr std::uint8_t kTrigger = 1, kBegun = 2;
+
+absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
+
+const auto kByBody = [](const StateBody& body, BodyId wanted) { return body.id < wanted; };
+
+// --- Writing.
+
+void WriteHeader(Writer& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
+  out.U8(kMagic[0]);
+  out.U8(kMagic[1]);
+  out.U8(kFormat);
+  out.U8(kind);
+  out.Varint(region.value());
+  out.Varint(incarnation.value());
+  out.Varint(tick.value());
+}
+
+void WriteState(Writer& out, const BodyState& state, const BodyState* base, double tick_s) {
+  out.Wrote(PackState(out.Room(kMaxStateBytes + 8), state, base, tick_s));
+}
+
+template <class List>
+void WriteIds(Writer& out, const List& ids) {
+  std::uint64_t last = 0;
+  out.Varint(ids.size());
+  for (const auto id : ids) {
+    out.Varint(id.value() - last);
+    last = id.value();
+  }
+}
+
+void WritePair(Writer& out, const TouchingPair& pair, bool begun) {
+  out.Varint(pair.body_a.value());
+  out.Varint(pair.body_b.value());
+  out.U8(static_cast<std::uint8_t>((pair.trigger ? kTrigger : 0) | (begun ? kBegun : 0)));
+}
+
+void WriteControls(Writer& out, const std::map<PlayerNumber, PlayerControl>& controls,
+                   const std::map<PlayerNumber, PlayerControl>* base) {
+  std::vector<const std::pair<const PlayerNumber, PlayerControl>*> changed;
+  for (const auto& entry : controls) {
+    const auto before = base == nullptr ? controls.end() : base->find(entry.first);
+    if (base != nullptr && before != base->end() && before->second == entry.second) continue;
+    changed.push_back(&entry);
+  }
+  out.Varint(changed.size());
+  for (const auto* entry : changed) {
+    out.Varint(entry->first.value());
+    WriteControl(out, entry->second);
+  }
+}
+
+void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGrant& grant) {
+  out.Varint(key.first.value());
+  out.Varint(key.second.value());
+  out.Varint(grant.to.value());
+  out.Varint(grant.tick.value());
+  WriteState(out, grant.state, nullptr, 0);
+  if (IsPlayerBody(key.first)) WriteControl(out, grant.control);
+  out.Varint(grant.touching.size());
+  for (const TouchingPair& pair : grant.touching) WritePair(out, pair, true);
+}
+
+// Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
+void WriteGrants(Writer& out, const KeptGrants& grants, const KeptGrants& base) {
+  std::vector<const KeptGrants::value_type*> granted;
+  for (const auto& entry : grants) {
+    const auto before = base.find(entry.first);
+    if (before == base.end() || !(before->second == entry.second)) granted.push_back(&entry);
+  }
+  out.Varint(granted.size());
+  for (const auto* entry : granted) WriteGrant(out, entry->first, entry->second);
+  std::vector<std::pair<BodyId, Epoch>> settled;
+  for (const auto& [key, grant] : base) {
+    if (!grants.contains(key)) settled.push_back(key);
+  }
+  out.Varint(settled.size());
+  for (const auto& [id, epoch] : settled) {
+    out.Varint(id.value());
+    out.Varint(epoch.value());
+  }
+}
+
+Bytes Sealed(Writer& out) {
+  std::uint64_t sum = LogChecksum(out.bytes());
+  for (std::size_t i = 0; i < kChecksumBytes; ++i, sum >>= 8) out.U8(static_cast<std::uint8_t>(sum));
+  return out.Take();
+}
+
+// --- Reading.
+
+bool NextId(Reader& in, std::uint64_t& last) {
+  const std::uint64_t step = in.Varint();
+  if (step == 0 || last + step < last) return false;
+  last += step;
+  return true;
+}
+
+// Of what a message is made of, that which is the same for both kinds. `base` is empty for a whole state.
+class MessageReader {
+ public:
+  MessageReader(Reader& in, const Catalog& catalog, const RegionState& base)
+      : in_(in), catalog_(catalog), base_(base), tick_s_(1.0 / catalog.scene().tick_rate_hz) {}
+
+  absl::Status ReadBodies(std::vector<StateBody>& bodies) {
+    bodies.resize(in_.Count(3));
+    std::uint64_t last = 0;
+    auto before = base_.bodies.begin();
+    for (StateBody& body : bodies) {
+      if (!NextId(in_, last)) return Bad("bodies: ids do not ascend");
+      body.id = BodyId(last);
+      if (!catalog_.Known(body.id)) return Unknown(body.id);
+      while (before != base_.bodies.end() && before->id < body.id) ++before;
+      const StateBody* base = before != base_.bodies.end() && before->id == body.id ? &*before : nullptr;
+      body.epoch = Epoch(in_.Varint32());
+      if (body.epoch == Epoch() && base != nullptr) body.epoch = base->epoch;
+      if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", last, ": epoch 0"));
+      ReadState(base == nullptr ? nullptr : &base->state, body.state);
+      if (!in_.ok()) return Bad("truncated");
+      if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadControls(std::map<PlayerNumber, PlayerControl>& controls) {
+    const std::size_t count = in_.Count(28);
+    for (std::size_t i = 0; i < count; ++i) {
+      const PlayerNumber player(in_.Varint32());
+      const BodyId id = PlayerBodyId(player);
+      if (!catalog_.Known(id)) return Unknown(id);
+      PlayerControl control;
+      ReadControl(in_, control);
+      if (absl::Status status = CheckControl(id, control, catalog_); !status.ok()) return status;
+      if (!controls.emplace(player, std::move(control)).second) return Bad("controls: a player twice");
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadSpawned(std::vector<PlayerNumber>& spawned) {
+    std::uint64_t last = 0;
+    spawned.resize(in_.Count(1));
+    for (PlayerNumber& player : spawned) {
+      if (!NextId(in_, last) || last > kMaxPlayers) return Bad("spawned: players do not ascend");
+      player = PlayerNumber(static_cast<std::uint32_t>(last));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadPairs(std::vector<PairChange>& changes) {
+    changes.resize(in_.Count(3));
+    for (PairChange& change : changes) {
+      change.pair.body_a = BodyId(in_.Varint());
+      change.pair.body_b = BodyId(in_.Varint());
+      const std::uint8_t flags = in_.U8();
+      if (flags > (kTrigger | kBegun)) return Bad("pairs: unknown flags");
+      change.pair.trigger = (flags & kTrigger) != 0;
+      change.begun = (flags & kBegun) != 0;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadGrants(KeptGrants& grants) {
+    const std::size_t count = in_.Count(8);
+    for (std::size_t i = 0; i < count; ++i) {
+      const BodyId id(in_.Varint());
+      const Epoch epoch(in_.Varint32());
+      if (!catalog_.Known(id)) return Unknown(id);
+      if (epoch.value() < 2) return Bad(absl::StrCat("grants: body ", id.value(), ": epoch ", epoch.value()));
+      KeptGrant grant;
+      grant.to = RegionId(in_.Varint32());
+      grant.tick = Tick(in_.Varint());
+      ReadState(nullptr, grant.state);
+      if (absl::Status status = CheckState(id, grant.state); !status.ok()) return status;
+      if (IsPlayerBody(id)) ReadControl(in_, grant.control);
+      if (absl::Status status = CheckControl(id, grant.control, catalog_); !status.ok()) return status;
+      std::vector<PairChange> pairs;
+      if (absl::Status status = ReadPairs(pairs); !status.ok()) return status;
+      for (const PairChange& pair : pairs) grant.touching.push_back(pair.pair);
+      if (!grants.emplace(std::pair(id, epoch), std::move(grant)).second) return Bad("grants: one twice");
+    }
+    return absl::OkStatus();
+  }
+
+  static absl::Status Unknown(BodyId id) {
+    return Bad(absl::StrCat("body ", id.value(), " is not a dynamic body of the scene"));
+  }
+
+ private:
+  void ReadState(const BodyState* base, BodyState& state) {
+    const std::size_t used = UnpackState(in_.rest(), base, tick_s_, state);
+    if (used == 0) in_.Fail();
+    in_.Skip(used);
+  }
+
+  Reader& in_;
+  const Catalog& catalog_;
+  const RegionState& base_;
+  const double tick_s_;
+};
+
+absl::StatusOr<LogHeader> ReadHeader(Reader& in) {
+  const std::uint8_t magic_a = in.U8(), magic_b = in.U8(), format = in.U8(), kind = in.U8();
+  LogHeader header;
+  header.whole = kind == kWhole;
+  header.region = RegionId(in.Varint32());
+  header.incarnation = Incarnation(in.Varint());
+  header.tick = Tick(in.Varint());
+  if (kind == kChanges) header.base = Tick(in.Varint());
+  if (!in.ok()) return absl::DataLossError("truncated");
+  if (magic_a != kMagic[0] || magic_b != kMagic[1]) return Bad("not a region's state or log");
+  if (format != kFormat) return Bad(absl::StrCat("format ", format, ", here it is ", kFormat));
+  if (kind != kWhole && kind != kChanges) return Bad("neither a state nor changes");
+  return header;
+}
+
+// The message without its checksum.
+absl::StatusOr<std::span<const std::uint8_t>> Opened(std::span<const std::uint8_t> bytes) {
+  if (bytes.size() < kChecksumBytes) return absl::DataLossError("truncated");
+  const std::span<const std::uint8_t> body = bytes.first(bytes.size() - kChecksumBytes);
+  std::uint64_t sum = 0;
+  for (std::size_t i = kChecksumBytes; i-- > 0;) sum = sum << 8 | bytes[body.size() + i];
+  if (sum != LogChecksum(body)) return absl::DataLossError("the checksum does not match: damaged or cut short");
+  return body;
+}
+
+absl::Status Finished(const Reader& in) {
+  if (!in.ok()) return Bad("truncated");
+  return in.remaining() == 0 ? absl::OkStatus() : Bad("trailing bytes");
+}
+
+// A player's body has a control, others have none.
+absl::Status CheckControls(const RegionState& state) {
+  std::size_t players = 0;
+  for (auto body = state.bodies.rbegin(); body != state.bodies.rend() && IsPlayerBody(body->id); ++body) {
+    if (!state.controls.contains(PlayerOf(body->id))) {
+      return Bad(absl::StrCat("body ", body->id.value(), " has no control"));
+    }
+    ++players;
+  }
+  return players == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
+}
+
+// What one message of changes says.
+struct Changes {
+  std::vector<BodyId> gone;
+  std::vector<StateBody> bodies;
+  std::map<PlayerNumber, PlayerControl> controls;
+  std::vector<PlayerNumber> spawned;
+  std::vector<PairChange> pairs;
+  KeptGrants granted;
+  std::vector<std::pair<BodyId, Epoch>> settled;
+};
+
+absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
+  MessageReader reader(in, catalog, state);
+  std::uint64_t last = 0;
+  changes.gone.resize(in.Count(1));
+  for (BodyId& id : changes.gone) {
+    if (!NextId(in, last)) return Bad("gone: ids do not ascend");
+    id = BodyId(last);
+    if (state.Find(id) == nullptr) return Bad(absl::StrCat("gone: body ", last, " is not there"));
+  }
+  if (absl::Status status = reader.ReadBodies(changes.bodies); !status.ok()) return status;
+  if (absl::Status status = reader.ReadControls(changes.controls); !status.ok()) return status;
+  if (absl::Status status = reader.ReadSpawned(changes.spawned); !status.ok()) return status;
+  if (absl::Status status = reader.ReadPairs(changes.pairs); !status.ok()) return status;
+  if (absl::Status status = reader.ReadGrants(changes.granted); !status.ok()) return status;
+  changes.settled.resize(in.Count(2));
+  for (auto& [id, epoch] : changes.settled) {
+    id = BodyId(in.Varint());
+    epoch = Epoch(in.Varint32());
+    if (!state.grants.contains({id, epoch})) return Bad(absl::StrCat("settled: body ", id.value(), " was not granted"));
+  }
+  if (absl::Status status = Finished(in); !status.ok()) return status;
+  // A body that is gone cannot have changed.
+  for (const BodyId id : changes.gone) {
+    const auto it = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
+    if (it != changes.bodies.end() && it->id == id) return Bad(absl::StrCat("body ", id.value(), " is gone and told"));
+  }
+  return absl::OkStatus();
+}
+
+void ApplyBodies(const Changes& changes, std::vector<StateBody>& bodies) {
+  std::size_t known = 0;
+  auto at = bodies.begin();
+  for (const StateBody& body : changes.bodies) {
+    at = std::lower_bound(at, bodies.end(), body.id, kByBody);
+    if (at == bodies.end() || at->id != body.id) continue;
+    *at = body;
+    ++known;
+  }
+  if (!changes.gone.empty()) {
+    std::erase_if(bodies, [&](const StateBody& body) {
+      return std::binary_search(changes.gone.begin(), changes.gone.end(), body.id);
+    });
+  }
+  if (known == changes.bodies.size()) return;
+  std::vector<StateBody> merged;
+  merged.reserve(bodies.size() + changes.bodies.size() - known);
+  const auto by_id = [](const StateBody& a, const StateBody& b) { return a.id < b.id; };
+  std::set_union(changes.bodies.begin(), changes.bodies.end(), bodies.begin(), bodies.end(), std::back_inserter(merged),
+                 by_id);
+  bodies = std::move(merged);
+}
+
+// Pairs as the changes leave them.
+void ApplyPairs(std::span<const PairChange> changes, std::vector<TouchingPair>& touching) {
+  for (const PairChange& change : changes) {
+    const auto at = std::lower_bound(touching.begin(), touching.end(), change.pair);
+    const bool there = at != touching.end() && *at == change.pair;
+    if (change.begun && !there) touching.insert(at, change.pair);
+    if (!change.begun && there) touching.erase(at);
+  }
+}
+
+}  // namespace
+
+const StateBody* RegionState::Find(BodyId id) const {
+  const auto it = std::lower_bound(bodies.begin(), bodies.end(), id, kByBody);
+  return it != bodies.end() && it->id == id ? &*it : nullptr;
+}
+
+absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) {
+  BodyId last;
+  for (const StateBody& body : state.bodies) {
+    if (body.id <= last) return Bad("bodies: ids do not ascend");
+    last = body.id;
+    if (!catalog.Known(body.id)) return MessageReader::Unknown(body.id);
+    if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", body.id.value(), ": epoch 0"));
+    if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
+  }
+  return CheckControls(state);
+}
+
+Bytes EncodeState(const RegionState& state) {
+  Writer out;
+  WriteHeader(out, kWhole, state.region, state.incarnation, state.tick);
+  out.Varint(state.bodies.size());
+  std::uint64_t last = 0;
+  for (const StateBody& body : state.bodies) {
+    out.Varint(body.id.value() - last);
+    last = body.id.value();
+    out.Varint(body.epoch.value());
+    WriteState(out, body.state, nullptr, 0);
+  }
+  WriteControls(out, state.controls, nullptr);
+  WriteIds(out, state.spawned);
+  out.Varint(state.touching.size());
+  for (const TouchingPair& pair : state.touching) WritePair(out, pair, true);
+  out.Varint(state.grants.size());
+  for (const auto& [key, grant] : state.grants) WriteGrant(out, key, grant);
+  return Sealed(out);
+}
+
+absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, const Catalog& catalog) {
+  const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
+  if (!body.ok()) return body.status();
+  Reader in(*body);
+  const absl::StatusOr<LogHeader> header = ReadHeader(in);
+  if (!header.ok()) return header.status();
+  if (!header->whole) return Bad("changes, not a whole state");
+  const RegionState nothing;
+  MessageReader reader(in, catalog, nothing);
+  RegionState state;
+  state.region = header->region;
+  state.incarnation = header->incarnation;
+  state.tick = header->tick;
+  std::vector<PairChange> pairs;
+  if (absl::Status status = reader.ReadBodies(state.bodies); !status.ok()) return status;
+  if (absl::Status status = reader.ReadControls(state.controls); !status.ok()) return status;
+  if (absl::Status status = reader.ReadSpawned(state.spawned); !status.ok()) return status;
+  if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
+  if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
+  if (absl::Status status = Finished(in); !status.ok()) return status;
+  if (absl::Status status = CheckControls(state); !status.ok()) return status;
+  for (const PairChange& change : pairs) {
+    if (!state.touching.empty() && !(state.touching.back() < change.pair)) return Bad("pairs: not ascending");
+    state.touching.push_back(change.pair);
+  }
+  return state;
+}
+
+absl::StatusOr<LogHeader> DecodeLogHeader(std::span<const std::uint8_t> bytes) {
+  Reader in(bytes);
+  return ReadHeader(in);
+}
+
+absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& catalog, RegionState& state) {
+  const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
+  if (!body.ok()) return body.status();
+  Reader in(*body);
+  const absl::StatusOr<LogHeader> header = ReadHeader(in);
+  if (!header.ok()) return header.status();
+  if (header->whole) return Bad("a whole state, not changes");
+  if (header->region != state.region || header->incarnation != state.incarnation) {
+    return absl::FailedPreconditionError("changes of another region or another life of it");
+  }
+  if (header->base != state.tick || header->tick <= state.tick) {
+    return absl::FailedPreconditionError(absl::StrCat("changes from tick ", header->base.value(), " to ",
+                                                      header->tick.value(), ", here is ", state.tick.value()));
+  }
+  Changes changes;
+  if (absl::Status status = ReadChanges(in, catalog, state, changes); !status.ok()) return status;
+  // Nothing below fails but for the last check, which is on a copy of little.
+  std::map<PlayerNumber, PlayerControl> controls = state.controls;
+  for (const BodyId id : changes.gone) {
+    if (IsPlayerBody(id)) controls.erase(PlayerOf(id));
+  }
+  for (auto& [player, control] : changes.controls) controls.insert_or_assign(player, std::move(control));
+  RegionState ends;
+  ends.controls = std::move(controls);
+  for (const StateBody& told : changes.bodies) {
+    if (IsPlayerBody(told.id) && !ends.controls.contains(PlayerOf(told.id))) return Bad("a player without a control");
+  }
+  for (const auto& [player, control] : ends.controls) {
+    const BodyId id = PlayerBodyId(player);
+    const bool told = std::binary_search(changes.bodies.begin(), changes.bodies.end(), StateBody{id, {}, {}},
+                                         [](const StateBody& a, const StateBody& b) { return a.id < b.id; });
+    if (!told && state.Find(id) == nullptr) return Bad("controls: a player without a body");
+  }
+  state.tick = header->tick;
+  state.controls = std::move(ends.controls);
+  ApplyBodies(changes, state.bodies);
+  std::vector<PlayerNumber> spawned;
+  std::set_union(state.spawned.begin(), state.spawned.end(), changes.spawned.begin(), changes.spawned.end(),
+                 std::back_inserter(spawned));
+  state.spawned = std::move(spawned);
+  ApplyPairs(changes.pairs, state.touching);
+  for (const auto& key : changes.settled) state.grants.erase(key);
+  for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
+  return absl::OkStatus();
+}
+
+// --- Owner's end.
+
+Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touching) {
+  if (!whole_) return WriteChanges(now);
+  whole_ = false;
+  last_ = RegionState();
+  last_.region = now.region;
+  last_.incarnation = now.incarnation;
+  last_.tick = now.tick;
+  last_.bodies.reserve(now.owned.size());
+  for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+  last_.controls = now.controls;
+  last_.spawned = now.spawned;
+  last_.grants = *now.grants;
+  last_.touching.assign(touching.begin(), touching.end());
+  Bytes bytes = EncodeState(last_);
+  last_.touching.clear();
+  return bytes;
+}
+
+Bytes LogWriter::WriteChanges(const LogView& now) {
+  struct Change {
+    std::size_t body;
+    const StateBody* base;
+  };
+  std::vector<Change> changed;
+  std::vector<BodyId> gone;
+  bool more = false;
+  auto before = last_.bodies.begin();
+  for (std::size_t i = 0; i < now.owned.size(); ++i) {
+    const OwnedBody& body = now.owned[i];
+    const BodyId id = body.def->id;
+    for (; before != last_.bodies.end() && before->id < id; ++before) gone.push_back(before->id);
+    if (before == last_.bodies.end() || before->id != id) {
+      changed.push_back({i, nullptr});
+      more = true;
+      continue;
+    }
+    if (before->epoch != body.epoch || !SameBits(before->state, body.state)) changed.push_back({i, &*before});
+    ++before;
+  }
+  for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
+
+  Writer out;
+  WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
+  out.Varint(last_.tick.value());
+  WriteIds(out, gone);
+  out.Varint(changed.size());
+  std::uint64_t last = 0;
+  for (const Change& change : changed) {
+    const OwnedBody& body = now.owned[change.body];
+    out.Varint(body.def->id.value() - last);
+    last = body.def->id.value();
+    const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
+    out.Varint(same_epoch ? 0 : body.epoch.value());
+    WriteState(out, body.state, change.base == nullptr ? nullptr : &change.base->state, tick_s_);
+  }
+  WriteControls(out, now.controls, &last_.controls);
+  std::vector<PlayerNumber> spawned;
+  std::set_difference(now.spawned.begin(), now.spawned.end(), last_.spawned.begin(), last_.spawned.end(),
+                      std::back_inserter(spawned));
+  WriteIds(out, spawned);
+  out.Varint(now.pair_changes.size());
+  for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
+  WriteGrants(out, *now.grants, last_.grants);
+
+  last_.tick = now.tick;
+  if (more || !gone.empty()) {
+    last_.bodies.clear();
+    for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+  } else {
+    for (const Change& change : changed) {
+      StateBody& base = last_.bodies[change.body];
+      base.epoch = now.owned[change.body].epoch;
+      base.state = now.owned[change.body].state;
+    }
+  }
+  last_.controls = now.controls;
+  last_.spawned = now.spawned;
+  if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
+  return Sealed(out);
+}
+
+}  // namespace tessera::region
