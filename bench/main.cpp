@@ -8,6 +8,7 @@
 #include <string>
 
 #include "bench/accuracy.h"
+#include "bench/borders.h"
 #include "bench/dissertation.h"
 #include "bench/lean.h"
 #include "bench/report.h"
@@ -36,6 +37,8 @@ constexpr Suite kSuites[] = {
      RunStability},
     {"speed", "Many bodies: CPU time, penetration and drift against stock Bullet, runs interleaved", RunSpeed},
     {"lean", "What a scene does not need: its cost where it is present but unneeded", RunLean},
+    {"borders", "1, 2, 4, 9 regions against one world: errors, momentum, outcomes, prediction, and what they cost",
+     RunBorders},
     {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
      RunSnapshots},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",

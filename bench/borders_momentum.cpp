@@ -1,0 +1,148 @@
+// Momentum, linear and angular, that borders make or lose: what all bodies have, less what they had, less what gravity
+// and static bodies gave.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bench/borders_stage.h"
+#include "core/physics/world.h"
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kCell_m = 20;
+
+struct Sums {
+  Vec3d linear, angular;
+  double scale = 0, angular_scale = 0;  // sum of abs(p), and of abs(p) times its distance from the middle
+};
+
+class Ledger {
+ public:
+  Ledger(const CutScene& cut, const Manner& manner) : instance_(Start(cut, manner)) {
+    for (const BodyDef& body : cut.scene->bodies) {
+      if (body.motion == Motion::kDynamic) dynamic_.push_back(&body);
+    }
+    const auto regions = instance_->regions();
+    for (const BodyDef* body : dynamic_) {
+      for (const region::Region* region : regions) {
+        if (region->Owns(body->id)) inertia_.push_back(region->world().InertiaOf(body->id));
+      }
+    }
+    first_ = Of();
+  }
+
+  void Ticks(int n) {
+    for (int i = 0; i < n; ++i) {
+      const double dt = 1.0 / instance_->scene().tick_rate_hz;
+      for (const BodyDef* body : dynamic_) {
+        const BodyState state = instance_->StateOf(body->id);
+        Give(state.position + Vec3d(state.linear_velocity) * (dt / 2),
+             instance_->scene().gravity_m_s2 * (body->mass_kg * dt), {});
+      }
+      instance_->Tick();
+      for (const region::Region* region : instance_->regions()) TakeStaticContacts(*region);
+      largest_ = std::max(largest_, Of().scale);
+    }
+  }
+
+  double Drift() const { return Length(Of().linear - first_.linear - given_.linear) / Scale(); }
+  double AngularDrift() const { return Length(Of().angular - first_.angular - given_.angular) / AngularScale(); }
+  std::uint64_t handovers() const { return instance_->handovers(); }
+
+ private:
+  Sums Of() const {
+    Sums sums;
+    for (std::size_t i = 0; i < dynamic_.size(); ++i) {
+      const BodyState state = instance_->StateOf(dynamic_[i]->id);
+      const Vec3d p = Vec3d(state.linear_velocity) * dynamic_[i]->mass_kg;
+      sums.linear += p;
+      sums.angular += Cross(state.position, p) + Spin(state, inertia_[i]);
+      sums.scale += Length(p);
+      sums.angular_scale += Length(p) * Length(Vec3d{state.position.x, state.position.y - 1, state.position.z});
+    }
+    return sums;
+  }
+  static Vec3d Spin(const BodyState& state, Vec3d inertia) {
+    const Vec3d w = Rotate(Conjugate(state.orientation), Vec3d(state.angular_velocity));
+    return Rotate(state.orientation, Vec3d{inertia.x * w.x, inertia.y * w.y, inertia.z * w.z});
+  }
+  double Scale() const { return std::max(first_.scale, largest_); }
+  double AngularScale() const { return first_.scale > 0 ? first_.angular_scale : largest_; }
+
+  void Give(Vec3d at, Vec3d impulse, Vec3d angular) {
+    given_.linear += impulse;
+    given_.angular += Cross(at, impulse) + angular;
+  }
+  // Each owner's account of what the ground and walls did to its bodies.
+  void TakeStaticContacts(const region::Region& region) {
+    for (const physics::Contact& contact : region.world().contacts()) {
+      const bool static_a = region.world().MassOf(contact.body_a) == 0,
+                 static_b = region.world().MassOf(contact.body_b) == 0;
+      if (!static_a && !static_b) continue;
+      const BodyId id = static_a ? contact.body_b : contact.body_a;
+      if (!region.Owns(id)) continue;
+      const Vec3d impulse = Vec3d(contact.impulse_on_b) * (static_a ? 1.0 : -1.0);
+      Give(instance_->StateOf(id).position, impulse,
+           Vec3d(static_a ? contact.angular_impulse_on_b : contact.angular_impulse_on_a));
+    }
+  }
+
+  std::unique_ptr<BorderInstance> instance_;
+  std::vector<const BodyDef*> dynamic_;
+  std::vector<Vec3d> inertia_;
+  Sums first_, given_;
+  double largest_ = 0;
+};
+
+void Measure(BorderStage& stage, const std::string& name, const Scene& scene,
+             std::initializer_list<std::uint32_t> counts, bool closed, double seconds) {
+  for (const std::uint32_t regions : counts) {
+    BorderStage::Progress(fmt::format("{}, {} regions", name, regions));
+    const Manner manner = Regions(regions);
+    Ledger ledger(CutBy(scene, regions, kCell_m), manner);
+    ledger.Ticks(static_cast<int>(60 * seconds));
+    stage.Note(name, manner.name, "momentum_drift", ledger.Drift());
+    if (!closed) stage.Note(name, manner.name, "angular_momentum_drift", ledger.AngularDrift());
+    stage.Note(name, manner.name, "handovers", static_cast<double>(ledger.handovers()));
+  }
+}
+
+double Length_s(const BorderStage& stage) { return stage.Few(60, 5); }
+
+void BallRows(BorderStage& stage) {
+  for (const double restitution : {0.0, 1.0}) {
+    for (const double gap : {0.0, 0.05}) {
+      Measure(stage, fmt::format("ball row e={} gap={}", restitution, gap), scenes::BallRow(restitution, gap),
+              {1, 2, 4, 9}, false, Length_s(stage));
+    }
+  }
+}
+void Blocks(BorderStage& stage) {
+  Measure(stage, "colliding blocks", scenes::CollidingBlocks(), {1, 2, 4, 9}, false, Length_s(stage));
+}
+void Rain(BorderStage& stage) {
+  Measure(stage, "rain in a box", scenes::RainInBox(stage.Few(200, 60)), {1, 2, 4}, true, Length_s(stage));
+}
+
+// What the first ball brings arrives beyond the border.
+void Cradle(BorderStage& stage) {
+  const Scene scene = scenes::BallRow(1, 0);
+  for (const std::uint32_t regions : {1U, 2U, 4U}) {
+    const Manner manner = Regions(regions);
+    const auto instance = Start(CutBy(scene, regions, kCell_m), manner);
+    instance->Ticks(120);
+    double arrived = 0;
+    for (std::uint64_t id = 4; id <= 6; ++id)
+      arrived += static_cast<double>(instance->StateOf(BodyId(id)).linear_velocity.x);
+    stage.Note("cradle", manner.name, "momentum_arrived", arrived / 5);
+  }
+}
+
+}  // namespace
+
+std::vector<BorderCheck> MomentumChecks() {
+  return {{"ball row", BallRows}, {"cradle", Cradle}, {"colliding blocks", Blocks}, {"rain in a box", Rain}};
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,196 @@
+// Scenes that are judged by their outcome: within the spread of one world over jittered, shuffled runs.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/borders_stage.h"
+#include "bench/statistics.h"
+#include "scenes/measured/builder.h"
+#include "scenes/measured/stacks.h"
+#include "scenes/measured/structures.h"
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kJitter_m = 0.001;
+
+// How one run came out.
+struct Outcome {
+  std::vector<Vec3d> places;  // of the dynamic bodies, in the order of the scene
+  std::vector<bool> stands;   // whether it is about as high as it was built
+  double ghosts_per_body = 0, bytes_per_tick = 0;
+};
+
+struct Chaotic {
+  std::string name;
+  Scene scene;
+  double seconds = 8;
+  double cell_m = 20;
+  bool pinned = false;
+  std::vector<std::uint32_t> counts{2, 4};
+  std::size_t judged = 0;  // so many dynamic bodies, the first; 0: all
+  double stands_m = 0.3;   // what ended no further above or below where it was built stands
+};
+
+Outcome RunOnce(const Chaotic& chaotic, const Manner& manner, std::uint64_t seed) {
+  const scenes::Jitter jitter = scenes::Jittered(chaotic.scene, seed, kJitter_m);
+  const auto instance = Start(CutBy(jitter.scene, manner.regions, chaotic.cell_m), manner);
+  const int ticks = static_cast<int>(60 * chaotic.seconds);
+  instance->Ticks(ticks);
+  Outcome outcome;
+  for (std::size_t i = 0; i < chaotic.scene.bodies.size(); ++i) {
+    const BodyDef& body = chaotic.scene.bodies[i];
+    if (body.motion != Motion::kDynamic) continue;
+    if (chaotic.judged > 0 && outcome.places.size() == chaotic.judged) break;
+    const Vec3d place = instance->StateOf(jitter.id_of[i]).position;
+    outcome.places.push_back(place);
+    outcome.stands.push_back(std::abs(place.y - body.initial.position.y) < chaotic.stands_m);
+  }
+  outcome.ghosts_per_body = instance->ghosts_per_body();
+  outcome.bytes_per_tick = static_cast<double>(instance->frame_bytes()) / ticks;
+  return outcome;
+}
+
+std::vector<Outcome> RunAll(const Chaotic& chaotic, const Manner& manner, int runs) {
+  std::vector<Outcome> all;
+  all.reserve(static_cast<std::size_t>(runs));
+  for (int seed = 1; seed <= runs; ++seed) all.push_back(RunOnce(chaotic, manner, static_cast<std::uint64_t>(seed)));
+  return all;
+}
+
+Vec3d MeanPlace(const std::vector<Outcome>& runs, std::size_t body, std::size_t but) {
+  Vec3d sum;
+  double count = 0;
+  for (std::size_t run = 0; run < runs.size(); ++run) {
+    if (run == but) continue;
+    sum += runs[run].places[body];
+    ++count;
+  }
+  return sum / count;
+}
+
+// Of every body of every run: how far it is from the mean of one world's other runs.
+std::vector<double> Deviations(const std::vector<Outcome>& runs, const std::vector<Outcome>& one) {
+  std::vector<double> all;
+  all.reserve(runs.size() * one.front().places.size());
+  for (std::size_t run = 0; run < runs.size(); ++run) {
+    const std::size_t but = &runs == &one ? run : one.size();
+    for (std::size_t body = 0; body < one.front().places.size(); ++body) {
+      all.push_back(Length(runs[run].places[body] - MeanPlace(one, body, but)));
+    }
+  }
+  return all;
+}
+
+double ShareStanding(const std::vector<Outcome>& runs) {
+  double stand = 0;
+  for (const Outcome& run : runs) stand += std::all_of(run.stands.begin(), run.stands.end(), [](bool b) { return b; });
+  return stand / static_cast<double>(runs.size());
+}
+
+double MeanHeight(const std::vector<Outcome>& runs) {
+  double sum = 0, count = 0;
+  for (const Outcome& run : runs) {
+    for (const Vec3d place : run.places) sum += place.y, ++count;
+  }
+  return sum / count;
+}
+
+void Judge(BorderStage& stage, const Chaotic& chaotic, const std::vector<Manner>& manners) {
+  const int runs = stage.Few(16, 4);
+  BorderStage::Progress(fmt::format("{}: one world, {} runs", chaotic.name, runs));
+  const std::vector<Outcome> one = RunAll(chaotic, Regions(1), runs);
+  const double spread = Quantile(Deviations(one, one), 0.95);
+  stage.Note(chaotic.name, "regions=1", "deviation_p95", spread, "m");
+  stage.Note(chaotic.name, "regions=1", "stands", ShareStanding(one));
+  for (const Manner& manner : manners) {
+    BorderStage::Progress(fmt::format("{}: {}", chaotic.name, manner.name));
+    const std::vector<Outcome> many = RunAll(chaotic, manner, runs);
+    const double deviation = Quantile(Deviations(many, one), 0.95);
+    stage.Note(chaotic.name, manner.name, "deviation_p95", deviation, "m");
+    stage.Note(chaotic.name, manner.name, "spread_ratio", deviation / spread);
+    stage.Note(chaotic.name, manner.name, "sunk", MeanHeight(one) - MeanHeight(many), "m");
+    stage.Note(chaotic.name, manner.name, "stands", ShareStanding(many));
+    stage.Note(chaotic.name, manner.name, "outcome_equal", ShareStanding(many) == ShareStanding(one) ? 1 : 0);
+    stage.Note(chaotic.name, manner.name, "ghosts_per_body", many.front().ghosts_per_body);
+    stage.Note(chaotic.name, manner.name, "bytes_per_tick", many.front().bytes_per_tick, "bytes");
+  }
+}
+
+void Judge(BorderStage& stage, const Chaotic& chaotic) {
+  std::vector<Manner> manners;
+  manners.reserve(chaotic.counts.size());
+  for (const std::uint32_t regions : chaotic.counts) manners.push_back(Regions(regions, chaotic.pinned));
+  Judge(stage, chaotic, manners);
+}
+
+void Piles(BorderStage& stage) {
+  const int layers = stage.Few(15, 8);
+  Judge(stage,
+        {.name = "pyramid", .scene = scenes::Pyramid(layers), .seconds = 500.0 / 60, .cell_m = 40, .stands_m = 10});
+}
+void Towers(BorderStage& stage) {
+  Judge(stage, {.name = "tower on the line", .scene = scenes::TowerInTurn(10, false), .pinned = true, .counts = {2}});
+  Judge(stage, {.name = "tower on the corner", .scene = scenes::TowerInTurn(10, true), .pinned = true, .counts = {4}});
+}
+void Walls(BorderStage& stage) {
+  Judge(stage, {.name = "wall across", .scene = scenes::BrickWall(8, 8, false), .pinned = true});
+  Judge(stage, {.name = "wall along", .scene = scenes::BrickWall(8, 8, true), .pinned = true, .counts = {2}});
+}
+void Hanging(BorderStage& stage) {
+  Judge(stage, {.name = "bridge", .scene = scenes::Bridge(), .judged = 20, .stands_m = 2});
+}
+
+// --- Outcomes that are one number.
+
+// Tiles that lie, and when the last one fell.
+void Dominoes(BorderStage& stage) {
+  constexpr int kCount = 80;
+  std::vector<double> fallen;
+  for (const std::uint32_t regions : {1U, 2U, 4U, 9U}) {
+    Scene scene = scenes::DominoRow(kCount);
+    const PartitionMap map = scenes::StripsOf(scene, regions, 44.0 / regions);
+    const Manner manner = Regions(regions);
+    const auto instance = Start({std::make_shared<const Scene>(scene), map}, manner);
+    double last_s = 0, count = 0;
+    for (int tick = 1; tick <= 60 * 20; ++tick) {
+      instance->Tick();
+      if (last_s == 0 && instance->StateOf(BodyId(kCount + 1)).position.y < 0.5) last_s = tick / 60.0;
+    }
+    for (std::uint64_t id = 2; id <= kCount + 1; ++id) count += instance->StateOf(BodyId(id)).position.y < 0.6 ? 1 : 0;
+    fallen.push_back(count);
+    stage.Note("dominoes", manner.name, "fallen", count);
+    stage.Note("dominoes", manner.name, "last_fell_after", last_s, "s");
+    if (regions > 1) stage.Note("dominoes", manner.name, "outcome_equal", count == fallen.front() ? 1 : 0);
+  }
+}
+
+// How far a cart has come, and how far its crate has slid on it.
+void Vehicle(BorderStage& stage) {
+  double way = 0;
+  for (const std::uint32_t regions : {1U, 2U, 4U, 9U}) {
+    scenes::Vehicle drive = scenes::Drive(-12);
+    const PartitionMap map = scenes::StripsOf(drive.scene, regions, 36.0 / regions);
+    const Manner manner = Regions(regions);
+    const auto instance = Start({std::make_shared<const Scene>(drive.scene), map}, manner);
+    instance->Ticks(60 * 8);
+    const BodyState chassis = instance->StateOf(drive.chassis), crate = instance->StateOf(drive.crate);
+    const Vec3d seat = Rotate(Conjugate(chassis.orientation), crate.position - chassis.position);
+    const double come = chassis.position.x + 12;
+    if (regions == 1) way = come;
+    stage.Note("vehicle", manner.name, "way", come, "m");
+    stage.Note("vehicle", manner.name, "crate_slid", std::hypot(seat.x, seat.z), "m");
+    stage.Note("vehicle", manner.name, "handovers", static_cast<double>(instance->handovers()));
+    if (regions > 1) stage.Note("vehicle", manner.name, "outcome_equal", std::abs(come - way) < 0.01 * way ? 1 : 0);
+  }
+}
+
+}  // namespace
+
+std::vector<BorderCheck> OutcomeChecks() {
+  return {{"pyramid", Piles},  {"tower", Towers},      {"wall", Walls},
+          {"bridge", Hanging}, {"dominoes", Dominoes}, {"vehicle", Vehicle}};
+}
+
+}  // namespace tessera::bench
