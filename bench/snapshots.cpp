@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "bench/snapshots_packer.h"
+#include "bench/snapshots_scale.h"
 #include "bench/snapshots_trace.h"
 #include "bench/statistics.h"
 #include "core/replication/codec/dense_model.h"
@@ -269,9 +270,7 @@ absl::StatusOr<Cost> AddPackerRows(const CubeTrace& trace, Rows& rows) {
   return cost;
 }
 
-}  // namespace
-
-absl::Status RunSnapshots(const SuiteOptions& options, Report& report) {
+absl::Status RunCubes(const SuiteOptions& options, Report& report) {
   const CubeTrace trace = RecordCubes(options.quick ? 8 : 54, CubeDrive::kMixed, 1);
   Rows rows("cubes901", report);
   rows.Add("trace", "moving_share",
@@ -302,6 +301,23 @@ absl::Status RunSnapshots(const SuiteOptions& options, Report& report) {
   const absl::StatusOr<double> rest = RestKbps(options.quick ? 5 : 20);
   if (!rest.ok()) return rest.status();
   rows.Add("live", "rest_kbps", *rest, "kbit/s");
+  return absl::OkStatus();
+}
+
+struct SnapshotScene {
+  const char* name;
+  absl::Status (*run)(const SuiteOptions&, Report&);
+};
+
+constexpr SnapshotScene kScenes[] = {{"cubes901", RunCubes}, {"scale", RunScale}};
+
+}  // namespace
+
+absl::Status RunSnapshots(const SuiteOptions& options, Report& report) {
+  for (const SnapshotScene& scene : kScenes) {
+    if (std::string(scene.name).find(options.only) == std::string::npos) continue;
+    if (absl::Status status = scene.run(options, report); !status.ok()) return status;
+  }
   return absl::OkStatus();
 }
 

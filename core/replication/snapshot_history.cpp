@@ -9,7 +9,6 @@ namespace tessera::replication {
 // --- Slots -----------------------------------------------------------------------------------------------------------
 
 const QuantizedState* Slot::At(Tick tick) const {
-  if (tick < first) return nullptr;
   for (std::size_t back = 0; back < changes.size(); ++back) {
     const std::size_t at = (newest + changes.size() - back) % changes.size();
     if (changes[at].tick <= tick) return &changes[at].state;
@@ -25,6 +24,8 @@ void SnapshotHistory::Impl::Begin(Tick now) {
   for (const std::uint32_t cell : noted) cells[cell].news.clear();
   noted.clear();
   records.clear();
+  for (const SlotIndex slot : recorded) faces[slot].records = 0;
+  recorded.clear();
 }
 
 void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
@@ -33,47 +34,45 @@ void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
 }
 
 void SnapshotHistory::Impl::Enter(SlotIndex index, std::uint32_t cell) {
-  Slot& slot = slots[index];
-  slot.cell = cell;
-  slot.place_in_cell = static_cast<std::uint32_t>(cells[cell].members.size());
+  faces[index].cell = cell;
+  slots[index].place_in_cell = static_cast<std::uint32_t>(cells[cell].members.size());
   cells[cell].members.push_back(index);
   Note(cell, index);
 }
 
 void SnapshotHistory::Impl::Leave(SlotIndex index) {
-  const Slot& slot = slots[index];
-  std::vector<SlotIndex>& members = cells[slot.cell].members;
-  members[slot.place_in_cell] = members.back();
-  slots[members.back()].place_in_cell = slot.place_in_cell;
+  std::uint32_t& cell = faces[index].cell;
+  const std::uint32_t place = slots[index].place_in_cell;
+  std::vector<SlotIndex>& members = cells[cell].members;
+  members[place] = members.back();
+  slots[members.back()].place_in_cell = place;
   members.pop_back();
-  Note(slot.cell, index);
+  Note(cell, index);
+  cell = SlotFace::kNowhere;
 }
 
 SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedState& state) {
   if (free.empty()) {
     free.push_back(static_cast<SlotIndex>(slots.size()));
     slots.emplace_back();
+    faces.emplace_back();
   }
   const SlotIndex index = free.back();
   free.pop_back();
-  Slot& slot = slots[index];
-  slot = {.id = body.id,
-          .epoch = body.epoch,
-          .generation = slot.generation + 1,
-          .used = true,
-          .first = tick,
-          .changes = {{tick, state}},
-          .seen = tick,
-          .records_of = {}};
+  slots[index] = {.id = body.id, .epoch = body.epoch, .changes = {{tick, state}}, .seen = tick};
+  const Vec3d position = quantizer.PositionOf(state);
+  faces[index] = {
+      .since = tick, .oldest = tick, .position = Vec3f(position), .generation = faces[index].generation + 1};
   by_id[body.id] = index;
   departed.erase(body.id);
-  Enter(index, grid.CellAt(quantizer.PositionOf(state), std::nullopt));
+  Enter(index, grid.CellAt(position, std::nullopt));
   return index;
 }
 
 void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state) {
   Slot& slot = slots[index];
-  const bool had_changed = slot.since() == previous_tick;
+  SlotFace& face = faces[index];
+  const bool had_changed = face.since == previous_tick;
   const std::size_t next = slot.newest + 1;
   if (next == slot.changes.size() && next < settings.history_ticks) {
     slot.changes.push_back({tick, state});
@@ -81,9 +80,13 @@ void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state)
   } else {
     slot.newest = next % slot.changes.size();
     slot.changes[slot.newest] = {tick, state};
+    face.oldest = slot.changes[(slot.newest + 1) % slot.changes.size()].tick;
   }
-  const std::uint32_t cell = grid.CellAt(quantizer.PositionOf(state), slot.cell);
-  if (cell != slot.cell) {
+  const Vec3d position = quantizer.PositionOf(state);
+  face.since = tick;
+  face.position = Vec3f(position);
+  const std::uint32_t cell = grid.CellAt(position, face.cell);
+  if (cell != face.cell) {
     Leave(index);
     Enter(index, cell);
   } else if (!had_changed) {
@@ -108,32 +111,29 @@ void SnapshotHistory::Impl::Remove(BodyId id) {
   const auto found = by_id.find(id);
   if (found == by_id.end()) return;
   Leave(found->second);
-  slots[found->second].used = false;
   free.push_back(found->second);
   by_id.erase(found);
 }
 
 void SnapshotHistory::Impl::RemoveUnseen() {
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i].used && slots[i].seen != tick) Remove(slots[i].id);
+    if (faces[i].used() && slots[i].seen != tick) Remove(slots[i].id);
   }
 }
 
 // --- Records ---------------------------------------------------------------------------------------------------------
 
 std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks& samples, bool with_velocities) {
-  Slot& slot = slots[index];
-  if (slot.records_of != tick) {
-    slot.records = 0;
-    slot.records_of = tick;
-  }
-  std::uint32_t at = slot.records;
+  std::uint32_t& first = faces[index].records;
+  std::uint32_t at = first;
   while (at != 0 && !(records[at - 1].samples == samples)) at = records[at - 1].next;
   const bool whole = samples.ticks == 0;
   if (at != 0 && (whole || !with_velocities || records[at - 1].velocities.has_value())) return at - 1;
+  const Slot& slot = slots[index];
+  if (first == 0) recorded.push_back(index);
   if (whole) {
-    records.push_back({samples, PackWhole(quantizer, slot.epoch, slot.now()), {}, slot.records});
-    return (slot.records = static_cast<std::uint32_t>(records.size())) - 1;
+    records.push_back({samples, PackWhole(quantizer, slot.epoch, slot.now()), {}, first});
+    return (first = static_cast<std::uint32_t>(records.size())) - 1;
   }
   const std::uint64_t now = tick.value();
   const QuantizedState* base = slot.At(Tick(now - samples.ticks));
@@ -147,9 +147,8 @@ std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks
                          .gap = samples.gap,
                          .gap2 = samples.gap2});
   if (at == 0) {
-    records.push_back(
-        {samples, PackPose(prediction, *base, slot.now(), quantizer.orientation_limit()), {}, slot.records});
-    at = slot.records = static_cast<std::uint32_t>(records.size());
+    records.push_back({samples, PackPose(prediction, *base, slot.now(), quantizer.orientation_limit()), {}, first});
+    at = first = static_cast<std::uint32_t>(records.size());
   }
   if (with_velocities && !slot.now().asleep) {
     const VelocityEstimate estimate =

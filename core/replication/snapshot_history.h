@@ -30,21 +30,29 @@ struct Change {
 struct Slot {
   BodyId id;
   Epoch epoch;
-  std::uint32_t generation = 0;  // one more for each body that takes the slot
-  bool used = false;
-  std::uint32_t cell = 0, place_in_cell = 0;
-  Tick first;                   // tick at which this body was here first
+  std::uint32_t place_in_cell = 0;
   std::vector<Change> changes;  // a ring; `newest` is where the last one stands
   std::size_t newest = 0;
   Tick seen;  // of the last Push that named it
-  // Records of the newest tick.
-  std::uint32_t records = 0;  // index into `records` of the history, plus one
-  Tick records_of;
 
   const QuantizedState& now() const { return changes[newest].state; }
-  Tick since() const { return changes[newest].tick; }
   // Null where it is not kept any more, or was not here.
   const QuantizedState* At(Tick tick) const;
+};
+
+// What every client asks of every slot that it watches, at each snapshot: close together, because memory is what that
+// costs.
+struct SlotFace {
+  static constexpr std::uint32_t kNowhere = 0xffffffff;
+
+  Tick since;                    // of the present state
+  Tick oldest;                   // from which states are kept
+  Vec3f position;                // m
+  std::uint32_t generation = 0;  // one more for each body that takes the slot
+  std::uint32_t cell = kNowhere;
+  std::uint32_t records = 0;  // of the newest tick: index into `records` of the history, plus one
+
+  bool used() const { return cell != kNowhere; }
 };
 
 struct SharedRecord {
@@ -73,8 +81,8 @@ struct SnapshotHistory::Impl {
   void Remove(BodyId id);
   void RemoveUnseen();
 
-  Vec3d PositionOf(const Slot& slot) const { return quantizer.PositionOf(slot.now()); }
-  // Index into `records`. Requires that the slot keeps the states at those ticks; samples.ticks 0: whole.
+  // Index into `records`. Requires that the slot keeps the states at those ticks (faces[slot].oldest); samples.ticks 0:
+  // whole.
   std::uint32_t RecordOf(SlotIndex slot, const SampleTicks& samples, bool with_velocities);
 
   Settings settings;
@@ -85,9 +93,11 @@ struct SnapshotHistory::Impl {
   std::vector<Cell> cells;
   std::vector<std::uint32_t> noted;  // cells with news
   std::vector<Slot> slots;
+  std::vector<SlotFace> faces;  // beside slots
   std::vector<SlotIndex> free;
   std::unordered_map<BodyId, SlotIndex> by_id;
   std::vector<SharedRecord> records;
+  std::vector<SlotIndex> recorded;  // slots with records
   std::uint64_t pushes = 0;
   Tick tick, previous_tick;
   // The last departure of each body that has left and not come back.

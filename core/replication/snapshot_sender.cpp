@@ -31,6 +31,9 @@ constexpr std::size_t kMaxDepartures = 200;
 // Datagrams that wait to be acknowledged, of a client that acknowledges nothing.
 constexpr std::size_t kMaxSent = 4096;
 
+// How many entries ahead memory is asked for.
+constexpr std::size_t kAhead = 8;
+
 constexpr PackedRecord kNone;
 
 }  // namespace
@@ -38,33 +41,47 @@ constexpr PackedRecord kNone;
 // --- What is seen ----------------------------------------------------------------------------------------------------
 
 void SnapshotSender::Impl::Follow(const History& history, const ClientView& view) {
+  const std::vector<std::uint32_t> before = window.cells();
   const bool turned = window.Follow(history.grid, settings.interest_radius_m, view.centre);
   const bool missed = pushes_seen + 1 != history.pushes;
   if (pushes_seen == history.pushes && !turned) return;
   pushes_seen = history.pushes;
-  if (turned || missed) {
-    for (std::uint32_t i = 0; i < known.size(); ++i) {
-      if (known[i].used) Consider(history, known[i].slot);
+  if (missed) {
+    for (const Known& body : std::vector<Known>(known)) {
+      if (body.used) Consider(history, body.slot);
     }
-    for (const std::uint32_t cell : window.cells()) {
-      for (const SlotIndex slot : history.cells[cell].members) Consider(history, slot);
-    }
+    ConsiderMembers(history, window.cells());
     return;
+  }
+  if (turned) {
+    std::vector<std::uint32_t> other;
+    std::set_symmetric_difference(before.begin(), before.end(), window.cells().begin(), window.cells().end(),
+                                  std::back_inserter(other));
+    ConsiderMembers(history, other);
+    for (const std::uint32_t cell : before) {  // what has just left a cell that is not seen any more
+      for (const SlotIndex slot : history.cells[cell].news) Consider(history, slot);
+    }
   }
   for (const std::uint32_t cell : window.cells()) {
     for (const SlotIndex slot : history.cells[cell].news) Consider(history, slot);
   }
 }
 
+void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells) {
+  for (const std::uint32_t cell : cells) {
+    for (const SlotIndex slot : history.cells[cell].members) Consider(history, slot);
+  }
+}
+
 void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
-  const Slot& slot = history.slots[index];
-  const bool seen = slot.used && window.Sees(slot.cell);
+  const SlotFace& face = history.faces[index];
+  const bool seen = face.used() && window.Sees(face.cell);
   const auto found = by_slot.find(index);
   if (found == by_slot.end()) {
     if (seen) Appear(history, index);
     return;
   }
-  if (seen && known[found->second].generation == slot.generation) return Activate(found->second);
+  if (seen && known[found->second].generation == face.generation) return Activate(found->second);
   Depart(history, found->second);
   if (seen) Appear(history, index);
 }
@@ -83,7 +100,7 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
   known[place] = {.id = slot.id,
                   .epoch = slot.epoch,
                   .slot = index,
-                  .generation = slot.generation,
+                  .generation = history.faces[index].generation,
                   .first_sequence = next_sequence,
                   .acked = {},
                   .sent = {},
@@ -95,9 +112,9 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
 
 void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   Known& body = known[index];
-  const Slot& slot = history.slots[body.slot];
+  const SlotFace& face = history.faces[body.slot];
   DepartureRecord record{.id = body.id, .epoch = body.epoch, .to = {}};
-  if (slot.used && slot.generation == body.generation) {
+  if (face.used() && face.generation == body.generation) {
     record.why = DepartureRecord::Why::kOutOfInterest;
   } else if (const auto found = history.departed.find(body.id); found != history.departed.end()) {
     record = found->second;
@@ -127,9 +144,9 @@ std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
 }
 
 bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, Known& body, float& score) const {
-  const Slot& slot = history.slots[body.slot];
+  const SlotFace& face = history.faces[body.slot];
   const bool whole = body.acked.ticks == 0;
-  if (body.sent != Tick() && slot.since() <= body.sent) {
+  if (body.sent != Tick() && face.since <= body.sent) {
     // The client may well have it: what has just come to rest is told twice, then it has time to answer.
     const bool repeat = !whole && body.repeats < 1;
     if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
@@ -137,10 +154,10 @@ bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, K
   float rate = kNearRate;
   double share = 0;
   if (settings.interest_radius_m > 0 && view.centre.has_value()) {
-    share = Length(history.PositionOf(slot) - *view.centre) / settings.interest_radius_m;
+    share = Length(Vec3d(face.position) - *view.centre) / settings.interest_radius_m;
     rate = share <= kNear ? kNearRate : share <= kMiddle ? kMiddleRate : kFarRate;
   } else if (view.centre.has_value()) {
-    share = Length(history.PositionOf(slot) - *view.centre) / 100;  // only for the order
+    share = Length(Vec3d(face.position) - *view.centre) / 100;  // only for the order
   }
   body.priority += rate;
   score = body.priority / static_cast<float>(0.1 + share);
@@ -151,14 +168,18 @@ bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, K
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
   candidates.clear();
   std::size_t kept = 0;
-  for (const std::uint32_t index : active) {
+  for (std::size_t i = 0; i < active.size(); ++i) {
+    // A client's part of this memory was last touched many clients ago.
+    if (i + 2 * kAhead < active.size()) __builtin_prefetch(&known[active[i + 2 * kAhead]]);
+    if (i + kAhead < active.size()) __builtin_prefetch(&history.faces[known[active[i + kAhead]].slot]);
+    const std::uint32_t index = active[i];
     Known& body = known[index];
     if (!body.used) {  // gone since
       body.active = false;
       unused.push_back(index);
       continue;
     }
-    if (body.acked.ticks != 0 && history.slots[body.slot].since().value() <= body.acked.ticks) {
+    if (body.acked.ticks != 0 && history.faces[body.slot].since.value() <= body.acked.ticks) {
       body.active = false;  // the client has this very state
       continue;
     }
@@ -170,15 +191,12 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
 }
 
 SampleTicks SnapshotSender::Impl::SamplesFor(const History& history, const Known& body) const {
-  if (body.acked.ticks == 0 || body.unanswered >= kMaxUnanswered) return {};
-  const Slot& slot = history.slots[body.slot];
-  const std::uint64_t base = body.acked.ticks;
-  if (slot.At(Tick(base)) == nullptr) return {};
+  const std::uint64_t base = body.acked.ticks, oldest = history.faces[body.slot].oldest.value();
+  if (base == 0 || base < oldest || body.unanswered >= kMaxUnanswered) return {};
   SampleTicks samples{.ticks = history.tick.value() - base};
-  if (body.acked.gap == 0 || slot.At(Tick(base - body.acked.gap)) == nullptr) return samples;
+  if (body.acked.gap == 0 || base - body.acked.gap < oldest) return samples;
   samples.gap = body.acked.gap;
-  if (body.acked.gap2 == 0 || slot.At(Tick(base - body.acked.gap - body.acked.gap2)) == nullptr) return samples;
-  samples.gap2 = body.acked.gap2;
+  if (body.acked.gap2 != 0 && base - body.acked.gap - body.acked.gap2 >= oldest) samples.gap2 = body.acked.gap2;
   return samples;
 }
 
@@ -206,10 +224,10 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Known& body = known[candidates[i].known];
-    const Slot& slot = history.slots[body.slot];
+    const SlotFace& face = history.faces[body.slot];
     const SampleTicks samples = SamplesFor(history, body);
     const bool velocities = samples.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
-                                                   LengthSquared(history.PositionOf(slot) - *view.centre) <= near);
+                                                   LengthSquared(Vec3d(face.position) - *view.centre) <= near);
     const std::uint32_t record = history.RecordOf(body.slot, samples, velocities);
     const SharedRecord& shared = history.records[record];
     bits_left -= 10 + shared.pose.bits + (velocities && shared.velocities ? shared.velocities->bits : 0);
@@ -218,7 +236,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
       break;
     }
     chosen.push_back({{.id = body.id, .known = candidates[i].known, .samples = samples}, record, velocities});
-    body.repeats = body.sent != Tick() && slot.since() <= body.sent ? static_cast<std::uint8_t>(body.repeats | 1) : 0;
+    body.repeats = body.sent != Tick() && face.since <= body.sent ? static_cast<std::uint8_t>(body.repeats | 1) : 0;
     body.sent = history.tick;
     body.priority = 0;
     body.unanswered = static_cast<std::uint8_t>(std::min(body.unanswered + 1, 255));
@@ -300,7 +318,11 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   const std::uint32_t age = next_sequence - sequence;  // 1: the newest
   if (age > sent.size()) return;
   SentDatagram& datagram = sent[sent.size() - age];
-  for (const std::uint32_t index : datagram.known) AcknowledgeBody(index, sequence, datagram.tick);
+  const std::vector<std::uint32_t>& told = datagram.known;
+  for (std::size_t i = 0; i < told.size(); ++i) {
+    if (i + kAhead < told.size()) __builtin_prefetch(&known[told[i + kAhead]], 1);
+    AcknowledgeBody(told[i], sequence, datagram.tick);
+  }
   for (const BodyId id : datagram.departures) {
     const auto at =
         std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });

@@ -49,6 +49,7 @@ struct SnapshotSender::Impl {
 
   // What is seen.
   void Follow(const History& history, const ClientView& view);
+  void ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells);
   void Consider(const History& history, SlotIndex slot);
   void Appear(const History& history, SlotIndex slot);
   void Depart(const History& history, std::uint32_t index);
