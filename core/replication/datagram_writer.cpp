@@ -1,13 +1,21 @@
 #include "core/replication/datagram_writer.h"
 
 #include <cassert>
-#include <utility>
 
 namespace tessera::replication {
 
+void DatagramWriter::Begin(const SnapshotHeader& header) {
+  header_ = header;
+  count_ = 0;
+  Open();
+}
+
 void DatagramWriter::Open() {
   WriteHeader(head_, header_);
-  written_.emplace_back();
+  if (count_ == written_.size()) written_.emplace_back();
+  ++count_;
+  current().known.clear();
+  current().departures.clear();
   previous_departure_ = BodyId();
   changes_.clear();
   wholes_.clear();
@@ -26,7 +34,7 @@ void DatagramWriter::Close() {
   }
   head_.WriteBit(false);
   assert(head_.bit_count() <= max_bits_);
-  written_.back().bytes = head_.Finish();
+  current().bytes = head_.Finish();
   ++header_.sequence;
 }
 
@@ -46,7 +54,7 @@ void DatagramWriter::Departure(const DepartureRecord& departure) {
     write();
   }
   previous_departure_ = departure.id;
-  written_.back().departures.push_back(departure.id);
+  current().departures.push_back(departure.id);
 }
 
 void DatagramWriter::Body(const Pick& pick) {
@@ -68,12 +76,12 @@ void DatagramWriter::Body(const Pick& pick) {
   } else {
     changes_.push_back(item);
   }
-  written_.back().known.push_back(pick.known);
+  current().known.push_back(pick.known);
 }
 
-std::vector<WrittenDatagram> DatagramWriter::Finish() {
+std::span<WrittenDatagram> DatagramWriter::Finish() {
   Close();
-  return std::exchange(written_, {});
+  return {written_.data(), count_};
 }
 
 }  // namespace tessera::replication

@@ -1,6 +1,7 @@
 // DatagramWriter: puts what a client is to be told into as few datagrams as hold it, each of which decodes alone.
 //
-//   DatagramWriter writer(header, max_bytes);
+//   DatagramWriter writer(max_bytes);
+//   writer.Begin(header);                                        // and again for the next: it keeps its room
 //   for (departures, ascending by id) writer.Departure(record);
 //   for (bodies, ascending by id) writer.Body(pick);
 //   for (WrittenDatagram& datagram : writer.Finish()) ...
@@ -8,6 +9,7 @@
 // Thread rule: one thread at a time; what picks point to stays where it is until Finish.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "core/replication/codec/fast_list.h"
@@ -32,18 +34,18 @@ struct WrittenDatagram {
 
 class DatagramWriter {
  public:
+  explicit DatagramWriter(std::size_t max_bytes) : max_bits_(max_bytes * 8) {}
   // `header.sequence` is that of the first datagram.
-  DatagramWriter(const SnapshotHeader& header, std::size_t max_bytes) : header_(header), max_bits_(max_bytes * 8) {
-    Open();
-  }
+  void Begin(const SnapshotHeader& header);
   void Departure(const DepartureRecord& departure);
   void Body(const Pick& pick);
-  // At least one: it says that the world goes on.
-  std::vector<WrittenDatagram> Finish();
+  // At least one: it says that the world goes on. To be moved from, before the next Begin.
+  std::span<WrittenDatagram> Finish();
 
  private:
   void Open();
   void Close();
+  WrittenDatagram& current() { return written_[count_ - 1]; }
   bool Fits(std::size_t bits) const { return head_.bit_count() + body_bits_ + bits + kEndBits <= max_bits_; }
 
   // The ends of the lists, and the head of the fast one.
@@ -52,6 +54,7 @@ class DatagramWriter {
   SnapshotHeader header_;
   std::size_t max_bits_;
   std::vector<WrittenDatagram> written_;
+  std::size_t count_ = 0;  // of `written_` that are in use
   // Of the datagram under way:
   BitWriter head_;  // header and departures
   BodyId previous_departure_;

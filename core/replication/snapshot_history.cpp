@@ -1,5 +1,7 @@
 #include "core/replication/snapshot_history.h"
 
+#include <algorithm>
+#include <bit>
 #include <cassert>
 
 #include "core/replication/record_codec.h"
@@ -9,9 +11,10 @@ namespace tessera::replication {
 // --- Slots -----------------------------------------------------------------------------------------------------------
 
 const QuantizedState* Slot::At(Tick tick) const {
-  for (std::size_t back = 0; back < changes.size(); ++back) {
-    const std::size_t at = (newest + changes.size() - back) % changes.size();
+  std::size_t at = newest;
+  for (std::size_t left = changes.size(); left > 0; --left) {
     if (changes[at].tick <= tick) return &changes[at].state;
+    at = at == 0 ? changes.size() - 1 : at - 1;
   }
   return nullptr;
 }
@@ -23,9 +26,9 @@ void SnapshotHistory::Impl::Begin(Tick now) {
   ++pushes;
   for (const std::uint32_t cell : noted) cells[cell].news.clear();
   noted.clear();
+  const std::size_t records_before = std::max<std::size_t>(records.size(), 64);
   records.clear();
-  for (const SlotIndex slot : recorded) faces[slot].records = 0;
-  recorded.clear();
+  if (record_table.size() < 4 * records_before) record_table.resize(std::bit_ceil(4 * records_before));
 }
 
 void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
@@ -123,17 +126,46 @@ void SnapshotHistory::Impl::RemoveUnseen() {
 
 // --- Records ---------------------------------------------------------------------------------------------------------
 
+// Where the record is, or is to be.
+SnapshotHistory::Impl::RecordPlace& SnapshotHistory::Impl::PlaceOf(SlotIndex slot, const SampleTicks& samples) {
+  if (records.size() * 2 >= record_table.size()) GrowRecordTable();
+  std::uint64_t hash = (samples.ticks * 0x9e3779b97f4a7c15 + samples.gap) * 0xbf58476d1ce4e5b9 + samples.gap2;
+  hash = (hash ^ (hash >> 29) ^ slot) * 0x94d049bb133111eb;
+  const std::uint64_t key = (hash << 32) | slot;
+  for (std::size_t at = hash >> 40;; ++at) {
+    RecordPlace& place = record_table[at & (record_table.size() - 1)];
+    if (place.push != pushes) {
+      place.key = key;
+      return place;
+    }
+    if (place.key == key && records[place.record].samples == samples) return place;
+  }
+}
+
+void SnapshotHistory::Impl::GrowRecordTable() {
+  std::vector<RecordPlace> old(std::max<std::size_t>(256, 2 * record_table.size()));
+  old.swap(record_table);
+  for (const RecordPlace& place : old) {
+    if (place.push != pushes) continue;
+    RecordPlace& now = PlaceOf(static_cast<SlotIndex>(place.key), records[place.record].samples);
+    now = place;
+  }
+}
+
 std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks& samples, bool with_velocities) {
-  std::uint32_t& first = faces[index].records;
-  std::uint32_t at = first;
-  while (at != 0 && !(records[at - 1].samples == samples)) at = records[at - 1].next;
-  const bool whole = samples.ticks == 0;
-  if (at != 0 && (whole || !with_velocities || records[at - 1].velocities.has_value())) return at - 1;
+  RecordPlace& place = PlaceOf(index, samples);
+  const bool here = place.push == pushes, whole = samples.ticks == 0;
+  if (here && (whole || !with_velocities || records[place.record].velocities.has_value())) return place.record;
   const Slot& slot = slots[index];
-  if (first == 0) recorded.push_back(index);
+  if (!here) {
+    place.push = pushes;
+    place.record = static_cast<std::uint32_t>(records.size());
+    records.push_back({.samples = samples});
+  }
+  SharedRecord& record = records[place.record];
   if (whole) {
-    records.push_back({samples, PackWhole(quantizer, slot.epoch, slot.now()), {}, first});
-    return (first = static_cast<std::uint32_t>(records.size())) - 1;
+    record.pose = PackWhole(quantizer, slot.epoch, slot.now());
+    return place.record;
   }
   const std::uint64_t now = tick.value();
   const QuantizedState* base = slot.At(Tick(now - samples.ticks));
@@ -146,16 +178,13 @@ std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks
                          .ticks = samples.ticks,
                          .gap = samples.gap,
                          .gap2 = samples.gap2});
-  if (at == 0) {
-    records.push_back({samples, PackPose(prediction, *base, slot.now(), quantizer.orientation_limit()), {}, first});
-    at = first = static_cast<std::uint32_t>(records.size());
-  }
+  const std::int32_t limit = quantizer.orientation_limit();
+  if (!here) record.pose = PackPose(prediction, *base, slot.now(), limit);
   if (with_velocities && !slot.now().asleep) {
-    const VelocityEstimate estimate =
-        velocities.From(*base, slot.now(), prediction, samples.ticks, quantizer.orientation_limit());
-    records[at - 1].velocities = PackVelocities(estimate, slot.now());
+    record.velocities =
+        PackVelocities(velocities.From(*base, slot.now(), prediction, samples.ticks, limit), slot.now());
   }
-  return at - 1;
+  return place.record;
 }
 
 // --- Outside ---------------------------------------------------------------------------------------------------------

@@ -50,16 +50,14 @@ struct SlotFace {
   Vec3f position;                // m
   std::uint32_t generation = 0;  // one more for each body that takes the slot
   std::uint32_t cell = kNowhere;
-  std::uint32_t records = 0;  // of the newest tick: index into `records` of the history, plus one
 
   bool used() const { return cell != kNowhere; }
 };
 
 struct SharedRecord {
   SampleTicks samples;  // ticks 0: whole
-  PackedRecord pose;    // or all, if whole
-  std::optional<PackedRecord> velocities;
-  std::uint32_t next = 0;  // of the slot, plus one
+  PackedRecord pose{};  // or all, if whole
+  std::optional<PackedRecord> velocities{};
 };
 
 struct Cell {
@@ -97,13 +95,21 @@ struct SnapshotHistory::Impl {
   std::vector<SlotIndex> free;
   std::unordered_map<BodyId, SlotIndex> by_id;
   std::vector<SharedRecord> records;
-  std::vector<SlotIndex> recorded;  // slots with records
   std::uint64_t pushes = 0;
   Tick tick, previous_tick;
   // The last departure of each body that has left and not come back.
   std::unordered_map<BodyId, DepartureRecord> departed;
 
  private:
+  // A hash table of the records; what is of an earlier push is empty.
+  struct RecordPlace {
+    std::uint64_t key = 0, push = 0;
+    std::uint32_t record = 0;
+  };
+  RecordPlace& PlaceOf(SlotIndex slot, const SampleTicks& samples);
+  void GrowRecordTable();
+  std::vector<RecordPlace> record_table;
+
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);
   void Note(std::uint32_t cell, SlotIndex index);

@@ -21,9 +21,11 @@ constexpr double kBurst_s = 0.1;
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Samples further apart than this predict nothing.
 constexpr std::uint64_t kMaxGap_ticks = 32;
-// Shares of the radius of interest, and how often bodies within them are told: of all snapshots.
+// Shares of the radius of interest, and with which of the snapshots bodies within them and beyond are told.
 constexpr double kNear = 0.25, kMiddle = 0.5;
-constexpr float kNearRate = 1, kMiddleRate = 0.5f, kFarRate = 0.25f;
+constexpr std::uint32_t kNearPeriod = 1, kMiddlePeriod = 2, kFarPeriod = 4;
+// Out of turn is told what has waited longer than its period by so much.
+constexpr float kOverdue = 2;
 // Ahead of what is known already, a body that the client does not know counts as having waited so many snapshots.
 constexpr float kNewcomer = 4;
 // Departures a snapshot: they are small, but a client may turn away from a whole town at once.
@@ -133,7 +135,7 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
 void SnapshotSender::Impl::Activate(std::uint32_t index) {
   if (known[index].active) return;
   known[index].active = true;
-  known[index].priority = std::max(known[index].priority, 1.0f);
+  known[index].priority = std::max(known[index].priority, kOverdue);  // at once
   active.push_back(index);
 }
 
@@ -151,18 +153,21 @@ bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, K
     const bool repeat = !whole && body.repeats < 1;
     if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
   }
-  float rate = kNearRate;
+  std::uint32_t period = kNearPeriod;
   double share = 0;
   if (settings.interest_radius_m > 0 && view.centre.has_value()) {
     share = Length(Vec3d(face.position) - *view.centre) / settings.interest_radius_m;
-    rate = share <= kNear ? kNearRate : share <= kMiddle ? kMiddleRate : kFarRate;
+    period = share <= kNear ? kNearPeriod : share <= kMiddle ? kMiddlePeriod : kFarPeriod;
   } else if (view.centre.has_value()) {
     share = Length(Vec3d(face.position) - *view.centre) / 100;  // only for the order
   }
-  body.priority += rate;
+  body.priority += 1.0f / static_cast<float>(period);
   score = body.priority / static_cast<float>(0.1 + share);
   if (body.id == view.own) score = std::numeric_limits<float>::max();
-  return body.priority >= 1 || whole || body.id == view.own;
+  if (whole || body.id == view.own) return true;
+  // All who see a body at one distance are told of it at the same ticks, so that one record serves them.
+  const bool in_turn = (history.pushes + body.slot) % period == 0;
+  return body.priority >= 1 && (in_turn || body.priority >= kOverdue);
 }
 
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
@@ -235,13 +240,13 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({{.id = body.id, .known = candidates[i].known, .samples = samples}, record, velocities});
+    chosen.push_back({body.id, candidates[i].known, record, velocities});
     body.repeats = body.sent != Tick() && face.since <= body.sent ? static_cast<std::uint8_t>(body.repeats | 1) : 0;
     body.sent = history.tick;
     body.priority = 0;
     body.unanswered = static_cast<std::uint8_t>(std::min(body.unanswered + 1, 255));
   }
-  const auto by_id = [](const Chosen& a, const Chosen& b) { return a.pick.id < b.pick.id; };
+  const auto by_id = [](const Chosen& a, const Chosen& b) { return a.id < b.id; };
   if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
 }
 
@@ -256,15 +261,29 @@ std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& 
   return due;
 }
 
-void SnapshotSender::Impl::Remember(std::vector<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result) {
+void SnapshotSender::Impl::Remember(std::span<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result) {
   result.datagrams.reserve(datagrams.size());
   for (WrittenDatagram& datagram : datagrams) {
     allowance_bytes -= static_cast<double>(datagram.bytes.size()) + kOverheadBytes;
     result.datagrams.push_back(std::move(datagram.bytes));
     sent.push_back({tick, std::move(datagram.known), std::move(datagram.departures)});
+    datagram.known.clear();
+    if (!spare.empty()) {
+      datagram.known = std::move(spare.back());
+      spare.pop_back();
+    }
     ++next_sequence;
   }
-  while (sent.size() > kMaxSent) sent.pop_front();
+  while (sent.size() > kMaxSent) ForgetOldest();
+}
+
+void SnapshotSender::Impl::ForgetOldest() {
+  std::vector<std::uint32_t>& known_in_it = sent.front().known;
+  if (known_in_it.capacity() > 0 && spare.size() < 8) {
+    known_in_it.clear();
+    spare.push_back(std::move(known_in_it));
+  }
+  sent.pop_front();
 }
 
 WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& view, std::uint32_t last_input,
@@ -282,20 +301,18 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
   told_tick = history.tick;
   told_input = last_input;
   told_margin = margin;
-  DatagramWriter writer({.fingerprint = history.quantizer.fingerprint(),
-                         .sequence = next_sequence,
-                         .tick = history.tick,
-                         .last_input = last_input,
-                         .input_margin_ticks = margin},
-                        settings.max_datagram_bytes);
+  writer.Begin({.fingerprint = history.quantizer.fingerprint(),
+                .sequence = next_sequence,
+                .tick = history.tick,
+                .last_input = last_input,
+                .input_margin_ticks = margin});
   for (const DepartureRecord& departure : departures) writer.Departure(departure);
   bool all_whole = !chosen.empty();
-  for (Chosen& body : chosen) {
+  for (const Chosen& body : chosen) {
     const SharedRecord& shared = history.records[body.record];
-    body.pick.record = &shared.pose;
-    if (body.velocities) body.pick.velocities = shared.velocities ? &*shared.velocities : &kNone;
-    all_whole = all_whole && body.pick.samples.ticks == 0;
-    writer.Body(body.pick);
+    const PackedRecord* velocities = !body.velocities ? nullptr : shared.velocities ? &*shared.velocities : &kNone;
+    all_whole = all_whole && shared.samples.ticks == 0;
+    writer.Body({body.id, body.known, shared.samples, &shared.pose, velocities});
   }
   result.full = all_whole;
   result.bodies = static_cast<std::uint32_t>(chosen.size());
@@ -349,7 +366,7 @@ absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64
   }
   AcknowledgeOne(newest);
   // What is older can be acknowledged no more.
-  while (sent.size() > age + kAckMaskBits) sent.pop_front();
+  while (sent.size() > age + kAckMaskBits) ForgetOldest();
   return absl::OkStatus();
 }
 

@@ -42,7 +42,7 @@ struct SentDatagram {
 struct SnapshotSender::Impl {
   using History = SnapshotHistory::Impl;
 
-  explicit Impl(const Settings& settings_in) : settings(settings_in) {}
+  explicit Impl(const Settings& settings_in) : settings(settings_in), writer(settings.max_datagram_bytes) {}
 
   WrittenSnapshot Write(History& history, const ClientView& view, std::uint32_t last_input, std::int32_t margin);
   absl::Status Acknowledge(std::uint32_t newest, std::uint64_t mask);
@@ -65,9 +65,10 @@ struct SnapshotSender::Impl {
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
   SampleTicks SamplesFor(const History& history, const Known& body) const;
   std::vector<DepartureRecord> DueDepartures(const History& history);
-  void Remember(std::vector<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result);
+  void Remember(std::span<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result);
   void EarnBudget(const History& history, const ClientView& view);
   std::uint64_t RepeatAfter() const;  // ticks
+  void ForgetOldest();
 
   void AcknowledgeOne(std::uint32_t sequence);
   void AcknowledgeBody(std::uint32_t index, std::uint32_t sequence, Tick tick);
@@ -93,11 +94,13 @@ struct SnapshotSender::Impl {
   // Room used again and again.
   std::vector<Candidate> candidates;
   struct Chosen {
-    Pick pick;
-    std::uint32_t record;
+    BodyId id;
+    std::uint32_t known, record;
     bool velocities;
   };
   std::vector<Chosen> chosen;
+  DatagramWriter writer;
+  std::vector<std::vector<std::uint32_t>> spare;
 };
 
 }  // namespace tessera::replication
