@@ -59,7 +59,10 @@ class Agent {
   absl::Status KeepIdentity(const v1::Admitted& admitted);
   void OnDesired(const v1::DesiredSet& set);
   void OnRefused(const absl::Status& status);
+  void OnLease(const v1::LeaseRenewal& renewal);
+  void OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& message);
   void OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report);
+  void PassOn(const WorkerKey& key, const v1::WorkerMessage& message);
   void OnWorkerClosed(ConnectionId connection);
   void OnProcessEnd(const WorkerKey& key);
   void OnSignal();
@@ -92,6 +95,7 @@ class Agent {
   std::map<WorkerKey, Running> processes_;
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
+  std::map<WorkerKey, v1::InventoryReport> inventories_;  // of failovers that are unresolved as far as is known here
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::unique_ptr<WorkerSocket> socket_;
   std::unique_ptr<ControlSession> session_;

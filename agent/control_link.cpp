@@ -26,7 +26,8 @@ std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
-bool SameWorker(const v1::WorkerReport& a, const v1::WorkerReport& b) {
+template <class Message>
+bool SameWorker(const Message& a, const Message& b) {
   return a.identity().instance_id() == b.identity().instance_id() && a.identity().region() == b.identity().region() &&
          a.identity().incarnation() == b.identity().incarnation();
 }
@@ -34,6 +35,8 @@ bool SameWorker(const v1::WorkerReport& a, const v1::WorkerReport& b) {
 // Whether `newer` says all that `older` does.
 bool Replaces(const v1::AgentMessage& newer, const v1::AgentMessage& older) {
   if (newer.has_heartbeat()) return older.has_heartbeat();
+  if (newer.has_lease()) return older.has_lease() && SameWorker(newer.lease(), older.lease());
+  if (newer.has_inventory()) return older.has_inventory() && SameWorker(newer.inventory(), older.inventory());
   return newer.has_report() && older.has_report() && SameWorker(newer.report(), older.report());
 }
 

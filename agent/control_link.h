@@ -6,7 +6,7 @@
 //
 // It keeps itself alive until `on_closed`, which comes exactly once and last. Each link dials anew, so none of gRPC's
 // own waiting between attempts is in the way. What waits to be sent never holds two heartbeats, nor two reports of one
-// worker: the newer replaces the older, so a slow control plane costs no memory.
+// worker, nor two of its requests: the newer replaces the older, so a slow control plane costs no memory.
 // Thread rule: every method from any thread. Callbacks run on gRPC's threads and must not block.
 #pragma once
 

@@ -63,6 +63,8 @@ void ControlSession::OnMessage(const v1::ControlMessage& message) {
     OnAdmitted(message.admitted());
   } else if (message.has_desired() && admitted_link_) {
     callbacks_.on_desired(message.desired());
+  } else if (message.has_lease() && admitted_link_) {
+    callbacks_.on_lease(message.lease());
   } else {
     spdlog::warn("message ignored from=control kind={} admitted={}", static_cast<int>(message.kind_case()),
                  admitted_link_ != nullptr);

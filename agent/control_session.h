@@ -25,6 +25,7 @@ class ControlSession {
     std::function<v1::AgentHeartbeat()> heartbeat;
     std::function<void(const v1::Admitted&)> on_admitted;
     std::function<void(const v1::DesiredSet&)> on_desired;
+    std::function<void(const v1::LeaseRenewal&)> on_lease;
     std::function<void()> on_away;
     std::function<void(const absl::Status&)> on_refused;  // the session is over
   };

@@ -38,7 +38,7 @@ v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
   return exited;
 }
 
-// What the control plane is to hear at once; the rest of a report waits for the next heartbeat.
+// What the next agent is to know.
 bool DiffersInState(const v1::WorkerReport& a, const v1::WorkerReport& b) {
   const auto same = [](const auto& x, const auto& y) { return std::equal(x.begin(), x.end(), y.begin(), y.end()); };
   return a.phase() != b.phase() || a.order_revision() != b.order_revision() || a.map_version() != b.map_version() ||
@@ -311,12 +311,11 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
   const auto found = workers_.find(key);
   if (found == workers_.end()) return;
   Worker& worker = found->second;
-  const bool tell = DiffersInState(worker.report, report);
+  const bool tell = DiffersInState(worker.report, report);  // else not worth a write to the disk
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();
-  if (!tell) return;
   actions_.push_back(TellReport{worker.report});
-  dirty_ = true;
+  if (tell) dirty_ = true;
 }
 
 void Supervisor::Detached(const WorkerKey& key) {

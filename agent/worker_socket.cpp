@@ -28,16 +28,8 @@ class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::A
 
   void Begin() { StartRead(&incoming_); }
 
-  void Send(const v1::WorkerOrder& order) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (ending_) return;
-      waiting_ = order;
-      if (writing_) return;
-      writing_ = true;
-    }
-    WriteNext();
-  }
+  void Send(const v1::WorkerOrder& order) { Put(waiting_, order); }
+  void Send(const v1::LeaseRenewal& renewal) { Put(waiting_lease_, renewal); }
 
   void End(const absl::Status& status) {
     {
@@ -54,10 +46,27 @@ class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::A
   void OnDone() override;
 
  private:
+  template <class Message>
+  void Put(std::optional<Message>& place, const Message& message) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (ending_) return;
+      place = message;
+      if (writing_) return;
+      writing_ = true;
+    }
+    WriteNext();
+  }
+
   void WriteNext() {
     {
       const std::lock_guard lock(mutex_);
-      *outgoing_.mutable_order() = *std::exchange(waiting_, std::nullopt);
+      outgoing_.Clear();
+      if (waiting_lease_) {
+        *outgoing_.mutable_lease() = *std::exchange(waiting_lease_, std::nullopt);
+      } else {
+        *outgoing_.mutable_order() = *std::exchange(waiting_, std::nullopt);
+      }
     }
     StartWrite(&outgoing_);
   }
@@ -69,6 +78,7 @@ class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::A
 
   std::mutex mutex_;  // guards what follows
   std::optional<v1::WorkerOrder> waiting_;
+  std::optional<v1::LeaseRenewal> waiting_lease_;  // goes first: it is small and does not wait well
   bool writing_ = false;
   std::optional<grpc::Status> ending_;  // set once
 };
@@ -110,6 +120,9 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   void Send(ConnectionId id, const v1::WorkerOrder& order) override {
     if (const auto connection = Find(id)) connection->Send(order);
   }
+  void SendLease(ConnectionId id, const v1::LeaseRenewal& renewal) override {
+    if (const auto connection = Find(id)) connection->Send(renewal);
+  }
   void Close(ConnectionId id, const absl::Status& status) override {
     if (const auto connection = Find(id)) connection->End(status);
   }
@@ -142,7 +155,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
 
 void Connection::OnReadDone(bool ok) {
   if (!ok) return End(absl::OkStatus());
-  server_.callbacks().on_report(id_, std::move(*incoming_.mutable_report()));
+  server_.callbacks().on_message(id_, std::move(incoming_));
   incoming_.Clear();
   {
     const std::lock_guard lock(mutex_);
@@ -155,7 +168,7 @@ void Connection::OnWriteDone(bool ok) {
   bool next = false, finish = false;
   {
     const std::lock_guard lock(mutex_);
-    next = ok && waiting_ && !ending_;
+    next = ok && (waiting_ || waiting_lease_) && !ending_;
     writing_ = next;
     finish = !next && ending_;
   }

@@ -1,11 +1,12 @@
 // WorkerSocket: WorkerLinkService on a Unix socket, where this host's workers attach.
 //
-//   auto socket = WorkerSocket::Serve("/var/lib/tessera/agent.sock", {.on_report = ..., .on_closed = ...});
+//   auto socket = WorkerSocket::Serve("/var/lib/tessera/agent.sock", {.on_message = ..., .on_closed = ...});
 //   (*socket)->Send(connection, order);
 //
-// Only this user can connect (mode 0600). Who is behind a connection is for its first report to say and for the caller
-// to judge. Of orders that wait for a slow worker only the last is kept: each is whole. Thread rule: every method from
-// any thread. Callbacks run on gRPC's threads and must not block; none comes after the destructor has returned.
+// Only this user can connect (mode 0600). Who is behind a connection is for its first message, a report, to say and for
+// the caller to judge. Of orders, and of leases, that wait for a slow worker only the last is kept: each is whole.
+// Thread rule: every method from any thread. Callbacks run on gRPC's threads and must not block; none comes after the
+// destructor has returned.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +25,7 @@ using ConnectionId = std::uint64_t;  // never used twice
 class WorkerSocket {
  public:
   struct Callbacks {
-    std::function<void(ConnectionId, v1::WorkerReport)> on_report;
+    std::function<void(ConnectionId, v1::WorkerMessage)> on_message;
     std::function<void(ConnectionId)> on_closed;
   };
   // UNAVAILABLE if the socket cannot be made. A file at `path` is replaced.
@@ -33,6 +34,7 @@ class WorkerSocket {
 
   // To a connection that is no more: nothing.
   virtual void Send(ConnectionId connection, const v1::WorkerOrder& order) = 0;
+  virtual void SendLease(ConnectionId connection, const v1::LeaseRenewal& renewal) = 0;
   virtual void Close(ConnectionId connection, const absl::Status& status) = 0;
 };
 

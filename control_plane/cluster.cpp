@@ -115,23 +115,30 @@ InstanceEntry& Cluster::Adopt(Moment now, std::uint64_t number, const records::I
       now.steady + std::chrono::milliseconds(record.start_deadline_ms()) - age(record.create_time());
   instance.state_since = IsFinal(record.state()) ? now.steady - age(record.end_time()) : now.steady;
   Assign(instance);
+  WatchFailover(now, instance, record);
   if (!record.request_id().empty()) request_ids_[record.request_id()] = number;
   if (!IsFinal(record.state())) ++scenes_[record.scene_hash()].instances;
   return instance;
 }
 
-// Workers and hosts' lists follow the record's placements.
+// Workers and hosts' lists follow the record's placements; what is known of a worker stays.
 void Cluster::Assign(InstanceEntry& instance) {
   for (auto& [number, host] : hosts_) {
-    std::erase_if(host.workers, [&](const auto& worker) { return worker.first == instance.number; });
+    if (std::erase_if(host.workers, [&](const auto& worker) { return worker.first == instance.number; }) > 0) {
+      MarkDesired(host);
+    }
   }
+  std::map<std::uint64_t, WorkerEntry> known;  // by incarnation
+  for (WorkerEntry& worker : instance.workers) known.emplace(worker.incarnation, std::move(worker));
   instance.map = *FromProto(instance.record.map());  // checked when it was loaded or made
   instance.workers.clear();
   for (const records::Placement& placement : instance.record.placements()) {
     WorkerEntry& worker = instance.workers.emplace_back();
-    worker.region = placement.region();
     const auto host = hosts_.find(NumberOf(placement.host_id(), "host-"));
-    worker.gone = instance.record.state() == v1::INSTANCE_STATE_ENDED || host == hosts_.end();
+    if (const auto old = known.find(placement.incarnation()); old != known.end()) worker = std::move(old->second);
+    worker.region = placement.region();
+    worker.incarnation = placement.incarnation();
+    worker.gone = worker.gone || instance.record.state() == v1::INSTANCE_STATE_ENDED || host == hosts_.end();
     if (!worker.gone) host->second.workers.emplace(instance.number, instance.workers.size() - 1);
   }
 }
@@ -164,6 +171,12 @@ absl::Status Cluster::StoreInstance(InstanceEntry& instance, const records::Inst
 }
 
 void Cluster::HandleTimer(Moment now) {
+  // Whoever stood still itself has heard nobody: that is no silence of theirs.
+  const Steady paused = last_timer_.count() == 0 ? Steady(0) : now.steady - last_timer_;
+  last_timer_ = now.steady;
+  if (paused > kOwnPause) {
+    for (auto& [number, host] : hosts_) host.last_heard = std::min(now.steady, host.last_heard + paused);
+  }
   for (auto& [number, host] : hosts_) {
     const bool admitted = !host.record.secret_hash().empty();
     if (admitted && !host.lost && now.steady - host.last_heard > settings_.lost_after) MarkLost(now, host);

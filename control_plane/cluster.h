@@ -23,6 +23,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "control_plane/change.h"
 #include "control_plane/entries.h"
 #include "control_plane/instance_plan.h"
 #include "control_plane/moment.h"
@@ -38,10 +39,13 @@ namespace tessera::control {
 
 // What a call set off outside.
 struct Effects {
-  std::set<SessionId> desired;               // TakeDesired has something for these
-  std::map<SessionId, absl::Status> closed;  // these are over, and why
-  std::set<std::string> instances;           // changed, or a report of theirs did
-  std::vector<std::string> log;              // one line each
+  std::set<SessionId> desired;                                 // TakeDesired has something for these
+  std::map<SessionId, absl::Status> closed;                    // these are over, and why
+  std::set<std::string> instances;                             // changed, or a report of theirs did
+  std::vector<std::pair<SessionId, v1::LeaseRenewal>> leases;  // to be sent at once
+  std::vector<std::string> log;                                // one line each
+  std::set<std::string> restore;                               // instances that need `Restore` or `CannotRestore`
+  std::vector<std::chrono::nanoseconds> failovers;             // that ended; how long they took
 };
 
 // How many there are in each state; what the metrics show.
@@ -95,6 +99,9 @@ class Cluster {
   absl::StatusOr<v1::Instance> DeleteInstance(Moment now, const v1::DeleteInstanceRequest& request);
   // As GetInstance would tell it; nothing if there is no such instance.
   std::optional<v1::InstanceState> StateOf(const std::string& instance_id) const;
+  // The work follows; GetInstance tells of it. FAILED_PRECONDITION unless it runs.
+  absl::StatusOr<v1::Instance> ScaleInstance(Moment now, const v1::ScaleInstanceRequest& request);
+  absl::StatusOr<v1::Instance> RestartWorkers(Moment now, const v1::RestartWorkersRequest& request);
   // True if a live instance uses the scene; it then lies in the store under SceneKey(hash).
   bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
 
@@ -148,15 +155,34 @@ class Cluster {
   void Heard(Moment now, HostEntry& host);
   void MarkLost(Moment now, HostEntry& host);
   absl::Status HandleHeartbeat(Moment now, HostEntry& host, const v1::AgentHeartbeat& heartbeat);
-  void TakeReports(HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
+  void TakeReports(Moment now, HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
                    std::set<std::uint64_t>& touched);
   void NoticeAbsent(HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
                     std::optional<std::uint64_t> acted_revision, std::set<std::uint64_t>& touched);
   void HandleExited(HostEntry& host, const v1::WorkerExited& exited, std::set<std::uint64_t>& touched);
   // Null if it is not a worker that this host is to run, or one of an earlier incarnation.
   std::pair<InstanceEntry*, WorkerEntry*> FindWorker(const HostEntry& host, const v1::WorkerIdentity& identity);
-  void TakeReport(HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched);
+  void TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched);
   bool Holds(const HostEntry& host) const;
+  void RenewLease(Moment now, SessionId session, HostEntry& host, const v1::LeaseRequest& request);
+  absl::Status TakeInventory(Moment now, HostEntry& host, const v1::InventoryReport& report,
+                             std::set<std::uint64_t>& touched);
+  void NoticeDeadExited(const v1::WorkerExited& exited, std::set<std::uint64_t>& touched);
+  void Witness(Moment now, InstanceEntry& instance, const v1::WorkerReport& before, const v1::WorkerReport& report);
+
+  // Failover and planned maps of a RUNNING instance.
+  HostEntry* HostAt(const InstanceEntry& instance, std::size_t index);
+  const HostEntry* HostAt(const InstanceEntry& instance, std::size_t index) const;
+  bool Silent(Moment now, const InstanceEntry& instance, std::size_t index) const;
+  std::vector<Death> Deaths(Moment now, const InstanceEntry& instance) const;
+  std::optional<records::Instance> NextFailover(Moment now, InstanceEntry& instance);
+  std::optional<records::Instance> BuryAndBegin(Moment now, InstanceEntry& instance, const std::vector<Death>& deaths);
+  std::optional<records::Instance> GiveUp(Moment now, InstanceEntry& instance, std::string why);
+  bool AllRunByMap(const InstanceEntry& instance) const;
+  void WatchFailover(Moment now, InstanceEntry& instance, const records::Instance& next);
+  std::vector<RegionFacts> ChangeFacts(Moment now, const InstanceEntry& instance) const;
+  std::optional<records::Instance> NextChange(Moment now, InstanceEntry& instance);
+  absl::StatusOr<InstanceEntry*> FindRunning(const std::string& id);
 
   // Instances.
   const InstanceEntry* FindInstance(const std::string& id) const;
@@ -165,7 +191,7 @@ class Cluster {
   LifeFacts Facts(const InstanceEntry& instance, Moment now) const;
   void Reconcile(Moment now, InstanceEntry& instance);
   void Reconcile(Moment now, const std::set<std::uint64_t>& numbers);
-  std::optional<records::Instance> NextRecord(Moment now, const InstanceEntry& instance, const LifeFacts& facts) const;
+  std::optional<records::Instance> NextRecord(Moment now, InstanceEntry& instance, const LifeFacts& facts);
   void NoteTrouble(InstanceEntry& instance, const char* what, const absl::Status& status);
   void NoteDegraded(InstanceEntry& instance, const LifeFacts& facts);
   void StepPlacing(Moment now, const InstanceEntry& instance, records::Instance& next) const;
@@ -178,6 +204,7 @@ class Cluster {
   void ForgetEnded(Moment now);
   void PrunePlayers(Moment now, InstanceEntry& instance);
   v1::Instance View(const InstanceEntry& instance, bool whole) const;
+  void ViewChanges(const InstanceEntry& instance, v1::Instance& view) const;
 
   std::uint64_t NextRevision() { return last_revision_ += 1; }
 
@@ -192,6 +219,7 @@ class Cluster {
   std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
   std::map<SessionId, std::uint64_t> sessions_;       // to the host's number
   SessionId last_session_ = 0;
+  Steady last_timer_{0};             // 0: not yet
   std::uint64_t last_revision_ = 0;  // of orders and desired sets; the upper half is the number of this life
   Effects effects_;
 };

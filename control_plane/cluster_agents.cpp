@@ -111,7 +111,7 @@ absl::StatusOr<Cluster::Admission> Cluster::HandleHello(Moment now, const v1::Ag
 
   Heard(now, host);
   std::set<std::uint64_t> touched;
-  TakeReports(host, hello.workers(), touched);
+  TakeReports(now, host, hello.workers(), touched);
   NoticeAbsent(host, hello.workers(), std::nullopt, touched);
   MarkDesired(host);
   Reconcile(now, touched);
@@ -139,14 +139,17 @@ absl::Status Cluster::HandleAgentMessage(Moment now, SessionId session, const v1
     case v1::AgentMessage::kHeartbeat:
       return HandleHeartbeat(now, host, message.heartbeat());
     case v1::AgentMessage::kReport:
-      TakeReport(host, message.report(), touched);
+      TakeReport(now, host, message.report(), touched);
       break;
     case v1::AgentMessage::kExited:
       HandleExited(host, message.exited(), touched);
       break;
     case v1::AgentMessage::kInventory:
-    case v1::AgentMessage::kLease:
+      if (absl::Status status = TakeInventory(now, host, message.inventory(), touched); !status.ok()) return status;
       break;
+    case v1::AgentMessage::kLease:
+      RenewLease(now, session, host, message.lease());
+      return absl::OkStatus();
     case v1::AgentMessage::kHello:
       return absl::InvalidArgumentError("hello: only as the first message of a stream");
     case v1::AgentMessage::KIND_NOT_SET:
@@ -160,7 +163,7 @@ absl::Status Cluster::HandleHeartbeat(Moment now, HostEntry& host, const v1::Age
   host.last_heartbeat_time = now.unix_time;
   host.acted_revision = heartbeat.desired_revision();
   std::set<std::uint64_t> touched;
-  TakeReports(host, heartbeat.workers(), touched);
+  TakeReports(now, host, heartbeat.workers(), touched);
   NoticeAbsent(host, heartbeat.workers(), heartbeat.desired_revision(), touched);
   Reconcile(now, touched);
   return absl::OkStatus();
@@ -199,9 +202,10 @@ void Cluster::MarkLost(Moment now, HostEntry& host) {
   Reconcile(now, touched);
 }
 
-void Cluster::TakeReports(HostEntry& host, const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
+void Cluster::TakeReports(Moment now, HostEntry& host,
+                          const google::protobuf::RepeatedPtrField<v1::WorkerReport>& reports,
                           std::set<std::uint64_t>& touched) {
-  for (const v1::WorkerReport& report : reports) TakeReport(host, report, touched);
+  for (const v1::WorkerReport& report : reports) TakeReport(now, host, report, touched);
 }
 
 std::pair<InstanceEntry*, WorkerEntry*> Cluster::FindWorker(const HostEntry& host, const v1::WorkerIdentity& identity) {
@@ -217,13 +221,16 @@ std::pair<InstanceEntry*, WorkerEntry*> Cluster::FindWorker(const HostEntry& hos
   return {nullptr, nullptr};
 }
 
-void Cluster::TakeReport(HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched) {
+void Cluster::TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& report,
+                         std::set<std::uint64_t>& touched) {
   const auto [instance, worker] = FindWorker(host, report.identity());
   if (instance == nullptr || worker->gone) return;
   const v1::WorkerReport before = std::exchange(worker->report, report);
   const bool was_bound = before.phase() >= v1::WORKER_PHASE_BOUND && before.address().game_port() != 0;
   worker->reported = true;
+  worker->reported_at = now.steady;
   worker->missed = 0;
+  Witness(now, *instance, before, report);
   v1::RegionAddress& address = *worker->report.mutable_address();
   if (!ValidPorts(address)) address.Clear();
   address.set_region(worker->region);
@@ -233,7 +240,8 @@ void Cluster::TakeReport(HostEntry& host, const v1::WorkerReport& report, std::s
     MarkOrders(*instance);
     touched.insert(instance->number);
   }
-  if (before.phase() != report.phase() || !SamePlayers(before, report)) touched.insert(instance->number);
+  const bool changing = !AtRest(instance->record);
+  if (changing || before.phase() != report.phase() || !SamePlayers(before, report)) touched.insert(instance->number);
   Changed(*instance);
 }
 
@@ -267,7 +275,11 @@ void Cluster::NoticeAbsent(HostEntry& host, const google::protobuf::RepeatedPtrF
 
 void Cluster::HandleExited(HostEntry& host, const v1::WorkerExited& exited, std::set<std::uint64_t>& touched) {
   const auto [instance, worker] = FindWorker(host, exited.identity());
-  if (instance == nullptr || worker->gone) return;
+  if (instance == nullptr) {
+    NoticeDeadExited(exited, touched);
+    return;
+  }
+  if (worker->gone) return;
   const bool wanted = WantsWorkers(instance->record.state());
   const std::string what = wanted ? DescribeExit(exited, worker->report) : "";
   effects_.log.push_back(absl::StrCat("worker ended instance=", instance->record.id(), " region=", worker->region,

@@ -50,6 +50,7 @@ class ClusterHarness {
     const auto admission = cluster().HandleHello(now, hello);
     EXPECT_TRUE(admission.ok()) << admission.status();
     Agent& agent = agents[name];
+    agent.fake.world = world;
     agent.host_id = admission->admitted.host_id();
     agent.secret = admission->admitted.host_secret();
     agent.capacity = capacity;
@@ -73,6 +74,7 @@ class ClusterHarness {
     const auto admission = cluster().HandleHello(now, hello);
     ASSERT_TRUE(admission.ok()) << admission.status();
     agent.session = admission->session;
+    for (const v1::AgentMessage& message : agent.fake.Inventories()) Send(agent, message);
   }
 
   void Send(Agent& agent, const v1::AgentMessage& message) {
@@ -100,6 +102,32 @@ class ClusterHarness {
     }
   }
 
+  // All bodies that live workers own, with how many own each.
+  std::map<std::uint64_t, int> Bodies() const {
+    std::map<std::uint64_t, int> bodies;
+    for (const auto& [name, agent] : agents) {
+      for (const auto& [key, worker] : agent.fake.workers) {
+        const auto owned = world->owned.find(worker.report.identity().incarnation());
+        if (owned == world->owned.end()) continue;
+        for (const auto& [body, epoch] : owned->second) ++bodies[body];
+      }
+    }
+    return bodies;
+  }
+  std::size_t Workers() const {
+    std::size_t n = 0;
+    for (const auto& [name, agent] : agents) n += agent.fake.workers.size();
+    return n;
+  }
+  // The host that runs the region.
+  Agent& AgentOf(const std::string& id, std::uint32_t region) {
+    for (auto& [name, agent] : agents) {
+      if (agent.fake.workers.contains({id, region})) return agent;
+    }
+    ADD_FAILURE() << "region " << region << " runs nowhere";
+    return agents.begin()->second;
+  }
+
   v1::Instance Get(const std::string& id) { return *cluster().GetInstance(id); }
   v1::HostState HostState(const std::string& name) {
     v1::GetHostRequest request;
@@ -110,6 +138,7 @@ class ClusterHarness {
   MemoryStore store;
   Moment now{std::chrono::hours(1), std::chrono::hours(24 * 365 * 50)};
   std::map<std::string, Agent> agents;
+  std::shared_ptr<FakeWorld> world = std::make_shared<FakeWorld>();
   int calls_until_death = -1;
 
  private:

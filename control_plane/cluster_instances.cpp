@@ -5,6 +5,7 @@
 #include "control_plane/cluster.h"
 #include "control_plane/orders.h"
 #include "control_plane/pages.h"
+#include "control_plane/region_tree.h"
 #include "core/world/partition_io.h"
 #include "net/connect_token.h"
 
@@ -46,6 +47,7 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   record.set_snapshot_rate_hz(plan.snapshot_rate_hz);
   record.set_lazy(plan.lazy);
   SetPlan(placed, record);
+  record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
   for (const Vec3d& point : plan.spawn_points) {
     v1::Vec3& stored = *record.add_spawn_points();
     stored.set_x(point.x);
@@ -54,6 +56,18 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   }
   *record.mutable_create_time() = ToTimestamp(now.unix_time);
   return record;
+}
+
+bool SamePlaces(const records::Instance& a, const records::Instance& b) {
+  return a.map().version() == b.map().version() &&
+         std::equal(a.placements().begin(), a.placements().end(), b.placements().begin(), b.placements().end(),
+                    [](const records::Placement& x, const records::Placement& y) {
+                      return x.incarnation() == y.incarnation() && x.host_id() == y.host_id();
+                    });
+}
+
+bool BeginsFailover(const records::Instance& before, const records::Instance& next) {
+  return next.has_failover() && next.map().version() != before.map().version();
 }
 
 int Present(const records::Instance& record) {
@@ -178,7 +192,7 @@ LifeFacts Cluster::Facts(const InstanceEntry& instance, Moment now) const {
     const WorkerEntry& worker = instance.workers[i];
     const auto host = hosts_.find(NumberOf(instance.record.placements(static_cast<int>(i)).host_id(), "host-"));
     const bool known = host != hosts_.end();
-    facts.workers.push_back({worker.report.phase(), known && host->second.lost,
+    facts.workers.push_back({worker.region, worker.report.phase(), known && host->second.lost,
                              known ? host->second.record.name() : "a removed host", worker.gone, worker.ending});
   }
   const bool pending = instance.record.state() == v1::INSTANCE_STATE_PENDING;
@@ -204,7 +218,8 @@ void Cluster::Reconcile(Moment now, InstanceEntry& instance) {
       return;
     }
     const v1::InstanceState previous = instance.record.state();
-    const bool placed_anew = next->last_incarnation() != instance.record.last_incarnation();
+    const bool placed_anew = !SamePlaces(instance.record, *next);
+    if (BeginsFailover(instance.record, *next)) WatchFailover(now, instance, *next);
     if (absl::Status status = StoreInstance(instance, *next); !status.ok()) {
       NoteTrouble(instance, "instance cannot go on for now", status);
       return;
@@ -216,8 +231,7 @@ void Cluster::Reconcile(Moment now, InstanceEntry& instance) {
 }
 
 // The record after one step; nothing if there is none to take.
-std::optional<records::Instance> Cluster::NextRecord(Moment now, const InstanceEntry& instance,
-                                                     const LifeFacts& facts) const {
+std::optional<records::Instance> Cluster::NextRecord(Moment now, InstanceEntry& instance, const LifeFacts& facts) {
   const records::Instance& record = instance.record;
   if (record.state() == v1::INSTANCE_STATE_PLACING) {
     records::Instance next = record;
@@ -225,6 +239,10 @@ std::optional<records::Instance> Cluster::NextRecord(Moment now, const InstanceE
     if (next.state() == record.state() && next.reason() == record.reason()) return std::nullopt;
     if (IsFinal(next.state())) *next.mutable_end_time() = ToTimestamp(now.unix_time);
     return next;
+  }
+  if (record.state() == v1::INSTANCE_STATE_RUNNING) {
+    if (auto next = NextFailover(now, instance)) return next;
+    if (auto next = NextChange(now, instance)) return next;
   }
   LifeStep step = NextStep(record.state(), record.run(), facts);
   if (step.state == record.state() && step.run == record.run()) return std::nullopt;
@@ -245,6 +263,10 @@ void Cluster::NoteTrouble(InstanceEntry& instance, const char* what, const absl:
 
 void Cluster::NoteDegraded(InstanceEntry& instance, const LifeFacts& facts) {
   std::string degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING ? DegradedReason(facts) : "";
+  if (instance.record.has_failover()) {
+    degraded = absl::StrCat("failover of ", DescribeFailover(instance.record.failover()), degraded.empty() ? "" : "; ",
+                            degraded);
+  }
   if (degraded == instance.degraded) return;
   effects_.log.push_back(degraded.empty()
                              ? absl::StrCat("instance healthy id=", instance.record.id())
@@ -316,6 +338,28 @@ void Cluster::MarkOrders(InstanceEntry& instance) {
   }
 }
 
+// What is under way, and what would be lost now.
+void Cluster::ViewChanges(const InstanceEntry& instance, v1::Instance& view) const {
+  const records::Instance& record = instance.record;
+  if (record.has_failover()) {
+    v1::InstanceChange& change = *view.add_changes();
+    change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover())));
+    change.set_version(record.map().version());
+  } else if (const std::string plan = DescribePlan(record); !plan.empty()) {
+    v1::InstanceChange& change = *view.add_changes();
+    change.set_text(plan);
+    change.set_version(record.has_planned() ? record.planned().map().version() : record.map().version());
+    change.set_effective_tick(record.planned().effective_tick());
+  }
+  RegionLoads loads;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (worker.report.unprotected()) view.add_unprotected_regions(worker.region);
+    loads[RegionId(worker.region)] = worker.report.step().p50_seconds();
+  }
+  const bool measured = std::all_of(loads.begin(), loads.end(), [](const auto& load) { return load.second > 0; });
+  if (measured && !loads.empty()) view.set_imbalance(Imbalance(loads));
+}
+
 void Cluster::Changed(InstanceEntry& instance) { effects_.instances.insert(instance.record.id()); }
 
 v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
@@ -333,7 +377,14 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));
+  view.set_wanted_regions(record.wanted_regions() == 0 ? view.regions() : record.wanted_regions());
+  view.set_failovers(record.failovers());
+  view.set_lost_bodies(record.lost_bodies());
+  view.set_lost_ticks(record.lost_ticks());
   if (!whole) return view;
+  ViewChanges(instance, view);
+  *view.mutable_events() = record.events();
+  *view.mutable_checkpoints() = record.checkpoints();
   *view.mutable_map() = record.map();
   *view.mutable_player_list() = record.players();
   for (int i = 0; i < record.placements_size(); ++i) {

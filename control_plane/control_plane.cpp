@@ -51,11 +51,17 @@ Moment ControlPlane::Now() {
 
 // Under the lock.
 void ControlPlane::Publish() {
-  const Effects effects = cluster_->TakeEffects();
+  Effects effects = cluster_->TakeEffects();
   for (const std::string& line : effects.log) spdlog::info("{}", OneLine(line, 2 * kMaxReasonBytes));
   for (const SessionId id : effects.desired) {
     if (const auto found = sessions_.find(id); found != sessions_.end()) {
       found->second->desired = true;
+      found->second->wake.notify_all();
+    }
+  }
+  for (auto& [id, renewal] : effects.leases) {
+    if (const auto found = sessions_.find(id); found != sessions_.end()) {
+      found->second->leases.push_back(std::move(renewal));
       found->second->wake.notify_all();
     }
   }
@@ -219,15 +225,23 @@ void ControlPlane::Detach(Session& session) {
   Publish();
 }
 
-std::optional<v1::DesiredSet> ControlPlane::NextDesired(Session& session) {
+std::optional<v1::ControlMessage> ControlPlane::NextMessage(Session& session) {
   Lock lock(mutex_);
+  v1::ControlMessage message;
   while (true) {
-    session.wake.wait(lock, [&session] { return session.desired || session.closed; });
+    session.wake.wait(lock, [&session] { return session.desired || session.closed || !session.leases.empty(); });
     if (session.closed) return std::nullopt;
+    if (!session.leases.empty()) {
+      message.mutable_lease()->Swap(&session.leases.front());
+      session.leases.pop_front();
+      return message;
+    }
     session.desired = false;
     std::optional<v1::DesiredSet> desired = cluster_->TakeDesired(Now(), session.id);
     Publish();
-    if (desired) return desired;
+    if (!desired) continue;
+    message.mutable_desired()->Swap(&*desired);
+    return message;
   }
 }
 

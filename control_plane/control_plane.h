@@ -8,6 +8,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -29,6 +30,7 @@ class ControlPlane {
     std::function<void()> cancel;  // ends the stream's reading
     std::condition_variable wake;
     bool desired = false;
+    std::deque<v1::LeaseRenewal> leases;
     std::optional<absl::Status> closed;
   };
 
@@ -58,8 +60,8 @@ class ControlPlane {
 
   absl::StatusOr<std::shared_ptr<Session>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
   void Detach(Session& session);
-  // Waits for the next set; nothing once the session is over.
-  std::optional<v1::DesiredSet> NextDesired(Session& session);
+  // Waits for the next lease or desired set; nothing once the session is over.
+  std::optional<v1::ControlMessage> NextMessage(Session& session);
   absl::Status HandleAgentMessage(Session& session, const v1::AgentMessage& message);
 
   Revision store_revision() const { return store_.revision(); }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "control_plane/control_records.pb.h"
+#include "control_plane/failover.h"
 #include "control_plane/life.h"
 #include "control_plane/moment.h"
 #include "control_plane/placement.h"
@@ -23,6 +24,7 @@ using SessionId = std::uint64_t;
 
 struct WorkerEntry {
   std::uint32_t region = 0;
+  std::uint64_t incarnation = 0;
   v1::WorkerReport report;  // the last one; empty before the first
   bool reported = false;
   bool gone = false;           // has ended; for good, since incarnations are not used twice
@@ -30,6 +32,9 @@ struct WorkerEntry {
   int missed = 0;              // heartbeats in a row that did not name it
   v1::WorkerOrder order;       // as last given out
   std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end
+  Steady reported_at{0};
+  Steady witnessed_at{0};  // when its heir last told of news from it
+  Steady leased_at{0};     // when we last renewed its lease
 
   // Listens, and we know where.
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
@@ -59,7 +64,10 @@ struct InstanceEntry {
   int waiting = 0;                   // joins that wait for the workers
   Steady start_deadline{0};
   Steady state_since{0};
-  bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
+  FailoverWatch failover;      // of the failover under way, if there is one
+  std::string restore_wanted;  // why the world has to be taken from a checkpoint; empty: it has not
+  Steady change_after{0};      // no planned map before
+  bool withdrawn = false;      // the grace of stopping is over: its workers are in no desired set
   std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow
 };
 

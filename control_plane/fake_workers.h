@@ -1,8 +1,11 @@
 // FakeWorkers: an agent with its workers, for tests. Does at once what a desired set asks for and says so in the
-// agent's messages. No processes, no time.
+// agent's messages. No processes, no time. All agents of a test share one FakeWorld, in which regions own bodies and
+// heirs' copies are always whole.
 #pragma once
 
+#include <algorithm>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <tuple>
@@ -12,18 +15,29 @@
 
 namespace tessera::control {
 
+// Bodies by the life of the region that owns them. What a dead one owned is what its heir's copy holds.
+struct FakeWorld {
+  static constexpr std::uint64_t kBodiesEach = 3;
+  std::map<std::uint64_t, std::map<std::uint64_t, std::uint32_t>> owned;  // incarnation -> body -> epoch
+};
+
 class FakeWorkers {
  public:
   struct Worker {
     v1::WorkerOrder order;
     v1::WorkerReport report;
+    std::map<std::uint32_t, std::uint64_t> standbys;  // region -> incarnation
+    v1::Inventory inventory;                          // of the failover that is unresolved; version 0: there is none
   };
   using Key = std::pair<std::string, std::uint32_t>;  // instance, region
 
   // Settings of the play.
-  std::set<std::uint32_t> exit_at_start;  // regions whose workers end at once
-  bool connect_players = true;            // every player is connected as soon as a worker knows of it
-  bool stop_in_order = true;              // false: workers do not heed `stop`, only their absence from the set
+  std::set<std::uint32_t> exit_at_start;   // regions whose workers end at once
+  bool connect_players = true;             // every player is connected as soon as a worker knows of it
+  std::uint32_t last_acknowledged_ms = 0;  // of heirs to dead wards, as told in inventories
+  std::set<std::uint64_t> refuse_plans;    // versions whose commitment one worker refuses
+  bool mute = false;                       // tells no inventories
+  bool stop_in_order = true;               // false: workers do not heed `stop`, only their absence from the set
 
   // What the agent would send after acting on `desired`.
   std::vector<v1::AgentMessage> Apply(const v1::DesiredSet& desired) {
@@ -45,11 +59,24 @@ class FakeWorkers {
     return out;
   }
 
-  v1::AgentMessage Heartbeat() const {
+  v1::AgentMessage Heartbeat() {
     v1::AgentMessage message;
+    for (auto& [key, worker] : workers) {
+      const bool moves = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.inventory.version() == 0;
+      if (moves) worker.report.set_tick(worker.report.tick() + 15);
+    }
     message.mutable_heartbeat()->set_desired_revision(acted_revision);
     for (const auto& [key, worker] : workers) *message.mutable_heartbeat()->add_workers() = worker.report;
     return message;
+  }
+
+  // What an agent sends again on each new stream.
+  std::vector<v1::AgentMessage> Inventories() const {
+    std::vector<v1::AgentMessage> out;
+    for (const auto& [key, worker] : workers) {
+      if (worker.inventory.version() != 0) out.push_back(InventoryOf(worker));
+    }
+    return out;
   }
 
   // The worker dies; what the agent says about it.
@@ -62,8 +89,15 @@ class FakeWorkers {
   std::map<Key, Worker> workers;
   std::map<std::tuple<std::string, std::uint32_t, std::uint64_t>, int> starts;  // by incarnation: never above 1
   std::uint64_t acted_revision = 0;
+  std::shared_ptr<FakeWorld> world = std::make_shared<FakeWorld>();
 
  private:
+  static v1::AgentMessage InventoryOf(const Worker& worker) {
+    v1::AgentMessage message;
+    *message.mutable_inventory()->mutable_identity() = worker.report.identity();
+    *message.mutable_inventory()->mutable_inventory() = worker.inventory;
+    return message;
+  }
   static v1::AgentMessage Exited(const Worker& worker, bool started, int code, int signal, const std::string& reason) {
     v1::AgentMessage message;
     v1::WorkerExited& exited = *message.mutable_exited();
@@ -98,6 +132,7 @@ class FakeWorkers {
     if (order.revision() <= worker.order.revision()) return;
     worker.order = order;
     Follow(worker);
+    if (TakePart(worker) && !mute) out.push_back(InventoryOf(worker));
     v1::AgentMessage message;
     *message.mutable_report() = worker.report;
     out.push_back(message);
@@ -120,7 +155,7 @@ class FakeWorkers {
 
   void Follow(Worker& worker) const {
     v1::WorkerReport& report = worker.report;
-    const bool linked = worker.order.peers_size() + 1 == worker.order.map().regions_size();
+    const bool linked = worker.order.peers_size() + 1 >= worker.order.map().regions_size();
     report.set_phase(!linked              ? v1::WORKER_PHASE_BOUND
                      : worker.order.run() ? v1::WORKER_PHASE_RUNNING
                                           : v1::WORKER_PHASE_LINKED);
@@ -129,6 +164,104 @@ class FakeWorkers {
     for (const v1::Player& player : worker.order.players()) {
       if (connect_players && !player.left()) report.add_connected_players(player.number());
     }
+  }
+
+  // Bodies, maps and failovers. True if there is an inventory to tell.
+  bool TakePart(Worker& worker) {
+    v1::WorkerReport& report = worker.report;
+    const v1::WorkerOrder& order = worker.order;
+    if (report.phase() != v1::WORKER_PHASE_RUNNING) return false;
+    const std::uint64_t incarnation = report.identity().incarnation();
+    if (order.has_failover() && report.map_version() < order.failover().version()) {
+      if (order.has_resolution()) return Resume(worker), false;
+      const bool is_new = worker.inventory.version() != order.failover().version();
+      if (is_new) TakeStock(worker);
+      return is_new;
+    }
+    if (!world->owned.contains(incarnation)) {
+      auto& bodies = world->owned[incarnation];
+      const std::uint64_t first = 1000ull * report.identity().region() + 1;
+      for (std::uint64_t body = first; !order.joins_running() && body < first + FakeWorld::kBodiesEach; ++body) {
+        bodies[body] = 1;
+      }
+    }
+    if (!order.joins_running()) report.set_map_version(std::max(report.map_version(), order.map().version()));
+    const std::uint64_t planned = order.planned().map().version();
+    if (order.has_planned()) report.set_planned_version(planned);
+    if (order.planned().committed() && refuse_plans.erase(planned) > 0) report.set_refused_version(planned);
+    if (order.planned().committed() && report.refused_version() != planned) Move(worker);
+    HoldCopies(worker);
+    return false;
+  }
+
+  void Move(Worker& worker) {
+    const v1::PartitionMap& map = worker.order.planned().map();
+    worker.report.set_map_version(map.version());
+    const std::uint32_t self = worker.report.identity().region();
+    if (std::any_of(map.cells().begin(), map.cells().end(), [&](const auto& cell) { return cell.owner() == self; })) {
+      return;
+    }
+    for (const v1::Cell& cell : map.cells()) {
+      if (cell.from() != self) continue;
+      for (const v1::RegionAddress& peer : worker.order.peers()) {
+        if (peer.region() != cell.owner()) continue;
+        auto& mine = world->owned[worker.report.identity().incarnation()];
+        for (const auto& [body, epoch] : mine) world->owned[peer.incarnation()][body] = epoch + 1;
+        mine.clear();
+      }
+    }
+  }
+
+  void HoldCopies(Worker& worker) {
+    worker.standbys.clear();
+    worker.report.clear_standbys();
+    for (const std::uint32_t ward : worker.order.wards()) {
+      for (const v1::RegionAddress& peer : worker.order.peers()) {
+        if (peer.region() != ward) continue;
+        worker.standbys[ward] = peer.incarnation();
+        v1::StandbyStatus& standby = *worker.report.add_standbys();
+        standby.set_region(ward);
+        standby.set_incarnation(peer.incarnation());
+        standby.set_tick(1);
+      }
+    }
+  }
+
+  static void Put(const std::map<std::uint64_t, std::uint32_t>& bodies, v1::BodyEpochs& out) {
+    for (const auto& [body, epoch] : bodies) {
+      out.add_bodies(body);
+      out.add_epochs(epoch);
+    }
+  }
+
+  void TakeStock(Worker& worker) {
+    v1::Inventory& inventory = worker.inventory;
+    inventory.Clear();
+    inventory.set_version(worker.order.failover().version());
+    inventory.set_region(worker.report.identity().region());
+    inventory.set_tick(worker.report.tick());
+    Put(world->owned[worker.report.identity().incarnation()], *inventory.mutable_owned());
+    for (const v1::DeadRegion& dead : worker.order.failover().dead()) {
+      const auto copy = worker.standbys.find(dead.region());
+      if (copy == worker.standbys.end() || copy->second != dead.incarnation()) continue;
+      v1::StandbyInventory& standby = *inventory.add_standbys();
+      standby.set_region(dead.region());
+      standby.set_incarnation(dead.incarnation());
+      standby.set_tick(worker.report.tick());
+      standby.set_last_acknowledged_ms(last_acknowledged_ms);
+      Put(world->owned[dead.incarnation()], *standby.mutable_bodies());
+    }
+  }
+
+  void Resume(Worker& worker) {
+    for (const v1::Takeover& takeover : worker.order.resolution().takeovers()) {
+      if (takeover.region() != worker.report.identity().region()) continue;
+      world->owned[worker.report.identity().incarnation()][takeover.body()] = takeover.epoch();
+    }
+    worker.inventory.Clear();
+    worker.report.set_map_version(worker.order.resolution().version());
+    worker.report.set_tick(worker.order.resolution().resume_tick());
+    HoldCopies(worker);
   }
 
   std::int64_t last_pid_ = 0;

@@ -138,6 +138,21 @@ class InstanceServiceImpl final : public v1::InstanceService::Service, Answerer 
     };
     return ToGrpc(plane_.WatchInstance(request->id(), sink, [context] { return context->IsCancelled(); }));
   }
+  grpc::Status ScaleInstance(grpc::ServerContext* context, const v1::ScaleInstanceRequest* request,
+                             v1::ScaleInstanceResponse* response) override {
+    const std::string subject = absl::StrCat(request->id(), " to ", request->regions());
+    return Answer(context, "InstanceService/ScaleInstance", Kind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.ScaleInstance(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
+  grpc::Status RestartWorkers(grpc::ServerContext* context, const v1::RestartWorkersRequest* request,
+                              v1::RestartWorkersResponse* response) override {
+    return Answer(context, "InstanceService/RestartWorkers", Kind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.RestartWorkers(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
     return Answer(context, "InstanceService/DeleteInstance", Kind::kCommand, request->id(), [&] {
@@ -218,12 +233,12 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return status;
   }
   void WriteDesired(Stream* stream, ControlPlane::Session& session) {
-    v1::ControlMessage message;
-    while (std::optional<v1::DesiredSet> desired = plane_.NextDesired(session)) {
-      spdlog::debug("desired set host={} revision={} workers={}", session.admitted.host_name(), desired->revision(),
-                    desired->workers_size());
-      message.mutable_desired()->Swap(&*desired);
-      if (!stream->Write(message)) return;
+    while (const std::optional<v1::ControlMessage> message = plane_.NextMessage(session)) {
+      if (message->has_desired()) {
+        spdlog::debug("desired set host={} revision={} workers={}", session.admitted.host_name(),
+                      message->desired().revision(), message->desired().workers_size());
+      }
+      if (!stream->Write(*message)) return;
     }
   }
   absl::Status ReadMessages(Stream* stream, ControlPlane::Session& session) {

@@ -16,12 +16,12 @@ bool AllReached(const LifeFacts& facts, v1::WorkerPhase phase) {
 }
 
 // Why an instance that wants all its workers cannot go on; empty if it can.
-std::string Failure(const LifeFacts& facts, bool started) {
-  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
-    const WorkerFacts& worker = facts.workers[i];
-    if (worker.gone) return absl::StrCat("region ", i + 1, " on ", worker.host_name, ": ", worker.ending);
+std::string Failure(const LifeFacts& facts, v1::InstanceState state, bool started) {
+  if (state == v1::INSTANCE_STATE_RUNNING) return "";
+  for (const WorkerFacts& worker : facts.workers) {
+    if (worker.gone) return absl::StrCat("region ", worker.region, " on ", worker.host_name, ": ", worker.ending);
     if (worker.host_lost && !started) {
-      return absl::StrCat("region ", i + 1, ": host ", worker.host_name, " was lost before the start");
+      return absl::StrCat("region ", worker.region, ": host ", worker.host_name, " was lost before the start");
     }
   }
   return "";
@@ -33,8 +33,8 @@ bool PlayersNoMatter(const LifeFacts& facts) { return facts.players_ready || fac
 std::string StartTimedOut(const LifeFacts& facts, bool run) {
   const v1::WorkerPhase phase = run ? v1::WORKER_PHASE_RUNNING : v1::WORKER_PHASE_LINKED;
   std::vector<std::string> late;
-  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
-    if (facts.workers[i].phase < phase) late.push_back(absl::StrCat(i + 1, " on ", facts.workers[i].host_name));
+  for (const WorkerFacts& worker : facts.workers) {
+    if (worker.phase < phase) late.push_back(absl::StrCat(worker.region, " on ", worker.host_name));
   }
   return absl::StrCat("start timed out: not ", run ? "running" : "linked", ": region ", absl::StrJoin(late, ", "));
 }
@@ -52,7 +52,7 @@ bool IsFinal(v1::InstanceState state) {
 
 LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
   if (WantsWorkers(state)) {
-    std::string failure = Failure(facts, run);
+    std::string failure = Failure(facts, state, run);
     if (!failure.empty()) return {v1::INSTANCE_STATE_FAILED, run, std::move(failure)};
   }
   if (state == v1::INSTANCE_STATE_PENDING && PlayersNoMatter(facts)) {
@@ -77,9 +77,9 @@ LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
 }
 
 std::string DegradedReason(const LifeFacts& facts) {
-  std::map<std::string, std::vector<std::size_t>> silent;
-  for (std::size_t i = 0; i < facts.workers.size(); ++i) {
-    if (facts.workers[i].host_lost) silent[facts.workers[i].host_name].push_back(i + 1);
+  std::map<std::string, std::vector<std::uint32_t>> silent;
+  for (const WorkerFacts& worker : facts.workers) {
+    if (worker.host_lost) silent[worker.host_name].push_back(worker.region);
   }
   return absl::StrJoin(silent, "; ", [](std::string* out, const auto& host) {
     absl::StrAppend(out, "host ", host.first, " is silent: region", host.second.size() == 1 ? " " : "s ",

@@ -2,7 +2,8 @@
 //
 // PENDING -> PLACING -> STARTING -> WAITING_FOR_PLAYERS -> RUNNING -> STOPPING -> ENDED, or FAILED with a reason.
 // Repeating `NextStep` with the same facts changes nothing more, so it is safe to ask after every event and after a
-// restart. DEGRADED is not here: it is RUNNING with a host that is silent, and passes by itself.
+// restart. DEGRADED is not here: it is RUNNING with a host that is silent or a failover under way, and passes by
+// itself. Once RUNNING, workers that die are failover's business (failover.h).
 #pragma once
 
 #include <string>
@@ -14,6 +15,7 @@ namespace tessera::control {
 
 // What is known about one region's worker.
 struct WorkerFacts {
+  std::uint32_t region = 0;
   v1::WorkerPhase phase = v1::WORKER_PHASE_UNSPECIFIED;
   bool host_lost = false;
   std::string host_name;

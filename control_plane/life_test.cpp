@@ -7,7 +7,7 @@ namespace {
 
 LifeFacts Facts(std::vector<v1::WorkerPhase> phases, bool players_ready) {
   LifeFacts facts;
-  for (const v1::WorkerPhase phase : phases) facts.workers.push_back({phase, false, "alpha", false, ""});
+  for (const v1::WorkerPhase phase : phases) facts.workers.push_back({static_cast<std::uint32_t>(facts.workers.size() + 1), phase, false, "alpha", false, ""});
   facts.players_ready = players_ready;
   return facts;
 }
@@ -68,9 +68,10 @@ TEST(LifeTest, AFailureNamesRegionAndHost) {
   LifeFacts facts = Facts({kRunning, kRunning}, true);
   facts.workers[1].gone = true;
   facts.workers[1].ending = "worker was killed by signal 9 (SIGKILL)";
-  const LifeStep step = NextStep(v1::INSTANCE_STATE_RUNNING, true, facts);
+  const LifeStep step = NextStep(v1::INSTANCE_STATE_STARTING, true, facts);
   EXPECT_EQ(step.state, v1::INSTANCE_STATE_FAILED);
   EXPECT_EQ(step.reason, "region 2 on alpha: worker was killed by signal 9 (SIGKILL)");
+  EXPECT_EQ(NextStep(v1::INSTANCE_STATE_RUNNING, true, facts).state, v1::INSTANCE_STATE_RUNNING);  // failover's business
 }
 
 TEST(LifeTest, AStartThatTimesOutNamesWhoIsLate) {

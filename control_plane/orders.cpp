@@ -8,6 +8,28 @@
 
 namespace tessera::control {
 
+namespace {
+
+void SetFailover(const records::Instance& record, v1::WorkerOrder& order) {
+  if (!record.has_failover()) return;
+  order.mutable_failover()->set_version(record.map().version());
+  for (const records::Dead& dead : record.failover().dead()) {
+    v1::DeadRegion& region = *order.mutable_failover()->add_dead();
+    region.set_region(dead.region());
+    region.set_incarnation(dead.incarnation());
+  }
+  if (record.failover().has_resolution()) *order.mutable_resolution() = record.failover().resolution();
+}
+
+void SetHeirs(const records::Instance& record, v1::WorkerOrder& order) {
+  for (const v1::MapRegion& region : record.map().regions()) {
+    if (region.id() == order.region()) order.set_heir(region.heir());
+    if (region.heir() == order.region()) order.add_wards(region.id());
+  }
+}
+
+}  // namespace
+
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   const records::Instance& record = instance.record;
   const records::Placement& placement = record.placements(static_cast<int>(index));
@@ -26,6 +48,12 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   order.set_stop(!WantsWorkers(record.state()));
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());
   order.set_expected_players(record.expected_players());
+  order.set_joins_running(placement.joins());
+  if (record.planned().effective_tick() != 0) *order.mutable_planned() = record.planned();
+  SetFailover(record, order);
+  SetHeirs(record, order);
+  order.set_leaver_policy(record.leaver_policy());
+  order.set_leaver_grace_ms(record.leaver_grace_ms());
   return order;
 }
 

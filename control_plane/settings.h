@@ -10,8 +10,16 @@ namespace tessera::control {
 // What an operator may set. Spans are counted on the steady clock.
 struct Settings {
   // How often an agent tells that it lives. Told to it on admission.
-  std::chrono::milliseconds heartbeat_interval{500};
-  // Silence after which a host is LOST. Ten heartbeats: shorter, and a paused virtual machine degrades its instances.
+  std::chrono::milliseconds heartbeat_interval{250};
+  // Silence of a host, and of its regions towards their heirs, after which others carry its regions on. Four
+  // heartbeats: shorter, and a busy machine loses healthy workers; each 100 ms more is 100 ms more without that part of
+  // the world.
+  std::chrono::milliseconds failover_after{1000};
+  // How long a failover may take until every live region has answered. One that does not answer is worse than dead: the
+  // others stand still for it.
+  std::chrono::milliseconds failover_timeout{15'000};
+  // Silence after which a host is LOST. Twenty heartbeats: shorter, and a paused virtual machine degrades its
+  // instances.
   std::chrono::milliseconds lost_after{5000};
   // How long an instance may be STARTING (or PLACING) before it is given up. A scene of a million bodies loads in
   // seconds.
@@ -24,6 +32,25 @@ struct Settings {
   // still met by someone who knows that the player has left.
   std::chrono::milliseconds keep_left_players{60'000};
 };
+
+// A worker may step so long after it asked for its lease, and stands still thereafter. The same in region_worker.
+inline constexpr std::chrono::milliseconds kLeaseTtl{1000};
+// How much slower than ours a worker's clock may run within a TTL: 1 in 20, far beyond any quartz.
+inline constexpr std::chrono::milliseconds kLeaseDrift{50};
+// From one look at the deadlines to the next, beyond which it is this process that has stood still, not its hosts.
+inline constexpr std::chrono::milliseconds kOwnPause{500};
+inline constexpr int kMaxEvents = 32;  // of an instance
+
+// From the announcement of a planned map to its tick, beside the ticks of its flood: two messages to the slowest worker
+// and back. Shorter, and a plan is put off; longer, and every change takes longer.
+inline constexpr std::chrono::milliseconds kPlanLead{400};
+// Between two changes of one instance that nobody asked for: step times are those of the last few seconds.
+inline constexpr std::chrono::milliseconds kBalanceInterval{1000};
+// After a change that could not be made, for want of room or because a newcomer died.
+inline constexpr std::chrono::milliseconds kChangeRetry{5000};
+// The busiest region's step time by the mean above which borders are moved, and how far at most, of the heavier side's
+// extent. Lower or larger: bodies change hands for what is noise.
+inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.3;
 
 // Instances that have ended and are kept, at most; the oldest go first.
 inline constexpr std::size_t kMaxEndedInstances = 1000;

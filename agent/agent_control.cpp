@@ -1,0 +1,121 @@
+// The agent and its control plane.
+#include "agent/agent.h"
+
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "telemetry/logging.h"
+
+namespace tessera::agent {
+
+using telemetry::LogValue;
+
+v1::AgentHello Agent::Hello() const {
+  v1::AgentHello hello;
+  if (identity_) {
+    hello.set_host_id(identity_->host_id());
+    hello.set_host_secret(identity_->host_secret());
+  } else {
+    hello.set_join_token(options_.join_token);
+  }
+  hello.set_advertise_address(options_.advertise_address);
+  hello.set_metrics_port(metrics_server_->port());
+  hello.mutable_resources()->set_cores(std::max(std::thread::hardware_concurrency(), 1U));
+  hello.mutable_resources()->set_memory_bytes(static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                                              static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)));
+  hello.mutable_resources()->set_region_capacity(options_.capacity);
+  hello.set_version(TESSERA_VERSION);
+  hello.set_boot_id(boot_id_);
+  for (v1::WorkerReport& report : supervisor_.Reports()) *hello.add_workers() = std::move(report);
+  return hello;
+}
+
+v1::AgentHeartbeat Agent::Heartbeat() {
+  v1::AgentHeartbeat heartbeat;
+  heartbeat.set_desired_revision(supervisor_.desired_revision());
+  for (v1::WorkerReport& report : supervisor_.Reports()) *heartbeat.add_workers() = std::move(report);
+  metrics_.Heartbeat();
+  return heartbeat;
+}
+
+void Agent::OnAdmitted(const v1::Admitted& admitted) {
+  if (absl::Status status = KeepIdentity(admitted); !status.ok()) {
+    spdlog::error("cannot keep what the control plane gave: {}", std::string(status.message()));
+    return Finish(1);
+  }
+  metrics_.SetConnected(true);
+  notify_.Ready();
+  WriteReadyFile();
+  scenes_.Connected(session_->link(), *identity_);
+  for (const v1::WorkerExited& exited : supervisor_.Exits()) TellExited(exited);
+  for (const auto& [key, inventory] : inventories_) {
+    v1::AgentMessage message;
+    *message.mutable_inventory() = inventory;
+    session_->Send(std::move(message));
+  }
+  Settle();
+}
+
+absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
+  HostIdentity identity;
+  if (identity_) identity = *identity_;
+  identity.set_host_id(admitted.host_id());
+  identity.set_host_name(admitted.host_name());
+  if (!admitted.host_secret().empty()) identity.set_host_secret(admitted.host_secret());
+  if (identity.host_id().empty() || identity.host_secret().empty()) {
+    return absl::InvalidArgumentError("admitted: host_id or host_secret is empty");
+  }
+  const bool same = identity_ && identity_->SerializeAsString() == identity.SerializeAsString();
+  identity_ = std::move(identity);
+  return same ? absl::OkStatus() : state_->SaveIdentity(*identity_);
+}
+
+void Agent::OnDesired(const v1::DesiredSet& set) {
+  const std::vector<OrderOutcome> outcomes = supervisor_.Desired(set, Clock::now());
+  Settle();
+  spdlog::info("desired set from=control revision={} workers={}", set.revision(), set.workers_size());
+  for (const OrderOutcome& outcome : outcomes) {
+    spdlog::log(outcome.changed ? spdlog::level::info : spdlog::level::debug,
+                "order from=control worker={} revision={} outcome={}", LogValue(outcome.key.ToString()),
+                outcome.revision, LogValue(outcome.what));
+  }
+}
+
+void Agent::OnLease(const v1::LeaseRenewal& renewal) {
+  const auto found = connections_.find(KeyOf(renewal.identity()));
+  if (found != connections_.end()) socket_->SendLease(found->second, renewal);
+}
+
+void Agent::OnRefused(const absl::Status& status) {
+  spdlog::error("control plane {} refused this host: {}{}", options_.control, std::string(status.message()),
+                identity_ ? absl::StrCat(" (identity from ", state_->IdentityPath(),
+                                         "; to join anew, remove it and give a join token)")
+                          : "");
+  exit_code_ = 1;
+  if (options_.stop_workers && !supervisor_.Empty()) return EndWorkers();
+  Finish(1);
+}
+
+void Agent::TellExited(const v1::WorkerExited& exited) {
+  v1::AgentMessage message;
+  *message.mutable_exited() = exited;
+  session_->Send(std::move(message));
+}
+
+void Agent::WriteReadyFile() {
+  if (options_.ready_file.empty() || std::exchange(ready_written_, true)) return;
+  ReadyFile ready;
+  ready.set_host_id(identity_->host_id());
+  ready.set_metrics(metrics_server_->address());
+  ready.set_pid(getpid());
+  absl::StatusOr<std::string> json = ToJson(ready);
+  absl::Status status = json.ok() ? WriteFile(options_.ready_file, *json + "\n", false) : json.status();
+  if (!status.ok()) spdlog::error("--ready-file {}", std::string(status.message()));
+}
+
+}  // namespace tessera::agent

@@ -1,0 +1,224 @@
+// The agent and its workers: their processes, their connections, and what the supervisor has decided about them.
+#include "agent/agent.h"
+
+#include <spdlog/spdlog.h>
+#include <array>
+#include <set>
+#include <utility>
+#include <variant>
+
+#include "absl/strings/str_cat.h"
+#include "telemetry/logging.h"
+
+namespace tessera::agent {
+
+namespace {
+
+using telemetry::LogValue;
+
+// What systemd told this program alone.
+constexpr std::array kServiceVariables = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID",
+                                          "LISTEN_FDS",    "LISTEN_PID",    "LISTEN_FDNAMES"};
+
+}  // namespace
+
+void Agent::OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& message) {
+  if (message.has_report()) OnWorkerReport(connection, message.report());
+  const auto known = attached_.find(connection);
+  if (known != attached_.end()) PassOn(known->second, message);
+}
+
+// What a worker says to the control plane alone. Who it is we know better than it does.
+void Agent::PassOn(const WorkerKey& key, const v1::WorkerMessage& message) {
+  v1::AgentMessage up;
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(key.instance_id);
+  identity.set_region(key.region);
+  identity.set_incarnation(key.incarnation);
+  if (message.has_lease()) {
+    *up.mutable_lease() = message.lease();
+    *up.mutable_lease()->mutable_identity() = identity;
+    if (session_) session_->Send(up);
+  }
+  if (message.has_inventory()) {
+    v1::InventoryReport& inventory = inventories_[key];
+    inventory = message.inventory();
+    *inventory.mutable_identity() = identity;
+    *up.mutable_inventory() = inventory;
+    if (session_) session_->Send(up);
+  }
+}
+
+void Agent::OnWorkerReport(ConnectionId connection, const v1::WorkerReport& report) {
+  if (const auto known = attached_.find(connection); known != attached_.end()) {
+    supervisor_.Reported(known->second, report);
+    return Settle();
+  }
+  const absl::StatusOr<WorkerKey> key = supervisor_.Attached(report);
+  if (!key.ok()) {
+    spdlog::warn("worker refused reason={}", LogValue(std::string(key.status().message())));
+    return socket_->Close(connection, key.status());
+  }
+  if (const auto old = connections_.find(*key); old != connections_.end()) {
+    attached_.erase(old->second);
+    socket_->Close(old->second, absl::AbortedError("attached anew"));
+  }
+  connections_[*key] = connection;
+  attached_[connection] = *key;
+  spdlog::info("worker attached worker={} pid={}", LogValue(key->ToString()), report.identity().pid());
+  Settle();
+}
+
+void Agent::OnWorkerClosed(ConnectionId connection) {
+  const auto found = attached_.find(connection);
+  if (found == attached_.end()) return;
+  const WorkerKey key = found->second;
+  attached_.erase(found);
+  connections_.erase(key);
+  supervisor_.Detached(key);
+  spdlog::debug("worker detached worker={}", LogValue(key.ToString()));
+  Settle();
+}
+
+void Agent::Watch(const WorkerKey& key, Process process, const std::string& log_path) {
+  const int pidfd = process.pidfd();
+  processes_.insert_or_assign(key, Running{std::move(process), log_path});
+  loop_->Watch(pidfd, [this, key] { OnProcessEnd(key); });
+}
+
+void Agent::OnProcessEnd(const WorkerKey& key) {
+  const auto found = processes_.find(key);
+  const ExitStatus status = found->second.process.Reap();
+  std::vector<std::string> lines = LastLines(found->second.log_path, kLastLines);
+  loop_->Unwatch(found->second.process.pidfd());
+  processes_.erase(found);
+  // What it said over its connection, such as why it failed, was posted before; a connection that is left is history.
+  if (const auto connection = connections_.find(key); connection != connections_.end()) {
+    attached_.erase(connection->second);
+    connections_.erase(connection);
+  }
+  inventories_.erase(key);
+  supervisor_.Ended(key, status, std::move(lines));
+  Settle();
+  std::set<std::string> in_use;
+  for (const auto& [other, running] : processes_) in_use.insert(running.log_path);
+  state_->PruneLogs(in_use);
+}
+
+std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const {
+  const auto port = [&](int offset) { return std::to_string(action.first_port + offset); };
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(action.key.instance_id);
+  identity.set_region(action.key.region);
+  identity.set_incarnation(action.key.incarnation);
+  // Seen by everybody on this machine, so nothing secret: keys come with the order, over the socket.
+  return {options_.region_binary,
+          "--agent-socket",
+          state_->SocketPath(),
+          "--instance",
+          action.key.instance_id,
+          "--region",
+          std::to_string(action.key.region),
+          "--incarnation",
+          std::to_string(action.key.incarnation),
+          "--bind-address",
+          options_.bind_address,
+          "--advertise-address",
+          options_.advertise_address,
+          "--game-port",
+          port(0),
+          "--link-port",
+          port(1),
+          "--metrics-port",
+          port(2),
+          "--log-file",
+          state_->LogPath(identity)};
+}
+
+// --- What the supervisor wants ---
+
+void Agent::Settle() {
+  for (std::vector<Action> actions = supervisor_.TakeActions(); !actions.empty(); actions = supervisor_.TakeActions()) {
+    for (const Action& action : actions) {
+      std::visit([this](const auto& what) { Do(what); }, action);
+    }
+  }
+  Save();
+  metrics_.SetWorkers(processes_.size());
+  const bool connected = session_ && session_->link();
+  notify_.Status(absl::StrCat(processes_.size(), processes_.size() == 1 ? " worker" : " workers", "; control plane ",
+                              connected ? "connected" : "away"));
+  if (deadline_) loop_->Cancel(*deadline_);
+  deadline_.reset();
+  if (const auto next = supervisor_.NextDeadline()) {
+    deadline_ = loop_->RunAt(*next, [this] {
+      deadline_.reset();
+      supervisor_.Tick(Clock::now());
+      Settle();
+    });
+  }
+  if (ending_workers_ && supervisor_.Empty()) Finish(exit_code_);
+}
+
+void Agent::Do(const SpawnWorker& action) {
+  std::vector<std::string> argv = WorkerArguments(action);
+  const std::string log_path = argv.back();
+  absl::StatusOr<Process> process =
+      Process::Spawn({.argv = std::move(argv),
+                      .log_path = log_path,
+                      .die_with_parent = options_.stop_workers,
+                      .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
+  if (!process.ok()) return supervisor_.SpawnFailed(action.key, std::string(process.status().message()));
+  spdlog::info("worker started worker={} pid={} ports={}-{}", LogValue(action.key.ToString()), process->pid(),
+               action.first_port, action.first_port + kPortsPerWorker - 1);
+  metrics_.Started();
+  supervisor_.Spawned(action.key, process->pid(), process->start_time(), log_path, Clock::now());
+  Watch(action.key, *std::move(process), log_path);
+  Save();  // now: a worker that is not in the file when this program dies would be refused by the next
+}
+
+void Agent::Do(const SignalWorker& action) {
+  const auto found = processes_.find(action.key);
+  if (found == processes_.end()) return;
+  spdlog::warn("worker signalled worker={} pid={} signal={}", LogValue(action.key.ToString()),
+               found->second.process.pid(), action.signal);
+  found->second.process.Signal(action.signal);
+}
+
+void Agent::Do(const SendOrder& action) {
+  const auto found = connections_.find(action.key);
+  if (found == connections_.end()) return;
+  spdlog::info("order sent worker={} revision={} run={} stop={} peers={} players={}", LogValue(action.key.ToString()),
+               action.order.revision(), action.order.run(), action.order.stop(), action.order.peers_size(),
+               action.order.players_size());
+  if (!action.order.has_failover() || action.order.has_resolution()) inventories_.erase(action.key);
+  socket_->Send(found->second, action.order);
+}
+
+void Agent::Do(const FetchScene& action) { scenes_.Want(action.hash); }
+
+void Agent::Do(const TellReport& action) {
+  v1::AgentMessage message;
+  *message.mutable_report() = action.report;
+  if (session_) session_->Send(std::move(message));
+}
+
+void Agent::Do(const TellExit& action) {
+  const v1::WorkerExited& exited = action.exited;
+  const auto level = action.result == ExitResult::kClean ? spdlog::level::info : spdlog::level::err;
+  spdlog::log(level, "worker ended worker={} pid={} started={} reason={} last_line={}",
+              LogValue(KeyOf(exited.identity()).ToString()), exited.identity().pid(), exited.started(),
+              LogValue(exited.reason()),
+              LogValue(exited.last_log_lines().empty() ? "" : *exited.last_log_lines().rbegin()));
+  if (exited.identity().pid() != 0) metrics_.Exited(action.result);
+  if (session_) TellExited(exited);
+}
+
+void Agent::Save() {
+  if (!supervisor_.TakeDirty() && !finishing_) return;
+  if (absl::Status status = state_->SaveWorkers(supervisor_.State(boot_id_)); !status.ok()) {
+    spdlog::error("cannot save: {}", std::string(status.message()));
+  }
+}
+
+}  // namespace tessera::agent

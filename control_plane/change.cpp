@@ -1,0 +1,289 @@
+#include "control_plane/change.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/heirs.h"
+#include "control_plane/region_tree.h"
+#include "control_plane/settings.h"
+#include "core/world/limits.h"
+#include "core/world/partition_change.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+std::uint64_t NewestTick(std::span<const RegionFacts> facts) {
+  std::uint64_t newest = 0;
+  for (const RegionFacts& region : facts) newest = std::max(newest, region.tick);
+  return newest;
+}
+
+// Ticks that a commitment may take from region to region in the worst case; the region core has the same bound.
+std::uint64_t FloodTicks(std::span<const RegionFacts> facts) { return facts.size() + 1; }
+
+std::uint64_t LeadTicks(const records::Instance& record, std::span<const RegionFacts> facts) {
+  const auto lead = static_cast<std::uint64_t>(kPlanLead.count()) * record.tick_rate_hz() / 1000;
+  return lead + FloodTicks(facts);
+}
+
+// Under a new version, so that nobody can take it for the one that failed.
+records::Instance PutOff(const records::Instance& record, std::span<const RegionFacts> facts) {
+  records::Instance next = record;
+  next.set_last_map_version(record.last_map_version() + 1);
+  v1::PlannedMap& planned = *next.mutable_planned();
+  planned.mutable_map()->set_version(next.last_map_version());
+  planned.set_effective_tick(NewestTick(facts) + 3 * LeadTicks(record, facts));
+  planned.set_committed(false);
+  return next;
+}
+
+records::Instance InForce(const records::Instance& record) {
+  records::Instance next = record;
+  next.mutable_map()->Swap(next.mutable_planned()->mutable_map());
+  next.clear_planned();
+  auto& placements = *next.mutable_placements();
+  const auto unmapped = [&next](const records::Placement& placement) {
+    return std::none_of(next.map().regions().begin(), next.map().regions().end(),
+                        [&](const v1::MapRegion& region) { return region.id() == placement.region(); });
+  };
+  placements.erase(std::remove_if(placements.begin(), placements.end(), unmapped), placements.end());
+  for (records::Placement& placement : placements) placement.set_joins(false);
+  return next;
+}
+
+// Which host each region of a record is on.
+HostOfRegion HostsOf(const records::Instance& record) {
+  std::map<std::uint32_t, std::string> hosts;
+  for (const records::Placement& placement : record.placements()) hosts[placement.region()] = placement.host_id();
+  return [hosts = std::move(hosts)](RegionId region) {
+    const auto found = hosts.find(region.value());
+    return found == hosts.end() ? std::string() : found->second;
+  };
+}
+
+void SetPlanned(const PartitionMap& map, records::Instance& next) {
+  next.set_last_map_version(map.version().value());
+  *next.mutable_planned()->mutable_map() = ToProto(map);
+  next.mutable_planned()->set_effective_tick(0);
+  next.mutable_planned()->set_committed(false);
+}
+
+MapVersion NextVersion(const records::Instance& record) {
+  return MapVersion(std::max(record.last_map_version(), record.map().version()) + 1);
+}
+
+std::optional<records::Instance> Settle(const records::Instance& record, std::span<const RegionFacts> facts) {
+  const auto map = FromProto(record.map());
+  if (!map.ok() || !InTransition(*map)) return std::nullopt;
+  for (const RegionFacts& region : facts) {
+    if (region.map_version < record.map().version() || region.bodies_outside > 0) return std::nullopt;
+  }
+  const auto settled = SettledMap(*map, NextVersion(record));
+  if (!settled.ok()) return std::nullopt;
+  const auto with_heirs = WithHeirs(*settled, HostsOf(record));
+  if (!with_heirs.ok()) return std::nullopt;
+  records::Instance next = record;
+  SetPlanned(*with_heirs, next);
+  return next;
+}
+
+// --- What to plan ---
+
+class Planner {
+ public:
+  Planner(const records::Instance& record, std::span<const RegionFacts> facts, std::span<const FreeHost> hosts,
+          PartitionMap map, RegionTree tree)
+      : record_(record),
+        facts_(facts),
+        hosts_(hosts.begin(), hosts.end()),
+        map_(std::move(map)),
+        tree_(std::move(tree)) {
+    next_ = record;
+    for (const RegionFacts& region : facts) loads_[RegionId(region.region)] = region.step_s;
+    const bool measured = std::all_of(loads_.begin(), loads_.end(), [](const auto& load) { return load.second > 0; });
+    if (!measured) loads_ = Areas();
+  }
+
+  absl::StatusOr<std::optional<records::Instance>> Plan() {
+    const auto changed = ReplaceOne();
+    if (!changed.ok()) return changed.status();
+    if (!*changed) {
+      const auto scaled = Scale();
+      if (!scaled.ok()) return scaled.status();
+      if (!*scaled && record_.balance() && Imbalance(loads_) > kBalanceAbove) tree_.Balance(loads_, kBalanceStep);
+    }
+    return Finish();
+  }
+
+ private:
+  RegionLoads Areas() const {
+    RegionLoads areas;
+    for (const Cell& cell : map_.cells()) {
+      areas[cell.owner] += (cell.area.max_x - cell.area.min_x) * (cell.area.max_z - cell.area.min_z);
+    }
+    return areas;
+  }
+
+  std::uint32_t FreeId() const {
+    std::set<std::uint32_t> taken;
+    for (const records::Placement& placement : next_.placements()) taken.insert(placement.region());
+    std::uint32_t id = 1;
+    while (taken.contains(id)) ++id;
+    return id;
+  }
+
+  // A place for a new region: where fewest of this instance are, then where most is free. `wished` if it has room.
+  absl::StatusOr<RegionId> AddRegion(const std::string& wished) {
+    std::map<std::string, int> here;
+    for (const records::Placement& placement : next_.placements()) ++here[placement.host_id()];
+    FreeHost* best = nullptr;
+    for (FreeHost& host : hosts_) {
+      if (host.free == 0) continue;
+      const auto rank = [&](const FreeHost& h) {
+        return std::tuple(h.id != wished, here[h.id], -static_cast<std::int64_t>(h.free));
+      };
+      if (best == nullptr || rank(host) < rank(*best)) best = &host;
+    }
+    const std::uint32_t id = FreeId();
+    if (best == nullptr) {
+      return absl::ResourceExhaustedError(absl::StrCat("region ", id, " needs a place; no ready host has one free"));
+    }
+    if (id > kMaxRegions) return absl::ResourceExhaustedError(absl::StrCat("more than ", kMaxRegions, " regions"));
+    --best->free;
+    records::Placement placement;
+    placement.set_region(id);
+    placement.set_host_id(best->id);
+    placement.set_incarnation(next_.last_incarnation() + 1);
+    placement.set_joins(true);
+    next_.set_last_incarnation(placement.incarnation());
+    auto& placements = *next_.mutable_placements();
+    *placements.Add() = placement;
+    std::sort(placements.begin(), placements.end(),
+              [](const auto& a, const auto& b) { return a.region() < b.region(); });
+    return RegionId(id);
+  }
+
+  // A worker on a host that drains, or one that is to be replaced by a newer program. One at a time.
+  absl::StatusOr<bool> ReplaceOne() {
+    for (const RegionFacts& region : facts_) {
+      const bool old = region.incarnation <= record_.replace_up_to();
+      if (!old && !region.host_draining) continue;
+      const auto newcomer = AddRegion(region.host_draining ? "" : region.host_id);
+      if (!newcomer.ok()) return newcomer.status();
+      tree_.Replace(RegionId(region.region), *newcomer);
+      return true;
+    }
+    return false;
+  }
+
+  absl::StatusOr<bool> Scale() {
+    const std::size_t wanted = record_.wanted_regions() == 0 ? map_.regions().size() : record_.wanted_regions();
+    bool any = false;
+    for (; tree_.Regions().size() < wanted; any = true) {
+      const auto newcomer = AddRegion("");
+      if (!newcomer.ok()) return newcomer.status();
+      const RegionId busiest = ToSplit();
+      tree_.Split(busiest, *newcomer);
+      loads_[*newcomer] = loads_[busiest] /= 2;
+    }
+    for (; tree_.Regions().size() > wanted; any = true) {
+      const RegionId lightest = tree_.Lightest(loads_);
+      const RegionId sibling = tree_.SiblingOf(lightest);
+      tree_.Remove(lightest);
+      loads_[sibling] += loads_[lightest];
+      loads_.erase(lightest);
+    }
+    return any;
+  }
+
+  // One that has several cells, else the busiest.
+  RegionId ToSplit() const {
+    const std::vector<RegionId> regions = tree_.Regions();
+    const auto rank = [this](RegionId id) { return std::tuple(tree_.Cells(id) > 1, loads_.at(id)); };
+    return *std::max_element(regions.begin(), regions.end(), [&](RegionId a, RegionId b) { return rank(a) < rank(b); });
+  }
+
+  absl::StatusOr<std::optional<records::Instance>> Finish() {
+    const MapVersion version = NextVersion(record_);
+    const auto wanted = tree_.ToMap(version, map_.regions());
+    if (!wanted.ok()) return wanted.status();
+    const auto transition = TransitionMap(map_, *wanted, version);
+    if (!transition.ok()) return transition.status();
+    const auto planned = WithHeirs(*transition, HostsOf(next_));
+    if (!planned.ok()) return planned.status();
+    const bool same_regions =
+        std::equal(planned->regions().begin(), planned->regions().end(), map_.regions().begin(), map_.regions().end());
+    if (same_regions && !InTransition(*planned)) return std::nullopt;
+    SetPlanned(*planned, next_);
+    return std::move(next_);
+  }
+
+  const records::Instance& record_;
+  std::span<const RegionFacts> facts_;
+  std::vector<FreeHost> hosts_;
+  PartitionMap map_;
+  RegionTree tree_;
+  RegionLoads loads_;
+  records::Instance next_;
+};
+
+}  // namespace
+
+std::optional<records::Instance> StepPlan(const records::Instance& record, std::span<const RegionFacts> facts) {
+  if (!record.has_planned()) return Settle(record, facts);
+  const v1::PlannedMap& planned = record.planned();
+  const std::uint64_t version = planned.map().version(), newest = NewestTick(facts);
+  const auto all = [facts](auto&& holds) { return std::all_of(facts.begin(), facts.end(), holds); };
+  records::Instance next = record;
+  if (planned.effective_tick() == 0) {
+    if (!all([](const RegionFacts& region) { return region.bound; })) return std::nullopt;
+    next.mutable_planned()->set_effective_tick(newest + LeadTicks(record, facts));
+    return next;
+  }
+  if (!planned.committed()) {
+    if (newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record, facts);
+    if (!all([version](const RegionFacts& region) { return region.planned_version >= version; })) return std::nullopt;
+    next.mutable_planned()->set_committed(true);
+    return next;
+  }
+  if (all([version](const RegionFacts& region) { return region.map_version >= version; })) return InForce(record);
+  // Refused by all who run: nobody has it, nor will.
+  const bool refused = all([version](const RegionFacts& region) {
+    return region.refused_version >= version || (!region.running && region.map_version == 0);
+  });
+  if (refused) return PutOff(record, facts);
+  return std::nullopt;
+}
+
+bool AtRest(const records::Instance& record) {
+  return !record.has_failover() && !record.has_planned() &&
+         std::none_of(record.map().cells().begin(), record.map().cells().end(),
+                      [](const v1::Cell& cell) { return cell.from() != 0; });
+}
+
+absl::StatusOr<std::optional<records::Instance>> PlanChange(const records::Instance& record,
+                                                            std::span<const RegionFacts> facts,
+                                                            std::span<const FreeHost> hosts) {
+  auto map = FromProto(record.map());
+  if (!map.ok()) return map.status();
+  auto tree = RegionTree::FromMap(*map);
+  if (!tree.ok()) return tree.status();
+  return Planner(record, facts, hosts, *std::move(map), *std::move(tree)).Plan();
+}
+
+std::string DescribePlan(const records::Instance& record) {
+  if (record.has_planned()) {
+    const v1::PlannedMap& planned = record.planned();
+    if (planned.effective_tick() == 0) {
+      return absl::StrCat("map ", planned.map().version(), ": new workers start");
+    }
+    return absl::StrCat("map ", planned.map().version(), " at tick ", planned.effective_tick(),
+                        planned.committed() ? "" : ": being announced");
+  }
+  return AtRest(record) ? "" : absl::StrCat("map ", record.map().version(), ": bodies move to their new regions");
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,114 @@
+// Planned maps: what was asked for and what follows from drains, deaths and loads. The steps are change.h's.
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/cluster.h"
+#include "control_plane/orders.h"
+#include "core/world/limits.h"
+
+namespace tessera::control {
+
+absl::StatusOr<InstanceEntry*> Cluster::FindRunning(const std::string& id) {
+  InstanceEntry* instance = FindInstance(id);
+  if (instance == nullptr) return absl::NotFoundError(absl::StrCat("id: no instance ", OneLine(id, kMaxNameBytes)));
+  if (instance->record.state() != v1::INSTANCE_STATE_RUNNING) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", instance->record.id(), " does not run"));
+  }
+  return instance;
+}
+
+absl::StatusOr<v1::Instance> Cluster::ScaleInstance(Moment now, const v1::ScaleInstanceRequest& request) {
+  if (request.regions() < 1 || request.regions() > kMaxRegions) {
+    return absl::InvalidArgumentError(absl::StrCat("regions: ", request.regions(), " is not in 1 to ", kMaxRegions));
+  }
+  const auto found = FindRunning(request.id());
+  if (!found.ok()) return found.status();
+  InstanceEntry& instance = **found;
+  records::Instance next = instance.record;
+  next.set_wanted_regions(request.regions());
+  if (AtRest(next)) {  // else it is tried once that is over
+    const auto planned = PlanChange(next, ChangeFacts(now, instance), FreeHosts(nullptr));
+    if (!planned.ok()) return planned.status();
+  }
+  if (request.validate_only() || next.wanted_regions() == instance.record.wanted_regions()) return View(instance, true);
+  AddEvent(next, now, absl::StrCat("scaling from ", instance.record.map().regions_size(), " to ", request.regions()));
+  if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
+  instance.change_after = Steady(0);
+  Changed(instance);
+  Reconcile(now, instance);
+  return View(instance, true);
+}
+
+absl::StatusOr<v1::Instance> Cluster::RestartWorkers(Moment now, const v1::RestartWorkersRequest& request) {
+  const auto found = FindRunning(request.id());
+  if (!found.ok()) return found.status();
+  InstanceEntry& instance = **found;
+  const bool under_way = std::any_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& worker) {
+    return worker.incarnation <= instance.record.replace_up_to();
+  });
+  if (request.validate_only() || under_way) return View(instance, true);
+  records::Instance next = instance.record;
+  next.set_replace_up_to(next.last_incarnation());
+  if (next.wanted_regions() == 0) next.set_wanted_regions(static_cast<std::uint32_t>(next.map().regions_size()));
+  AddEvent(next, now, absl::StrCat("replacing ", next.map().regions_size(), " workers one after the other"));
+  if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
+  instance.change_after = Steady(0);
+  Changed(instance);
+  Reconcile(now, instance);
+  return View(instance, true);
+}
+
+std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& instance) const {
+  std::vector<RegionFacts> facts;
+  facts.reserve(instance.workers.size());
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const WorkerEntry& worker = instance.workers[i];
+    const HostEntry* host = HostAt(instance, i);
+    const v1::WorkerReport& report = worker.report;
+    const double age_s = std::chrono::duration<double>(now.steady - worker.reported_at).count();
+    RegionFacts& region = facts.emplace_back();
+    region.region = worker.region;
+    region.incarnation = worker.incarnation;
+    region.host_id = instance.record.placements(static_cast<int>(i)).host_id();
+    region.host_draining = host != nullptr && host->record.draining();
+    region.bound = worker.bound();
+    region.running = report.phase() == v1::WORKER_PHASE_RUNNING;
+    region.tick = report.tick();
+    if (report.tick() > 0) region.tick += static_cast<std::uint64_t>(age_s * instance.record.tick_rate_hz());
+    region.map_version = report.map_version();
+    region.planned_version = report.planned_version();
+    region.refused_version = report.refused_version();
+    region.bodies_outside = report.bodies_outside();
+    region.step_s = report.step().p50_seconds();
+  }
+  return facts;
+}
+
+std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& instance) {
+  const records::Instance& record = instance.record;
+  if (record.has_failover() || !instance.restore_wanted.empty()) return std::nullopt;
+  const std::vector<RegionFacts> facts = ChangeFacts(now, instance);
+  if (auto next = StepPlan(record, facts)) {
+    if (AtRest(*next)) {
+      instance.change_after = now.steady + kBalanceInterval;
+      AddEvent(*next, now,
+               absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
+    }
+    return next;
+  }
+  const bool all_run = AllRunByMap(instance);
+  if (!AtRest(record) || !all_run || now.steady < instance.change_after) return std::nullopt;
+  auto planned = PlanChange(record, facts, FreeHosts(nullptr));
+  if (!planned.ok()) {
+    instance.change_after = now.steady + kChangeRetry;
+    NoteTrouble(instance, "change cannot be made for now", planned.status());
+    return std::nullopt;
+  }
+  if (!*planned) {
+    instance.change_after = now.steady + kBalanceInterval;
+    return std::nullopt;
+  }
+  return *std::move(*planned);
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,204 @@
+#include "control_plane/failover.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "control_plane/orders.h"
+#include "control_plane/settings.h"
+#include "core/region/failover_io.h"
+#include "core/world/partition_change.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+// Beyond the map that is in force, some may run by the planned one already, or soon will.
+const v1::PartitionMap& BaseMap(const records::Instance& record) {
+  return record.planned().committed() ? record.planned().map() : record.map();
+}
+
+std::uint32_t HeirOf(const v1::PartitionMap& map, std::uint32_t region) {
+  const auto found = std::find_if(map.regions().begin(), map.regions().end(),
+                                  [region](const v1::MapRegion& r) { return r.id() == region; });
+  return found == map.regions().end() ? 0 : found->heir();
+}
+
+bool InMap(const v1::PartitionMap& map, std::uint32_t region) {
+  return std::any_of(map.regions().begin(), map.regions().end(),
+                     [region](const v1::MapRegion& r) { return r.id() == region; });
+}
+
+const records::Dead* FindDead(const records::Failover& failover, std::uint32_t region) {
+  const auto found = std::find_if(failover.dead().begin(), failover.dead().end(),
+                                  [region](const records::Dead& dead) { return dead.region() == region; });
+  return found == failover.dead().end() ? nullptr : &*found;
+}
+
+// Whether the dead of a failover have not been taken up yet.
+bool Unresolved(const records::Instance& record) {
+  return record.has_failover() && !record.failover().has_resolution();
+}
+
+void Bury(const records::Instance& before, const Death& death, records::Instance& next) {
+  const auto& placements = before.placements();
+  const auto placed = std::find_if(placements.begin(), placements.end(), [&](const records::Placement& p) {
+    return p.region() == death.region && p.incarnation() == death.incarnation;
+  });
+  if (placed == placements.end()) return;
+  if (InMap(BaseMap(before), death.region)) {  // else it had no part in the world yet
+    records::Dead& dead = *next.mutable_failover()->add_dead();
+    dead.set_region(death.region);
+    dead.set_incarnation(death.incarnation);
+    dead.set_host_id(placed->host_id());
+    dead.set_exit_seen(death.exit_seen);
+    dead.set_heir(HeirOf(before.map(), death.region));
+  }
+  auto& kept = *next.mutable_placements();
+  kept.erase(std::remove_if(kept.begin(), kept.end(),
+                            [&](const records::Placement& p) { return p.incarnation() == death.incarnation; }),
+             kept.end());
+}
+
+// Those that came for a plan that is given up and are in no map end again.
+void DropUnmapped(records::Instance& next) {
+  auto& placements = *next.mutable_placements();
+  placements.erase(std::remove_if(placements.begin(), placements.end(),
+                                  [&](const records::Placement& p) { return !InMap(next.map(), p.region()); }),
+                   placements.end());
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths) {
+  std::map<std::uint32_t, std::uint32_t> heir_of;
+  if (Unresolved(record)) {
+    for (const records::Dead& dead : record.failover().dead()) heir_of[dead.region()] = dead.heir();
+  }
+  for (const Death& death : deaths) {
+    if (InMap(record.map(), death.region)) heir_of[death.region] = HeirOf(record.map(), death.region);
+  }
+  std::vector<std::uint32_t> beyond;
+  for (const auto& [region, heir] : heir_of) {
+    if (heir == 0 || heir_of.contains(heir)) beyond.push_back(region);
+  }
+  return beyond;
+}
+
+absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
+                                                const HostOfRegion& host_of, Moment now) {
+  const auto base = FromProto(BaseMap(record));
+  if (!base.ok()) return base.status();
+  records::Instance next = record;
+  if (!Unresolved(record)) next.clear_failover();
+  std::vector<RegionId> dead;
+  for (const Death& death : deaths) {
+    Bury(record, death, next);
+    if (InMap(BaseMap(record), death.region)) dead.emplace_back(death.region);
+  }
+  if (dead.empty()) {  // only newcomers
+    if (next.failover().dead().empty()) next.clear_failover();
+    next.clear_planned();
+    DropUnmapped(next);
+    return next;
+  }
+  const std::uint64_t version = std::max(record.last_map_version(), base->version().value()) + 1;
+  const auto map = FailoverMap(*base, dead, MapVersion(version));
+  if (!map.ok()) return map.status();
+  const auto with_heirs = WithHeirs(*map, host_of);
+  if (!with_heirs.ok()) return with_heirs.status();
+  *next.mutable_map() = ToProto(*with_heirs);
+  next.set_last_map_version(version);
+  next.clear_planned();
+  DropUnmapped(next);
+  for (records::Placement& placement : *next.mutable_placements()) placement.set_joins(false);
+  if (!next.failover().has_begin_time()) *next.mutable_failover()->mutable_begin_time() = ToTimestamp(now.unix_time);
+  return next;
+}
+
+std::string WaitsFor(const records::Instance& record, const FailoverWatch& watch, Moment now) {
+  std::vector<std::uint32_t> silent;
+  for (const records::Placement& placement : record.placements()) {
+    if (!watch.inventories.contains(placement.region())) silent.push_back(placement.region());
+  }
+  if (!silent.empty()) {
+    return absl::StrCat("the inventor", silent.size() == 1 ? "y of region " : "ies of regions ",
+                        absl::StrJoin(silent, ", "));
+  }
+  for (const records::Dead& dead : record.failover().dead()) {
+    if (dead.exit_seen() || watch.exited.contains(dead.incarnation())) continue;
+    const auto known = watch.stands_still_at.find(dead.incarnation());
+    const Steady until = known == watch.stands_still_at.end() ? watch.since + kLeaseTtl + kLeaseDrift : known->second;
+    if (now.steady < until) return absl::StrCat("the lease of region ", dead.region(), " to run out");
+  }
+  return "";
+}
+
+absl::StatusOr<bool> TakeInventory(const records::Instance& record, std::uint32_t region,
+                                   const v1::Inventory& inventory, Moment now, FailoverWatch& watch) {
+  if (!record.has_failover() || record.failover().has_resolution()) return false;
+  if (inventory.version() != record.map().version()) return false;
+  if (inventory.region() != region) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("inventory.region: ", inventory.region(), ", but it comes from region ", region));
+  }
+  if (const auto read = region::FromProto(inventory); !read.ok()) return read.status();
+  watch.inventories[region] = inventory;
+  for (const v1::StandbyInventory& standby : inventory.standbys()) {
+    const records::Dead* dead = FindDead(record.failover(), standby.region());
+    if (dead == nullptr || dead->incarnation() != standby.incarnation()) continue;
+    const Steady acknowledged = now.steady - std::chrono::milliseconds(standby.last_acknowledged_ms());
+    Steady& until = watch.stands_still_at.try_emplace(dead->incarnation(), Steady(0)).first->second;
+    until = std::max(until, acknowledged + kLeaseTtl + kLeaseDrift);
+  }
+  return true;
+}
+
+absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const FailoverWatch& watch) {
+  const auto map = FromProto(record.map());
+  if (!map.ok()) return map.status();
+  std::vector<region::Inventory> inventories;
+  inventories.reserve(watch.inventories.size());
+  for (const auto& [region, inventory] : watch.inventories) {
+    auto read = region::FromProto(inventory);
+    if (!read.ok()) return read.status();
+    inventories.push_back(*std::move(read));
+  }
+  std::vector<RegionId> dead;
+  dead.reserve(static_cast<std::size_t>(record.failover().dead_size()));
+  for (const records::Dead& entry : record.failover().dead()) dead.emplace_back(entry.region());
+  const auto resolution = region::Resolve(*map, dead, inventories);
+  if (!resolution.ok()) return resolution.status();
+  if (!resolution->without_standby.empty()) {
+    return absl::DataLossError(
+        absl::StrCat("no region has a whole copy of region ",
+                     absl::StrJoin(resolution->without_standby, ", ",
+                                   [](std::string* out, RegionId region) { absl::StrAppend(out, region.value()); })));
+  }
+  records::Instance next = record;
+  *next.mutable_failover()->mutable_resolution() = region::ToProto(*resolution);
+  next.set_failovers(record.failovers() + 1);
+  next.set_lost_bodies(record.lost_bodies() + resolution->lost.size());
+  return next;
+}
+
+records::Instance EndFailover(const records::Instance& record) {
+  records::Instance next = record;
+  next.clear_failover();
+  return next;
+}
+
+std::string DescribeFailover(const records::Failover& failover) {
+  return absl::StrJoin(failover.dead(), ", ", [](std::string* out, const records::Dead& dead) {
+    absl::StrAppend(out, "region ", dead.region(), " to region ", dead.heir());
+  });
+}
+
+void AddEvent(records::Instance& record, Moment now, std::string text) {
+  v1::InstanceEvent& event = *record.add_events();
+  *event.mutable_time() = ToTimestamp(now.unix_time);
+  event.set_text(OneLine(text, kMaxReasonBytes));
+  if (record.events_size() > kMaxEvents) record.mutable_events()->DeleteSubrange(0, record.events_size() - kMaxEvents);
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,67 @@
+#include "control_plane/heirs.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <vector>
+
+namespace tessera::control {
+namespace {
+
+struct Candidate {
+  std::tuple<bool, bool> rank;  // same host, no neighbour: less is better
+  RegionId region;
+};
+
+// Of `self`, in the order of the ids that follow its own.
+std::vector<Candidate> Candidates(const PartitionMap& map, std::size_t self, const HostOfRegion& host_of) {
+  const auto regions = map.regions();
+  const RegionId id = regions[self].id;
+  const std::vector<RegionId> neighbors = map.Neighbors(id);
+  std::vector<Candidate> candidates;
+  candidates.reserve(regions.size());
+  for (std::size_t step = 1; step < regions.size(); ++step) {
+    const RegionId other = regions[(self + step) % regions.size()].id;
+    const bool borders = std::binary_search(neighbors.begin(), neighbors.end(), other);
+    candidates.push_back({{host_of(other) == host_of(id), !borders}, other});
+  }
+  return candidates;
+}
+
+}  // namespace
+
+absl::StatusOr<PartitionMap> WithHeirs(const PartitionMap& map, const HostOfRegion& host_of) {
+  std::vector<MapRegion> regions(map.regions().begin(), map.regions().end());
+  std::map<RegionId, int> inherits;
+  // First those that stay, so that the others are spread around them.
+  std::vector<std::vector<Candidate>> candidates;
+  candidates.reserve(regions.size());
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    candidates.push_back(Candidates(map, i, host_of));
+    const auto kept = std::find_if(candidates[i].begin(), candidates[i].end(),
+                                   [&](const Candidate& c) { return c.region == regions[i].heir; });
+    const bool good =
+        kept != candidates[i].end() && std::all_of(candidates[i].begin(), candidates[i].end(), [&](const Candidate& c) {
+          return std::get<0>(kept->rank) <= std::get<0>(c.rank);  // a warm copy is worth more than a border
+        });
+    if (good) {
+      ++inherits[regions[i].heir];
+    } else {
+      regions[i].heir = RegionId();
+    }
+  }
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (regions[i].heir != RegionId()) continue;
+    const auto best =
+        std::min_element(candidates[i].begin(), candidates[i].end(), [&](const Candidate& a, const Candidate& b) {
+          return std::tuple(a.rank, inherits[a.region]) < std::tuple(b.rank, inherits[b.region]);
+        });
+    if (best == candidates[i].end()) continue;
+    regions[i].heir = best->region;
+    ++inherits[best->region];
+  }
+  return PartitionMap::Create(map.version(), map.bounds(), {map.cells().begin(), map.cells().end()},
+                              std::move(regions));
+}
+
+}  // namespace tessera::control
