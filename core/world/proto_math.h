@@ -1,8 +1,12 @@
 // Vectors, quaternions and boxes to and from their messages. They check nothing.
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "core/world/bounds.h"
 #include "core/world/math.h"
+#include "core/world/properties.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera {
@@ -15,6 +19,40 @@ inline Quatd FromProto(const v1::Quat& q) {
   return out == Quatd(0, 0, 0, 0) ? Quatd() : out;
 }
 inline Pose FromProto(const v1::Pose& pose) { return {FromProto(pose.position()), FromProto(pose.orientation())}; }
+
+// Nothing if it has no value.
+inline std::optional<PropertyValue> FromProto(const v1::Property& property) {
+  switch (property.value_case()) {
+    case v1::Property::kFlag:
+      return property.flag();
+    case v1::Property::kNumber:
+      return std::int64_t{property.number()};
+    case v1::Property::kReal:
+      return property.real();
+    case v1::Property::kText:
+      return property.text();
+    case v1::Property::VALUE_NOT_SET:
+      break;
+  }
+  return std::nullopt;
+}
+
+// Which field holds its value, for errors.
+inline std::string ValueField(const v1::Property& property) {
+  switch (property.value_case()) {
+    case v1::Property::kFlag:
+      return "flag";
+    case v1::Property::kNumber:
+      return "number";
+    case v1::Property::kReal:
+      return "real";
+    case v1::Property::kText:
+      return "text";
+    case v1::Property::VALUE_NOT_SET:
+      break;
+  }
+  return "value";
+}
 
 inline v1::Vec3 ToProto(Vec3d v) {
   v1::Vec3 out;

@@ -85,6 +85,14 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
     }
   }
   def.trigger = body.trigger();
+  for (const v1::Property& property : body.properties()) {
+    const std::optional<PropertyValue> value = FromProto(property);
+    const absl::Status status =
+        value.has_value()
+            ? def.properties.Set(properties_, property.name(), *value)
+            : absl::InvalidArgumentError(absl::StrCat("property ", Quoted(property.name()), " has no value"));
+    if (!status.ok()) faults_.Add(absl::StrCat("properties: ", ValueField(property), ": ", status.message()));
+  }
   return def;
 }
 

@@ -2,6 +2,7 @@
 // thread.
 #pragma once
 
+#include <span>
 #include <string>
 #include <unordered_map>
 
@@ -18,9 +19,13 @@ inline constexpr std::uint64_t kMaxSceneBody = kFirstPlayerBody - 1;
 
 class BodyResolver {
  public:
-  // Of a scene with these bounds and this gravity.
-  BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2)
-      : faults_(faults), bounds_(bounds), gravity_m_s2_(Length(gravity_m_s2)), shapes_(faults) {}
+  // Of a scene with these bounds, this gravity and these properties, which stay where they are.
+  BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2, std::span<const PropertyDef> properties)
+      : faults_(faults),
+        bounds_(bounds),
+        gravity_m_s2_(Length(gravity_m_s2)),
+        properties_(properties),
+        shapes_(faults) {}
 
   // Materials come before the bodies that name them.
   void AddMaterial(int index, const v1::Material& material);
@@ -37,6 +42,7 @@ class BodyResolver {
   Faults& faults_;
   Aabb bounds_;
   double gravity_m_s2_;
+  std::span<const PropertyDef> properties_;
   ShapeResolver shapes_;
   std::unordered_map<std::string, Material> materials_;
 };

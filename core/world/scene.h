@@ -16,6 +16,7 @@
 #include "core/world/bounds.h"
 #include "core/world/ids.h"
 #include "core/world/math.h"
+#include "core/world/properties.h"
 
 namespace tessera {
 
@@ -111,6 +112,7 @@ struct BodyDef {
   double gravity_scale = 1;
   bool trigger = false;  // reports overlaps, pushes nothing
   bool may_sleep = true;
+  PropertySet properties;  // where they differ from what the scene declares
   BodyState initial;
 };
 
@@ -218,6 +220,7 @@ struct Scene {
   std::vector<Field> fields;
   std::optional<PlayerRules> player;
   ViewRules view;
+  std::vector<PropertyDef> properties;
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }
 };

@@ -82,6 +82,8 @@ constexpr char kEverything[] = R"(
   }
   fields { vortex { center { x: 1 } radius: 5 angular_velocity: 1 gain: 1 } }
   fields { uniform { bounds { max { x: 1 y: 1 z: 1 } } acceleration { y: 1 } } }
+  properties { name: "health" number: 100 }
+  properties { name: "speed" real: 1.5 }
   view { radius: 50 bytes_per_second: 100000 }
   player { body { mass: 80 shape { sphere { radius: 1 } } } spawn_points { y: 1 } max_force: 1 max_speed: 1 }
 )";

@@ -34,6 +34,7 @@ class SceneResolver {
   const BodyDef* Find(std::uint64_t id) const;
   void ResolvePlayer(BodyResolver& bodies);
   void ResolveView();
+  void ResolveProperties();
 
   const v1::Scene& in_;
   Faults faults_;
@@ -45,7 +46,8 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveGlobals();
   // What is too big is not looked at any further.
   if (!CheckCounts()) return faults_.ToStatus();
-  BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2);
+  ResolveProperties();
+  BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties);
   for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
   ResolveBodies(bodies);
   ResolveScatters(bodies);
@@ -236,6 +238,32 @@ void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
   faults_.Positive("max_speed", in.max_speed(), 1e-3, kMaxSpeed_m_s);
   out.max_force_n = in.max_force();
   out.max_speed_m_s = in.max_speed();
+}
+
+void SceneResolver::ResolveProperties() {
+  faults_.At("");
+  if (static_cast<std::size_t>(in_.properties_size()) > kMaxProperties) {
+    return faults_.Add(absl::StrCat("properties: at most ", kMaxProperties, ", got ", in_.properties_size()));
+  }
+  std::unordered_map<std::string, int> index_of;
+  for (int i = 0; i < in_.properties_size(); ++i) {
+    const v1::Property& in = in_.properties(i);
+    faults_.At(absl::StrCat("properties[", i, "]"));
+    if (in.name().empty()) faults_.Add("name is missing");
+    faults_.Name("name", in.name());
+    const auto [first, added] = index_of.emplace(in.name(), i);
+    if (!added) faults_.Add(absl::StrCat("name is also that of properties[", first->second, "]"));
+    const std::optional<PropertyValue> value = FromProto(in);
+    if (!value.has_value()) {
+      faults_.Add("give flag, number, real or text: it says the type");
+      continue;
+    }
+    out_->properties.push_back({in.name(), *value});
+    PropertySet alone;
+    if (const absl::Status status = alone.Set({&out_->properties.back(), 1}, in.name(), *value); !status.ok()) {
+      faults_.Add(absl::StrCat(ValueField(in), ": ", status.message()));
+    }
+  }
 }
 
 void SceneResolver::ResolveView() {

@@ -1,0 +1,79 @@
+#include "core/world/properties.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "core/world/scene_io.h"
+
+namespace tessera {
+namespace {
+
+const std::vector<PropertyDef> kDefs = {
+    {"health", std::int64_t{100}}, {"team", std::string("none")}, {"armed", false}, {"speed", 1.5}};
+
+TEST(PropertiesTest, WhatIsSetComesBackAndTheRestIsAsDeclared) {
+  PropertySet set, of_scene;
+  ASSERT_TRUE(of_scene.Set(kDefs, "team", std::string("red")).ok());
+  ASSERT_TRUE(set.Set(kDefs, "health", std::int64_t{-7}).ok());
+  ASSERT_TRUE(set.Set(kDefs, "armed", true).ok());
+  ASSERT_TRUE(set.Set(kDefs, "health", std::numeric_limits<std::int64_t>::min()).ok());
+  const auto again = PropertySet::Decode(set.Encode(), kDefs);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(*again, set);
+  EXPECT_EQ(ValueOf(kDefs, of_scene, *again, "health"), PropertyValue(std::numeric_limits<std::int64_t>::min()));
+  EXPECT_EQ(ValueOf(kDefs, of_scene, *again, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(ValueOf(kDefs, of_scene, *again, "speed"), PropertyValue(1.5));
+  EXPECT_EQ(ValueOf(kDefs, of_scene, *again, "mana"), std::nullopt);
+}
+
+TEST(PropertiesTest, WrongOnesAreRefusedByNameAndChangeNothing) {
+  PropertySet set;
+  EXPECT_EQ(set.Set(kDefs, "mana", std::int64_t{1}).message(), "no property \"mana\"");
+  EXPECT_EQ(set.Set(kDefs, "health", 1.0).message(), "property \"health\" is a whole number");
+  EXPECT_EQ(set.Set(kDefs, "speed", std::nan("")).message(), "property \"speed\" is not finite");
+  EXPECT_EQ(set.Set(kDefs, "team", std::string(64, 'x')).message(), "property \"team\" is longer than 63 bytes");
+  EXPECT_TRUE(set.empty());
+}
+
+TEST(PropertiesTest, NoiseIsAnErrorOrSaysWhatItSays) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 100'000; ++i) {
+    std::vector<std::uint8_t> noise(random() % 20);
+    for (std::uint8_t& byte : noise) byte = static_cast<std::uint8_t>(random() % (i % 2 == 0 ? 6 : 256));
+    const auto set = PropertySet::Decode(noise, kDefs);
+    if (!set.ok()) continue;
+    const auto again = PropertySet::Decode(set->Encode(), kDefs);
+    ASSERT_TRUE(again.ok());
+    EXPECT_EQ(*again, *set);
+  }
+}
+
+TEST(PropertiesTest, ASceneDeclaresThemAndItsBodiesDiffer) {
+  constexpr char kScene[] = R"(
+    name: "arena" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }
+    properties { name: "health" number: 100 } properties { name: "team" text: "none" }
+    bodies {
+      id: 1 mass: 1 shape { sphere { radius: 1 } } properties { name: "team" text: "red" }
+    })";
+  const auto written = ParseScene(kScene, "arena");
+  ASSERT_TRUE(written.ok()) << written.status();
+  const auto scene = ResolveScene(*written, "arena");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const Scene& arena = **scene;
+  EXPECT_EQ(ValueOf(arena.properties, arena.bodies[0].properties, {}, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(ValueOf(arena.properties, arena.bodies[0].properties, {}, "health"), PropertyValue(std::int64_t{100}));
+
+  v1::Scene wrong = *written;
+  wrong.mutable_bodies(0)->mutable_properties(0)->set_number(3);
+  EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("number: property \"team\" is a text"),
+            std::string::npos);
+  wrong = *written;
+  *wrong.add_properties() = wrong.properties(1);
+  EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("name is also that of properties[1]"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace tessera
