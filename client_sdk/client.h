@@ -1,8 +1,9 @@
 // Client: a player's way into a running world. What a game embeds.
 //
-// It joins through the control plane, holds one connection to each region, and merges what the regions tell into one
-// world: of a body that two of them tell about, the one with the higher ownership epoch counts, then the later tick. So
-// a body that crosses a border is always there, and there once.
+// It joins through the control plane, holds one connection to each region that its interest touches, and merges what
+// the regions tell into one world: of a body that two of them tell about, the one with the higher ownership epoch
+// counts, then the later tick. So a body that crosses a border is always there, and there once. Regions that come, go
+// or move while it plays are followed by the map; one that falls silent is dialled again, as the same player.
 //
 //   auto client = Client::Join({.control_address = "127.0.0.1:7700", .instance_id = "plaza-1", .player_name = "ada"});
 //   if (!client.ok()) ...                                  // says why
@@ -25,6 +26,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "client_sdk/network_conditions.h"
 #include "client_sdk/stats.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
@@ -42,6 +44,7 @@ struct JoinOptions {
   // meanwhile.
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address = "0.0.0.0";  // IPv4, of the local socket
+  NetworkConditions network{};           // to try a game on a bad one
 };
 
 enum class ClientState : std::uint8_t {
@@ -127,6 +130,8 @@ class Client {
   absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));
 
   ClientStats Stats() const;
+  // From now on the network is so.
+  void SimulateNetwork(const NetworkConditions& conditions);
 
  private:
   struct Impl;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,16 +11,18 @@
 #include "client_sdk/playout_clock.h"
 #include "client_sdk/region_link.h"
 #include "client_sdk/session.h"
+#include "client_sdk/wire.h"
 #include "client_sdk/world_view.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::client {
 
 struct Client::Impl {
-  Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint_in);
+  Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint);
 
-  // What has come (client.cpp).
+  // What has come (client_receive.cpp).
   void Receive(TimePoint now);
+  void OnEvent(TimePoint now, RegionLink& link, const net::Event& event);
   void OnDisconnected(TimePoint now, RegionLink& link);
   void OnControl(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome);
@@ -28,23 +31,34 @@ struct Client::Impl {
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
   void OnPass(RegionLink& link, const v1::RegionPass& pass);
-  void AdoptMap(RegionLink& from, const v1::PartitionMap& map);
   void Start();
   RegionLink* LinkOf(net::PeerHandle peer);
   bool AllWelcomed() const;
 
-  // What goes out (client_input.cpp).
-  void MakeInputs(TimePoint now);
-  void SendInputs();
-  std::vector<replication::InputCommand> InputsFor(const RegionLink& link) const;
-  void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
-
-  // Whether it can go on.
+  // Which regions to be connected to (client_follow.cpp).
+  void AdoptMap(RegionLink& from, const v1::PartitionMap& map);
+  void AdoptDoors(RegionLink& from, const google::protobuf::RepeatedPtrField<v1::RegionDoor>& doors);
+  void Follow(TimePoint now);
+  void DropGone(TimePoint now);
+  void DropFar();
+  void MoveLinks(TimePoint now);
+  void AddMissing();
+  bool Named(RegionId region) const;  // by the map
+  bool Near(RegionId region, double more_m) const;
+  std::optional<Vec3d> OwnPosition() const;
+  std::vector<RegionLink>::iterator LetGo(std::vector<RegionLink>::iterator link);
   void CheckProgress(TimePoint now);
   void End(absl::Status why, std::string detail);
 
+  // What goes out (client_input.cpp).
+  void MakeInputs(TimePoint now);
+  void SendInputs(TimePoint now);
+  std::vector<replication::InputCommand> InputsFor(const RegionLink& link) const;
+  void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
+
   void Sent(std::size_t bytes) { bytes_out += bytes; }
   void MeasureRates(TimePoint now);
+  ClientStats Stats() const;
 
   struct PendingInput {
     replication::InputCommand command;
@@ -57,8 +71,11 @@ struct Client::Impl {
 
   JoinOptions options;
   Session session;
-  std::unique_ptr<net::Endpoint> endpoint;
-  std::vector<RegionLink> links;  // ascending by region
+  Wire wire;
+  std::vector<RegionLink> links;             // ascending by region
+  std::map<RegionId, RegionEndpoint> doors;  // the newest known of each
+  bool follow_due = false;                   // map or doors have changed
+  double interest_radius_m;                  // 0: all of the world
   ClientState state = ClientState::kJoining;
   bool started = false;
   absl::Status reason;
@@ -76,6 +93,7 @@ struct Client::Impl {
 
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;
+  RegionStats let_go;           // sums over links that are no more
   std::deque<Traffic> traffic;  // over the last second
   DurationStats frame_time, network_time, update_time;
 };

@@ -47,8 +47,8 @@ std::vector<replication::InputCommand> Client::Impl::InputsFor(const RegionLink&
   return inputs;
 }
 
-void Client::Impl::SendInputs() {
-  for (RegionLink& link : links) Sent(link.Send(*endpoint, InputsFor(link)));
+void Client::Impl::SendInputs(TimePoint now) {
+  for (RegionLink& link : links) Sent(link.Send(now, wire, InputsFor(link)));
   for (PendingInput& input : pending) --input.sendings_left;
   std::erase_if(pending, [](const PendingInput& input) { return input.sendings_left <= 0; });
 }

@@ -25,18 +25,29 @@ namespace tessera::client {
 
 constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
 
+// What is shown is the test's to say.
+inline replication::Settings ShowsAll(const Scene& scene) {
+  replication::Settings settings = replication::SettingsFor(scene);
+  settings.interest_radius_m = 0;
+  return settings;
+}
+
 // One region. Poll with Service; what clients send is gathered.
 class FakeRegion {
  public:
   FakeRegion(RegionId self, const Scene& scene, const PartitionMap& map, const net::InstanceKey& key,
-             const std::string& instance_id, std::uint16_t port = 0)
+             const std::string& instance_id, std::uint16_t port = 0, Incarnation incarnation = Incarnation(1))
       : self_(self),
+        incarnation_(incarnation),
         map_(map),
         endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
-        history_(scene.bounds, {}) {
-    endpoint_->Open({.instance_id = instance_id, .region = self, .incarnation = Incarnation(1), .key = key});
+        settings_(ShowsAll(scene)),
+        history_(scene.bounds, settings_) {
+    endpoint_->Open({.instance_id = instance_id, .region = self, .incarnation = incarnation, .key = key});
   }
 
+  RegionId id() const { return self_; }
+  Incarnation incarnation() const { return incarnation_; }
   std::uint16_t port() const { return endpoint_->port(); }
   std::size_t clients() const { return senders_.size(); }
   std::uint64_t doors_refused() const { return endpoint_->door_stats().refused; }
@@ -73,10 +84,25 @@ class FakeRegion {
     for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
     senders_.clear();
   }
-  void TellMap(const PartitionMap& map) {
+  void TellMap(const PartitionMap& map, const std::vector<v1::RegionDoor>& doors = {}) {
     v1::RegionControl message;
     *message.mutable_map()->mutable_map() = ToProto(map);
+    message.mutable_map()->mutable_doors()->Assign(doors.begin(), doors.end());
     TellAll(message);
+  }
+  void TellPass(const net::Credentials& pass) {
+    v1::RegionControl message;
+    message.mutable_pass()->set_connect_token(pass.token.data(), pass.token.size());
+    message.mutable_pass()->set_session_key(pass.key.data(), pass.key.size());
+    TellAll(message);
+  }
+  v1::RegionDoor Door() const {
+    v1::RegionDoor door;
+    door.set_region(self_.value());
+    door.set_host("127.0.0.1");
+    door.set_game_port(port());
+    door.set_incarnation(incarnation_.value());
+    return door;
   }
   void Snapshot(Tick tick, std::span<const replication::BodyRecord> bodies,
                 std::span<const replication::DepartureRecord> departures = {}) {
@@ -114,14 +140,14 @@ class FakeRegion {
 
   void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
-    replication::Settings every_one;  // the tests' clock goes by them
+    replication::Settings every_one = settings_;  // the tests' clock goes by them
     every_one.idle_ticks = 0;
     senders_.emplace(event.peer, replication::SnapshotSender(every_one));
     players_[event.peer] = event.who.player;
     v1::RegionControl message;
     v1::RegionWelcome& welcome = *message.mutable_welcome();
     welcome.set_region(self_.value());
-    welcome.set_incarnation(1);
+    welcome.set_incarnation(incarnation_.value());
     welcome.set_player(welcome_as != PlayerNumber() ? welcome_as.value() : event.who.player.value());
     welcome.set_tick_rate_hz(kTickRate);
     welcome.set_snapshot_rate_hz(kSnapshotRate);
@@ -151,8 +177,10 @@ class FakeRegion {
   }
 
   RegionId self_;
+  Incarnation incarnation_;
   PartitionMap map_;
   std::unique_ptr<net::Endpoint> endpoint_;
+  replication::Settings settings_;
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
   std::map<net::PeerHandle, PlayerNumber> players_;
@@ -164,11 +192,12 @@ class FakeInstance : public v1::SessionService::Service {
  public:
   static constexpr const char* kId = "plaza-1";
 
-  explicit FakeInstance(std::uint32_t count) {
-    const auto written = ParseScene(R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+  explicit FakeInstance(std::uint32_t count, const std::string& more = "") {
+    const auto written =
+        ParseScene(more + R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
       bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } }
       player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
-                                    "plaza.textproto");
+                   "plaza.textproto");
     EXPECT_TRUE(written.ok()) << written.status();
     scene_bytes_ = written->SerializeAsString();
     scene_hash_ = SceneHash(*written);
@@ -191,6 +220,18 @@ class FakeInstance : public v1::SessionService::Service {
     const std::uint16_t port = regions[index]->port();
     regions[index].reset();
     regions[index] = std::make_unique<FakeRegion>(map.regions()[index].id, *scene, map, key_, kId, port);
+  }
+  // A region that the map has not had, or a further life of one: on a port of its own.
+  FakeRegion& Add(RegionId id, Incarnation incarnation = Incarnation(1)) {
+    regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
+    return *regions.back();
+  }
+  // Gives the player a pass that only regions made from now on accept.
+  void RenewPass(PlayerNumber player) {
+    key_ = net::MakeInstanceKey();
+    const net::Credentials pass =
+        net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}}, key_);
+    for (const auto& region : regions) region->TellPass(pass);
   }
   void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
   void Service() {

@@ -15,15 +15,20 @@ std::string RegionLink::Where() const {
   return absl::StrCat("region ", where_.region.value(), " at ", where_.host, ":", where_.port);
 }
 
-void RegionLink::DialIfDue(TimePoint now, net::Endpoint& endpoint, const net::Credentials& credentials) {
+void RegionLink::DialIfDue(TimePoint now, Wire& wire, const net::Credentials& credentials) {
   if (state_ != State::kIdle || (dial_at_.has_value() && now < *dial_at_)) return;
-  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port, where_.region, credentials);
+  const absl::StatusOr<net::PeerHandle> peer = wire.Connect(where_.host, where_.port, where_.region, credentials);
   if (!peer.ok()) {
     last_error_ = std::string(peer.status().message());
     return Disconnected(now);
   }
   peer_ = *peer;
   state_ = State::kDialling;
+}
+
+void RegionLink::LetIn(net::PeerHandle peer) {
+  peer_ = peer;
+  state_ = State::kGreeted;
 }
 
 void RegionLink::Welcomed() {
@@ -36,19 +41,31 @@ void RegionLink::Welcomed() {
   was_welcomed_ = true;
 }
 
-void RegionLink::Disconnected(TimePoint now) {
+void RegionLink::CloseCount() {
   if (state_ == State::kWelcomed) stats_.datagrams_lost += receiver_.newest_sequence() - read_here_;
+}
+
+void RegionLink::Disconnected(TimePoint now) {
+  CloseCount();
   state_ = State::kIdle;
   peer_ = net::PeerHandle();
   dial_at_ = now + retry_;
   retry_ = std::min(2 * retry_, kMaxRetry);
 }
 
-void RegionLink::Stop(net::Endpoint& endpoint) {
-  if (state_ == State::kWelcomed) stats_.datagrams_lost += receiver_.newest_sequence() - read_here_;
-  if (peer_ != net::PeerHandle()) endpoint.Disconnect(peer_);
+void RegionLink::Stop(Wire& wire) {
+  CloseCount();
+  if (peer_ != net::PeerHandle()) wire.Disconnect(peer_);
   peer_ = net::PeerHandle();
   state_ = State::kStopped;
+}
+
+void RegionLink::Move(RegionEndpoint where, Wire& wire) {
+  Stop(wire);
+  where_ = std::move(where);
+  state_ = State::kIdle;
+  dial_at_.reset();
+  retry_ = kFirstRetry;
 }
 
 std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<const std::uint8_t> datagram) {
@@ -64,18 +81,19 @@ std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<
   return *std::move(snapshot);
 }
 
-std::size_t RegionLink::Send(net::Endpoint& endpoint, std::vector<replication::InputCommand> inputs) {
+std::size_t RegionLink::Send(TimePoint now, Wire& wire, std::vector<replication::InputCommand> inputs) {
   if (!welcomed() || (inputs.empty() && unacknowledged_ == 0)) return 0;
   unacknowledged_ = 0;
-  const net::Bytes bytes = replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = std::move(inputs)});
-  return endpoint.Send(peer_, net::Delivery::kUnsequenced, bytes).ok() ? bytes.size() : 0;
+  net::Bytes bytes = replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = std::move(inputs)});
+  const std::size_t size = bytes.size();
+  return wire.Send(now, peer_, std::move(bytes)) ? size : 0;
 }
 
-RegionStats RegionLink::Stats(const net::Endpoint& endpoint) const {
+RegionStats RegionLink::Stats(const Wire& wire) const {
   RegionStats stats = stats_;
   stats.connected = welcomed();
   if (welcomed()) {
-    stats.round_trip_s = std::chrono::duration<double>(endpoint.StatsOf(peer_).round_trip).count();
+    stats.round_trip_s = std::chrono::duration<double>(wire.StatsOf(peer_).round_trip).count();
     stats.datagrams_lost += receiver_.newest_sequence() - read_here_;
   }
   return stats;

@@ -2,6 +2,7 @@
 //
 //   IDLE -dial-> DIALLING -let in by the door-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
 //   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
+//   any -another door-> IDLE, dialled at once
 //
 // Thread rule: one thread at a time; time comes in.
 #pragma once
@@ -13,9 +14,9 @@
 
 #include "client_sdk/session.h"
 #include "client_sdk/stats.h"
+#include "client_sdk/wire.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
-#include "net/endpoint.h"
 
 namespace tessera::client {
 
@@ -29,17 +30,21 @@ class RegionLink {
   RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::Settings& settings);
 
   RegionId region() const { return where_.region; }
+  const RegionEndpoint& where() const { return where_; }
   State state() const { return state_; }
   bool welcomed() const { return state_ == State::kWelcomed; }
   net::PeerHandle peer() const { return peer_; }  // PeerHandle() while idle or stopped
   std::string Where() const;                      // "region 2 at 127.0.0.1:7777"
   const std::string& last_error() const { return last_error_; }
 
-  void DialIfDue(TimePoint now, net::Endpoint& endpoint, const net::Credentials& credentials);
-  void LetIn() { state_ = State::kGreeted; }
+  void DialIfDue(TimePoint now, Wire& wire, const net::Credentials& credentials);
+  // `peer` is this link's connection.
+  void LetIn(net::PeerHandle peer);
   void Welcomed();
   void Disconnected(TimePoint now);
-  void Stop(net::Endpoint& endpoint);
+  void Stop(Wire& wire);
+  // The region is to be found there from now on.
+  void Move(RegionEndpoint where, Wire& wire);
   void Failed(std::string why) { last_error_ = std::move(why); }
   // Counts an answer that made no sense.
   void CountError() { ++stats_.decode_errors; }
@@ -47,13 +52,15 @@ class RegionLink {
   // Nothing where it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to tell.
-  std::size_t Send(net::Endpoint& endpoint, std::vector<replication::InputCommand> inputs);
+  std::size_t Send(TimePoint now, Wire& wire, std::vector<replication::InputCommand> inputs);
   // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
   bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
 
-  RegionStats Stats(const net::Endpoint& endpoint) const;
+  RegionStats Stats(const Wire& wire) const;
 
  private:
+  void CloseCount();
+
   RegionEndpoint where_;
   Aabb world_bounds_;
   replication::Settings settings_;

@@ -19,6 +19,7 @@ using Deadline = std::chrono::system_clock::time_point;
 
 constexpr int kMaxSceneBytes = 256 * 1024 * 1024;
 constexpr std::uint32_t kMaxRateHz = 1000;
+constexpr std::size_t kMaxHostBytes = 255;  // of a name, by RFC 1035
 
 struct SceneCache {
   std::mutex mutex;
@@ -84,11 +85,9 @@ absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::s
 
 absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& session) {
   for (const v1::RegionAddress& address : response.regions()) {
-    if (address.game_port() == 0 || address.game_port() > 65535) {
-      return BadAnswer(absl::StrCat("regions: region ", address.region(), " has port ", address.game_port()));
-    }
-    session.regions.push_back(
-        {RegionId(address.region()), address.host(), static_cast<std::uint16_t>(address.game_port())});
+    auto door = DoorFrom(address.region(), address.host(), address.game_port(), address.incarnation());
+    if (!door.ok()) return BadAnswer(absl::StrCat("regions: ", door.status().message()));
+    session.regions.push_back(*std::move(door));
   }
   std::sort(session.regions.begin(), session.regions.end(),
             [](const RegionEndpoint& a, const RegionEndpoint& b) { return a.region < b.region; });
@@ -99,6 +98,16 @@ absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& sess
 }
 
 }  // namespace
+
+absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
+                                        std::uint64_t incarnation) {
+  if (region == 0) return absl::InvalidArgumentError("region: is 0");
+  if (host.empty() || host.size() > kMaxHostBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("region ", region, " has no host"));
+  }
+  if (port == 0 || port > 65535) return absl::InvalidArgumentError(absl::StrCat("region ", region, " has port ", port));
+  return RegionEndpoint{RegionId(region), host, static_cast<std::uint16_t>(port), Incarnation(incarnation)};
+}
 
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::chrono::milliseconds deadline) {

@@ -21,6 +21,7 @@ struct RegionEndpoint {
   RegionId region;
   std::string host;
   std::uint16_t port = 0;
+  Incarnation incarnation{};  // of two doors of one region the higher counts
 };
 
 struct Session {
@@ -31,6 +32,10 @@ struct Session {
   std::shared_ptr<const Scene> scene;
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
 };
+
+// Checks what a message says of a region's door: INVALID_ARGUMENT naming the field.
+absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
+                                        std::uint64_t incarnation);
 
 // A scene that this process has had before, by its hash, is not fetched again.
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,

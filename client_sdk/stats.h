@@ -48,8 +48,9 @@ struct ClientStats {
   std::uint64_t bytes_in = 0, bytes_out = 0;
   double bytes_in_per_s = 0, bytes_out_per_s = 0;
   std::vector<RegionStats> regions;                     // ascending by id
-  std::uint64_t datagrams_lost = 0, decode_errors = 0;  // sums of the above
-  std::uint64_t full_records = 0, delta_records = 0;    // bodies that came whole, and as changes
+  std::uint64_t datagrams_lost = 0, decode_errors = 0;  // sums of the above, and of those no longer connected
+  std::uint64_t reconnects = 0;
+  std::uint64_t full_records = 0, delta_records = 0;  // bodies that came whole, and as changes
   std::uint64_t inputs_refused = 0;
   std::size_t bodies = 0;
   double round_trip_s = 0;           // to the region of the own body, or to any while that is not known

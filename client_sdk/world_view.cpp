@@ -93,6 +93,11 @@ void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool 
 void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord& departure,
                               std::vector<ClientEvent>& events) {
   const auto found = seen_.find(departure.id);
+  if (departure.why == replication::DepartureRecord::Why::kOutOfInterest) {
+    // It is there still, and may come back as it is.
+    if (found != seen_.end() && found->second.epoch <= departure.epoch) Vanish(departure.id, events);
+    return;
+  }
   if (departure.to == RegionId()) {
     Epoch& last = removed_[departure.id];
     last = std::max(last, departure.epoch);
@@ -118,6 +123,22 @@ void WorldView::RegionLost(RegionId region) {
   for (auto& [id, body] : seen_) {
     if (body.region == region) tracks_[id].expires.reset();
   }
+}
+
+void WorldView::RegionGone(TimePoint now, RegionId region) {
+  connected_.erase(region);
+  for (auto& [id, body] : seen_) {
+    if (body.region == region) tracks_[id].expires = now + kOrphaned;
+  }
+}
+
+void WorldView::RegionOutOfSight(RegionId region, std::vector<ClientEvent>& events) {
+  connected_.erase(region);
+  std::vector<BodyId> gone;
+  for (const auto& [id, body] : seen_) {
+    if (body.region == region) gone.push_back(id);
+  }
+  for (const BodyId id : gone) Vanish(id, events);
 }
 
 void WorldView::Expire(TimePoint now, std::vector<ClientEvent>& events) {

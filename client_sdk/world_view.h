@@ -28,6 +28,11 @@ class WorldView {
   // `region` begins to tell all that it owns, from nothing: what it does not name within kGrace is not there any more.
   void RegionBegins(TimePoint now, RegionId region);
   void RegionLost(RegionId region);
+  // The map has no such region any more: its bodies stay as they were until another owner tells of them, or for
+  // kOrphaned.
+  void RegionGone(TimePoint now, RegionId region);
+  // It is too far away to be listened to: what it owns is out of sight.
+  void RegionOutOfSight(RegionId region, std::vector<ClientEvent>& events);
   // Lets go of what nobody has told of for too long.
   void Expire(TimePoint now, std::vector<ClientEvent>& events);
 
@@ -39,6 +44,8 @@ class WorldView {
 
   // How long a body may be between two owners, or unnamed by a region that has begun anew.
   static constexpr std::chrono::milliseconds kGrace{2000};
+  // How long bodies of a region that is gone are shown. Longer than a failover may take.
+  static constexpr std::chrono::milliseconds kOrphaned{10'000};
 
  private:
   struct Sample {

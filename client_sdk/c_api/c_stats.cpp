@@ -15,10 +15,8 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
   return Guarded([&] {
     const client::ClientStats from = handle->client->Stats();
     tessera_stats stats = TESSERA_STATS;
-    for (const client::RegionStats& region : from.regions) {
-      if (region.connected) ++stats.regions_connected;
-      stats.reconnects += region.reconnects;
-    }
+    for (const client::RegionStats& region : from.regions) stats.regions_connected += region.connected ? 1 : 0;
+    stats.reconnects = from.reconnects;
     stats.bytes_in = from.bytes_in;
     stats.bytes_out = from.bytes_out;
     stats.bytes_in_per_s = from.bytes_in_per_s;

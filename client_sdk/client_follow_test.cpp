@@ -1,0 +1,160 @@
+// A client follows the world: maps that change, regions that come, go and move, interest that wanders.
+#include <gtest/gtest.h>
+
+#include "client_sdk/client_fixture.h"
+
+namespace tessera::client {
+namespace {
+
+using replication::BodyRecord;
+
+using ClientFollowTest = ClientFixture;
+
+// The map as it is, but `from`'s cells belong to `to`, in whose favour their epoch has grown.
+PartitionMap Handed(const PartitionMap& map, RegionId from, RegionId to) {
+  std::vector<Cell> cells(map.cells().begin(), map.cells().end());
+  for (Cell& cell : cells) {
+    if (cell.owner != from) continue;
+    cell.owner = to;
+    cell.epoch = Epoch(cell.epoch.value() + 1);
+  }
+  std::vector<MapRegion> regions;
+  for (const MapRegion& region : map.regions()) {
+    if (region.id != from && region.id != to) regions.push_back({region.id, RegionId()});
+  }
+  regions.push_back({to, RegionId()});
+  std::sort(regions.begin(), regions.end(), [](const MapRegion& a, const MapRegion& b) { return a.id < b.id; });
+  return *PartitionMap::Create(MapVersion(map.version().value() + 1), map.bounds(), cells, regions);
+}
+
+TEST_F(ClientFollowTest, AnotherRegionTakesTheGoneOnesPlaceUnseen) {
+  Make(2);
+  Join();
+  Play();
+  const std::vector<BodyRecord> ball = {{kBall, Epoch(1), Moving(5, 0)}};
+  Advance([&](Tick t) { instance->regions[1]->Snapshot(t, ball); });
+  ASSERT_TRUE(client->World().contains(kBall));
+
+  FakeRegion& third = instance->Add(RegionId(3));
+  third.started = true;
+  const PartitionMap next = Handed(instance->map, RegionId(2), RegionId(3));
+  instance->regions[0]->TellMap(next, {third.Door()});
+  ASSERT_TRUE(Until([&] { return third.clients() == 1 && instance->regions[1]->clients() == 0; }, true));
+  EXPECT_TRUE(client->World().contains(kBall));  // as it was last, until its new owner speaks
+  EXPECT_NEAR(client->World().at(kBall).state.position.x, 5, 1e-3);
+
+  const std::vector<BodyRecord> owned = {{kBall, Epoch(2), Moving(5.5, 0)}};
+  for (int i = 0; i < 400; ++i) Advance([&](Tick t) { third.Snapshot(t, owned); });  // 13 s
+  ASSERT_TRUE(client->World().contains(kBall));
+  EXPECT_EQ(client->World().at(kBall).region, RegionId(3));
+  EXPECT_EQ(Count(ClientEvent::Kind::kAppeared), 1);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 0);
+  EXPECT_EQ(client->Stats().regions.size(), 2u);
+}
+
+TEST_F(ClientFollowTest, WhatNobodyTakesOverVanishesAfterAWhile) {
+  Make(2);
+  Join();
+  Play();
+  const std::vector<BodyRecord> ball = {{kBall, Epoch(1), Moving(5, 0)}};
+  Advance([&](Tick t) { instance->regions[1]->Snapshot(t, ball); });
+  instance->regions[0]->TellMap(Handed(instance->map, RegionId(2), RegionId(1)));
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kMapChanged) == 1; }));
+  now += WorldView::kOrphaned / 2;
+  PollOnce();
+  EXPECT_TRUE(client->World().contains(kBall));
+  now += WorldView::kOrphaned / 2;
+  PollOnce();
+  EXPECT_FALSE(client->World().contains(kBall));
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+}
+
+TEST_F(ClientFollowTest, ADoorThatMovesIsFound) {
+  Make(2);
+  Join();
+  Play();
+  FakeRegion& again = instance->Add(RegionId(2), Incarnation(2));
+  again.started = true;
+  instance->regions[0]->TellMap(instance->map, {again.Door()});
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 1; }));
+  EXPECT_EQ(again.clients(), 1u);
+  // News that are older than that count for nothing.
+  instance->regions[0]->TellMap(instance->map, {instance->regions[1]->Door()});
+  for (int i = 0; i < 50; ++i) PollOnce();
+  EXPECT_EQ(again.clients(), 1u);
+}
+
+TEST_F(ClientFollowTest, DoorsThatMakeNoSenseAreCountedAndDropped) {
+  Make(1);
+  Join();
+  Play();
+  v1::RegionDoor nowhere = instance->regions[0]->Door();
+  nowhere.set_game_port(70'000);
+  nowhere.set_incarnation(9);
+  instance->regions[0]->TellMap(instance->map, {nowhere});
+  ASSERT_TRUE(Until([&] { return client->Stats().decode_errors == 1; }));
+  EXPECT_EQ(instance->regions[0]->clients(), 1u);
+}
+
+TEST_F(ClientFollowTest, OnlyRegionsThatItsInterestTouchesAreListenedTo) {
+  Make(4, "view { radius: 10 } ");  // 50 m squares around the origin
+  Join();
+  Play();
+  const auto connected = [&] {
+    std::string regions;
+    for (const RegionStats& region : client->Stats().regions) {
+      if (region.connected) regions += std::to_string(region.region.value());
+    }
+    return regions;
+  };
+  double x = -25;
+  const auto own = [&] {
+    BodyState state = Moving(x, 0);
+    state.position.z = -25;
+    return std::vector<BodyRecord>{{kBall, Epoch(1), Moving(-30, 0)}, {client->own_body(), Epoch(1), state}};
+  };
+  const std::vector<BodyRecord> far = {{BodyId(1 << 20), Epoch(1), Moving(30, 0)}};
+  Advance([&](Tick t) {
+    instance->regions[0]->Snapshot(t, own());
+    instance->regions[3]->Snapshot(t, far);
+  });
+  ASSERT_TRUE(Until([&] { return connected() == "1"; })) << connected();
+  EXPECT_FALSE(client->World().contains(BodyId(1 << 20)));
+  EXPECT_TRUE(client->World().contains(kBall));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+
+  x = -12;  // 2 m more than what is of interest, and the margin is 2.5
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, own()); });
+  EXPECT_TRUE(Until([&] { return connected() == "12"; })) << connected();
+  x = -14;  // within the hysteresis
+  for (int i = 0; i < 10; ++i) Advance([&](Tick t) { instance->regions[0]->Snapshot(t, own()); });
+  EXPECT_EQ(connected(), "12");
+  x = -16;
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, own()); });
+  EXPECT_TRUE(Until([&] { return connected() == "1"; })) << connected();
+  EXPECT_EQ(Count(ClientEvent::Kind::kRegionLost), 0);  // nothing was lost
+}
+
+// Everything dies at once, and what comes in its place accepts only the renewed pass.
+TEST_F(ClientFollowTest, ComesBackAsTheSamePlayerAfterTheLossOfAllLinks) {
+  Make(2);
+  Join();
+  Play();
+  const std::vector<BodyRecord> ball = {{kBall, Epoch(1), Moving(5, 0)}};
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, ball); });
+  instance->RenewPass(client->player());
+  for (int i = 0; i < 50; ++i) PollOnce();
+  for (std::size_t i = 0; i < 2; ++i) {
+    instance->Restart(i);
+    instance->regions[i]->started = true;
+  }
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 2; }, true));
+  ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 2; }, true));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+  EXPECT_EQ(client->player(), PlayerNumber(1));
+  EXPECT_TRUE(client->World().contains(kBall));
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 0);
+}
+
+}  // namespace
+}  // namespace tessera::client
