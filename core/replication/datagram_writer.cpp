@@ -19,6 +19,7 @@ void DatagramWriter::Open() {
   previous_departure_ = BodyId();
   changes_.clear();
   wholes_.clear();
+  propertied_.clear();
   body_bits_ = 0;
 }
 
@@ -31,6 +32,14 @@ void DatagramWriter::Close() {
     WriteIdGap(head_, previous, whole.id);
     whole.record->AppendTo(head_);
     previous = whole.id;
+  }
+  head_.WriteBit(false);
+  previous = BodyId();
+  for (const Pick& body : propertied_) {
+    head_.WriteBit(true);
+    WriteIdGap(head_, previous, body.id);
+    WriteProperties(head_, *body.properties);
+    previous = body.id;
   }
   head_.WriteBit(false);
   assert(head_.bit_count() <= max_bits_);
@@ -61,8 +70,10 @@ void DatagramWriter::Body(const Pick& pick) {
   const bool whole = pick.samples.ticks == 0;
   const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
   const auto bits = [&] {
-    if (whole) return 1 + kMaxIdBits + pick.record->bits;
-    return changes_.empty() ? MaxBits(item, BodyId(), {}) : MaxBits(item, changes_.back().id, changes_.back().samples);
+    const int properties = pick.properties == nullptr ? 0 : 1 + kMaxIdBits + PropertyBits(pick.properties->size());
+    if (whole) return 1 + kMaxIdBits + pick.record->bits + properties;
+    return properties + (changes_.empty() ? MaxBits(item, BodyId(), {})
+                                          : MaxBits(item, changes_.back().id, changes_.back().samples));
   };
   auto needed = static_cast<std::size_t>(bits());
   if (!Fits(needed)) {
@@ -76,7 +87,8 @@ void DatagramWriter::Body(const Pick& pick) {
   } else {
     changes_.push_back(item);
   }
-  current().known.push_back(pick.known);
+  if (pick.properties != nullptr) propertied_.push_back(pick);
+  current().known.push_back(pick.known | (pick.properties != nullptr ? kToldProperties : 0));
 }
 
 std::span<WrittenDatagram> DatagramWriter::Finish() {

@@ -24,7 +24,11 @@ struct Pick {
   SampleTicks samples;      // ticks 0: whole
   const PackedRecord* record = nullptr;
   const PackedRecord* velocities = nullptr;  // null: not told
+  const Bytes* properties = nullptr;         // null: not told
 };
+
+// In WrittenDatagram::known: properties were told as well.
+inline constexpr std::uint32_t kToldProperties = std::uint32_t{1} << 31;
 
 struct WrittenDatagram {
   Bytes bytes;
@@ -49,7 +53,7 @@ class DatagramWriter {
   bool Fits(std::size_t bits) const { return head_.bit_count() + body_bits_ + bits + kEndBits <= max_bits_; }
 
   // The ends of the lists, and the head of the fast one.
-  static constexpr std::size_t kEndBits = 2 + kMaxListBits;
+  static constexpr std::size_t kEndBits = 3 + kMaxListBits;
 
   SnapshotHeader header_;
   std::size_t max_bits_;
@@ -59,7 +63,7 @@ class DatagramWriter {
   BitWriter head_;  // header and departures
   BodyId previous_departure_;
   std::vector<FastItem> changes_;
-  std::vector<Pick> wholes_;
+  std::vector<Pick> wholes_, propertied_;
   std::size_t body_bits_ = 0;
 };
 

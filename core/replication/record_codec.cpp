@@ -10,6 +10,7 @@ namespace {
 constexpr std::uint8_t kGapBands[] = {0, 3, 7, 12};
 constexpr std::uint8_t kEpochBands[] = {2, 6, 12};
 constexpr std::uint8_t kRegionBands[] = {4, 10};
+constexpr std::uint8_t kLengthBands[] = {4, 6, 10};
 // Parameters of codes, and the longest zigzag numbers in them.
 constexpr int kEpochParameter = 1, kFarParameter = 20, kVelocityParameter = 6;
 constexpr int kMaxEpochBits = 33, kMaxPositionBits = 47, kMaxVelocityBits = 24;
@@ -157,6 +158,19 @@ bool ReadWhole(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, Quan
   state.asleep = reader.ReadBit();
   if (!ReadPosition(reader, quantizer, state) || !ReadOrientation(reader, quantizer, state)) return false;
   return state.asleep || (ReadVelocity(reader, state.linear) && ReadVelocity(reader, state.angular));
+}
+
+void WriteProperties(BitWriter& writer, const Bytes& properties) {
+  writer.WriteBanded(properties.size(), kLengthBands);
+  for (const std::uint8_t byte : properties) writer.Write(byte, 8);
+}
+
+bool ReadProperties(BitReader& reader, Bytes& properties) {
+  const std::uint64_t size = reader.ReadBanded(kLengthBands);
+  if (size > kMaxPropertyBytes) return false;
+  properties.resize(size);
+  for (std::uint8_t& byte : properties) byte = static_cast<std::uint8_t>(reader.Read(8));
+  return true;
 }
 
 }  // namespace tessera::replication

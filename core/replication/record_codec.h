@@ -12,6 +12,7 @@
 //   whole      epoch eg(1), asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
 //              unless asleep: linear and angular velocity, each 0: none, or 1, three eg(6)
 //   orientation largest 2, three components of fixed width
+//   properties {1, id gap b, length b, bytes}* 0: of bodies among the changes and wholes (core/world/properties.h)
 //   zeros to the byte
 // clang-format on
 //
@@ -55,5 +56,9 @@ bool ReadDeparture(BitReader& reader, DepartureRecord& departure);         // fa
 PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state);
 // False where a number is out of its range; reading past the end shows in reader.ok().
 bool ReadWhole(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state);
+
+void WriteProperties(BitWriter& writer, const Bytes& properties);
+constexpr int PropertyBits(std::size_t bytes) { return 3 + 16 + 8 * static_cast<int>(bytes); }  // at most
+bool ReadProperties(BitReader& reader, Bytes& properties);                                      // false if too long
 
 }  // namespace tessera::replication

@@ -41,6 +41,9 @@ struct BodyRecord {
   BodyId id;
   Epoch epoch;  // of its ownership
   BodyState state;
+  // PropertySet::Encode of what differs from the scene. Pushed: null where nothing does. Received: null where nothing
+  // new is told of them.
+  std::shared_ptr<const Bytes> properties = nullptr;
 };
 
 struct DepartureRecord {

@@ -62,10 +62,13 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
   }
   const SlotIndex index = free.back();
   free.pop_back();
-  slots[index] = {.id = body.id, .epoch = body.epoch, .changes = {{tick, state}}, .seen = tick};
+  slots[index] = {.id = body.id, .epoch = body.epoch, .changes = {{tick, state}}, .seen = tick, .properties = nullptr};
   const Vec3d position = quantizer.PositionOf(state);
-  faces[index] = {
-      .since = tick, .oldest = tick, .position = Vec3f(position), .generation = faces[index].generation + 1};
+  faces[index] = {.since = tick,
+                  .oldest = tick,
+                  .properties_since = {},
+                  .position = Vec3f(position),
+                  .generation = faces[index].generation + 1};
   by_id[body.id] = index;
   departed.erase(body.id);
   Enter(index, grid.CellAt(position, std::nullopt));
@@ -104,10 +107,19 @@ void SnapshotHistory::Impl::Put(const BodyRecord& body) {
     Slot& slot = slots[found->second];
     slot.seen = tick;
     if (!(slot.now() == state)) Change(found->second, state);
-    return;
+    return PutProperties(found->second, body);
   }
   if (found != by_id.end()) Remove(body.id);
-  Take(body, state);
+  PutProperties(Take(body, state), body);
+}
+
+void SnapshotHistory::Impl::PutProperties(SlotIndex index, const BodyRecord& body) {
+  Slot& slot = slots[index];
+  if (body.properties == slot.properties || body.properties == nullptr) return;
+  if (slot.properties != nullptr && *slot.properties == *body.properties) return;
+  slot.properties = body.properties;
+  faces[index].properties_since = tick;
+  Note(faces[index].cell, index);
 }
 
 void SnapshotHistory::Impl::Remove(BodyId id) {

@@ -34,6 +34,7 @@ struct Slot {
   std::vector<Change> changes;  // a ring; `newest` is where the last one stands
   std::size_t newest = 0;
   Tick seen;  // of the last Push that named it
+  std::shared_ptr<const Bytes> properties;
 
   const QuantizedState& now() const { return changes[newest].state; }
   // Null where it is not kept any more, or was not here.
@@ -47,6 +48,7 @@ struct SlotFace {
 
   Tick since;                    // of the present state
   Tick oldest;                   // from which states are kept
+  Tick properties_since;         // 0: there are none
   Vec3f position;                // m
   std::uint32_t generation = 0;  // one more for each body that takes the slot
   std::uint32_t cell = kNowhere;
@@ -112,6 +114,7 @@ struct SnapshotHistory::Impl {
 
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);
+  void PutProperties(SlotIndex index, const BodyRecord& body);
   void Note(std::uint32_t cell, SlotIndex index);
   void Enter(SlotIndex index, std::uint32_t cell);
   void Leave(SlotIndex index);

@@ -25,6 +25,7 @@ struct TrackedBody {
   Epoch epoch;  // of the ownership; when `gone`, of the one that ended, or that is out of interest
   bool gone = false;
   Tick told;                    // newest tick at which it was told of, or told gone
+  Tick properties;              // newest tick at which they were told
   std::vector<Sample> samples;  // ascending by tick: what may predict it
 };
 
@@ -35,6 +36,7 @@ struct ParsedBody {
   Tick oldest;  // sample used
   bool velocities_told = false;
   QuantizedState state;
+  std::shared_ptr<const Bytes> properties;
 };
 
 struct Parsed {
@@ -61,6 +63,7 @@ struct SnapshotReceiver::Impl {
   absl::Status ParseChanges(BitReader& reader, Parsed& parsed) const;
   absl::Status ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told, ParsedBody& body) const;
   absl::Status ParseWholes(BitReader& reader, Parsed& parsed) const;
+  static absl::Status ParseProperties(BitReader& reader, Parsed& parsed);
   const Sample* Find(const TrackedBody& body, Tick tick) const;
 
   void Remember(std::uint32_t sequence);
@@ -171,6 +174,23 @@ absl::Status SnapshotReceiver::Impl::ParseWholes(BitReader& reader, Parsed& pars
   return absl::OkStatus();
 }
 
+absl::Status SnapshotReceiver::Impl::ParseProperties(BitReader& reader, Parsed& parsed) {
+  BodyId previous;
+  while (reader.ReadBit()) {
+    const std::optional<BodyId> id = ReadIdGap(reader, previous);
+    if (!id.has_value()) return Malformed("properties: ids do not ascend");
+    const auto body = std::find_if(parsed.bodies.begin(), parsed.bodies.end(),
+                                   [&](const ParsedBody& b) { return b.id == *id && b.properties == nullptr; });
+    if (body == parsed.bodies.end())
+      return Malformed(absl::StrCat("properties: body ", id->value(), " is not told of"));
+    Bytes bytes;
+    if (!ReadProperties(reader, bytes)) return Malformed(absl::StrCat("body ", id->value(), ": properties: length"));
+    body->properties = std::make_shared<const Bytes>(std::move(bytes));
+    previous = *id;
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Parsed> SnapshotReceiver::Impl::Parse(std::span<const std::uint8_t> datagram) const {
   if (datagram.size() > settings.max_datagram_bytes) return Malformed("too long");
   Parsed parsed;
@@ -182,6 +202,7 @@ absl::StatusOr<Parsed> SnapshotReceiver::Impl::Parse(std::span<const std::uint8_
   absl::Status status = ParseDepartures(reader, parsed);
   if (status.ok()) status = ParseChanges(reader, parsed);
   if (status.ok()) status = ParseWholes(reader, parsed);
+  if (status.ok()) status = ParseProperties(reader, parsed);
   if (!reader.ok()) return Malformed("truncated");
   if (!status.ok()) return status;
   if (!reader.AtEnd()) return Malformed("trailing bytes");
@@ -209,7 +230,7 @@ bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure)
     body.told = std::max(body.told, tick);
     return false;
   }
-  body = {.epoch = departure.epoch, .gone = true, .told = tick, .samples = {}};
+  body = {.epoch = departure.epoch, .gone = true, .told = tick, .properties = {}, .samples = {}};
   return true;
 }
 
@@ -218,7 +239,7 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
   if (parsed.epoch < body.epoch) return nullptr;
   if (parsed.epoch == body.epoch && body.gone && tick <= body.told) return nullptr;
   if (parsed.epoch > body.epoch || body.gone)
-    body = {.epoch = parsed.epoch, .gone = false, .told = tick, .samples = {}};
+    body = {.epoch = parsed.epoch, .gone = false, .told = tick, .properties = {}, .samples = {}};
   body.told = std::max(body.told, tick);
   std::vector<Sample>& samples = body.samples;
   // The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
@@ -275,10 +296,13 @@ absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uin
   }
   result.bodies.reserve(parsed->bodies.size());
   for (const ParsedBody& body : parsed->bodies) {
-    const TrackedBody* stored = impl_->Store(parsed->header.tick, body);
+    TrackedBody* stored = impl_->Store(parsed->header.tick, body);
     if (stored == nullptr) continue;
     if (body.whole) ++result.full_records;
-    result.bodies.push_back({body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored)});
+    const bool fresh = body.properties != nullptr && parsed->header.tick > stored->properties;
+    if (fresh) stored->properties = parsed->header.tick;
+    result.bodies.push_back(
+        {body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored), fresh ? body.properties : nullptr});
   }
   return result;
 }

@@ -105,6 +105,7 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
                   .generation = history.faces[index].generation,
                   .first_sequence = next_sequence,
                   .acked = {},
+                  .properties = {},
                   .sent = {},
                   .priority = kNewcomer,
                   .used = true};
@@ -148,7 +149,7 @@ std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
 bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, Known& body, float& score) const {
   const SlotFace& face = history.faces[body.slot];
   const bool whole = body.acked.ticks == 0;
-  if (body.sent != Tick() && face.since <= body.sent) {
+  if (body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent) {
     // The client may well have it: what has just come to rest is told twice, then it has time to answer.
     const bool repeat = !whole && body.repeats < 1;
     if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
@@ -184,7 +185,8 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
       unused.push_back(index);
       continue;
     }
-    if (body.acked.ticks != 0 && history.faces[body.slot].since.value() <= body.acked.ticks) {
+    const SlotFace& face = history.faces[body.slot];
+    if (body.acked.ticks != 0 && face.since.value() <= body.acked.ticks && face.properties_since <= body.properties) {
       body.active = false;  // the client has this very state
       continue;
     }
@@ -235,13 +237,18 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
                                                    LengthSquared(Vec3d(face.position) - *view.centre) <= near);
     const std::uint32_t record = history.RecordOf(body.slot, samples, velocities);
     const SharedRecord& shared = history.records[record];
+    const Bytes* properties =
+        face.properties_since > body.properties ? history.slots[body.slot].properties.get() : nullptr;
+    if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
     bits_left -= 10 + shared.pose.bits + (velocities && shared.velocities ? shared.velocities->bits : 0);
     if (bits_left < 0 && !chosen.empty()) {
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({body.id, candidates[i].known, record, velocities});
-    body.repeats = body.sent != Tick() && face.since <= body.sent ? static_cast<std::uint8_t>(body.repeats | 1) : 0;
+    chosen.push_back({body.id, candidates[i].known, record, velocities, properties});
+    body.repeats = body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent
+                       ? static_cast<std::uint8_t>(body.repeats | 1)
+                       : 0;
     body.sent = history.tick;
     body.priority = 0;
     body.unanswered = static_cast<std::uint8_t>(std::min(body.unanswered + 1, 255));
@@ -312,7 +319,7 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
     const SharedRecord& shared = history.records[body.record];
     const PackedRecord* velocities = !body.velocities ? nullptr : shared.velocities ? &*shared.velocities : &kNone;
     all_whole = all_whole && shared.samples.ticks == 0;
-    writer.Body({body.id, body.known, shared.samples, &shared.pose, velocities});
+    writer.Body({body.id, body.known, shared.samples, &shared.pose, velocities, body.properties});
   }
   result.full = all_whole;
   result.bodies = static_cast<std::uint32_t>(chosen.size());
@@ -322,9 +329,11 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
 
 // --- What was heard --------------------------------------------------------------------------------------------------
 
-void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t index, std::uint32_t sequence, Tick tick) {
-  Known& body = known[index];
-  if (!body.used || sequence < body.first_sequence || tick.value() <= body.acked.ticks) return;
+void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Tick tick) {
+  Known& body = known[told & ~kToldProperties];
+  if (!body.used || sequence < body.first_sequence) return;
+  if ((told & kToldProperties) != 0) body.properties = std::max(body.properties, tick);
+  if (tick.value() <= body.acked.ticks) return;
   const std::uint64_t before = body.acked.ticks, gap = tick.value() - before;
   body.unanswered = 0;
   body.acked = before != 0 && gap <= kMaxGap_ticks ? SampleTicks{tick.value(), gap, body.acked.gap}
@@ -337,7 +346,7 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   SentDatagram& datagram = sent[sent.size() - age];
   const std::vector<std::uint32_t>& told = datagram.known;
   for (std::size_t i = 0; i < told.size(); ++i) {
-    if (i + kAhead < told.size()) __builtin_prefetch(&known[told[i + kAhead]], 1);
+    if (i + kAhead < told.size()) __builtin_prefetch(&known[told[i + kAhead] & ~kToldProperties], 1);
     AcknowledgeBody(told[i], sequence, datagram.tick);
   }
   for (const BodyId id : datagram.departures) {

@@ -19,6 +19,7 @@ struct Known {
   std::uint32_t generation = 0;      // of the slot's body
   std::uint32_t first_sequence = 0;  // acknowledgements of earlier datagrams are about another
   SampleTicks acked;                 // ticks: the newest acknowledged itself; gaps to the two before it. 0: none
+  Tick properties;                   // tick of the newest acknowledged that told them; 0: none
   Tick sent;                         // tick at which it was written last
   float priority = 0;
   std::uint8_t unanswered = 0;  // records since the last acknowledgement
@@ -71,7 +72,7 @@ struct SnapshotSender::Impl {
   void ForgetOldest();
 
   void AcknowledgeOne(std::uint32_t sequence);
-  void AcknowledgeBody(std::uint32_t index, std::uint32_t sequence, Tick tick);
+  void AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Tick tick);
 
   Settings settings;
   InterestWindow window;
@@ -97,6 +98,7 @@ struct SnapshotSender::Impl {
     BodyId id;
     std::uint32_t known, record;
     bool velocities;
+    const Bytes* properties;  // null: not told
   };
   std::vector<Chosen> chosen;
   DatagramWriter writer;

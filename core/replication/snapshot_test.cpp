@@ -356,6 +356,46 @@ TEST(SnapshotTest, ALateStateOfADepartedBodyDoesNotBringItBack) {
   EXPECT_TRUE(got->bodies.empty());
 }
 
+// Properties come with a body's first record and whenever they change, over any loss, and cost nothing in between.
+TEST(SnapshotTest, PropertiesAreToldUntilAcknowledged) {
+  for (const double loss : {0.0, 0.4}) {
+    MovingBodies world({.count = 40, .kicks_per_s = 0.2, .rest_speed_m_s = 0.8});
+    SnapshotHistory history(world.bounds(), {});
+    SnapshotSender sender({});
+    SnapshotReceiver receiver(world.bounds(), {});
+    std::mt19937 random(5);
+    std::map<BodyId, Bytes> seen, truth;
+    std::size_t told = 0;
+    for (std::uint64_t n = 1; n <= 400; ++n) {
+      world.Step(1.0 / 30);
+      if (n % 10 == 0 && n < 300) {
+        BodyRecord& body = world.bodies()[random() % world.bodies().size()];
+        Bytes bytes(1 + random() % 40);
+        for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
+        truth[body.id] = bytes;
+        body.properties = std::make_shared<const Bytes>(bytes);
+      }
+      history.Push(Tick(2 * n), world.bodies(), {});
+      for (const Bytes& datagram : sender.Write(history, 0, 0).datagrams) {
+        if (n < 350 && std::uniform_real_distribution<double>(0, 1)(random) < loss) continue;
+        const auto got = receiver.Read(datagram);
+        ASSERT_TRUE(got.ok()) << got.status();
+        for (const BodyRecord& body : got->bodies) {
+          if (body.properties == nullptr) continue;
+          seen[body.id] = *body.properties;
+          ++told;
+        }
+      }
+      ASSERT_TRUE(sender.Acknowledge(receiver.WriteAck()).ok());
+    }
+    EXPECT_EQ(seen, truth);
+    EXPECT_GE(told, truth.size());
+    if (loss == 0) {
+      EXPECT_LE(told, 30u);
+    }
+  }
+}
+
 TEST(SnapshotTest, ADuplicateIsNamed) {
   MovingBodies world({.count = 3});
   SnapshotHistory history(world.bounds(), {});
