@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/physics/solve/tuning.h"
+#include "core/physics/trig.h"
 
 namespace tessera::physics {
 namespace {
@@ -73,10 +74,24 @@ void MakeSpring(const Row& row, float h, JointRow& out) {
 
 // How a body stands against the start of the step.
 struct Turned {
-  // The quaternion (t / 2, 1) / |...| turns by 2 atan(t / 2); the factor makes that |t| up to fifth order.
-  explicit Turned(Vec3f turned) : u(turned * (0.5f * (1 + LengthSquared(turned) * (1.0f / 12)))) {
-    w = 1 / std::sqrt(1 + LengthSquared(u));
-    u *= w;
+  static constexpr float kFraction = 0.25f;  // square of half the turn, rad^2, up to which the fraction is good
+  // The quaternion (x tan |x| / |x|, 1) / |...| turns by 2 x; the tangent as a fraction, after Pade. Larger turns by
+  // sine and cosine: a link at the end of a whip turns by several radians in a step.
+  explicit Turned(Vec3f turned) {
+    const Vec3f x = turned * 0.5f;
+    const float square = LengthSquared(x);
+    if (square > kFraction) {
+      const double angle = std::sqrt(double{square});
+      const SinCos half = SinCosOf(angle);
+      u = x * static_cast<float>(half.sin / angle);
+      w = static_cast<float>(half.cos);
+      return;
+    }
+    u = x * (105 - 10 * square);
+    w = 105 - (45 - square) * square;
+    const float scale = 1 / std::sqrt(w * w + LengthSquared(u));
+    u *= scale;
+    w *= scale;
   }
   Vec3f operator()(Vec3f v) const {
     const Vec3f t = 2.0f * Cross(u, v);
@@ -157,6 +172,7 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
   const Stance stance(rows, states[block.a], states[block.b]);
   block.arm_a = stance.arm_a;
   block.arm_b = stance.arm_b;
+  block.gap_m = 0;
   block.locked = block.count = 0;
   for (int i = 0; i < rows.count; ++i) {
     const Row& from = rows.rows[At(i)];
@@ -164,6 +180,7 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
     row.origin = static_cast<std::uint8_t>(i);
     row.impulse = block.impulses[At(i)];
     if (from.kind == RowKind::kLocked) {
+      block.gap_m = std::max(block.gap_m, std::abs(row.error));
       assert(block.locked == block.count);  // locked rows come first
       if (block.locked == kLockedRows || !Orthonormalize(block, row)) continue;
       ++block.locked;
@@ -212,7 +229,8 @@ Vec3f Curving(const JointBlock& block, const SolvedState* states, const SolvedMa
                      (Get(a.velocity) * masses[block.a].inverse_root_mass + turn_a);
   // Of what turns too far in a substep for the second order to say anything, less and less.
   const float turn = h * h * std::max(LengthSquared(w_a), LengthSquared(w_b));
-  const float fade = std::min(1.0f, kCurvingTurn2 / std::max(turn, kCurvingTurn2));
+  const float most = block.in_tree ? kTreeCurvingTurn2 : kCurvingTurn2;
+  const float fade = std::min(1.0f, most / std::max(turn, most));
   return (Cross(w_b, turn_b) - Cross(w_a, turn_a + 2.0f * seen)) * (0.5f * h * fade * fade);
 }
 
@@ -246,16 +264,16 @@ void JointBlocks::Fill(std::span<const JointConstraint> joints, const Coloring& 
                        const SolvedMass* masses, std::uint32_t nobody, float h) {
   softness_ = SoftnessOf(kJointShare, kJointDamping, h);
   const std::span<const std::uint8_t> colors = coloring.joints();
-  starts_.assign(kColors + 2, 0);
-  for (const std::uint8_t color : colors) ++starts_[color + std::size_t{1}];
-  for (std::size_t i = 1; i < starts_.size(); ++i) starts_[i] += starts_[i - 1];
   blocks_.resize(joints.size());
   joint_of_.resize(joints.size());
-  std::array<std::uint32_t, kColors + 1> next;
-  std::copy_n(starts_.begin(), next.size(), next.begin());
+  order_.resize(joints.size());
+  std::array<std::uint32_t, kColors + 2> next{};
+  for (const std::uint8_t color : colors) ++next[color + std::size_t{1}];
+  for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const std::uint32_t at = next[colors[i]]++;
     joint_of_[at] = static_cast<std::uint32_t>(i);
+    order_[i] = at;
     const JointConstraint& joint = joints[i];
     JointBlock& block = blocks_[at];
     block.a = joint.a == kStatic ? nobody : joint.a;
@@ -267,6 +285,8 @@ void JointBlocks::Fill(std::span<const JointConstraint> joints, const Coloring& 
     }
     MakeRows(states, masses, h, softness_.bias_rate, block);
   }
+  forest_.Grow(blocks_, order_, nobody);
+  forest_.Factor(blocks_);
 }
 
 void JointBlocks::Warm(SolvedState* states) const {
@@ -278,32 +298,55 @@ void JointBlocks::Warm(SolvedState* states) const {
   }
 }
 
-void JointBlocks::Turn(const SolvedState* states, const SolvedMass* masses, SolvedMemory* before, float h) {
+void JointBlocks::Turn(SolvedState* states, const SolvedMass* masses, SolvedMemory* before, float h) {
+  const auto remember = [&](const JointBlock& block, float sign) {
+    for (int i = 0; i < block.count; ++i) {
+      const JointRow& row = block.rows[At(i)];
+      Apply(row, sign * row.impulse, before[block.a], before[block.b]);
+    }
+  };
   for (JointBlock& block : blocks_) {
-    const auto remember = [&](float sign) {
-      for (int i = 0; i < block.count; ++i) {
-        const JointRow& row = block.rows[At(i)];
-        Apply(row, sign * row.impulse, before[block.a], before[block.b]);
-      }
-    };
-    remember(1);
+    remember(block, 1);
     ToOwnRows(block);
     if (TurnInSubstep2(block, states, masses, h) > kLostTurn2) block.impulses.fill(0);
-    std::array<float, kJointRows> errors{};
-    for (int i = block.locked; i < block.count; ++i) errors[block.rows[At(i)].origin] = block.rows[At(i)].error;
+    for (int i = block.locked; i < block.count; ++i)
+      block.last_errors[block.rows[At(i)].origin] = block.rows[At(i)].error;
     MakeRows(states, masses, h, softness_.bias_rate, block);
+  }
+  if (!forest_.empty()) Rejoin(states, masses, h);
+  for (JointBlock& block : blocks_) {
     for (int i = block.locked; i < block.count; ++i) {
-      block.rows[At(i)].relax_error = errors[block.rows[At(i)].origin];
+      block.rows[At(i)].relax_error = block.last_errors[block.rows[At(i)].origin];
     }
-    remember(-1);
+    remember(block, -1);
   }
 }
 
-void JointBlocks::Solve(std::size_t color, SolvedState* states, const SolvedMass* masses, const StepConstants& step,
-                        bool relax) {
-  for (std::size_t k = starts_[color]; k < starts_[color + 1]; ++k) {
-    JointBlock& block = blocks_[k];
+// Turning carries a joint's point off its way by the square of the turn. What hangs together is put back into place as
+// a whole, without a change of velocity; again where the way back was so long that it bent.
+void JointBlocks::Rejoin(SolvedState* states, const SolvedMass* masses, float h) {
+  forest_.Factor(blocks_);
+  for (int round = 0; round < kRejoinRounds; ++round) {
+    float widest = 0;
+    for (JointBlock& block : blocks_) {
+      if (!block.in_tree) continue;
+      widest = std::max(widest, block.gap_m);
+      for (int i = 0; i < block.locked; ++i) block.wanted[At(i)] = block.rows[At(i)].error;
+    }
+    forest_.Solve(blocks_);
+    forest_.Place(blocks_, states, masses);
+    if (widest < kBentWay_m) break;
+    for (JointBlock& block : blocks_) {
+      if (block.in_tree) MakeRows(states, masses, h, softness_.bias_rate, block);
+    }
+    forest_.Factor(blocks_);
+  }
+}
+
+void JointBlocks::Solve(SolvedState* states, const SolvedMass* masses, const StepConstants& step, bool relax) {
+  for (JointBlock& block : blocks_) {
     SolvedState &a = states[block.a], &b = states[block.b];
+    if (block.in_tree && block.locked == block.count) continue;
     const Vec3f curving = relax ? Vec3f() : Curving(block, states, masses, step.h);
     const auto solve = [&](int i) {
       JointRow& row = block.rows[At(i)];
@@ -314,8 +357,24 @@ void JointBlocks::Solve(std::size_t color, SolvedState* states, const SolvedMass
       row.impulse = impulse;
     };
     for (int i = block.locked; i < block.count; ++i) solve(i);
-    for (int i = 0; i < block.locked; ++i) solve(i);
+    for (int i = 0; i < (block.in_tree ? 0 : block.locked); ++i) solve(i);
   }
+  if (!forest_.empty()) SolveForest(states, masses, step, relax);
+}
+
+void JointBlocks::SolveForest(SolvedState* states, const SolvedMass* masses, const StepConstants& step, bool relax) {
+  for (JointBlock& block : blocks_) {
+    if (!block.in_tree) continue;
+    const SolvedState &a = states[block.a], &b = states[block.b];
+    const Vec3f curving = relax ? Vec3f() : Curving(block, states, masses, step.h);
+    for (int i = 0; i < block.locked; ++i) {
+      const JointRow& row = block.rows[At(i)];
+      const float bias = relax ? 0 : Dot(row.linear, curving) + softness_.bias_rate * row.error;
+      block.wanted[At(i)] = Velocity(row, a, b) + bias;
+    }
+  }
+  forest_.Solve(blocks_);
+  forest_.Push(blocks_, states);
 }
 
 void JointBlocks::Store(std::span<const JointConstraint> joints) {

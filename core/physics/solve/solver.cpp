@@ -99,16 +99,10 @@ void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactRun& 
   (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
 }
 
-// Color by color, joints before contacts: what must not overlap has the last word.
+// Joints before contacts: what must not overlap has the last word.
 void Solver::Impl::SolveAll(bool relax) {
-  ContactKernel ContactKernels::*const kernel = relax ? &ContactKernels::relax : &ContactKernels::solve;
-  auto run = contacts.runs().begin();
-  const auto end = contacts.runs().end();
-  for (std::size_t color = 0; color <= kColors; ++color) {
-    if (!joints.empty()) joints.Solve(color, states.data(), masses.data(), step, relax);
-    for (; run != end && run->color == color; ++run) Run(kernel, *run);
-    if (joints.empty() && run == end) break;
-  }
+  if (!joints.empty()) joints.Solve(states.data(), masses.data(), step, relax);
+  for (const ContactRun& run : contacts.runs()) Run(relax ? &ContactKernels::relax : &ContactKernels::solve, run);
 }
 
 void Solver::Impl::Substeps(int substeps) {

@@ -21,7 +21,7 @@ int LevelOfLoad(float load) {
 
 int LevelOfMassRatio(float ratio) {
   int level = 0;
-  while (level + 1 < kLevels && ratio > static_cast<float>(1 << (2 * level))) ++level;
+  while (level + 1 < kLevels && ratio > static_cast<float>(4 << (2 * level))) ++level;
   return level;
 }
 

@@ -3,8 +3,8 @@
 // A contact in n substeps is a spring that carries what lies on it with a give of g / w^2, w ~ n / dt; a tower of N is
 // then a column that buckles when N^3 exceeds its stiffness. So loads grow as n^(2/3). Measured: 2 substeps hold 15
 // unit cubes, 4 hold 24, 8 hold 38, 16 hold 60, 32 hold 96. A chain with a heavy end is a string under tension, and
-// asks for the root of its mass ratio. Counts are powers of two and change by one power a step, so one blow changes
-// little.
+// asks for half the root of its mass ratio. Counts are powers of two and change by one power a step, so one blow
+// changes little.
 //
 // Thread rule: free functions, none.
 #pragma once

@@ -24,7 +24,7 @@ TEST(SubstepsTest, GrowWithTheLoad) {
 }
 
 TEST(SubstepsTest, FollowAChainsMassRatio) {
-  EXPECT_EQ(SubstepsFor({.mass_ratio = 1000, .joints = 32}), 32);
+  EXPECT_EQ(SubstepsFor({.mass_ratio = 1000, .joints = 32}), 16);
   EXPECT_LE(SubstepsFor({.mass_ratio = 1000, .contacts = 1}), 8) << "a heavy ball that hits a light one";
 }
 

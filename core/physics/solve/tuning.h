@@ -9,12 +9,24 @@ inline constexpr float kContactShare = 0.25f, kContactDamping = 10;
 
 inline constexpr float kJointShare = 0.25f, kJointDamping = 2;
 
+// Give of rows that are solved together, against that of a row by itself. Larger shows as a gap under a heavy load; at
+// 0 rounding could make a heavy chain's matrix singular.
+inline constexpr double kTreeSoftness = 1e-9;
+
+// Joints that a substep has opened further than this, m or rad, are put back along a way that bends, and looked at
+// again, so many times at most. Only what turns by a large part of a circle in a substep needs it.
+inline constexpr float kBentWay_m = 0.005f;
+inline constexpr int kRejoinRounds = 4;
+
 // What is torn open or beyond its stop is pulled back no faster than this. Unlimited, the limbs of a heap of ragdolls
 // that are wedged apart come back at tens of m/s.
 inline constexpr float kJointPush_m_s = 10, kJointPush_rad_s = 20;
 
 // Square of the turn in a substep, rad^2, up to which a joint follows the curve of its point's way.
 inline constexpr float kCurvingTurn2 = 0.01f;
+// The same where joints are solved together. What turns faster loses a little energy, without which a taut chain with a
+// heavy end whips itself up: its links swing across at about the substep rate.
+inline constexpr float kTreeCurvingTurn2 = 1e-4f;
 
 // Overlaps are pushed out no faster than this, m/s, so that bodies placed into each other do not explode.
 inline constexpr float kPushOut_m_s = 3;
