@@ -199,7 +199,12 @@ class Viewed {
   double Tick() {
     moving_.Step(1.0 / 60);
     std::copy(moving_.bodies().begin(), moving_.bodies().end(), bodies_.begin());
-    history_.Push(tessera::Tick(++tick_), bodies_, {});
+    // As the worker does: what moves is told, what rests is not named.
+    if (++tick_ == 1) {
+      history_.Push(tessera::Tick(tick_), bodies_, {});
+    } else {
+      history_.PushChanges(tessera::Tick(tick_), moving_.bodies(), {});
+    }
     double bytes = 0;
     for (const replication::Bytes& datagram : sender_.Write(history_, 0, 0).datagrams) {
       bytes += static_cast<double>(datagram.size());

@@ -5,6 +5,8 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "bench/door.h"
+#include "bench/snapshots_net.h"
 #include "bench/snapshots_packer.h"
 #include "bench/snapshots_scale.h"
 #include "bench/snapshots_trace.h"
@@ -309,7 +311,8 @@ struct SnapshotScene {
   absl::Status (*run)(const SuiteOptions&, Report&);
 };
 
-constexpr SnapshotScene kScenes[] = {{"cubes901", RunCubes}, {"scale", RunScale}};
+constexpr SnapshotScene kScenes[] = {{"cubes901", RunCubes}, {"loss", RunLoss},   {"join", RunJoin},
+                                     {"render", RunRender},  {"scale", RunScale}, {"door", RunDoor}};
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// Snapshots: what showing a world costs. One recorded trace of 901 cubes (snapshots_trace.h) through the steps of the
+// Snapshots: what showing a world costs. Scene `cubes901`: one recorded trace of 901 cubes (snapshots_trace.h) through the steps of the
 // reference's bit packer and through our codecs: bits a cube, kbit/s, the time to write and to read, the error. Every
 // datagram is read back and compared; a difference fails the run.
 #pragma once

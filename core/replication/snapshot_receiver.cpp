@@ -14,6 +14,8 @@ namespace {
 constexpr std::uint32_t kAckMaskBits = 64;
 // A sequence further ahead than a connection could have lost without ending is a lie, and would silence what follows.
 constexpr std::uint32_t kMaxSequenceJump = 1 << 20;
+// By how much a datagram that comes late may look back further than those that overtook it: half a second at 60 Hz.
+constexpr std::uint64_t kOvertaking_ticks = 30;
 constexpr std::size_t kMaxTracked = kMaxBodies + kMaxPlayers;
 
 struct Sample {
@@ -243,9 +245,10 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
   body.told = std::max(body.told, tick);
   std::vector<Sample>& samples = body.samples;
   // The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
+  // But datagrams overtake each other, so that is kept for a while longer.
   if (!parsed.whole) {
-    const auto keep =
-        std::find_if(samples.begin(), samples.end(), [&](const Sample& s) { return s.tick >= parsed.oldest; });
+    const auto keep = std::find_if(samples.begin(), samples.end(),
+                                   [&](const Sample& s) { return s.tick + kOvertaking_ticks >= parsed.oldest; });
     samples.erase(samples.begin(), keep);
   }
   const auto at =

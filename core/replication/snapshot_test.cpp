@@ -356,6 +356,17 @@ TEST(SnapshotTest, ALateStateOfADepartedBodyDoesNotBringItBack) {
   EXPECT_TRUE(got->bodies.empty());
 }
 
+// Each datagram decodes alone: one that others have overtaken still finds its samples.
+TEST(SnapshotTest, WhatWasOvertakenIsStillUnderstood) {
+  MovingBodies world({.count = 60});
+  Link link(world.bounds(), {.max_delay = 4, .seed = 3});
+  for (int n = 0; n < 300; ++n) {
+    world.Step(1.0 / 30);
+    link.Snapshot(world.bodies());
+  }
+  EXPECT_EQ(link.refused(), 0u);
+}
+
 // Properties come with a body's first record and whenever they change, over any loss, and cost nothing in between.
 TEST(SnapshotTest, PropertiesAreToldUntilAcknowledged) {
   for (const double loss : {0.0, 0.4}) {

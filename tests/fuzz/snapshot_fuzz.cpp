@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "core/replication/codec/fast_list.h"
+#include "core/replication/codec/velocity.h"
 #include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
 #include "core/world/math.h"
@@ -15,6 +16,7 @@ using namespace tessera::replication;
 
 void ReadFastList(std::span<const std::uint8_t> bytes, const Quantizer& quantizer) {
   static const PosePredictor predictor(quantizer, {}, -9.81);
+  static const VelocityEstimator velocities({});
   static const QuantizedState base{.position = {100, 200, 300}}, older{.position = {90, 210, 300}};
   BitReader reader(bytes);
   FastListReader list(reader);
@@ -31,6 +33,14 @@ void ReadFastList(std::span<const std::uint8_t> bytes, const Quantizer& quantize
                                                      .gap = samples.gap,
                                                      .gap2 = samples.gap2});
     if (!ReadPose(reader, prediction, base, quantizer.orientation_limit(), state)) return;
+    if (list.has_velocities() && !state.asleep) {
+      const VelocityEstimate estimate =
+          velocities.From(base, state, prediction, samples.ticks, quantizer.orientation_limit());
+      if (!ReadVelocities(reader, estimate, state)) return;
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (std::abs(state.linear[i]) > kMaxVelocity || std::abs(state.angular[i]) > kMaxVelocity) std::abort();
+    }
     for (const std::int64_t c : state.position) {
       if (c < -kMaxPosition || c > kMaxPosition) std::abort();
     }
@@ -43,6 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size == 0) return 0;
   const std::span<const std::uint8_t> bytes(data + 1, size - 1);
   MovingBodies world({.count = 6});
+  world.bodies()[2].properties = std::make_shared<const Bytes>(Bytes{0, 7});
   static const Quantizer quantizer(world.bounds(), {});
   if (data[0] % 3 == 0) {
     ReadFastList(bytes, quantizer);
