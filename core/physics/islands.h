@@ -15,6 +15,7 @@ struct Island {
   bool solved = false;  // a contact that may touch, or a joint: else its bodies fly free
   bool sleepy = true;   // all its bodies have been still for long enough
   bool failed = false;  // its solving came out non-finite
+  bool laden = false;   // may carry more than its bodies weigh one by one
   int batch = -1;       // which batch solves it
   double mass_kg = 0;   // of all its bodies
   double lightest_kg = std::numeric_limits<double>::max();

@@ -8,10 +8,6 @@
 namespace tessera::physics {
 namespace {
 
-bool Before(const Pair* a, const Pair* b) {
-  return a->low->id() != b->low->id() ? a->low->id() < b->low->id() : a->high->id() < b->high->id();
-}
-
 void Attach(RigidBody& body, Pair& pair) {
   (&body == pair.low ? pair.index_in_low : pair.index_in_high) = static_cast<std::uint32_t>(body.pairs.size());
   body.pairs.push_back(&pair);
@@ -32,14 +28,14 @@ PairMaterial Combine(const Material& a, const Material& b) {
           .restitution = static_cast<float>(std::max(a.restitution, b.restitution))};
 }
 
-}  // namespace
-
 float InnerRadiusOf(const Pair& pair) {
   const float low = pair.low->geometry().inner_radius_m, high = pair.high->geometry().inner_radius_m;
   if (!pair.low->dynamic()) return high;
   if (!pair.high->dynamic()) return low;
   return std::min(low, high);
 }
+
+}  // namespace
 
 std::uint64_t PairTable::KeyOf(const RigidBody& a, const RigidBody& b) {
   return a.serial < b.serial ? a.serial << 32 | b.serial : b.serial << 32 | a.serial;
@@ -58,13 +54,14 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.low = a.id() < b.id() ? &a : &b;
   pair.high = a.id() < b.id() ? &b : &a;
   pair.trigger = a.trigger() || b.trigger();
-  pair.slop_m = std::clamp(kSlopShare * InnerRadiusOf(pair), kLeastSlop_m, kSlop_m);
+  pair.inner_m = InnerRadiusOf(pair);
+  pair.slop_m = std::clamp(kSlopShare * pair.inner_m, kLeastSlop_m, kSlop_m);
   pair.material = Combine(pair.low->material(), pair.high->material());
   Attach(*pair.low, pair);
   Attach(*pair.high, pair);
   if (a.awake() || b.awake()) {
     pair.active = true;
-    fresh_.push_back(&pair);
+    fresh_.push_back({pair.low->id(), pair.high->id(), &pair});
   }
 }
 
@@ -76,7 +73,7 @@ void PairTable::End(Pair& pair) {
   if (!pair.active) {
     pair = Pair();
     free_.push_back(&pair);
-  }  // else `Refresh` takes it off the list first
+  }  // else it is taken off the list first
 }
 
 Pair* PairTable::Find(const RigidBody& a, const RigidBody& b) {
@@ -88,41 +85,52 @@ void PairTable::Activate(RigidBody& body) {
   for (Pair* pair : body.pairs) {
     if (pair->active) continue;
     pair->active = true;
-    fresh_.push_back(pair);
+    fresh_.push_back({pair->low->id(), pair->high->id(), pair});
   }
 }
 
-// Frees it if it has ended meanwhile.
-bool PairTable::Bury(Pair* pair) {
-  if (pair->low != nullptr) return false;
-  *pair = Pair();
-  free_.push_back(pair);
-  return true;
+// Whether it is off the list: ended, and so free again, or asleep.
+bool PairTable::Drop(Pair* pair) {
+  if (pair->low == nullptr) {
+    *pair = Pair();
+    free_.push_back(pair);
+    return true;
+  }
+  pair->active = pair->low->awake() || pair->high->awake();
+  return !pair->active;
+}
+
+// What became active is put in its place.
+void PairTable::SortIn() {
+  if (fresh_.empty()) return;
+  std::sort(fresh_.begin(), fresh_.end());
+  merged_.resize(active_.size() + fresh_.size());
+  std::merge(active_.begin(), active_.end(), fresh_.begin(), fresh_.end(), merged_.begin());
+  std::swap(active_, merged_);
+  fresh_.clear();
 }
 
 std::span<Pair* const> PairTable::News() {
   news_.clear();
-  std::swap(news_, fresh_);
-  const auto bury = [this](Pair* pair) { return Bury(pair); };
-  std::erase_if(news_, bury);
-  if (news_.empty()) return news_;
-  std::sort(news_.begin(), news_.end(), Before);
-  std::erase_if(active_, bury);
-  merged_.resize(active_.size() + news_.size());
-  std::merge(active_.begin(), active_.end(), news_.begin(), news_.end(), merged_.begin(), Before);
-  std::swap(active_, merged_);
+  std::sort(fresh_.begin(), fresh_.end());
+  for (const Listed& listed : fresh_) {
+    if (listed.pair->low != nullptr) news_.push_back(listed.pair);
+  }
+  SortIn();
   return news_;
 }
 
-std::span<Pair* const> PairTable::Refresh() {
-  std::erase_if(active_, [this](Pair* pair) {
-    if (Bury(pair)) return true;
-    if (pair->low->awake() || pair->high->awake()) return false;
-    pair->active = false;
-    return true;
-  });
-  News();
-  return active_;
+// Pairs and bodies lie all over the memory: those to come are asked for while others are worked on.
+void PairTable::Await(std::size_t index) const {
+  constexpr std::size_t kPairsAhead = 10, kBodiesAhead = 4, kLine = 64, kHot = 384;
+  const auto ask_for = [](const void* at) {
+    for (std::size_t i = 0; i < kHot; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
+  };
+  if (index + kPairsAhead < active_.size()) ask_for(active_[index + kPairsAhead].pair);
+  if (index + kBodiesAhead >= active_.size()) return;
+  const Listed& soon = active_[index + kBodiesAhead];
+  if (soon.low != active_[index + kBodiesAhead - 1].low) ask_for(soon.pair->low);
+  ask_for(soon.pair->high);
 }
 
 }  // namespace tessera::physics

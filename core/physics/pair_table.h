@@ -15,32 +15,31 @@
 
 namespace tessera::physics {
 
+// What every step reads comes first, close together.
 struct Pair {
   RigidBody *low = nullptr, *high = nullptr;  // by id
-  PairCache cache;
-  std::vector<Manifold> manifolds;
+  bool trigger = false;                       // one of them is: overlaps are told, nothing is pushed
+  bool jointed = false;                       // a joint forbids them to collide
+  bool searched = false;                      // contacts were looked for since it began
+  bool active = false;                        // in the list
+  bool touching = false;                      // as events were told
+  bool crossed = false;                       // they met within this step, and may be apart again at its end
+  bool swept = false;                         // its points are where it will meet, not where it is
+  bool live = false;                          // in this step its points may touch
+  float separation_m = 0;                     // of its nearest point in this step
+  float impulse_ns = 0;                       // along the normals, in the last step
+  float load_ns = 0;                          // the lesser of the last two: a blow is no load
+  int substeps = 0;                           // of its last solving; its impulses are those of one of them
+  float inner_m = 0;                          // of the smaller one that moves: what moves less meets nothing unseen
+  float slop_m = 0;                           // how deep it rests
+  Manifolds manifolds;
   PairMaterial material;
-  float slop_m = 0;                                   // how deep it rests
-  bool trigger = false;                               // one of them is: overlaps are told, nothing is pushed
-  bool jointed = false;                               // a joint forbids them to collide
-  bool searched = false;                              // contacts were looked for since it began
-  bool active = false;                                // in the list
-  bool touching = false;                              // as events were told
-  bool crossed = false;                               // they met within this step, and may be apart again at its end
-  float impulse_ns = 0;                               // along the normals, in the last step
-  float load_ns = 0;                                  // the lesser of the last two: a blow is no load
-  int substeps = 0;                                   // of its last solving; its impulses are those of one of them
-  float separation_m = 0;                             // of its nearest point in this step
-  bool swept = false;                                 // its points are where it will meet, not where it is
-  bool live = false;                                  // in this step its points may touch
+  PairCache cache;
   std::uint32_t index_in_low = 0, index_in_high = 0;  // in their lists of pairs
 
   bool responds() const { return !trigger && !jointed; }
   RigidBody& Other(const RigidBody& body) const { return &body == low ? *high : *low; }
 };
-
-// Of the smaller one that moves, m: what moves less than this meets nothing unseen.
-float InnerRadiusOf(const Pair& pair);
 
 class PairTable {
  public:
@@ -52,21 +51,54 @@ class PairTable {
 
   // Puts all pairs of a body that woke on the list.
   void Activate(RigidBody& body);
-  // All active pairs, after what became active was sorted in and what is so no more was dropped. Good until the next
-  // call of this or `News`.
-  std::span<Pair* const> Refresh();
-  // Those that became active since the last call of either, now sorted in too.
+  // Visits all active pairs in order, after what became active was sorted in; what has ended or sleeps meanwhile is
+  // dropped. A visit may begin and end pairs; what begins is seen by the next walk, or by `News`.
+  template <class Visit>
+  void Walk(Visit visit);
+  // Visits those of the last walk, and of `News` since, that have not ended.
+  template <class Visit>
+  void Revisit(Visit visit);
+  // Those that became active since the last call of either, now sorted in too. Good until the next call of either.
   std::span<Pair* const> News();
-  std::span<Pair* const> active() const { return active_; }  // some may have ended: `low` is null
 
  private:
   static std::uint64_t KeyOf(const RigidBody& a, const RigidBody& b);
-  bool Bury(Pair* pair);
+  // Its ids beside the pair, so that lists are merged without looking at pairs.
+  struct Listed {
+    BodyId low, high;
+    Pair* pair;
+    friend bool operator<(const Listed& a, const Listed& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; }
+  };
+  void SortIn();
+  bool Drop(Pair* pair);
+  void Await(std::size_t index) const;
 
   absl::flat_hash_map<std::uint64_t, Pair*> pairs_;
   std::deque<Pair> pool_;
-  std::vector<Pair*> free_;
-  std::vector<Pair*> active_, news_, merged_, fresh_;
+  std::vector<Pair*> free_, news_;
+  std::vector<Listed> active_, fresh_, merged_;
 };
+
+template <class Visit>
+void PairTable::Walk(Visit visit) {
+  SortIn();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    Await(i);
+    const Listed listed = active_[i];
+    if (Drop(listed.pair)) continue;
+    active_[kept++] = listed;
+    visit(*listed.pair);
+  }
+  active_.resize(kept);
+}
+
+template <class Visit>
+void PairTable::Revisit(Visit visit) {
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    Await(i);
+    if (active_[i].pair->low != nullptr) visit(*active_[i].pair);
+  }
+}
 
 }  // namespace tessera::physics

@@ -7,6 +7,7 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -30,6 +31,16 @@ struct Bounds {
   bool Overlaps(const Bounds& b) const {
     return min.x <= b.max.x && b.min.x <= max.x && min.y <= b.max.y && b.min.y <= max.y && min.z <= b.max.z &&
            b.min.z <= max.z;
+  }
+  Bounds Grown(float by_m) const {
+    const Vec3f margin{by_m, by_m, by_m};
+    return {min - margin, max + margin};
+  }
+  // All that is passed on a way.
+  Bounds Swept(Vec3f way) const {
+    const auto low = [](float v) { return std::min(v, 0.0f); };
+    const auto high = [](float v) { return std::max(v, 0.0f); };
+    return {min + Vec3f{low(way.x), low(way.y), low(way.z)}, max + Vec3f{high(way.x), high(way.y), high(way.z)}};
   }
 };
 
@@ -59,6 +70,8 @@ class RigidBody {
   double carried_kg = 0;           // it and what is taken to lie on it
   std::uint32_t solver_index = 0;  // in the batch that solves it
   Vec3d force_n, torque_nm;        // act in the next step
+  bool fast = false;               // moved by so much of its size in this step that it may pass through something
+  bool astray = false;             // something pushed it off its course in this step
   bool shown = false;              // Bullet's copy is up to date
   bool isolated = false;           // it went non-finite and takes no part any more
   std::uint64_t serial = 0;        // of its adding: names it in a pair

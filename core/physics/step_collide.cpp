@@ -59,14 +59,6 @@ void Measure(Pair* pair, float dt) {
   }
 }
 
-// Pairs and bodies lie all over the memory: the next ones are asked for while this one is worked on.
-template <class T>
-void Prefetch(const T& object) {
-  constexpr std::size_t kLine = 64, kHot = 384;
-  const char* at = reinterpret_cast<const char*>(&object);
-  for (std::size_t i = 0; i < kHot; i += kLine) __builtin_prefetch(at + i);
-}
-
 }  // namespace
 
 // Who came to be non-finite, or faster than anything in a world has a right to be, is taken out before it can touch
@@ -86,15 +78,8 @@ void World::Impl::FindPairs() {
   for (RigidBody* body : awake) {
     body->PrepareDamping(dt_s);
     body->course = CourseOf(*body, dt_s);
-    const Vec3f move = body->course.move_m;
     const float grow = kSpeculative_m + std::min(body->course.sweep_m, body->geometry().outer_radius_m);
-    const Vec3f margin{grow, grow, grow};
-    const auto low = [](float v) { return std::min(v, 0.0f); };
-    const auto high = [](float v) { return std::max(v, 0.0f); };
-    Bounds reach = TightBounds(*body);
-    reach.min += Vec3f{low(move.x), low(move.y), low(move.z)} - margin;
-    reach.max += Vec3f{high(move.x), high(move.y), high(move.z)} + margin;
-    SetReach(*body, reach);
+    SetReach(*body, TightBounds(*body).Swept(body->course.move_m).Grown(grow));
   }
   broad_phase.Tend();
   BeginPairs();
@@ -111,24 +96,22 @@ void World::Impl::BeginPairs() {
 
 void World::Impl::CollidePairs() {
   touched.clear();
-  const std::span<Pair* const> active = pairs.Refresh();
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    if (i + 6 < active.size()) Prefetch(*active[i + 6]);
-    if (i + 3 < active.size()) {
-      Prefetch(*active[i + 3]->low);
-      Prefetch(*active[i + 3]->high);
-    }
-    CollidePair(*active[i]);
-  }
+  touching.clear();
+  const auto list = [this](Pair& pair) {
+    if (!pair.manifolds.empty()) touching.push_back(&pair);
+  };
+  pairs.Walk([&](Pair& pair) {
+    CollidePair(pair);
+    if (pair.low != nullptr) list(pair);
+  });
+  if (touched.empty()) return;
   // Who wakes brings pairs of its own, in which it may wake others.
   while (!touched.empty()) {
     WakeTouched();
     for (Pair* pair : pairs.News()) CollidePair(*pair);
   }
   touching.clear();
-  for (Pair* pair : pairs.active()) {
-    if (pair->low != nullptr && !pair->manifolds.empty()) touching.push_back(pair);
-  }
+  pairs.Revisit(list);
 }
 
 void World::Impl::CollidePair(Pair& pair) {
@@ -145,9 +128,11 @@ void World::Impl::CollidePair(Pair& pair) {
   if (!low.reach.Overlaps(high.reach)) {
     pair.manifolds.clear();
     pair.cache = {};
+    pair.impulse_ns = pair.load_ns = 0;
+    pair.substeps = 0;
     return;
   }
-  const float inner = InnerRadiusOf(pair);
+  const float inner = pair.inner_m;
   const float move = Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
   const bool fast = move > kFastShare * inner;
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
@@ -216,7 +201,7 @@ void World::Impl::BuildIslands() {
   islands.Number();
   MakeJointRows();
   WeighIslands();
-  EstimateLoads();
+  PassLoadsDown();
 }
 
 void World::Impl::ListJoints() {

@@ -78,18 +78,18 @@ void World::Impl::ReportContacts() {
 void World::Impl::ReportEvents() {
   std::swap(events, ended);
   ended.clear();
-  for (Pair* pair : pairs.active()) {
-    if (pair->low == nullptr || (pair->jointed && !pair->trigger)) continue;
-    const float impulse = pair->responds() ? ImpulseOf(*pair) : 0;
-    pair->load_ns = std::min(impulse, pair->impulse_ns);
-    pair->impulse_ns = impulse;
+  pairs.Revisit([this](Pair& pair) {
+    if (pair.jointed && !pair.trigger) return;
+    const float impulse = pair.responds() ? ImpulseOf(pair) : 0;
+    pair.load_ns = std::min(impulse, pair.impulse_ns);
+    pair.impulse_ns = impulse;
     const bool now =
-        pair->crossed || pair->impulse_ns > 0 || pair->separation_m <= (pair->touching ? kTouchEnd_m : kTouchBegin_m);
-    pair->crossed = false;
-    if (now == pair->touching) continue;
-    pair->touching = now;
-    events.push_back({pair->low->id(), pair->high->id(), pair->trigger, now});
-  }
+        pair.crossed || pair.impulse_ns > 0 || pair.separation_m <= (pair.touching ? kTouchEnd_m : kTouchBegin_m);
+    pair.crossed = false;
+    if (now == pair.touching) return;
+    pair.touching = now;
+    events.push_back({pair.low->id(), pair.high->id(), pair.trigger, now});
+  });
   std::sort(events.begin(), events.end(), [](const PairEvent& a, const PairEvent& b) {
     return std::tie(a.body_a, a.body_b, a.begin) < std::tie(b.body_a, b.body_b, b.begin);
   });

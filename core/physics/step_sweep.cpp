@@ -24,16 +24,24 @@ Way World::Impl::WayOf(const RigidBody& body) const {
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
-// Contacts were found along the way that each body was expected to take. One that was knocked off it by more than its
-// own size is followed along the way it took, and stopped where it meets something; the next step finds the contact
-// there.
+// Contacts were found along the way that each body was expected to take. One that is fast, and was knocked off it or
+// meets something that was, is followed along the way it took, and stopped where it meets something; the next step
+// finds the contact there.
 void World::Impl::Sweep() {
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    const RigidBody& body = *awake[i];
+    RigidBody& body = *awake[i];
     const Motion& motion = motions[i];
-    const float moved = Length(Vec3f(motion.position - body.placement().position)) +
-                        std::min(2.0f, Length(motion.turned_rad)) * body.geometry().outer_radius_m;
-    if (moved > kFastShare * body.geometry().inner_radius_m && moved > kSpeculative_m) SweepBody(i);
+    const Vec3f moved(motion.position - body.placement().position);
+    const auto rim = [&body](Vec3f turned_rad) {
+      return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
+    };
+    body.fast =
+        Length(moved) + rim(motion.turned_rad) > std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m);
+    const Vec3f expected_turn = body.course.spin_rad_s * static_cast<float>(dt_s);
+    body.astray = Length(moved - body.course.move_m) + rim(motion.turned_rad - expected_turn) > kAstray_m;
+  }
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (awake[i]->fast) SweepBody(i);
   }
 }
 
@@ -44,7 +52,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
   const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};
   const Bounds swept{Vec3f{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - around,
                      Vec3f{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + around};
-  if (!body.fat.Contains(swept)) {
+  if (body.astray && !body.fat.Contains(swept)) {
     candidates.clear();
     broad_phase.Overlapping(swept, &candidates);
     for (RigidBody* other : candidates) {
@@ -57,14 +65,15 @@ void World::Impl::SweepBody(std::uint32_t index) {
   const auto meet = [&](const Pair& pair, double fraction) {
     const Placement low = WayOf(*pair.low).At(fraction), high = WayOf(*pair.high).At(fraction);
     PairCache cache;
-    std::vector<Manifold> manifolds;
+    Manifolds manifolds;
     Collide({pair.low->geometry(), low}, {pair.high->geometry(), high}, kSpeculative_m, cache, manifolds);
     return !manifolds.empty();
   };
   double first = 1;
   for (Pair* pair : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
-    if (!pair->trigger && !pair->manifolds.empty() && !GoesThrough(*pair)) continue;
+    const bool as_expected = !body.astray && !(pair->Other(body).awake() && pair->Other(body).astray);
+    if (!pair->trigger && (pair->manifolds.empty() ? as_expected : !GoesThrough(*pair))) continue;
     const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
     if (!impact) continue;
     if (pair->trigger) {
@@ -82,7 +91,7 @@ bool World::Impl::GoesThrough(const Pair& pair) const {
   if (pair.swept) return true;
   const Way low = WayOf(*pair.low), high = WayOf(*pair.high);
   const Placement low_end = low.At(1), high_end = high.At(1);
-  const float inner = kThroughShare * InnerRadiusOf(pair);
+  const float inner = kThroughShare * pair.inner_m;
   for (const Manifold& manifold : pair.manifolds) {
     const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
     if (pair.high->awake() &&

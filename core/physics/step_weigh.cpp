@@ -44,13 +44,21 @@ double ScaleOf(double inner_radius_m, double pull) {
 
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
-  for (const RigidBody* body : awake) {
+  for (RigidBody* body : awake) {
     Island& island = islands.Of(body->awake_index);
+    body->carried_kg = body->mass_kg();
     island.mass_kg += body->mass_kg();
     island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
     island.smallest_m = std::min(island.smallest_m, body->geometry().inner_radius_m);
   }
-  const auto g = static_cast<float>(Length(settings.gravity_m_s2));
+  const Vec3d gravity = settings.gravity_m_s2;
+  const auto g = static_cast<float>(Length(gravity));
+  const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
+  const Vec3d up = g > 0 ? Normalized(-gravity) : Vec3d();
+  for (Island& island : islands.all()) {
+    island.laden = g > 0 && island.mass_kg * ScaleOf(island.smallest_m, pull) >= kLightIsland * island.lightest_kg;
+  }
+  supports.clear();
   for (const Pair* pair : touching) {
     if (!pair->responds()) continue;
     const RigidBody &low = *pair->low, &high = *pair->high;
@@ -60,6 +68,7 @@ void World::Impl::WeighIslands() {
     demand.last = std::max(demand.last, pair->substeps);
     if (!pair->live) continue;
     island.solved = true;
+    if (island.laden) NoteSupport(*pair, up, pull);
     const bool both = low.awake() && high.awake();
     const auto lighter = static_cast<float>(both          ? std::min(low.mass_kg(), high.mass_kg())
                                             : low.awake() ? low.mass_kg()
@@ -74,7 +83,7 @@ void World::Impl::WeighIslands() {
     }
     const float weight = lighter * g * static_cast<float>(dt_s);
     if (weight <= 0) continue;
-    const double scale = ScaleOf(InnerRadiusOf(*pair), g * dt_s * dt_s / kReferencePull_m);
+    const double scale = ScaleOf(pair->inner_m, g * dt_s * dt_s / kReferencePull_m);
     demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * pair->load_ns / weight);
   }
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
@@ -92,48 +101,36 @@ void World::Impl::WeighIslands() {
   }
 }
 
+// Which body of a pair that may push stands on the other, if either does. `up`: against gravity.
+void World::Impl::NoteSupport(const Pair& pair, Vec3d up, double pull) {
+  constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
+  const float lift = Dot(pair.manifolds.front().normal, Vec3f(up));
+  if (std::abs(lift) <= kUnder) return;
+  RigidBody &upper = lift > 0 ? *pair.high : *pair.low, &lower = lift > 0 ? *pair.low : *pair.high;
+  if (!upper.awake()) return;
+  supports.push_back({Dot(upper.placement().position, up), ScaleOf(pair.inner_m, pull), &upper, &lower});
+}
+
 // What lies on a new pile is not felt at its foot before the solver has passed it down, and with too few substeps it
 // never is. So for islands that may be heavily laden, weights are passed down body by body from the top, in equal
 // shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap.
-void World::Impl::EstimateLoads() {
-  const Vec3d gravity = settings.gravity_m_s2;
-  if (gravity == Vec3d()) return;
-  const Vec3d up = Normalized(-gravity);
-  const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
-  laden.clear();
-  for (RigidBody* body : awake) {
-    const Island& island = islands.Of(body->awake_index);
-    if (!island.solved || island.demand.contacts == 0) continue;
-    if (island.mass_kg * ScaleOf(island.smallest_m, pull) < kLightIsland * island.lightest_kg) continue;
-    laden.push_back({Dot(body->placement().position, up), body});
-    body->carried_kg = body->mass_kg();
-  }
-  std::sort(laden.begin(), laden.end(), [](const Laden& a, const Laden& b) {
-    return a.height_m != b.height_m ? a.height_m > b.height_m : a.body->id() < b.body->id();
+void World::Impl::PassLoadsDown() {
+  std::stable_sort(supports.begin(), supports.end(), [](const Support& a, const Support& b) {
+    return a.height_m != b.height_m ? a.height_m > b.height_m : a.upper->id() < b.upper->id();
   });
-  for (const Laden& top : laden) PassDown(*top.body, Vec3f(up), pull);
-}
-
-void World::Impl::PassDown(RigidBody& body, Vec3f up, double pull) {
-  constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
-  const auto supports = [&](const Pair& pair) {
-    if (!pair.live || !pair.responds() || pair.manifolds.empty()) return false;
-    const float lift = Dot(pair.manifolds.front().normal, up);
-    return &body == pair.high ? lift > kUnder : lift < -kUnder;
-  };
-  int supporters = 0;
-  for (const Pair* pair : body.pairs) supporters += supports(*pair);
-  if (supporters == 0) return;
-  const double share = body.carried_kg / supporters;
-  IslandDemand& demand = islands.Of(body.awake_index).demand;
-  for (const Pair* pair : body.pairs) {
-    if (!supports(*pair)) continue;
-    RigidBody& other = pair->Other(body);
-    const double lighter = other.awake() ? std::min(other.mass_kg(), body.mass_kg()) : body.mass_kg();
-    const double column = supporters == 1 ? kColumnLoad : 1;
-    const double scale = ScaleOf(InnerRadiusOf(*pair), pull);
-    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(column * scale * share / lighter));
-    if (other.awake()) other.carried_kg += share;
+  for (auto first = supports.begin(); first != supports.end();) {
+    const RigidBody& body = *first->upper;
+    const auto last = std::find_if(first, supports.end(), [&](const Support& other) { return other.upper != &body; });
+    const double share = body.carried_kg / static_cast<double>(last - first);
+    const double column = last - first == 1 ? kColumnLoad : 1;
+    IslandDemand& demand = islands.Of(body.awake_index).demand;
+    for (; first != last; ++first) {
+      RigidBody& other = *first->lower;
+      const double lighter = other.awake() ? std::min(other.mass_kg(), body.mass_kg()) : body.mass_kg();
+      const double load = column * first->scale * share / lighter;
+      demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(load));
+      if (other.awake()) other.carried_kg += share;
+    }
   }
 }
 

@@ -43,6 +43,9 @@ inline constexpr float kTouchSoon_m = 0.001f;
 // and slow bodies pay for sweeps.
 inline constexpr float kFastShare = 0.25f;
 
+// A body that comes out this far from where its course led, m, was pushed off it.
+inline constexpr float kAstray_m = 1e-4f;
+
 // A body that was solved and yet reaches through a contact by this share of its inner radius at the end of a step has
 // turned through it, and is swept.
 inline constexpr float kThroughShare = 0.5f;
@@ -53,6 +56,10 @@ inline constexpr float kImpactDistance_m = 0.0005f;
 // The broad phase hears of a body when it leaves its bounds widened by this, m. Larger spares it work and finds more
 // pairs that are apart.
 inline constexpr float kBoundsMargin_m = 0.05f;
+// They reach ahead of what moves by so many steps' way, and by no more than this, m: one that flies is told of every
+// fourth step.
+inline constexpr float kBoundsAhead = 3;
+inline constexpr float kMostAhead_m = 0.5f;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
 // An island that weighs less than this many times its lightest body carries no load worth reckoning: the fewest

@@ -184,8 +184,9 @@ Bounds World::Impl::TightBounds(const RigidBody& body) const {
 void World::Impl::SetReach(RigidBody& body, const Bounds& reach) {
   body.reach = reach;
   if (body.fat.Contains(reach)) return;
-  const Vec3f margin = body.dynamic() ? Vec3f{kBoundsMargin_m, kBoundsMargin_m, kBoundsMargin_m} : Vec3f();
-  body.fat = {reach.min - margin, reach.max + margin};
+  const auto ahead = [](float move_m) { return std::clamp(kBoundsAhead * move_m, -kMostAhead_m, kMostAhead_m); };
+  const Vec3f move = body.course.move_m;
+  body.fat = reach.Grown(body.dynamic() ? kBoundsMargin_m : 0).Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
   broad_phase.Update(body);
 }
 

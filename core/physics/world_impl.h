@@ -71,8 +71,8 @@ struct World::Impl {
   void WakeTouched();
   void BuildIslands();
   void WeighIslands();
-  void EstimateLoads();
-  void PassDown(RigidBody& body, Vec3f up, double pull);
+  void NoteSupport(const Pair& pair, Vec3d up, double pull);
+  void PassLoadsDown();
   void ListJoints();
   void MakeJointRows();
   void FillBatches();
@@ -129,11 +129,12 @@ struct World::Impl {
   std::vector<RigidBody*> touched;    // sleepers that something awake came upon
   std::vector<Joint*> awake_joints;   // ascending by id
   std::vector<JointRows> joint_rows;  // of them
-  struct Laden {
-    double height_m;
-    RigidBody* body;
+  struct Support {
+    double height_m;  // of the upper one
+    double scale;     // of loads, see step_weigh.cpp
+    RigidBody *upper, *lower;
   };
-  std::vector<Laden> laden;       // bodies of islands that may carry much, from the top
+  std::vector<Support> supports;  // in islands that may be laden
   std::vector<IslandWork> works;  // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
   std::vector<Motion> motions;                            // by awake_index

@@ -61,7 +61,7 @@ ShapeRef AnyStatic(Draw& draw) {
   }
 }
 
-void ExpectSane(const std::vector<Manifold>& manifolds) {
+void ExpectSane(const Manifolds& manifolds) {
   for (const Manifold& m : manifolds) {
     ASSERT_GE(m.count, 1);
     ASSERT_LE(m.count, kManifoldPoints);
@@ -83,7 +83,7 @@ void Put(Draw& draw, const ShapeRef& a, const ShapeRef& b) {
   const double far[] = {0, 0, 0.01, 0.3, 0.7, 1};
   const Placement at_a = about(reach * far[draw.Index(6)]), at_b = about(0);
   PairCache cache, mirrored;
-  std::vector<Manifold> one, two;
+  Manifolds one, two;
   for (int i = 0; i < 2; ++i) {
     Collide({*a, at_a}, {*b, at_b}, 0.02f, cache, one);
     Collide({*b, at_b}, {*a, at_a}, 0.02f, mirrored, two);
@@ -123,7 +123,7 @@ TEST(AbsurdPairsTest, PlacesThatAreNotFiniteReadNothingOutOfBounds) {
     (i % 2 != 0 ? turn.x : at.x) = value;
     const Placement at_a{at, turn, RotationOf(turn)}, at_b;
     PairCache cache, mirrored;
-    std::vector<Manifold> manifolds;
+    Manifolds manifolds;
     for (int k = 0; k < 2; ++k) {
       Collide({*a, at_a}, {*b, at_b}, 0.02f, cache, manifolds);
       Collide({*b, at_b}, {*a, at_a}, 0.02f, mirrored, manifolds);

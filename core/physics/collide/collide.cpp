@@ -12,7 +12,7 @@ namespace tessera::physics {
 struct PairCache::Parts {
   PartCaches caches;
   std::vector<LocalManifold> manifolds;
-  std::vector<Manifold> previous;
+  Manifolds previous;
 };
 
 void PairCache::DeleteParts::operator()(Parts* doomed) const { delete doomed; }
@@ -163,7 +163,7 @@ void SearchOne(const Pair& pair, const LocalPose& pose, float reach_m, ConvexCac
 
 // In place: it is still warm from the last step.
 template <class OnB>
-void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, std::vector<Manifold>& manifolds) {
+void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, Manifolds& manifolds) {
   if (manifold.count == 0) {
     manifolds.clear();
     return;
@@ -194,7 +194,7 @@ void SearchMany(const Pair& pair, const LocalPose& pose, float reach_m, PairCach
 
 // Both ascend by key.
 template <class OnB>
-void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, std::vector<Manifold>& manifolds) {
+void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, Manifolds& manifolds) {
   parts.previous.swap(manifolds);
   manifolds.clear();
   const float tolerance = CarryTolerance(outlet.pair);
@@ -212,7 +212,7 @@ void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, std::vec
 
 // Nothing is remembered but the axis.
 void CollideQuick(const Pair& pair, const LocalPose& pose, const Outlet& outlet, PairCache& cache,
-                  std::vector<Manifold>& manifolds) {
+                  Manifolds& manifolds) {
   LocalManifold manifold;
   SearchOne(pair, pose, outlet.speculative_m, cache.convex, &manifold);
   WriteOne(
@@ -221,10 +221,7 @@ void CollideQuick(const Pair& pair, const LocalPose& pose, const Outlet& outlet,
 
 }  // namespace
 
-void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache,
-             std::vector<Manifold>& manifolds) {
-  for (std::size_t line = 0; line < sizeof(Manifold) / 64 && !manifolds.empty(); ++line)
-    __builtin_prefetch(reinterpret_cast<const char*>(manifolds.data()) + 64 * line);
+void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache, Manifolds& manifolds) {
   const Pair pair = Ordered(a, b);
   const Vec3d between = pair.at_b.position - pair.at_a.position;
   const LocalPose pose = PoseOf(pair, between);

@@ -5,7 +5,7 @@
 // caller.
 //
 //   PairCache cache;                         // lives as long as the pair
-//   std::vector<Manifold> manifolds;         // of the last step; impulses of points that stay are carried over
+//   Manifolds manifolds;         // of the last step; impulses of points that stay are carried over
 //   Collide({geo_a, pose_a}, {geo_b, pose_b}, 0.02f, cache, manifolds);
 //
 // Thread rule: none shared but Bullet's own statics; one thread at a time.
@@ -52,7 +52,6 @@ struct PairCache {
 // stay, and totals of 0. While the two have hardly moved against each other since the last search (kReuseMove_m,
 // kReuseTurn_rad), the old points are carried along instead of searched anew: the search looks a little further than it
 // is asked to, so none is missed. Ask for about the same distance from step to step: asking for more searches anew.
-void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache,
-             std::vector<Manifold>& manifolds);
+void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache, Manifolds& manifolds);
 
 }  // namespace tessera::physics

@@ -14,14 +14,14 @@ constexpr float kAhead_m = 0.02f;
 
 Placement At(Vec3d position, Quatd orientation = {}) { return {position, orientation, RotationOf(orientation)}; }
 
-std::vector<Manifold> Once(const Geometry& a, const Placement& at_a, const Geometry& b, const Placement& at_b) {
+Manifolds Once(const Geometry& a, const Placement& at_a, const Geometry& b, const Placement& at_b) {
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   Collide({a, at_a}, {b, at_b}, kAhead_m, cache, manifolds);
   return manifolds;
 }
 
-float Nearest(const std::vector<Manifold>& manifolds) {
+float Nearest(const Manifolds& manifolds) {
   float nearest = 1;
   for (const Manifold& m : manifolds)
     for (int i = 0; i < m.count; ++i) nearest = std::min(nearest, m.points[static_cast<std::size_t>(i)].separation_m);
@@ -59,7 +59,7 @@ TEST(CollideTest, GivesTheSameBitsAnywhereInTheWorld) {
     const Vec3d far{1e7, -3e6, 5e6};
     Placement far_a = at_a, far_b = at_b;
     far_a.position += far, far_b.position += far;
-    const std::vector<Manifold> near = Once(a, at_a, b, at_b), there = Once(a, far_a, b, far_b);
+    const Manifolds near = Once(a, at_a, b, at_b), there = Once(a, far_a, b, far_b);
     ASSERT_EQ(near.size(), there.size());
     touching += !near.empty();
     for (std::size_t k = 0; k < near.size(); ++k) {
@@ -84,7 +84,7 @@ TEST(CollideTest, IsTheMirrorImageInTheOtherOrder) {
     const Geometry &a = *movers[draw.Index(movers.size())], &b = *others[draw.Index(others.size())];
     if (&a == &b || a.kind == b.kind) continue;
     const Placement at_a = NearBy(draw, 1.2), at_b = At({}, draw.OftenAligned());
-    const std::vector<Manifold> one = Once(a, at_a, b, at_b), two = Once(b, at_b, a, at_a);
+    const Manifolds one = Once(a, at_a, b, at_b), two = Once(b, at_b, a, at_a);
     ASSERT_EQ(one.size(), two.size());
     for (std::size_t k = 0; k < one.size(); ++k) {
       ASSERT_EQ(one[k].count, two[k].count);
@@ -102,7 +102,7 @@ TEST(CollideTest, IsTheMirrorImageInTheOtherOrder) {
 TEST(CollideTest, TellsEachPointFromBothCentres) {
   const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}}), ball = GeometryOf(SphereShape{0.5});
   const Placement at_a = At({100, 7, 3}, About({0, 1, 0}, 0.3)), at_b = At({100.1, 8.01, 3.2});
-  for (const std::vector<Manifold>& manifolds : {Once(*cube, at_a, *ball, at_b), Once(*ball, at_a, *cube, at_b)}) {
+  for (const Manifolds& manifolds : {Once(*cube, at_a, *ball, at_b), Once(*ball, at_a, *cube, at_b)}) {
     ASSERT_EQ(manifolds.size(), 1u);
     EXPECT_LE(Length(manifolds[0].normal - Vec3f{0, 1, 0}), 1e-6f);
     for (int i = 0; i < manifolds[0].count; ++i) {
@@ -118,7 +118,7 @@ TEST(CollideTest, TellsEachPointFromBothCentres) {
 void Wander(const ShapeRef& a, const ShapeRef& b, std::uint32_t seed, double slack_m) {
   Draw draw(seed);
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   Vec3d position{0.1, 1.1, 0.1};
   Quatd turn = About({0, 1, 0}, 0.2);
   int touching = 0;
@@ -160,7 +160,7 @@ TEST(ReuseTest, CarriesPointsAlongAFaceExactly) {
   const ShapeRef floor = GeometryOf(BoxShape{{5, 0.5, 5}}), cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   const Placement at_a = At({});
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   Collide({*floor, at_a}, {*cube, At({0, 1.001, 0})}, kAhead_m, cache, manifolds);
   const LocalPose searched = cache.pose;
   // A slide, a sink and a tilt that stay within what is reused.
@@ -169,7 +169,7 @@ TEST(ReuseTest, CarriesPointsAlongAFaceExactly) {
   EXPECT_EQ(cache.pose.position, searched.position) << "it was searched anew";
   ASSERT_EQ(manifolds.size(), 1u);
   ASSERT_EQ(manifolds[0].count, 4);
-  const std::vector<Manifold> truth = Once(*floor, at_a, *cube, moved);
+  const Manifolds truth = Once(*floor, at_a, *cube, moved);
   for (const ManifoldPoint& point : manifolds[0].points) {
     const auto same = std::find_if(truth[0].points.begin(), truth[0].points.end(),
                                    [&](const ManifoldPoint& p) { return p.feature == point.feature; });
@@ -183,7 +183,7 @@ TEST(ReuseTest, KeepsImpulsesByName) {
   const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   const Placement at_a = At({});
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   Collide({*cube, at_a}, {*cube, At({0.2, 1, 0.1})}, kAhead_m, cache, manifolds);
   ASSERT_EQ(manifolds.size(), 1u);
   for (ManifoldPoint& point : manifolds[0].points) {
@@ -209,7 +209,7 @@ TEST(ReuseTest, GivesAnImpulseToTheNearestWhereNamesChange) {
   const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   const Placement at_a = At({});
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   const Placement upright = At({0, 1, 0});
   Collide({*cube, at_a}, {*cube, upright}, kAhead_m, cache, manifolds);
   for (ManifoldPoint& point : manifolds[0].points) {
@@ -225,7 +225,7 @@ TEST(ReuseTest, GivesAnImpulseToTheNearestWhereNamesChange) {
 TEST(CollideTest, SeesABoxBeforeItTouches) {
   const ShapeRef floor = GeometryOf(BoxShape{{5, 0.5, 5}}), cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   double first = -1;
   for (double gap = 0.3; gap > -0.01 && first < 0; gap -= 0.004) {
     Collide({*floor, At({})}, {*cube, At({0, 1 + gap, 0})}, kAhead_m, cache, manifolds);
@@ -239,7 +239,7 @@ TEST(CollideTest, SeesABoxBeforeItTouches) {
 TEST(CollideTest, LeavesAPairAloneThatIsKnownToBeApart) {
   const ShapeRef cube = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   PairCache cache;
-  std::vector<Manifold> manifolds;
+  Manifolds manifolds;
   Collide({*cube, At({})}, {*cube, At({0, 1.2, 0})}, kAhead_m, cache, manifolds);
   EXPECT_TRUE(manifolds.empty());
   EXPECT_NEAR(cache.apart_m, 0.2, 1e-6);

@@ -18,7 +18,7 @@ TEST(CompoundTest, TwoBoxesAreTwoBoxes) {
   const Pose above{{0.1, 0.999, -0.2}, About({0, 1, 0}, 0.2)};
   for (const bool floor_first : {true, false}) {
     PartCaches parts;
-    Manifolds found;
+    LocalManifolds found;
     const LocalPose pose = LocalOf(above);
     if (floor_first) {
       CollideCompound(*floor, *both, pose, 0.02f, parts, &found);
@@ -55,7 +55,7 @@ TEST(CompoundTest, PairsOfPartsHaveKeysOfTheirOwn) {
       GeometryOf(CompoundShape{{{{{0, 0, -1}, {}}, Made({{2, 0.2, 0.2}})}, {{{0, 0, 1}, {}}, Made({{2, 0.2, 0.2}})}}});
   const LocalPose across = LocalOf({{0, 0.399, 0}, About({0, 1, 0}, std::acos(0.0))});
   PartCaches parts;
-  Manifolds found;
+  LocalManifolds found;
   CollideCompound(*bars, *bars, across, 0.02f, parts, &found);
   ASSERT_EQ(found.size(), 4u);
   std::vector<std::uint32_t> keys;
@@ -69,7 +69,7 @@ TEST(CompoundTest, PairsOfPartsHaveKeysOfTheirOwn) {
   EXPECT_EQ(std::unique(keys.begin(), keys.end()), keys.end());
   EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.key < b.key; }));
   // A second search with what the first remembered finds the same.
-  Manifolds again;
+  LocalManifolds again;
   CollideCompound(*bars, *bars, across, 0.02f, parts, &again);
   ASSERT_EQ(again.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(again[i].key, found[i].key);
@@ -81,7 +81,7 @@ TEST(CompoundTest, StandsOnAMeshWithEveryFoot) {
   for (int i = 0; i < 4; ++i) feet.push_back({{{i & 1 ? 1. : -1., 0, i & 2 ? 1. : -1.}, {}}, Made({{0.1, 0.5, 0.1}})});
   const auto table = GeometryOf(CompoundShape{feet});
   for (const auto& ground : FlatGrounds()) {
-    const Manifolds found = On(*table, *ground, {{0.17, 0.499, 0.05}, About({0, 1, 0}, 0.1)});
+    const LocalManifolds found = On(*table, *ground, {{0.17, 0.499, 0.05}, About({0, 1, 0}, 0.1)});
     ASSERT_EQ(found.size(), 4u);
     for (const LocalManifold& m : found) {
       EXPECT_EQ(m.count, 4);

@@ -4,6 +4,8 @@
 // nothing here depends on where in the world the bodies are.
 #pragma once
 
+#include <absl/container/inlined_vector.h>
+
 #include <array>
 #include <cstdint>
 
@@ -35,6 +37,9 @@ struct Manifold {
   Vec3f total_friction;              // summed over the last step, N s on b
   Vec3f total_rolling;               // N m s on b
 };
+
+// Of one pair: almost always one, which then lies where the pair does.
+using Manifolds = absl::InlinedVector<Manifold, 1>;
 
 // What two materials make of each other.
 struct PairMaterial {

@@ -28,7 +28,7 @@ TEST(SurfaceTest, BallOnAFlatSurfaceFeelsNoEdges) {
   for (const auto& ground : FlatGrounds()) {
     for (const Vec3d& place : Places()) {
       for (const double gap : {0.015, 0.0, -0.004, -0.1}) {
-        const Manifolds found = On(*ball, *ground, {place + Vec3d{0, 0.3 + gap, 0}, {}});
+        const LocalManifolds found = On(*ball, *ground, {place + Vec3d{0, 0.3 + gap, 0}, {}});
         ASSERT_EQ(found.size(), 1u) << place << gap;
         ASSERT_EQ(found[0].count, 1) << place << gap;
         EXPECT_EQ(found[0].normal, (Vec3f{0, -1, 0})) << place << gap;
@@ -41,7 +41,7 @@ TEST(SurfaceTest, BallOnAFlatSurfaceFeelsNoEdges) {
 }
 
 // All points of all manifolds look straight up and none lies deeper than the shape does.
-void ExpectFlat(const Manifolds& found, double gap) {
+void ExpectFlat(const LocalManifolds& found, double gap) {
   ASSERT_EQ(found.size(), 1u);
   float deepest = 1;
   EXPECT_EQ(found[0].normal.x, 0);
@@ -64,7 +64,7 @@ TEST(SurfaceTest, EveryShapeOnAFlatSurfaceFeelsNoEdges) {
             SCOPED_TRACE(testing::Message() << static_cast<int>(shape->kind) << place << gap << turn << " ground "
                                             << static_cast<int>(ground->kind));
             const LocalBounds bounds = BoundsOf(*shape, RotationOf(turn));
-            const Manifolds found =
+            const LocalManifolds found =
                 On(*shape, *ground, {place + Vec3d{0, gap - static_cast<double>(bounds.min.y), 0}, turn});
             // Turned, the axes of the shape are no longer those of the ground: up to rounding, then.
             ASSERT_EQ(found.size(), 1u);
@@ -87,7 +87,7 @@ TEST(SurfaceTest, BoxOnManyTrianglesStandsOnItsFourCorners) {
   const auto box = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   for (const auto& ground : FlatGrounds()) {
     for (const Vec3d& place : Places()) {
-      const Manifolds found = On(*box, *ground, {place + Vec3d{0, 0.498, 0}, {}});
+      const LocalManifolds found = On(*box, *ground, {place + Vec3d{0, 0.498, 0}, {}});
       ExpectFlat(found, -0.002);
       ASSERT_EQ(found[0].count, 4);
       std::vector<std::pair<int, int>> corners;
@@ -106,10 +106,10 @@ TEST(SurfaceTest, BoxOnManyTrianglesStandsOnItsFourCorners) {
 TEST(SurfaceTest, SlidingKeepsTheKeyAndTheCorners) {
   const auto box = GeometryOf(BoxShape{{0.5, 0.5, 0.5}});
   for (const auto& ground : FlatGrounds()) {
-    const Manifolds first = On(*box, *ground, {{0.21, 0.499, 0.17}, {}});
+    const LocalManifolds first = On(*box, *ground, {{0.21, 0.499, 0.17}, {}});
     for (int i = 1; i < 100; ++i) {
       const Vec3d place{0.21 + 0.0171 * i, 0.499, 0.17 + 0.011 * i};
-      const Manifolds found = On(*box, *ground, {place, {}});
+      const LocalManifolds found = On(*box, *ground, {place, {}});
       ASSERT_EQ(found.size(), 1u);
       EXPECT_EQ(found[0].key, first[0].key) << i;
       ASSERT_EQ(found[0].count, 4);
@@ -125,7 +125,7 @@ TEST(SurfaceTest, SlidingKeepsTheKeyAndTheCorners) {
 TEST(SurfaceTest, CapsuleLiesOnAMeshWithBothEnds) {
   const auto capsule = GeometryOf(CapsuleShape{0.2, 0.6});
   for (const auto& ground : FlatGrounds()) {
-    const Manifolds found = On(*capsule, *ground, {{0.13, 0.199, 0.31}, About({0, 0, 1}, std::acos(0.0))});
+    const LocalManifolds found = On(*capsule, *ground, {{0.13, 0.199, 0.31}, About({0, 0, 1}, std::acos(0.0))});
     ASSERT_EQ(found.size(), 1u);
     float low = 1, high = -1;
     for (int i = 0; i < found[0].count; ++i) {
@@ -150,7 +150,7 @@ TEST(SurfaceTest, RidgeHasTheNormalsBetweenItsSides) {
       const double angle = side * i / 10;  // from straight up
       const Vec3d up{std::sin(angle), std::cos(angle), 0};
       for (const double z : {0.0, 0.25, 0.5}) {
-        const Manifolds found = On(*ball, *ground, {up * 0.305 + Vec3d{0, 0, z}, {}});
+        const LocalManifolds found = On(*ball, *ground, {up * 0.305 + Vec3d{0, 0, z}, {}});
         ASSERT_EQ(found.size(), 1u) << i;
         EXPECT_EQ(found[0].count, 1);
         EXPECT_NEAR(Length(Vec3d(found[0].normal) + up), 0, 1e-5) << i;
@@ -164,7 +164,7 @@ TEST(SurfaceTest, ValleyHasTheNormalsOfItsSidesAlone) {
   const auto ball = GeometryOf(SphereShape{0.3});
   const double stretch = std::sqrt(1.25);
   for (const auto& ground : {Grid(20, Fold), Field(21, 1, Fold)}) {
-    const Manifolds found = On(*ball, *ground, {{4, -2 + 0.3 * stretch - 0.002, 0.3}, {}});
+    const LocalManifolds found = On(*ball, *ground, {{4, -2 + 0.3 * stretch - 0.002, 0.3}, {}});
     ASSERT_EQ(found.size(), 2u);
     for (const LocalManifold& m : found) {
       EXPECT_NEAR(std::abs(m.normal.x), 0.5 / stretch, 1e-6);
@@ -184,7 +184,7 @@ TEST(SurfaceTest, BoxAcrossARidgeLeansAsTheRidgeLetsIt) {
       for (const double gap : {0.005, -0.002}) {
         const Quatd turn = About({0, 0, 1}, angle);
         const Vec3d up = Rotate(turn, {0, 1, 0});
-        const Manifolds found = On(*box, *ground, {up * (0.1 + gap) + Vec3d{0, 0, 0.3}, turn});
+        const LocalManifolds found = On(*box, *ground, {up * (0.1 + gap) + Vec3d{0, 0, 0.3}, turn});
         ASSERT_EQ(found.size(), 1u) << angle << " " << gap;
         EXPECT_NEAR(Length(Vec3d(found[0].normal) + up), 0, 2e-3);
         ASSERT_GE(found[0].count, 2);
@@ -207,7 +207,7 @@ TEST(SurfaceTest, CapsuleEndOverABluntRidgeIsHeld) {
   for (const auto& ground : {Grid(20, blunt), Field(21, 1, blunt)}) {
     for (double lean = -0.09; lean <= 0.09; lean += 0.01) {
       const Vec3d place{0.305 * std::sin(lean), 0.305 * std::cos(lean), 0.3};
-      const Manifolds found = On(*capsule, *ground, {place + Vec3d{0, 0.4, 0}, {}});
+      const LocalManifolds found = On(*capsule, *ground, {place + Vec3d{0, 0.4, 0}, {}});
       ASSERT_EQ(found.size(), 1u) << lean;
       EXPECT_NEAR(found[0].points[0].separation_m, 0.005, 1e-4) << lean;
     }
@@ -232,7 +232,7 @@ TEST(SurfaceTest, BoxOverTheRimOfATableIsHeldByItsTopAlone) {
        {GeometryOf(BoxShape{{0.4, 0.4, 0.4}}), GeometryOf(CylinderShape{0.4, 0.4}), GeometryOf(CubeHull({}, 0.4f))}) {
     for (const double depth : {0.001, 0.005, 0.03}) {
       for (double x = 0.2; x < 1.3; x += 0.0173) {
-        const Manifolds found = On(*shape, *cube, {{x, 1.4 - depth, 0.1}, {}});
+        const LocalManifolds found = On(*shape, *cube, {{x, 1.4 - depth, 0.1}, {}});
         ASSERT_EQ(found.size(), 1u) << x << " " << depth << " " << static_cast<int>(shape->kind);
         EXPECT_NEAR(found[0].normal.y, -1, 1e-6f) << x;
         EXPECT_NEAR(found[0].points[0].separation_m, -depth, 1e-5) << x;
@@ -246,7 +246,7 @@ TEST(SurfaceTest, WallsOfACubeAreFeltFromTheSide) {
   const auto cube = CubeMesh();
   for (const auto& shape : ConvexShapes()) {
     const LocalBounds bounds = BoundsOf(*shape, Mat3f{});
-    const Manifolds found = On(*shape, *cube, {{1 - static_cast<double>(bounds.min.x) - 0.002, 0.1, 0.1}, {}});
+    const LocalManifolds found = On(*shape, *cube, {{1 - static_cast<double>(bounds.min.x) - 0.002, 0.1, 0.1}, {}});
     ASSERT_EQ(found.size(), 1u) << static_cast<int>(shape->kind);
     EXPECT_NEAR(found[0].normal.x, -1, 1e-4f);
     EXPECT_NEAR(found[0].points[0].separation_m, -0.002, 1e-4);
@@ -257,7 +257,7 @@ TEST(SurfaceTest, WhatIsDeepInsideComesOutInFront) {
   const auto ball = GeometryOf(SphereShape{0.3}), box = GeometryOf(BoxShape{{0.3, 0.3, 0.3}});
   for (const auto& ground : {Quad(), Grid(20, Flat), Field(21, 1, Flat)}) {
     for (const auto& shape : {ball, box}) {
-      const Manifolds found = On(*shape, *ground, {{0.13, -0.1, 0.21}, {}});
+      const LocalManifolds found = On(*shape, *ground, {{0.13, -0.1, 0.21}, {}});
       ASSERT_EQ(found.size(), 1u);
       EXPECT_NEAR(found[0].normal.y, -1, 1e-6f);
       EXPECT_NEAR(found[0].points[0].separation_m, -0.4, 1e-5);
@@ -268,7 +268,7 @@ TEST(SurfaceTest, WhatIsDeepInsideComesOutInFront) {
 TEST(SurfaceTest, CardThatPokesThroughASheetComesOutInFront) {
   const auto card = GeometryOf(BoxShape{{0.2, 0.01, 0.12}});
   for (const auto& ground : {Quad(), Grid(20, Flat)}) {
-    const Manifolds found = On(*card, *ground, {{0.13, -0.03, 0.21}, About({0, 0, 1}, 0.4)});
+    const LocalManifolds found = On(*card, *ground, {{0.13, -0.03, 0.21}, About({0, 0, 1}, 0.4)});
     ASSERT_EQ(found.size(), 1u);
     EXPECT_NEAR(found[0].normal.y, -1, 1e-6f);
   }
@@ -279,7 +279,7 @@ TEST(SurfaceTest, CardThatPassedASheetIsFetchedBack) {
   const auto ground = Grid(20, Flat);
   const auto at = [](double y) { return LocalPose{{-0.13f, static_cast<float>(-y), -0.21f}, {}, {0.13, y, 0.21}}; };
   PartCaches parts;
-  Manifolds found;
+  LocalManifolds found;
   CollideMesh(*card, *ground, at(0.009), 0.02f, parts, &found);
   ASSERT_EQ(found.size(), 1u);
   for (const double y : {-0.1, -0.05, -0.02, -0.009, -0.002}) {
@@ -299,7 +299,7 @@ TEST(SurfaceTest, CardThatPassedASheetIsFetchedBack) {
 TEST(SurfaceTest, SheetIsMetFromBelowToo) {
   const auto ball = GeometryOf(SphereShape{0.3}), box = GeometryOf(BoxShape{{0.3, 0.3, 0.3}});
   for (const auto& shape : {ball, box}) {
-    const Manifolds found = On(*shape, *Quad(), {{0.5, -0.299, -0.6}, {}});
+    const LocalManifolds found = On(*shape, *Quad(), {{0.5, -0.299, -0.6}, {}});
     ASSERT_EQ(found.size(), 1u);
     EXPECT_NEAR(found[0].normal.y, 1, 1e-6f);
     EXPECT_NEAR(found[0].points[0].separation_m, -0.001, 1e-5);
@@ -313,7 +313,7 @@ TEST(SurfaceTest, FarPlacesAreAsExactAsNearOnes) {
   const auto box = GeometryOf(BoxShape{{0.4, 0.3, 0.5}});
   const Quatd turn = About({0, 0, 1}, std::atan(0.5));
   const Vec3d place{-1.37, -0.685 + 0.3 * std::sqrt(1.25) - 0.001, 0.41};
-  const Manifolds a = On(*box, *here, {place, turn}), b = On(*box, *there, {place + Vec3d(far), turn});
+  const LocalManifolds a = On(*box, *here, {place, turn}), b = On(*box, *there, {place + Vec3d(far), turn});
   ASSERT_EQ(a.size(), b.size());
   ASSERT_GT(a.size(), 0u);
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -363,7 +363,7 @@ TEST(SurfaceTest, LargeFieldsAreSmoothEverywhere) {
   const auto ball = GeometryOf(SphereShape{0.3});
   for (const double x : {-299.0, 0.0, 255.9, 256.0, 298.5}) {
     for (const double z : {-299.0, 0.25, 256.0}) {
-      const Manifolds found = On(*ball, *field, {{x, 0.299, z}, {}});
+      const LocalManifolds found = On(*ball, *field, {{x, 0.299, z}, {}});
       ASSERT_EQ(found.size(), 1u) << x << " " << z;
       EXPECT_EQ(found[0].normal, (Vec3f{0, -1, 0}));
     }

@@ -9,14 +9,15 @@
 
 namespace tessera::physics {
 
-using Manifolds = std::vector<LocalManifold>;
+using LocalManifolds = std::vector<LocalManifold>;
 
 // `body` at a place over a surface that lies at the origin.
-inline Manifolds On(const Geometry& body, const Geometry& surface, const Pose& body_pose, float speculative_m = 0.02f) {
+inline LocalManifolds On(const Geometry& body, const Geometry& surface, const Pose& body_pose,
+                         float speculative_m = 0.02f) {
   const Quatd back = Conjugate(body_pose.orientation);
   const LocalPose pose{Vec3f(Rotate(back, -body_pose.position)), RotationOf(back), body_pose.position};
   PartCaches parts;
-  Manifolds found;
+  LocalManifolds found;
   if (body.kind == GeometryKind::kCompound) {
     CollideCompound(body, surface, pose, speculative_m, parts, &found);
   } else if (surface.kind == GeometryKind::kMesh) {
