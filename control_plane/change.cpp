@@ -24,19 +24,27 @@ std::uint64_t NewestTick(std::span<const RegionFacts> facts) {
 // Ticks that a commitment may take from region to region in the worst case; the region core has the same bound.
 std::uint64_t FloodTicks(std::span<const RegionFacts> facts) { return facts.size() + 1; }
 
+// Longer with each time that a plan was put off.
 std::uint64_t LeadTicks(const records::Instance& record, std::span<const RegionFacts> facts) {
+  const std::uint64_t tries = std::max(record.last_map_version(), record.map().version() + 1) - record.map().version();
   const auto lead = static_cast<std::uint64_t>(kPlanLead.count()) * record.tick_rate_hz() / 1000;
-  return lead + FloodTicks(facts);
+  return lead * std::min<std::uint64_t>(tries, 8) + FloodTicks(facts);
 }
 
-// Under a new version, so that nobody can take it for the one that failed.
-records::Instance PutOff(const records::Instance& record, std::span<const RegionFacts> facts) {
+// Under a new version, so that nobody can take it for the one that failed. Newcomers have made ready for its tick:
+// others take their places.
+records::Instance PutOff(const records::Instance& record) {
   records::Instance next = record;
   next.set_last_map_version(record.last_map_version() + 1);
   v1::PlannedMap& planned = *next.mutable_planned();
   planned.mutable_map()->set_version(next.last_map_version());
-  planned.set_effective_tick(NewestTick(facts) + 3 * LeadTicks(record, facts));
+  planned.set_effective_tick(0);
   planned.set_committed(false);
+  for (records::Placement& placement : *next.mutable_placements()) {
+    if (!placement.joins()) continue;
+    placement.set_incarnation(next.last_incarnation() + 1);
+    next.set_last_incarnation(placement.incarnation());
+  }
   return next;
 }
 
@@ -244,17 +252,16 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
     return next;
   }
   if (!planned.committed()) {
-    if (newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record, facts);
+    if (newest + FloodTicks(facts) >= planned.effective_tick()) return PutOff(record);
     if (!all([version](const RegionFacts& region) { return region.planned_version >= version; })) return std::nullopt;
     next.mutable_planned()->set_committed(true);
     return next;
   }
   if (all([version](const RegionFacts& region) { return region.map_version >= version; })) return InForce(record);
   // Refused by all who run: nobody has it, nor will.
-  const bool refused = all([version](const RegionFacts& region) {
-    return region.refused_version >= version || (!region.running && region.map_version == 0);
-  });
-  if (refused) return PutOff(record, facts);
+  const bool refused =
+      all([version](const RegionFacts& region) { return region.newcomer || region.refused_version >= version; });
+  if (refused) return PutOff(record);
   return std::nullopt;
 }
 

@@ -185,6 +185,7 @@ void Cluster::HandleTimer(Moment now) {
     if (!IsFinal(instance.record.state())) {
       Reconcile(now, instance);
       PrunePlayers(now, instance);
+      StepCheckpoint(now, instance);
     }
     const v1::InstanceState state = instance.record.state();
     const bool stopping = state == v1::INSTANCE_STATE_STOPPING || state == v1::INSTANCE_STATE_FAILED;
@@ -214,6 +215,7 @@ void Cluster::ForgetEnded(Moment now) {
       return;
     }
     effects_.instances.insert(instance->second.record.id());
+    effects_.forgotten.push_back(instance->second.record.id());
     request_ids_.erase(instance->second.record.request_id());
     instances_.erase(instance);
     --kept;
@@ -223,7 +225,19 @@ void Cluster::ForgetEnded(Moment now) {
 Census Cluster::Count() const {
   Census census;
   for (const auto& [number, host] : hosts_) ++census.hosts[StateOf(host)];
-  for (const auto& [number, instance] : instances_) ++census.instances[ShownState(instance)];
+  for (const auto& [number, instance] : instances_) {
+    ++census.instances[ShownState(instance)];
+    if (instance.record.state() != v1::INSTANCE_STATE_RUNNING) continue;
+    const v1::Instance view = View(instance, true);
+    Census::Health& health = census.health.emplace_back();
+    health.id = view.id();
+    health.unprotected = view.unprotected_regions_size();
+    if (!view.checkpoints().empty()) health.last_checkpoint = FromTimestamp(view.checkpoints().rbegin()->create_time());
+    health.imbalance = view.imbalance();
+    health.lost_bodies = view.lost_bodies();
+    health.lost_ticks = view.lost_ticks();
+    health.checkpoints_expected = instance.record.checkpoint_interval_ms() > 0;
+  }
   return census;
 }
 

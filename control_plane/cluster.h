@@ -45,13 +45,25 @@ struct Effects {
   std::vector<std::pair<SessionId, v1::LeaseRenewal>> leases;  // to be sent at once
   std::vector<std::string> log;                                // one line each
   std::set<std::string> restore;                               // instances that need `Restore` or `CannotRestore`
-  std::vector<std::chrono::nanoseconds> failovers;             // that ended; how long they took
+  std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;  // checkpoints, and drafts of them
+  std::vector<std::string> forgotten;                                    // instances
+  std::vector<std::chrono::nanoseconds> failovers;                       // that ended; how long they took
 };
 
 // How many there are in each state; what the metrics show.
 struct Census {
   std::map<v1::HostState, int> hosts;
   std::map<v1::InstanceState, int> instances;
+  // Of those that run.
+  struct Health {
+    std::string id;
+    int unprotected = 0;                          // regions
+    std::chrono::nanoseconds last_checkpoint{0};  // wall clock; 0: none
+    double imbalance = 0;                         // 0: not known
+    std::uint64_t lost_bodies = 0, lost_ticks = 0;
+    bool checkpoints_expected = false;
+  };
+  std::vector<Health> health;
 };
 
 // A process that serves metrics.
@@ -102,6 +114,23 @@ class Cluster {
   // The work follows; GetInstance tells of it. FAILED_PRECONDITION unless it runs.
   absl::StatusOr<v1::Instance> ScaleInstance(Moment now, const v1::ScaleInstanceRequest& request);
   absl::StatusOr<v1::Instance> RestartWorkers(Moment now, const v1::RestartWorkersRequest& request);
+  // --- Checkpoints. Files are the caller's; here is what they are for.
+  // The tick of the one that is being made from here on, or was already.
+  absl::StatusOr<std::uint64_t> BeginCheckpoint(Moment now, const std::string& id);
+  // FAILED_PRECONDITION: nobody waits for that file.
+  absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
+  // The file is on the disk. The manifest, when it was the last one.
+  std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);
+  void NoteCheckpoint(Moment now, const std::string& id, const records::Manifest& manifest, std::uint64_t size);
+  absl::Status CheckFetch(const v1::FetchStateRequest& request) const;
+  absl::StatusOr<v1::Instance> Restore(Moment now, const std::string& id, const records::Manifest& manifest,
+                                       const std::string& scene, bool validate_only);
+  // No checkpoint is whole: the instance has FAILED.
+  void CannotRestore(Moment now, const std::string& id, const std::string& why);
+  absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const v1::ListCheckpointsRequest& request) const;
+  // The tick of the checkpoint that is being made; 0 if none is.
+  std::uint64_t CheckpointUnderWay(const std::string& id) const;
+  std::string SceneHashOf(const std::string& id) const;
   // True if a live instance uses the scene; it then lies in the store under SceneKey(hash).
   bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
 
@@ -183,6 +212,10 @@ class Cluster {
   std::vector<RegionFacts> ChangeFacts(Moment now, const InstanceEntry& instance) const;
   std::optional<records::Instance> NextChange(Moment now, InstanceEntry& instance);
   absl::StatusOr<InstanceEntry*> FindRunning(const std::string& id);
+  void StepCheckpoint(Moment now, InstanceEntry& instance);
+  void AbandonCheckpoint(Moment now, InstanceEntry& instance, const std::string& why);
+  static void SetRestored(const PlacementPlan& placed, const records::Manifest& manifest, records::Instance& next);
+  absl::Status BringBackScene(const std::string& hash, const std::string& scene);
 
   // Instances.
   const InstanceEntry* FindInstance(const std::string& id) const;

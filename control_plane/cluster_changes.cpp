@@ -71,6 +71,7 @@ std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& i
     region.incarnation = worker.incarnation;
     region.host_id = instance.record.placements(static_cast<int>(i)).host_id();
     region.host_draining = host != nullptr && host->record.draining();
+    region.newcomer = instance.record.placements(static_cast<int>(i)).joins();
     region.bound = worker.bound();
     region.running = report.phase() == v1::WORKER_PHASE_RUNNING;
     region.tick = report.tick();

@@ -83,6 +83,21 @@ class ClusterHarness {
     if (!status.ok()) agent.session = 0;
   }
 
+  // One round of messages; false if nobody had anything to say.
+  bool Exchange() {
+    bool any = false;
+    for (auto& [name, agent] : agents) {
+      if (agent.silent) continue;
+      if (agent.session == 0) Attach(agent);
+      const std::optional<v1::DesiredSet> desired = cluster().TakeDesired(now, agent.session);
+      if (!desired) continue;
+      any = true;
+      for (const v1::AgentMessage& message : agent.fake.Apply(*desired)) Send(agent, message);
+    }
+    cluster_->TakeEffects();
+    return any;
+  }
+
   // Messages go to and fro until nobody has anything to say; then one heartbeat of everybody.
   void Pump() {
     for (int rounds = 0; rounds < 50 && Exchange(); ++rounds) continue;
@@ -155,20 +170,6 @@ class ClusterHarness {
     for (char& byte : bytes)
       byte = static_cast<char>((random_ = random_ * 6364136223846793005u + 1442695040888963407u) >> 56);
     return bytes;
-  }
-
-  bool Exchange() {
-    bool any = false;
-    for (auto& [name, agent] : agents) {
-      if (agent.silent) continue;
-      if (agent.session == 0) Attach(agent);
-      const std::optional<v1::DesiredSet> desired = cluster().TakeDesired(now, agent.session);
-      if (!desired) continue;
-      any = true;
-      for (const v1::AgentMessage& message : agent.fake.Apply(*desired)) Send(agent, message);
-    }
-    cluster_->TakeEffects();
-    return any;
   }
 
   Settings settings_;

@@ -46,6 +46,11 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   record.set_start_deadline_ms(plan.start_deadline.count());
   record.set_snapshot_rate_hz(plan.snapshot_rate_hz);
   record.set_lazy(plan.lazy);
+  record.set_balance(plan.balance);
+  record.set_checkpoint_interval_ms(plan.checkpoint_interval.count());
+  record.set_keep_checkpoints(plan.keep_checkpoints);
+  record.set_leaver_policy(plan.leaver_policy);
+  record.set_leaver_grace_ms(static_cast<std::uint32_t>(plan.leaver_grace.count()));
   SetPlan(placed, record);
   record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
   for (const Vec3d& point : plan.spawn_points) {
@@ -97,6 +102,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Moment now, const InstanceP
   if (!placed.ok()) return placed.status();
   InstanceEntry draft;
   draft.record = MakeRecord(now, plan, *placed);
+  if (plan.restored) SetRestored(*placed, *plan.restored, draft.record);
   if (validate_only) {
     draft.record.set_state(v1::INSTANCE_STATE_PENDING);
     return View(draft, true);

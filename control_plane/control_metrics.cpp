@@ -13,18 +13,70 @@ const prometheus::Histogram::BucketBoundaries kRpcBuckets{0.0005, 0.001, 0.0025,
 std::string Label(const std::string& name, std::size_t prefix) { return absl::AsciiStrToLower(name.substr(prefix)); }
 
 // All methods whose answers are timed, so that each is there from the start.
-constexpr const char* kMethods[] = {
-    "HostService/AddHost",         "HostService/ListHosts",         "HostService/GetHost",
-    "HostService/DrainHost",       "HostService/RemoveHost",        "InstanceService/CreateInstance",
-    "InstanceService/GetInstance", "InstanceService/ListInstances", "InstanceService/DeleteInstance",
-    "SessionService/JoinInstance", "SessionService/GetScene",       "SessionService/LeaveInstance",
-    "AgentLinkService/FetchScene"};
+constexpr const char* kMethods[] = {"HostService/AddHost",
+                                    "HostService/ListHosts",
+                                    "HostService/GetHost",
+                                    "HostService/DrainHost",
+                                    "HostService/RemoveHost",
+                                    "InstanceService/CreateInstance",
+                                    "InstanceService/GetInstance",
+                                    "InstanceService/ListInstances",
+                                    "InstanceService/DeleteInstance",
+                                    "SessionService/JoinInstance",
+                                    "SessionService/GetScene",
+                                    "SessionService/LeaveInstance",
+                                    "AgentLinkService/FetchScene",
+                                    "InstanceService/ScaleInstance",
+                                    "InstanceService/RestartWorkers",
+                                    "InstanceService/CheckpointInstance",
+                                    "InstanceService/ListCheckpoints",
+                                    "InstanceService/RestoreInstance",
+                                    "InstanceService/ExportCheckpoint",
+                                    "InstanceService/ImportCheckpoint",
+                                    "AgentLinkService/FetchState",
+                                    "AgentLinkService/UploadCheckpoint"};
 
 void AddGauge(prometheus::MetricFamily& family, std::string state, int value) {
   prometheus::ClientMetric metric;
   metric.label.push_back({"state", std::move(state)});
   metric.gauge.value = value;
   family.metric.push_back(std::move(metric));
+}
+
+// One family, one value for each running instance.
+void AddHealth(const std::vector<Census::Health>& all, std::vector<prometheus::MetricFamily>& families) {
+  using Health = Census::Health;
+  struct Shown {
+    const char *name, *help;
+    double (*value)(const Health&);
+    bool (*known)(const Health&);
+  };
+  const auto always = [](const Health&) { return true; };
+  const Shown shown[] = {
+      {"tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
+       [](const Health& health) { return static_cast<double>(health.unprotected); }, always},
+      {"tessera_control_checkpoint_timestamp_seconds", "when the newest checkpoint was made; 0: there is none yet",
+       [](const Health& health) { return std::chrono::duration<double>(health.last_checkpoint).count(); },
+       [](const Health& health) { return health.checkpoints_expected || health.last_checkpoint.count() > 0; }},
+      {"tessera_control_imbalance", "step time of the busiest region by the mean of all",
+       [](const Health& health) { return health.imbalance; },
+       [](const Health& health) { return health.imbalance > 0; }},
+      {"tessera_control_lost_bodies", "bodies lost by failovers",
+       [](const Health& health) { return static_cast<double>(health.lost_bodies); }, always},
+      {"tessera_control_lost_ticks", "ticks lost by restoring from checkpoints",
+       [](const Health& health) { return static_cast<double>(health.lost_ticks); }, always},
+  };
+  for (const Shown& entry : shown) {
+    prometheus::MetricFamily family{entry.name, entry.help, prometheus::MetricType::Gauge, {}};
+    for (const Health& health : all) {
+      if (!entry.known(health)) continue;
+      prometheus::ClientMetric metric;
+      metric.label.push_back({"instance_id", health.id});
+      metric.gauge.value = entry.value(health);
+      family.metric.push_back(std::move(metric));
+    }
+    families.push_back(std::move(family));
+  }
 }
 
 }  // namespace
@@ -42,7 +94,12 @@ ControlMetrics::ControlMetrics()
       rpc_seconds_(prometheus::BuildHistogram()
                        .Name("tessera_control_rpc_seconds")
                        .Help("time to answer a call")
-                       .Register(*registry_)) {
+                       .Register(*registry_)),
+      failover_seconds_(prometheus::BuildHistogram()
+                            .Name("tessera_control_failover_seconds")
+                            .Help("from the failover map to the last region that runs by it")
+                            .Register(*registry_)
+                            .Add({}, kRpcBuckets)) {
   for (const char* result : {"placed", "no_room", "failed"}) placements_.Add({{"result", result}});
   for (const char* result : {"joined", "refused", "gave_up"}) sessions_.Add({{"result", result}});
   for (const char* method : kMethods) rpc_seconds_.Add({{"method", method}}, kRpcBuckets);
@@ -56,6 +113,10 @@ void ControlMetrics::CountPlacement(const absl::Status& status) {
 void ControlMetrics::CountSession(const absl::Status& status) {
   const bool gave_up = absl::IsCancelled(status) || absl::IsDeadlineExceeded(status);
   sessions_.Add({{"result", status.ok() ? "joined" : gave_up ? "gave_up" : "refused"}}).Increment();
+}
+
+void ControlMetrics::ObserveFailover(std::chrono::nanoseconds took) {
+  failover_seconds_.Observe(std::chrono::duration<double>(took).count());
 }
 
 void ControlMetrics::ObserveRpc(const std::string& method, std::chrono::nanoseconds took) {
@@ -82,7 +143,9 @@ std::vector<prometheus::MetricFamily> CensusMetrics::Collect() const {
   prometheus::ClientMetric written;
   written.counter.value = static_cast<double>(revision_() - first_revision_);
   writes.metric.push_back(written);
-  return {hosts, instances, writes};
+  std::vector<prometheus::MetricFamily> families{hosts, instances, writes};
+  AddHealth(census.health, families);
+  return families;
 }
 
 }  // namespace tessera::control

@@ -25,6 +25,8 @@ class ControlMetrics {
   void CountPlacement(const absl::Status& status);
   // joined, refused, gave_up.
   void CountSession(const absl::Status& status);
+  // From the failover's map to the last region that runs by it.
+  void ObserveFailover(std::chrono::nanoseconds took);
   // `method`: "HostService/AddHost".
   void ObserveRpc(const std::string& method, std::chrono::nanoseconds took);
 
@@ -33,9 +35,10 @@ class ControlMetrics {
   prometheus::Family<prometheus::Counter>& placements_;
   prometheus::Family<prometheus::Counter>& sessions_;
   prometheus::Family<prometheus::Histogram>& rpc_seconds_;
+  prometheus::Histogram& failover_seconds_;
 };
 
-// Hosts and instances by state, and writes to the store, read when scraped.
+// Hosts and instances by state, how running instances fare, and writes to the store, read when scraped.
 class CensusMetrics final : public prometheus::Collectable {
  public:
   CensusMetrics(std::function<Census()> count, std::function<Revision()> revision)

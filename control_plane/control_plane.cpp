@@ -15,24 +15,8 @@ constexpr std::chrono::milliseconds kGivenUpInterval{200};
 
 }  // namespace
 
-// Somebody who waits for an instance to change. Made and ended under the lock.
-struct ControlPlane::Watch {
-  Watch(ControlPlane& plane, const std::string& id) : plane_(plane), place_(plane.watches_.emplace(id, this)) {}
-  ~Watch() { plane_.watches_.erase(place_); }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
-
-  const std::string& id() const { return place_->first; }
-  std::condition_variable wake;
-  bool changed = false;
-
- private:
-  ControlPlane& plane_;
-  std::multimap<std::string, Watch*>::iterator place_;
-};
-
-ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster)
-    : store_(store), cluster_(std::move(cluster)) {
+ControlPlane::ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files)
+    : store_(store), cluster_(std::move(cluster)), files_(std::move(files)) {
   {
     const std::lock_guard lock(mutex_);
     Publish();
@@ -59,6 +43,11 @@ void ControlPlane::Publish() {
       found->second->wake.notify_all();
     }
   }
+  chores_.pruned.insert(chores_.pruned.end(), effects.pruned.begin(), effects.pruned.end());
+  chores_.abandoned.insert(chores_.abandoned.end(), effects.abandoned.begin(), effects.abandoned.end());
+  chores_.forgotten.insert(chores_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
+  chores_.restore.insert(effects.restore.begin(), effects.restore.end());
+  failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
   for (auto& [id, renewal] : effects.leases) {
     if (const auto found = sessions_.find(id); found != sessions_.end()) {
       found->second->leases.push_back(std::move(renewal));
@@ -81,11 +70,20 @@ void ControlPlane::Publish() {
   }
 }
 
+std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failovers_, {});
+}
+
 void ControlPlane::RunTimer() {
   Lock lock(mutex_);
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
     cluster_->HandleTimer(Now());
     Publish();
+    Chores chores = std::exchange(chores_, {});
+    lock.unlock();
+    DoChores(std::move(chores));
+    lock.lock();
   }
 }
 

@@ -17,6 +17,7 @@
 #include <string>
 #include <thread>
 
+#include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster.h"
 
 namespace tessera::control {
@@ -34,7 +35,8 @@ class ControlPlane {
     std::optional<absl::Status> closed;
   };
 
-  ControlPlane(Store& store, std::unique_ptr<Cluster> cluster);
+  // Without `files` no checkpoints are kept.
+  ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files = nullptr);
   ~ControlPlane();
 
   // `action(Cluster&, Moment)` under the lock; what it sets off goes out before the result comes back.
@@ -64,17 +66,54 @@ class ControlPlane {
   std::optional<v1::ControlMessage> NextMessage(Session& session);
   absl::Status HandleAgentMessage(Session& session, const v1::AgentMessage& message);
 
+  // --- Checkpoints. A region's file, whole; errors as UploadCheckpoint's.
+  absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes);
+  absl::StatusOr<std::string> StateFile(const v1::FetchStateRequest& request);
+  // Waits until it is on the disk.
+  absl::StatusOr<v1::Checkpoint> CheckpointInstance(const v1::CheckpointInstanceRequest& request,
+                                                    const std::function<bool()>& given_up);
+  absl::StatusOr<v1::RestoreInstanceResponse> RestoreInstance(const v1::RestoreInstanceRequest& request);
+  absl::StatusOr<std::string> ExportCheckpoint(const v1::ExportCheckpointRequest& request);
+  absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes);
+
+  // How long failovers took that ended since the last call.
+  std::vector<std::chrono::nanoseconds> TakeFailovers();
+
   Revision store_revision() const { return store_.revision(); }
   // Ends what waits, and every session.
   void Stop();
 
  private:
-  struct Watch;
+  // Somebody who waits for an instance to change. Made and ended under the lock.
+  struct Watch {
+    Watch(ControlPlane& plane, const std::string& id) : plane_(plane), place_(plane.watches_.emplace(id, this)) {}
+    ~Watch() { plane_.watches_.erase(place_); }
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+    const std::string& id() const { return place_->first; }
+    std::condition_variable wake;
+    bool changed = false;
+
+   private:
+    ControlPlane& plane_;
+    std::multimap<std::string, Watch*>::iterator place_;
+  };
   using Lock = std::unique_lock<std::mutex>;
 
   static Moment Now();
   void Publish();
   void RunTimer();
+  // What is to be done with files.
+  struct Chores {
+    std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
+    std::vector<std::string> forgotten;
+    std::set<std::string> restore;
+  };
+  void DoChores(Chores chores);
+  absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
+  absl::StatusOr<records::Manifest> FindWhole(const std::string& id, std::uint64_t tick,
+                                              std::vector<std::string>& damaged);
   absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
                        const std::function<bool()>& given_up);
   absl::Status WaitForNews(Lock& lock, Watch& watch, v1::InstanceState shown, const std::function<bool()>& given_up);
@@ -84,6 +123,9 @@ class ControlPlane {
   Store& store_;
   std::mutex mutex_;
   std::unique_ptr<Cluster> cluster_;
+  std::unique_ptr<CheckpointFiles> files_;
+  Chores chores_;
+  std::vector<std::chrono::nanoseconds> failovers_;
   std::map<SessionId, std::shared_ptr<Session>> sessions_;
   std::multimap<std::string, Watch*> watches_;
   bool stopping_ = false;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -53,6 +54,13 @@ struct HostEntry {
   std::set<std::pair<std::uint64_t, std::size_t>> workers;  // (instance number, index) placed here and not gone
 };
 
+// A checkpoint that is being made. Not stored: after a restart it is begun anew.
+struct CheckpointDraft {
+  std::uint64_t tick = 0;
+  Steady since{0};
+  std::map<std::uint32_t, records::ManifestFile> files;  // by region: those that are on the disk
+};
+
 struct InstanceEntry {
   std::uint64_t number = 0;
   records::Instance record;
@@ -66,8 +74,10 @@ struct InstanceEntry {
   Steady state_since{0};
   FailoverWatch failover;      // of the failover under way, if there is one
   std::string restore_wanted;  // why the world has to be taken from a checkpoint; empty: it has not
-  Steady change_after{0};      // no planned map before
-  bool withdrawn = false;      // the grace of stopping is over: its workers are in no desired set
+  std::optional<CheckpointDraft> checkpoint;
+  Steady next_checkpoint{0};  // 0: not yet reckoned
+  Steady change_after{0};     // no planned map before
+  bool withdrawn = false;     // the grace of stopping is over: its workers are in no desired set
   std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow
 };
 

@@ -66,6 +66,33 @@ class Answerer {
   ControlMetrics& metrics_;
 };
 
+template <class Response>
+absl::Status SendPieces(const std::string& bytes, grpc::ServerWriter<Response>& writer) {
+  for (std::size_t at = 0; at < bytes.size(); at += kPieceBytes) {
+    Response piece;
+    piece.set_data(bytes.substr(at, kPieceBytes));
+    if (!writer.Write(piece)) return absl::CancelledError("the caller has gone");
+  }
+  return absl::OkStatus();
+}
+
+// `first` without its piece; nothing more is read unless `check` likes it.
+template <class Request, class Check>
+absl::Status ReadPieces(grpc::ServerReader<Request>& reader, Request& first, std::string& bytes, Check&& check) {
+  if (!reader.Read(&first)) return absl::InvalidArgumentError("data: nothing came");
+  if (absl::Status status = check(first); !status.ok()) return status;
+  bytes = std::move(*first.mutable_data());
+  first.clear_data();
+  Request more;
+  while (reader.Read(&more)) {
+    bytes += more.data();
+    if (bytes.size() > kMaxStateBytes) {
+      return absl::InvalidArgumentError(absl::StrCat("data: more than ", kMaxStateBytes, " bytes"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 class HostServiceImpl final : public v1::HostService::Service, Answerer {
  public:
   using Answerer::Answerer;
@@ -103,7 +130,7 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   }
 };
 
-class InstanceServiceImpl final : public v1::InstanceService::Service, Answerer {
+class InstanceServiceImpl : public v1::InstanceService::Service, protected Answerer {
  public:
   using Answerer::Answerer;
 
@@ -162,6 +189,49 @@ class InstanceServiceImpl final : public v1::InstanceService::Service, Answerer 
   }
 };
 
+// Files in pieces, as InstanceService sends and takes them.
+class InstanceFilesImpl : public InstanceServiceImpl {
+ public:
+  using InstanceServiceImpl::InstanceServiceImpl;
+
+  grpc::Status CheckpointInstance(grpc::ServerContext* context, const v1::CheckpointInstanceRequest* request,
+                                  v1::CheckpointInstanceResponse* response) override {
+    return Answer(context, "InstanceService/CheckpointInstance", Kind::kCommand, request->id(), [&] {
+      return Take(plane_.CheckpointInstance(*request, [context] { return context->IsCancelled(); }),
+                  response->mutable_checkpoint());
+    });
+  }
+  grpc::Status ListCheckpoints(grpc::ServerContext* context, const v1::ListCheckpointsRequest* request,
+                               v1::ListCheckpointsResponse* response) override {
+    return Answer(context, "InstanceService/ListCheckpoints", Kind::kRead, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListCheckpoints(*request); }), response);
+    });
+  }
+  grpc::Status RestoreInstance(grpc::ServerContext* context, const v1::RestoreInstanceRequest* request,
+                               v1::RestoreInstanceResponse* response) override {
+    return Answer(context, "InstanceService/RestoreInstance", Kind::kCommand, request->id(),
+                  [&] { return Take(plane_.RestoreInstance(*request), response); });
+  }
+  grpc::Status ExportCheckpoint(grpc::ServerContext* context, const v1::ExportCheckpointRequest* request,
+                                grpc::ServerWriter<v1::ExportCheckpointResponse>* writer) override {
+    return Answer(context, "InstanceService/ExportCheckpoint", Kind::kCommand, request->id(), [&]() -> absl::Status {
+      const auto bytes = plane_.ExportCheckpoint(*request);
+      if (!bytes.ok()) return bytes.status();
+      return SendPieces(*bytes, *writer);
+    });
+  }
+  grpc::Status ImportCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::ImportCheckpointRequest>* reader,
+                                v1::ImportCheckpointResponse* response) override {
+    return Answer(context, "InstanceService/ImportCheckpoint", Kind::kCommand, "", [&]() -> absl::Status {
+      v1::ImportCheckpointRequest first;
+      std::string bytes;
+      const auto any = [](const v1::ImportCheckpointRequest&) { return absl::OkStatus(); };
+      if (absl::Status status = ReadPieces(*reader, first, bytes, any); !status.ok()) return status;
+      return Take(plane_.ImportCheckpoint(first, bytes), response->mutable_instance());
+    });
+  }
+};
+
 class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
  public:
   using Answerer::Answerer;
@@ -207,6 +277,27 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
         return cluster.CheckHostSecret(request->host_id(), request->host_secret());
       });
       return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
+    });
+  }
+  grpc::Status FetchState(grpc::ServerContext* context, const v1::FetchStateRequest* request,
+                          grpc::ServerWriter<v1::FetchStateResponse>* writer) override {
+    const std::string subject = absl::StrCat(request->instance_id(), "/", request->region(), " tick ", request->tick());
+    return Answer(context, "AgentLinkService/FetchState", Kind::kRead, subject, [&]() -> absl::Status {
+      const auto bytes = plane_.StateFile(*request);
+      if (!bytes.ok()) return bytes.status();
+      return SendPieces(*bytes, *writer);
+    });
+  }
+  grpc::Status UploadCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::UploadCheckpointRequest>* reader,
+                                v1::UploadCheckpointResponse*) override {
+    return Answer(context, "AgentLinkService/UploadCheckpoint", Kind::kRead, "", [&]() -> absl::Status {
+      v1::UploadCheckpointRequest first;
+      std::string bytes;
+      const auto wanted = [this](const v1::UploadCheckpointRequest& request) {
+        return plane_.Call([&](Cluster& cluster, Moment) { return cluster.CheckUpload(request); });
+      };
+      if (absl::Status status = ReadPieces(*reader, first, bytes, wanted); !status.ok()) return status;
+      return plane_.TakeUpload(first, bytes);
     });
   }
 
@@ -259,7 +350,7 @@ struct GrpcServer::Impl {
   Impl(ControlPlane& plane, ControlMetrics& metrics)
       : hosts(plane, metrics), instances(plane, metrics), sessions(plane, metrics), agents(plane, metrics) {}
   HostServiceImpl hosts;
-  InstanceServiceImpl instances;
+  InstanceFilesImpl instances;
   SessionServiceImpl sessions;
   AgentLinkServiceImpl agents;
   std::unique_ptr<grpc::Server> server;  // ends before what it serves

@@ -24,6 +24,48 @@ absl::StatusOr<std::chrono::milliseconds> StartDeadline(const v1::InstanceSpec& 
   return std::chrono::milliseconds(asked.seconds() * 1000 + asked.nanos() / 1'000'000);
 }
 
+absl::StatusOr<std::chrono::milliseconds> Span(const char* field, const google::protobuf::Duration& asked,
+                                               std::chrono::milliseconds lowest, std::chrono::milliseconds highest) {
+  const auto span = std::chrono::milliseconds(asked.nanos() / 1'000'000);
+  const bool sane = asked.nanos() >= 0 && asked.nanos() <= 999'999'999 && asked.seconds() >= 0 &&
+                    asked.seconds() <= std::chrono::duration_cast<std::chrono::seconds>(highest).count();
+  const auto whole = std::chrono::seconds(sane ? asked.seconds() : 0) + span;
+  if (sane && whole >= lowest && whole <= highest) return whole;
+  return absl::InvalidArgumentError(absl::StrCat(field, ": ", asked.seconds(), " s is not in ",
+                                                 static_cast<double>(lowest.count()) / 1000, " to ",
+                                                 highest.count() / 1000, " s"));
+}
+
+absl::Status PlanLife(const v1::InstanceSpec& spec, InstancePlan& plan) {
+  plan.checkpoint_interval = kDefaultCheckpointInterval;
+  if (spec.has_checkpoint_interval()) {
+    const bool none = spec.checkpoint_interval().seconds() == 0 && spec.checkpoint_interval().nanos() == 0;
+    const auto interval = Span("spec.checkpoint_interval", spec.checkpoint_interval(),
+                               none ? std::chrono::milliseconds(0) : kMinCheckpointInterval, kMaxCheckpointInterval);
+    if (!interval.ok()) return interval.status();
+    plan.checkpoint_interval = *interval;
+  }
+  if (absl::Status status = CheckRange("spec.keep_checkpoints", spec.keep_checkpoints(), 0, kMaxKeptCheckpoints);
+      !status.ok()) {
+    return status;
+  }
+  plan.keep_checkpoints = spec.keep_checkpoints() == 0 ? kDefaultKeptCheckpoints : spec.keep_checkpoints();
+  plan.leaver_grace = kDefaultLeaverGrace;
+  if (spec.has_leaver_grace()) {
+    const auto grace = Span("spec.leaver_grace", spec.leaver_grace(), std::chrono::milliseconds(0), kMaxLeaverGrace);
+    if (!grace.ok()) return grace.status();
+    plan.leaver_grace = *grace;
+  }
+  if (!v1::LeaverPolicy_IsValid(spec.leaver_policy())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("spec.leaver_policy: ", static_cast<int>(spec.leaver_policy()), " is not known"));
+  }
+  plan.leaver_policy =
+      spec.leaver_policy() == v1::LEAVER_POLICY_UNSPECIFIED ? v1::LEAVER_POLICY_STAY : spec.leaver_policy();
+  plan.balance = spec.balance();
+  return absl::OkStatus();
+}
+
 absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   const v1::InstanceSpec& spec = request.spec();
   if (request.request_id().size() > kMaxRequestIdBytes) {
@@ -58,6 +100,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   }
 
   InstancePlan plan;
+  if (absl::Status status = PlanLife(spec, plan); !status.ok()) return status;
   plan.request_id = request.request_id();
   plan.scene_name = (*scene)->name;
   plan.scene_hash = SceneHash(spec.scene());

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "control_plane/control_records.pb.h"
 #include "core/world/partition_map.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -22,8 +24,14 @@ struct InstancePlan {
   std::uint32_t expected_players = 0;
   std::chrono::milliseconds start_deadline{0};
   bool lazy = false;
-  PartitionMap map;                 // the grid
-  std::vector<Vec3d> spawn_points;  // empty: nobody can join
+  bool balance = false;
+  std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
+  std::uint32_t keep_checkpoints = 3;
+  v1::LeaverPolicy leaver_policy = v1::LEAVER_POLICY_STAY;
+  std::chrono::milliseconds leaver_grace{0};
+  PartitionMap map;                           // the grid
+  std::optional<records::Manifest> restored;  // the checkpoint that it starts from
+  std::vector<Vec3d> spawn_points;            // empty: nobody can join
 };
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000".

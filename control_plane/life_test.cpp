@@ -7,7 +7,8 @@ namespace {
 
 LifeFacts Facts(std::vector<v1::WorkerPhase> phases, bool players_ready) {
   LifeFacts facts;
-  for (const v1::WorkerPhase phase : phases) facts.workers.push_back({static_cast<std::uint32_t>(facts.workers.size() + 1), phase, false, "alpha", false, ""});
+  for (const v1::WorkerPhase phase : phases)
+    facts.workers.push_back({static_cast<std::uint32_t>(facts.workers.size() + 1), phase, false, "alpha", false, ""});
   facts.players_ready = players_ready;
   return facts;
 }
@@ -71,7 +72,8 @@ TEST(LifeTest, AFailureNamesRegionAndHost) {
   const LifeStep step = NextStep(v1::INSTANCE_STATE_STARTING, true, facts);
   EXPECT_EQ(step.state, v1::INSTANCE_STATE_FAILED);
   EXPECT_EQ(step.reason, "region 2 on alpha: worker was killed by signal 9 (SIGKILL)");
-  EXPECT_EQ(NextStep(v1::INSTANCE_STATE_RUNNING, true, facts).state, v1::INSTANCE_STATE_RUNNING);  // failover's business
+  EXPECT_EQ(NextStep(v1::INSTANCE_STATE_RUNNING, true, facts).state,
+            v1::INSTANCE_STATE_RUNNING);  // failover's business
 }
 
 TEST(LifeTest, AStartThatTimesOutNamesWhoIsLate) {

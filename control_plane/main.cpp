@@ -112,14 +112,19 @@ absl::Status Run(const Flags& flags) {
                    std::chrono::system_clock::now().time_since_epoch()};
   auto cluster = Cluster::Load(**store, flags.settings, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
-  ControlPlane plane(**store, *std::move(cluster));
+  auto files = CheckpointFiles::Open(flags.data_dir + "/checkpoints");
+  if (!files.ok()) return files.status();
+  ControlPlane plane(**store, *std::move(cluster), *std::move(files));
   const auto http = StartHttp(flags.http, metrics);
   if (!http.ok()) return http.status();
   const auto grpc = GrpcServer::Start(flags.listen, plane, metrics);
   if (!grpc.ok()) return grpc.status();
-  const auto census =
-      std::make_shared<CensusMetrics>([&plane] { return plane.Call([](Cluster& c, Moment) { return c.Count(); }); },
-                                      [&plane] { return plane.store_revision(); });
+  const auto census = std::make_shared<CensusMetrics>(
+      [&plane, &metrics] {
+        for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
+        return plane.Call([](Cluster& c, Moment) { return c.Count(); });
+      },
+      [&plane] { return plane.store_revision(); });
   (*http)->AddCollectable(census);
   AddPages(**http, plane);
   if (absl::Status status = TellReady(flags, (*grpc)->address(), (*http)->address()); !status.ok()) return status;
@@ -163,6 +168,15 @@ int main(int argc, char** argv) {
         return true;
       },
       "silence after which a host counts as lost, at least 1000 (5000)");
+  app.add_option(
+      "--failover-after-ms",
+      [&flags](const CLI::results_t& values) {
+        int ms = 0;
+        if (!CLI::detail::lexical_cast(values[0], ms) || ms < 500) return false;
+        flags.settings.failover_after = std::chrono::milliseconds(ms);
+        return true;
+      },
+      "silence of a host after which others carry its regions on, at least 500 (1000)");
   app.add_option("--log-level", flags.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
   try {

@@ -28,6 +28,15 @@ void SetHeirs(const records::Instance& record, v1::WorkerOrder& order) {
   }
 }
 
+void SetInitialState(const records::Instance& record, const records::Placement& placement, v1::WorkerOrder& order) {
+  if (placement.incarnation() > record.restored().last_incarnation()) return;
+  for (const records::RegionFile& file : record.restored().files()) {
+    if (file.region() != placement.region()) continue;
+    order.mutable_initial_state()->set_tick(record.restored().tick());
+    order.mutable_initial_state()->set_hash(file.hash());
+  }
+}
+
 }  // namespace
 
 v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
@@ -49,9 +58,15 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());
   order.set_expected_players(record.expected_players());
   order.set_joins_running(placement.joins());
-  if (record.planned().effective_tick() != 0) *order.mutable_planned() = record.planned();
+  if (record.planned().effective_tick() != 0 || (record.has_planned() && placement.joins())) {
+    *order.mutable_planned() = record.planned();
+    // A newcomer makes ready before there is a tick, and again when there is.
+    if (record.planned().effective_tick() == 0) order.mutable_planned()->set_effective_tick(1);
+  }
   SetFailover(record, order);
   SetHeirs(record, order);
+  if (instance.checkpoint) order.mutable_checkpoint()->set_tick(instance.checkpoint->tick);
+  SetInitialState(record, placement, order);
   order.set_leaver_policy(record.leaver_policy());
   order.set_leaver_grace_ms(record.leaver_grace_ms());
   return order;

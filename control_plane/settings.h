@@ -48,9 +48,19 @@ inline constexpr std::chrono::milliseconds kPlanLead{400};
 inline constexpr std::chrono::milliseconds kBalanceInterval{1000};
 // After a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
+// Of a checkpoint: from its tick's choice until all files are on the disk, and before another try. A region of 10000
+// bodies writes some MB.
+inline constexpr std::chrono::milliseconds kCheckpointTimeout{30'000}, kCheckpointRetry{5'000};
+inline constexpr std::chrono::milliseconds kDefaultCheckpointInterval{60'000};
+inline constexpr std::chrono::milliseconds kMinCheckpointInterval{5'000}, kMaxCheckpointInterval{24 * 3'600'000};
+inline constexpr std::uint32_t kDefaultKeptCheckpoints = 3, kMaxKeptCheckpoints = 100;
+inline constexpr std::chrono::milliseconds kDefaultLeaverGrace{60'000}, kMaxLeaverGrace{24 * 3'600'000};
+// One piece of a streamed file, and the largest file, bytes: a region of a million bodies.
+inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t{512} << 20;
+
 // The busiest region's step time by the mean above which borders are moved, and how far at most, of the heavier side's
 // extent. Lower or larger: bodies change hands for what is noise.
-inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.3;
+inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.5;
 
 // Instances that have ended and are kept, at most; the oldest go first.
 inline constexpr std::size_t kMaxEndedInstances = 1000;

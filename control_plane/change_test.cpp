@@ -1,0 +1,218 @@
+// Scaling, draining, replacing and balancing a running world, under a virtual clock.
+#include <gmock/gmock.h>
+
+#include "control_plane/cluster_harness.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance = false) {
+  InstancePlan plan = TestPlan(regions);
+  plan.balance = balance;
+  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
+  EXPECT_TRUE(made.ok()) << made.status();
+  harness.Pump();
+  harness.Pump();
+  EXPECT_EQ(harness.Get(made->id()).state(), v1::INSTANCE_STATE_RUNNING);
+  return made->id();
+}
+
+absl::StatusOr<v1::Instance> Scale(ClusterHarness& harness, const std::string& id, std::uint32_t regions,
+                                   bool dry_run = false) {
+  v1::ScaleInstanceRequest request;
+  request.set_id(id);
+  request.set_regions(regions);
+  request.set_validate_only(dry_run);
+  return harness.cluster().ScaleInstance(harness.now, request);
+}
+
+void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {
+  const auto bodies = harness.Bodies();
+  EXPECT_EQ(bodies.size(), regions * FakeWorld::kBodiesEach);
+  for (const auto& [body, owners] : bodies) EXPECT_EQ(owners, 1) << "body " << body;
+}
+
+void ExpectSettled(ClusterHarness& harness, const std::string& id, int regions) {
+  const v1::Instance instance = harness.Get(id);
+  EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_RUNNING) << instance.reason();
+  EXPECT_EQ(instance.map().regions_size(), regions);
+  EXPECT_EQ(harness.Workers(), static_cast<std::size_t>(regions));
+  EXPECT_TRUE(instance.changes().empty()) << instance.changes(0).text();
+  for (const v1::Cell& cell : instance.map().cells()) EXPECT_EQ(cell.from(), 0u);
+}
+
+TEST(ChangeTest, ScalesUpAndDownAgain) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 2);
+  ASSERT_TRUE(Scale(harness, id, 4).ok());
+  harness.Run(seconds(5));
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 2);
+  ASSERT_TRUE(Scale(harness, id, 4).ok());  // again: nothing
+  const auto version = harness.Get(id).map().version();
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).map().version(), version);
+  ASSERT_TRUE(Scale(harness, id, 2).ok());
+  harness.Run(seconds(5));
+  ExpectSettled(harness, id, 2);
+  ExpectEachBodyOnce(harness, 2);
+}
+
+TEST(ChangeTest, ScalingWithoutRoomChangesNothing) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 2);
+  const std::string id = Start(harness, 2);
+  EXPECT_EQ(Scale(harness, id, 3, true).status().message(), "region 3 needs a place; no ready host has one free");
+  EXPECT_EQ(Scale(harness, id, 3).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(harness.Get(id).wanted_regions(), 2u);
+  EXPECT_EQ(Scale(harness, id, 0).status().message(), "regions: 0 is not in 1 to 1000");
+  EXPECT_EQ(Scale(harness, "inst-9", 1).status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(ChangeTest, ADrainedHostIsEmptiedWithoutAHalt) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  harness.AddHost("gamma", 4);
+  const std::string id = Start(harness, 4);
+  const std::size_t there = beta.fake.workers.size();
+  ASSERT_GT(there, 0u);
+  v1::DrainHostRequest drain;
+  drain.set_name("beta");
+  ASSERT_TRUE(harness.cluster().DrainHost(harness.now, drain).ok());
+  for (int i = 0; i < 60; ++i) {
+    harness.Run(milliseconds(250));
+    EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  }
+  EXPECT_TRUE(beta.fake.workers.empty());
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+  v1::RemoveHostRequest remove;
+  remove.set_name("beta");
+  EXPECT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
+}
+
+TEST(ChangeTest, WorkersAreReplacedOneAfterTheOther) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  std::set<std::int64_t> before;
+  for (const auto& [name, agent] : harness.agents) {
+    for (const auto& [key, worker] : agent.fake.workers)
+      before.insert(worker.report.identity().pid() * 100 + (&agent == &alpha));
+  }
+  v1::RestartWorkersRequest request;
+  request.set_id(id);
+  ASSERT_TRUE(harness.cluster().RestartWorkers(harness.now, request).ok());
+  std::size_t most = 0;
+  for (int i = 0; i < 100; ++i) {
+    harness.Run(milliseconds(250));
+    most = std::max(most, harness.Workers());
+  }
+  EXPECT_LE(most, 5u);
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+  for (const auto& [name, agent] : harness.agents) {
+    for (const auto& [key, worker] : agent.fake.workers) {
+      EXPECT_FALSE(before.contains(worker.report.identity().pid() * 100 + (&agent == &alpha)));
+    }
+  }
+}
+
+TEST(ChangeTest, APlanThatIsRefusedByAllIsPutOffUnderANewVersion) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 1);
+  harness.agents["alpha"].fake.refuse_plans = {2};
+  ASSERT_TRUE(Scale(harness, id, 2).ok());
+  harness.Run(seconds(6));
+  ExpectSettled(harness, id, 2);
+  EXPECT_GT(harness.Get(id).map().version(), 3u);
+}
+
+TEST(ChangeTest, ANewcomerThatDiesTakesThePlanWithItAndAnotherIsTried) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 2);
+  alpha.fake.exit_at_start = {3};
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  ExpectSettled(harness, id, 2);
+  alpha.fake.exit_at_start = {};
+  harness.Run(seconds(10));
+  ExpectSettled(harness, id, 3);
+  ExpectEachBodyOnce(harness, 2);
+}
+
+TEST(ChangeTest, ADeathAmidAChangeIsCarriedOnAndTheChangeDone) {
+  for (int step = 0; step < 12; ++step) {
+    SCOPED_TRACE(step);
+    ClusterHarness harness;
+    harness.AddHost("alpha", 8);
+    harness.AddHost("beta", 8);
+    const std::string id = Start(harness, 3);
+    ASSERT_TRUE(Scale(harness, id, 4).ok());
+    for (int i = 0; i < step; ++i) harness.Exchange();
+    auto& agent = harness.AgentOf(id, 2);
+    harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+    harness.Run(seconds(15));
+    ExpectSettled(harness, id, 4);
+    ExpectEachBodyOnce(harness, 3);
+  }
+}
+
+TEST(ChangeTest, ABusyRegionGivesGroundAndNoiseMovesNothing) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 2, true);
+  const auto set_loads = [&](double first, double second) {
+    for (auto& [key, worker] : alpha.fake.workers) {
+      worker.report.mutable_step()->set_p50_seconds(key.second == 1 ? first : second);
+    }
+  };
+  set_loads(0.0021, 0.002);
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).map().version(), 1u);
+  EXPECT_NEAR(harness.Get(id).imbalance(), 1.024, 1e-3);
+  set_loads(0.008, 0.002);
+  harness.Run(milliseconds(1500));
+  set_loads(0.002, 0.002);
+  harness.Run(seconds(5));
+  const v1::PartitionMap map = harness.Get(id).map();
+  EXPECT_GT(map.version(), 1u);
+  double first = 0;
+  for (const v1::Cell& cell : map.cells()) {
+    if (cell.owner() == 1)
+      first += (cell.area().max_x() - cell.area().min_x()) * (cell.area().max_z() - cell.area().min_z());
+  }
+  EXPECT_LT(first, 4000);  // of 10000, half before
+}
+
+// A scaling. The control plane dies before its n-th call, for every n.
+TEST(ChangeTest, AControlPlaneThatDiesAtAnyCallBringsAChangeToItsEnd) {
+  int n = 0;
+  for (bool died = true; died && n <= 120; ++n) {
+    SCOPED_TRACE(n);
+    ClusterHarness harness;
+    harness.AddHost("alpha", 4);
+    harness.AddHost("beta", 4);
+    const std::string id = Start(harness, 2);
+    ASSERT_TRUE(Scale(harness, id, 3).ok());
+    harness.calls_until_death = n;
+    harness.Run(seconds(8));
+    ExpectSettled(harness, id, 3);
+    ExpectEachBodyOnce(harness, 2);
+    died = harness.calls_until_death < 0;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,58 @@
+// CheckpointFiles: checkpoints on the control plane's disk.
+//
+// A folder a checkpoint, <folder>/<instance>/<tick>/: "scene", "region-<n>" for each region, and "manifest", which has
+// their sizes and SHA-256 and its own. It is made under another name and renamed when all is on the disk, so one that
+// is there is whole, or damaged since, which its sums tell. What was left half made is removed by `Open`.
+//
+//   files.Put("inst-7", 1200, "region-1", bytes);       // as they come
+//   files.Complete("inst-7", manifest);
+//   files.Check("inst-7", 1200);                         // DATA_LOSS names the file
+//
+// Thread rule: any thread; two callers of one checkpoint must not complete or remove it at once.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "control_plane/control_records.pb.h"
+
+namespace tessera::control {
+
+class CheckpointFiles {
+ public:
+  // UNAVAILABLE if the folder cannot be made.
+  static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder);
+
+  // Of a checkpoint that is being made; on the disk on return. Putting it again replaces it.
+  absl::Status Put(const std::string& instance, std::uint64_t tick, const std::string& name,
+                   const std::string& bytes) const;
+  // The manifest must name every file that was put. The bytes of all.
+  absl::StatusOr<std::uint64_t> Complete(const std::string& instance, const records::Manifest& manifest) const;
+  // Forgets one that is being made.
+  void Abandon(const std::string& instance, std::uint64_t tick) const;
+
+  absl::StatusOr<records::Manifest> ReadManifest(const std::string& instance, std::uint64_t tick) const;
+  // Reads all files. DATA_LOSS or NOT_FOUND: "checkpoint 1200 of inst-7: region-2: has another checksum".
+  absl::Status Check(const std::string& instance, std::uint64_t tick) const;
+  absl::StatusOr<std::string> Read(const std::string& instance, std::uint64_t tick, const std::string& name) const;
+  void Remove(const std::string& instance, std::uint64_t tick) const;
+  void RemoveAll(const std::string& instance) const;
+
+ private:
+  explicit CheckpointFiles(std::string folder) : folder_(std::move(folder)) {}
+  std::string Path(const std::string& instance, std::uint64_t tick) const;
+  std::string DraftPath(const std::string& instance, std::uint64_t tick) const;
+
+  std::string folder_;
+};
+
+std::string RegionFileName(std::uint32_t region);  // "region-3"
+std::string Sha256Hex(std::string_view bytes);
+
+// One checkpoint as one file, for another cluster. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
+std::string Bundle(const records::Bundle& bundle);
+absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes);
+
+}  // namespace tessera::control

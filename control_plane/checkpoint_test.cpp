@@ -1,0 +1,212 @@
+// Checkpoints: the files on disk, when they are made, and worlds that come back from them.
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "control_plane/checkpoint_files.h"
+#include "control_plane/cluster_harness.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+class CheckpointFilesTest : public testing::Test {
+ protected:
+  CheckpointFilesTest() {
+    std::string name = testing::TempDir() + "checkpointsXXXXXX";
+    folder_ = mkdtemp(name.data());
+    files_ = *CheckpointFiles::Open(folder_);
+  }
+  ~CheckpointFilesTest() override { std::filesystem::remove_all(folder_); }
+
+  void Make(std::uint64_t tick) {
+    records::Manifest manifest;
+    manifest.set_tick(tick);
+    for (const std::string name : {"region-1", "region-2", "scene"}) {
+      const std::string bytes = name + " at " + std::to_string(tick);
+      ASSERT_TRUE(files_->Put("inst-1", tick, name, bytes).ok());
+      records::ManifestFile& file = *manifest.add_files();
+      file.set_name(name);
+      file.set_size(bytes.size());
+      file.set_hash(Sha256Hex(bytes));
+    }
+    ASSERT_TRUE(files_->Complete("inst-1", manifest).ok());
+  }
+
+  std::string folder_;
+  std::unique_ptr<CheckpointFiles> files_;
+};
+
+TEST_F(CheckpointFilesTest, KeepsWhatWasPut) {
+  Make(60);
+  EXPECT_TRUE(files_->Check("inst-1", 60).ok());
+  EXPECT_EQ(*files_->Read("inst-1", 60, "region-2"), "region-2 at 60");
+  EXPECT_EQ(files_->Check("inst-1", 61).code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(CheckpointFilesTest, NamesTheDamagedFile) {
+  for (const std::string name : {"region-1", "region-2", "scene", "manifest"}) {
+    Make(60);
+    const std::string path = folder_ + "/inst-1/60/" + name;
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(3);
+    file.put('#');
+    file.close();
+    const absl::Status status = files_->Check("inst-1", 60);
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+    EXPECT_THAT(status.message(), HasSubstr("checkpoint 60 of inst-1: " + name + ": has another checksum"));
+  }
+}
+
+TEST_F(CheckpointFilesTest, ForgetsWhatWasHalfMade) {
+  ASSERT_TRUE(files_->Put("inst-1", 120, "region-1", "half").ok());
+  files_ = *CheckpointFiles::Open(folder_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/inst-1/.120"));
+  EXPECT_EQ(files_->Check("inst-1", 120).code(), absl::StatusCode::kNotFound);
+}
+
+TEST(BundleTest, ComesBackWholeOrNotAtAll) {
+  records::Bundle bundle;
+  bundle.mutable_manifest()->set_tick(7);
+  records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
+  file.set_name("scene");
+  file.set_hash(Sha256Hex("s"));
+  (*bundle.mutable_contents())["scene"] = "s";
+  const std::string bytes = Bundle(bundle);
+  EXPECT_EQ(Unbundle(bytes)->manifest().tick(), 7u);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x20);
+    EXPECT_FALSE(Unbundle(damaged).ok()) << i;
+    EXPECT_FALSE(Unbundle(bytes.substr(0, i)).ok()) << i;
+  }
+}
+
+// --- In the life of an instance ---
+
+struct World {
+  explicit World(std::int64_t interval_ms) {
+    harness.AddHost("alpha", 4);
+    harness.AddHost("beta", 4);
+    InstancePlan plan = TestPlan(4);
+    plan.checkpoint_interval = std::chrono::milliseconds(interval_ms);
+    plan.keep_checkpoints = 2;
+    id = harness.cluster().CreateInstance(harness.now, plan, false)->id();
+    harness.Run(seconds(1));
+    EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  }
+  // All regions' files come; false if none was asked for.
+  bool Upload() {
+    const std::uint64_t tick = harness.cluster().CheckpointUnderWay(id);
+    if (tick == 0) return false;
+    std::optional<records::Manifest> done;
+    for (auto& [name, agent] : harness.agents) {
+      for (auto& [key, worker] : agent.fake.workers) {
+        EXPECT_EQ(worker.order.checkpoint().tick(), tick);
+        v1::UploadCheckpointRequest request;
+        request.set_host_id(agent.host_id);
+        request.set_host_secret(agent.secret);
+        *request.mutable_identity() = worker.report.identity();
+        request.set_tick(tick);
+        request.set_hash("hash of " + std::to_string(key.second));
+        EXPECT_FALSE(done);
+        EXPECT_TRUE(harness.cluster().CheckUpload(request).ok());
+        done = harness.cluster().NoteUploaded(request);
+      }
+    }
+    EXPECT_TRUE(done.has_value());
+    last = *done;
+    harness.cluster().NoteCheckpoint(harness.now, id, last, 1000);
+    return true;
+  }
+  ClusterHarness harness;
+  std::string id;
+  records::Manifest last;
+};
+
+TEST(CheckpointTest, AreMadeAtTheirIntervalAndTheOldestGo) {
+  World world(10'000);
+  int made = 0;
+  for (int i = 0; i < 45; ++i) {
+    world.harness.Run(seconds(1));
+    made += world.Upload();
+  }
+  EXPECT_EQ(made, 4);
+  EXPECT_EQ(world.harness.Get(world.id).checkpoints_size(), 2);
+}
+
+TEST(CheckpointTest, OneThatDoesNotComeIsAbandonedAndTriedAgain) {
+  World world(10'000);
+  world.harness.Run(seconds(12));
+  const std::uint64_t first = world.harness.cluster().CheckpointUnderWay(world.id);
+  EXPECT_NE(first, 0u);
+  world.harness.Run(seconds(40));
+  const std::uint64_t second = world.harness.cluster().CheckpointUnderWay(world.id);
+  EXPECT_GT(second, first);
+  EXPECT_TRUE(world.Upload());
+}
+
+TEST(CheckpointTest, AFileThatNobodyWaitsForIsRefused) {
+  World world(0);
+  auto& agent = world.harness.agents["alpha"];
+  v1::UploadCheckpointRequest request;
+  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kUnauthenticated);
+  request.set_host_id(agent.host_id);
+  request.set_host_secret(agent.secret);
+  request.set_tick(5);
+  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(CheckpointTest, ARegionAndItsHeirLostTogetherComeBackWithALossOfTime) {
+  World world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  ASSERT_TRUE(world.Upload());
+  harness.Run(seconds(10));
+  for (auto& [name, agent] : harness.agents) {
+    while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
+  }
+  EXPECT_EQ(harness.cluster().TakeEffects().restore.count(world.id), 1u);
+  const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, "scene", false);
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  harness.Run(seconds(2));
+  const v1::Instance instance = harness.Get(world.id);
+  EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_RUNNING) << instance.reason();
+  EXPECT_GT(instance.lost_ticks(), 0u);
+  EXPECT_THAT(instance.events(instance.events_size() - 1).text(),
+              HasSubstr("restored from the checkpoint of tick " + std::to_string(world.last.tick())));
+  EXPECT_EQ(harness.Workers(), 4u);
+  for (auto& [name, agent] : harness.agents) {
+    for (auto& [key, worker] : agent.fake.workers) {
+      EXPECT_EQ(worker.order.initial_state().tick(), world.last.tick());
+      EXPECT_EQ(worker.order.initial_state().hash(), "hash of " + std::to_string(key.second));
+    }
+  }
+}
+
+TEST(CheckpointTest, WithoutAWholeOneTheInstanceFailsAndSaysWhy) {
+  World world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  ASSERT_TRUE(world.Upload());
+  for (auto& [name, agent] : harness.agents) {
+    while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
+  }
+  harness.cluster().CannotRestore(harness.now, world.id, "region-1 is damaged");
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("region-1 is damaged"));
+  // An operator who finds a good one brings it back, scene and all.
+  ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, "scene", false).ok());
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_TRUE(harness.cluster().SceneInUse("0123"));
+}
+
+}  // namespace
+}  // namespace tessera::control
