@@ -175,6 +175,9 @@ class Scale {
         Receive();
         far_.back()->Service();
       }
+      if (n % 50 == 0) {
+        for (const auto& far : far_) far->Service();
+      }
     }
     history_.Push(Tick(tick_ += kTicks), field_.all(), {});
   }

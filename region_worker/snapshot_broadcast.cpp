@@ -11,6 +11,9 @@ bool LooksDifferent(const BodyState& a, const BodyState& b) {
            a.angular_velocity == b.angular_velocity && a.asleep == b.asleep);
 }
 
+// Of what a client may be sent, where not all is of interest.
+constexpr double kShareOfOwner = 0.5;
+
 }  // namespace
 
 SnapshotBroadcast::SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_rate_hz,
@@ -36,8 +39,8 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   Push(region);
   bool full = false;
   const std::uint64_t bytes = port.Broadcast(begin, [&](Client& client) {
-    replication::WrittenSnapshot written =
-        client.sender.Write(*history_, ViewOf(client), region.LastInput(client.player), client.input_margin_ticks);
+    replication::WrittenSnapshot written = client.sender.Write(
+        *history_, ViewOf(region, client), region.LastInput(client.player), client.input_margin_ticks);
     full = full || written.full;
     return std::move(written.datagrams);
   });
@@ -87,12 +90,19 @@ void SnapshotBroadcast::Push(const region::Region& region) {
   departures_.clear();
 }
 
-// Around the body where it is owned here; a client never says where it looks from.
-replication::ClientView SnapshotBroadcast::ViewOf(const Client& client) const {
+// Around the body where it is owned here; a client never says where it looks from. A region that does not have the body
+// shows all that it has, within a smaller share of what the client may be sent: half goes to where the body is.
+replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const Client& client) const {
   replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
   const auto by_id = [](const Pushed& body, BodyId id) { return body.id < id; };
   const auto own = std::lower_bound(pushed_.begin(), pushed_.end(), view.own, by_id);
   if (own != pushed_.end() && own->id == view.own) view.centre = own->state.position;
+  const auto regions = static_cast<double>(region.map().regions().size());
+  if (settings_.interest_radius_m <= 0) {
+    view.budget_share = 1 / regions;
+  } else if (regions > 1) {
+    view.budget_share = view.centre.has_value() ? kShareOfOwner : (1 - kShareOfOwner) / (regions - 1);
+  }
   return view;
 }
 

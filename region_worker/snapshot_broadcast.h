@@ -27,7 +27,7 @@ class SnapshotBroadcast {
   bool FallsOn(Tick tick) const;
   void Gather(std::span<const region::Departure> departures);
   void Push(const region::Region& region);
-  replication::ClientView ViewOf(const Client& client) const;
+  replication::ClientView ViewOf(const region::Region& region, const Client& client) const;
 
   // Of a body, at the last Push.
   struct Pushed {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace tessera::replication {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 // Cells across the radius of interest: more follow its circle closer, and cost more to look through.
 constexpr double kCellsInRadius = 4;
 constexpr double kMinCell_m = 1;
-constexpr int kMaxColumns = 512;
+constexpr int kMaxColumns = 128;
 // Of a cell's length: how far beyond its edge a body still counts as in it.
 constexpr double kStay = 0.1;
 
@@ -53,18 +54,17 @@ std::uint32_t CellGrid::CellAt(Vec3d position, std::optional<std::uint32_t> befo
 }
 
 bool InterestWindow::Follow(const CellGrid& grid, double radius_m, const std::optional<Vec3d>& centre) {
-  const bool all = radius_m <= 0;
-  if (all || !centre.has_value()) {
-    const bool changed = !looked_ || (!all && !seen_.empty());
-    looked_ = true;
+  if (radius_m <= 0 || !centre.has_value()) {
+    if (sees_all_) return false;
+    sees_all_ = true;
     at_.reset();
-    seen_.clear();
-    if (all) seen_.push_back(0);
-    return changed;
+    seen_.resize(static_cast<std::size_t>(grid.columns() * grid.rows()));
+    std::iota(seen_.begin(), seen_.end(), 0u);
+    return true;
   }
+  sees_all_ = false;
   if (at_.has_value() && std::hypot(centre->x - at_->x, centre->z - at_->z) < kMoved * grid.cell_m()) return false;
   at_ = centre;
-  looked_ = true;
   const double keep_m = radius_m * (1 + kKeep);
   std::vector<std::uint32_t> now;
   for (int row = grid.RowOf(centre->z - keep_m); row <= grid.RowOf(centre->z + keep_m); ++row) {

@@ -44,8 +44,8 @@ class CellGrid {
 // The cells within the radius of a place.
 class InterestWindow {
  public:
-  // The place is `centre`, or unknown: then nothing is seen, unless all is of interest (radius_m 0). True if what is
-  // seen has changed.
+  // The place is `centre`, or unknown: then all is seen, as where all is of interest (radius_m 0). True if what is seen
+  // has changed.
   bool Follow(const CellGrid& grid, double radius_m, const std::optional<Vec3d>& centre);
   bool Sees(std::uint32_t cell) const;
   const std::vector<std::uint32_t>& cells() const { return seen_; }  // ascending
@@ -53,7 +53,7 @@ class InterestWindow {
  private:
   std::vector<std::uint32_t> seen_;
   std::optional<Vec3d> at_;  // where it was last looked from
-  bool looked_ = false;
+  bool sees_all_ = false;
 };
 
 }  // namespace tessera::replication

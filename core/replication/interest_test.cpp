@@ -38,13 +38,16 @@ TEST(InterestWindowTest, SeesTheCellsWithinTheRadiusAndKeepsThemALittleLonger) {
   EXPECT_FALSE(window.Sees(edge));
 }
 
-TEST(InterestWindowTest, WithoutAPlaceSeesNothingUnlessAllIsOfInterest) {
+TEST(InterestWindowTest, WithoutAPlaceSeesAllUntilItHasOne) {
+  const CellGrid grid(kBounds, 50);
   InterestWindow window;
-  EXPECT_TRUE(window.Follow(CellGrid(kBounds, 0), 0, std::nullopt));
-  EXPECT_TRUE(window.Sees(0));
-  InterestWindow blind;
-  blind.Follow(CellGrid(kBounds, 50), 50, std::nullopt);
-  EXPECT_TRUE(blind.cells().empty());
+  EXPECT_TRUE(window.Follow(grid, 50, std::nullopt));
+  EXPECT_FALSE(window.Follow(grid, 50, std::nullopt));
+  EXPECT_EQ(window.cells().size(), static_cast<std::size_t>(grid.columns() * grid.rows()));
+  EXPECT_TRUE(window.Follow(grid, 50, Vec3d(0, 0, 0)));
+  EXPECT_FALSE(window.Sees(grid.CellAt({400, 0, 400}, std::nullopt)));
+  EXPECT_TRUE(window.Follow(grid, 50, std::nullopt));
+  EXPECT_TRUE(window.Sees(grid.CellAt({400, 0, 400}, std::nullopt)));
 }
 
 TEST(CellGridTest, ABodyOnAnEdgeDoesNotChangeCellsToAndFro) {

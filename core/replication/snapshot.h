@@ -79,7 +79,7 @@ class SnapshotHistory {
 // Whose eyes a snapshot is for.
 struct ClientView {
   // The place that the settings' interest is around: where the regions have the client's body, never what a client
-  // says. Unknown: nothing is of interest, unless all is.
+  // says. Unknown: all is of interest.
   std::optional<Vec3d> centre{};
   BodyId own{};             // always first
   double budget_share = 1;  // of the client's bytes a second: this region's
