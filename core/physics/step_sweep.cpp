@@ -106,7 +106,31 @@ bool World::Impl::GoesThrough(const Pair& pair) const {
   return false;
 }
 
+// What hangs on a body that was stopped stops with it: a link that is held back alone tears its joints open.
+void World::Impl::StopJointed() {
+  const auto jointed = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
+  if (std::none_of(stopped.begin(), stopped.end(), jointed)) return;
+  std::vector<double> shares(awake.size(), 1.0);
+  std::vector<std::pair<std::uint32_t, double>> spreading = stopped;
+  while (!spreading.empty()) {
+    const auto [index, share] = spreading.back();
+    spreading.pop_back();
+    if (share >= shares[index]) continue;
+    shares[index] = share;
+    candidates.clear();
+    ListJointed(*awake[index], &candidates);
+    for (const RigidBody* other : candidates) {
+      if (other->awake()) spreading.emplace_back(other->awake_index, share);
+    }
+  }
+  stopped.clear();
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (shares[i] < 1) stopped.emplace_back(i, shares[i]);
+  }
+}
+
 void World::Impl::MoveBodies() {
+  StopJointed();
   for (const auto& [index, fraction] : stopped) {
     Motion& motion = motions[index];
     const Placement& from = awake[index]->placement();

@@ -84,6 +84,7 @@ struct World::Impl {
   void Sweep();
   void SweepBody(std::uint32_t index);
   bool GoesThrough(const Pair& pair) const;
+  void StopJointed();
   void MoveBodies();
   void FallAsleep();
   void ReportContacts();
