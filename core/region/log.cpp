@@ -1,6 +1,7 @@
 #include "core/region/log.h"
 
 #include <algorithm>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/frame_check.h"
@@ -299,6 +300,28 @@ absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& 
   return absl::OkStatus();
 }
 
+// Leaves one control for each player's body, and none else.
+absl::Status ApplyControls(const Changes& changes, const RegionState& state,
+                           std::map<PlayerNumber, PlayerControl>& controls) {
+  for (const BodyId id : changes.gone) {
+    if (IsPlayerBody(id)) controls.erase(PlayerOf(id));
+  }
+  for (const auto& [player, control] : changes.controls) controls.insert_or_assign(player, control);
+  const auto told = [&](BodyId id) {
+    const auto it = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
+    return it != changes.bodies.end() && it->id == id;
+  };
+  const auto gone = [&](BodyId id) { return std::binary_search(changes.gone.begin(), changes.gone.end(), id); };
+  for (const StateBody& body : changes.bodies) {
+    if (IsPlayerBody(body.id) && !controls.contains(PlayerOf(body.id))) return Bad("controls: one is missing");
+  }
+  for (const auto& [player, control] : controls) {
+    const BodyId id = PlayerBodyId(player);
+    if (!told(id) && (state.Find(id) == nullptr || gone(id))) return Bad("controls: a player without a body");
+  }
+  return absl::OkStatus();
+}
+
 void ApplyBodies(const Changes& changes, std::vector<StateBody>& bodies) {
   std::size_t known = 0;
   auto at = bodies.begin();
@@ -420,25 +443,10 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   }
   Changes changes;
   if (absl::Status status = ReadChanges(in, catalog, state, changes); !status.ok()) return status;
-  // Nothing below fails but for the last check, which is on a copy of little.
   std::map<PlayerNumber, PlayerControl> controls = state.controls;
-  for (const BodyId id : changes.gone) {
-    if (IsPlayerBody(id)) controls.erase(PlayerOf(id));
-  }
-  for (auto& [player, control] : changes.controls) controls.insert_or_assign(player, std::move(control));
-  RegionState ends;
-  ends.controls = std::move(controls);
-  for (const StateBody& told : changes.bodies) {
-    if (IsPlayerBody(told.id) && !ends.controls.contains(PlayerOf(told.id))) return Bad("a player without a control");
-  }
-  for (const auto& [player, control] : ends.controls) {
-    const BodyId id = PlayerBodyId(player);
-    const bool told = std::binary_search(changes.bodies.begin(), changes.bodies.end(), StateBody{id, {}, {}},
-                                         [](const StateBody& a, const StateBody& b) { return a.id < b.id; });
-    if (!told && state.Find(id) == nullptr) return Bad("controls: a player without a body");
-  }
+  if (absl::Status status = ApplyControls(changes, state, controls); !status.ok()) return status;
   state.tick = header->tick;
-  state.controls = std::move(ends.controls);
+  state.controls = std::move(controls);
   ApplyBodies(changes, state.bodies);
   std::vector<PlayerNumber> spawned;
   std::set_union(state.spawned.begin(), state.spawned.end(), changes.spawned.begin(), changes.spawned.end(),
@@ -448,6 +456,35 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
   return absl::OkStatus();
+}
+
+absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
+  if (states.empty()) return Bad("no states");
+  std::map<BodyId, std::pair<StateBody, const RegionState*>> bodies;
+  std::set<PlayerNumber> spawned;
+  std::set<TouchingPair> touching;
+  for (const RegionState& state : states) {
+    if (state.tick != states[0].tick) {
+      return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
+                              states[0].region.value(), " of tick ", states[0].tick.value()));
+    }
+    for (const StateBody& body : state.bodies) {
+      const auto [entry, added] = bodies.try_emplace(body.id, body, &state);
+      if (!added && entry->second.first.epoch < body.epoch) entry->second = {body, &state};
+    }
+    spawned.insert(state.spawned.begin(), state.spawned.end());
+    touching.insert(state.touching.begin(), state.touching.end());
+  }
+  RegionState merged;
+  merged.tick = states[0].tick;
+  merged.bodies.reserve(bodies.size());
+  for (const auto& [id, entry] : bodies) {
+    merged.bodies.push_back(entry.first);
+    if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
+  }
+  merged.spawned.assign(spawned.begin(), spawned.end());
+  merged.touching.assign(touching.begin(), touching.end());
+  return merged;
 }
 
 // --- Owner's end.

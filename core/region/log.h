@@ -79,6 +79,11 @@ struct LogView {
   const KeptGrants* grants = nullptr;
 };
 
+// All regions' states of one tick as one, of no region and without promises: what regions of any map can begin with
+// (Config::initial). A body that two of them have counts with its higher epoch. INVALID_ARGUMENT: none, or different
+// ticks.
+absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states);
+
 // Owner's end: knows what it wrote last.
 class LogWriter {
  public:

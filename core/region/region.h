@@ -48,7 +48,7 @@ struct Config {
   PartitionMap map;
   Settings settings;
   // What the region begins with instead of the scene at tick 0: a restored one with the bodies of the instance's
-  // checkpoint (MergeStates in restore.h), of which it takes those that the map gives it; one that joins a running
+  // checkpoint (MergeStates in log.h), of which it takes those that the map gives it; one that joins a running
   // instance with a state of no bodies and the tick before its map comes into force.
   std::shared_ptr<const RegionState> initial = nullptr;
 };
@@ -165,7 +165,9 @@ class Region {
   absl::Status Commit(MapVersion version);
   MapVersion announced() const;    // MapVersion() if none waits
   bool committed() const;          // whether what is announced is committed
-  std::size_t away_count() const;  // owned bodies in cells that the map gives to others
+  // Bodies and unconfirmed grants that are too far outside this region's cells for a map without `from`; 0 in all
+  // regions: time to plan that.
+  std::size_t away_count() const;
 
   // --- Failover.
   // From now on nothing is stepped until Resume. `map` is the failover's; `wards` are the standbys of the dead that are

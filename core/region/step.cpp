@@ -43,6 +43,7 @@ physics::Settings WorldSettings(const Config& config) {
 RegionStep::RegionStep(Config config_in)
     : config(std::move(config_in)),
       neighbors(config.map.Neighbors(config.self)),
+      grantable(neighbors),
       tick_s(1.0 / config.scene->tick_rate_hz),
       catalog(config.scene),
       bodies(catalog, WorldSettings(config)),

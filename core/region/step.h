@@ -66,6 +66,7 @@ class RegionStep {
 
   Config config;
   std::vector<RegionId> neighbors;
+  std::vector<RegionId> grantable;  // those of them that stay neighbours by an announced map
   double tick_s;
   Catalog catalog;
   Bodies bodies;

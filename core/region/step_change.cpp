@@ -28,7 +28,11 @@ const KeptGrant* NewestGrant(const KeptGrants& grants, BodyId id) {
 absl::Status RegionStep::Announce(const PartitionMap& map, Tick effective) {
   if (failover.has_value()) return absl::FailedPreconditionError("a failover is under way");
   if (absl::Status status = change.Announce(map, effective, config.map.version(), tick); !status.ok()) return status;
-  inbox.Expect(map.version(), map.Neighbors(config.self));
+  const std::vector<RegionId> next = map.Neighbors(config.self);
+  inbox.Expect(map.version(), next);
+  // Who will be no neighbour any more gets nothing that it would have to confirm.
+  grantable.clear();
+  std::set_intersection(neighbors.begin(), neighbors.end(), next.begin(), next.end(), std::back_inserter(grantable));
   return absl::OkStatus();
 }
 
@@ -50,6 +54,7 @@ void RegionStep::AdoptMap(PartitionMap map, bool anew) {
     outboxes[i] = std::move(outboxes_[static_cast<std::size_t>(before - old.begin())]);
   }
   outboxes_ = std::move(outboxes);
+  grantable = neighbors;
   reach.SetNeighbors(neighbors);
   for (const auto& [from, bytes] : inbox.ChangeMap(config.map.version(), neighbors, tick, anew)) {
     const Frame* taken = nullptr;
@@ -58,11 +63,24 @@ void RegionStep::AdoptMap(PartitionMap map, bool anew) {
   }
 }
 
+// What a settled map must not find: bodies, or copies of what was granted, too far from home to be shown to those whom
+// they could touch.
 std::size_t RegionStep::AwayCount() const {
-  const std::span<const OwnedBody> owned = bodies.owned();
-  return static_cast<std::size_t>(std::count_if(owned.begin(), owned.end(), [this](const OwnedBody& body) {
-    return config.map.OwnerOf(body.state.position) != config.self;
-  }));
+  const double far = config.settings.hysteresis_m + config.settings.aura_m;
+  const Rect& bounds = config.map.bounds();
+  const auto away = [&](Vec3d place) {
+    place = {std::clamp(place.x, bounds.min_x, bounds.max_x), place.y, std::clamp(place.z, bounds.min_z, bounds.max_z)};
+    return config.map.DistanceTo(config.self, place) > far;
+  };
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const bool tied = catalog.AssemblyOf(body.def->id).size() > 1;
+    if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest says where they belong
+    count += away(body.state.position) ? 1 : 0;
+  }
+  for (const auto& [key, grant] : unconfirmed) count += away(grant.state.position) ? 1 : 0;
+  return count;
 }
 
 absl::StatusOr<Inventory> RegionStep::BeginFailover(const PartitionMap& map, std::span<const Standby* const> wards) {

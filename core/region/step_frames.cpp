@@ -61,7 +61,7 @@ void RegionStep::DecideHandovers() {
     const bool tied = catalog.AssemblyOf(body.def->id).size() > 1;
     if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
     const std::optional<RegionId> to =
-        HandoverTarget(config.map, config.self, neighbors, body.state.position, config.settings.hysteresis_m);
+        HandoverTarget(config.map, config.self, grantable, body.state.position, config.settings.hysteresis_m);
     if (!to.has_value()) continue;
     if (tied) {
       GrantTo(*to, OwnedAssembly(i));

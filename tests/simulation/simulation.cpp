@@ -48,6 +48,7 @@ Simulation::Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& m
     if (joint.body_b == BodyId()) continue;
     jointed_[joint.body_a.value()] = jointed_[joint.body_b.value()] = 1;
   }
+  if (options_.attach) options_.attach(*this);
   for (const MapRegion& region : map.regions()) {
     StartWorker({region.id, Incarnation(1), scene_, map, options.settings});
   }

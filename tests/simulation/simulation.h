@@ -31,11 +31,15 @@ namespace tessera::simulation {
 constexpr Node kAuthorityNode = 1'000'000;  // the control plane
 constexpr Node ClientNode(PlayerNumber player) { return 2'000'000 + player.value(); }
 
+class Simulation;
+
 struct SimulationOptions {
   std::uint64_t seed = 1;
   region::Settings settings = {};
   Weather weather = {};
   bool weigh = false;  // the ledger adds up momentum and energy
+  // Called before the first worker starts: the place to hang something in.
+  std::function<void(Simulation&)> attach = nullptr;
 };
 
 struct SimulationTotals {

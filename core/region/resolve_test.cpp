@@ -1,0 +1,148 @@
+#include "core/region/resolve.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+
+#include "core/world/partition_change.h"
+
+namespace tessera::region {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr RegionId kA(1), kB(2), kC(3), kD(4);
+constexpr BodyId kX(7);
+
+// Four regions that meet in a corner; heirs are 1 -> 2 -> 3 -> 4 -> 1.
+class ResolveTest : public ::testing::Test {
+ protected:
+  void Die(std::vector<RegionId> who) {
+    dead = std::move(who);
+    map = *FailoverMap(*MakeGridMap({0, 0, 8, 8}, 4), dead, MapVersion(2));
+    for (const MapRegion& region : map.regions())
+      inventories.push_back({map.version(), region.id, Tick(100), {}, {}, {}});
+  }
+  Inventory& Of(RegionId id) { return *std::ranges::find(inventories, id, &Inventory::region); }
+  void Ward(RegionId holder, RegionId region, std::vector<BodyClaim> bodies, std::vector<GrantClaim> grants = {}) {
+    Of(holder).wards.push_back({region, Incarnation(1), Tick(99), std::move(bodies), std::move(grants)});
+  }
+  Resolution Result(std::vector<BodyId> expected = {kX}) {
+    const absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
+    EXPECT_TRUE(resolution.ok()) << resolution.status();
+    EXPECT_TRUE(CheckResolution(*resolution).ok());
+    std::vector<Inventory> reversed(inventories.rbegin(), inventories.rend());
+    EXPECT_EQ(*Resolve(map, dead, reversed, expected), *resolution) << "the order of the inventories does not matter";
+    return *resolution;
+  }
+
+  PartitionMap map;
+  std::vector<RegionId> dead;
+  std::vector<Inventory> inventories;
+};
+
+TEST_F(ResolveTest, TheHeirTakesUpWhatOnlyItsStandbyHas) {
+  Die({kA});
+  Ward(kB, kA, {{kX, Epoch(3)}});
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(4), kB, kA, false}));
+  EXPECT_EQ(Result().resume_tick, Tick(102));
+  EXPECT_THAT(Result().lost, IsEmpty());
+}
+
+TEST_F(ResolveTest, GrantedAndTakenBeforeTheStandbyHeardOfIt) {
+  Die({kA});
+  Ward(kB, kA, {{kX, Epoch(3)}});
+  Of(kC).owned = {{kX, Epoch(4)}};
+  EXPECT_THAT(Result().takeovers, IsEmpty());
+}
+
+TEST_F(ResolveTest, GrantedAndNeverTaken) {
+  Die({kA});
+  Ward(kB, kA, {{kX, Epoch(3)}}, {{kX, Epoch(4), kC}});
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, kA, true}))
+      << "an epoch above the one that was granted";
+}
+
+TEST_F(ResolveTest, TheGranterRevivesWhatTheDeadOnesStandbyLacks) {
+  Die({kA});
+  Ward(kB, kA, {});
+  Of(kC).grants = {{kX, Epoch(4), kA}};
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kC, RegionId(), true}));
+}
+
+TEST_F(ResolveTest, TheGranterDoesNotReviveWhatTheStandbyHasAndKeepsItsCopyForTheNextDeath) {
+  Die({kA});
+  Ward(kB, kA, {{kX, Epoch(4)}});
+  Of(kC).grants = {{kX, Epoch(4), kA}};
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, kA, false}));
+  EXPECT_THAT(Result().pending, ElementsAre(PendingGrant{kX, Epoch(5), kC, kB}));
+}
+
+TEST_F(ResolveTest, GrantedOnwardToAThird) {
+  Die({kB});
+  Ward(kC, kB, {});                      // has neither the taking nor the granting on
+  Of(kA).grants = {{kX, Epoch(2), kB}};  // unconfirmed
+  Of(kD).owned = {{kX, Epoch(3)}};
+  EXPECT_THAT(Result().takeovers, IsEmpty());
+  EXPECT_THAT(Result().pending, IsEmpty()) << "region 1's copy is of an ownership that has ended";
+}
+
+TEST_F(ResolveTest, AGrantOnTheWayBetweenTheLivingIsRevivedByItsGranter) {
+  Die({kA});
+  Ward(kB, kA, {});
+  Of(kC).owned = {{kX, Epoch(2)}};
+  Of(kC).grants = {{kX, Epoch(3), kD}};
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(4), kC, RegionId(), true}));
+}
+
+TEST_F(ResolveTest, AGrantBetweenTheLivingThatWasTakenStaysUnconfirmed) {
+  Die({kA});
+  Ward(kB, kA, {});
+  Of(kC).owned = {{kX, Epoch(2)}};
+  Of(kC).grants = {{kX, Epoch(3), kD}};
+  Of(kD).owned = {{kX, Epoch(3)}};
+  EXPECT_THAT(Result().takeovers, IsEmpty());
+  EXPECT_THAT(Result().pending, ElementsAre(PendingGrant{kX, Epoch(3), kC, kD}));
+}
+
+TEST_F(ResolveTest, TwoNeighboursThatDieTogetherAreCarriedOnByTheirHeirs) {
+  Die({kA, kC});
+  Ward(kB, kA, {{BodyId(1), Epoch(1)}}, {{kX, Epoch(2), kC}});
+  Ward(kD, kC, {{BodyId(2), Epoch(1)}, {kX, Epoch(2)}});
+  EXPECT_THAT(Result({BodyId(1), BodyId(2), kX}).takeovers,
+              ElementsAre(Takeover{BodyId(1), Epoch(2), kB, kA, false}, Takeover{BodyId(2), Epoch(2), kD, kC, false},
+                          Takeover{kX, Epoch(3), kD, kC, false}));
+  EXPECT_THAT(Result().without_standby, IsEmpty());
+}
+
+TEST_F(ResolveTest, RegionAndHeirLostTogetherIsToldAsALoss) {
+  Die({kA, kB});
+  Ward(kC, kB, {{BodyId(2), Epoch(1)}});
+  const Resolution resolution = Result({BodyId(2), kX});
+  EXPECT_THAT(resolution.without_standby, ElementsAre(kA));
+  EXPECT_THAT(resolution.lost, ElementsAre(kX));
+}
+
+TEST_F(ResolveTest, NamesThePlayersThatHaveABody) {
+  Die({kA});
+  Ward(kB, kA, {{PlayerBodyId(PlayerNumber(2)), Epoch(1)}});
+  Of(kC).owned = {{PlayerBodyId(PlayerNumber(1)), Epoch(5)}};
+  EXPECT_THAT(Result({}).players, ElementsAre(PlayerNumber(1), PlayerNumber(2)));
+}
+
+TEST_F(ResolveTest, WaitsForEveryLiveRegionAndRefusesOthers) {
+  Die({kA});
+  inventories.pop_back();
+  EXPECT_THAT(Resolve(map, dead, inventories).status().message(), HasSubstr("no inventory of region 4"));
+  inventories.push_back({MapVersion(1), kD, Tick(1), {}, {}, {}});
+  EXPECT_THAT(Resolve(map, dead, inventories).status().message(), HasSubstr("another failover"));
+  inventories.back() = inventories.front();
+  EXPECT_THAT(Resolve(map, dead, inventories).status().message(), HasSubstr("two inventories of region 2"));
+  inventories.back() = {map.version(), kD, Tick(1), {{kX, Epoch(1)}, {kX, Epoch(2)}}, {}, {}};
+  EXPECT_THAT(Resolve(map, dead, inventories).status().message(), HasSubstr("a body twice"));
+}
+
+}  // namespace
+}  // namespace tessera::region

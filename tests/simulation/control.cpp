@@ -1,0 +1,356 @@
+#include "tests/simulation/control.h"
+
+#include <algorithm>
+
+#include "core/region/log.h"
+#include "core/world/partition_change.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr std::uint8_t kLog = 10, kAcknowledgement = 11, kAskWhole = 12;
+constexpr Micros kLook = Milliseconds(50);  // between looks at a planned map
+
+Bytes Packed(Tick tick) {
+  Bytes bytes;
+  for (int i = 0; i < 8; ++i) bytes.push_back(static_cast<std::uint8_t>(tick.value() >> (8 * i)));
+  return bytes;
+}
+
+Tick Unpacked(std::span<const std::uint8_t> bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;) value = value << 8 | bytes[i];
+  return Tick(value);
+}
+
+const MapRegion* Entry(const PartitionMap& map, RegionId region) {
+  const auto it = std::ranges::find(map.regions(), region, &MapRegion::id);
+  return it == map.regions().end() ? nullptr : &*it;
+}
+
+}  // namespace
+
+Control::Control(Simulation& simulation, const PartitionMap& map, const ControlOptions& options)
+    : simulation_(simulation), options_(options), map_(map), versions_(map.version().value()) {
+  simulation.on_worker_started = [this](Worker& worker) { Protect(worker); };
+  simulation.on_step = [this](Worker& worker, const region::StepResult& result) { Stepped(worker, result); };
+  simulation.on_message = [this](Worker& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+    OnMessage(worker, from, kind, bytes);
+  };
+  simulation.on_killed = [this](RegionId region) { Killed(region); };
+  simulation.more_copies = [this](std::vector<BodyId>& held) {
+    for (const auto& [holder, wards] : standbys_) {
+      for (const auto& [region, standby] : wards) {
+        for (const region::StateBody& body : standby.state().bodies) held.push_back(body.id);
+        for (const auto& [key, grant] : standby.state().grants) held.push_back(key.first);
+      }
+    }
+  };
+}
+
+void Control::After(Micros time, std::function<void()> action) { simulation_.timeline().In(time, std::move(action)); }
+
+void Control::Message(std::function<void()> action) {
+  After(200 + simulation_.chance().Next() % options_.max_message, std::move(action));
+}
+
+template <class Action>
+void Control::ToWorker(RegionId region, Action action) {
+  Message([this, region, action] {
+    simulation_.network().InProcess(region.value(), [this, region, action] {
+      if (simulation_.Alive(region)) action(simulation_.worker(region.value()));
+    });
+  });
+}
+
+// --- Logs.
+
+// One that joins is in the next map only.
+RegionId Control::HeirOf(RegionId region) const {
+  const MapRegion* entry = Entry(map_, region);
+  if (entry == nullptr && plan_) entry = Entry(plan_->next, region);
+  return entry == nullptr ? RegionId() : entry->heir;
+}
+
+void Control::Protect(Worker& worker) {
+  const RegionId heir = HeirOf(worker.id());
+  worker.region().SetStandby(heir != RegionId());
+  if (heir != RegionId()) simulation_.network().Link(worker.node(), heir.value());
+}
+
+void Control::Stepped(Worker& worker, const region::StepResult& result) {
+  last_tick_[worker.id()] = result.tick;
+  std::vector<BodyId>& owned = last_owned_[worker.id()];
+  owned.clear();
+  for (const region::OwnedBody& body : worker.region().owned()) owned.push_back(body.def->id);
+  SendLog(worker, result);
+}
+
+void Control::SendLog(Worker& worker, const region::StepResult& result) {
+  const RegionId heir = HeirOf(worker.id());
+  if (result.log.empty() || heir == RegionId() || held_logs_.contains(worker.id())) return;
+  ++totals_.log_messages;
+  totals_.log_bytes += result.log.size();
+  (void)worker.SendOther(heir.value(), kLog, result.log);
+}
+
+void Control::OnMessage(Worker& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+  const RegionId sender(from);
+  if (kind == kLog) {
+    if (dead_.contains(sender) || retired_.contains(sender)) return;  // the promise: nothing more is acknowledged
+    region::Standby& standby =
+        standbys_[worker.id()].try_emplace(sender, sender, worker.region().catalog()).first->second;
+    if (standby.Receive(bytes).ok()) {
+      asked_.erase(sender);
+      (void)worker.SendOther(from, kAcknowledgement, Packed(standby.tick()));
+    } else if (!asked_.contains(sender) || last_tick_[sender] - asked_[sender] > 20) {
+      asked_[sender] = last_tick_[sender];
+      (void)worker.SendOther(from, kAskWhole, {});
+    }
+  } else if (kind == kAcknowledgement) {
+    if (HeirOf(worker.id()) != sender) return;
+    worker.region().LogAcknowledged(Unpacked(bytes));
+    for (auto& [holder, wards] : standbys_) {
+      if (holder != sender) wards.erase(worker.id());
+    }
+  } else if (kind == kAskWhole) {
+    ++totals_.whole_logs;
+    worker.region().SetStandby(true);
+  }
+}
+
+std::optional<Tick> Control::StandbyTick(RegionId region) const {
+  std::optional<Tick> newest;
+  for (const auto& [holder, wards] : standbys_) {
+    const auto ward = wards.find(region);
+    if (ward == wards.end() || !ward->second.whole()) continue;
+    if (!newest || ward->second.tick() > *newest) newest = ward->second.tick();
+  }
+  return newest;
+}
+
+void Control::HoldLog(RegionId region, bool held) {
+  if (held) {
+    held_logs_.insert(region);
+  } else {
+    held_logs_.erase(region);
+  }
+}
+
+std::vector<const region::Standby*> Control::WardsOf(RegionId holder) const {
+  std::vector<const region::Standby*> wards;
+  const auto found = standbys_.find(holder);
+  if (found == standbys_.end()) return wards;
+  for (const auto& [region, standby] : found->second) {
+    if (dead_.contains(region)) wards.push_back(&standby);
+  }
+  return wards;
+}
+
+// --- Deaths.
+
+void Control::Killed(RegionId region) {
+  standbys_.erase(region);
+  if (retired_.contains(region)) return;
+  if (!StandbyTick(region)) {
+    for (const BodyId id : last_owned_[region]) simulation_.ledger().Excuse(id);
+  }
+  // What it was heir to and had not been taken up is gone with it.
+  for (const RegionId dead : dead_) {
+    if (StandbyTick(dead)) continue;
+    for (const BodyId id : last_owned_[dead]) simulation_.ledger().Excuse(id);
+  }
+  dead_.insert(region);
+  died_at_[region] = last_tick_[region];
+  if (!failover_begun_) failover_begun_ = simulation_.timeline().now();
+  After(options_.detection, [this] { BeginFailover(); });
+}
+
+void Control::AssignHeirs() {
+  std::vector<MapRegion> regions(map_.regions().begin(), map_.regions().end());
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if (regions[i].heir == RegionId() && regions.size() > 1) regions[i].heir = regions[(i + 1) % regions.size()].id;
+  }
+  map_ = *PartitionMap::Create(map_.version(), map_.bounds(), {map_.cells().begin(), map_.cells().end()},
+                               std::move(regions));
+}
+
+void Control::BeginFailover() {
+  std::vector<RegionId> gone;  // that the map still has
+  for (const MapRegion& region : map_.regions()) {
+    if (!simulation_.Alive(region.id)) gone.push_back(region.id);
+  }
+  if (plan_ && plan_->committed) map_ = plan_->next;  // it may be in force somewhere
+  plan_.reset();
+  gone.clear();
+  for (const MapRegion& region : map_.regions()) {
+    if (!simulation_.Alive(region.id)) gone.push_back(region.id);
+  }
+  if (gone.empty() || gone.size() == map_.regions().size()) return;
+  map_ = *FailoverMap(map_, gone, MapVersion(++versions_));
+  AssignHeirs();
+  inventories_.clear();
+  resumed_.clear();
+  for (const MapRegion& region : map_.regions()) {
+    ToWorker(region.id, [this, map = map_](Worker& worker) {
+      const auto inventory = worker.region().BeginFailover(map, WardsOf(worker.id()));
+      if (inventory.ok()) Message([this, inventory = *inventory] { TakeInventory(inventory); });
+    });
+  }
+}
+
+void Control::TakeInventory(const region::Inventory& inventory) {
+  if (inventory.version != map_.version()) return;
+  inventories_[inventory.region] = inventory;
+  const bool all = std::all_of(map_.regions().begin(), map_.regions().end(),
+                               [this](const MapRegion& region) { return inventories_.contains(region.id); });
+  if (all) Resolved();
+}
+
+void Control::Resolved() {
+  std::vector<region::Inventory> inventories;
+  for (const auto& [region, inventory] : inventories_) inventories.push_back(inventory);
+  const std::vector<RegionId> dead(dead_.begin(), dead_.end());
+  const std::set<BodyId>& expected = simulation_.ledger().expected();
+  const std::vector<BodyId> bodies(expected.begin(), expected.end());
+  const auto resolution = region::Resolve(map_, dead, inventories, bodies);
+  if (!resolution.ok()) {
+    return simulation_.ledger().Problem(simulation_.tick(), "no resolution: " + resolution.status().ToString());
+  }
+  for (const region::Takeover& takeover : resolution->takeovers) {
+    ++(takeover.revived ? totals_.revived : totals_.adopted);
+    if (takeover.from == RegionId()) continue;
+    const Tick tick = *StandbyTick(takeover.from);
+    totals_.max_age_ticks = std::max(totals_.max_age_ticks, died_at_[takeover.from] - tick);
+  }
+  for (const BodyId id : resolution->lost) simulation_.ledger().Excuse(id);
+  totals_.pending += resolution->pending.size();
+  totals_.lost += resolution->lost.size();
+  totals_.without_standby += resolution->without_standby.size();
+  for (const MapRegion& region : map_.regions()) {
+    ToWorker(region.id, [this, resolution = *resolution](Worker& worker) { Resume(worker, resolution); });
+  }
+}
+
+void Control::Resume(Worker& worker, const region::Resolution& resolution) {
+  if (resolution.version != map_.version() || !worker.region().halted()) return;
+  Protect(worker);
+  absl::StatusOr<region::StepResult> result = worker.region().Resume(resolution, WardsOf(worker.id()));
+  if (!result.ok()) {
+    return simulation_.ledger().Problem(worker.region().tick(), "no resuming: " + result.status().ToString());
+  }
+  for (const RegionId neighbor : worker.region().neighbors()) {
+    simulation_.network().Link(worker.node(), neighbor.value());
+  }
+  worker.Send(std::move(result->frames));
+  worker.on_step(worker, *result);
+  worker.Advance();
+  resumed_.insert(worker.id());
+  if (resumed_.size() < map_.regions().size()) return;
+  for (auto& [holder, wards] : standbys_) {
+    for (const RegionId dead : dead_) wards.erase(dead);
+  }
+  ++totals_.failovers;
+  totals_.max_gap = std::max(totals_.max_gap, simulation_.timeline().now() - *failover_begun_);
+  failover_begun_.reset();
+  dead_.clear();
+}
+
+// --- Planned maps.
+
+void Control::Plan(const PartitionMap& wanted) {
+  plan_.emplace();
+  plan_->wanted = wanted;
+  plan_->next = *TransitionMap(map_, wanted, MapVersion(++versions_));
+  SendPlan();
+  WatchPlan();
+}
+
+void Control::SendPlan() {
+  Tick newest;
+  for (const auto& [id, worker] : simulation_.workers()) newest = std::max(newest, worker->region().tick());
+  plan_->effective = newest + options_.lead_ticks;
+  plan_->knows.clear();
+  plan_->answers = 0;
+  for (const MapRegion& region : map_.regions()) {
+    ToWorker(region.id, [this, next = plan_->next, effective = plan_->effective](Worker& worker) {
+      const absl::Status status = worker.region().Announce(next, effective);
+      for (const RegionId neighbor : next.Neighbors(worker.id())) {
+        simulation_.network().Link(worker.node(), neighbor.value());
+      }
+      Message([this, id = worker.id(), ok = status.ok(), version = next.version(), effective] {
+        if (!plan_ || plan_->next.version() != version || plan_->effective != effective) return;
+        if (ok) plan_->knows.insert(id);
+        if (plan_->knows.size() == map_.regions().size()) SendCommit();
+      });
+    });
+  }
+}
+
+void Control::SendCommit() {
+  for (const MapRegion& region : map_.regions()) {
+    ToWorker(region.id, [this, version = plan_->next.version(), effective = plan_->effective](Worker& worker) {
+      const bool ok = worker.region().Commit(version).ok();
+      Message([this, ok, version, effective] {
+        if (!plan_ || plan_->next.version() != version || plan_->effective != effective) return;
+        ++plan_->answers;
+        if (!ok) ++totals_.refused;
+        if (ok && !plan_->committed) {
+          plan_->committed = true;
+          StartJoining();
+        }
+        if (plan_->answers == map_.regions().size() && !plan_->committed) SendPlan();
+      });
+    });
+  }
+}
+
+void Control::StartJoining() {
+  for (const MapRegion& region : plan_->next.regions()) {
+    if (simulation_.Alive(region.id)) continue;
+    retired_.erase(region.id);
+    auto nothing = std::make_shared<region::RegionState>();
+    nothing->tick = Tick(plan_->effective.value() - 1);
+    region::Config config{region.id,   Incarnation(++incarnations_),   simulation_.scene(),
+                          plan_->next, simulation_.options().settings, nothing};
+    simulation_.StartWorker(std::move(config));
+  }
+}
+
+// Until it is in force everywhere and, in transition, everything is where it belongs.
+void Control::WatchPlan() {
+  After(kLook, [this, version = plan_->next.version()] {
+    if (!plan_ || plan_->next.version() != version) return;
+    const auto& workers = simulation_.workers();
+    const bool in_force = std::all_of(workers.begin(), workers.end(), [&](const auto& entry) {
+      return entry.second->region().map().version() == version;
+    });
+    const bool settled = std::all_of(workers.begin(), workers.end(), [](const auto& entry) {
+      const region::Region& region = entry.second->region();
+      return region.away_count() == 0 && region.unconfirmed_grants() == 0;
+    });
+    if (!plan_->committed || !in_force || (InTransition(plan_->next) && !settled)) return WatchPlan();
+    ++totals_.planned;
+    map_ = plan_->next;
+    if (InTransition(map_)) {
+      plan_->next = *SettledMap(map_, MapVersion(++versions_));
+      plan_->committed = false;
+      SendPlan();
+      return WatchPlan();
+    }
+    plan_.reset();
+    std::vector<RegionId> empty;
+    for (const auto& [id, worker] : workers) {
+      if (std::ranges::find(map_.regions(), id, &MapRegion::id) == map_.regions().end()) empty.push_back(id);
+    }
+    for (const RegionId id : empty) {
+      retired_.insert(id);
+      for (auto& [holder, wards] : standbys_) wards.erase(id);
+      simulation_.Kill(id);
+    }
+    AssignHeirs();
+    for (const auto& [id, worker] : workers) Protect(*worker);
+  });
+}
+
+}  // namespace tessera::simulation
