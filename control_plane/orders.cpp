@@ -26,6 +26,10 @@ void SetHeirs(const records::Instance& record, v1::WorkerOrder& order) {
     if (region.id() == order.region()) order.set_heir(region.heir());
     if (region.heir() == order.region()) order.add_wards(region.id());
   }
+  // The copies of the dead are what is taken up.
+  for (const records::Dead& dead : record.failover().dead()) {
+    if (dead.heir() == order.region()) order.add_wards(dead.region());
+  }
 }
 
 void SetInitialState(const records::Instance& record, const records::Placement& placement, v1::WorkerOrder& order) {
