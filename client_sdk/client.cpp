@@ -21,6 +21,7 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
       world(session.tick_rate_hz, SnapshotTicks(session)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz) {
   wire.Simulate(options.network);
+  if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
     doors.emplace(region.region, region);
     links.emplace_back(region, session.scene->bounds, replication::SettingsFor(*session.scene));
@@ -51,6 +52,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   if (me.last_poll.has_value()) me.frame_time.Add(now - *me.last_poll);
   me.last_poll = now;
   me.Receive(now);
+  me.Correct();
   if (me.state != ClientState::kEnded) {
     me.world.Expire(now, me.events);
     me.Follow(now);
@@ -77,6 +79,7 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   const TimePoint begin = Clock::now();
   const double tick = impl_->playout.Advance(now);
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
+  impl_->ShowPredicted(now, shown);
   impl_->update_time.Add(Clock::now() - begin);
   return shown;
 }
@@ -130,6 +133,11 @@ ClientStats Client::Impl::Stats() const {
   stats.snapshot_delay_s = me.playout.delay_s();
   stats.jitter_s = me.playout.jitter_s();
   stats.extrapolations = me.world.extrapolations();
+  stats.input_margin_ticks = me.input_clock.margin_ticks();
+  if (me.predictor) {
+    stats.corrections = me.predictor->corrections();
+    stats.last_correction_m = me.predictor->last_correction_m();
+  }
   stats.playout_jumps = me.playout.jumps();
   stats.frame_time = me.frame_time.Summary();
   stats.network_time = me.network_time.Summary();

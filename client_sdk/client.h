@@ -45,6 +45,9 @@ struct JoinOptions {
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address = "0.0.0.0";  // IPv4, of the local socket
   NetworkConditions network{};           // to try a game on a bad one
+  // Show the own body, and what it touches, as the inputs already made will have it, rather than as it was when the
+  // server last told. Costs up to a dozen steps of a small world for each snapshot.
+  bool predict = false;
 };
 
 enum class ClientState : std::uint8_t {
@@ -63,10 +66,15 @@ struct ClientEvent {
     kRegionLost,    // region: the connection is gone, it is dialled again; its bodies stand still
     kRegionBack,    // region
     kMapChanged,
-    kEnded,  // detail
+    kEnded,           // detail
+    kContactBegan,    // body, other, region: of players' bodies
+    kContactEnded,    // body, other, region
+    kTriggerEntered,  // body, other, region: one of them is a trigger
+    kTriggerLeft,     // body, other, region
   };
   Kind kind = Kind::kEnded;
   BodyId body{};
+  BodyId other{};  // higher than `body`
   RegionId region{};
   std::uint32_t input_number = 0;
   std::string detail{};
@@ -86,6 +94,7 @@ struct ShownBody {
   BodyId id;
   Pose pose;
   bool extrapolated = false;  // its newest state is older than the moment that is shown
+  bool predicted = false;     // as it will be when the inputs already made act
 };
 
 class Client {
@@ -115,7 +124,8 @@ class Client {
   // All bodies, as new as they are known; ascending by id.
   const std::map<BodyId, SeenBody>& World() const;
   // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
-  // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. Ascending by id.
+  // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. With
+  // JoinOptions::predict, the own body and what it touches are ahead of that. Ascending by id.
   std::vector<ShownBody> Interpolated(TimePoint now);
   static constexpr std::chrono::milliseconds kMaxExtrapolation{250};
 

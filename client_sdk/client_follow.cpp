@@ -122,6 +122,7 @@ std::optional<Vec3d> Client::Impl::OwnPosition() const {
   if (own != world.bodies().end()) return own->second.state.position;
   if (!session.scene->player) return std::nullopt;
   const std::vector<Vec3d>& spawns = session.scene->player->spawn_points;
+  if (spawns.empty()) return std::nullopt;
   return spawns[(session.player.value() - 1) % spawns.size()];
 }
 

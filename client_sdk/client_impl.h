@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "client_sdk/client.h"
+#include "client_sdk/input_clock.h"
 #include "client_sdk/playout_clock.h"
+#include "client_sdk/predictor.h"
 #include "client_sdk/region_link.h"
 #include "client_sdk/session.h"
 #include "client_sdk/wire.h"
@@ -31,6 +33,7 @@ struct Client::Impl {
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
   void OnPass(RegionLink& link, const v1::RegionPass& pass);
+  void OnPairEvents(const RegionLink& link, const v1::PairEvents& told);
   void Start();
   RegionLink* LinkOf(net::PeerHandle peer);
   bool AllWelcomed() const;
@@ -52,6 +55,9 @@ struct Client::Impl {
 
   // What goes out (client_input.cpp).
   void MakeInputs(TimePoint now);
+  void NoteApplied(TimePoint now, const RegionLink& link, const replication::ReceivedSnapshot& snapshot);
+  void Correct();
+  void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
   void SendInputs(TimePoint now);
   std::vector<replication::InputCommand> InputsFor(const RegionLink& link) const;
   void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
@@ -89,7 +95,15 @@ struct Client::Impl {
   Vec3f steering_force_n, steering_torque_nm;
   std::uint32_t next_input = 1;
   std::deque<PendingInput> pending;         // ascending by number
-  std::optional<TimePoint> inputs_made_at;  // up to when ticks have been given their input
+  std::optional<TimePoint> inputs_sent_at;  // at which an input is said again: at most once a tick
+  InputClock input_clock;
+  // What the own body's region told last: at `tick` it had applied `input`.
+  struct Applied {
+    Tick tick;
+    std::uint32_t input = 0;
+  };
+  std::optional<Applied> applied, correct_to;
+  std::optional<Predictor> predictor;
 
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;

@@ -1,6 +1,7 @@
 // What a client sends: inputs at the world's tick rate, each in a few datagrams, along with acknowledgements.
 #include <algorithm>
 
+#include "client_sdk/blend.h"
 #include "client_sdk/client_impl.h"
 
 namespace tessera::client {
@@ -8,32 +9,65 @@ namespace {
 
 // Datagrams that carry an input: two in a row may be lost.
 constexpr int kSendings = 3;
-// Ticks that one Poll makes up for; a longer pause is a pause.
-constexpr std::int64_t kMaxCatchUp = 4;
-static_assert(kMaxCatchUp < static_cast<std::int64_t>(replication::kMaxInputs));
-
 }  // namespace
 
+// The tick that an input is meant for: inputs act one a tick, after those that the region had not applied yet.
 void Client::Impl::Push(BodyId body, Vec3f force_n, Vec3f torque_nm) {
-  pending.push_back(
-      {{.number = next_input++, .body = body, .target = Tick(), .force_n = force_n, .torque_nm = torque_nm},
-       kSendings});
+  const std::uint32_t number = next_input++;
+  const bool own = body == PlayerBodyId(session.player);
+  const Tick target = own && applied ? applied->tick + (number - std::min(number, applied->input)) : Tick();
+  const replication::InputCommand command{
+      .number = number, .body = body, .target = target, .force_n = force_n, .torque_nm = torque_nm};
+  pending.push_back({command, kSendings});
+  if (own && predictor) predictor->Add(command);
+  inputs_sent_at.reset();
   // More than fit in a message means that nobody listens: the oldest are stale.
   if (pending.size() > replication::kMaxInputs) pending.pop_front();
 }
 
+// While the player steers, one a tick; a predicted body that moves needs them too, since they tell which tick is shown.
 void Client::Impl::MakeInputs(TimePoint now) {
   const bool steering = steering_force_n != Vec3f() || steering_torque_nm != Vec3f();
-  if (!started || !steering) {
-    inputs_made_at.reset();
+  const auto own = world.bodies().find(PlayerBodyId(session.player));
+  const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
+  if (!started || (!steering && !predicted)) {
+    input_clock.Stop();
     return;
   }
-  const auto tick_length = std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz);
-  if (!inputs_made_at.has_value()) inputs_made_at = now - tick_length;  // the first one at once
-  std::int64_t ticks = (now - *inputs_made_at) / tick_length;
-  *inputs_made_at += ticks * tick_length;
-  for (ticks = std::min(ticks, kMaxCatchUp); ticks > 0; --ticks) {
+  for (int due = input_clock.Due(now, playout.tick_rate_hz()); due > 0; --due) {
+    input_clock.Made(next_input);
     Push(PlayerBodyId(session.player), steering_force_n, steering_torque_nm);
+  }
+}
+
+void Client::Impl::NoteApplied(TimePoint now, const RegionLink& link, const replication::ReceivedSnapshot& snapshot) {
+  const BodyId body = PlayerBodyId(session.player);
+  const auto own = world.bodies().find(body);
+  if (own == world.bodies().end() || own->second.region != link.region()) return;
+  if (applied && snapshot.tick <= applied->tick) return;
+  applied = {snapshot.tick, std::max(snapshot.last_input, applied ? applied->input : 0)};
+  input_clock.Told(now, applied->input, snapshot.input_margin_ticks);
+  const bool told = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
+                                [&](const replication::BodyRecord& record) { return record.id == body; });
+  if (told || AtRest(own->second.state)) correct_to = applied;
+}
+
+void Client::Impl::Correct() {
+  if (!predictor) return;
+  if (!world.bodies().contains(PlayerBodyId(session.player))) predictor->Forget();
+  if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
+  correct_to.reset();
+}
+
+void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
+  if (!predictor) return;
+  auto at = shown.begin();
+  for (const PredictedBody& body : predictor->At(now, input_clock.Phase(now))) {
+    while (at != shown.end() && at->id < body.id) ++at;
+    if (at == shown.end()) return;
+    if (at->id != body.id) continue;
+    at->pose = Between(at->pose, body.pose, body.weight);
+    at->predicted = body.weight > 0.5;
   }
 }
 
@@ -48,7 +82,13 @@ std::vector<replication::InputCommand> Client::Impl::InputsFor(const RegionLink&
 }
 
 void Client::Impl::SendInputs(TimePoint now) {
-  for (RegionLink& link : links) Sent(link.Send(now, wire, InputsFor(link)));
+  const auto tick_length = std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz);
+  const bool due = !pending.empty() && (!inputs_sent_at.has_value() || now - *inputs_sent_at >= tick_length);
+  for (RegionLink& link : links) {
+    Sent(link.Send(now, wire, due ? InputsFor(link) : std::vector<replication::InputCommand>()));
+  }
+  if (!due) return;
+  inputs_sent_at = now;
   for (PendingInput& input : pending) --input.sendings_left;
   std::erase_if(pending, [](const PendingInput& input) { return input.sendings_left <= 0; });
 }

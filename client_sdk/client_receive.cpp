@@ -110,7 +110,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     case v1::RegionControl::kPass:
       return OnPass(link, control.pass());
     case v1::RegionControl::kPairEvents:
-      return;
+      return OnPairEvents(link, control.pair_events());
     case v1::RegionControl::KIND_NOT_SET:
       return link.CountError();
   }
@@ -156,6 +156,16 @@ void Client::Impl::OnDoorRefusal(TimePoint now, RegionLink& link, const net::Ref
   OnDisconnected(now, link);
 }
 
+void Client::Impl::OnPairEvents(const RegionLink& link, const v1::PairEvents& told) {
+  using Kind = ClientEvent::Kind;
+  for (const v1::PairEvent& pair : told.events()) {
+    const Kind kind = pair.trigger() ? (pair.begin() ? Kind::kTriggerEntered : Kind::kTriggerLeft)
+                                     : (pair.begin() ? Kind::kContactBegan : Kind::kContactEnded);
+    events.push_back(
+        {.kind = kind, .body = BodyId(pair.body_a()), .other = BodyId(pair.body_b()), .region = link.region()});
+  }
+}
+
 void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {
   const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(pass.session_key());
   const std::string& token = pass.connect_token();
@@ -186,6 +196,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes&
   last_applied_input = std::max(last_applied_input, snapshot->last_input);
   playout.Arrived(now, snapshot->tick);
   world.Take(now, link.region(), *snapshot, events);
+  NoteApplied(now, link, *snapshot);
   if (link.AcknowledgementUrgent()) Sent(link.Send(now, wire, {}));
 }
 

@@ -53,12 +53,15 @@ struct ClientStats {
   std::uint64_t full_records = 0, delta_records = 0;  // bodies that came whole, and as changes
   std::uint64_t inputs_refused = 0;
   std::size_t bodies = 0;
-  double round_trip_s = 0;           // to the region of the own body, or to any while that is not known
-  double tick_rate_hz = 0;           // of the world, as seen here
-  double snapshot_delay_s = 0;       // how far behind the newest state Interpolated shows the world
-  double jitter_s = 0;               // mean deviation of arrivals from their rhythm
-  std::uint64_t extrapolations = 0;  // bodies shown beyond their newest state, summed over calls of Interpolated
-  std::uint64_t playout_jumps = 0;   // times the moment shown had to jump instead of to glide
+  double round_trip_s = 0;              // to the region of the own body, or to any while that is not known
+  double tick_rate_hz = 0;              // of the world, as seen here
+  double snapshot_delay_s = 0;          // how far behind the newest state Interpolated shows the world
+  double jitter_s = 0;                  // mean deviation of arrivals from their rhythm
+  std::uint64_t extrapolations = 0;     // bodies shown beyond their newest state, summed over calls of Interpolated
+  std::int32_t input_margin_ticks = 0;  // ticks early that inputs are at the server: the least of the last second
+  std::uint64_t corrections = 0;        // of the predicted own body, by more than a centimetre
+  double last_correction_m = 0;
+  std::uint64_t playout_jumps = 0;  // times the moment shown had to jump instead of to glide
   // The dissertation's client metrics: between calls of Poll, within Poll, within Interpolated.
   DurationSummary frame_time, network_time, update_time;
 };

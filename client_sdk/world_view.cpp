@@ -3,28 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "client_sdk/blend.h"
+
 namespace tessera::client {
 namespace {
 
 // States of a body that are kept for showing: over a second at 30 a second.
 constexpr std::size_t kMaxSamples = 40;
 
-bool AtRest(const BodyState& state) {
-  return state.asleep || (state.linear_velocity == Vec3f() && state.angular_velocity == Vec3f());
-}
-
 Pose PoseOf(const BodyState& state) { return {state.position, state.orientation}; }
-
-// Along the straight line, and the shorter arc.
-Pose Between(const Pose& a, const Pose& b, double share) {
-  const Quatd& p = a.orientation;
-  const Quatd& q = b.orientation;
-  const double near = 1 - share;
-  const double far = p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w < 0 ? -share : share;
-  return {a.position + (b.position - a.position) * share,
-          Normalized(
-              Quatd(near * p.x + far * q.x, near * p.y + far * q.y, near * p.z + far * q.z, near * p.w + far * q.w))};
-}
 
 Pose Ahead(const BodyState& state, double seconds) {
   const Vec3d turn = Vec3d(state.angular_velocity) * seconds;

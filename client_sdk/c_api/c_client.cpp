@@ -20,6 +20,10 @@ static_assert(TESSERA_EVENT_REGION_LOST == static_cast<int>(ClientEvent::Kind::k
 static_assert(TESSERA_EVENT_REGION_BACK == static_cast<int>(ClientEvent::Kind::kRegionBack));
 static_assert(TESSERA_EVENT_MAP_CHANGED == static_cast<int>(ClientEvent::Kind::kMapChanged));
 static_assert(TESSERA_EVENT_ENDED == static_cast<int>(ClientEvent::Kind::kEnded));
+static_assert(TESSERA_EVENT_CONTACT_BEGAN == static_cast<int>(ClientEvent::Kind::kContactBegan));
+static_assert(TESSERA_EVENT_CONTACT_ENDED == static_cast<int>(ClientEvent::Kind::kContactEnded));
+static_assert(TESSERA_EVENT_TRIGGER_ENTERED == static_cast<int>(ClientEvent::Kind::kTriggerEntered));
+static_assert(TESSERA_EVENT_TRIGGER_LEFT == static_cast<int>(ClientEvent::Kind::kTriggerLeft));
 static_assert(TESSERA_JOINING == static_cast<int>(client::ClientState::kJoining));
 static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting));
 static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));
@@ -79,6 +83,7 @@ tessera_code tessera_join(const tessera_join_options* given, tessera_client** ou
     join.instance_id = options.instance_id;
     join.player_name = OrEmpty(options.player_name);
     join.deadline = std::chrono::milliseconds(options.deadline_ms);
+    join.predict = (options.flags & TESSERA_JOIN_PREDICT) != 0;
     if (options.bind_address != nullptr) join.bind_address = options.bind_address;
     auto joined = client::Client::Join(join);
     if (!joined.ok()) return Report(joined.status());
@@ -115,6 +120,7 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
   given.kind = static_cast<tessera_event_kind>(event.kind);
   given.body = event.body.value();
   given.region = event.region.value();
+  given.other = event.other.value();
   given.input = event.input_number;
   given.detail = handle->detail.c_str();
   GiveOut(given, out);
@@ -130,6 +136,7 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
     for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
       tessera_body body = BodyFrom(client.World().at(shown[i].id), shown[i].pose, client.own_body());
       if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
+      if (shown[i].predicted) body.flags |= TESSERA_BODY_PREDICTED;
       body.size = static_cast<uint32_t>(stride);
       std::memcpy(at, &body, std::min(stride, sizeof body));
     }

@@ -33,6 +33,9 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
     stats.jitter_s = from.jitter_s;
     stats.extrapolations = from.extrapolations;
     stats.playout_jumps = from.playout_jumps;
+    stats.input_margin_ticks = from.input_margin_ticks;
+    stats.corrections = from.corrections;
+    stats.last_correction_m = from.last_correction_m;
     stats.frame_time = Give(from.frame_time);
     stats.network_time = Give(from.network_time);
     stats.update_time = Give(from.update_time);

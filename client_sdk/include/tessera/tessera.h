@@ -79,9 +79,14 @@ typedef struct tessera_join_options {
   const char* instance_id;
   const char* player_name;  /* shown to others, at most 63 bytes; may be NULL */
   const char* bind_address; /* IPv4, of the local socket; NULL: any */
+  uint32_t flags;           /* TESSERA_JOIN_... */
 } tessera_join_options;
+enum {
+  /* Show the own body, and what it touches, as the inputs already made will have it. */
+  TESSERA_JOIN_PREDICT = 1
+};
 #define TESSERA_JOIN_OPTIONS \
-  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL }
+  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT }
 
 /* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
@@ -114,7 +119,11 @@ enum {
   TESSERA_EVENT_REGION_LOST = 4,   /* region: is dialled again; its bodies stand still */
   TESSERA_EVENT_REGION_BACK = 5,   /* region */
   TESSERA_EVENT_MAP_CHANGED = 6,
-  TESSERA_EVENT_ENDED = 7 /* detail */
+  TESSERA_EVENT_ENDED = 7,         /* detail */
+  TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region: of players' bodies */
+  TESSERA_EVENT_CONTACT_ENDED = 9,
+  TESSERA_EVENT_TRIGGER_ENTERED = 10, /* body, other, region: one of them is a trigger */
+  TESSERA_EVENT_TRIGGER_LEFT = 11
 };
 
 typedef struct tessera_event {
@@ -124,9 +133,10 @@ typedef struct tessera_event {
   uint32_t region;
   uint32_t input;
   const char* detail; /* one line, maybe empty; valid until the next tessera_next_event or tessera_poll */
+  uint64_t other;
 } tessera_event;
 #define TESSERA_EVENT \
-  { sizeof(tessera_event), 0, 0, 0, 0, NULL }
+  { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0 }
 
 /* 1 and the next event since the last tessera_poll, 0 when there is none. */
 TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
@@ -148,7 +158,8 @@ typedef struct tessera_body {
 enum {
   TESSERA_BODY_ASLEEP = 1,
   TESSERA_BODY_EXTRAPOLATED = 2, /* its newest state is older than the moment that is shown */
-  TESSERA_BODY_OWN = 4           /* the player's */
+  TESSERA_BODY_OWN = 4,          /* the player's */
+  TESSERA_BODY_PREDICTED = 8     /* ahead of the others, by the inputs already made */
 };
 
 /* All bodies as they are to be drawn now, ascending by id. Writes up to `capacity` of them, `stride` bytes apart
@@ -259,14 +270,19 @@ typedef struct tessera_stats {
   double tick_rate_hz; /* of the world, as seen here */
   double render_delay_s, jitter_s;
   uint64_t extrapolations, playout_jumps, reconnects;
+  int32_t input_margin_ticks; /* how early inputs are at the server: the least of the last second */
+  uint32_t reserved;
+  uint64_t corrections; /* of the predicted own body, by more than a centimetre */
+  double last_correction_m;
   tessera_duration frame_time, network_time,
       update_time; /* between polls, within tessera_poll, within tessera_bodies */
 } tessera_stats;
-#define TESSERA_STATS                                                                                                \
-  {                                                                                                                  \
-    sizeof(tessera_stats), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, { \
-      0, 0, 0, 0, 0                                                                                                  \
-    }                                                                                                                \
+#define TESSERA_STATS                                                                                         \
+  {                                                                                                           \
+    sizeof(tessera_stats), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0, 0, 0}, \
+        {0, 0, 0, 0, 0}, {                                                                                    \
+      0, 0, 0, 0, 0                                                                                           \
+    }                                                                                                         \
   }
 
 TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);

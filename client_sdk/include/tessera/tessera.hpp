@@ -38,13 +38,15 @@ struct Options {
   std::string player_name{};
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address{};  // IPv4, of the local socket; empty: any
+  bool predict = true;         // show the own body as the inputs already made will have it
 };
 
 struct Event {
   tessera_event_kind kind = TESSERA_EVENT_ENDED;
   std::uint64_t body = 0;
   std::uint32_t region = 0, input = 0;
-  std::string detail;
+  std::string detail{};
+  std::uint64_t other = 0;
 };
 
 using Body = tessera_body;
@@ -63,6 +65,7 @@ class Client {
     given.instance_id = options.instance_id.c_str();
     given.player_name = options.player_name.c_str();
     given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
+    given.flags = options.predict ? TESSERA_JOIN_PREDICT : 0;
     tessera_client* joined = nullptr;
     const Error error = Error::Of(tessera_join(&given, &joined));
     client_.reset(joined);
@@ -77,7 +80,7 @@ class Client {
     std::vector<Event> events;
     tessera_event event = TESSERA_EVENT;
     while (tessera_next_event(get(), &event) != 0) {
-      events.push_back({event.kind, event.body, event.region, event.input, event.detail});
+      events.push_back({event.kind, event.body, event.region, event.input, event.detail, event.other});
     }
     return events;
   }

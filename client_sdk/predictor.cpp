@@ -1,0 +1,245 @@
+#include "client_sdk/predictor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "client_sdk/blend.h"
+#include "core/region/fields.h"
+#include "core/region/players.h"
+
+namespace tessera::client {
+namespace {
+
+// Bodies that could be touched before the server's next word are simulated along, the nearest of them.
+constexpr double kReach_m = 0.5, kHorizon_s = 0.2;
+constexpr std::size_t kMaxBodies = 48;
+// A correction fades to a third in this time: fast enough to be true soon, too slow to be seen as a jump.
+constexpr double kBlend_s = 0.1;
+// What is off by more than that was moved on purpose.
+constexpr double kTeleport_m = 3;
+// In which a body that is touched, or let go, comes from one time to the other.
+constexpr double kChange_s = 0.15;
+// The physics' coarse stages count from an origin; further away it is moved.
+constexpr double kMaxFromOrigin_m = 1000;
+
+double RadiusOf(const Shape& shape);
+
+struct Radius {
+  double operator()(const BoxShape& s) const { return Length(s.half_extents_m); }
+  double operator()(const SphereShape& s) const { return s.radius_m; }
+  double operator()(const CapsuleShape& s) const { return s.radius_m + s.half_height_m; }
+  double operator()(const CylinderShape& s) const { return std::hypot(s.radius_m, s.half_height_m); }
+  double operator()(const ConeShape& s) const { return std::hypot(s.radius_m, s.height_m); }
+  double operator()(const ConvexHullShape& s) const {
+    double most = 0;
+    for (const Vec3f& point : s.points) most = std::max<double>(most, Length(point));
+    return 2 * most;  // the centre of mass is somewhere within
+  }
+  double operator()(const CompoundShape& s) const {
+    double most = 0;
+    for (const CompoundChild& c : s.children) most = std::max(most, Length(c.pose.position) + RadiusOf(*c.shape));
+    return 2 * most;
+  }
+  template <class StaticOnly>
+  double operator()(const StaticOnly&) const {
+    return 0;
+  }
+};
+
+double RadiusOf(const Shape& shape) { return std::visit(Radius{}, shape.form); }
+
+double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity)); }
+
+}  // namespace
+
+Predictor::Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player)
+    : catalog_(std::move(scene)), own_def_(catalog_.MakePlayer(player)), tick_s_(1.0 / catalog_.scene().tick_rate_hz) {}
+
+const BodyDef* Predictor::DefOf(BodyId id) const {
+  return IsPlayerBody(id) ? &own_def_ : catalog_.Find(id);  // players look alike
+}
+
+Tick Predictor::tick() const { return base_tick_.value_or(Tick()) + simulated_; }
+
+void Predictor::Forget() {
+  base_tick_.reset();
+  inputs_.clear();
+  simulated_ = 0;
+  bodies_.clear();
+  world_.reset();
+}
+
+void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies) {
+  if (base_tick_.has_value() && tick <= *base_tick_) return;
+  if (!bodies.contains(own_def_.id)) return;
+  const bool fresh = !base_tick_.has_value();
+  const std::uint32_t newest = inputs_.empty() ? 0 : inputs_[std::max<std::size_t>(simulated_, 1) - 1].number;
+  std::map<BodyId, Pose> shown;
+  for (const auto& [id, body] : bodies_) shown.emplace(id, Raw(body));
+  std::erase_if(inputs_, [&](const replication::InputCommand& input) { return input.number <= last_input; });
+
+  base_tick_ = tick;
+  Choose(bodies);
+  Place(tick, bodies);
+  Simulate();
+  // The same input as before must lead to the same place; one that acts later than was thought shows here as well.
+  if (fresh || newest == 0) return;
+  for (auto& [id, body] : bodies_) {
+    const auto before = shown.find(id);
+    if (before == shown.end()) continue;
+    const Pose raw = Raw(body);
+    const Vec3d gap = before->second.position - raw.position;
+    body.offset += gap;
+    body.turn = Normalized(body.turn * (before->second.orientation * Conjugate(raw.orientation)));
+    if (Length(body.offset) > kTeleport_m) body.offset = Vec3d(), body.turn = Quatd();
+    if (id != own_def_.id) continue;
+    last_correction_m_ = Length(gap);
+    if (last_correction_m_ > kNotable_m) ++corrections_;
+  }
+}
+
+// Who is simulated along: assemblies whole, since a joint without its other end is another body.
+void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
+  const BodyState& own = bodies.at(own_def_.id).state;
+  const double own_radius = RadiusOf(*own_def_.shape);
+  std::vector<std::pair<double, BodyId>> near;
+  for (const auto& [id, seen] : bodies) {
+    const BodyDef* def = DefOf(id);
+    if (def == nullptr || id == own_def_.id) continue;
+    const double gap = Length(seen.state.position - own.position) - own_radius - RadiusOf(*def->shape);
+    if (gap < kReach_m + kHorizon_s * (Speed(own) + Speed(seen.state))) near.emplace_back(gap, id);
+  }
+  std::sort(near.begin(), near.end());
+  if (near.size() > kMaxBodies) near.resize(kMaxBodies);
+  std::set<BodyId> chosen{own_def_.id};
+  for (const auto& [gap, id] : near) {
+    for (const BodyId part : catalog_.AssemblyOf(id)) {
+      if (bodies.contains(part)) chosen.insert(part);
+    }
+  }
+
+  const bool far = Length(own.position - origin_) > kMaxFromOrigin_m;
+  if (world_ == nullptr || far) {
+    origin_ = {std::round(own.position.x), std::round(own.position.y), std::round(own.position.z)};
+    world_ = std::make_unique<physics::World>(
+        physics::Settings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
+    for (const BodyDef& def : catalog_.scene().bodies) {
+      if (def.motion == Motion::kStatic) world_->Add(def, def.initial);
+    }
+  }
+  for (auto body = bodies_.begin(); body != bodies_.end();) {
+    if (chosen.contains(body->first)) {
+      ++body;
+      continue;
+    }
+    if (world_->Has(body->first)) world_->Remove(body->first);
+    body = bodies_.erase(body);
+  }
+  for (const BodyId id : chosen) bodies_.try_emplace(id);
+}
+
+void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
+  for (auto& [id, body] : bodies_) {
+    const SeenBody& seen = bodies.at(id);
+    BodyState state = seen.state;
+    // Of another region, or not told anew: brought to the same tick along its velocity.
+    if (!AtRest(state)) {
+      const auto ticks = std::clamp<std::int64_t>(tick - seen.tick, -std::int64_t{kMaxTicks}, std::int64_t{kMaxTicks});
+      state.position += Vec3d(state.linear_velocity) * (static_cast<double>(ticks) * tick_s_);
+    }
+    if (!world_->Has(id)) {
+      BodyDef def = *DefOf(id);
+      def.id = id;
+      world_->Add(def, state);
+    } else {
+      world_->SetState(id, state);
+    }
+    body.before = body.now = world_->StateOf(id);
+  }
+  if (own_radius_m_ == 0) {
+    const Aabb box = world_->BoundsOf(own_def_.id);
+    own_radius_m_ = Length(box.max - box.min) / 2;
+  }
+  for (const auto& [id, body] : bodies_) {
+    for (const JointDef* joint : catalog_.JointsOf(id)) {
+      const bool complete = world_->Has(joint->body_a) && (joint->body_b == BodyId() || world_->Has(joint->body_b));
+      if (complete && !world_->HasJoint(joint->id)) world_->AddJoint(*joint);
+    }
+  }
+  own_now_ = bodies_.at(own_def_.id).now;
+}
+
+void Predictor::Simulate() {
+  simulated_ = 0;
+  for (auto& [id, body] : bodies_) body.touched = id == own_def_.id;
+  const std::size_t ticks = std::min(inputs_.size(), kMaxTicks);
+  for (std::size_t i = 0; i < ticks; ++i) Step(inputs_[i]);
+}
+
+void Predictor::Add(const replication::InputCommand& input) {
+  inputs_.push_back(input);
+  if (running() && simulated_ + 1 == inputs_.size() && simulated_ < kMaxTicks) Step(input);
+}
+
+void Predictor::Step(const replication::InputCommand& input) {
+  const Scene& scene = catalog_.scene();
+  const Body& own = bodies_.at(own_def_.id);
+  Vec3f force = region::LimitedForce(*scene.player, input.force_n, own.now.linear_velocity);
+  const Vec3f torque = region::LimitedTorque(*scene.player, own_radius_m_, input.torque_nm, own.now.angular_velocity);
+  for (const auto& [id, body] : bodies_) {
+    Vec3f push;
+    if (!scene.fields.empty() && !body.now.asleep) {
+      push = Vec3f(region::FieldAcceleration(scene.fields, body.now) * world_->MassOf(id));
+    }
+    world_->ApplyForce(id, id == own_def_.id ? force + push : push, id == own_def_.id ? torque : Vec3f());
+  }
+  world_->Step(tick_s_);
+  for (auto& [id, body] : bodies_) {
+    body.before = body.now;
+    body.now = world_->StateOf(id);
+  }
+  own_now_ = bodies_.at(own_def_.id).now;
+  ++simulated_;
+  NoteTouched();
+}
+
+// What the own body touches, and what that touches while it moves.
+void Predictor::NoteTouched() {
+  for (bool more = true; more;) {
+    more = false;
+    for (const physics::Contact& contact : world_->contacts()) {
+      const auto a = bodies_.find(contact.body_a), b = bodies_.find(contact.body_b);
+      if (a == bodies_.end() || b == bodies_.end() || a->second.touched == b->second.touched) continue;
+      if (contact.depth_m < 0 && contact.impulse_on_b == Vec3f()) continue;
+      a->second.touched = b->second.touched = more = true;
+    }
+  }
+}
+
+Pose Predictor::Raw(const Body& body) const {
+  return Between({body.before.position, body.before.orientation}, {body.now.position, body.now.orientation}, phase_);
+}
+
+std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
+  std::vector<PredictedBody> shown;
+  if (!running()) return shown;
+  // Beyond what is simulated there is nothing to come to: the newest is shown until the server's next word.
+  phase_ = simulated_ < inputs_.size() ? 1 : std::clamp(phase, 0.0, 1.0);
+  const double passed_s =
+      shown_at_.has_value() ? std::max(0.0, std::chrono::duration<double>(now - *shown_at_).count()) : 0;
+  shown_at_ = now;
+  const double kept = std::exp(-passed_s / kBlend_s);
+  for (auto& [id, body] : bodies_) {
+    body.offset *= kept;
+    body.turn = Share(body.turn, kept);
+    const double change = passed_s / kChange_s;
+    body.weight = std::clamp(body.weight + (body.touched ? change : -change), 0.0, 1.0);
+    if (body.weight <= 0) continue;
+    const Pose raw = Raw(body);
+    shown.push_back({id, {raw.position + body.offset, Normalized(body.turn * raw.orientation)}, body.weight});
+  }
+  return shown;
+}
+
+}  // namespace tessera::client

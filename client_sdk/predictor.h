@@ -1,0 +1,93 @@
+// Predictor: the own body as it will be when the inputs already made act, and what it touches with it.
+//
+// The server shows the world as it was; what a player does must be seen at once. So the own body, and what lies near
+// it, are simulated here by the same physics on the same ground: from the newest state that the server told, through
+// every input that it had not applied by then, one tick each. When it tells of a later state, that is simulated anew;
+// what comes out differently is blended away. All other bodies are shown as they were (WorldView).
+//
+//   predictor.Correct(tick, last_input, world.bodies());   // the own body's region told its state
+//   predictor.Add(input);                                  // the player's, one a tick
+//   for (const PredictedBody& body : predictor.At(now, phase)) ...
+//
+// Exact (but for what the wire rounds) while inputs reach the server in time and nothing else meets the own body.
+// Thread rule: one thread at a time; time comes in.
+#pragma once
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "client_sdk/client.h"
+#include "core/physics/world.h"
+#include "core/region/catalog.h"
+#include "core/replication/input.h"
+
+namespace tessera::client {
+
+struct PredictedBody {
+  BodyId id;
+  Pose pose;
+  double weight = 1;  // 0: as the server showed it, 1: as predicted; glides between where contacts begin and end
+};
+
+class Predictor {
+ public:
+  // Ticks simulated anew at most: beyond a fifth of a second the own body is shown that much late instead.
+  static constexpr std::size_t kMaxTicks = 12;
+
+  Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player);
+
+  // `bodies` holds the own body's state at `tick`, after the input `last_input`. Older news are ignored.
+  void Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies);
+  // Of the own body; numbers ascend.
+  void Add(const replication::InputCommand& input);
+  // The own body and what it touches, ascending; `phase`: share of a tick since the newest input.
+  std::vector<PredictedBody> At(TimePoint now, double phase);
+  void Forget();  // the own body is gone
+
+  bool running() const { return base_tick_.has_value(); }
+  // Of the newest predicted state.
+  Tick tick() const;
+  const BodyState& own() const { return own_now_; }
+  std::uint64_t corrections() const { return corrections_; }       // of more than kNotable_m
+  double last_correction_m() const { return last_correction_m_; }  // of the own body
+  static constexpr double kNotable_m = 0.01;
+
+ private:
+  struct Body {
+    BodyState before, now;  // at the tick before the newest, and at the newest
+    Vec3d offset;           // what is blended away
+    Quatd turn;
+    double weight = 0;
+    bool touched = false;  // by the own body, itself or through others, in what was simulated last
+  };
+
+  void Choose(const std::map<BodyId, SeenBody>& bodies);
+  void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
+  void Simulate();
+  void Step(const replication::InputCommand& input);
+  void NoteTouched();
+  Pose Raw(const Body& body) const;
+  const BodyDef* DefOf(BodyId id) const;
+
+  region::Catalog catalog_;
+  BodyDef own_def_;
+  double tick_s_;
+  std::unique_ptr<physics::World> world_;
+  Vec3d origin_;
+  double own_radius_m_ = 0;
+  std::map<BodyId, Body> bodies_;                 // in the world, but for static ones; ascending
+  std::deque<replication::InputCommand> inputs_;  // not applied at the base
+  std::size_t simulated_ = 0;                     // of them
+  std::optional<Tick> base_tick_;
+  BodyState own_now_;
+  double phase_ = 1;
+  std::optional<TimePoint> shown_at_;
+  std::uint64_t corrections_ = 0;
+  double last_correction_m_ = 0;
+};
+
+}  // namespace tessera::client
