@@ -162,7 +162,9 @@ absl::StatusOr<StepResult> RegionStep::Resume(const Resolution& resolution, std:
     if (takeover.region != config.self) LetGo(takeover.body, takeover.region, copies, result);
   }
   for (const Takeover& takeover : resolution.takeovers) {
-    if (takeover.region == config.self) TakeUp(takeover, copies.at(takeover.body));
+    if (takeover.region != config.self) continue;
+    const bool left = IsPlayerBody(takeover.body) && players.HasLeft(PlayerOf(takeover.body));
+    if (!left) TakeUp(takeover, copies.at(takeover.body));
   }
   for (const PlayerNumber player : resolution.players) players.MarkSpawned(player);
   for (const Standby* ward : wards) {

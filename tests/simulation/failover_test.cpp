@@ -1,7 +1,9 @@
 // A region dies and the world goes on.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include "tests/simulation/control.h"
 #include "tests/simulation/scene_builder.h"
@@ -80,6 +82,166 @@ TEST(FailoverTest, EachRegionMayDieInTurnUntilOneIsLeft) {
   }
   EXPECT_EQ(instance.control->totals().failovers, 3U);
   EXPECT_EQ(instance.simulation->workers().size(), 1U);
+}
+
+TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
+  // A ball crosses from region 1 to region 2 about tick 22. Either dies at each tick around that, with its heir's news
+  // held back or not.
+  std::uint64_t adopted = 0, revived = 0, pending = 0;
+  for (std::uint64_t tick = 18; tick <= 32; ++tick) {
+    for (const std::uint32_t victim : {1U, 2U}) {
+      for (const std::uint64_t held_ticks : {0U, 1U, 2U}) {
+        SceneBuilder builder(kHalf);
+        builder.Add(Ball(0.5), {-2, 1, -10}, {6, 0, 0});
+        Instance instance(builder, 4, {.seed = tick});
+        instance.simulation->RunTo(Tick(tick - held_ticks));
+        instance.control->HoldLog(RegionId(victim), held_ticks > 0);
+        instance.simulation->RunTo(Tick(tick));
+        instance.simulation->Kill(RegionId(victim));
+        instance.simulation->RunFor(Milliseconds(400));
+        EXPECT_THAT(instance.simulation->problems(), IsEmpty()) << victim << " at " << tick << ", held " << held_ticks;
+        ASSERT_EQ(instance.simulation->States().size(), 1U) << victim << " at " << tick << ", held " << held_ticks;
+        adopted += instance.control->totals().adopted;
+        revived += instance.control->totals().revived;
+        pending += instance.control->totals().pending;
+      }
+    }
+  }
+  std::printf("of 90 deaths around one handover: %lu adopted, %lu revived, %lu kept for the next death\n",
+              static_cast<unsigned long>(adopted), static_cast<unsigned long>(revived),
+              static_cast<unsigned long>(pending));
+  EXPECT_GT(adopted, 0U);
+  EXPECT_GT(revived, 0U);
+}
+
+TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
+  for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's heir
+    Instance instance(Swarm(120), 4);
+    instance.simulation->RunTo(Tick(60));
+    instance.simulation->Kill(RegionId(a));
+    instance.simulation->Kill(RegionId(b));
+    instance.ExpectWhole(120);
+    EXPECT_EQ(instance.control->totals().without_standby, 0U);
+  }
+}
+
+TEST(FailoverTest, ASecondDeathDuringAFailoverStartsItOver) {
+  Instance instance(Swarm(120), 6);
+  instance.simulation->RunTo(Tick(60));
+  instance.simulation->Kill(RegionId(2));  // its heir is 3
+  instance.simulation->RunFor(4000);
+  ASSERT_TRUE(instance.control->failing_over());
+  instance.simulation->Kill(RegionId(5));
+  instance.ExpectWhole(120);
+}
+
+TEST(FailoverTest, WhenTheHeirDiesDuringTheTakeoverTheLossIsToldAndTheRestGoesOn) {
+  Instance instance(Swarm(120), 4);
+  instance.simulation->RunTo(Tick(60));
+  const std::size_t owned = instance.simulation->worker(2).region().owned_count();
+  instance.simulation->Kill(RegionId(2));
+  instance.simulation->RunFor(4000);
+  ASSERT_TRUE(instance.control->failing_over());
+  instance.simulation->Kill(RegionId(3));
+  instance.simulation->RunFor(Milliseconds(800));
+  EXPECT_THAT(instance.simulation->problems(), IsEmpty());
+  EXPECT_EQ(instance.control->totals().without_standby, 1U);
+  EXPECT_GT(instance.control->totals().lost, 0U);
+  EXPECT_LE(instance.control->totals().lost, owned);
+  EXPECT_EQ(instance.simulation->States().size() + instance.control->totals().lost, 120U);
+}
+
+TEST(FailoverTest, RegionAndHeirLostTogetherAreToldAsALoss) {
+  Instance instance(Swarm(120), 4);
+  instance.simulation->RunTo(Tick(60));
+  instance.simulation->Kill(RegionId(2));
+  instance.simulation->Kill(RegionId(3));
+  instance.simulation->RunFor(Milliseconds(800));
+  EXPECT_THAT(instance.simulation->problems(), IsEmpty());
+  EXPECT_EQ(instance.control->totals().without_standby, 1U);
+  EXPECT_GT(instance.control->totals().lost, 0U);
+}
+
+TEST(FailoverTest, PlayersThatCameOrLeftInTheLastTicksAreNeitherLostNorMadeTwice) {
+  for (std::uint64_t after = 0; after < 6; ++after) {
+    SceneBuilder builder = Swarm(40);
+    PlayerRules& rules = builder.scene().player.emplace();
+    rules.body.shape = Ball(0.4);
+    rules.spawn_points = {{10, 1, -10}};
+    rules.max_force_n = 10;
+    rules.max_speed_m_s = 5;
+    Instance instance(builder, 4);
+    Simulation& simulation = *instance.simulation;
+    simulation.RunTo(Tick(40));
+    simulation.SpawnPlayer(PlayerNumber(1), RegionId(2));
+    simulation.RunTo(Tick(50));
+    simulation.RemovePlayer(PlayerNumber(1));
+    simulation.SpawnPlayer(PlayerNumber(2), RegionId(2));
+    simulation.RunTo(Tick(50 + after));
+    simulation.Kill(RegionId(2));
+    simulation.RunFor(Milliseconds(200));
+    // The control plane tells the heir of the one that may not have been made.
+    for (auto& [id, worker] : simulation.workers()) worker->region().RemovePlayer(PlayerNumber(1));
+    simulation.worker(3).region().SpawnPlayer(PlayerNumber(2));
+    simulation.RunFor(Milliseconds(300));
+    EXPECT_THAT(simulation.problems(), IsEmpty()) << "after " << after;
+    EXPECT_EQ(simulation.OwnerOf(PlayerBodyId(PlayerNumber(1))), RegionId());
+    EXPECT_NE(simulation.OwnerOf(PlayerBodyId(PlayerNumber(2))), RegionId());
+    EXPECT_EQ(simulation.States().size(), 41U);
+  }
+}
+
+// Deaths at random times of random regions, one after the other as soon as all are protected again.
+struct Deaths {
+  std::uint64_t deaths = 0, revived = 0, adopted = 0, pending = 0;
+  std::int64_t max_age_ticks = 0;
+};
+
+Deaths RandomDeaths(std::uint64_t seed) {
+  Chance chance(seed);
+  Instance instance(Swarm(70), 6, {.seed = seed, .weather = {.loss = seed % 3 * 0.01, .jitter = seed % 4 * 1000}});
+  Simulation& simulation = *instance.simulation;
+  const auto protected_all = [&] {
+    return std::all_of(simulation.workers().begin(), simulation.workers().end(), [&](const auto& entry) {
+      return entry.second->region().acknowledged() > Tick() && !instance.control->failing_over();
+    });
+  };
+  Deaths sum;
+  while (simulation.workers().size() > 1) {
+    for (int i = 0; i < 40 && !protected_all(); ++i) simulation.RunFor(Milliseconds(50));
+    EXPECT_TRUE(protected_all()) << "seed " << seed;
+    simulation.RunFor(Milliseconds(50) + chance.Below(300'000));
+    auto victim = simulation.workers().begin();
+    std::advance(victim, static_cast<std::ptrdiff_t>(chance.Below(simulation.workers().size())));
+    simulation.Kill(victim->first);
+    ++sum.deaths;
+    for (int i = 0; i < 40 && instance.control->failing_over(); ++i) simulation.RunFor(Milliseconds(50));
+    EXPECT_FALSE(instance.control->failing_over()) << "seed " << seed;
+    EXPECT_THAT(simulation.problems(), IsEmpty()) << "seed " << seed;
+    if (!simulation.problems().empty()) break;
+  }
+  simulation.RunFor(Milliseconds(100));
+  EXPECT_EQ(simulation.States().size(), 70U) << "seed " << seed;
+  const ControlTotals& totals = instance.control->totals();
+  EXPECT_EQ(totals.lost, 0U) << "seed " << seed;
+  sum.adopted = totals.adopted, sum.revived = totals.revived, sum.pending = totals.pending;
+  sum.max_age_ticks = totals.max_age_ticks;
+  return sum;
+}
+
+TEST(FailoverTest, RandomDeathsLoseAndDoubleNothing) {
+  const char* const wanted = std::getenv("TESSERA_DEATH_SEEDS");  // more than the tests have time for
+  const std::uint64_t seeds = wanted == nullptr ? 6 : std::strtoull(wanted, nullptr, 10);
+  Deaths sum;
+  for (std::uint64_t seed = 1; seed <= seeds && !HasFailure(); ++seed) {
+    const Deaths one = RandomDeaths(seed);
+    sum.deaths += one.deaths, sum.adopted += one.adopted, sum.revived += one.revived, sum.pending += one.pending;
+    sum.max_age_ticks = std::max(sum.max_age_ticks, one.max_age_ticks);
+  }
+  std::printf("%lu deaths: %lu bodies adopted, %lu revived, %lu kept for the next; oldest state %ld ticks\n",
+              static_cast<unsigned long>(sum.deaths), static_cast<unsigned long>(sum.adopted),
+              static_cast<unsigned long>(sum.revived), static_cast<unsigned long>(sum.pending),
+              static_cast<long>(sum.max_age_ticks));
 }
 
 }  // namespace
