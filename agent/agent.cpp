@@ -54,7 +54,17 @@ Agent::Agent(const Options& options, std::unique_ptr<StateDir> state)
                    [this](const std::string& hash, const std::string& reason) {
                      supervisor_.SceneFailed(hash, reason);
                      Settle();
-                   }}) {}
+                   }}),
+      states_(loop_, {.on_ready =
+                          [this](const WorkerKey& key, const std::string& path) {
+                            supervisor_.StateReady(key, path);
+                            Settle();
+                          },
+                      .on_failed =
+                          [this](const WorkerKey& key, const std::string& reason) {
+                            supervisor_.StateFailed(key, reason);
+                            Settle();
+                          }}) {}
 
 Agent::~Agent() {
   session_.reset();
@@ -74,6 +84,10 @@ absl::Status Agent::Prepare() {
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry());
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
+  std::error_code error;
+  std::filesystem::create_directories(state_->StatesPath(), error);
+  if (error) return absl::UnavailableError(absl::StrCat(state_->StatesPath(), ": ", error.message()));
+  supervisor_.SetStateFolder(state_->StatesPath());
   if (absl::Status status = Restore(); !status.ok()) return status;
 
   WorkerSocket::Callbacks callbacks;
@@ -144,6 +158,7 @@ int Agent::Run() {
   callbacks.on_refused = [this](const absl::Status& status) { OnRefused(status); };
   callbacks.on_away = [this] {
     scenes_.Away();
+    states_.Away();
     metrics_.SetConnected(false);
     Settle();
   };

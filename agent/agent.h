@@ -24,6 +24,7 @@
 #include "agent/scene_cache.h"
 #include "agent/service_notify.h"
 #include "agent/state_dir.h"
+#include "agent/state_files.h"
 #include "agent/supervisor.h"
 #include "agent/worker_socket.h"
 #include "telemetry/metrics_server.h"
@@ -73,6 +74,8 @@ class Agent {
   void Do(const SignalWorker& action);
   void Do(const SendOrder& action);
   void Do(const FetchScene& action);
+  void Do(const FetchState& action);
+  void Do(const UploadState& action);
   void Do(const TellReport& action);
   void Do(const TellExit& action);
   void Save();
@@ -92,6 +95,7 @@ class Agent {
   ServiceNotify notify_;
   Supervisor supervisor_;
   SceneCache scenes_;
+  StateFiles states_;
   std::map<WorkerKey, Running> processes_;
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;

@@ -52,6 +52,7 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
   notify_.Ready();
   WriteReadyFile();
   scenes_.Connected(session_->link(), *identity_);
+  states_.Connected(session_->link(), *identity_);
   for (const v1::WorkerExited& exited : supervisor_.Exits()) TellExited(exited);
   for (const auto& [key, inventory] : inventories_) {
     v1::AgentMessage message;

@@ -98,6 +98,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
     connections_.erase(connection);
   }
   inventories_.erase(key);
+  states_.Forget(key, state_->StatesPath());
   supervisor_.Ended(key, status, std::move(lines));
   Settle();
   std::set<std::string> in_use;
@@ -196,6 +197,10 @@ void Agent::Do(const SendOrder& action) {
 }
 
 void Agent::Do(const FetchScene& action) { scenes_.Want(action.hash); }
+
+void Agent::Do(const FetchState& action) { states_.Want(action); }
+
+void Agent::Do(const UploadState& action) { states_.Upload(action); }
 
 void Agent::Do(const TellReport& action) {
   v1::AgentMessage message;

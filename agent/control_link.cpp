@@ -40,6 +40,84 @@ bool Replaces(const v1::AgentMessage& newer, const v1::AgentMessage& older) {
   return newer.has_report() && older.has_report() && SameWorker(newer.report(), older.report());
 }
 
+// Ends itself.
+class StateFetch final : public grpc::ClientReadReactor<v1::FetchStateResponse> {
+ public:
+  using Done = std::function<void(absl::StatusOr<std::string>)>;
+
+  static void Begin(v1::AgentLinkService::Stub& stub, const v1::FetchStateRequest& request, Done done) {
+    auto* fetch = new StateFetch(request, std::move(done));
+    stub.async()->FetchState(&fetch->context_, &fetch->request_, fetch);
+    fetch->StartRead(&fetch->piece_);
+    fetch->StartCall();
+  }
+  void OnReadDone(bool ok) override {
+    if (!ok) return;
+    bytes_ += piece_.data();
+    if (bytes_.size() > kMaxStateBytes) return context_.TryCancel();
+    StartRead(&piece_);
+  }
+  void OnDone(const grpc::Status& status) override {
+    if (status.ok()) {
+      done_(std::move(bytes_));
+    } else {
+      done_(FromGrpc(status));
+    }
+    delete this;
+  }
+
+ private:
+  StateFetch(const v1::FetchStateRequest& request, Done done) : request_(request), done_(std::move(done)) {
+    context_.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
+  }
+  grpc::ClientContext context_;
+  const v1::FetchStateRequest request_;
+  v1::FetchStateResponse piece_;
+  std::string bytes_;
+  Done done_;
+};
+
+// Ends itself.
+class StateUpload final : public grpc::ClientWriteReactor<v1::UploadCheckpointRequest> {
+ public:
+  using Done = std::function<void(absl::Status)>;
+
+  static void Begin(v1::AgentLinkService::Stub& stub, const v1::UploadCheckpointRequest& request, std::string bytes,
+                    Done done) {
+    auto* upload = new StateUpload(request, std::move(bytes), std::move(done));
+    stub.async()->UploadCheckpoint(&upload->context_, &upload->response_, upload);
+    upload->WriteNext();
+    upload->StartCall();
+  }
+  void OnWriteDone(bool ok) override {
+    if (!ok) return;
+    piece_.Clear();
+    WriteNext();
+  }
+  void OnDone(const grpc::Status& status) override {
+    done_(FromGrpc(status));
+    delete this;
+  }
+
+ private:
+  StateUpload(const v1::UploadCheckpointRequest& request, std::string bytes, Done done)
+      : piece_(request), bytes_(std::move(bytes)), done_(std::move(done)) {
+    context_.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
+  }
+  void WriteNext() {
+    if (at_ >= bytes_.size()) return StartWritesDone();
+    piece_.set_data(bytes_.substr(at_, kPieceBytes));
+    at_ += kPieceBytes;
+    StartWrite(&piece_);
+  }
+  grpc::ClientContext context_;
+  v1::UploadCheckpointRequest piece_;
+  v1::UploadCheckpointResponse response_;
+  const std::string bytes_;
+  std::size_t at_ = 0;
+  Done done_;
+};
+
 // gRPC's rule that decides the shape below: once a read has failed no write may be started, and a hold keeps the call
 // open until we say that none will be. So the hold is given back when reading is over and no write is under way.
 class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::AgentMessage, v1::ControlMessage> {
@@ -87,6 +165,15 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
   }
 
   void Cancel() override { context_.TryCancel(); }
+
+  void FetchState(const v1::FetchStateRequest& request,
+                  std::function<void(absl::StatusOr<std::string>)> done) override {
+    StateFetch::Begin(*stub_, request, std::move(done));
+  }
+  void UploadCheckpoint(const v1::UploadCheckpointRequest& request, std::string bytes,
+                        std::function<void(absl::Status)> done) override {
+    StateUpload::Begin(*stub_, request, std::move(bytes), std::move(done));
+  }
 
   void FetchScene(const v1::FetchSceneRequest& request,
                   std::function<void(absl::StatusOr<std::string>)> done) override {

@@ -33,7 +33,12 @@ class ControlLink {
   virtual void Send(v1::AgentMessage message) = 0;
   virtual void Close() = 0;
   virtual void Cancel() = 0;
-  // `done` is called once, on one of gRPC's threads, with the serialised scene.
+  // `done` is called once, on one of gRPC's threads: with the file, and with what became of it.
+  virtual void FetchState(const v1::FetchStateRequest& request,
+                          std::function<void(absl::StatusOr<std::string>)> done) = 0;
+  virtual void UploadCheckpoint(const v1::UploadCheckpointRequest& request, std::string bytes,
+                                std::function<void(absl::Status)> done) = 0;
+  // The same with the serialised scene.
   virtual void FetchScene(const v1::FetchSceneRequest& request,
                           std::function<void(absl::StatusOr<std::string>)> done) = 0;
 };

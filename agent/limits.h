@@ -40,6 +40,9 @@ inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;
 
+// A region's state as a file, in pieces of so many bytes: that of a million bodies.
+inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t{512} << 20;
+
 // Of a worker's log file, when it has ended.
 inline constexpr std::size_t kLastLines = 20, kMaxLineBytes = 500;
 // Log files of workers that have ended; the oldest go first.

@@ -40,6 +40,7 @@ class StateDir {
 
   std::string IdentityPath() const { return path_ + "/host.json"; }
   std::string SocketPath() const { return path_ + "/agent.sock"; }
+  std::string StatesPath() const { return path_ + "/states"; }
   std::string LogPath(const v1::WorkerIdentity& worker) const;
   std::string ScenePath(const std::string& hash) const { return path_ + "/scenes/" + hash + ".pb"; }
 

@@ -213,6 +213,35 @@ void Supervisor::SceneFailed(const std::string& hash, const std::string& reason)
   }
 }
 
+void Supervisor::StateReady(const WorkerKey& key, const std::string& path) {
+  const auto found = workers_.find(key);
+  if (found == workers_.end()) return;
+  found->second.state_path = path;
+  PushOrder(key, found->second);
+}
+
+void Supervisor::StateFailed(const WorkerKey& key, const std::string& reason) {
+  if (const auto found = workers_.find(key); found != workers_.end()) Kill(key, found->second, reason);
+}
+
+std::string Supervisor::StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const {
+  return absl::StrCat(state_folder_, "/", key.instance_id, "-", key.region, "-", key.incarnation, "-", tick, ".", what);
+}
+
+// False: the state to begin with is not here yet. A worker that is past its beginning needs none.
+bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order) {
+  if (order.has_checkpoint()) {
+    order.mutable_checkpoint()->set_path(StatePath(key, "checkpoint", order.checkpoint().tick()));
+  }
+  if (!order.has_initial_state() || worker.report.phase() >= v1::WORKER_PHASE_BOUND) return true;
+  const v1::InitialState& state = order.initial_state();
+  if (!std::exchange(worker.state_wanted, true)) {
+    actions_.push_back(FetchState{key, state.tick(), state.hash(), StatePath(key, "state", state.tick())});
+  }
+  order.mutable_initial_state()->set_path(worker.state_path);
+  return !worker.state_path.empty();
+}
+
 // --- Of processes
 // ------------------------------------------------------------------------------------------------------
 
@@ -315,6 +344,11 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();
   actions_.push_back(TellReport{worker.report});
+  if (worker.order && worker.order->has_checkpoint() && report.checkpoint_tick() == worker.order->checkpoint().tick() &&
+      std::exchange(worker.uploaded_tick, report.checkpoint_tick()) != report.checkpoint_tick()) {
+    actions_.push_back(
+        UploadState{key, report.checkpoint_tick(), StatePath(key, "checkpoint", report.checkpoint_tick())});
+  }
   if (tell) dirty_ = true;
 }
 
@@ -335,7 +369,8 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
   }
   const auto scene = scene_paths_.find(order.scene_hash());
   if (scene != scene_paths_.end()) order.set_scene_path(scene->second);
-  if (order.scene_path().empty() && !stop) return;
+  const bool whole = SetPaths(key, worker, order);
+  if ((order.scene_path().empty() || !whole) && !stop) return;
   if (stop && !order.stop()) {  // our own decision: it must outrank every order before it
     order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
     order.set_stop(true);

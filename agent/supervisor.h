@@ -60,6 +60,17 @@ struct SendOrder {
 struct FetchScene {  // answered, some time, by SceneReady or SceneFailed
   std::string hash;
 };
+// Answered, some time, by StateReady or StateFailed.
+struct FetchState {
+  WorkerKey key;
+  std::uint64_t tick = 0;
+  std::string hash, path;
+};
+struct UploadState {
+  WorkerKey key;
+  std::uint64_t tick = 0;
+  std::string path;
+};
 struct TellReport {
   v1::WorkerReport report;
 };
@@ -68,7 +79,8 @@ struct TellExit {
   v1::WorkerExited exited;
   ExitResult result = ExitResult::kError;
 };
-using Action = std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, TellReport, TellExit>;
+using Action =
+    std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, FetchState, UploadState, TellReport, TellExit>;
 
 // What came of one order, for the log.
 struct OrderOutcome {
@@ -83,6 +95,9 @@ class Supervisor {
   // `ports_free(first)`: whether a worker can bind the three ports from `first` on, as far as one can know beforehand.
   Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports_free);
 
+  // Where workers' states are written and read.
+  void SetStateFolder(std::string folder) { state_folder_ = std::move(folder); }
+
   // From the last life of this agent, before anything else. A record of a process that lives; one of a process that is
   // gone, with the reason to tell; an exit that may not have been heard.
   void Adopt(const WorkerRecord& record);
@@ -93,6 +108,8 @@ class Supervisor {
   std::vector<OrderOutcome> Desired(const v1::DesiredSet& set, TimePoint now);
   void SceneReady(const std::string& hash, const std::string& path);
   void SceneFailed(const std::string& hash, const std::string& reason);
+  void StateReady(const WorkerKey& key, const std::string& path);
+  void StateFailed(const WorkerKey& key, const std::string& reason);
 
   // Of processes.
   void Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path, TimePoint now);
@@ -132,7 +149,10 @@ class Supervisor {
     Stopping stopping = Stopping::kNo;
     bool attached = false, ever_attached = false;
     int port_attempts = 0;
-    std::string why;  // we ended it, if not in order
+    std::string state_path;           // of the state to begin with; empty: not here yet
+    bool state_wanted = false;        // has been asked for
+    std::uint64_t uploaded_tick = 0;  // the last checkpoint that was passed on
+    std::string why;                  // we ended it, if not in order
   };
   using Workers = std::map<WorkerKey, Worker>;
 
@@ -140,6 +160,8 @@ class Supervisor {
   std::string Start(const WorkerKey& key, const v1::WorkerOrder& order);
   bool Spawn(const WorkerKey& key, Worker& worker);
   void WantScene(const std::string& hash);
+  bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
+  std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
   void PushOrder(const WorkerKey& key, Worker& worker);
   void BeginStop(const WorkerKey& key, Worker& worker, TimePoint now);
   void Signal(const WorkerKey& key, const Worker& worker, int signal);
@@ -154,6 +176,7 @@ class Supervisor {
   std::map<std::string, std::string> scene_paths_;  // by hash; empty: asked for
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false;
+  std::string state_folder_;
   std::vector<Action> actions_;
 };
 

@@ -80,6 +80,8 @@ class SupervisorTest : public ::testing::Test {
   void Do(const SignalWorker& a) { signals_.push_back(a.signal); }
   void Do(const SendOrder& a) { orders_.push_back(a.order); }
   void Do(const FetchScene& a) { fetches_.push_back(a.hash); }
+  void Do(const FetchState& a) { states_.push_back(a); }
+  void Do(const UploadState& a) { uploads_.push_back(a); }
   void Do(const TellReport& a) { reports_.push_back(a.report); }
   void Do(const TellExit& a) {
     exits_.push_back(a.exited);
@@ -96,6 +98,8 @@ class SupervisorTest : public ::testing::Test {
   std::vector<v1::WorkerOrder> orders_;
   std::vector<std::string> fetches_;
   std::vector<v1::WorkerReport> reports_;
+  std::vector<FetchState> states_;
+  std::vector<UploadState> uploads_;
   std::vector<v1::WorkerExited> exits_;
   std::vector<ExitResult> results_;
   Supervisor supervisor_{PortRange(7800, 8799), [](std::uint16_t) { return true; }};
@@ -345,6 +349,44 @@ TEST_F(SupervisorTest, SecondOrderForTheSameWorkerInOneSetIsIgnored) {
   const auto outcomes = Want({Order(1), Order(1, 9)});
   EXPECT_THAT(spawned_, SizeIs(1));
   EXPECT_EQ(outcomes[1].what, "ignored: in the set twice");
+}
+
+TEST_F(SupervisorTest, AWorkerThatBeginsWithAStateGetsItsOrderWhenTheFileIsThere) {
+  supervisor_.SetStateFolder("/states");
+  v1::WorkerOrder order = Order(1);
+  order.mutable_initial_state()->set_tick(600);
+  order.mutable_initial_state()->set_hash("abc");
+  Want({order});
+  Attach(1);
+  supervisor_.SceneReady(kHash, "/scene");
+  Carry();
+  EXPECT_THAT(orders_, SizeIs(0));
+  ASSERT_THAT(states_, SizeIs(1));
+  EXPECT_EQ(states_[0].tick, 600U);
+  supervisor_.StateReady(Key(1), states_[0].path);
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(1));
+  EXPECT_EQ(orders_[0].initial_state().path(), states_[0].path);
+}
+
+TEST_F(SupervisorTest, PassesOnAWrittenCheckpointOnce) {
+  supervisor_.SetStateFolder("/states");
+  v1::WorkerOrder order = Order(1);
+  order.mutable_checkpoint()->set_tick(600);
+  Want({order});
+  Attach(1);
+  supervisor_.SceneReady(kHash, "/scene");
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(1));
+  v1::WorkerReport report = Report(1, v1::WORKER_PHASE_RUNNING);
+  supervisor_.Reported(Key(1), report);
+  Carry();
+  EXPECT_THAT(uploads_, SizeIs(0));
+  report.set_checkpoint_tick(600);
+  for (int i = 0; i < 3; ++i) supervisor_.Reported(Key(1), report);
+  Carry();
+  ASSERT_THAT(uploads_, SizeIs(1));
+  EXPECT_EQ(uploads_[0].path, orders_[0].checkpoint().path());
 }
 
 TEST_F(SupervisorTest, PassesEachReportOnAtOnce) {

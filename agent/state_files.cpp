@@ -1,0 +1,140 @@
+#include "agent/state_files.h"
+
+#include <sodium.h>
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "agent/limits.h"
+#include "telemetry/logging.h"
+
+namespace tessera::agent {
+namespace {
+
+using telemetry::LogValue;
+
+constexpr Duration kRetry = std::chrono::milliseconds(500);
+
+// Any thread.
+absl::Status Keep(const absl::StatusOr<std::string>& bytes, const FetchState& wanted) {
+  if (!bytes.ok()) return bytes.status();
+  if (const std::string hash = Sha256Hex(*bytes); hash != wanted.hash) {
+    return absl::InvalidArgumentError(absl::StrCat("what the control plane sent has hash ", hash));
+  }
+  const absl::Status status = WriteFile(wanted.path, *bytes, true);
+  return status.ok() ? status : absl::InternalError(status.message());
+}
+
+bool Helps(const absl::Status& status) {
+  return !absl::IsNotFound(status) && !absl::IsDataLoss(status) && !absl::IsInvalidArgument(status) &&
+         !absl::IsInternal(status) && !absl::IsUnauthenticated(status);
+}
+
+v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(key.instance_id);
+  identity.set_region(key.region);
+  identity.set_incarnation(key.incarnation);
+  return identity;
+}
+
+}  // namespace
+
+std::string Sha256Hex(const std::string& bytes) {
+  std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
+  crypto_hash_sha256(digest.data(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
+  std::string hex(2 * digest.size() + 1, '\0');
+  sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
+  hex.pop_back();
+  return hex;
+}
+
+StateFiles::StateFiles(std::shared_ptr<EventLoop> loop, Callbacks callbacks)
+    : loop_(std::move(loop)), callbacks_(std::move(callbacks)) {}
+
+void StateFiles::Connected(std::shared_ptr<ControlLink> link, const HostIdentity& identity) {
+  link_ = std::move(link);
+  identity_ = identity;
+  for (const auto& [key, missing] : missing_) Fetch(key);
+}
+
+void StateFiles::Want(const FetchState& wanted) {
+  missing_.insert_or_assign(wanted.key, Missing{wanted});
+  Fetch(wanted.key);
+}
+
+void StateFiles::Fetch(const WorkerKey& key) {
+  const auto found = missing_.find(key);
+  if (!link_ || found == missing_.end() || found->second.under_way) return;
+  found->second.under_way = true;
+  const FetchState wanted = found->second.wanted;
+  v1::FetchStateRequest request;
+  request.set_host_id(identity_.host_id());
+  request.set_host_secret(identity_.host_secret());
+  request.set_instance_id(key.instance_id);
+  request.set_region(key.region);
+  request.set_tick(wanted.tick);
+  link_->FetchState(request, [this, loop = loop_, wanted](const absl::StatusOr<std::string>& bytes) {
+    absl::Status status = Keep(bytes, wanted);
+    loop->Post([this, key = wanted.key, status = std::move(status)] { Fetched(key, status); });
+  });
+}
+
+void StateFiles::Fetched(const WorkerKey& key, const absl::Status& status) {
+  const auto found = missing_.find(key);
+  if (found == missing_.end()) return;
+  if (!status.ok() && Helps(status)) {
+    found->second.under_way = false;
+    loop_->RunAt(Clock::now() + kRetry, [this, key] { Fetch(key); });
+    return;
+  }
+  const FetchState wanted = found->second.wanted;
+  missing_.erase(found);
+  if (status.ok()) {
+    spdlog::info("state fetched worker={} tick={}", LogValue(key.ToString()), wanted.tick);
+    return callbacks_.on_ready(key, wanted.path);
+  }
+  callbacks_.on_failed(key, absl::StrCat("state of tick ", wanted.tick, ": ", status.message()));
+}
+
+void StateFiles::Forget(const WorkerKey& key, const std::string& folder) {
+  missing_.erase(key);
+  const std::string prefix = absl::StrCat(key.instance_id, "-", key.region, "-", key.incarnation, "-");
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    std::error_code ignored;
+    if (entry.path().filename().string().starts_with(prefix)) std::filesystem::remove(entry.path(), ignored);
+  }
+}
+
+void StateFiles::Upload(const UploadState& what) {
+  const auto remove = [path = what.path] {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  };
+  auto bytes = ReadFile(what.path);
+  if (!bytes.ok() || !link_) {
+    spdlog::warn("checkpoint not sent worker={} tick={} reason={}", LogValue(what.key.ToString()), what.tick,
+                 LogValue(bytes.ok() ? "the control plane is away" : std::string(bytes.status().message())));
+    return remove();
+  }
+  v1::UploadCheckpointRequest request;
+  request.set_host_id(identity_.host_id());
+  request.set_host_secret(identity_.host_secret());
+  *request.mutable_identity() = IdentityOf(what.key);
+  request.set_tick(what.tick);
+  request.set_size(bytes->size());
+  request.set_hash(Sha256Hex(*bytes));
+  link_->UploadCheckpoint(request, *std::move(bytes), [remove, what](const absl::Status& status) {
+    spdlog::log(status.ok() ? spdlog::level::info : spdlog::level::warn, "checkpoint sent worker={} tick={} result={}",
+                LogValue(what.key.ToString()), what.tick, LogValue(status.ok() ? "OK" : std::string(status.message())));
+    remove();
+  });
+}
+
+}  // namespace tessera::agent
