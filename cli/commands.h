@@ -12,6 +12,8 @@ namespace tessera::cli {
 
 void AddHostCommands(CLI::App& app, Globals& globals);
 void AddInstanceCommands(CLI::App& app, Globals& globals);
+// To `tessera instance`.
+void AddInstanceChangeCommands(CLI::App& instance, Globals& globals);
 void AddSceneCommands(CLI::App& app, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);

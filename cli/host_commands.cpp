@@ -129,7 +129,9 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
   with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {
     Describe(globals, *options);
   });
-  CLI::App* drain = with_name(host->add_subcommand("drain", "Place no new regions on a host"), true);
+  CLI::App* drain = with_name(
+      host->add_subcommand("drain", "Move a host's regions elsewhere while their worlds run, and place no new ones"),
+      true);
   drain->add_flag("--undo", options->undo, "Take regions again");
   drain->callback([&globals, options] { Drain(globals, *options); });
   with_name(host->add_subcommand("remove", "Forget a host on which nothing runs"), true)->callback([&globals, options] {

@@ -1,9 +1,10 @@
-// tessera instance create | list | describe | watch | delete
+// tessera instance create | list | describe | watch | delete; the others are in instance_change_commands.cpp.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <iostream>
+#include <map>
 #include <memory>
 
 #include "cli/commands.h"
@@ -24,9 +25,19 @@ struct Options {
   std::optional<std::uint32_t> bodies;
   double start_deadline_s = 0;
   double timeout_s = 30;
+  std::optional<double> checkpoint_interval_s, leaver_grace_s;
+  std::uint32_t keep_checkpoints = 0;
+  v1::LeaverPolicy leaver = v1::LEAVER_POLICY_UNSPECIFIED;
+  bool balance = false;
   bool lazy = false, wait = false, dry_run = false;
   std::string request_id;
 };
+
+void SetSpan(double seconds, google::protobuf::Duration& span) {
+  const auto whole = static_cast<std::int64_t>(seconds);
+  span.set_seconds(whole);
+  span.set_nanos(static_cast<std::int32_t>((seconds - static_cast<double>(whole)) * 1e9));
+}
 
 v1::CreateInstanceRequest RequestOf(const Options& options) {
   v1::CreateInstanceRequest request;
@@ -38,12 +49,12 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
   spec.set_expected_players(options.players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
   spec.set_lazy(options.lazy);
-  if (options.start_deadline_s > 0) {
-    const auto whole = static_cast<std::int64_t>(options.start_deadline_s);
-    spec.mutable_start_deadline()->set_seconds(whole);
-    spec.mutable_start_deadline()->set_nanos(
-        static_cast<std::int32_t>((options.start_deadline_s - static_cast<double>(whole)) * 1e9));
-  }
+  if (options.start_deadline_s > 0) SetSpan(options.start_deadline_s, *spec.mutable_start_deadline());
+  if (options.checkpoint_interval_s) SetSpan(*options.checkpoint_interval_s, *spec.mutable_checkpoint_interval());
+  if (options.leaver_grace_s) SetSpan(*options.leaver_grace_s, *spec.mutable_leaver_grace());
+  spec.set_keep_checkpoints(options.keep_checkpoints);
+  spec.set_leaver_policy(options.leaver);
+  spec.set_balance(options.balance);
   request.set_request_id(options.request_id);
   request.set_validate_only(options.dry_run);
   return request;
@@ -163,6 +174,16 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)");
   create->add_option("--snapshot-rate", options->snapshot_rate_hz, "Snapshots a second to each client (default 30)");
   create->add_option("--request-id", options->request_id, "The same id again gives the same instance");
+  create->add_option("--checkpoint-interval", options->checkpoint_interval_s,
+                     "Seconds between checkpoints, at least 5; 0: only those asked for (default 60)");
+  create->add_option("--keep-checkpoints", options->keep_checkpoints, "How many are kept, 1 to 100 (default 3)");
+  create->add_flag("--balance", options->balance, "Move the borders by measured step time");
+  const std::map<std::string, v1::LeaverPolicy> policies{
+      {"stay", v1::LEAVER_POLICY_STAY}, {"park", v1::LEAVER_POLICY_PARK}, {"remove", v1::LEAVER_POLICY_REMOVE}};
+  create->add_option("--leaver", options->leaver, "Body of a player who is gone: stay, park or remove (default stay)")
+      ->transform(CLI::CheckedTransformer(policies))
+      ->type_name("POLICY");
+  create->add_option("--leaver-grace", options->leaver_grace_s, "Seconds until then (default 60)");
   create->add_flag("--lazy", options->lazy, "Start the workers only when all expected players are there");
   AddWaitOptions(create, *options, "RUNNING, or waiting for players");
   create->callback([&globals, options] { Create(globals, *options); });
@@ -182,6 +203,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   CLI::App* remove = with_id("delete", "End a world");
   AddWaitOptions(remove, *options, "ENDED");
   remove->callback([&globals, options] { Delete(globals, *options); });
+  AddInstanceChangeCommands(*instance, globals);
 }
 
 }  // namespace tessera::cli

@@ -1,6 +1,7 @@
 #include "cli/instance_view.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -37,6 +38,36 @@ std::string RegionTable(const v1::Instance& instance) {
   return FormatTable(rows);
 }
 
+namespace {
+
+// What is under way, what is at risk, and what has happened.
+std::string Health(const v1::Instance& instance) {
+  std::string out;
+  for (const v1::InstanceChange& change : instance.changes()) out += fmt::format("\nChange:       {}", change.text());
+  if (!instance.unprotected_regions().empty()) {
+    out += fmt::format("\nUnprotected:  regions {}",
+                       fmt::join(instance.unprotected_regions().begin(), instance.unprotected_regions().end(), ", "));
+  }
+  if (instance.failovers() > 0) {
+    out += fmt::format("\nFailovers:    {}, {} bodies lost", instance.failovers(), instance.lost_bodies());
+  }
+  if (instance.lost_ticks() > 0) out += fmt::format("\nLost time:    {} ticks", instance.lost_ticks());
+  if (instance.imbalance() > 0) out += fmt::format("\nImbalance:    {:.2f}", instance.imbalance());
+  if (!instance.checkpoints().empty()) {
+    const v1::Checkpoint& last = *instance.checkpoints().rbegin();
+    out += fmt::format("\nCheckpoint:   tick {}, {} ago", last.tick(), FormatAge(AgeSeconds(last.create_time())));
+  }
+  if (!out.empty()) out += "\n";
+  if (instance.events().empty()) return out;
+  std::vector<Row> rows{{"AGE", "EVENT"}};
+  for (const v1::InstanceEvent& event : instance.events()) {
+    rows.push_back({FormatAge(AgeSeconds(event.time())), event.text()});
+  }
+  return out + "\n" + FormatTable(rows);
+}
+
+}  // namespace
+
 std::string DescribeInstance(const v1::Instance& instance) {
   std::string out = fmt::format("Name:     {}\nState:    {}\n", instance.id(), local::InstanceStateName(instance));
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
@@ -44,7 +75,7 @@ std::string DescribeInstance(const v1::Instance& instance) {
       "Scene:    {} ({})\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n\n",
       instance.scene_name(), instance.scene_hash().substr(0, 12), instance.regions(), instance.players(),
       instance.expected_players(), instance.map().version(), FormatAge(AgeSeconds(instance.create_time())));
-  return out + RegionTable(instance);
+  return out + RegionTable(instance) + Health(instance);
 }
 
 }  // namespace tessera::cli

@@ -1,0 +1,245 @@
+// tessera instance scale | restart-workers | checkpoint | checkpoints | restore | export | import
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/table.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/instance_watch.h"
+
+namespace tessera::cli {
+namespace {
+
+constexpr std::size_t kPieceBytes = 1 << 20;
+
+struct Options {
+  std::string id, file, request_id;
+  std::uint32_t regions = 0;
+  std::uint64_t tick = 0;
+  double timeout_s = 60;
+  bool wait = false, dry_run = false;
+};
+
+std::chrono::milliseconds Patience(const Options& options) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout_s * 1000));
+}
+
+// All is as wanted, and nothing is under way.
+bool Settled(const v1::Instance& instance) {
+  return instance.state() == v1::INSTANCE_STATE_RUNNING && instance.changes().empty() &&
+         instance.regions() == instance.wanted_regions();
+}
+
+void WaitUntilSettled(local::Connection& connection, const Options& options) {
+  local::InstanceWatch watch(connection, options.id);
+  if (watch.WaitUntil(Settled, Patience(options))) return;
+  const v1::Instance latest = watch.Latest();
+  throw local::CommandError(fmt::format("instance/{} is not there yet: {}", options.id,
+                                        latest.changes().empty() ? latest.reason() : latest.changes(0).text()));
+}
+
+void Scale(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::ScaleInstanceRequest request;
+  request.set_id(options.id);
+  request.set_regions(options.regions);
+  request.set_validate_only(options.dry_run);
+  const auto response =
+      connection.Call("instance scale", connection.instances(), &v1::InstanceService::Stub::ScaleInstance, request);
+  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  PrintChange(globals, "instance", options.id,
+              fmt::format("{} to {} regions", options.wait ? "scaled" : "scaling", options.regions), options.dry_run,
+              response.instance());
+}
+
+// All are of a later life than any was before.
+bool AllReplaced(const v1::Instance& before, const v1::Instance& now) {
+  std::uint64_t newest = 0;
+  for (const v1::RegionStatus& region : before.region_status()) {
+    newest = std::max<std::uint64_t>(newest, region.report().identity().incarnation());
+  }
+  return Settled(now) && std::all_of(now.region_status().begin(), now.region_status().end(), [&](const auto& region) {
+           return region.report().identity().incarnation() > newest;
+         });
+}
+
+void RestartWorkers(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::RestartWorkersRequest request;
+  request.set_id(options.id);
+  request.set_validate_only(options.dry_run);
+  const auto response = connection.Call("instance restart-workers", connection.instances(),
+                                        &v1::InstanceService::Stub::RestartWorkers, request);
+  if (options.wait && !options.dry_run) {
+    local::InstanceWatch watch(connection, options.id);
+    const auto replaced = [&](const v1::Instance& now) { return AllReplaced(response.instance(), now); };
+    if (!watch.WaitUntil(replaced, Patience(options))) {
+      throw local::CommandError(fmt::format("instance/{}: not all workers are replaced yet", options.id));
+    }
+  }
+  PrintChange(globals, "instance", options.id, options.wait ? "workers replaced" : "replacing workers", options.dry_run,
+              response.instance());
+}
+
+void Checkpoint(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::CheckpointInstanceRequest request;
+  request.set_id(options.id);
+  request.set_validate_only(options.dry_run);
+  const auto response = connection.Call("instance checkpoint", connection.instances(),
+                                        &v1::InstanceService::Stub::CheckpointInstance, request, Patience(options));
+  PrintChange(globals, "instance", options.id,
+              options.dry_run ? "checkpointed" : fmt::format("checkpointed at tick {}", response.checkpoint().tick()),
+              options.dry_run, response.checkpoint());
+}
+
+void Checkpoints(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::ListCheckpointsRequest request;
+  request.set_id(options.id);
+  const auto response = connection.Call("instance checkpoints", connection.instances(),
+                                        &v1::InstanceService::Stub::ListCheckpoints, request);
+  if (globals.format == Format::kJson) {
+    std::cout << ToJson(response);
+    return;
+  }
+  std::vector<Row> rows{{"TICK", "REGIONS", "SIZE", "AGE"}};
+  for (const v1::Checkpoint& checkpoint : response.checkpoints()) {
+    if (globals.format == Format::kName) std::cout << checkpoint.tick() << "\n";
+    rows.push_back({std::to_string(checkpoint.tick()), std::to_string(checkpoint.regions()),
+                    FormatBytes(static_cast<double>(checkpoint.size_bytes())),
+                    FormatAge(AgeSeconds(checkpoint.create_time()))});
+  }
+  if (globals.format == Format::kName) return;
+  if (rows.size() == 1) {
+    std::cerr << fmt::format("no checkpoints; make one with 'tessera instance checkpoint {}'\n", options.id);
+    return;
+  }
+  std::cout << FormatTable(rows);
+}
+
+void Restore(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::RestoreInstanceRequest request;
+  request.set_id(options.id);
+  request.set_tick(options.tick);
+  request.set_validate_only(options.dry_run);
+  const auto response = connection.Call("instance restore", connection.instances(),
+                                        &v1::InstanceService::Stub::RestoreInstance, request, Patience(options));
+  for (const std::string& damaged : response.damaged()) std::cerr << fmt::format("passed over: {}\n", damaged);
+  if (options.wait && !options.dry_run) WaitUntilSettled(connection, options);
+  PrintChange(globals, "instance", options.id, fmt::format("restored from tick {}", response.checkpoint().tick()),
+              options.dry_run, response.instance());
+}
+
+// The file appears whole or not at all.
+void Export(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::ExportCheckpointRequest request;
+  request.set_id(options.id);
+  request.set_tick(options.tick);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + Patience(options));
+  const auto stream = connection.instances().ExportCheckpoint(&context, request);
+  const std::string draft = options.file + ".new";
+  std::ofstream out(draft, std::ios::binary | std::ios::trunc);
+  v1::ExportCheckpointResponse piece;
+  while (stream->Read(&piece)) out << piece.data();
+  out.close();
+  const grpc::Status status = stream->Finish();
+  const bool kept = status.ok() && out && std::rename(draft.c_str(), options.file.c_str()) == 0;
+  if (!kept) std::remove(draft.c_str());
+  connection.Check(status, "instance export");
+  if (!kept) throw local::CommandError(fmt::format("{} cannot be written", options.file));
+  v1::Checkpoint checkpoint;
+  checkpoint.set_tick(options.tick);
+  PrintChange(globals, "instance", options.id, "exported to " + options.file, false, checkpoint);
+}
+
+void Import(const Globals& globals, const Options& options) {
+  std::ifstream in(options.file, std::ios::binary);
+  if (!in) throw local::CommandError(fmt::format("{} cannot be read", options.file));
+  local::Connection connection(globals.control);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + Patience(options));
+  v1::ImportCheckpointResponse response;
+  const auto stream = connection.instances().ImportCheckpoint(&context, &response);
+  v1::ImportCheckpointRequest piece;
+  piece.set_request_id(options.request_id);
+  piece.set_validate_only(options.dry_run);
+  std::string buffer(kPieceBytes, '\0');
+  do {
+    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    piece.set_data(buffer.data(), static_cast<std::size_t>(in.gcount()));
+    if (!stream->Write(piece)) break;  // refused: the status tells why
+    piece.Clear();
+  } while (in);
+  stream->WritesDone();
+  connection.Check(stream->Finish(), "instance import");
+  PrintChange(globals, "instance", options.dry_run ? options.file : response.instance().id(), "imported",
+              options.dry_run, response.instance());
+}
+
+}  // namespace
+
+void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
+  auto options = std::make_shared<Options>();
+  const auto add = [&](const char* name, const char* about, bool with_id = true) {
+    CLI::App* command = instance.add_subcommand(name, about);
+    if (with_id) command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
+    command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    return command;
+  };
+  const auto add_dry_run = [&](CLI::App* command) {
+    command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
+  };
+  const auto add_tick = [&](CLI::App* command) {
+    command->add_option("--tick", options->tick, "Which checkpoint; left out: the newest that is whole");
+  };
+
+  CLI::App* scale = add("scale", "Change the number of regions while the world runs");
+  scale->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->required();
+  scale->add_flag("--wait", options->wait, "Return only when it is done");
+  add_dry_run(scale);
+  scale->callback([&globals, options] { Scale(globals, *options); });
+
+  CLI::App* restart = add("restart-workers", "Replace one worker after the other while the world runs");
+  restart->add_flag("--wait", options->wait, "Return only when it is done");
+  add_dry_run(restart);
+  restart->callback([&globals, options] { RestartWorkers(globals, *options); });
+
+  CLI::App* checkpoint = add("checkpoint", "Keep the state of all regions at one tick; returns when it is on disk");
+  add_dry_run(checkpoint);
+  checkpoint->callback([&globals, options] { Checkpoint(globals, *options); });
+
+  add("checkpoints", "List the checkpoints of an instance")->callback([&globals, options] {
+    Checkpoints(globals, *options);
+  });
+
+  CLI::App* restore = add("restore", "Start all workers again from a checkpoint; what came after it is lost");
+  add_tick(restore);
+  restore->add_flag("--wait", options->wait, "Return only when it is RUNNING");
+  add_dry_run(restore);
+  restore->callback([&globals, options] { Restore(globals, *options); });
+
+  CLI::App* save = add("export", "Write a checkpoint to a file, for any cluster");
+  save->add_option("file", options->file, "File to write")->required();
+  add_tick(save);
+  save->callback([&globals, options] { Export(globals, *options); });
+
+  CLI::App* load = add("import", "Start a new instance from such a file", false);
+  load->add_option("file", options->file, "File to read")->required();
+  load->add_option("--request-id", options->request_id, "The same id again gives the same instance");
+  add_dry_run(load);
+  load->callback([&globals, options] { Import(globals, *options); });
+}
+
+}  // namespace tessera::cli
