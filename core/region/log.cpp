@@ -17,6 +17,7 @@ constexpr std::uint8_t kMagic[] = {'T', 'L'};
 constexpr std::uint8_t kFormat = 1;
 constexpr std::uint8_t kWhole = 1, kChanges = 2;
 constexpr std::size_t kChecksumBytes = 8;
+constexpr std::size_t kMessageRoom = 1024;  // bytes that a message mostly needs beside its bodies
 constexpr std::uint8_t kTrigger = 1, kBegun = 2;
 
 absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
@@ -326,7 +327,7 @@ void ApplyBodies(const Changes& changes, std::vector<StateBody>& bodies) {
   std::size_t known = 0;
   auto at = bodies.begin();
   for (const StateBody& body : changes.bodies) {
-    at = std::lower_bound(at, bodies.end(), body.id, kByBody);
+    while (at != bodies.end() && at->id < body.id) ++at;
     if (at == bodies.end() || at->id != body.id) continue;
     *at = body;
     ++known;
@@ -531,6 +532,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
 
   Writer out;
+  out.Reserve(kMessageRoom + changed.size() * (kMaxStateBytes + 16));
   WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
   out.Varint(last_.tick.value());
   WriteIds(out, gone);

@@ -28,6 +28,7 @@ class Writer {
   void V(Vec3d v) { F64(v.x), F64(v.y), F64(v.z); }
   void Q(Quatd q) { F64(q.x), F64(q.y), F64(q.z), F64(q.w); }
 
+  void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
   // Room for `most` more bytes; `Wrote` says where what was written there ends.
   std::uint8_t* Room(std::size_t most) {
     bytes_.resize(bytes_.size() + most);
