@@ -90,6 +90,29 @@ TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
   EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
 }
 
+// All is lost from here on, so nothing more is seen; then it gets through again.
+TEST_F(CApiTest, ABadNetworkCanBeHadForTheAsking) {
+  Play();
+  ShowTwo();
+  tessera_network network = TESSERA_NETWORK;
+  network.loss = 2;
+  EXPECT_EQ(tessera_simulate_network(client, &network), TESSERA_INVALID_ARGUMENT);
+  network.loss = 1;
+  ASSERT_EQ(tessera_simulate_network(client, &network), TESSERA_OK);
+  BodyState state;
+  const std::vector<replication::BodyRecord> bodies = {{BodyId(1), Epoch(1), state}};
+  instance.regions[0]->Snapshot(Tick(4), bodies);
+  for (int i = 0; i < 200; ++i) {
+    instance.Service();
+    ASSERT_EQ(tessera_poll(client, now), TESSERA_OK);
+  }
+  EXPECT_EQ(tessera_tick(client), 2u);
+  network = TESSERA_NETWORK;
+  ASSERT_EQ(tessera_simulate_network(client, &network), TESSERA_OK);
+  instance.regions[0]->Snapshot(Tick(6), bodies);
+  EXPECT_TRUE(Until([&] { return tessera_tick(client) == 6; }));
+}
+
 TEST_F(CApiTest, TellsTheSceneAndItsShapes) {
   tessera_scene_info scene = TESSERA_SCENE_INFO;
   ASSERT_EQ(tessera_get_scene(client, &scene), TESSERA_OK);

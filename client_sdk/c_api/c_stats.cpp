@@ -1,4 +1,4 @@
-// The C interface: statistics.
+// The C interface: statistics, and the network simulator.
 #include "client_sdk/c_api/handle.h"
 
 using namespace tessera;
@@ -9,6 +9,25 @@ namespace {
 tessera_duration Give(const client::DurationSummary& d) { return {d.count, d.mean_s, d.p50_s, d.p99_s, d.max_s}; }
 
 }  // namespace
+
+tessera_code tessera_simulate_network(tessera_client* handle, const tessera_network* given) {
+  if (handle == nullptr || given == nullptr || given->size < sizeof(uint32_t))
+    return Refuse("client or network: is NULL");
+  const tessera_network network = TakeIn(given, tessera_network TESSERA_NETWORK);
+  const auto share = [](double value) { return value >= 0 && value <= 1; };
+  if (!share(network.loss)) return Refuse("network.loss: is not 0 to 1");
+  if (!share(network.duplicate)) return Refuse("network.duplicate: is not 0 to 1");
+  constexpr uint32_t kMost_ms = 60'000;
+  if (network.delay_ms > kMost_ms || network.jitter_ms > kMost_ms) return Refuse("network: more than a minute late");
+  return Guarded([&] {
+    handle->client->SimulateNetwork({.loss = network.loss,
+                                     .duplicate = network.duplicate,
+                                     .delay = std::chrono::milliseconds(network.delay_ms),
+                                     .jitter = std::chrono::milliseconds(network.jitter_ms),
+                                     .seed = network.seed});
+    return tessera_code{TESSERA_OK};
+  });
+}
 
 tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or stats: is NULL");

@@ -287,6 +287,20 @@ typedef struct tessera_stats {
 
 TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);
 
+/* --- A bad network, to try a game on --------------------------------------------------------------------------------
+ */
+
+typedef struct tessera_network {
+  uint32_t size;
+  uint32_t delay_ms, jitter_ms; /* of each datagram; evenly up to so much more */
+  double loss, duplicate;       /* shares of datagrams each way, 0 to 1 */
+  uint64_t seed;                /* the same seed and traffic give the same fate */
+} tessera_network;
+#define TESSERA_NETWORK \
+  { sizeof(tessera_network), 0, 0, 0, 0, 1 }
+/* From now on the network is so; the default is a perfect one. */
+TESSERA_API tessera_code tessera_simulate_network(tessera_client* client, const tessera_network* network);
+
 #ifdef __cplusplus
 }
 #endif

@@ -123,6 +123,8 @@ class Client {
     return stats;
   }
 
+  Error SimulateNetwork(const tessera_network& network) { return Error::Of(tessera_simulate_network(get(), &network)); }
+
   tessera_client* get() const { return client_.get(); }
 
  private:
