@@ -39,9 +39,12 @@ struct AgentLink::Impl {
 
   mutable std::mutex mutex;
   std::condition_variable changed;
-  std::optional<v1::WorkerOrder> order;  // for the loop
-  v1::WorkerReport newest;               // said again at each attachment
-  bool has_report = false, unsent = false;
+  std::optional<v1::WorkerOrder> order;          // for the loop
+  v1::WorkerReport newest;                       // said again at each attachment
+  std::optional<v1::InventoryReport> inventory;  // said again too
+  std::optional<v1::LeaseRequest> lease_request;
+  std::optional<v1::LeaseRenewal> lease;  // for the loop
+  bool has_report = false, unsent = false, inventory_unsent = false;
   bool closing = false, refused = false, attached = false;
   bool stream_broken = false;              // its reader has seen the end
   grpc::ClientContext* context = nullptr;  // of the stream that stands, for Close to cancel
@@ -50,6 +53,8 @@ struct AgentLink::Impl {
   grpc::Status Attach();
   void ReadOrders(Stream& stream);
   void WriteReports(Stream& stream);
+  bool Unsaid() const { return unsent || inventory_unsent || lease_request; }
+  v1::WorkerMessage TakeMessage();
 };
 
 // Dials until closed or refused.
@@ -90,6 +95,8 @@ grpc::Status AgentLink::Impl::Attach() {
     const std::lock_guard lock(mutex);
     stream_broken = false;
     unsent = true;  // a new stream begins with who we are
+    inventory_unsent = inventory.has_value();
+    lease_request.reset();
     context = &here;
   }
   const std::unique_ptr<Stream> stream = stub->Attach(&here);
@@ -111,7 +118,8 @@ void AgentLink::Impl::ReadOrders(Stream& stream) {
     if (!std::exchange(attached, true)) {
       spdlog::info("attached to agent socket={}", telemetry::LogValue(socket_path));
     }
-    order = std::move(*message.mutable_order());
+    if (message.has_order()) order = std::move(*message.mutable_order());
+    if (message.has_lease()) lease = std::move(*message.mutable_lease());
     wake.Set();
   }
   const std::lock_guard lock(mutex);
@@ -119,14 +127,25 @@ void AgentLink::Impl::ReadOrders(Stream& stream) {
   changed.notify_all();
 }
 
+// Requires the lock. What is to be said next; the report first.
+v1::WorkerMessage AgentLink::Impl::TakeMessage() {
+  v1::WorkerMessage message;
+  if (std::exchange(unsent, false)) {
+    *message.mutable_report() = newest;
+  } else if (std::exchange(inventory_unsent, false)) {
+    *message.mutable_inventory() = *inventory;
+  } else {
+    *message.mutable_lease() = *std::exchange(lease_request, std::nullopt);
+  }
+  return message;
+}
+
 void AgentLink::Impl::WriteReports(Stream& stream) {
   std::unique_lock lock(mutex);
   while (true) {
-    changed.wait(lock, [&] { return unsent || closing || stream_broken; });
-    if (stream_broken || !unsent) return;
-    v1::WorkerMessage message;
-    *message.mutable_report() = newest;
-    unsent = false;
+    changed.wait(lock, [&] { return Unsaid() || closing || stream_broken; });
+    if (stream_broken || !Unsaid()) return;
+    const v1::WorkerMessage message = TakeMessage();
     lock.unlock();
     const bool written = stream.Write(message);
     lock.lock();
@@ -152,6 +171,25 @@ void AgentLink::Report(const v1::WorkerReport& report) {
   const std::lock_guard lock(impl_->mutex);
   impl_->newest = report;
   impl_->has_report = impl_->unsent = true;
+  impl_->changed.notify_all();
+}
+
+std::optional<v1::LeaseRenewal> AgentLink::TakeLease() {
+  const std::lock_guard lock(impl_->mutex);
+  return std::exchange(impl_->lease, std::nullopt);
+}
+
+void AgentLink::SetInventory(const std::optional<v1::InventoryReport>& inventory) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->inventory = inventory;
+  impl_->inventory_unsent = inventory.has_value();
+  impl_->changed.notify_all();
+}
+
+void AgentLink::AskLease(const v1::LeaseRequest& request) {
+  const std::lock_guard lock(impl_->mutex);
+  if (!impl_->attached) return;
+  impl_->lease_request = request;
   impl_->changed.notify_all();
 }
 

@@ -1,9 +1,9 @@
 // AgentLink: the worker's line to the agent on its host, over the Unix socket that the agent serves.
 //
 // Only states pass: the newest order of the agent waits in one slot for the loop, the newest report of the loop waits
-// in another for the agent; what was overtaken is not sent. While the agent is away the link dials again and again, at
-// most kMaxBackoff apart, and begins each attachment with the newest report, so that the next agent knows whom it
-// adopts.
+// in another for the agent; what was overtaken is not sent. So do inventories and leases in slots of their own. While
+// the agent is away the link dials again and again, at most kMaxBackoff apart, and begins each attachment with the
+// newest report, so that the next agent knows whom it adopts.
 //
 //   AgentLink link(flags.agent_socket);
 //   link.Report(report);                       // starts the first attachment
@@ -35,7 +35,11 @@ class AgentLink {
 
   int wake_fd() const;  // readable when there is an order or a refusal; TakeOrder makes it quiet again
   std::optional<v1::WorkerOrder> TakeOrder();
+  std::optional<v1::LeaseRenewal> TakeLease();
   void Report(const v1::WorkerReport& report);
+  // What a failover is to be told; said again at each attachment until it is cleared by an empty one.
+  void SetInventory(const std::optional<v1::InventoryReport>& inventory);
+  void AskLease(const v1::LeaseRequest& request);  // dropped when the agent is away
   // NOT_FOUND came back: the agent does not know this worker.
   bool refused() const;
   bool attached() const;

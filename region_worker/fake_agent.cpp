@@ -2,6 +2,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <map>
 #include <mutex>
@@ -22,6 +23,9 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
   std::condition_variable changed;
   std::map<std::uint32_t, v1::WorkerOrder> orders;
   std::map<std::uint32_t, std::vector<v1::WorkerReport>> reports;
+  std::map<std::uint32_t, std::vector<v1::Inventory>> inventories;
+  std::map<std::uint32_t, v1::LeaseRenewal> leases;  // to be given
+  bool gives_leases = true;
   std::unique_ptr<grpc::Server> server;
 
   grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
@@ -33,7 +37,7 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
     std::thread writer([&] { WriteOrders(region, stream, ended); });
     do {
       const std::lock_guard lock(mutex);
-      reports[region].push_back(message.report());
+      Keep(region, message);
       changed.notify_all();
     } while (stream->Read(&message));
     {
@@ -45,15 +49,33 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
     return context->IsCancelled() ? grpc::Status::CANCELLED : grpc::Status::OK;
   }
 
+  // Requires the lock.
+  void Keep(std::uint32_t region, const v1::WorkerMessage& message) {
+    if (message.has_report()) reports[region].push_back(message.report());
+    if (message.has_inventory()) inventories[region].push_back(message.inventory().inventory());
+    if (message.has_lease() && gives_leases) {
+      v1::LeaseRenewal& lease = leases[region];
+      *lease.mutable_identity() = message.lease().identity();
+      lease.set_number(message.lease().number());
+      lease.set_ttl_ms(1000);
+    }
+  }
+
   void WriteOrders(std::uint32_t region, Stream* stream, const bool& ended) {
     std::unique_lock lock(mutex);
     std::uint64_t told = 0;
+    const auto has_order = [&] { return orders.contains(region) && orders[region].revision() > told; };
     while (true) {
-      changed.wait(lock, [&] { return ended || (orders.contains(region) && orders[region].revision() > told); });
+      changed.wait(lock, [&] { return ended || has_order() || leases.contains(region); });
       if (ended) return;
       v1::AgentOrder message;
-      *message.mutable_order() = orders[region];
-      told = orders[region].revision();
+      if (has_order()) {
+        *message.mutable_order() = orders[region];
+        told = orders[region].revision();
+      } else {
+        *message.mutable_lease() = leases[region];
+        leases.erase(region);
+      }
       lock.unlock();
       stream->Write(message);
       lock.lock();
@@ -89,6 +111,23 @@ std::optional<v1::WorkerReport> FakeAgent::WaitFor(std::uint32_t region,
     return found.has_value();
   });
   return found;
+}
+
+std::optional<v1::Inventory> FakeAgent::WaitForInventory(std::uint32_t region, std::uint64_t version) {
+  std::unique_lock lock(impl_->mutex);
+  const auto of_version = [&] {
+    const auto& all = impl_->inventories[region];
+    return std::find_if(all.begin(), all.end(), [&](const auto& inventory) { return inventory.version() == version; });
+  };
+  if (!impl_->changed.wait_for(lock, kPatience, [&] { return of_version() != impl_->inventories[region].end(); })) {
+    return std::nullopt;
+  }
+  return *of_version();
+}
+
+void FakeAgent::GiveLeases(bool give) {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->gives_leases = give;
 }
 
 std::vector<v1::WorkerReport> FakeAgent::ReportsOf(std::uint32_t region) const {

@@ -1,5 +1,5 @@
-// For tests: an agent that serves the worker link on a Unix socket, gives the orders it is told to, and keeps every
-// report.
+// For tests: an agent that serves the worker link on a Unix socket, gives the orders it is told to, keeps every report
+// and inventory, and gives leases unless told not to.
 //
 // Thread rule: any thread.
 #pragma once
@@ -27,6 +27,9 @@ class FakeAgent {
   // Waits for a report of `region` that fulfils `wanted`, old ones included, oldest first.
   std::optional<v1::WorkerReport> WaitFor(std::uint32_t region,
                                           const std::function<bool(const v1::WorkerReport&)>& wanted);
+  // Waits for an inventory of `region` for the failover of `version`.
+  std::optional<v1::Inventory> WaitForInventory(std::uint32_t region, std::uint64_t version);
+  void GiveLeases(bool give);
   std::vector<v1::WorkerReport> ReportsOf(std::uint32_t region) const;
 
  private:

@@ -125,7 +125,8 @@ void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, boo
   welcome.set_tick_rate_hz(rules_->tick_rate_hz);
   welcome.set_snapshot_rate_hz(rules_->snapshot_rate_hz);
   welcome.set_started(started);
-  *welcome.mutable_map() = rules_->map;
+  *welcome.mutable_map() = rules_->map.map();
+  *welcome.mutable_doors() = rules_->map.doors();
   Tell(peer, message);
   spdlog::info("client welcome player={} from={}", player.value(), endpoint_->AddressOf(peer));
 }
@@ -200,11 +201,38 @@ std::uint64_t GamePort::Broadcast(TimePoint now, const std::function<std::vector
   return bytes;
 }
 
+void GamePort::SetMap(const v1::RegionMap& map) {
+  const std::string before = rules_->map.SerializeAsString();
+  rules_->map = map;
+  if (rules_->map.SerializeAsString() == before) return;
+  v1::RegionControl message;
+  *message.mutable_map() = map;
+  for (const auto& [peer, client] : clients_) Tell(peer, message);
+}
+
 void GamePort::TellStarted(Tick tick) {
   v1::RegionControl message;
   message.mutable_started()->set_tick(tick.value());
   for (const auto& [peer, client] : clients_) Tell(peer, message);
   endpoint_->Flush();
+}
+
+void GamePort::TellPairs(Tick tick, std::span<const physics::PairEvent> events) {
+  if (clients_.empty()) return;
+  v1::RegionControl message;
+  v1::PairEvents& told = *message.mutable_pair_events();
+  for (const physics::PairEvent& event : events) {
+    // Players have the highest ids.
+    if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
+    v1::PairEvent& pair = *told.add_events();
+    pair.set_body_a(event.body_a.value());
+    pair.set_body_b(event.body_b.value());
+    pair.set_trigger(event.trigger);
+    pair.set_begin(event.begin);
+  }
+  if (told.events().empty()) return;
+  told.set_tick(tick.value());
+  for (const auto& [peer, client] : clients_) Tell(peer, message);
 }
 
 void GamePort::TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,

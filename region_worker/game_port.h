@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "core/physics/world.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 #include "net/connect_token.h"
@@ -37,7 +38,7 @@ struct GameRules {
   Identity self;
   net::InstanceKey key{};
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
-  v1::PartitionMap map;
+  v1::RegionMap map;
   replication::Settings replication;
 };
 
@@ -87,6 +88,10 @@ class GamePort {
   // Calls `write` for each client and sends what it gives; the bytes sent.
   std::uint64_t Broadcast(TimePoint now, const std::function<std::vector<net::Bytes>(Client&)>& write);
   void TellStarted(Tick tick);
+  // What began and ended in the step that led to `tick`: of players' bodies and triggers, to all.
+  void TellPairs(Tick tick, std::span<const physics::PairEvent> events);
+  // The map in force and the doors; told to all, if it is news.
+  void SetMap(const v1::RegionMap& map);
   void TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,
                         TimePoint now);
   // The player has left: its connection is closed.

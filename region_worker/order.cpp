@@ -1,6 +1,7 @@
 #include "region_worker/order.h"
 
 #include "absl/strings/str_cat.h"
+#include "core/region/failover_io.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
 
@@ -28,8 +29,11 @@ absl::Status ReadPeers(const v1::WorkerOrder& message, Order& order) {
     if (peer.link_port() == 0 || peer.link_port() > 65535) {
       return absl::InvalidArgumentError(absl::StrCat("peers[", i, "].link_port: ", peer.link_port()));
     }
+    if (peer.game_port() > 65535) {
+      return absl::InvalidArgumentError(absl::StrCat("peers[", i, "].game_port: ", peer.game_port()));
+    }
     order.peers.push_back({RegionId(peer.region()), Incarnation(peer.incarnation()), peer.host(),
-                           static_cast<std::uint16_t>(peer.link_port())});
+                           static_cast<std::uint16_t>(peer.link_port()), static_cast<std::uint16_t>(peer.game_port())});
   }
   return absl::OkStatus();
 }
@@ -41,6 +45,67 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
     order.players.push_back({PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left()});
   }
   return absl::OkStatus();
+}
+
+absl::Status InField(const char* field, const absl::Status& status) {
+  return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
+}
+
+absl::Status ReadMaps(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_map()) {
+    absl::StatusOr<PartitionMap> map = FromProto(message.map());
+    if (!map.ok()) return InField("map", map.status());
+    order.map = *std::move(map);
+  }
+  if (message.has_planned()) {
+    absl::StatusOr<PartitionMap> map = FromProto(message.planned().map());
+    if (!map.ok()) return InField("planned.map", map.status());
+    if (message.planned().effective_tick() == 0) return absl::InvalidArgumentError("planned.effective_tick: 0");
+    order.planned = {*std::move(map), Tick(message.planned().effective_tick()), message.planned().committed()};
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadFailover(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_failover()) {
+    if (!order.map || message.failover().version() != order.map->version().value()) {
+      return absl::InvalidArgumentError("failover.version: not that of the map");
+    }
+    order.failover = {.version = order.map->version(), .dead = {}};
+    for (const v1::DeadRegion& dead : message.failover().dead()) {
+      order.failover->dead.push_back({RegionId(dead.region()), Incarnation(dead.incarnation())});
+    }
+  }
+  if (message.has_resolution()) {
+    absl::StatusOr<region::Resolution> resolution = region::FromProto(message.resolution());
+    if (!resolution.ok()) return InField("resolution", resolution.status());
+    order.resolution = *std::move(resolution);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadStandby(const v1::WorkerOrder& message, const Identity& self, Order& order) {
+  const auto bad = [&](std::uint32_t region) { return region > kMaxRegions || RegionId(region) == self.region; };
+  if (bad(message.heir())) return absl::InvalidArgumentError(absl::StrCat("heir: ", message.heir()));
+  order.heir = RegionId(message.heir());
+  for (int i = 0; i < message.wards_size(); ++i) {
+    if (message.wards(i) == 0 || bad(message.wards(i))) {
+      return absl::InvalidArgumentError(absl::StrCat("wards[", i, "]: ", message.wards(i)));
+    }
+    order.wards.push_back(RegionId(message.wards(i)));
+  }
+  return absl::OkStatus();
+}
+
+void ReadStates(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_checkpoint()) {
+    order.checkpoint = {.tick = Tick(message.checkpoint().tick()), .path = message.checkpoint().path(), .hash = {}};
+  }
+  if (message.has_initial_state()) {
+    const v1::InitialState& state = message.initial_state();
+    order.initial_state = {.tick = Tick(state.tick()), .path = state.path(), .hash = state.hash()};
+  }
+  order.joins_running = message.joins_running();
 }
 
 }  // namespace
@@ -57,16 +122,15 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   if (order.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: ", order.snapshot_rate_hz));
   }
-  if (message.has_map()) {
-    absl::StatusOr<PartitionMap> map = FromProto(message.map());
-    if (!map.ok()) return absl::InvalidArgumentError(absl::StrCat("map: ", map.status().message()));
-    order.map = *std::move(map);
-  }
   if (!message.instance_key().empty()) {
     absl::StatusOr<net::InstanceKey> key = net::InstanceKeyFrom(message.instance_key());
-    if (!key.ok()) return absl::InvalidArgumentError(absl::StrCat("instance_key: ", key.status().message()));
+    if (!key.ok()) return InField("instance_key", key.status());
     order.key = *key;
   }
+  if (absl::Status status = ReadMaps(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadFailover(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadStandby(message, self, order); !status.ok()) return status;
+  ReadStates(message, order);
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
   return order;

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/region/resolve.h"
 #include "core/world/partition_map.h"
 #include "net/connect_token.h"
+#include "region_worker/tick_pacer.h"
 #include "region_worker/worker_options.h"
 #include "tessera/v1/worker_link.pb.h"
 
@@ -21,7 +23,7 @@ struct PeerAddress {
   RegionId region;
   Incarnation incarnation;
   std::string host;
-  std::uint16_t link_port = 0;
+  std::uint16_t link_port = 0, game_port = 0;
   friend bool operator==(const PeerAddress&, const PeerAddress&) = default;
 };
 
@@ -29,6 +31,31 @@ struct OrderedPlayer {
   PlayerNumber number;
   RegionId spawn_region{};  // makes its body; RegionId(): the scene has none
   bool left = false;
+};
+
+// A life of a region that has ended.
+struct DeadRegion {
+  RegionId region;
+  Incarnation incarnation;
+};
+
+// Under way: `Order::map` is its map.
+struct OrderedFailover {
+  MapVersion version;
+  std::vector<DeadRegion> dead;
+};
+
+struct OrderedMap {
+  PartitionMap map;
+  Tick effective;
+  bool committed = false;
+};
+
+// A state in a file of this host.
+struct StateFile {
+  Tick tick;
+  std::string path;
+  std::string hash;  // SHA-256, hexadecimal; of a state that is to be read
 };
 
 struct Order {
@@ -40,6 +67,13 @@ struct Order {
   std::vector<OrderedPlayer> players;
   bool run = false, stop = false;
   std::uint32_t snapshot_rate_hz = 30;
+  std::optional<OrderedFailover> failover;
+  std::optional<region::Resolution> resolution;
+  std::optional<OrderedMap> planned;
+  RegionId heir{};  // RegionId(): none
+  std::vector<RegionId> wards;
+  std::optional<StateFile> checkpoint, initial_state;
+  bool joins_running = false;
 };
 
 // Errors: FAILED_PRECONDITION if it is not meant for `self`, INVALID_ARGUMENT naming the field.

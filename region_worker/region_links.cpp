@@ -20,25 +20,67 @@ std::span<const std::uint8_t> AsBytes(const std::string& text) {
 RegionLinks::RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics)
     : endpoint_(std::move(endpoint)), metrics_(metrics) {}
 
-void RegionLinks::Open(LinkIdentity identity, std::span<const RegionId> neighbors) {
+void RegionLinks::Open(LinkIdentity identity) {
   identity_ = std::move(identity);
   endpoint_->Open({.instance_id = identity_->self.instance_id,
                    .region = identity_->self.region,
                    .incarnation = identity_->self.incarnation,
                    .key = identity_->key,
                    .for_regions = true});
-  for (const RegionId neighbor : neighbors) links_.try_emplace(neighbor);
 }
 
 void RegionLinks::SetPeers(std::span<const PeerAddress> peers) {
   for (const PeerAddress& peer : peers) {
-    const auto found = links_.find(peer.region);
-    if (found == links_.end() || found->second.address == peer) continue;
-    Link& link = found->second;
-    link.address = peer;
-    link.backoff = kMinRedial;
-    link.dial_at = {};
+    const auto [found, is_new] = addresses_.try_emplace(peer.region, peer);
+    if (!is_new && (found->second == peer || peer.incarnation < found->second.incarnation)) continue;
+    found->second = peer;
+    const auto link = links_.find(peer.region);
+    if (link == links_.end()) continue;
+    link->second.backoff = kMinRedial;
+    link->second.dial_at = {};
+    const bool another =
+        link->second.confirmed ? link->second.incarnation < peer.incarnation : link->second.peer != net::PeerHandle();
+    if (another) Cut(peer.region, link->second, "the region has another worker");
   }
+}
+
+void RegionLinks::SetPartners(std::span<const RegionId> partners) {
+  partners_ = {partners.begin(), partners.end()};
+  for (const RegionId partner : partners_) links_.try_emplace(partner);
+  for (auto it = links_.begin(); it != links_.end();) {
+    const auto next = std::next(it);
+    const bool mine = identity_ && identity_->self.region < it->first;
+    if (!partners_.contains(it->first)) {
+      it->second.kept.clear();
+      if (mine) {
+        Cut(it->first, it->second, "it is needed no more");
+        links_.erase(it);
+      }
+    }
+    it = next;
+  }
+}
+
+void RegionLinks::Outrank(RegionId region, Incarnation incarnation) {
+  Incarnation& highest = outranked_[region];
+  highest = std::max(highest, incarnation);
+  const auto link = links_.find(region);
+  if (link == links_.end()) return;
+  const auto address = addresses_.find(region);
+  const bool later_one = link->second.confirmed
+                             ? incarnation < link->second.incarnation
+                             : address != addresses_.end() && incarnation < address->second.incarnation;
+  if (later_one) return;
+  Cut(region, link->second, "the region has died");
+  link->second.kept.clear();
+}
+
+// The endpoint tells nothing of a peer that it was told to drop.
+void RegionLinks::Cut(RegionId region, Link& link, std::string_view why) {
+  if (link.peer == net::PeerHandle()) return;
+  spdlog::info("link ended region={} reason={}", region.value(), telemetry::LogValue(why));
+  endpoint_->Disconnect(std::exchange(link.peer, {}));
+  link.confirmed = false;
 }
 
 void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
@@ -49,28 +91,44 @@ void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
                                                           frame.to.value(), ": at most ", net::kMaxFrameBytes));
     }
     metrics_.frame_bytes_out.Increment(static_cast<double>(frame.bytes.size()));
-    if (link.confirmed) {
-      if (const absl::Status sent = endpoint_->Send(link.peer, net::Delivery::kReliable, frame.bytes); !sent.ok()) {
-        spdlog::warn("frame not sent to={} reason={}", frame.to.value(),
-                     telemetry::LogValue(std::string(sent.message())));
-      }
-    }
+    if (link.confirmed) (void)SendNow(frame.to, frame.bytes);
     if (link.kept.size() == kFramesKept) link.kept.erase(link.kept.begin());
     link.kept.push_back(std::move(frame.bytes));
   }
   endpoint_->Flush();
 }
 
-bool RegionLinks::Service(TimePoint now, const OnFrame& on_frame) {
+bool RegionLinks::SendNow(RegionId to, std::span<const std::uint8_t> message) {
+  const auto link = links_.find(to);
+  if (link == links_.end() || !link->second.confirmed) return false;
+  const absl::Status sent = endpoint_->Send(link->second.peer, net::Delivery::kReliable, message);
+  if (!sent.ok()) {
+    spdlog::warn("not sent to={} reason={}", to.value(), telemetry::LogValue(std::string(sent.message())));
+  }
+  return sent.ok();
+}
+
+net::PeerHandle RegionLinks::LinkTo(RegionId region) const {
+  const auto link = links_.find(region);
+  return link == links_.end() || !link->second.confirmed ? net::PeerHandle() : link->second.peer;
+}
+
+std::optional<TimePoint> RegionLinks::HeardFrom(RegionId region) const {
+  const auto link = links_.find(region);
+  if (link == links_.end() || link->second.heard == TimePoint()) return std::nullopt;
+  return link->second.heard;
+}
+
+bool RegionLinks::Service(TimePoint now, const OnLinkMessage& on_message) {
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
-  for (const net::Event& event : events) Handle(event, now, on_frame);
+  for (const net::Event& event : events) Handle(event, now, on_message);
   if (identity_ && !closed_) DialDue(now);
   DropSilentCallers(now);
   metrics_.link_door.Take(endpoint_->door_stats());
   return !events.empty();
 }
 
-void RegionLinks::Handle(const net::Event& event, TimePoint now, const OnFrame& on_frame) {
+void RegionLinks::Handle(const net::Event& event, TimePoint now, const OnLinkMessage& on_message) {
   if (closed_) {
     if (event.kind == net::Event::Kind::kConnected) endpoint_->Disconnect(event.peer);
     return;
@@ -85,7 +143,7 @@ void RegionLinks::Handle(const net::Event& event, TimePoint now, const OnFrame& 
       }
       return OnDisconnected(event.peer, now);
     case net::Event::Kind::kMessage:
-      return OnMessage(event, now, on_frame);
+      return OnMessage(event, now, on_message);
   }
 }
 
@@ -110,7 +168,7 @@ void RegionLinks::OnDisconnected(net::PeerHandle peer, TimePoint now) {
   link.backoff = std::min(link.backoff * 2, kMaxRedial);
 }
 
-void RegionLinks::OnMessage(const net::Event& event, TimePoint now, const OnFrame& on_frame) {
+void RegionLinks::OnMessage(const net::Event& event, TimePoint now, const OnLinkMessage& on_message) {
   if (callers_.contains(event.peer)) return OnHello(event.peer, event.bytes, now);
   const auto found = LinkOf(event.peer);
   if (found == links_.end()) return;  // dropped earlier in the same round
@@ -119,7 +177,12 @@ void RegionLinks::OnMessage(const net::Event& event, TimePoint now, const OnFram
     return;
   }
   metrics_.frame_bytes_in.Increment(static_cast<double>(event.bytes.size()));
-  on_frame(found->first, event.bytes);
+  found->second.heard = now;
+  if (const std::optional<LinkMessage> message = ReadLinkMessage(event.bytes)) {
+    on_message(found->first, *message);
+  } else {
+    metrics_.CountDropped(DropReason::kMalformed);
+  }
 }
 
 // From a caller, or the answer of one that was dialled.
@@ -139,17 +202,19 @@ void RegionLinks::OnHello(net::PeerHandle peer, std::span<const std::uint8_t> by
     if (outgoing) OnDisconnected(peer, now);  // an endpoint tells nothing of a peer that it was told to drop
     return;
   }
-  Link& link = links_.at(caller.region);
+  Link& link = links_[caller.region];
   if (!outgoing) {
-    if (link.peer != net::PeerHandle()) Drop(link.peer, "the neighbour has linked anew");
+    if (link.peer != net::PeerHandle()) Drop(link.peer, "the region has linked anew");
     SendHello(peer);
   }
-  Confirm(caller.region, link, peer);
+  Confirm(caller.region, link, peer, Incarnation(hello.incarnation()), now);
 }
 
-void RegionLinks::Confirm(RegionId region, Link& link, net::PeerHandle peer) {
+void RegionLinks::Confirm(RegionId region, Link& link, net::PeerHandle peer, Incarnation incarnation, TimePoint now) {
   link.peer = peer;
   link.confirmed = true;
+  link.incarnation = incarnation;
+  link.heard = now;
   link.backoff = kMinRedial;
   spdlog::info("linked region={} at={}", region.value(), endpoint_->AddressOf(peer));
   for (const net::Bytes& frame : link.kept) (void)endpoint_->Send(peer, net::Delivery::kReliable, frame);
@@ -169,38 +234,46 @@ void RegionLinks::SendHello(net::PeerHandle peer) {
 absl::Status RegionLinks::CheckHello(const v1::LinkHello& hello, RegionId region,
                                      std::optional<Incarnation> proven) const {
   const Incarnation incarnation(hello.incarnation());
-  const MapVersion version(hello.map_version());
   if (RegionId(hello.region()) != region || (proven && incarnation != *proven)) {
     return absl::UnauthenticatedError(absl::StrCat("it says that it is region ", hello.region(), " incarnation ",
                                                    incarnation.value(), ", its token region ", region.value(),
                                                    " incarnation ", proven.value_or(incarnation).value()));
   }
-  const auto link = links_.find(region);
-  if (link == links_.end() || (proven && region > identity_->self.region)) {  // the lower id dials
+  const auto address = addresses_.find(region);
+  const bool known = partners_.contains(region) || address != addresses_.end();
+  if (!known || (proven && region > identity_->self.region)) {  // the lower id dials
     return absl::FailedPreconditionError(absl::StrCat("region ", region.value(), " is not expected here"));
   }
-  if (version != identity_->map_version) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("map version ", version.value(), ", this is ", identity_->map_version.value()));
+  const auto ended = outranked_.find(region);
+  if (ended != outranked_.end() && incarnation <= ended->second) {
+    return absl::FailedPreconditionError(absl::StrCat("incarnation ", incarnation.value(), " has been declared dead"));
   }
-  if (link->second.address && incarnation < link->second.address->incarnation) {
-    return absl::FailedPreconditionError(absl::StrCat("incarnation ", incarnation.value(), " is outranked by ",
-                                                      link->second.address->incarnation.value()));
+  if (address != addresses_.end() && incarnation < address->second.incarnation) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("incarnation ", incarnation.value(), " is outranked by ", address->second.incarnation.value()));
   }
   return absl::OkStatus();
 }
 
+bool RegionLinks::Dials(RegionId region, const Link& link) const {
+  if (!identity_ || region <= identity_->self.region || link.peer != net::PeerHandle()) return false;
+  const auto address = addresses_.find(region);
+  if (address == addresses_.end() || !partners_.contains(region)) return false;
+  const auto ended = outranked_.find(region);
+  return ended == outranked_.end() || ended->second < address->second.incarnation;
+}
+
 void RegionLinks::DialDue(TimePoint now) {
   for (auto& [region, link] : links_) {
-    const bool mine = identity_->self.region < region;
-    if (!mine || !link.address || link.peer != net::PeerHandle() || now < link.dial_at) continue;
+    if (now < link.dial_at || !Dials(region, link)) continue;
+    const PeerAddress& address = addresses_.at(region);
     const net::ConnectToken token = {
         .instance_id = identity_->self.instance_id,
         .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kTokenLifetime.count()),
         .region = identity_->self.region,
         .incarnation = identity_->self.incarnation};
     const absl::StatusOr<net::PeerHandle> peer =
-        endpoint_->Connect(link.address->host, link.address->link_port, region, net::Issue(token, identity_->key));
+        endpoint_->Connect(address.host, address.link_port, region, net::Issue(token, identity_->key));
     if (peer.ok()) {
       link.peer = *peer;
       continue;
@@ -249,15 +322,15 @@ std::vector<RegionId> RegionLinks::linked() const {
 }
 
 bool RegionLinks::AllLinked() const {
-  return identity_ && std::all_of(links_.begin(), links_.end(), [](const auto& link) { return link.second.confirmed; });
+  return identity_ && std::all_of(partners_.begin(), partners_.end(),
+                                  [&](RegionId partner) { return LinkTo(partner) != net::PeerHandle(); });
 }
 
 std::optional<TimePoint> RegionLinks::next_dial() const {
   std::optional<TimePoint> next;
   if (!identity_) return next;
   for (const auto& [region, link] : links_) {
-    const bool waits = identity_->self.region < region && link.address && link.peer == net::PeerHandle();
-    if (waits && (!next || link.dial_at < *next)) next = link.dial_at;
+    if (Dials(region, link) && (!next || link.dial_at < *next)) next = link.dial_at;
   }
   return next;
 }

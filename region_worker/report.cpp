@@ -26,6 +26,11 @@ void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
   report.set_nonfinite_bodies(counts.nonfinite_bodies);
   report.set_spawned_bodies(counts.spawned_bodies);
   report.set_removed_bodies(counts.removed_bodies);
+  report.set_bodies_lost(counts.lost_bodies);
+  report.set_last_gap_ms(counts.last_gap_ms);
+  report.set_bodies_outside(region.away_count());
+  report.set_acknowledged_tick(ticks.heir_log().acknowledged().value());
+  report.set_standby_bytes(ticks.heir_log().bytes_sent());
   for (const region::Census& census : ticks.censuses()) {
     v1::Census& out = *report.add_censuses();
     out.set_tick(census.tick.value());
@@ -34,10 +39,20 @@ void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
   }
 }
 
+void AddWards(const Wards& wards, v1::WorkerReport& report) {
+  for (const auto& [region, ward] : wards.all()) {
+    if (!ward.copy.whole()) continue;
+    v1::StandbyStatus& out = *report.add_standbys();
+    out.set_region(region.value());
+    out.set_incarnation(ward.copy.incarnation().value());
+    out.set_tick(ward.copy.tick().value());
+  }
+}
+
 }  // namespace
 
 v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& address, const ReportedState& state,
-                            const TickLoop* ticks) {
+                            const TickLoop* ticks, const Wards* wards) {
   v1::WorkerReport report;
   v1::WorkerIdentity& identity = *report.mutable_identity();
   identity.set_instance_id(self.instance_id);
@@ -51,7 +66,14 @@ v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& addre
   for (const RegionId region : state.linked) report.add_linked_regions(region.value());
   for (const PlayerNumber player : state.players) report.add_connected_players(player.value());
   report.set_resident_bytes(telemetry::ReadMemory().process_physical_bytes);
+  report.set_planned_version(state.planned.value());
+  report.set_refused_version(state.refused.value());
+  report.set_paused(state.paused);
+  report.set_unprotected(state.unprotected);
+  report.set_checkpoint_tick(state.checkpoint_tick.value());
+  report.set_checkpoint_failure(state.checkpoint_failure);
   if (ticks != nullptr) AddTicks(*ticks, report);
+  if (wards != nullptr) AddWards(*wards, report);
   return report;
 }
 

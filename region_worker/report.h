@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "region_worker/tick_loop.h"
+#include "region_worker/wards.h"
 #include "region_worker/worker_options.h"
 #include "tessera/v1/worker_link.pb.h"
 
@@ -20,12 +21,16 @@ struct ReportedState {
   std::vector<RegionId> linked;
   std::vector<PlayerNumber> players;
   std::string failure;
+  MapVersion map{}, planned{}, refused{};
+  bool paused = false, unprotected = false;
+  Tick checkpoint_tick{};
+  std::string checkpoint_failure;
   friend bool operator==(const ReportedState&, const ReportedState&) = default;
 };
 
-// `ticks` is null until the world is built.
+// `ticks` and `wards` are null until the world is built.
 v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& address, const ReportedState& state,
-                            const TickLoop* ticks);
+                            const TickLoop* ticks, const Wards* wards);
 
 // Lets a report through when the state differs from the last one's, else every kInterval.
 class ReportGate {

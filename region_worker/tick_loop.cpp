@@ -10,6 +10,7 @@ namespace tessera::worker {
 namespace {
 
 constexpr Duration kLogDistance = std::chrono::seconds(1);
+constexpr Duration kLongestSpan = std::chrono::seconds(5);
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -21,6 +22,7 @@ TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const 
       links_(links),
       game_(game),
       metrics_(metrics),
+      heir_log_(links, region_, lease_, metrics),
       tick_rate_hz_(config.scene->tick_rate_hz),
       scene_has_players_(config.scene->player.has_value()),
       pacer_(tick_rate_hz_),
@@ -85,16 +87,16 @@ void TickLoop::OnInput(const ClientInput& input, TimePoint now) {
 
 void TickLoop::Run(TimePoint now) {
   running_ = true;
+  stepped_at_ = now;
   pacer_.Start(now);
   game_.TellStarted(region_.tick());
 }
 
 bool TickLoop::Advance() {
-  if (!running_) return false;
   const TimePoint now = Clock::now();
-  if (now < pacer_.due()) return false;
-  if (!region_.CanStep()) {
-    if (!waiting_since_) waiting_since_ = now;
+  heir_log_.Follow(now);
+  if (!MayStep(now)) {
+    SayAlive(now);
     return false;
   }
   metrics_.frame_wait.Observe(waiting_since_ ? Seconds(now - *waiting_since_) : 0);
@@ -104,13 +106,41 @@ bool TickLoop::Advance() {
   return true;
 }
 
+bool TickLoop::MayStep(TimePoint now) {
+  if (!running_ || left_out_ || region_.halted()) return false;
+  const bool held = lease_.Held(now);
+  if (paused_ == held) {
+    paused_ = !held;
+    metrics_.paused.Set(paused_ ? 1 : 0);
+    spdlog::warn("{} tick={}", paused_ ? "paused: no lease" : "resumed: the lease is back", region_.tick().value());
+    if (!paused_) pacer_.Start(now);
+  }
+  if (paused_ || now < pacer_.due()) return false;
+  if (region_.CanStep()) return true;
+  if (!waiting_since_) waiting_since_ = now;
+  return false;
+}
+
+// Whoever waits is well; only who says nothing at all is given up.
+void TickLoop::SayAlive(TimePoint now) {
+  if (paused_ || now < may_say_alive_at_ || now - stepped_at_ < kAliveDistance) return;
+  may_say_alive_at_ = now + kAliveDistance;
+  for (const RegionId neighbor : region_.neighbors()) links_.SendNow(neighbor, Bare(LinkMessageKind::kAlive));
+}
+
 void TickLoop::StepOnce(TimePoint begin) {
   RemoveLeft();
   region::StepResult result = TimedStep();
-  links_.Send(std::move(result.frames));
-  broadcast_.AfterTick(region_, result.departures, game_);
-  Count(result);
-  if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
+  if (std::exchange(resumed_, false)) {
+    const auto gap = std::chrono::duration_cast<std::chrono::milliseconds>(begin - stepped_at_).count();
+    counts_.last_gap_ms = static_cast<std::uint64_t>(gap);
+    metrics_.failover_gap.Set(static_cast<double>(gap) * 1e-3);
+    spdlog::info("moving again tick={} gap_ms={}", region_.tick().value(), gap);
+  }
+  NoteTickLength(begin);
+  stepped_ = true;
+  stepped_at_ = begin;
+  Publish(std::move(result), begin);
 
   const TimePoint end = Clock::now();
   rate_.Observe(end, region_.tick());
@@ -121,6 +151,45 @@ void TickLoop::StepOnce(TimePoint begin) {
     ++counts_.late_ticks;
     metrics_.late_ticks.Increment();
   }
+}
+
+bool TickLoop::IsInMap() const {
+  const auto regions = region_.map().regions();
+  return std::any_of(regions.begin(), regions.end(), [&](const MapRegion& r) { return r.id == region_.id(); });
+}
+
+void TickLoop::NoteTickLength(TimePoint now) {
+  if (!stepped_) return;
+  if (now > span_ends_) {
+    longest_before_ = std::exchange(longest_, Duration(0));
+    span_ends_ = now + kLongestSpan;
+  }
+  longest_ = std::max(longest_, now - stepped_at_);
+  metrics_.longest_tick.Set(Seconds(std::max(longest_, longest_before_)));
+}
+
+void TickLoop::Publish(region::StepResult result, TimePoint now) {
+  left_out_ = !IsInMap();
+  links_.Send(std::move(result.frames));
+  heir_log_.Send(result.log, result.tick, now);
+  broadcast_.AfterTick(region_, result.departures, game_);
+  game_.TellPairs(region_.tick(), result.events);
+  Count(result);
+  if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
+}
+
+absl::Status TickLoop::Resume(const region::Resolution& resolution, std::span<const region::Standby* const> wards) {
+  absl::StatusOr<region::StepResult> result = region_.Resume(resolution, wards);
+  if (!result.ok()) return result.status();
+  const TimePoint now = Clock::now();
+  counts_.lost_bodies += resolution.lost.size();
+  metrics_.bodies_lost.Increment(static_cast<double>(resolution.lost.size()));
+  metrics_.failovers.Increment();
+  Publish(*std::move(result), now);
+  pacer_.Start(now);
+  resumed_ = true;
+  waiting_since_.reset();
+  return absl::OkStatus();
 }
 
 region::StepResult TickLoop::TimedStep() {
@@ -180,7 +249,7 @@ void TickLoop::KeepCensus() {
 }
 
 std::optional<TimePoint> TickLoop::wake_at(TimePoint now) const {
-  if (!running_ || now >= pacer_.due()) return std::nullopt;
+  if (!running_ || paused_ || left_out_ || region_.halted() || now >= pacer_.due()) return std::nullopt;
   return pacer_.due();
 }
 

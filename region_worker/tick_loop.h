@@ -1,5 +1,6 @@
-// TickLoop: the region's ticks against the clock: steps when a tick is due and the neighbours' frames are here, sends
-// what comes of it, and counts.
+// TickLoop: the region's ticks against the clock: steps when a tick is due, the neighbours' frames are here and the
+// lease holds, sends what comes of it, and counts. A neighbour that has said nothing for kSilence is waited for no
+// more: its border closes.
 //
 //   TickLoop ticks(config, snapshot_rate_hz, links, game, metrics);   // sends the frames of tick 0
 //   ticks.Run(now);
@@ -17,6 +18,8 @@
 #include "core/region/census.h"
 #include "core/region/region.h"
 #include "region_worker/game_port.h"
+#include "region_worker/heir_log.h"
+#include "region_worker/lease.h"
 #include "region_worker/order.h"
 #include "region_worker/region_links.h"
 #include "region_worker/snapshot_broadcast.h"
@@ -29,12 +32,16 @@ namespace tessera::worker {
 struct TickCounts {
   std::uint64_t late_ticks = 0, nonfinite_bodies = 0;
   std::uint64_t handovers_in = 0, handovers_out = 0;
-  std::uint64_t spawned_bodies = 0, removed_bodies = 0;
+  std::uint64_t spawned_bodies = 0, removed_bodies = 0, lost_bodies = 0;
+  std::uint64_t last_gap_ms = 0;  // the longest time without a step that the last failover cost
 };
 
 class TickLoop {
  public:
   static constexpr std::size_t kCensusesKept = 5;
+  // After this a neighbour is silent. One that waits itself says so every kAliveDistance.
+  static constexpr Duration kSilence = std::chrono::milliseconds(250);
+  static constexpr Duration kAliveDistance = std::chrono::milliseconds(50);
 
   TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const replication::Settings& replication,
            RegionLinks& links, GamePort& game, WorkerMetrics& metrics);
@@ -48,19 +55,35 @@ class TickLoop {
 
   void Run(TimePoint now);
   bool running() const { return running_; }
+  // No lease: nothing is stepped, and nobody told.
+  bool paused() const { return paused_; }
+  bool stepped() const { return stepped_; }  // at least once
   // Steps if a tick is due and can be stepped. Call again until it returns false.
   bool Advance();
+  // A state that is so old is to be taken up.
+  void NoteTakeover(std::uint64_t age_ticks) { metrics_.takeover_age.Set(static_cast<double>(age_ticks)); }
+  // The region has a map and its part of the dead: goes on.
+  absl::Status Resume(const region::Resolution& resolution, std::span<const region::Standby* const> wards);
   // When a tick will be due; nullopt while only a neighbour's frame can change anything, or before Run.
   std::optional<TimePoint> wake_at(TimePoint now) const;
 
   const region::Region& region() const { return region_; }
+  region::Region& region() { return region_; }
+  HeirLog& heir_log() { return heir_log_; }
+  const HeirLog& heir_log() const { return heir_log_; }
+  Lease& lease() { return lease_; }
   const TickCounts& counts() const { return counts_; }
   TimeSummary step_times() const { return step_times_.Summary(); }
   double rate_hz(TimePoint now) const { return rate_.rate_hz(now); }
   const std::deque<region::Census>& censuses() const { return censuses_; }  // oldest first
 
  private:
+  bool MayStep(TimePoint now);
   void StepOnce(TimePoint begin);
+  void Publish(region::StepResult result, TimePoint now);
+  void SayAlive(TimePoint now);
+  void NoteTickLength(TimePoint now);
+  bool IsInMap() const;
   region::StepResult TimedStep();
   void Count(const region::StepResult& result);
   void CountSpawned();
@@ -72,6 +95,8 @@ class TickLoop {
   RegionLinks& links_;
   GamePort& game_;
   WorkerMetrics& metrics_;
+  Lease lease_;
+  HeirLog heir_log_;
   std::uint32_t tick_rate_hz_;
   bool scene_has_players_;
   TickPacer pacer_;
@@ -80,7 +105,14 @@ class TickLoop {
   RateMeter rate_;
   TickCounts counts_;
   std::deque<region::Census> censuses_;
-  bool running_ = false;
+  bool running_ = false, paused_ = false;
+  bool stepped_ = false;
+  bool resumed_ = false;   // no step since
+  bool left_out_ = false;  // the map in force has no place for it: it waits for its end
+  TimePoint stepped_at_{}, may_say_alive_at_{};
+  // The longest time from step to step, of this span and of the one before.
+  Duration longest_{0}, longest_before_{0};
+  TimePoint span_ends_{};
   Duration receive_time_{0};
   std::optional<TimePoint> waiting_since_;  // for frames
   TimePoint may_log_drop_at_{};

@@ -60,6 +60,11 @@ int Worker::Run() {
     ServiceNetwork();
     Progress();
     const bool stepped = ticks_ && ticks_->Advance();
+    if (ticks_) {
+      FollowMaps();
+      KeepLease(Clock::now());
+      KeepCheckpoint();
+    }
     Report(Clock::now());
     Wait(stepped);
   }
@@ -106,83 +111,12 @@ absl::Status Worker::PrepareByHand() {
   return absl::OkStatus();
 }
 
-// Requires a map and a key.
-absl::Status Worker::Build() {
-  const auto regions = order_.map->regions();
-  const RegionId self = options_.identity.region;
-  if (std::none_of(regions.begin(), regions.end(), [&](const MapRegion& region) { return region.id == self; })) {
-    return absl::InvalidArgumentError(absl::StrCat("region ", self.value(), " is not in the map"));
-  }
-  if (scene_ == nullptr) {
-    absl::StatusOr<std::shared_ptr<const Scene>> scene = LoadSceneFile(order_.scene_path, order_.scene_hash);
-    if (!scene.ok()) return scene.status();
-    scene_ = *std::move(scene);
-  }
-  ticks_.emplace(region::Config{.self = self,
-                                .incarnation = options_.identity.incarnation,
-                                .scene = scene_,
-                                .map = *order_.map,
-                                .settings = {}},
-                 order_.snapshot_rate_hz, replication::Settings{}, *links_, *game_, metrics_);
-  malloc_trim(0);  // what parsing the scene took
-  return absl::OkStatus();
-}
-
-void Worker::OpenPorts() {
-  links_->Open({options_.identity, order_.map->version(), *order_.key}, ticks_->region().neighbors());
-  game_->Open({.self = options_.identity,
-               .key = *order_.key,
-               .tick_rate_hz = scene_->tick_rate_hz,
-               .snapshot_rate_hz = std::min(order_.snapshot_rate_hz, scene_->tick_rate_hz),
-               .map = ToProto(*order_.map),
-               .replication = {}},
-              [this](PlayerNumber player) { return Admit(player); });
-}
-
 // --- One round of the loop -------------------------------------------------------------------------------------------
-
-void Worker::TakeOrder() {
-  if (agent_ == nullptr) return;
-  if (const std::optional<v1::WorkerOrder> message = agent_->TakeOrder()) {
-    absl::StatusOr<Order> order = CheckOrder(*message, options_.identity);
-    if (!order.ok()) {
-      spdlog::error("order refused from=agent revision={} reason={}", message->revision(),
-                    telemetry::LogValue(std::string(order.status().message())));
-    } else if (order->revision > order_.revision) {
-      Adopt(*std::move(order));
-    }
-  }
-  if (agent_->refused()) Stop("the agent does not know this worker");
-}
-
-void Worker::Adopt(Order order) {
-  spdlog::info("order from=agent revision={} peers={} players={} map={} run={} stop={}", order.revision,
-               order.peers.size(), order.players.size(), order.map ? order.map->version().value() : 0, order.run,
-               order.stop);
-  if (ticks_ && order.map && order.map->version() != ticks_->region().map().version()) {
-    spdlog::error("map not adopted version={} has={}", order.map->version().value(),
-                  ticks_->region().map().version().value());
-  }
-  order_ = std::move(order);
-  if (order_.stop) {
-    Stop("the instance ends");
-  } else {
-    ApplyOrder();
-  }
-}
-
-// Repeating it does nothing.
-void Worker::ApplyOrder() {
-  if (!ticks_) return;
-  links_->SetPeers(order_.peers);
-  ticks_->SetPlayers(order_.players);
-}
 
 void Worker::ServiceNetwork() {
   const TimePoint begin = Clock::now();
-  const bool from_links = links_->Service(begin, [&](RegionId from, std::span<const std::uint8_t> bytes) {
-    if (ticks_) ticks_->OnFrame(from, bytes, begin);
-  });
+  const bool from_links =
+      links_->Service(begin, [&](RegionId from, const LinkMessage& message) { OnLinkMessage(from, message, begin); });
   bool from_clients = false;
   const Tick tick = ticks_ ? ticks_->region().tick() : Tick();
   for (const ClientInput& input : game_->Service(begin, tick, ticks_ && ticks_->running(), &from_clients)) {
@@ -191,9 +125,30 @@ void Worker::ServiceNetwork() {
   if (ticks_ && (from_links || from_clients)) ticks_->AddReceiveTime(Clock::now() - begin);
 }
 
+void Worker::OnLinkMessage(RegionId from, const LinkMessage& message, TimePoint now) {
+  if (!ticks_) return;
+  switch (message.kind) {
+    case LinkMessageKind::kFrame:
+      return ticks_->OnFrame(from, message.bytes, now);
+    case LinkMessageKind::kLog:
+      return wards_->OnLog(from, message, now);
+    case LinkMessageKind::kLogTaken:
+      return ticks_->heir_log().OnTaken(from, Tick(message.number));
+    case LinkMessageKind::kLogAgain:
+      return ticks_->heir_log().OnAgain(from);
+    case LinkMessageKind::kLeaseAsk:
+      return wards_->OnLeaseAsk(from, message.number, now);
+    case LinkMessageKind::kLeaseGiven:
+      if (from == ticks_->heir_log().heir()) ticks_->lease().Answered(message.number, Lease::kTtl);
+      return;
+    case LinkMessageKind::kAlive:
+      return;  // that something came is all
+  }
+}
+
 void Worker::Progress() {
   if (!links_->health().ok()) return Fail(links_->health());
-  if (phase_ == v1::WORKER_PHASE_LOADING && order_.map && order_.key && (scene_ || !order_.scene_path.empty())) {
+  if (phase_ == v1::WORKER_PHASE_LOADING && CanBuild()) {
     if (const absl::Status built = Build(); !built.ok()) return Fail(built);
     OpenPorts();
     ApplyOrder();
@@ -213,18 +168,29 @@ bool Worker::StartIsDue() const {
 }
 
 ReportedState Worker::State() const {
-  return {.phase = phase_,
-          .order_revision = order_.revision,
-          .linked = links_->linked(),
-          .players = game_->players(),
-          .failure = failure_};
+  ReportedState state = {.phase = phase_,
+                         .order_revision = order_.revision,
+                         .linked = links_->linked(),
+                         .players = game_->players(),
+                         .failure = failure_,
+                         .checkpoint_tick = checkpoint_tick_,
+                         .checkpoint_failure = checkpoint_failure_};
+  if (ticks_) {
+    state.map = ticks_->region().map().version();
+    state.planned = follower_->planned();
+    state.refused = follower_->refused();
+    state.paused = ticks_->paused();
+    state.unprotected = ticks_->heir_log().unprotected();
+  }
+  return state;
 }
 
 void Worker::Report(TimePoint now) {
   if (agent_ == nullptr) return PrintStatus(now);
   ReportedState state = State();
   if (!report_gate_.Due(now, state)) return;
-  agent_->Report(MakeReport(options_.identity, address_, state, ticks_ ? &*ticks_ : nullptr));
+  agent_->Report(
+      MakeReport(options_.identity, address_, state, ticks_ ? &*ticks_ : nullptr, wards_ ? &*wards_ : nullptr));
   report_gate_.Sent(now, state);
 }
 
@@ -303,7 +269,7 @@ void Worker::SayFarewell() {
   for (TimePoint now = Clock::now(); now < until && (game_->draining() || links_->draining()); now = Clock::now()) {
     bool any = false;
     (void)game_->Service(now, Tick(), false, &any);
-    (void)links_->Service(now, [](RegionId, std::span<const std::uint8_t>) {});
+    (void)links_->Service(now, [](RegionId, const LinkMessage&) {});
     std::array<pollfd, 2> fds = {{{.fd = links_->socket(), .events = POLLIN, .revents = 0},
                                   {.fd = game_->socket(), .events = POLLIN, .revents = 0}}};
     WaitReadable(fds, now, std::min(until, now + std::chrono::milliseconds(5)));

@@ -17,11 +17,14 @@
 #include "absl/status/status.h"
 #include "region_worker/agent_link.h"
 #include "region_worker/game_port.h"
+#include "region_worker/map_follower.h"
 #include "region_worker/order.h"
 #include "region_worker/region_links.h"
 #include "region_worker/report.h"
+#include "region_worker/state_file.h"
 #include "region_worker/tick_loop.h"
 #include "region_worker/wait.h"
+#include "region_worker/wards.h"
 #include "region_worker/worker_metrics.h"
 #include "region_worker/worker_options.h"
 #include "telemetry/metrics_server.h"
@@ -39,14 +42,23 @@ class Worker {
   // Start.
   absl::Status Bind();
   absl::Status PrepareByHand();
+  bool CanBuild() const;
   absl::Status Build();
+  absl::StatusOr<region::Config> MakeConfig() const;
   void OpenPorts();
 
   // One round of the loop.
   void TakeOrder();
   void Adopt(Order order);
   void ApplyOrder();
+  bool MustRebuild() const;
+  void FollowMaps();
+  v1::RegionMap MapForClients() const;
+  void TellInventory(TimePoint now);
   void ServiceNetwork();
+  void OnLinkMessage(RegionId from, const LinkMessage& message, TimePoint now);
+  void KeepLease(TimePoint now);
+  void KeepCheckpoint();
   void Progress();
   bool StartIsDue() const;
   void Report(TimePoint now);
@@ -69,12 +81,20 @@ class Worker {
   std::optional<GamePort> game_;
   std::unique_ptr<AgentLink> agent_;  // null by hand
   std::shared_ptr<const Scene> scene_;
-  std::optional<TickLoop> ticks_;  // once the world is built
+  // Once the world is built.
+  std::optional<TickLoop> ticks_;
+  std::optional<Wards> wards_;
+  std::optional<MapFollower> follower_;
 
   Order order_;
   v1::RegionAddress address_;
   v1::WorkerPhase phase_ = v1::WORKER_PHASE_LOADING;
   std::string stop_reason_, failure_;
+  StateWriter state_writer_;
+  std::optional<Tick> saving_;  // the newest checkpoint that was begun or given up
+  Tick checkpoint_tick_;
+  std::string checkpoint_failure_;
+  bool inventory_told_ = false;
   ReportGate report_gate_;
   TimePoint running_since_{}, next_status_{};
 };

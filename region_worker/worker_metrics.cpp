@@ -109,6 +109,21 @@ WorkerMetrics::WorkerMetrics()
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
                                "Bodies taken out because their state was not a number.")),
+      unprotected(Gauge(*registry_, "tessera_region_unprotected", "1 while the heir does not have a whole tick.")),
+      paused(Gauge(*registry_, "tessera_region_paused", "1 while there is no lease to step.")),
+      failover_gap(
+          Gauge(*registry_, "tessera_region_failover_gap_seconds", "Time without a step that the last failover cost.")),
+      takeover_age(Gauge(*registry_, "tessera_region_takeover_age_ticks",
+                         "How far behind the newest tick the state was that the last failover took up here.")),
+      longest_tick(Gauge(*registry_, "tessera_region_longest_tick_seconds",
+                         "The longest time from one step to the next, of the last 10 s.")),
+      standby_bytes(Counter(*registry_, "tessera_region_standby_bytes_total", "Bytes of log sent to the heir.")),
+      standby_gaps(Counter(*registry_, "tessera_region_standby_gaps_total",
+                           "Messages of a ward's log that could not be used: a whole state was asked for.")),
+      failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
+      bodies_lost(Counter(*registry_, "tessera_region_bodies_lost_total", "Bodies that a failover found nowhere.")),
+      borders_closed(Counter(*registry_, "tessera_region_borders_closed_total",
+                             "Times that a neighbour was silent for so long that the border closed.")),
       game_door(*registry_, "game"),
       link_door(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {

@@ -1,0 +1,75 @@
+// Lease: the time span in which a worker may step its region.
+//
+// Promise: whoever declares the worker dead waits one TTL after the last renewal that it gave; the holder counts from
+// when it *asked*, the giver from when it *answered*, so the holder always stops first. A region without an heir needs
+// no lease: nobody can take its place without being told by whoever ended it.
+//
+//   Lease lease;
+//   lease.Require();                          // it has an heir from now on
+//   if (auto number = lease.Ask(now)) ask heir and control plane
+//   lease.Answered(number, ttl);              // or Renewed, by the acknowledgement of what was sent then
+//   if (lease.Held(now)) step
+//
+// Thread rule: none of its own. Time is passed in, never read.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "region_worker/tick_pacer.h"
+
+namespace tessera::worker {
+
+class Lease {
+ public:
+  // As long as the control plane waits before it puts an heir in the place of one that it cannot hear.
+  static constexpr Duration kTtl = std::chrono::seconds(1);
+  // With less than this left it is asked for. The heir's acknowledgements come within a few ticks, so in good health
+  // that is done once.
+  static constexpr Duration kAskBelow = std::chrono::milliseconds(700);
+  static constexpr Duration kAskDistance = std::chrono::milliseconds(100);
+
+  // From now on it is needed. The first one has to be asked for too: the order that says so may have been long on its
+  // way. Repeating it does nothing.
+  void Require() {
+    if (!expiry_) expiry_ = TimePoint();
+  }
+  void Release() {
+    expiry_.reset();
+    asked_.clear();
+  }
+  void Renewed(TimePoint asked_at) {
+    if (expiry_) expiry_ = std::max(*expiry_, asked_at + kTtl);
+  }
+  bool Held(TimePoint now) const { return !expiry_ || now < *expiry_; }
+  bool required() const { return expiry_.has_value(); }
+  std::optional<TimePoint> expiry() const { return expiry_; }
+
+  // The number of a request that is to go out now, if one is.
+  std::optional<std::uint64_t> Ask(TimePoint now) {
+    if (!expiry_ || now + kAskBelow <= *expiry_ || now < next_ask_) return std::nullopt;
+    next_ask_ = now + kAskDistance;
+    asked_[++number_] = now;
+    if (asked_.size() > kAskedKept) asked_.erase(asked_.begin());
+    return number_;
+  }
+  // Somebody answered a request; unknown numbers are ignored. `ttl`: what it promises to wait.
+  void Answered(std::uint64_t number, Duration ttl) {
+    const auto asked = asked_.find(number);
+    if (asked == asked_.end()) return;
+    Renewed(asked->second + std::min(ttl, kTtl) - kTtl);
+    asked_.erase(asked_.begin(), std::next(asked));
+    next_ask_ = {};
+  }
+
+ private:
+  static constexpr std::size_t kAskedKept = 32;  // older ones would renew nothing
+  std::optional<TimePoint> expiry_;              // empty: not required
+  TimePoint next_ask_{};
+  std::uint64_t number_ = 0;
+  std::map<std::uint64_t, TimePoint> asked_;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,93 @@
+#include "region_worker/wards.h"
+
+#include <algorithm>
+
+#include "region_worker/link_message.h"
+#include "spdlog/spdlog.h"
+#include "telemetry/logging.h"
+
+namespace tessera::worker {
+namespace {
+
+// Between two requests for a whole state: messages that follow the gap are still coming in.
+constexpr Duration kAskDistance = std::chrono::milliseconds(250);
+
+}  // namespace
+
+void Wards::Set(std::span<const RegionId> wards) {
+  for (auto& [region, ward] : wards_) ward.wanted = false;
+  for (const RegionId region : wards) {
+    const auto [ward, is_new] = wards_.try_emplace(region, region::Standby(region, catalog_));
+    if (is_new) spdlog::info("ward region={}", region.value());
+    ward->second.wanted = true;
+  }
+  std::erase_if(wards_, [](const auto& entry) { return !entry.second.wanted && !entry.second.dead; });
+}
+
+void Wards::OnLog(RegionId from, const LinkMessage& message, TimePoint now) {
+  const auto found = wards_.find(from);
+  if (found == wards_.end() || found->second.dead) return;
+  Ward& ward = found->second;
+  const net::PeerHandle link = links_.LinkTo(from);
+  if (std::exchange(ward.link, link) != link) ward.partial.clear();  // what was begun over another link goes on nowhere
+  if (ward.partial.size() + message.bytes.size() > kMaxLogBytes) {
+    ward.partial.clear();
+    metrics_.CountDropped(DropReason::kMalformed);
+    return;
+  }
+  ward.partial.insert(ward.partial.end(), message.bytes.begin(), message.bytes.end());
+  if (message.last) Take(from, ward, now);
+}
+
+void Wards::Take(RegionId from, Ward& ward, TimePoint now) {
+  const absl::Status taken = ward.copy.Receive(ward.partial);
+  ward.partial.clear();
+  if (taken.ok()) {
+    ward.acknowledged_at = now;
+    links_.SendNow(from, Numbered(LinkMessageKind::kLogTaken, ward.copy.tick().value()));
+    return;
+  }
+  metrics_.standby_gaps.Increment();
+  if (now < ward.may_ask_at) return;
+  ward.may_ask_at = now + kAskDistance;
+  spdlog::warn("log not taken region={} reason={}", from.value(), telemetry::LogValue(std::string(taken.message())));
+  links_.SendNow(from, Bare(LinkMessageKind::kLogAgain));
+}
+
+void Wards::OnLeaseAsk(RegionId from, std::uint64_t number, TimePoint now) {
+  const auto ward = wards_.find(from);
+  if (ward == wards_.end() || ward->second.dead) return;
+  ward->second.acknowledged_at = now;
+  links_.SendNow(from, Numbered(LinkMessageKind::kLeaseGiven, number));
+}
+
+void Wards::DeclareDead(RegionId region) {
+  const auto ward = wards_.find(region);
+  if (ward == wards_.end()) return;
+  ward->second.dead = true;
+  ward->second.partial.clear();
+}
+
+std::vector<const region::Standby*> Wards::Dead() const {
+  std::vector<const region::Standby*> copies;
+  for (const auto& [region, ward] : wards_) {
+    if (ward.dead && ward.copy.whole()) copies.push_back(&ward.copy);
+  }
+  return copies;
+}
+
+// A region that is wanted again is another life: it begins with a whole state.
+void Wards::Forget() {
+  for (auto it = wards_.begin(); it != wards_.end();) {
+    const auto next = std::next(it);
+    if (it->second.dead) {
+      const bool wanted = it->second.wanted;
+      const RegionId region = it->first;
+      wards_.erase(it);
+      if (wanted) wards_.try_emplace(region, region::Standby(region, catalog_));
+    }
+    it = next;
+  }
+}
+
+}  // namespace tessera::worker
