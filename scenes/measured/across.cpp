@@ -124,7 +124,7 @@ Scene BrickWall(int rows, int columns, bool along) {
   const ShapePtr brick = along ? BoxOf(0.5, 0.5, 1) : BoxOf(1, 0.5, 0.5);
   for (int row = 0; row < rows; ++row) {
     for (int i = 0; i < columns; ++i) {
-      const double at = (i - (columns - 1) / 2.0) * 2 + (row % 2 == 0 ? -0.5 : 0.5);
+      const double at = (i - (columns - 1) / 2.0) * 2 + (row % 2 == 0 ? -0.25 : 0.25);
       const double aside = (row + i) % 2 == 0 ? -kAside : kAside;
       make.Dynamic(brick, along ? Vec3d{aside, 0.5 + row, at} : Vec3d{at, 0.5 + row, -kAside}, 2);
     }
@@ -228,9 +228,13 @@ Scene EqualCells(int side, double cell_m) {
       }
     }
     for (int i = 0; i < kBalls; ++i) {
-      const SinCos at = SinCosOf((i + 0.5) * 2 * kPi / kBalls);
-      const Vec3d out{at.cos, 0, at.sin};
-      BodyDef& body = make.Dynamic(ball, middle + out * (cell_m * 0.42) + Vec3d{0, 0.4, 0}, 1, {.friction = 0});
+      // Two to each side, in lanes of their own, so that none meets who comes the other way.
+      const Vec3d out = i % 4 == 0   ? Vec3d{1, 0, 0}
+                        : i % 4 == 1 ? Vec3d{0, 0, 1}
+                        : i % 4 == 2 ? Vec3d{-1, 0, 0}
+                                     : Vec3d{0, 0, -1};
+      const Vec3d aside = Vec3d{-out.z, 0, out.x} * (7.0 + 2 * (i / 4));
+      BodyDef& body = make.Dynamic(ball, middle + out * (cell_m * 0.3) + aside + Vec3d{0, 0.4, 0}, 1, {.friction = 0});
       body.initial.linear_velocity = Vec3f(out * 4);
     }
   }

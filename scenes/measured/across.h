@@ -37,7 +37,7 @@ Scene CollidingBlocks();
 // A tower whose cubes stand a micrometre to this side and that of x = 0 in turn, or, `corner`, of x = z = 0: with
 // owners pinned, each belongs to another region than the one below.
 Scene TowerInTurn(int n, bool corner);
-// A wall along x of `rows` courses of bricks of 2 x 1 x 1 m, half a brick off each other, its middle at x = 0; along
+// A wall along x of `rows` courses of bricks of 2 x 1 x 1 m, a quarter brick off each other, its middle at x = 0; along
 // the border if `along`, its bricks to this side and that of x = 0 in turn.
 Scene BrickWall(int rows, int columns, bool along);
 // A bridge of planks on hinges from x = -5 to 5, 3 m up, its ends tied to the world, on which twelve balls fall.
