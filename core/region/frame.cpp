@@ -10,6 +10,8 @@ namespace {
 
 constexpr std::uint8_t kFormat = 3;
 
+// Flags of a header.
+constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;  // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16;         // without: +0
@@ -198,6 +200,16 @@ absl::StatusOr<FrameHeader> ReadHeader(Reader& in) {
   header.sender = RegionId(in.Varint32());
   header.map_version = MapVersion(in.Varint());
   header.committed_version = MapVersion(in.Varint());
+  const std::uint8_t flags = in.U8();
+  header.stamp.offer = (flags & kOffer) != 0;
+  std::uint64_t at = 0;
+  if ((flags & kWasClosed) != 0) {
+    header.stamp.closings = in.Varint();
+    header.stamp.peer_closings = in.Varint();
+  }
+  (header.stamp.offer ? at : header.stamp.number) = in.Varint();
+  header.stamp.open_at = Tick(at);
+  if ((flags & kVouches) != 0) header.stamp.vouched = in.Varint32();
   if (!in.ok()) return Malformed("truncated");
   if (format != kFormat) return Malformed("unknown format");
   return header;
@@ -248,6 +260,17 @@ std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord
   out.Varint(frame.sender.value());
   out.Varint(frame.map_version.value());
   out.Varint(frame.committed_version.value());
+  const FrameStamp& stamp = frame.stamp;
+  const bool was_closed = stamp.closings != 0 || stamp.peer_closings != 0;
+  out.U8(static_cast<std::uint8_t>((stamp.offer ? kOffer : 0) | (was_closed ? kWasClosed : 0) |
+                                   (stamp.vouched != 0 ? kVouches : 0)));
+  if (was_closed) {
+    out.Varint(stamp.closings);
+    out.Varint(stamp.peer_closings);
+  }
+  out.Varint(stamp.offer ? stamp.open_at.value() : stamp.number);
+  if (stamp.vouched != 0) out.Varint(stamp.vouched);
+  if (stamp.offer) return out.Take();
   WriteGhosts(out, frame.ghosts, previous);
   out.Varint(frame.impulses.size());
   for (const ImpulseRecord& record : frame.impulses) {
@@ -292,6 +315,8 @@ absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<cons
   frame.sender = header->sender;
   frame.map_version = header->map_version;
   frame.committed_version = header->committed_version;
+  frame.stamp = header->stamp;
+  if (frame.stamp.offer) return Malformed("an offer where a frame should be");
   if (absl::Status status = ReadGhosts(in, previous, frame.ghosts); !status.ok()) {
     return in.ok() ? status : Malformed("truncated");
   }

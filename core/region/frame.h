@@ -93,19 +93,32 @@ struct ForwardedInput {
   QueuedInput input;
 };
 
+// Where a frame stands in the life of its border (link.h).
+struct FrameStamp {
+  // How often the border was closed: by the sender, and by the receiver, as far as the sender knows.
+  std::uint64_t closings = 0, peer_closings = 0;
+  std::uint64_t number = 0;   // of the frame since the border opened
+  std::uint32_t vouched = 0;  // the next so many frames are like this one, and do not come
+  bool offer = false;         // no frame: the border is closed, and the sender would open it
+  Tick open_at;               // of an offer: with the frames of this tick; 0: not known yet
+  friend bool operator==(const FrameStamp&, const FrameStamp&) = default;
+};
+
 struct FrameHeader {
   Tick tick;
   RegionId sender;
   MapVersion map_version;        // in force for this frame
   MapVersion committed_version;  // the newest that the sender knows to be committed; 0: none
+  FrameStamp stamp;
 };
 
 struct Frame {
   Tick tick;
   RegionId sender;
   MapVersion map_version, committed_version;  // as in the header
-  std::vector<GhostRecord> ghosts;            // ascending by id
-  std::vector<ImpulseRecord> impulses;        // ascending by (own, other)
+  FrameStamp stamp;
+  std::vector<GhostRecord> ghosts;      // ascending by id
+  std::vector<ImpulseRecord> impulses;  // ascending by (own, other)
   std::vector<Grant> grants;
   std::vector<Confirmation> confirmations;
   std::vector<LateCorrection> late_corrections;

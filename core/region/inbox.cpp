@@ -4,17 +4,24 @@
 #include <cassert>
 
 #include "absl/strings/str_cat.h"
-#include "core/region/frame_check.h"
+#include "core/region/settings.h"
 
 namespace tessera::region {
+namespace {
 
-Inbox::Inbox(std::span<const RegionId> neighbors, MapVersion map_version, const Catalog& catalog)
-    : map_version_(map_version), catalog_(catalog) {
-  for (const RegionId id : neighbors) links_.push_back({id, Tick(), {}, {}, {}});
+// Frames by the next map: a neighbour that this region vouches for is so far ahead at most, and repeats some.
+constexpr std::size_t kMaxEarly = 2 * kMaxVouched;
+
+}  // namespace
+
+Inbox::Inbox(RegionId self, std::span<const RegionId> neighbors, MapVersion map_version, const Catalog& catalog)
+    : self_(self), map_version_(map_version), catalog_(catalog) {
+  links_.reserve(neighbors.size());
+  for (const RegionId id : neighbors) links_.emplace_back(self, id);
 }
 
-Inbox::Link* Inbox::Find(RegionId id) {
-  const auto it = std::find_if(links_.begin(), links_.end(), [&](const Link& link) { return link.id == id; });
+Link* Inbox::Find(RegionId id) {
+  const auto it = std::find_if(links_.begin(), links_.end(), [&](const Link& link) { return link.peer() == id; });
   return it == links_.end() ? nullptr : &*it;
 }
 
@@ -26,18 +33,19 @@ void Inbox::Expect(MapVersion version, std::span<const RegionId> neighbors) {
 
 std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> Inbox::ChangeMap(MapVersion version,
                                                                              std::span<const RegionId> neighbors,
-                                                                             Tick first, bool anew) {
+                                                                             bool anew) {
   std::vector<Link> links;
   links.reserve(neighbors.size());
   for (const RegionId id : neighbors) {
     Link* old = anew ? nullptr : Find(id);
-    links.push_back(old != nullptr ? std::move(*old) : Link{id, first, {}, {}, {}});
+    links.push_back(old != nullptr ? std::move(*old) : Link(self_, id));
   }
   links_ = std::move(links);
   map_version_ = version;
   std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> early;
-  early.reserve(early_.size());
-  for (auto& [from, bytes] : early_) early.emplace_back(from, std::move(bytes));
+  for (auto& [from, frames] : early_) {
+    for (std::vector<std::uint8_t>& bytes : frames) early.emplace_back(from, std::move(bytes));
+  }
   Expect(MapVersion(), {});
   return early;
 }
@@ -46,7 +54,11 @@ absl::Status Inbox::KeepEarly(RegionId from, std::span<const std::uint8_t> bytes
   if (!std::binary_search(expected_neighbors_.begin(), expected_neighbors_.end(), from)) {
     return absl::PermissionDeniedError(absl::StrCat("region ", from.value(), " is no neighbour by the next map"));
   }
-  early_.emplace(from, std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+  std::vector<std::vector<std::uint8_t>>& frames = early_[from];
+  if (frames.size() >= kMaxEarly) {
+    return absl::ResourceExhaustedError(absl::StrCat("region ", from.value(), " is far ahead by the next map"));
+  }
+  frames.emplace_back(bytes.begin(), bytes.end());
   newest_commit_ = std::max(newest_commit_, expected_version_);
   return absl::OkStatus();
 }
@@ -69,43 +81,15 @@ absl::Status Inbox::Put(RegionId from, std::span<const std::uint8_t> bytes, Tick
     return absl::FailedPreconditionError(
         absl::StrCat("map version ", header->map_version.value(), ", here it is ", map_version_.value()));
   }
-  if (header->tick < now) return absl::OutOfRangeError(absl::StrCat("old tick ", header->tick.value()));
-  if (header->tick < link->next) return absl::OkStatus();
-  if (header->tick > link->next || header->tick > now + 1) {
-    return absl::OutOfRangeError(absl::StrCat("tick ", header->tick.value(), " came before tick ", link->next.value(),
-                                              "; here it is ", now.value()));
-  }
-  absl::StatusOr<Frame> frame = Decode(bytes, link->previous);
-  if (!frame.ok()) return frame.status();
-  if (absl::Status status = CheckFrame(*frame, catalog_); !status.ok()) return status;
-  link->before_previous = std::move(link->previous);
-  link->previous = frame->ghosts;
-  link->next = header->tick + 1;
+  if (absl::Status status = link->Put(*header, bytes, catalog_, now, taken); !status.ok()) return status;
   newest_commit_ = std::max(newest_commit_, header->committed_version);
-  link->frames.push_back(*std::move(frame));
-  *taken = &link->frames.back();
   return absl::OkStatus();
 }
 
 void Inbox::Reject(RegionId from) {
   Link* link = Find(from);
-  assert(link != nullptr && !link->frames.empty());
-  link->next = link->frames.back().tick;
-  link->frames.pop_back();
-  link->previous = std::move(link->before_previous);
-}
-
-bool Inbox::Has(std::size_t neighbor, Tick tick) const {
-  const Link& link = links_[neighbor];
-  return !link.frames.empty() && link.frames.front().tick == tick;
-}
-
-Frame Inbox::Take(std::size_t neighbor, [[maybe_unused]] Tick tick) {
-  assert(Has(neighbor, tick));
-  Link& link = links_[neighbor];
-  Frame frame = std::move(link.frames.front());
-  link.frames.pop_front();
-  return frame;
+  assert(link != nullptr);
+  link->Reject();
 }
 
 }  // namespace tessera::region

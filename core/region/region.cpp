@@ -35,7 +35,7 @@ absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame)
 bool Region::CanStep() const {
   if (halted()) return false;
   for (std::size_t i = 0; i < impl_->neighbors.size(); ++i) {
-    if (!impl_->inbox.Has(i, impl_->tick)) return false;
+    if (!impl_->inbox.link(i).Ready()) return false;
   }
   return true;
 }
@@ -43,10 +43,13 @@ bool Region::CanStep() const {
 std::vector<RegionId> Region::WaitingFor() const {
   std::vector<RegionId> missing;
   for (std::size_t i = 0; i < impl_->neighbors.size(); ++i) {
-    if (!impl_->inbox.Has(i, impl_->tick)) missing.push_back(impl_->neighbors[i]);
+    if (!impl_->inbox.link(i).Ready()) missing.push_back(impl_->neighbors[i]);
   }
   return missing;
 }
+
+void Region::Close(RegionId neighbor) { impl_->Close(neighbor); }
+bool Region::IsOpen(RegionId neighbor) const { return impl_->OpenTo(neighbor); }
 
 StepResult Region::Step(const PhaseObserver& observer) {
   assert(CanStep());
@@ -82,7 +85,8 @@ absl::Status Region::Announce(const PartitionMap& map, Tick effective) { return 
 
 absl::Status Region::Commit(MapVersion version) {
   if (halted()) return absl::FailedPreconditionError("a failover is under way");
-  return impl_->change.Commit(version, impl_->tick, FurthestRegion(impl_->config.map, id()));
+  return impl_->change.Commit(version, impl_->tick,
+                              FurthestRegion(impl_->config.map, id()) * (impl_->config.settings.vouch_ticks + 1));
 }
 
 MapVersion Region::announced() const { return impl_->change.announced(); }

@@ -116,13 +116,17 @@ class Region {
 
   // Frames of tick 0, or of the initial state's. Call once, before anything else.
   std::vector<OutgoingFrame> Start();
-  // A frame as it came off the wire. An error says why it was dropped ("truncated", "not a neighbour", "old tick",
-  // "body 7: state is not finite"); nothing of it was used. A good one is kept until its tick; one that is here already
-  // is ignored.
+  // A frame as it came off the wire. An error says why it was dropped ("truncated", "not a neighbour", "body 7: state
+  // is not finite"); nothing of it was used. A good one is kept until its tick; one that is here already is ignored.
   absl::Status Receive(RegionId from, std::span<const std::uint8_t> frame);
-  // True when every neighbour's frame of tick() is here, so that the next tick can be stepped.
+  // True when every neighbour's frame of tick() is here or not needed, so that the next tick can be stepped.
   bool CanStep() const;
   std::vector<RegionId> WaitingFor() const;
+  // Nothing has come from a neighbour that is waited for, for so long that the border is to close: its ghosts go on by
+  // this region's own steps, nothing is granted to it, nobody waits for it. When it is heard again the border opens by
+  // itself, and who is behind adopts the later tick. Repeating it does nothing.
+  void Close(RegionId neighbor);
+  bool IsOpen(RegionId neighbor) const;
   // Requires CanStep().
   StepResult Step(const PhaseObserver& observer = {});
 
@@ -163,8 +167,8 @@ class Region {
   // time (a map committed by one is committed by all); otherwise FAILED_PRECONDITION: ask for a later tick. NOT_FOUND:
   // that version is not announced. Repeating it does nothing.
   absl::Status Commit(MapVersion version);
-  MapVersion announced() const;    // MapVersion() if none waits
-  bool committed() const;          // whether what is announced is committed
+  MapVersion announced() const;  // MapVersion() if none waits
+  bool committed() const;        // whether what is announced is committed
   // Bodies and unconfirmed grants that are too far outside this region's cells for a map without `from`; 0 in all
   // regions: time to plan that.
   std::size_t away_count() const;

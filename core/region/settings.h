@@ -12,6 +12,10 @@ struct Settings {
   double aura_m = 1.0;
   // How far ahead the swept bounds look, ticks. At least 2: a frame is used one tick after it was made.
   std::uint32_t lookahead_ticks = 4;
+  // For how many ticks a region vouches that nothing of it but sleepers is near a border. More, and a border that
+  // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
+  // never.
+  std::uint32_t vouch_ticks = 8;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
   // Bodies that one region hands over in one tick, at most; an assembly goes whole. What a new map moves goes in
@@ -25,6 +29,20 @@ struct Settings {
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
 // origins are exact in float.
 inline constexpr double kOriginGrid_m = 64;
+// What a neighbour may vouch for at most: frames before that many are refused.
+inline constexpr std::uint32_t kMaxVouched = 64;
+// A closed border is offered to be opened every so many ticks: what a neighbour that stands still would find is little.
+inline constexpr std::uint32_t kOfferTicks = 6;
+// A border that opens does so this many ticks after the later side has heard of it: longer than word takes to come and
+// go. Less, and an opening fails and is tried again; more, and it takes longer.
+inline constexpr std::uint64_t kOpeningTicks = 12;
+// Offers that come after this side has opened, until it closes again: what it waits for may wait for it. A neighbour
+// that only has a few ticks to go sends fewer.
+inline constexpr std::uint32_t kMaxOffers = 8;
+// Of an open border, frames in a row whose ticks differ from this side's, until it is closed to be opened anew.
+inline constexpr std::uint32_t kMaxStrain = 24;
+// No neighbour is further ahead: a month at 240 ticks a second.
+inline constexpr std::uint64_t kMaxTicksAhead = 600'000'000;
 // Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.
 inline constexpr std::size_t kMaxQueuedInputs = 8;
 // A new owner may get a full queue with the grant and as many that reached the old owner just after it.

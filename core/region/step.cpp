@@ -48,7 +48,7 @@ RegionStep::RegionStep(Config config_in)
       catalog(config.scene),
       bodies(catalog, WorldSettings(config)),
       players(*config.scene),
-      inbox(neighbors, config.map.version(), catalog),
+      inbox(config.self, neighbors, config.map.version(), catalog),
       reports(catalog),
       reach(config.map, config.self, neighbors, config.settings, tick_s),
       outboxes_(neighbors.size()),
@@ -68,7 +68,7 @@ void RegionStep::OwnInitial() {
   }
   const RegionState& initial = *config.initial;
   tick = initial.tick;
-  inbox.ChangeMap(config.map.version(), neighbors, tick, true);
+  inbox.ChangeMap(config.map.version(), neighbors, true);
   for (const StateBody& body : initial.bodies) {
     // The lowest that is there: others of the assembly may have been taken out.
     const StateBody* anchor = nullptr;
@@ -131,8 +131,10 @@ absl::Status RegionStep::CheckClaims(const Frame& frame) const {
       return absl::PermissionDeniedError(absl::StrCat("body ", ghost.id.value(), " is owned here"));
     }
   }
+  const std::ptrdiff_t neighbor = NeighborIndex(frame.sender);
   for (const Grant& grant : frame.grants) {
     for (const GrantedBody& body : grant.bodies) {
+      if (neighbor >= 0 && IsRepeat(static_cast<std::size_t>(neighbor), body)) continue;
       if (owned_here(body.id)) {
         return absl::PermissionDeniedError(absl::StrCat("body ", body.id.value(), " is owned here and granted"));
       }
@@ -148,8 +150,13 @@ absl::Status RegionStep::CheckClaims(const Frame& frame) const {
 
 RegionStep::Frames RegionStep::TakeFrames() {
   Frames frames;
+  frames.reserve(neighbors.size());
   for (std::size_t i = 0; i < neighbors.size(); ++i) {
-    frames.push_back(inbox.Take(i, tick));
+    frames.push_back(inbox.link(i).Take(tick));
+    tick = std::max(tick, frames.back().tick);  // who is behind adopts the later tick
+    std::erase_if(outboxes_[i].unheard, [&](const auto& sent) {
+      return frames.back().sender != RegionId() && sent.second < frames.back().stamp.number;
+    });
     for (const Confirmation& confirmation : frames.back().confirmations) {
       const auto grant = unconfirmed.find({confirmation.id, confirmation.epoch});
       if (grant != unconfirmed.end() && grant->second.to == neighbors[i]) unconfirmed.erase(grant);
@@ -178,15 +185,21 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
   taken_in.clear();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const Grant& grant : frames[i].grants) {
+      bool news = false;
       for (const GrantedBody& body : grant.bodies) {
+        if (IsRepeat(i, body)) {
+          if (!Confirms(i, body)) due_confirmations.push_back({body.id, body.epoch, neighbors[i], tick + 1});
+          continue;
+        }
         if (bodies.Owns(body.id)) continue;  // two neighbours grant one body: the first counts
+        news = true;
         bodies.Own(body.id, body.epoch, body.state);
         taken_in.push_back(body.id);
         due_confirmations.push_back({body.id, body.epoch, neighbors[i], tick + 1});
         if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), grant.control);
         ++result.handed_in;
       }
-      reports.Adopt(grant.touching);
+      if (news) reports.Adopt(grant.touching);
     }
     for (const ForwardedInput& forwarded : frames[i].inputs) {
       players.QueueForwarded(PlayerOf(forwarded.body), forwarded.input);
@@ -200,6 +213,13 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const GhostRecord& record : frames[i].ghosts) {
       if (!bodies.Owns(record.id)) shown.push_back({record, neighbors[i], nullptr, false});
+    }
+    if (inbox.link(i).open()) continue;
+    // Of a closed border: they go on by what this region made of them.
+    for (const Ghost& ghost : bodies.ghosts()) {
+      if (ghost.owner != neighbors[i]) continue;
+      const GhostRecord record{ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}};
+      shown.push_back({record, neighbors[i], nullptr, false});
     }
   }
   // One body shown by two: the higher epoch is right.

@@ -35,6 +35,8 @@ class RegionStep {
   // Whether what a frame says agrees with what is owned here; names the body.
   absl::Status CheckClaims(const Frame& frame) const;
 
+  void Close(RegionId neighbor);
+  bool OpenTo(RegionId region) const;
   // Standby, maps and failover: see Region.
   void SetStandby(bool on);
   void LogAcknowledged(Tick up_to);
@@ -93,6 +95,8 @@ class RegionStep {
     std::vector<LateCorrection> late_corrections;
     std::vector<ForwardedInput> inputs;
     std::vector<GhostRecord> told;
+    // Confirmations that were sent, with the number of their frame: the neighbour may not have them.
+    std::vector<std::pair<Confirmation, std::uint64_t>> unheard;
   };
   using Frames = std::vector<Frame>;  // in the order of the neighbours
 
@@ -114,6 +118,14 @@ class RegionStep {
   void ShowSleepers();
   std::vector<OutgoingFrame> MakeFrames();
   Frame MakeFrame(std::size_t neighbor);
+  Frame EmptyFrame() const;
+  // A border opens: what its closing may have lost is said again.
+  void SayAgain(std::size_t neighbor);
+  std::uint32_t VouchFor(std::size_t neighbor, const Frame& frame);
+  bool MayGrant(RegionId to) const;
+  // A grant that this region has had before; and whether its confirmation is still to be said or heard.
+  bool IsRepeat(std::size_t neighbor, const GrantedBody& body) const;
+  bool Confirms(std::size_t neighbor, const GrantedBody& body) const;
 
   const HandedOut* FindHandedOut(BodyId id) const;
   bool WasOwned(BodyId id) const;  // in the last step

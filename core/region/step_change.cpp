@@ -56,7 +56,7 @@ void RegionStep::AdoptMap(PartitionMap map, bool anew) {
   outboxes_ = std::move(outboxes);
   grantable = neighbors;
   reach.SetNeighbors(neighbors);
-  for (const auto& [from, bytes] : inbox.ChangeMap(config.map.version(), neighbors, tick, anew)) {
+  for (const auto& [from, bytes] : inbox.ChangeMap(config.map.version(), neighbors, anew)) {
     const Frame* taken = nullptr;
     if (!inbox.Put(from, bytes, tick, &taken).ok() || taken == nullptr) continue;
     if (!CheckClaims(*taken).ok()) inbox.Reject(from);

@@ -47,6 +47,7 @@ void RegionStep::NoteContacts() {
     if (bodies.ghosts().empty()) continue;
     const Ghost *ghost_a = bodies.FindGhost(a), *ghost_b = bodies.FindGhost(b);
     if ((ghost_a == nullptr) == (ghost_b == nullptr)) continue;
+    if (!OpenTo((ghost_a == nullptr ? ghost_b : ghost_a)->owner)) continue;
     const BodyId own = ghost_a == nullptr ? a : b;
     if (!bodies.Owns(own) || !Sane(contact)) continue;
     const Solution solution{
@@ -103,6 +104,7 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
 std::vector<Solution> RegionStep::GatherSolutions(const Frames& frames, std::map<BodyId, RegionId>& owner_then) const {
   std::vector<Solution> solutions;
   for (const BorderContact& contact : border) {
+    if (!OpenTo(contact.other_owner)) continue;  // it has closed since
     solutions.push_back(contact.solution);
     owner_then[contact.other] = contact.other_owner;
   }

@@ -62,7 +62,7 @@ void RegionStep::DecideHandovers() {
     if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
     const std::optional<RegionId> to =
         HandoverTarget(config.map, config.self, grantable, body.state.position, config.settings.hysteresis_m);
-    if (!to.has_value()) continue;
+    if (!to.has_value() || !MayGrant(*to)) continue;
     if (tied) {
       GrantTo(*to, OwnedAssembly(i));
     } else {
@@ -152,20 +152,46 @@ void RegionStep::ShowSleepers() {
 std::vector<OutgoingFrame> RegionStep::MakeFrames() {
   std::vector<OutgoingFrame> out;
   for (std::size_t n = 0; n < neighbors.size(); ++n) {
+    Link& link = inbox.link(n);
+    Outbox& box = outboxes_[n];
+    switch (link.DutyNow(tick)) {
+      case Link::Duty::kNothing:
+        continue;
+      case Link::Duty::kOffer: {
+        Frame offer = EmptyFrame();
+        offer.stamp = link.StampOffer();
+        out.push_back({neighbors[n], Encode(offer, {})});
+        continue;
+      }
+      case Link::Duty::kFirstFrame:
+        SayAgain(n);
+        break;
+      case Link::Duty::kFrame:
+        break;
+    }
     Frame frame = MakeFrame(n);
-    out.push_back({neighbors[n], Encode(frame, outboxes_[n].told)});
-    outboxes_[n].told = std::move(frame.ghosts);
+    frame.stamp = link.StampFrame(VouchFor(n, frame));
+    for (const Confirmation& confirmation : frame.confirmations) {
+      box.unheard.emplace_back(confirmation, frame.stamp.number);
+    }
+    out.push_back({neighbors[n], Encode(frame, box.told)});
+    box.told = std::move(frame.ghosts);
   }
   return out;
 }
 
-Frame RegionStep::MakeFrame(std::size_t neighbor) {
-  const RegionId to = neighbors[neighbor];
+Frame RegionStep::EmptyFrame() const {
   Frame frame;
   frame.tick = tick;
   frame.sender = config.self;
   frame.map_version = config.map.version();
   frame.committed_version = change.newest_commit();
+  return frame;
+}
+
+Frame RegionStep::MakeFrame(std::size_t neighbor) {
+  const RegionId to = neighbors[neighbor];
+  Frame frame = EmptyFrame();
   const auto granted = [&](BodyId id) {
     const HandedOut* out = FindHandedOut(id);
     return out != nullptr && out->to == to;

@@ -199,7 +199,9 @@ struct Deaths {
 
 Deaths RandomDeaths(std::uint64_t seed) {
   Chance chance(seed);
-  Instance instance(Swarm(70), 6, {.seed = seed, .weather = {.loss = seed % 3 * 0.01, .jitter = seed % 4 * 1000}});
+  Instance instance(
+      Swarm(70), 6,
+      {.seed = seed, .weather = {.loss = static_cast<double>(seed % 3) * 0.01, .jitter = seed % 4 * 1000}});
   Simulation& simulation = *instance.simulation;
   const auto protected_all = [&] {
     return std::all_of(simulation.workers().begin(), simulation.workers().end(), [&](const auto& entry) {

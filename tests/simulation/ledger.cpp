@@ -46,6 +46,9 @@ Ledger::Ledger(const Scene& scene) : scene_(scene) {
 // What it did last nobody may have heard of: others may go on from before, at the same ticks and epochs.
 void Ledger::Died(RegionId region) {
   for (auto& [id, life] : lives_) {
+    const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),
+                                            [](const Reign& a, const Reign& b) { return a.epoch < b.epoch; });
+    if (newest.region == region) life.gone = false;  // it may come back to be removed again
     for (Reign& reign : life.reigns) {
       if (reign.region != region) continue;
       reign.region = RegionId();

@@ -9,6 +9,8 @@ namespace tessera::simulation {
 namespace {
 
 constexpr Micros kPatience = 5'000'000;  // of RunTo and Settle
+constexpr Micros kSettling = Milliseconds(400);
+constexpr std::uint64_t kTicksSettling = 10;
 constexpr std::uint64_t kStepsBetweenChecks = 64;
 constexpr double kCornerReach_m = 2;
 
@@ -63,6 +65,9 @@ Worker& Simulation::StartWorker(region::Config config) {
   worker->on_other = [this](Worker& of, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
     if (on_message) on_message(of, from, kind, bytes);
   };
+  worker->on_datagram = [this, of = worker.get()](Node from, const Bytes& bytes) {
+    if (on_datagram) on_datagram(*of, from, bytes);
+  };
   if (on_worker_started) on_worker_started(*worker);
   worker->Start();
   return *worker;
@@ -79,6 +84,22 @@ Tick Simulation::tick() const {
   return lowest;
 }
 
+// Who waits for whom.
+std::string Simulation::Standstill() const {
+  std::string text;
+  for (const auto& [id, worker] : workers_) {
+    const region::Region& region = worker->region();
+    absl::StrAppend(&text, " region ", id.value(), " at ", region.tick().value(), " waits for");
+    for (const RegionId missing : region.WaitingFor()) absl::StrAppend(&text, " ", missing.value());
+    absl::StrAppend(&text, ", closed to");
+    for (const RegionId neighbor : region.neighbors()) {
+      if (!region.IsOpen(neighbor)) absl::StrAppend(&text, " ", neighbor.value());
+    }
+    absl::StrAppend(&text, ";");
+  }
+  return text;
+}
+
 void Simulation::RunTo(Tick target) {
   Tick reached = tick();
   Micros since = timeline_.now();
@@ -87,16 +108,16 @@ void Simulation::RunTo(Tick target) {
       reached = tick();
       since = timeline_.now();
     } else if (timeline_.now() - since > kPatience) {
-      return ledger_.Problem(reached, "no step for five seconds");
+      return ledger_.Problem(reached, absl::StrCat("no step for five seconds:", Standstill()));
     }
   }
 }
 
-bool Simulation::Standing() const {
-  const Tick first = workers_.begin()->second->region().tick();
-  return std::all_of(workers_.begin(), workers_.end(), [&](const auto& entry) {
+bool Simulation::AllOpen() const {
+  return std::all_of(workers_.begin(), workers_.end(), [](const auto& entry) {
     const region::Region& region = entry.second->region();
-    return region.tick() == first && region.unconfirmed_grants() == 0;
+    return std::all_of(region.neighbors().begin(), region.neighbors().end(),
+                       [&](RegionId neighbor) { return region.IsOpen(neighbor); });
   });
 }
 
@@ -108,14 +129,17 @@ void Simulation::Settle() {
     worker->set_step_time(0);
   }
   const Micros end = timeline_.now() + kPatience;
-  while (!Standing() && timeline_.now() < end && timeline_.RunNext()) {
-    Tick most;
-    for (const auto& [id, worker] : workers_) most = std::max(most, worker->region().tick());
-    for (const auto& [id, worker] : workers_) worker->set_target(most + 1);
-  }
-  if (!Standing()) ledger_.Problem(tick(), "the regions do not come to stand at one tick without unconfirmed grants");
+  while (!AllOpen() && timeline_.now() < end && timeline_.RunNext()) continue;
+  if (!AllOpen()) ledger_.Problem(tick(), absl::StrCat("borders stay closed:", Standstill()));
+  // Ticks are one again after as many steps as regions lie between any two.
+  RunFor(kSettling);
+  Tick most;
+  for (const auto& [id, worker] : workers_) most = std::max(most, worker->region().tick());
+  for (const auto& [id, worker] : workers_) worker->set_target(most + kTicksSettling);
+  RunTo(most + kTicksSettling);
   std::vector<BodyId> owned;
   for (const auto& [id, worker] : workers_) {
+    if (worker->region().tick() != most + kTicksSettling) ledger_.Problem(tick(), "ticks differ at the end");
     worker->set_target(Tick(~Tick::rep{0} >> 1));
     for (const region::OwnedBody& body : worker->region().owned()) owned.push_back(body.def->id);
   }

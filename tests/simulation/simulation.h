@@ -72,6 +72,7 @@ class Simulation {
   std::function<void(Worker&)> on_worker_started;
   std::function<void(Worker&, const region::StepResult&)> on_step;
   std::function<void(Worker&, Node from, std::uint8_t kind, std::span<const std::uint8_t>)> on_message;
+  std::function<void(Worker&, Node from, const Bytes&)> on_datagram;
   std::function<void(RegionId)> on_killed;
   // Bodies that others than owners and granters keep, e.g. standbys: asked for by the check of copies.
   std::function<void(std::vector<BodyId>&)> more_copies;
@@ -99,7 +100,8 @@ class Simulation {
   void Stepped(Worker& worker, const region::StepResult& result);
   void CountHandovers(Worker& worker, const region::StepResult& result);
   void CheckCopies();
-  bool Standing() const;
+  bool AllOpen() const;
+  std::string Standstill() const;
 
   std::shared_ptr<const Scene> scene_;
   PartitionMap map_;

@@ -106,7 +106,14 @@ void Worker::Advance() {
 
 void Worker::Step() {
   if (before_step) before_step();
+  std::vector<RegionId> closed;
+  for (const RegionId id : region_->neighbors()) {
+    if (!region_->IsOpen(id)) closed.push_back(id);
+  }
   region::StepResult result = region_->Step();
+  stepped_ = true;
+  totals_.openings += static_cast<std::uint64_t>(
+      std::count_if(closed.begin(), closed.end(), [this](RegionId id) { return region_->IsOpen(id); }));
   Send(std::move(result.frames));
   if (on_step) on_step(*this, result);
 }
@@ -115,11 +122,18 @@ void Worker::Step() {
 void Worker::Care(Micros due) {
   const Micros now = timeline_.now();
   const std::vector<RegionId> missing = region_->WaitingFor();
+  const bool stepped = last_step_ + kCare > now;
   const bool stood_still = now > due + kCare;  // then what is silent was only not listened to
   for (auto& [id, peer] : peers_) {
     const bool waited = std::find(missing.begin(), missing.end(), id) != missing.end();
-    if (!waited || !peer.waited || stood_still) peer.waited_since = now;
+    if (!waited || !peer.waited || stood_still || stepped) peer.waited_since = now;
     peer.waited = waited;
+    // One that joins waits for the tick from which its neighbours know it.
+    const bool silent = now - std::max(peer.heard, peer.waited_since) >= kSilence;
+    if (waited && stepped_ && (silent || now - peer.waited_since >= kStuck)) {
+      ++totals_.closings;
+      region_->Close(id);
+    }
     if (now - last_step_ >= kCare && !peer.kept.empty()) SendFrame(id, peer.kept.back());
   }
   timeline_.In(kCare, [this, alive = alive_, due = now + kCare] {

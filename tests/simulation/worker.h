@@ -25,6 +25,8 @@ struct WorkerTotals {
 class Worker {
  public:
   static constexpr Micros kSilence = Milliseconds(250);  // of a neighbour that is waited for, until its border closes
+  // Of one that is heard and makes no step: regions may wait for each other in a circle.
+  static constexpr Micros kStuck = Milliseconds(1000);
   static constexpr Micros kCare = Milliseconds(50);      // between looks at what is silent
   static constexpr std::size_t kFramesKept = 2;
   static constexpr std::uint8_t kFrameKind = 0;  // first byte of a message
@@ -78,6 +80,7 @@ class Worker {
   std::map<RegionId, Peer> peers_;
   Micros period_, due_ = 0, step_time_ = 0, busy_until_ = 0, last_step_ = 0;
   std::optional<Micros> wake_;
+  bool stepped_ = false;
   Tick target_{~Tick::rep{0} >> 1};
   WorkerTotals totals_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

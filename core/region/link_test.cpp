@@ -1,0 +1,134 @@
+// One border's frames in step: what is vouched for, what is passed over, how it closes and opens.
+#include "core/region/link.h"
+
+#include <gmock/gmock.h>
+
+#include "core/region/settings.h"
+
+namespace tessera::region {
+namespace {
+
+using ::testing::HasSubstr;
+
+// Two ends of one border, region 1's and region 2's, and what is between them.
+class LinkTest : public ::testing::Test {
+ protected:
+  LinkTest() : catalog(MakeScene()) {}
+  static std::shared_ptr<const Scene> MakeScene() {
+    auto scene = std::make_shared<Scene>();
+    BodyDef def;
+    def.id = BodyId(1);
+    scene->bodies.push_back(def);
+    return scene;
+  }
+  // After a step of `from` to `tick`: what it sends comes to `to`.
+  static Frame Made(Link& from, Tick tick, std::uint32_t vouched, bool asleep = true) {
+    Frame frame;
+    frame.tick = tick;
+    frame.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
+    if (!asleep) {
+      GhostRecord ghost{BodyId(1), Epoch(1), {}, {}, {}};
+      ghost.state.linear_velocity = {1, 0, 0};
+      frame.ghosts.push_back(ghost);
+    }
+    frame.stamp = from.StampFrame(vouched);
+    return frame;
+  }
+  absl::Status Bring(const Frame& frame, Link& to, Tick now) {
+    const std::vector<std::uint8_t> bytes = Encode(frame, {});
+    const Frame* taken = nullptr;
+    const absl::StatusOr<FrameHeader> header = DecodeHeader(bytes);
+    EXPECT_TRUE(header.ok());
+    absl::Status status = to.Put(*header, bytes, catalog, now, &taken);
+    came = taken != nullptr;
+    return status;
+  }
+  void Offer(Link& from, Link& to, Tick tick) {
+    Frame offer;
+    offer.tick = tick;
+    offer.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
+    offer.stamp = from.StampOffer();
+    EXPECT_TRUE(Bring(offer, to, tick).ok());
+  }
+
+  Catalog catalog;
+  Link low{RegionId(1), RegionId(2)}, high{RegionId(2), RegionId(1)};
+  bool came = false;
+};
+
+TEST_F(LinkTest, WhatIsVouchedForNeedNotCome) {
+  ASSERT_EQ(low.DutyNow(Tick(0)), Link::Duty::kFrame);
+  (void)low.StampFrame(3);
+  EXPECT_FALSE(low.Ready());
+  ASSERT_TRUE(Bring(Made(high, Tick(0), 3), low, Tick(0)).ok());
+  for (std::uint64_t t = 0; t < 4; ++t) {
+    ASSERT_TRUE(low.Ready()) << t;
+    EXPECT_EQ(low.Take(Tick(t)).tick, Tick(t));
+    if (t < 3) EXPECT_EQ(low.DutyNow(Tick(t + 1)), Link::Duty::kNothing);
+  }
+  EXPECT_FALSE(low.Ready());
+}
+
+TEST_F(LinkTest, AFrameThatComesEarlyHidesNothingThatWasVouchedFor) {
+  (void)low.StampFrame(3);
+  ASSERT_TRUE(Bring(Made(high, Tick(0), 2), low, Tick(0)).ok());
+  for (int i = 0; i < 2; ++i) ASSERT_EQ(high.DutyNow(Tick(1)), Link::Duty::kNothing);
+  ASSERT_TRUE(Bring(Made(high, Tick(3), 0), low, Tick(0)).ok());
+  for (std::uint64_t t = 0; t <= 3; ++t) {
+    ASSERT_TRUE(low.Ready()) << t;
+    EXPECT_EQ(low.Take(Tick(t)).tick, Tick(t));
+  }
+}
+
+TEST_F(LinkTest, NobodyVouchesForWhatIsAwake) {
+  (void)low.StampFrame(0);
+  EXPECT_THAT(std::string(Bring(Made(high, Tick(0), 3, false), low, Tick(0)).message()), HasSubstr("vouches"));
+  EXPECT_FALSE(low.Ready());
+}
+
+TEST_F(LinkTest, AClosedBorderOpensAtATickThatBothKnow) {
+  (void)low.StampFrame(0);
+  (void)high.StampFrame(0);
+  low.Close();
+  EXPECT_TRUE(low.Ready());
+  EXPECT_EQ(low.DutyNow(Tick(50)), Link::Duty::kOffer);
+  Offer(low, high, Tick(50));
+  EXPECT_FALSE(high.open());  // it has heard of the closing
+  Offer(high, low, Tick(50));
+  Offer(low, high, Tick(50));
+  Offer(high, low, Tick(50));
+  for (std::uint64_t t = 51; t < 50 + kOpeningTicks; ++t) {
+    EXPECT_NE(low.DutyNow(Tick(t)), Link::Duty::kFirstFrame);
+    EXPECT_NE(high.DutyNow(Tick(t)), Link::Duty::kFirstFrame);
+  }
+  const Tick at(50 + kOpeningTicks);
+  EXPECT_EQ(low.DutyNow(at), Link::Duty::kFirstFrame);
+  EXPECT_EQ(high.DutyNow(at), Link::Duty::kFirstFrame);
+  (void)low.StampFrame(0);
+  ASSERT_TRUE(Bring(Made(high, at, 0), low, at).ok());
+  EXPECT_TRUE(came);
+  EXPECT_TRUE(low.open());
+  EXPECT_TRUE(low.Ready());
+}
+
+TEST_F(LinkTest, WhoIsFarBehindAdoptsTheLaterTick) {
+  low.Close();
+  high.Close();
+  Offer(low, high, Tick(900));
+  Offer(high, low, Tick(100));
+  Offer(low, high, Tick(900));
+  const Tick adopted = high.Take(Tick(100)).tick;
+  EXPECT_EQ(adopted, Tick(900 + kOpeningTicks - 1));
+  EXPECT_EQ(high.DutyNow(adopted + 1), Link::Duty::kFirstFrame);
+}
+
+TEST_F(LinkTest, AFrameFromBeforeAClosingIsPassedOver) {
+  const Frame late = Made(high, Tick(0), 0);
+  low.Close();
+  EXPECT_TRUE(Bring(late, low, Tick(0)).ok());
+  EXPECT_FALSE(came);
+  EXPECT_FALSE(low.open());
+}
+
+}  // namespace
+}  // namespace tessera::region

@@ -1,0 +1,85 @@
+// Scenario: a world, a map and a list of faults, all drawn from one seed, and what came of running it.
+//
+//   const Scenario scenario = DrawScenario(17);
+//   const Outcome outcome = Run(scenario);
+//   for (const std::string& problem : outcome.problems) ...
+//
+// The same seed gives the same scenario and the same outcome, on every host. Thread rule: free functions on values;
+// several scenarios may run at once in threads of their own.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/simulation.h"
+
+namespace tessera::simulation {
+
+// What is done to an instance. The first five are weather, which is everywhere while it lasts.
+enum class FaultKind : std::uint8_t {
+  kLoss,
+  kDelay,
+  kJitter,
+  kReorder,
+  kDuplicate,
+  kBreak,      // a connection ends; what was on its way is lost
+  kPartition,  // two groups of regions do not hear each other
+  kStall,      // a worker stands still
+  kSlow,       // each tick of a worker takes longer than a tick
+};
+inline constexpr std::size_t kFaultKinds = 9;
+inline constexpr std::array<const char*, kFaultKinds> kFaultNames = {
+    "loss", "delay", "jitter", "reorder", "duplicate", "break", "partition", "stall", "slow"};
+
+struct Fault {
+  FaultKind kind = FaultKind::kLoss;
+  Micros from = 0, until = 0;
+  RegionId a, b;        // whom it strikes; of a partition: the regions up to `a` and those beyond
+  double strength = 0;  // a share, or microseconds
+};
+
+// What kind of world.
+enum class World : std::uint8_t { kSwarm, kCloud, kChains, kStacks, kCrowd, kGiant, kVortex, kPlayers, kMill };
+inline constexpr std::size_t kWorlds = 9;
+inline constexpr std::array<const char*, kWorlds> kWorldNames = {"swarm", "cloud",  "chains",  "stacks", "crowd",
+                                                                 "giant", "vortex", "players", "mill"};
+
+struct Scenario {
+  std::uint64_t seed = 0;
+  World world = World::kSwarm;
+  std::shared_ptr<const Scene> scene;
+  PartitionMap map;
+  region::Settings settings;
+  std::uint64_t ticks = 0;
+  bool closed = false;  // nothing acts on the bodies from outside: momentum is kept
+  std::uint32_t players = 0;
+  std::vector<Fault> faults;
+};
+
+struct DrawOptions {
+  std::optional<World> world;
+  bool faults = true;
+};
+
+Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options = {});
+// "cloud of 32 on 4 regions, 300 ticks, faults: loss, stall".
+std::string Describe(const Scenario& scenario);
+
+struct Outcome {
+  std::vector<std::string> problems;
+  SimulationTotals totals;
+  NetworkTotals network;
+  std::array<std::uint64_t, kFaultKinds> handovers_under{};  // while a fault of the kind struck one of the two regions
+  std::size_t lost = 0, doubled = 0;
+  std::uint64_t closings = 0, openings = 0;
+  std::uint64_t hash = 0;
+  double momentum_drift = 0;  // share of the sum of all momenta; of closed scenes
+};
+
+// `network_seed` draws what the network does; the world must not depend on it while no border closes.
+Outcome Run(const Scenario& scenario, std::optional<std::uint64_t> network_seed = {});
+
+}  // namespace tessera::simulation

@@ -1,0 +1,318 @@
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "tests/simulation/scenario.h"
+#include "tests/simulation/scene_builder.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr double kHalf = 12;  // of the ground, m
+constexpr std::uint64_t kTicks = 240;
+
+Vec3f AnyVelocity(Chance& chance, double most) {
+  return {static_cast<float>(chance.Between(-most, most)), static_cast<float>(chance.Between(-most, most) / 4),
+          static_cast<float>(chance.Between(-most, most))};
+}
+
+ShapePtr AnyShape(Chance& chance, double size) {
+  switch (chance.Below(5)) {
+    case 0:
+      return Box(size * 0.8);
+    case 1:
+      return MakeShape(CapsuleShape{size * 0.7, size * 0.6});
+    case 2:
+      return MakeShape(CylinderShape{size * 0.8, size * 0.7});
+    case 3:
+      return MakeShape(ConeShape{size, size * 1.6});
+    default:
+      return Ball(size);
+  }
+}
+
+void Walls(SceneBuilder& builder) {
+  for (const double side : {-1.0, 1.0}) {
+    for (const bool along : {false, true}) {
+      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 20, kHalf} : Vec3d{kHalf, 20, 1}}),
+                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
+      wall.motion = Motion::kStatic;
+      wall.mass_kg = 0;
+      wall.material.restitution = 1;
+      wall.material.friction = 0;
+    }
+  }
+}
+
+// Bodies that fly free and meet now and then.
+void Swarm(SceneBuilder& builder, Chance& chance, bool closed) {
+  if (!closed) Walls(builder);
+  const std::uint64_t side = 3 + chance.Below(4);
+  const double gap = 18.0 / static_cast<double>(side);
+  const bool balls = chance.Happens(0.5);
+  for (std::uint64_t i = 0; i < side * side; ++i) {
+    const Vec3d place{-8.5 + static_cast<double>(i % side) * gap, chance.Between(-0.5, 0.5),
+                      -8.5 + static_cast<double>(i / side) * gap};
+    BodyDef& body =
+        builder.Add(balls ? Ball(0.4) : AnyShape(chance, 0.4), place, AnyVelocity(chance, 8), chance.Between(0.5, 4));
+    body.material.restitution = chance.Unit();
+    body.material.friction = chance.Happens(0.5) ? 0 : 0.5;
+    body.may_sleep = false;
+  }
+}
+
+// Balls that fall in on a point where regions meet, and change hands while they touch.
+void Cloud(SceneBuilder& builder, Chance& chance) {
+  const Vec3d middle{chance.Between(-1, 1), 0, chance.Between(-1, 1)};
+  const double swirl = chance.Between(0, 0.8);
+  for (int i = 0; i < 27; ++i) {
+    const Vec3d place{-1.4 + i % 3 * 1.4, -1.4 + i / 3 % 3 * 1.4, -1.4 + i / 9 * 1.4};
+    const Vec3d inward = place * -1.2 + Vec3d{place.z, 0, -place.x} * swirl;
+    BodyDef& ball = builder.Add(Ball(0.5), middle + place, Vec3f(inward), chance.Between(1, 8));
+    ball.material.restitution = chance.Unit();
+    ball.may_sleep = false;
+  }
+}
+
+// Assemblies that fly over borders and corners.
+void Chains(SceneBuilder& builder, Chance& chance, bool closed) {
+  if (!closed) Walls(builder);
+  std::uint64_t next = builder.scene().bodies.size() + 1;
+  for (int i = 0; i < 9; ++i) {
+    const Vec3f velocity = AnyVelocity(chance, 6);
+    const std::uint64_t links = 2 + chance.Below(3);
+    for (std::uint64_t j = 0; j < links; ++j, ++next) {
+      const Vec3d place{-8.0 + i % 3 * 6.5 + static_cast<double>(j) * 1.0, 0, -7.0 + i / 3 * 6.5};
+      builder.Add(Box(0.3), place, velocity, chance.Between(1, 2)).may_sleep = false;
+      if (j > 0) builder.Tie(BodyId(next - 1), BodyId(next), {0.5, 0, 0}, {-0.5, 0, 0});
+    }
+  }
+}
+
+// Where cells meet: an edge, or a corner if there is one.
+Vec3d OnABorder(const PartitionMap& map, Chance& chance) {
+  const Cell& cell = map.cells()[chance.Below(map.cells().size())];
+  const double x = cell.area.min_x > map.bounds().min_x ? cell.area.min_x : cell.area.max_x;
+  const double z = cell.area.min_z > map.bounds().min_z ? cell.area.min_z : cell.area.max_z;
+  const Vec3d middle{(cell.area.min_x + cell.area.max_x) / 2, 0, (cell.area.min_z + cell.area.max_z) / 2};
+  switch (chance.Below(3)) {
+    case 0:
+      return {x, 0, middle.z};
+    case 1:
+      return {middle.x, 0, z};
+    default:
+      return {x, 0, z};
+  }
+}
+
+bool Inside(Vec3d place) { return std::abs(place.x) < kHalf - 2 && std::abs(place.z) < kHalf - 2; }
+
+void Stacks(SceneBuilder& builder, Chance& chance, const PartitionMap& map) {
+  builder.Gravity().Floor(0.6);
+  for (int i = 0; i < 4; ++i) {
+    const Vec3d foot = OnABorder(map, chance);
+    if (!Inside(foot)) continue;
+    const Vec3d aside{static_cast<double>(i % 2) * 3.1, 0, static_cast<double>(i / 2) * 3.1};
+    for (int j = 0; j < 5; ++j) {
+      builder.Add(Box(0.5), foot + aside + Vec3d{chance.Between(-0.05, 0.05), 0.5 + j, chance.Between(-0.05, 0.05)});
+    }
+  }
+  for (int i = 0; i < 3; ++i) {  // what knocks some of them over
+    builder.Add(Ball(0.5), {-8, 1.5 + i, -6.0 + 5 * i}, {static_cast<float>(chance.Between(4, 12)), 0, 0}, 3);
+  }
+}
+
+void Crowd(SceneBuilder& builder, Chance& chance, const PartitionMap& map) {
+  builder.Gravity().Floor(0.5);
+  const Cell& cell = map.cells()[chance.Below(map.cells().size())];
+  const double x = cell.area.min_x > map.bounds().min_x ? cell.area.min_x : cell.area.max_x;
+  for (int i = 0; i < 20; ++i) {
+    const double at = std::clamp(x, -kHalf + 2, kHalf - 2);
+    builder.Add(i % 2 == 0 ? Ball(0.4) : Box(0.4), {at, 0.4 + 0.02 * (i % 3), -9.5 + i});
+  }
+}
+
+void Giant(SceneBuilder& builder, Chance& chance) {
+  builder.Gravity().Floor(0.5);
+  builder.Add(MakeShape(BoxShape{{7, 0.5, 7}}), {chance.Between(-3, 3), 0.5, chance.Between(-3, 3)},
+              {static_cast<float>(chance.Between(-2, 2)), 0, 0}, 800);
+  for (int i = 0; i < 12; ++i) {
+    builder.Add(AnyShape(chance, 0.5), {-6.0 + i % 4 * 4, 2.0 + i / 4, -6.0 + i / 4 * 5}, AnyVelocity(chance, 2),
+                chance.Between(0.5, 3));
+  }
+}
+
+void Vortex(SceneBuilder& builder, Chance& chance) {
+  builder.Gravity().Floor(0.3);
+  Walls(builder);
+  std::uint64_t next = builder.scene().bodies.size() + 1;
+  for (int i = 0; i < 36; ++i, ++next) {
+    builder.Add(AnyShape(chance, 0.4), {-9.0 + i % 6 * 3.5, 0.8, -9.0 + i / 6 * 3.5}, {}, chance.Between(0.5, 4));
+    if (i % 6 == 5) builder.Tie(BodyId(next - 1), BodyId(next), {1.75, 0, 0}, {-1.75, 0, 0});
+  }
+  builder.scene().fields.push_back(VortexField{{0, 0, 0}, 30, chance.Between(0.5, 1.2), 4});
+}
+
+void Players(SceneBuilder& builder, Chance& chance) {
+  builder.Gravity().Floor(0.3);
+  Walls(builder);
+  PlayerRules rules;
+  rules.body.shape = Ball(0.5);
+  rules.body.mass_kg = 2;
+  for (int i = 0; i < 6; ++i) rules.spawn_points.push_back({-8.0 + i * 3, 0.6, chance.Between(-8, 8)});
+  rules.max_force_n = 80;
+  rules.max_speed_m_s = 12;
+  builder.scene().player = rules;
+  for (int i = 0; i < 10; ++i) {
+    builder.Add(AnyShape(chance, 0.5), {-8.0 + i % 5 * 4, 0.8, -6.0 + i / 5 * 12}, {}, chance.Between(0.5, 2));
+  }
+}
+
+// Fast balls and pairs that hardly ever touch: as many handovers as can be had.
+void Mill(SceneBuilder& builder, Chance& chance) {
+  Walls(builder);
+  std::uint64_t next = builder.scene().bodies.size() + 1;
+  for (int i = 0; i < 56; ++i) {
+    const Vec3f velocity{static_cast<float>(chance.Between(-14, 14)), 0, static_cast<float>(chance.Between(-14, 14))};
+    const Vec3d place{-9.5 + i % 8 * 2.5, -14.0 + 0.5 * i, -9.5 + i / 8 * 2.7};
+    for (int j = 0; j < (i % 7 == 0 ? 2 : 1); ++j, ++next) {
+      BodyDef& ball = builder.Add(Ball(0.15), place + Vec3d{0.4 * j, 0, 0}, velocity);
+      ball.material.restitution = 1;
+      ball.material.friction = 0;
+      ball.may_sleep = false;
+      if (j > 0) builder.Tie(BodyId(next - 1), BodyId(next), {0.2, 0, 0}, {-0.2, 0, 0});
+    }
+  }
+}
+
+// Cut in two again and again, somewhere in the middle of the longer side.
+PartitionMap AnyMap(Rect bounds, Chance& chance) {
+  constexpr std::array<std::uint32_t, 8> kCounts = {1, 2, 2, 3, 4, 4, 6, 9};
+  const std::uint32_t regions = kCounts[chance.Below(kCounts.size())];
+  if (chance.Happens(0.6)) return *MakeGridMap(bounds, regions);
+  std::vector<Rect> areas = {bounds};
+  while (areas.size() < regions) {
+    const auto largest = std::max_element(areas.begin(), areas.end(), [](const Rect& a, const Rect& b) {
+      return (a.max_x - a.min_x) * (a.max_z - a.min_z) < (b.max_x - b.min_x) * (b.max_z - b.min_z);
+    });
+    Rect first = *largest, second = *largest;
+    const double at = chance.Between(0.35, 0.65);
+    if (first.max_x - first.min_x > first.max_z - first.min_z) {
+      first.max_x = second.min_x = first.min_x + at * (first.max_x - first.min_x);
+    } else {
+      first.max_z = second.min_z = first.min_z + at * (first.max_z - first.min_z);
+    }
+    *largest = first;
+    areas.push_back(second);
+  }
+  std::vector<Cell> cells;
+  std::vector<MapRegion> ids;
+  for (std::uint32_t i = 0; i < areas.size(); ++i) {
+    cells.push_back({areas[i], RegionId(i + 1), Epoch(1)});
+    ids.push_back({RegionId(i + 1), regions == 1 ? RegionId() : RegionId((i + 1) % regions + 1)});
+  }
+  return *PartitionMap::Create(MapVersion(1), bounds, cells, ids);
+}
+
+Fault AnyFault(Chance& chance, std::uint64_t regions, Micros length) {
+  Fault fault;
+  fault.kind = static_cast<FaultKind>(chance.Below(kFaultKinds));
+  fault.from = chance.Below(length);
+  fault.until = fault.from + Milliseconds(50) + chance.Below(length / 2);
+  fault.a = RegionId(static_cast<std::uint32_t>(1 + chance.Below(regions)));
+  fault.b = RegionId(static_cast<std::uint32_t>(1 + chance.Below(regions)));
+  switch (fault.kind) {
+    case FaultKind::kLoss:
+    case FaultKind::kReorder:
+    case FaultKind::kDuplicate:
+      fault.strength = chance.Between(0.02, 0.4);
+      break;
+    case FaultKind::kDelay:
+      fault.strength = chance.Between(1'000, 40'000);
+      break;
+    case FaultKind::kJitter:
+      fault.strength = chance.Between(1'000, 30'000);
+      break;
+    case FaultKind::kSlow:
+      fault.strength = chance.Between(20'000, 60'000);
+      break;
+    case FaultKind::kPartition:
+    case FaultKind::kStall:  // as often shorter than what closes a border as longer
+      fault.until = fault.from + Milliseconds(30) + chance.Below(chance.Happens(0.5) ? 200'000 : 2'500'000);
+      break;
+    case FaultKind::kBreak:
+      break;
+  }
+  return fault;
+}
+
+}  // namespace
+
+Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
+  Chance chance(seed);
+  Scenario scenario;
+  scenario.seed = seed;
+  const auto any = static_cast<World>(chance.Below(kWorlds));
+  scenario.world = options.world.value_or(any);
+  SceneBuilder builder(kHalf);
+  scenario.map = AnyMap(builder.scene().ground(), chance);
+  scenario.ticks = kTicks;
+  scenario.settings.shared_origin = chance.Happens(0.5);
+  if (chance.Happens(0.2)) scenario.settings.hysteresis_m = 0;
+  const bool closed = chance.Happens(0.5);
+  switch (scenario.world) {
+    case World::kSwarm:
+      Swarm(builder, chance, closed);
+      scenario.closed = closed;
+      break;
+    case World::kCloud:
+      Cloud(builder, chance);
+      scenario.closed = true;
+      break;
+    case World::kChains:
+      Chains(builder, chance, closed);
+      scenario.closed = closed;
+      break;
+    case World::kStacks:
+      Stacks(builder, chance, scenario.map);
+      break;
+    case World::kCrowd:
+      Crowd(builder, chance, scenario.map);
+      break;
+    case World::kGiant:
+      Giant(builder, chance);
+      break;
+    case World::kVortex:
+      Vortex(builder, chance);
+      break;
+    case World::kPlayers:
+      Players(builder, chance);
+      scenario.players = static_cast<std::uint32_t>(1 + chance.Below(6));
+      break;
+    case World::kMill:
+      scenario.map = *MakeGridMap(builder.scene().ground(), chance.Happens(0.5) ? 9 : 16);
+      Mill(builder, chance);
+      break;
+  }
+  scenario.scene = builder.Build();
+  if (options.faults && chance.Happens(0.85)) {
+    const std::uint64_t count = 1 + chance.Below(6);
+    for (std::uint64_t i = 0; i < count; ++i) {
+      scenario.faults.push_back(AnyFault(chance, scenario.map.regions().size(), kTicks * 1'000'000 / 60));
+    }
+  }
+  return scenario;
+}
+
+std::string Describe(const Scenario& scenario) {
+  std::string text =
+      absl::StrCat(kWorldNames[static_cast<std::size_t>(scenario.world)], " of ", scenario.scene->bodies.size(), " on ",
+                   scenario.map.regions().size(), " regions, ", scenario.ticks, " ticks");
+  for (const Fault& fault : scenario.faults) {
+    absl::StrAppend(&text, ", ", kFaultNames[static_cast<std::size_t>(fault.kind)], " ", fault.from / 1000, "-",
+                    fault.until / 1000, " ms");
+  }
+  return text;
+}
+
+}  // namespace tessera::simulation

@@ -1,0 +1,173 @@
+// tessera-sim: instances under faults, one a seed, until a seed fails or time is up. ./dev sim builds and runs it.
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <mutex>
+#include <thread>
+
+#include "CLI/CLI.hpp"
+#include "tests/simulation/scenario.h"
+
+namespace tessera::simulation {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Flags {
+  std::uint64_t seeds = 0, first = 1, seed = 0;
+  double minutes = 0;
+  unsigned jobs = 2;
+  std::string world, csv;
+  bool faults = true;
+};
+
+struct Sums {
+  std::uint64_t runs = 0, failed = 0, steps = 0, handovers = 0, assembly = 0, corner = 0, lost = 0, doubled = 0;
+  std::uint64_t kills = 0, closings = 0, inputs = 0, packets = 0, dropped = 0;
+  double worst_drift = 0;
+  std::array<std::uint64_t, kFaultKinds> under{};
+
+  void Add(const Outcome& outcome) {
+    ++runs;
+    failed += outcome.problems.empty() ? 0 : 1;
+    steps += outcome.totals.steps;
+    handovers += outcome.totals.handovers;
+    assembly += outcome.totals.assembly_handovers;
+    corner += outcome.totals.corner_handovers;
+    kills += outcome.totals.kills;
+    lost += outcome.lost;
+    doubled += outcome.doubled;
+    closings += outcome.closings;
+    packets += outcome.network.packets;
+    dropped += outcome.network.lost;
+    worst_drift = std::max(worst_drift, outcome.momentum_drift);
+    for (std::size_t i = 0; i < kFaultKinds; ++i) under[i] += outcome.handovers_under[i];
+  }
+};
+
+DrawOptions OptionsOf(const Flags& flags) {
+  DrawOptions options;
+  options.faults = flags.faults;
+  for (std::size_t i = 0; i < kWorlds; ++i) {
+    if (flags.world == kWorldNames[i]) options.world = static_cast<World>(i);
+  }
+  return options;
+}
+
+std::string Replay(const Flags& flags, std::uint64_t seed) {
+  return "./dev sim --seed " + std::to_string(seed) + (flags.world.empty() ? "" : " --world " + flags.world) +
+         (flags.faults ? "" : " --no-faults");
+}
+
+// With nothing but weather, the world is the same whatever the network does: another network must give the same hash.
+void CompareNetworks(const Scenario& scenario, Outcome& outcome) {
+  const Outcome again = Run(scenario, scenario.seed + 0x5eed);
+  if (again.hash != outcome.hash) outcome.problems.push_back("another network gave another world");
+}
+
+Outcome RunSeed(const Flags& flags, std::uint64_t seed) {
+  const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
+  Outcome outcome = Run(scenario);
+  if (scenario.faults.empty() && scenario.players == 0) CompareNetworks(scenario, outcome);
+  return outcome;
+}
+
+void Report(const Flags& flags, std::uint64_t seed, const Outcome& outcome) {
+  const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
+  std::printf("seed %lu FAILED: %s\n", static_cast<unsigned long>(seed), Describe(scenario).c_str());
+  for (const std::string& problem : outcome.problems) std::printf("  %s\n", problem.c_str());
+  std::printf("  replay: %s\n", Replay(flags, seed).c_str());
+  std::fflush(stdout);
+}
+
+void PrintSums(const Sums& sums, double seconds) {
+  const auto n = [](std::uint64_t v) { return static_cast<unsigned long>(v); };
+  std::printf("%lu seeds in %.0f s, %lu failed; %lu steps of regions, %lu closings, %lu of %lu packets lost\n",
+              n(sums.runs), seconds, n(sums.failed), n(sums.steps), n(sums.closings), n(sums.dropped), n(sums.packets));
+  std::printf("handovers %lu, of assemblies %lu, in corners %lu; bodies lost %lu, doubled %lu; worst drift %.1e\n",
+              n(sums.handovers), n(sums.assembly), n(sums.corner), n(sums.lost), n(sums.doubled), sums.worst_drift);
+  std::printf("handovers under");
+  for (std::size_t i = 0; i < kFaultKinds; ++i) std::printf(" %s %lu", kFaultNames[i], n(sums.under[i]));
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void WriteCsv(const std::string& path, const Sums& sums) {
+  std::ofstream out(path);
+  out << "suite,scene,engine,config,metric,value,unit\n";
+  const auto line = [&](const std::string& config, const char* metric, std::uint64_t value) {
+    out << "borders,simulator,tessera," << config << ',' << metric << ',' << value << ",bodies\n";
+  };
+  line("all", "handovers", sums.handovers);
+  line("assemblies", "handovers", sums.assembly);
+  line("corners", "handovers", sums.corner);
+  for (std::size_t i = 0; i < kFaultKinds; ++i)
+    line(std::string("fault=") + kFaultNames[i], "handovers", sums.under[i]);
+  line("all", "bodies_lost", sums.lost);
+  line("all", "bodies_duplicated", sums.doubled);
+}
+
+int RunOne(const Flags& flags) {
+  const Scenario scenario = DrawScenario(flags.seed, OptionsOf(flags));
+  std::printf("seed %lu: %s\n", static_cast<unsigned long>(flags.seed), Describe(scenario).c_str());
+  const Outcome outcome = RunSeed(flags, flags.seed);
+  Sums sums;
+  sums.Add(outcome);
+  PrintSums(sums, 0);
+  std::printf("hash %016lx\n", static_cast<unsigned long>(outcome.hash));
+  if (!outcome.problems.empty()) Report(flags, flags.seed, outcome);
+  return outcome.problems.empty() ? 0 : 1;
+}
+
+int RunMany(const Flags& flags) {
+  const auto begin = Clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
+  std::atomic<std::uint64_t> next{flags.first};
+  std::mutex mutex;
+  Sums sums;
+  double told = 0;
+  const auto work = [&] {
+    while (true) {
+      const std::uint64_t seed = next++;
+      if (flags.seeds > 0 && seed >= flags.first + flags.seeds) return;
+      if (flags.minutes > 0 && seconds() >= flags.minutes * 60) return;
+      const Outcome outcome = RunSeed(flags, seed);
+      const std::lock_guard lock(mutex);
+      sums.Add(outcome);
+      if (!outcome.problems.empty()) Report(flags, seed, outcome);
+      if (seconds() - told < 30) continue;
+      told = seconds();
+      PrintSums(sums, told);
+    }
+  };
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < flags.jobs; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  PrintSums(sums, seconds());
+  if (!flags.csv.empty()) WriteCsv(flags.csv, sums);
+  return sums.failed == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace tessera::simulation
+
+int main(int argc, char** argv) {
+  using tessera::simulation::Flags;
+  Flags flags;
+  CLI::App app{"Runs whole instances in virtual time, each from one seed, under faults drawn from it."};
+  app.add_option("--seeds", flags.seeds, "how many seeds (1000, unless --minutes is given)");
+  app.add_option("--minutes", flags.minutes, "stop after so many minutes");
+  app.add_option("--first", flags.first, "the first seed")->capture_default_str();
+  app.add_option("--seed", flags.seed, "run this seed alone and tell all of it");
+  app.add_option("--world", flags.world, "only worlds of this kind")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(tessera::simulation::kWorldNames.begin(), tessera::simulation::kWorldNames.end())));
+  app.add_flag("!--no-faults", flags.faults, "without faults");
+  app.add_option("--jobs", flags.jobs, "threads")->capture_default_str();
+  app.add_option("--csv", flags.csv, "write the counts there, in the form of the benchmarks");
+  CLI11_PARSE(app, argc, argv);
+  if (flags.seed != 0) return tessera::simulation::RunOne(flags);
+  if (flags.seeds == 0 && flags.minutes == 0) flags.seeds = 1000;
+  return tessera::simulation::RunMany(flags);
+}
