@@ -16,8 +16,33 @@ void Conservation::Expect(BodyId body, std::uint64_t from_tick) {
   from_tick_ = std::max(from_tick_, from_tick);
 }
 
-void Conservation::Observe(const v1::Instance& instance) {
+bool Conservation::FollowMap(const v1::Instance& instance) {
+  if (instance.map().version() != map_version_) {
+    in_force_ = map_version_ == 0;
+    map_version_ = instance.map().version();
+  }
+  if (in_force_) return true;
+  std::set<std::uint32_t> here;
+  std::uint64_t newest = 0;
   for (const v1::RegionStatus& region : instance.region_status()) {
+    if (region.report().map_version() >= map_version_) here.insert(region.region());
+    newest = std::max(newest, region.report().tick());
+  }
+  const auto& regions = instance.map().regions();
+  in_force_ =
+      std::all_of(regions.begin(), regions.end(), [&](const auto& region) { return here.contains(region.id()); });
+  from_tick_ = std::max(from_tick_, newest + 1);
+  open_.clear();
+  return in_force_;
+}
+
+void Conservation::Observe(const v1::Instance& instance) {
+  if (!FollowMap(instance)) return;
+  std::set<std::uint32_t> regions;
+  for (const v1::MapRegion& region : instance.map().regions()) regions.insert(region.id());
+  const std::size_t expected_regions = regions.empty() ? instance.regions() : regions.size();
+  for (const v1::RegionStatus& region : instance.region_status()) {
+    if (!regions.empty() && !regions.contains(region.region())) continue;
     for (const v1::Census& census : region.report().censuses()) {
       if (census.tick() <= last_compared_ || census.tick() < from_tick_) continue;
       Sum& sum = open_[census.tick()];
@@ -27,9 +52,8 @@ void Conservation::Observe(const v1::Instance& instance) {
     }
   }
   while (!open_.empty()) {
-    const auto oldest = std::find_if(open_.begin(), open_.end(), [&](const auto& entry) {
-      return entry.second.regions.size() == instance.regions();
-    });
+    const auto oldest = std::find_if(
+        open_.begin(), open_.end(), [&](const auto& entry) { return entry.second.regions.size() == expected_regions; });
     if (oldest == open_.end()) return;
     if (oldest->first >= from_tick_) Compare(oldest->first, oldest->second);
     open_.erase(open_.begin(), std::next(oldest));

@@ -1,7 +1,8 @@
 // Conservation: whether an instance still has every body, once each, by the censuses of its regions.
 //
-// All regions take a census at the same ticks (core/region/census.h). A tick counts once every region has reported it;
-// then the sums must equal the number of bodies and the checksum of their ids.
+// All regions take a census at the same ticks (core/region/census.h). A tick counts once every region of the map has
+// reported it; then the sums must equal the number of bodies and the checksum of their ids. When the map changes, ticks
+// count again from the first that all of its regions step by it.
 #pragma once
 
 #include <cstdint>
@@ -42,10 +43,14 @@ class Conservation {
     std::set<std::uint32_t> regions;  // that have reported
   };
   void Compare(std::uint64_t tick, const Sum& sum);
+  // False while a new map is not in force everywhere.
+  bool FollowMap(const v1::Instance& instance);
 
   std::uint64_t expected_ = 0, checksum_ = 0, from_tick_ = 0;
   std::map<std::uint64_t, Sum> open_;  // by tick
   std::uint64_t last_compared_ = 0;
+  std::uint64_t map_version_ = 0;
+  bool in_force_ = true;
   std::optional<ConservationResult> result_;
 };
 

@@ -88,5 +88,30 @@ TEST_F(ConservationTest, APlayersBodyCountsFromItsTickOn) {
   EXPECT_EQ(conservation_.result()->lost + conservation_.result()->duplicated, 0u);
 }
 
+// The dead region's part of the ticks before is never told, and what one region did since is no whole.
+TEST_F(ConservationTest, CountsAnewOnceAllRegionsOfANewMapStepByIt) {
+  const auto set_map = [&](std::uint64_t version, std::initializer_list<std::uint32_t> regions) {
+    instance_.mutable_map()->set_version(version);
+    instance_.mutable_map()->clear_regions();
+    for (const std::uint32_t region : regions) instance_.mutable_map()->add_regions()->set_id(region);
+  };
+  set_map(1, {1, 2});
+  AddCensus(instance_, 1, 60, Ids({1, 3}));
+  AddCensus(instance_, 2, 60, Ids({2}));
+  conservation_.Observe(instance_);
+  set_map(2, {1});
+  AddCensus(instance_, 1, 120, Ids({1, 3}));
+  instance_.mutable_region_status(0)->mutable_report()->set_tick(130);
+  conservation_.Observe(instance_);
+  instance_.mutable_region_status(0)->mutable_report()->set_map_version(2);
+  conservation_.Observe(instance_);
+  ASSERT_TRUE(conservation_.result().has_value());
+  EXPECT_EQ(conservation_.result()->tick, 60u);
+  AddCensus(instance_, 1, 180, Ids({1, 2, 3}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->tick, 180u);
+  EXPECT_EQ(conservation_.result()->lost, 0u);
+}
+
 }  // namespace
 }  // namespace tessera::local

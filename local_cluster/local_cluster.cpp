@@ -50,13 +50,43 @@ void WriteSecret(const std::string& path, const std::string& text) {
 LocalCluster::LocalCluster(const ClusterOptions& options)
     : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
   StartControl();
-  for (std::uint32_t index = 0; index < options_.hosts; ++index) StartAgent(index);
+  for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
 }
 
 LocalCluster::~LocalCluster() {
+  // One that was killed may have left workers, which the next one adopts and ends.
+  try {
+    if (control_->Wait(std::chrono::milliseconds(0))) RestartControl();
+    for (std::size_t index = 0; index < agents_.size(); ++index) {
+      if (agents_[index]->Wait(std::chrono::milliseconds(0))) RestartAgent(index);
+    }
+  } catch (const std::exception&) {
+    // Whoever cannot be brought back cannot be asked to end its workers; the others still are.
+  }
   for (const auto& agent : agents_) agent->Signal(SIGTERM);
   for (const auto& agent : agents_) agent->End(kStopPatience);
   if (control_) control_->End(kStopPatience);
+}
+
+void LocalCluster::KillControl() {
+  control_->Signal(SIGKILL);
+  control_->Wait(kStopPatience);
+}
+
+// At the same addresses, so that agents and clients find it again.
+void LocalCluster::RestartControl() {
+  options_.listen = control_address_;
+  options_.http = http_address_;
+  StartControl();
+}
+
+void LocalCluster::KillAgent(std::size_t index) {
+  agents_.at(index)->Signal(SIGKILL);
+  agents_.at(index)->Wait(kStopPatience);
+}
+
+void LocalCluster::RestartAgent(std::size_t index) {
+  agents_.at(index) = StartAgent(static_cast<std::uint32_t>(index));
 }
 
 void LocalCluster::StartControl() {
@@ -72,7 +102,7 @@ void LocalCluster::StartControl() {
   http_address_ = addresses.at("http").get<std::string>();
 }
 
-void LocalCluster::StartAgent(std::uint32_t index) {
+std::unique_ptr<ChildProcess> LocalCluster::StartAgent(std::uint32_t index) {
   const std::string name = fmt::format("local-{}", index + 1);
   const std::string state = MakeFolder(fmt::format("{}/{}", options_.data_dir, name));
   const std::string log = fmt::format("{}/{}.log", log_dir_, name);
@@ -94,8 +124,9 @@ void LocalCluster::StartAgent(std::uint32_t index) {
   if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
   const int first = options_.first_port + static_cast<int>(index) * 1000;
   argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});
-  agents_.push_back(std::make_unique<ChildProcess>(argv, log));
-  WaitReady(*agents_.back(), "tessera-agent", ready, log);
+  auto agent = std::make_unique<ChildProcess>(argv, log);
+  WaitReady(*agent, "tessera-agent", ready, log);
+  return agent;
 }
 
 std::string LocalCluster::WaitForDeath(std::chrono::milliseconds timeout) {

@@ -5,7 +5,8 @@
 //   Connection connection(cluster.control_address());
 //
 // Construction returns when every agent has been admitted; CommandError says which program failed, with its last log
-// lines. Destruction ends agents (with their workers), then the control plane; nothing is left running.
+// lines. Destruction ends agents (with their workers), then the control plane; nothing is left running. What a test
+// killed comes back at the same addresses with the same state.
 #pragma once
 
 #include <cstdint>
@@ -37,12 +38,17 @@ class LocalCluster {
   const std::string& log_dir() const { return log_dir_; }
   ChildProcess& control() { return *control_; }
   ChildProcess& agent(std::size_t index) { return *agents_.at(index); }
+  // As a fault would: SIGKILL. Workers of a killed agent run on until it is back, or until the cluster ends.
+  void KillControl();
+  void RestartControl();
+  void KillAgent(std::size_t index);
+  void RestartAgent(std::size_t index);
   // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: signal 9". Empty: all run.
   std::string WaitForDeath(std::chrono::milliseconds timeout);
 
  private:
   void StartControl();
-  void StartAgent(std::uint32_t index);
+  std::unique_ptr<ChildProcess> StartAgent(std::uint32_t index);
 
   ClusterOptions options_;
   std::string log_dir_, control_address_, http_address_;

@@ -31,7 +31,9 @@ WorldRun::WorldRun(const RunOptions& options)
     : scene_(LoadScene(options.scene, options.bodies)),
       conservation_(std::make_unique<Conservation>(DynamicBodies(*scene_.scene))) {
   cluster_ = std::make_unique<LocalCluster>(
-      ClusterOptions{.data_dir = folder_.path(), .hosts = options.hosts, .capacity = options.regions});
+      ClusterOptions{.data_dir = folder_.path(),
+                     .hosts = options.hosts,
+                     .capacity = options.capacity == 0 ? options.regions : options.capacity});
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
   JoinBots(options.bots);
@@ -54,6 +56,7 @@ void WorldRun::CreateInstance(const RunOptions& options) {
   *request.mutable_spec()->mutable_scene() = scene_.message;
   request.mutable_spec()->set_regions(options.regions);
   request.mutable_spec()->set_expected_players(options.bots);
+  if (options.adjust) options.adjust(*request.mutable_spec());
   const auto begin = Clock::now();
   instance_id_ =
       connection_
@@ -134,6 +137,15 @@ void WorldRun::Observe(const v1::Instance& instance) {
     progress.worst_step_p99_s = std::max(progress.worst_step_p99_s, report.step().p99_seconds());
     progress.last = report;
   }
+}
+
+std::optional<ConservationResult> WorldRun::conservation() {
+  const std::lock_guard lock(mutex_);
+  return conservation_->result();
+}
+
+void WorldRun::WatchAnew() {
+  watch_ = std::make_unique<InstanceWatch>(*connection_, instance_id_, [this](const v1::Instance& i) { Observe(i); });
 }
 
 std::vector<Bot*> WorldRun::bots() {

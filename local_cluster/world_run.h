@@ -10,6 +10,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +31,9 @@ struct RunOptions {
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
   std::uint32_t hosts = 1;
+  std::uint32_t capacity = 0;  // regions a host; 0: all of them
+  // Further settings of the instance.
+  std::function<void(v1::InstanceSpec&)> adjust = {};
 };
 
 // What a region did over the run.
@@ -64,6 +68,12 @@ class WorldRun {
 
   v1::Instance Latest() { return watch_->Latest(); }
   std::vector<Bot*> bots();
+  const std::string& instance_id() const { return instance_id_; }
+  Connection& connection() { return *connection_; }
+  // The worst of all complete censuses until now.
+  std::optional<ConservationResult> conservation();
+  // The control plane was away: watches it anew.
+  void WatchAnew();
   double ready_s() const { return ready_s_; }
   double running_s() const;
   LocalCluster& cluster() { return *cluster_; }
