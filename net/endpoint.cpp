@@ -308,6 +308,8 @@ void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& ou
   while (out.size() < kMaxEventsPerService) {
     ENetEvent event{};
     const enet_uint32 before = host->totalReceivedPackets;
+    // Limits that nobody has need not be told; a peer that hears of them also cuts its window to ENet's own.
+    host->recalculateBandwidthLimits = 0;
     const int result = enet_host_service(host, &event, std::exchange(wait_ms, 0));
     if (result < 0 && ++failed_rounds <= kMaxFailedRounds) continue;
     if (result < 0) break;

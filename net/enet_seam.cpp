@@ -32,6 +32,8 @@ std::size_t CommandBytes(std::span<const std::uint8_t> rest, std::uint8_t comman
       return sizeof(ENetProtocolDisconnect);
     case ENET_PROTOCOL_COMMAND_PING:
       return sizeof(ENetProtocolPing);
+    case ENET_PROTOCOL_COMMAND_BANDWIDTH_LIMIT:
+      return sizeof(ENetProtocolBandwidthLimit);
     case ENET_PROTOCOL_COMMAND_SEND_RELIABLE:
       if (rest.size() < sizeof(ENetProtocolSendReliable)) return 0;
       return sizeof(ENetProtocolSendReliable) + Read16(rest.data() + offsetof(ENetProtocolSendReliable, dataLength));
@@ -130,6 +132,10 @@ std::span<std::uint8_t> Restore(std::span<std::uint8_t> payload, Inner kind, std
     const std::uint8_t command = rest[0] & ENET_PROTOCOL_COMMAND_MASK;
     if (command == ENET_PROTOCOL_COMMAND_VERIFY_CONNECT) {
       std::memcpy(rest.data() + offsetof(ENetProtocolVerifyConnect, connectID), &connection, sizeof connection);
+    }
+    if (command == ENET_PROTOCOL_COMMAND_BANDWIDTH_LIMIT) {
+      Put32(rest, offsetof(ENetProtocolBandwidthLimit, incomingBandwidth), 0);
+      Put32(rest, offsetof(ENetProtocolBandwidthLimit, outgoingBandwidth), 0);
     }
     rest = rest.subspan(CommandBytes(rest, command));
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
 #include <vector>
@@ -55,9 +56,9 @@ TEST(EnetSeamTest, RefusesWhatOurEndpointsNeverSay) {
   EXPECT_EQ(Inspect(Datagram(3, {kConnect}), false), Inner::kRefused);
   EXPECT_EQ(Inspect(Datagram(3, {kVerify}), false), Inner::kRefused);  // to one that did not dial
   EXPECT_EQ(Inspect(Datagram(kNobody, {kPing}), false), Inner::kRefused);
-  for (const std::uint8_t command : {ENET_PROTOCOL_COMMAND_NONE, ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE,
-                                     ENET_PROTOCOL_COMMAND_BANDWIDTH_LIMIT, ENET_PROTOCOL_COMMAND_THROTTLE_CONFIGURE,
-                                     ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE_FRAGMENT, ENET_PROTOCOL_COMMAND_COUNT}) {
+  for (const std::uint8_t command :
+       {ENET_PROTOCOL_COMMAND_NONE, ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE, ENET_PROTOCOL_COMMAND_THROTTLE_CONFIGURE,
+        ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE_FRAGMENT, ENET_PROTOCOL_COMMAND_COUNT}) {
     Bytes bytes(64);
     bytes[0] = command;
     EXPECT_EQ(Inspect(Datagram(3, {bytes}), false), Inner::kRefused) << int{command};
@@ -97,6 +98,19 @@ TEST(EnetSeamTest, RestoresTheFieldAndOverwritesTheOtherSidesNumbers) {
   std::uint32_t connection = 0;
   std::memcpy(&connection, datagram.data() + 8 + offsetof(ENetProtocolConnect, connectID), sizeof connection);
   EXPECT_EQ(connection, 0xabcd1234u);
+}
+
+// ENet says it of itself when a peer comes or goes, together with what else is due.
+TEST(EnetSeamTest, ABandwidthLimitPassesAsNone) {
+  Bytes limit = Command<ENetProtocolBandwidthLimit>(ENET_PROTOCOL_COMMAND_BANDWIDTH_LIMIT);
+  std::fill(limit.begin() + 4, limit.end(), std::uint8_t{0xff});
+  const Bytes bytes = Datagram(3, {kPing, limit, Reliable(5)});
+  ASSERT_EQ(Inspect(bytes, false), Inner::kOther);
+  Bytes room(kChecksumBytes);
+  room.insert(room.end(), bytes.begin(), bytes.end());
+  const auto datagram = Restore(std::span(room).subspan(kChecksumBytes), Inner::kOther, 1);
+  const auto at = datagram.begin() + 8 + static_cast<std::ptrdiff_t>(kPing.size() + 4);
+  EXPECT_TRUE(std::all_of(at, at + 8, [](std::uint8_t byte) { return byte == 0; }));
 }
 
 // Whatever passes can be restored: the sanitizers look on.
