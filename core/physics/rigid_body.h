@@ -67,6 +67,7 @@ class RigidBody {
   Bounds reach;                    // all it can touch in this step
   Bounds fat;                      // what the broad phase believes; holds `reach`
   std::uint32_t awake_index = 0;   // among those awake
+  double tied_kg = 0;              // it and what joints tie to it
   double carried_kg = 0;           // it and what is taken to lie on it
   std::uint32_t solver_index = 0;  // in the batch that solves it
   Vec3d force_n, torque_nm;        // act in the next step

@@ -42,15 +42,29 @@ double ScaleOf(double inner_radius_m, double pull) {
 
 }  // namespace
 
+// What hangs together is pushed as one: a hand that carries its body is no light thing under a heavy one.
+void World::Impl::WeighAssemblies() {
+  assemblies.Reset(awake.size());
+  for (const Joint* joint : awake_joints) {
+    if (joint->b != nullptr && joint->a->awake() && joint->b->awake()) {
+      assemblies.Unite(joint->a->awake_index, joint->b->awake_index);
+    }
+  }
+  assemblies.Number();
+  for (const RigidBody* body : awake) assemblies.Of(body->awake_index).mass_kg += body->mass_kg();
+  for (RigidBody* body : awake) body->tied_kg = assemblies.Of(body->awake_index).mass_kg;
+}
+
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
   for (RigidBody* body : awake) {
     Island& island = islands.Of(body->awake_index);
-    body->carried_kg = body->mass_kg();
+    body->carried_kg = body->tied_kg = body->mass_kg();
     island.mass_kg += body->mass_kg();
     island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
     island.smallest_m = std::min(island.smallest_m, body->geometry().inner_radius_m);
   }
+  if (!awake_joints.empty()) WeighAssemblies();
   const Vec3d gravity = settings.gravity_m_s2;
   const auto g = static_cast<float>(Length(gravity));
   const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
@@ -70,9 +84,9 @@ void World::Impl::WeighIslands() {
     island.solved = true;
     if (island.laden) NoteSupport(*pair, up, pull);
     const bool both = low.awake() && high.awake();
-    const auto lighter = static_cast<float>(both          ? std::min(low.mass_kg(), high.mass_kg())
-                                            : low.awake() ? low.mass_kg()
-                                                          : high.mass_kg());
+    const auto lighter = static_cast<float>(both          ? std::min(low.tied_kg, high.tied_kg)
+                                            : low.awake() ? low.tied_kg
+                                                          : high.tied_kg);
     if (both) demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(low, high));
     for (const Manifold& manifold : pair->manifolds) {
       for (int i = 0; i < manifold.count; ++i) {
@@ -126,7 +140,7 @@ void World::Impl::PassLoadsDown() {
     IslandDemand& demand = islands.Of(body.awake_index).demand;
     for (; first != last; ++first) {
       RigidBody& other = *first->lower;
-      const double lighter = other.awake() ? std::min(other.mass_kg(), body.mass_kg()) : body.mass_kg();
+      const double lighter = other.awake() ? std::min(other.tied_kg, body.tied_kg) : body.tied_kg;
       const double load = column * first->scale * share / lighter;
       demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(load));
       if (other.awake()) other.carried_kg += share;

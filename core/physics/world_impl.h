@@ -71,6 +71,7 @@ struct World::Impl {
   void WakeTouched();
   void BuildIslands();
   void WeighIslands();
+  void WeighAssemblies();
   void NoteSupport(const Pair& pair, Vec3d up, double pull);
   void PassLoadsDown();
   void ListJoints();
@@ -116,7 +117,7 @@ struct World::Impl {
   BroadPhase broad_phase;
   PairTable pairs;
   Solver solver;
-  Islands islands;
+  Islands islands, assemblies;
   absl::flat_hash_map<BodyId, std::unique_ptr<RigidBody>> bodies;
   std::map<JointId, Joint> joints;
   std::uint64_t next_serial = 1;
