@@ -60,8 +60,8 @@ v1::Inventory ToProto(const Inventory& inventory,
     standby.set_tick(ward.tick.value());
     Put(ward.bodies, *standby.mutable_bodies());
     Put(ward.grants, *standby.mutable_unconfirmed());
-    standby.set_last_acknowledged_ms(static_cast<std::uint32_t>(std::clamp<std::int64_t>(
-        last_acknowledged(ward).count(), 0, std::numeric_limits<std::uint32_t>::max())));
+    standby.set_last_acknowledged_ms(static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(last_acknowledged(ward).count(), 0, std::numeric_limits<std::uint32_t>::max())));
   }
   return out;
 }

@@ -27,7 +27,7 @@ class Worker {
   static constexpr Micros kSilence = Milliseconds(250);  // of a neighbour that is waited for, until its border closes
   // Of one that is heard and makes no step: regions may wait for each other in a circle.
   static constexpr Micros kStuck = Milliseconds(1000);
-  static constexpr Micros kCare = Milliseconds(50);      // between looks at what is silent
+  static constexpr Micros kCare = Milliseconds(50);  // between looks at what is silent
   static constexpr std::size_t kFramesKept = 2;
   static constexpr std::uint8_t kFrameKind = 0;  // first byte of a message
 
