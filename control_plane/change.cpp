@@ -15,9 +15,12 @@
 namespace tessera::control {
 namespace {
 
+// Of those that step: a newcomer stands at the tick from which it is to join.
 std::uint64_t NewestTick(std::span<const RegionFacts> facts) {
   std::uint64_t newest = 0;
-  for (const RegionFacts& region : facts) newest = std::max(newest, region.tick);
+  for (const RegionFacts& region : facts) {
+    if (!region.newcomer) newest = std::max(newest, region.tick);
+  }
   return newest;
 }
 

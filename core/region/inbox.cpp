@@ -50,7 +50,8 @@ std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> Inbox::ChangeMap(Map
   return early;
 }
 
-absl::Status Inbox::KeepEarly(RegionId from, std::span<const std::uint8_t> bytes) {
+// A region that changed its map says that it is committed; one that is to join sends its first frames before that.
+absl::Status Inbox::KeepEarly(RegionId from, MapVersion committed, std::span<const std::uint8_t> bytes) {
   if (!std::binary_search(expected_neighbors_.begin(), expected_neighbors_.end(), from)) {
     return absl::PermissionDeniedError(absl::StrCat("region ", from.value(), " is no neighbour by the next map"));
   }
@@ -59,7 +60,7 @@ absl::Status Inbox::KeepEarly(RegionId from, std::span<const std::uint8_t> bytes
     return absl::ResourceExhaustedError(absl::StrCat("region ", from.value(), " is far ahead by the next map"));
   }
   frames.emplace_back(bytes.begin(), bytes.end());
-  newest_commit_ = std::max(newest_commit_, expected_version_);
+  newest_commit_ = std::max(newest_commit_, committed);
   return absl::OkStatus();
 }
 
@@ -76,7 +77,7 @@ absl::Status Inbox::Put(RegionId from, std::span<const std::uint8_t> bytes, Tick
     return absl::PermissionDeniedError(
         absl::StrCat("a frame of region ", header->sender.value(), " from region ", from.value()));
   }
-  if (early) return KeepEarly(from, bytes);
+  if (early) return KeepEarly(from, header->committed_version, bytes);
   if (header->map_version != map_version_) {
     return absl::FailedPreconditionError(
         absl::StrCat("map version ", header->map_version.value(), ", here it is ", map_version_.value()));

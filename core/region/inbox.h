@@ -33,7 +33,7 @@ class Inbox {
   // Returns the frames that were kept, for Put.
   std::vector<std::pair<RegionId, std::vector<std::uint8_t>>> ChangeMap(MapVersion version,
                                                                         std::span<const RegionId> neighbors, bool anew);
-  // The newest map version that a good header called committed, or went by while it was expected.
+  // The newest map version that a good header called committed.
   MapVersion newest_commit() const { return newest_commit_; }
 
   // In the order of the neighbours.
@@ -42,7 +42,7 @@ class Inbox {
 
  private:
   Link* Find(RegionId id);
-  absl::Status KeepEarly(RegionId from, std::span<const std::uint8_t> bytes);
+  absl::Status KeepEarly(RegionId from, MapVersion committed, std::span<const std::uint8_t> bytes);
 
   const RegionId self_;
   MapVersion map_version_, expected_version_, newest_commit_;
