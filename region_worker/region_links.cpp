@@ -98,6 +98,13 @@ void RegionLinks::Send(std::vector<region::OutgoingFrame> frames) {
   endpoint_->Flush();
 }
 
+void RegionLinks::SendAgain() {
+  for (const auto& [region, link] : links_) {
+    if (link.confirmed && !link.kept.empty()) (void)SendNow(region, link.kept.back());
+  }
+  endpoint_->Flush();
+}
+
 bool RegionLinks::SendNow(RegionId to, std::span<const std::uint8_t> message) {
   const auto link = links_.find(to);
   if (link == links_.end() || !link->second.confirmed) return false;

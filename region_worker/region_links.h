@@ -72,6 +72,8 @@ class RegionLinks {
 
   // Frames: sends to those that are linked, and keeps for those that are not.
   void Send(std::vector<region::OutgoingFrame> frames);
+  // The last frame once more to each that is linked: the first may have come before its map was known there.
+  void SendAgain();
   // What is of use only at once. False: not linked, or the link takes no more.
   bool SendNow(RegionId to, std::span<const std::uint8_t> message);
   // Changes with each new link to that region; PeerHandle() while there is none.

@@ -96,7 +96,7 @@ bool TickLoop::Advance() {
   const TimePoint now = Clock::now();
   heir_log_.Follow(now);
   if (!MayStep(now)) {
-    SayAlive(now);
+    CareForNeighbors(now);
     return false;
   }
   metrics_.frame_wait.Observe(waiting_since_ ? Seconds(now - *waiting_since_) : 0);
@@ -121,11 +121,32 @@ bool TickLoop::MayStep(TimePoint now) {
   return false;
 }
 
-// Whoever waits is well; only who says nothing at all is given up.
-void TickLoop::SayAlive(TimePoint now) {
-  if (paused_ || now < may_say_alive_at_ || now - stepped_at_ < kAliveDistance) return;
-  may_say_alive_at_ = now + kAliveDistance;
+// Whoever waits is well, and says so, and its last frame with it; only who says nothing at all is given up.
+void TickLoop::CareForNeighbors(TimePoint now) {
+  if (!running_ || paused_ || now < care_at_ || now - stepped_at_ < kCareDistance) return;
+  const bool stood_still = now > care_at_ + kCareDistance;  // then what is silent was only not listened to
+  care_at_ = now + kCareDistance;
   for (const RegionId neighbor : region_.neighbors()) links_.SendNow(neighbor, Bare(LinkMessageKind::kAlive));
+  links_.SendAgain();
+  if (!stepped_ || left_out_ || region_.halted()) return;  // one that joins waits for its tick
+  CloseSilent(now, stood_still);
+}
+
+void TickLoop::CloseSilent(TimePoint now, bool stood_still) {
+  const std::vector<RegionId> missing = region_.WaitingFor();
+  std::erase_if(missing_since_, [&](const auto& entry) {
+    return stood_still || std::find(missing.begin(), missing.end(), entry.first) == missing.end();
+  });
+  for (const RegionId neighbor : missing) {
+    const TimePoint since = missing_since_.try_emplace(neighbor, now).first->second;
+    const TimePoint heard = std::max(since, links_.HeardFrom(neighbor).value_or(TimePoint()));
+    if (now - heard < kSilence && now - since < kStuck) continue;
+    spdlog::warn("border closed region={} tick={} silent_ms={}", neighbor.value(), region_.tick().value(),
+                 std::chrono::duration_cast<std::chrono::milliseconds>(now - heard).count());
+    metrics_.borders_closed.Increment();
+    region_.Close(neighbor);
+    missing_since_.erase(neighbor);
+  }
 }
 
 void TickLoop::StepOnce(TimePoint begin) {
@@ -140,6 +161,7 @@ void TickLoop::StepOnce(TimePoint begin) {
   NoteTickLength(begin);
   stepped_ = true;
   stepped_at_ = begin;
+  missing_since_.clear();
   Publish(std::move(result), begin);
 
   const TimePoint end = Clock::now();

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -39,9 +40,11 @@ struct TickCounts {
 class TickLoop {
  public:
   static constexpr std::size_t kCensusesKept = 5;
-  // After this a neighbour is silent. One that waits itself says so every kAliveDistance.
+  // After this a neighbour is silent. One that waits itself says so every kCareDistance; but regions may wait for each
+  // other in a circle: after kStuck nobody is waited for any more.
   static constexpr Duration kSilence = std::chrono::milliseconds(250);
-  static constexpr Duration kAliveDistance = std::chrono::milliseconds(50);
+  static constexpr Duration kStuck = std::chrono::seconds(1);
+  static constexpr Duration kCareDistance = std::chrono::milliseconds(50);
 
   TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const replication::Settings& replication,
            RegionLinks& links, GamePort& game, WorkerMetrics& metrics);
@@ -81,7 +84,8 @@ class TickLoop {
   bool MayStep(TimePoint now);
   void StepOnce(TimePoint begin);
   void Publish(region::StepResult result, TimePoint now);
-  void SayAlive(TimePoint now);
+  void CareForNeighbors(TimePoint now);
+  void CloseSilent(TimePoint now, bool stood_still);
   void NoteTickLength(TimePoint now);
   bool IsInMap() const;
   region::StepResult TimedStep();
@@ -109,7 +113,8 @@ class TickLoop {
   bool stepped_ = false;
   bool resumed_ = false;   // no step since
   bool left_out_ = false;  // the map in force has no place for it: it waits for its end
-  TimePoint stepped_at_{}, may_say_alive_at_{};
+  TimePoint stepped_at_{}, care_at_{};
+  std::map<RegionId, TimePoint> missing_since_;  // neighbours that are waited for
   // The longest time from step to step, of this span and of the one before.
   Duration longest_{0}, longest_before_{0};
   TimePoint span_ends_{};
