@@ -108,21 +108,21 @@ void Measure(BorderStage& stage, const std::string& name, const Scene& scene,
   }
 }
 
-double Length_s(const BorderStage& stage) { return stage.Few(60, 5); }
+double WatchedSeconds(const BorderStage& stage) { return stage.Few(60, 5); }
 
 void BallRows(BorderStage& stage) {
   for (const double restitution : {0.0, 1.0}) {
     for (const double gap : {0.0, 0.05}) {
       Measure(stage, fmt::format("ball row e={} gap={}", restitution, gap), scenes::BallRow(restitution, gap),
-              {1, 2, 4, 9}, false, Length_s(stage));
+              {1, 2, 4, 9}, false, WatchedSeconds(stage));
     }
   }
 }
 void Blocks(BorderStage& stage) {
-  Measure(stage, "colliding blocks", scenes::CollidingBlocks(), {1, 2, 4, 9}, false, Length_s(stage));
+  Measure(stage, "colliding blocks", scenes::CollidingBlocks(), {1, 2, 4, 9}, false, WatchedSeconds(stage));
 }
 void Rain(BorderStage& stage) {
-  Measure(stage, "rain in a box", scenes::RainInBox(stage.Few(200, 60)), {1, 2, 4}, true, Length_s(stage));
+  Measure(stage, "rain in a box", scenes::RainInBox(stage.Few(200, 60)), {1, 2, 4}, true, WatchedSeconds(stage));
 }
 
 // What the first ball brings arrives beyond the border.

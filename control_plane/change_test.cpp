@@ -8,7 +8,6 @@ namespace {
 
 using std::chrono::milliseconds;
 using std::chrono::seconds;
-using ::testing::HasSubstr;
 
 std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance = false) {
   InstancePlan plan = TestPlan(regions);

@@ -58,7 +58,7 @@ bool InterestWindow::Follow(const CellGrid& grid, double radius_m, const std::op
     if (sees_all_) return false;
     sees_all_ = true;
     at_.reset();
-    seen_.resize(static_cast<std::size_t>(grid.columns() * grid.rows()));
+    seen_.resize(static_cast<std::size_t>(grid.columns()) * static_cast<std::size_t>(grid.rows()));
     std::iota(seen_.begin(), seen_.end(), 0u);
     return true;
   }

@@ -141,7 +141,8 @@ PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedS
   }
   record.Append(state.largest, 2);
   for (const std::int16_t c : state.smallest) {
-    record.Append(static_cast<std::uint64_t>(c + quantizer.orientation_limit()), quantizer.orientation_bits());
+    record.Append(static_cast<std::uint64_t>(std::int64_t{c} + quantizer.orientation_limit()),
+                  quantizer.orientation_bits());
   }
   if (state.asleep) return record;
   AppendVelocity(record, state.linear);

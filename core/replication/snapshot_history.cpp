@@ -28,7 +28,7 @@ void SnapshotHistory::Impl::Begin(Tick now) {
   noted.clear();
   const std::size_t records_before = std::max<std::size_t>(records.size(), 64);
   records.clear();
-  if (record_table.size() < 4 * records_before) record_table.resize(std::bit_ceil(4 * records_before));
+  if (record_table_.size() < 4 * records_before) record_table_.resize(std::bit_ceil(4 * records_before));
 }
 
 void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
@@ -140,12 +140,12 @@ void SnapshotHistory::Impl::RemoveUnseen() {
 
 // Where the record is, or is to be.
 SnapshotHistory::Impl::RecordPlace& SnapshotHistory::Impl::PlaceOf(SlotIndex slot, const SampleTicks& samples) {
-  if (records.size() * 2 >= record_table.size()) GrowRecordTable();
+  if (records.size() * 2 >= record_table_.size()) GrowRecordTable();
   std::uint64_t hash = (samples.ticks * 0x9e3779b97f4a7c15 + samples.gap) * 0xbf58476d1ce4e5b9 + samples.gap2;
   hash = (hash ^ (hash >> 29) ^ slot) * 0x94d049bb133111eb;
   const std::uint64_t key = (hash << 32) | slot;
   for (std::size_t at = hash >> 40;; ++at) {
-    RecordPlace& place = record_table[at & (record_table.size() - 1)];
+    RecordPlace& place = record_table_[at & (record_table_.size() - 1)];
     if (place.push != pushes) {
       place.key = key;
       return place;
@@ -155,8 +155,8 @@ SnapshotHistory::Impl::RecordPlace& SnapshotHistory::Impl::PlaceOf(SlotIndex slo
 }
 
 void SnapshotHistory::Impl::GrowRecordTable() {
-  std::vector<RecordPlace> old(std::max<std::size_t>(256, 2 * record_table.size()));
-  old.swap(record_table);
+  std::vector<RecordPlace> old(std::max<std::size_t>(256, 2 * record_table_.size()));
+  old.swap(record_table_);
   for (const RecordPlace& place : old) {
     if (place.push != pushes) continue;
     RecordPlace& now = PlaceOf(static_cast<SlotIndex>(place.key), records[place.record].samples);

@@ -110,7 +110,7 @@ struct SnapshotHistory::Impl {
   };
   RecordPlace& PlaceOf(SlotIndex slot, const SampleTicks& samples);
   void GrowRecordTable();
-  std::vector<RecordPlace> record_table;
+  std::vector<RecordPlace> record_table_;
 
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);

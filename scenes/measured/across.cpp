@@ -139,6 +139,7 @@ Scene Bridge() {
   make.Ground();
   const ShapePtr plank = BoxOf(kHalf - 0.02, 0.05, 0.8), ball = BallOf(0.3);
   std::vector<BodyId> ids;
+  ids.reserve(kPlanks);
   for (int i = 0; i < kPlanks; ++i) {
     ids.push_back(make.Dynamic(plank, {(i - (kPlanks - 1) / 2.0) * 2 * kHalf, kHigh, 0}, 2, {.friction = 0.6}).id);
   }

@@ -259,7 +259,7 @@ void Control::Resume(Worker& worker, const region::Resolution& resolution) {
 // --- Planned maps.
 
 void Control::Plan(const PartitionMap& wanted) {
-  plan_.emplace();
+  plan_ = PlanState{};
   plan_->wanted = wanted;
   plan_->next = *TransitionMap(map_, wanted, MapVersion(++versions_));
   SendPlan();
