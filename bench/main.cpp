@@ -10,6 +10,7 @@
 #include "bench/accuracy.h"
 #include "bench/borders.h"
 #include "bench/dissertation.h"
+#include "bench/failover.h"
 #include "bench/lean.h"
 #include "bench/report.h"
 #include "bench/snapshots.h"
@@ -41,6 +42,8 @@ constexpr Suite kSuites[] = {
      RunBorders},
     {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
      RunSnapshots},
+    {"failover", "What the death of workers, hosts, agents and of the control plane costs a world of four regions",
+     RunFailover},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };
