@@ -154,7 +154,8 @@ class FastPass {
   }
   Bytes Assemble() {
     items_.clear();
-    for (const auto& [cube, record] : records_) items_.push_back({BodyId(cube + 1), {kAge, kGap, kGap2}, &record});
+    for (const auto& [cube, record] : records_)
+      items_.push_back({BodyId(cube + 1), {kAge, kGap, kGap2}, record.view()});
     BitWriter writer;
     WriteFastList(writer, items_);
     return writer.Finish();

@@ -1,6 +1,7 @@
 #include "core/replication/bit_stream.h"
 
 #include <algorithm>
+#include <array>
 
 namespace tessera::replication {
 namespace {
@@ -9,19 +10,10 @@ constexpr std::uint64_t LowBits(int bits) { return bits >= 64 ? ~std::uint64_t{0
 
 }  // namespace
 
-void BitWriter::Write(std::uint64_t value, int bits) {
-  assert(bits >= 0 && bits <= 64 && (value & ~LowBits(bits)) == 0);
-  if (bits > 32) {
-    Write(value & LowBits(32), 32);
-    value >>= 32;
-    bits -= 32;
-  }
-  pending_ |= value << pending_bits_;
-  pending_bits_ += bits;
-  if (pending_bits_ < 32) return;
-  for (int i = 0; i < 4; ++i) bytes_.push_back(static_cast<std::uint8_t>(pending_ >> (8 * i)));
-  pending_ >>= 32;
-  pending_bits_ -= 32;
+void BitWriter::FlushWord() {
+  std::array<std::uint8_t, 8> word{};
+  for (std::size_t i = 0; i < word.size(); ++i) word[i] = static_cast<std::uint8_t>(pending_ >> (8 * i));
+  bytes_.insert(bytes_.end(), word.begin(), word.end());
 }
 
 void BitWriter::WriteVarint(std::uint64_t value) {

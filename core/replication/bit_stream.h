@@ -40,7 +40,19 @@ class BitWriter {
   };
 
   // Requires 0 <= bits <= 64 and value < 2^bits.
-  void Write(std::uint64_t value, int bits);
+  void Write(std::uint64_t value, int bits) {
+    assert(bits >= 0 && bits <= 64 && (bits == 64 || value >> bits == 0));
+    pending_ |= value << pending_bits_;
+    const int sum = pending_bits_ + bits;
+    if (sum < 64) {
+      pending_bits_ = sum;
+      return;
+    }
+    FlushWord();
+    const int taken = 64 - pending_bits_;
+    pending_ = taken < 64 ? value >> taken : 0;
+    pending_bits_ = sum - 64;
+  }
   void WriteBit(bool bit) { Write(bit ? 1 : 0, 1); }
   void WriteVarint(std::uint64_t value);  // 8 bits for each 7 that it has
   void WriteBanded(std::uint64_t value, Bands bands);
@@ -48,13 +60,17 @@ class BitWriter {
   std::size_t bit_count() const { return bytes_.size() * 8 + static_cast<std::size_t>(pending_bits_); }
   Mark mark() const { return {bytes_.size(), pending_, pending_bits_}; }
   void Rewind(const Mark& mark);
+  // Room for so many bytes in all, so that writing them takes no more of it.
+  void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
   // The whole, filled up with zeros to a byte. The writer is empty then.
   std::vector<std::uint8_t> Finish();
 
  private:
+  void FlushWord();
+
   std::vector<std::uint8_t> bytes_;
-  std::uint64_t pending_ = 0;  // bits that do not fill 32 yet
-  int pending_bits_ = 0;       // below 32
+  std::uint64_t pending_ = 0;  // bits that do not fill 64 yet
+  int pending_bits_ = 0;       // below 64
 };
 
 class BitReader {

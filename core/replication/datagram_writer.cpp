@@ -11,6 +11,7 @@ void DatagramWriter::Begin(const SnapshotHeader& header) {
 }
 
 void DatagramWriter::Open() {
+  head_.Reserve(max_bits_ / 8);
   WriteHeader(head_, header_);
   if (count_ == written_.size()) written_.emplace_back();
   ++count_;
@@ -30,7 +31,7 @@ void DatagramWriter::Close() {
   for (const Pick& whole : wholes_) {
     head_.WriteBit(true);
     WriteIdGap(head_, previous, whole.id);
-    whole.record->AppendTo(head_);
+    whole.record.AppendTo(head_);
     previous = whole.id;
   }
   head_.WriteBit(false);
@@ -71,7 +72,7 @@ void DatagramWriter::Body(const Pick& pick) {
   const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
   const auto bits = [&] {
     const int properties = pick.properties == nullptr ? 0 : 1 + kMaxIdBits + PropertyBits(pick.properties->size());
-    if (whole) return 1 + kMaxIdBits + pick.record->bits + properties;
+    if (whole) return 1 + kMaxIdBits + pick.record.bits + properties;
     return properties + (changes_.empty() ? MaxBits(item, BodyId(), {})
                                           : MaxBits(item, changes_.back().id, changes_.back().samples));
   };

@@ -22,9 +22,9 @@ struct Pick {
   BodyId id;
   std::uint32_t known = 0;  // the sender's own
   SampleTicks samples;      // ticks 0: whole
-  const PackedRecord* record = nullptr;
-  const PackedRecord* velocities = nullptr;  // null: not told
-  const Bytes* properties = nullptr;         // null: not told
+  PackedView record{};
+  PackedView velocities{};            // no words: not told
+  const Bytes* properties = nullptr;  // null: not told
 };
 
 // In WrittenDatagram::known: properties were told as well.

@@ -1,7 +1,6 @@
 #include "core/replication/snapshot_history.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 
 #include "core/replication/record_codec.h"
@@ -12,9 +11,9 @@ namespace tessera::replication {
 
 const QuantizedState* Slot::At(Tick tick) const {
   std::size_t at = newest;
-  for (std::size_t left = changes.size(); left > 0; --left) {
-    if (changes[at].tick <= tick) return &changes[at].state;
-    at = at == 0 ? changes.size() - 1 : at - 1;
+  for (std::size_t left = ticks.size(); left > 0; --left) {
+    if (ticks[at] <= tick) return &states[at];
+    at = at == 0 ? ticks.size() - 1 : at - 1;
   }
   return nullptr;
 }
@@ -26,9 +25,7 @@ void SnapshotHistory::Impl::Begin(Tick now) {
   ++pushes;
   for (const std::uint32_t cell : noted) cells[cell].news.clear();
   noted.clear();
-  const std::size_t records_before = std::max<std::size_t>(records.size(), 64);
-  records.clear();
-  if (record_table_.size() < 4 * records_before) record_table_.resize(std::bit_ceil(4 * records_before));
+  records.Begin();
 }
 
 void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
@@ -62,7 +59,8 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
   }
   const SlotIndex index = free.back();
   free.pop_back();
-  slots[index] = {.id = body.id, .epoch = body.epoch, .changes = {{tick, state}}, .seen = tick, .properties = nullptr};
+  slots[index] = {
+      .id = body.id, .epoch = body.epoch, .ticks = {tick}, .states = {state}, .seen = tick, .properties = nullptr};
   const Vec3d position = quantizer.PositionOf(state);
   faces[index] = {.since = tick,
                   .oldest = tick,
@@ -80,13 +78,15 @@ void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state)
   SlotFace& face = faces[index];
   const bool had_changed = face.since == previous_tick;
   const std::size_t next = slot.newest + 1;
-  if (next == slot.changes.size() && next < settings.history_ticks) {
-    slot.changes.push_back({tick, state});
+  if (next == slot.ticks.size() && next < settings.history_ticks) {
+    slot.ticks.push_back(tick);
+    slot.states.push_back(state);
     slot.newest = next;
   } else {
-    slot.newest = next % slot.changes.size();
-    slot.changes[slot.newest] = {tick, state};
-    face.oldest = slot.changes[(slot.newest + 1) % slot.changes.size()].tick;
+    slot.newest = next % slot.ticks.size();
+    slot.ticks[slot.newest] = tick;
+    slot.states[slot.newest] = state;
+    face.oldest = slot.ticks[(slot.newest + 1) % slot.ticks.size()];
   }
   const Vec3d position = quantizer.PositionOf(state);
   face.since = tick;
@@ -138,65 +138,35 @@ void SnapshotHistory::Impl::RemoveUnseen() {
 
 // --- Records ---------------------------------------------------------------------------------------------------------
 
-// Where the record is, or is to be.
-SnapshotHistory::Impl::RecordPlace& SnapshotHistory::Impl::PlaceOf(SlotIndex slot, const SampleTicks& samples) {
-  if (records.size() * 2 >= record_table_.size()) GrowRecordTable();
-  std::uint64_t hash = (samples.ticks * 0x9e3779b97f4a7c15 + samples.gap) * 0xbf58476d1ce4e5b9 + samples.gap2;
-  hash = (hash ^ (hash >> 29) ^ slot) * 0x94d049bb133111eb;
-  const std::uint64_t key = (hash << 32) | slot;
-  for (std::size_t at = hash >> 40;; ++at) {
-    RecordPlace& place = record_table_[at & (record_table_.size() - 1)];
-    if (place.push != pushes) {
-      place.key = key;
-      return place;
-    }
-    if (place.key == key && records[place.record].samples == samples) return place;
-  }
-}
-
-void SnapshotHistory::Impl::GrowRecordTable() {
-  std::vector<RecordPlace> old(std::max<std::size_t>(256, 2 * record_table_.size()));
-  old.swap(record_table_);
-  for (const RecordPlace& place : old) {
-    if (place.push != pushes) continue;
-    RecordPlace& now = PlaceOf(static_cast<SlotIndex>(place.key), records[place.record].samples);
-    now = place;
-  }
-}
-
-std::uint32_t SnapshotHistory::Impl::RecordOf(SlotIndex index, const SampleTicks& samples, bool with_velocities) {
-  RecordPlace& place = PlaceOf(index, samples);
-  const bool here = place.push == pushes, whole = samples.ticks == 0;
-  if (here && (whole || !with_velocities || records[place.record].velocities.has_value())) return place.record;
-  const Slot& slot = slots[index];
-  if (!here) {
-    place.push = pushes;
-    place.record = static_cast<std::uint32_t>(records.size());
-    records.push_back({.samples = samples});
-  }
-  SharedRecord& record = records[place.record];
+const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key& key, bool with_velocities) {
+  RecordCache::Entry& entry = records.Find(key);
+  const bool whole = key.ticks == 0, here = entry.has_pose();
+  if (here && (whole || !with_velocities || entry.has_velocities())) return entry;
+  const Slot& slot = slots[key.slot];
   if (whole) {
-    record.pose = PackWhole(quantizer, slot.epoch, slot.now());
-    return place.record;
+    records.SetPose(entry, PackWhole(quantizer, slot.epoch, slot.now()));
+    return entry;
   }
-  const std::uint64_t now = tick.value();
-  const QuantizedState* base = slot.At(Tick(now - samples.ticks));
-  const auto before = [&](std::uint64_t gap) { return slot.At(Tick(now - samples.ticks - gap)); };
+  const std::uint64_t now = tick.value(), base_tick = now - key.ticks;
+  const QuantizedState* base = slot.At(Tick(base_tick));
+  const auto before = [&](std::uint64_t gap) { return slot.At(Tick(base_tick - gap)); };
   assert(base != nullptr);
   const Prediction prediction =
       predictor.Predict({.base = base,
-                         .older = samples.gap != 0 ? before(samples.gap) : nullptr,
-                         .oldest = samples.gap2 != 0 ? before(samples.gap + samples.gap2) : nullptr,
-                         .ticks = samples.ticks,
-                         .gap = samples.gap,
-                         .gap2 = samples.gap2});
+                         .older = key.gap != 0 ? before(key.gap) : nullptr,
+                         .oldest = key.gap2 != 0 ? before(std::uint64_t{key.gap} + key.gap2) : nullptr,
+                         .ticks = key.ticks,
+                         .gap = key.gap,
+                         .gap2 = key.gap2});
   const std::int32_t limit = quantizer.orientation_limit();
-  if (!here) record.pose = PackPose(prediction, *base, slot.now(), limit);
-  if (with_velocities && !slot.now().asleep) {
-    record.velocities =
-        PackVelocities(velocities.From(*base, slot.now(), prediction, samples.ticks, limit), slot.now());
+  if (!here) records.SetPose(entry, PackPose(prediction, *base, slot.now(), limit));
+  if (!with_velocities) return entry;
+  PackedRecord packed;
+  if (!slot.now().asleep) {
+    packed = PackVelocities(velocities.From(*base, slot.now(), prediction, key.ticks, limit), slot.now());
   }
-  return place.record;
+  records.SetVelocities(entry, packed);
+  return entry;
 }
 
 // --- Outside ---------------------------------------------------------------------------------------------------------

@@ -15,28 +15,26 @@
 #include "core/replication/codec/velocity.h"
 #include "core/replication/interest.h"
 #include "core/replication/quantize.h"
+#include "core/replication/record_cache.h"
 #include "core/replication/snapshot.h"
 
 namespace tessera::replication {
 
 using SlotIndex = std::uint32_t;
 
-// A body's state from a tick on.
-struct Change {
-  Tick tick;
-  QuantizedState state;
-};
-
 struct Slot {
   BodyId id;
   Epoch epoch;
   std::uint32_t place_in_cell = 0;
-  std::vector<Change> changes;  // a ring; `newest` is where the last one stands
+  // A ring of what it changed to and when, apart because most of them are only looked past; `newest` is where the last
+  // one stands.
+  std::vector<Tick> ticks;
+  std::vector<QuantizedState> states;
   std::size_t newest = 0;
   Tick seen;  // of the last Push that named it
   std::shared_ptr<const Bytes> properties;
 
-  const QuantizedState& now() const { return changes[newest].state; }
+  const QuantizedState& now() const { return states[newest]; }
   // Null where it is not kept any more, or was not here.
   const QuantizedState* At(Tick tick) const;
 };
@@ -54,12 +52,6 @@ struct SlotFace {
   std::uint32_t cell = kNowhere;
 
   bool used() const { return cell != kNowhere; }
-};
-
-struct SharedRecord {
-  SampleTicks samples;  // ticks 0: whole
-  PackedRecord pose{};  // or all, if whole
-  std::optional<PackedRecord> velocities{};
 };
 
 struct Cell {
@@ -81,9 +73,9 @@ struct SnapshotHistory::Impl {
   void Remove(BodyId id);
   void RemoveUnseen();
 
-  // Index into `records`. Requires that the slot keeps the states at those ticks (faces[slot].oldest); samples.ticks 0:
-  // whole.
-  std::uint32_t RecordOf(SlotIndex slot, const SampleTicks& samples, bool with_velocities);
+  // Packed if it is not yet; valid until the next call. Requires that the slot keeps the states at those ticks
+  // (faces[slot].oldest).
+  const RecordCache::Entry& RecordOf(const RecordCache::Key& key, bool with_velocities);
 
   Settings settings;
   Quantizer quantizer;
@@ -96,22 +88,13 @@ struct SnapshotHistory::Impl {
   std::vector<SlotFace> faces;  // beside slots
   std::vector<SlotIndex> free;
   std::unordered_map<BodyId, SlotIndex> by_id;
-  std::vector<SharedRecord> records;
+  RecordCache records;
   std::uint64_t pushes = 0;
   Tick tick, previous_tick;
   // The last departure of each body that has left and not come back.
   std::unordered_map<BodyId, DepartureRecord> departed;
 
  private:
-  // A hash table of the records; what is of an earlier push is empty.
-  struct RecordPlace {
-    std::uint64_t key = 0, push = 0;
-    std::uint32_t record = 0;
-  };
-  RecordPlace& PlaceOf(SlotIndex slot, const SampleTicks& samples);
-  void GrowRecordTable();
-  std::vector<RecordPlace> record_table_;
-
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);
   void PutProperties(SlotIndex index, const BodyRecord& body);

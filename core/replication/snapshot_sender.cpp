@@ -1,6 +1,7 @@
 #include "core/replication/snapshot_sender.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -19,7 +20,7 @@ constexpr double kBurst_s = 0.1;
 // A client that acknowledges none of so many records of a body is told it whole again: it may have let go of the
 // baseline (SnapshotReceiver keeps 64).
 constexpr std::uint8_t kMaxUnanswered = 40;
-// Samples further apart than this predict nothing.
+// Samples further apart than this predict nothing; they are counted in 8 bits.
 constexpr std::uint64_t kMaxGap_ticks = 32;
 // Shares of the radius of interest, and with which of the snapshots bodies within them and beyond are told.
 constexpr double kNear = 0.25, kMiddle = 0.5;
@@ -36,14 +37,13 @@ constexpr std::size_t kMaxSent = 4096;
 // How many entries ahead memory is asked for.
 constexpr std::size_t kAhead = 8;
 
-constexpr PackedRecord kNone;
-
 }  // namespace
 
 // --- What is seen ----------------------------------------------------------------------------------------------------
 
 void SnapshotSender::Impl::Follow(const History& history, const ClientView& view) {
-  const std::vector<std::uint32_t> before = window.cells();
+  std::vector<std::uint32_t>& before = seen_before;
+  before = window.cells();
   const bool turned = window.Follow(history.grid, settings.interest_radius_m, view.centre);
   const bool missed = pushes_seen + 1 != history.pushes;
   if (pushes_seen == history.pushes && !turned) return;
@@ -148,7 +148,7 @@ std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
 
 bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, Known& body, float& score) const {
   const SlotFace& face = history.faces[body.slot];
-  const bool whole = body.acked.ticks == 0;
+  const bool whole = body.acked == Tick();
   if (body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent) {
     // The client may well have it: what has just come to rest is told twice, then it has time to answer.
     const bool repeat = !whole && body.repeats < 1;
@@ -186,25 +186,30 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
       continue;
     }
     const SlotFace& face = history.faces[body.slot];
-    if (body.acked.ticks != 0 && face.since.value() <= body.acked.ticks && face.properties_since <= body.properties) {
+    if (body.acked != Tick() && face.since <= body.acked && face.properties_since <= body.properties) {
       body.active = false;  // the client has this very state
       continue;
     }
     active[kept++] = index;
     float score = 0;
-    if (Due(history, view, body, score)) candidates.push_back({index, score});
+    if (!Due(history, view, body, score)) continue;
+    candidates.push_back({index, score, KeyFor(history, body)});
+    history.records.Prefetch(candidates.back().key);
   }
   active.resize(kept);
 }
 
-SampleTicks SnapshotSender::Impl::SamplesFor(const History& history, const Known& body) const {
-  const std::uint64_t base = body.acked.ticks, oldest = history.faces[body.slot].oldest.value();
-  if (base == 0 || base < oldest || body.unanswered >= kMaxUnanswered) return {};
-  SampleTicks samples{.ticks = history.tick.value() - base};
-  if (body.acked.gap == 0 || base - body.acked.gap < oldest) return samples;
-  samples.gap = body.acked.gap;
-  if (body.acked.gap2 != 0 && base - body.acked.gap - body.acked.gap2 >= oldest) samples.gap2 = body.acked.gap2;
-  return samples;
+RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Known& body) {
+  const RecordCache::Key whole{.slot = body.slot};
+  const Tick oldest = history.faces[body.slot].oldest;
+  if (body.acked == Tick() || body.acked < oldest || body.unanswered >= kMaxUnanswered) return whole;
+  const auto ticks = static_cast<std::uint64_t>(history.tick - body.acked);
+  if (ticks > std::numeric_limits<std::uint32_t>::max()) return whole;
+  RecordCache::Key key{.slot = body.slot, .ticks = static_cast<std::uint32_t>(ticks)};
+  if (body.gap == 0 || body.acked < oldest + body.gap) return key;
+  key.gap = body.gap;
+  if (body.gap2 != 0 && body.acked >= oldest + body.gap + body.gap2) key.gap2 = body.gap2;
+  return key;
 }
 
 void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& view) {
@@ -232,20 +237,21 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Known& body = known[candidates[i].known];
     const SlotFace& face = history.faces[body.slot];
-    const SampleTicks samples = SamplesFor(history, body);
-    const bool velocities = samples.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
-                                                   LengthSquared(Vec3d(face.position) - *view.centre) <= near);
-    const std::uint32_t record = history.RecordOf(body.slot, samples, velocities);
-    const SharedRecord& shared = history.records[record];
+    const RecordCache::Key& key = candidates[i].key;
+    const bool velocities = key.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
+                                               LengthSquared(Vec3d(face.position) - *view.centre) <= near);
+    const RecordCache::Entry& record = history.RecordOf(key, velocities);
+    history.records.PrefetchWords(record.pose_at);
     const Bytes* properties =
         face.properties_since > body.properties ? history.slots[body.slot].properties.get() : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
-    bits_left -= 10 + shared.pose.bits + (velocities && shared.velocities ? shared.velocities->bits : 0);
+    bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);
     if (bits_left < 0 && !chosen.empty()) {
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({body.id, candidates[i].known, record, velocities, properties});
+    chosen.push_back({body.id, candidates[i].known, record.pose_at, record.velocities_at, record.pose_bits,
+                      record.velocity_bits, velocities, key, properties});
     body.repeats = body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent
                        ? static_cast<std::uint8_t>(body.repeats | 1)
                        : 0;
@@ -316,10 +322,11 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
   for (const DepartureRecord& departure : departures) writer.Departure(departure);
   bool all_whole = !chosen.empty();
   for (const Chosen& body : chosen) {
-    const SharedRecord& shared = history.records[body.record];
-    const PackedRecord* velocities = !body.velocities ? nullptr : shared.velocities ? &*shared.velocities : &kNone;
-    all_whole = all_whole && shared.samples.ticks == 0;
-    writer.Body({body.id, body.known, shared.samples, &shared.pose, velocities, body.properties});
+    const SampleTicks samples{body.key.ticks, body.key.gap, body.key.gap2};
+    all_whole = all_whole && samples.ticks == 0;
+    writer.Body({body.id, body.known, samples, history.records.At(body.pose_at, body.pose_bits),
+                 body.velocities ? history.records.At(body.velocities_at, body.velocity_bits) : PackedView(),
+                 body.properties});
   }
   result.full = all_whole;
   result.bodies = static_cast<std::uint32_t>(chosen.size());
@@ -333,11 +340,13 @@ void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t seq
   Known& body = known[told & ~kToldProperties];
   if (!body.used || sequence < body.first_sequence) return;
   if ((told & kToldProperties) != 0) body.properties = std::max(body.properties, tick);
-  if (tick.value() <= body.acked.ticks) return;
-  const std::uint64_t before = body.acked.ticks, gap = tick.value() - before;
+  if (tick <= body.acked) return;
+  const auto gap = static_cast<std::uint64_t>(tick - body.acked);
+  const bool near = body.acked != Tick() && gap <= kMaxGap_ticks;
   body.unanswered = 0;
-  body.acked = before != 0 && gap <= kMaxGap_ticks ? SampleTicks{tick.value(), gap, body.acked.gap}
-                                                   : SampleTicks{tick.value(), 0, 0};
+  body.gap2 = near ? body.gap : 0;
+  body.gap = near ? static_cast<std::uint8_t>(gap) : 0;
+  body.acked = tick;
 }
 
 void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
@@ -358,6 +367,17 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   datagram.departures.clear();
 }
 
+// Of the mask, what was not heard before.
+std::uint64_t SnapshotSender::Impl::News(std::uint32_t newest, std::uint64_t mask) {
+  if (newest < heard_newest) return mask;  // it was overtaken
+  const std::uint32_t shift = newest - heard_newest;
+  std::uint64_t old = shift >= kAckMaskBits ? 0 : heard_mask << shift;
+  if (heard_newest != 0 && shift >= 1 && shift <= kAckMaskBits) old |= std::uint64_t{1} << (shift - 1);
+  heard_newest = newest;
+  heard_mask = mask;
+  return mask & ~old;
+}
+
 absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64_t mask) {
   if (newest == 0 || newest >= next_sequence) {
     return absl::InvalidArgumentError(absl::StrCat("ack: sequence ", newest, " was never sent"));
@@ -370,8 +390,10 @@ absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64
     }
   }
   // Older ones first: what a body was acknowledged at only goes forward.
-  for (std::uint32_t i = kAckMaskBits; i-- > 0;) {
-    if ((mask >> i & 1) != 0 && i + 1 < newest) AcknowledgeOne(newest - 1 - i);
+  for (std::uint64_t news = News(newest, mask); news != 0;) {
+    const auto i = static_cast<std::uint32_t>(63 - std::countl_zero(news));
+    news &= ~(std::uint64_t{1} << i);
+    if (i + 1 < newest) AcknowledgeOne(newest - 1 - i);
   }
   AcknowledgeOne(newest);
   // What is older can be acknowledged no more.

@@ -12,20 +12,23 @@
 namespace tessera::replication {
 
 // A body that the client is told of.
-struct Known {
+// A cache line, because by the time that a client's turn comes again others have filled the caches with theirs.
+struct alignas(64) Known {
   BodyId id;
   Epoch epoch;
   SlotIndex slot = 0;
   std::uint32_t generation = 0;      // of the slot's body
   std::uint32_t first_sequence = 0;  // acknowledgements of earlier datagrams are about another
-  SampleTicks acked;                 // ticks: the newest acknowledged itself; gaps to the two before it. 0: none
+  Tick acked;                        // the newest acknowledged; 0: none
   Tick properties;                   // tick of the newest acknowledged that told them; 0: none
   Tick sent;                         // tick at which it was written last
   float priority = 0;
-  std::uint8_t unanswered = 0;  // records since the last acknowledgement
-  std::uint8_t repeats = 0;     // of the present state
+  std::uint8_t gap = 0, gap2 = 0;  // from `acked` to the one acknowledged before, and from that; 0: none of use
+  std::uint8_t unanswered = 0;     // records since the last acknowledgement
+  std::uint8_t repeats = 0;        // of the present state
   bool used = false, active = false;
 };
+static_assert(sizeof(Known) == 64);
 
 // A body that the client must learn is not there any more.
 struct Gone {
@@ -60,17 +63,19 @@ struct SnapshotSender::Impl {
   struct Candidate {
     std::uint32_t known;
     float score;
+    RecordCache::Key key;
   };
   void FindCandidates(const History& history, const ClientView& view);
   bool Due(const History& history, const ClientView& view, Known& body, float& score) const;
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
-  SampleTicks SamplesFor(const History& history, const Known& body) const;
+  static RecordCache::Key KeyFor(const History& history, const Known& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
   void Remember(std::span<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result);
   void EarnBudget(const History& history, const ClientView& view);
   std::uint64_t RepeatAfter() const;  // ticks
   void ForgetOldest();
 
+  std::uint64_t News(std::uint32_t newest, std::uint64_t mask);
   void AcknowledgeOne(std::uint32_t sequence);
   void AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Tick tick);
 
@@ -84,6 +89,9 @@ struct SnapshotSender::Impl {
   std::vector<Gone> gone;             // ascending by id
 
   std::deque<SentDatagram> sent;  // the last one has the sequence next_sequence - 1
+  // The newest acknowledgement: what it said needs no second look.
+  std::uint32_t heard_newest = 0;
+  std::uint64_t heard_mask = 0;
   std::uint32_t next_sequence = 1;
   double round_trip_ticks = 6;  // smoothed
   double allowance_bytes = 0;
@@ -94,10 +102,14 @@ struct SnapshotSender::Impl {
 
   // Room used again and again.
   std::vector<Candidate> candidates;
+  std::vector<std::uint32_t> seen_before;  // cells
   struct Chosen {
     BodyId id;
-    std::uint32_t known, record;
+    std::uint32_t known;
+    std::uint32_t pose_at, velocities_at;
+    std::uint16_t pose_bits, velocity_bits;
     bool velocities;
+    RecordCache::Key key;
     const Bytes* properties;  // null: not told
   };
   std::vector<Chosen> chosen;

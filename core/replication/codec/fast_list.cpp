@@ -39,14 +39,13 @@ int SampleBits(const SampleTicks& samples) {
 
 int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples) {
   return BandedBits(item.id.value() - previous.value() - 1, kGapBands) + 2 +
-         (item.samples == previous_samples ? 0 : SampleBits(item.samples)) + item.record->bits +
-         (item.velocities == nullptr ? 0 : item.velocities->bits);
+         (item.samples == previous_samples ? 0 : SampleBits(item.samples)) + item.record.bits + item.velocities.bits;
 }
 
 void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
   writer.WriteBanded(items.size(), kCountBands);
   if (items.empty()) return;
-  const auto has = [](const FastItem& i) { return i.velocities != nullptr; };
+  const auto has = [](const FastItem& i) { return i.velocities.words != nullptr; };
   const bool some_velocities = std::any_of(items.begin(), items.end(), has);
   const bool all_velocities = some_velocities && std::all_of(items.begin(), items.end(), has);
   writer.WriteBit(some_velocities);
@@ -67,8 +66,8 @@ void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
       samples = item.samples;
     }
     if (some_velocities && !all_velocities) writer.WriteBit(has(item));
-    item.record->AppendTo(writer);
-    if (has(item)) item.velocities->AppendTo(writer);
+    item.record.AppendTo(writer);
+    item.velocities.AppendTo(writer);
   }
 }
 

@@ -38,8 +38,8 @@ struct SampleTicks {
 struct FastItem {
   BodyId id;
   SampleTicks samples;
-  const PackedRecord* record = nullptr;
-  const PackedRecord* velocities = nullptr;  // null: not told; without bits for what is asleep
+  PackedView record{};
+  PackedView velocities{};  // no words: not told; without bits for what is asleep
 };
 
 // What an item adds to a list, in bits, at most: a list whose items have all the same samples takes less.

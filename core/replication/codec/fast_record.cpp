@@ -52,7 +52,7 @@ void PackedRecord::Append(std::uint64_t value, int count) {
   bits += count;
 }
 
-void PackedRecord::AppendTo(BitWriter& writer) const {
+void PackedView::AppendTo(BitWriter& writer) const {
   int left = bits;
   for (std::size_t i = 0; left > 0; ++i, left -= 64) writer.Write(words[i], std::min(left, 64));
 }

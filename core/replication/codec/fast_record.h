@@ -28,6 +28,14 @@
 
 namespace tessera::replication {
 
+// A record's bits where they lie: of a PackedRecord, or in a store of many.
+struct PackedView {
+  const std::uint64_t* words = nullptr;
+  int bits = 0;
+
+  void AppendTo(BitWriter& writer) const;
+};
+
 // A record's bits, ready to be appended to any datagram.
 struct PackedRecord {
   // 4 flags, 3 residuals of 47 bits in up to 95 each, which is largest in 3, 3 residuals of 18 bits in up to 37 each. A
@@ -37,7 +45,8 @@ struct PackedRecord {
   int bits = 0;
 
   void Append(std::uint64_t value, int count);
-  void AppendTo(BitWriter& writer) const;
+  void AppendTo(BitWriter& writer) const { view().AppendTo(writer); }
+  PackedView view() const { return {words.data(), bits}; }
 };
 
 // eg(k). Reading: false where the residual has more than `max_bits`.

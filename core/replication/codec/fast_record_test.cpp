@@ -107,7 +107,7 @@ TEST_F(FastRecordTest, ListsComeBackAndEndWhereTheyShould) {
       id += 1 + (random_() % 5 == 0 ? random_() >> 8 : random_() % 40);
       const std::uint64_t gap = random_() % 4;
       const SampleTicks mixed{1 + random_() % 100, gap, gap == 0 ? 0 : random_() % 9};
-      items.push_back({BodyId(id), run % 2 == 0 ? SampleTicks{6, 2, 3} : mixed, &record});
+      items.push_back({BodyId(id), run % 2 == 0 ? SampleTicks{6, 2, 3} : mixed, record.view()});
     }
     BitWriter writer;
     WriteFastList(writer, items);
@@ -124,7 +124,7 @@ TEST_F(FastRecordTest, ListsComeBackAndEndWhereTheyShould) {
         ASSERT_LT(n, items.size());
         ASSERT_EQ(got, items[n].id);
         ASSERT_EQ(samples, items[n].samples);
-        ASSERT_EQ(bits, items[n].record->words[0]);
+        ASSERT_EQ(bits, items[n].record.words[0]);
         ++n;
       }
       ASSERT_TRUE(list.ok());
