@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/control_plane.h"
+#include "control_plane/id_ranges.h"
 #include "core/world/partition_io.h"
 
 namespace tessera::control {
@@ -160,6 +161,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   if (!plan.ok()) return plan.status();
   plan->map = *std::move(map);
   plan->restored = manifest;
+  plan->bodies = Within(plan->bodies, manifest.bodies());
   // Under the lock until the files are there, so that nobody asks for them before.
   return Call([&](Cluster& cluster, Moment now) -> absl::StatusOr<v1::Instance> {
     if (auto made = cluster.FindByRequestId(request.request_id()); made.ok()) return made;

@@ -192,6 +192,7 @@ class Cluster {
   // Null if it is not a worker that this host is to run, or one of an earlier incarnation.
   std::pair<InstanceEntry*, WorkerEntry*> FindWorker(const HostEntry& host, const v1::WorkerIdentity& identity);
   void TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched);
+  void NoteTakenOut(InstanceEntry& instance, const v1::WorkerReport& report);
   bool Holds(const HostEntry& host) const;
   void RenewLease(Moment now, SessionId session, HostEntry& host, const v1::LeaseRequest& request);
   absl::Status TakeInventory(Moment now, HostEntry& host, const v1::InventoryReport& report,
@@ -236,6 +237,7 @@ class Cluster {
   void Changed(InstanceEntry& instance);
   void ForgetEnded(Moment now);
   void PrunePlayers(Moment now, InstanceEntry& instance);
+  std::optional<records::Instance> NextLeavers(Moment now, InstanceEntry& instance);
   v1::Instance View(const InstanceEntry& instance, bool whole) const;
   void ViewChanges(const InstanceEntry& instance, v1::Instance& view) const;
 

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster.h"
+#include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 
 namespace tessera::control {
@@ -231,6 +232,7 @@ void Cluster::TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& re
   worker->reported_at = now.steady;
   worker->missed = 0;
   Witness(now, *instance, before, report);
+  NoteTakenOut(*instance, report);
   v1::RegionAddress& address = *worker->report.mutable_address();
   if (!ValidPorts(address)) address.Clear();
   address.set_region(worker->region);
@@ -243,6 +245,19 @@ void Cluster::TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& re
   const bool changing = !AtRest(instance->record);
   if (changing || before.phase() != report.phase() || !SamePlayers(before, report)) touched.insert(instance->number);
   Changed(*instance);
+}
+
+// Bodies that came to be non-finite are not to be found again by a failover. One whose worker dies before it told of
+// them counts as lost.
+void Cluster::NoteTakenOut(InstanceEntry& instance, const v1::WorkerReport& report) {
+  if (report.nonfinite_ids().empty()) return;
+  records::Instance next = instance.record;
+  bool news = false;
+  for (const std::uint64_t id : report.nonfinite_ids()) news |= TakeOut(BodyId(id), *next.mutable_bodies());
+  if (!news) return;
+  if (absl::Status status = StoreInstance(instance, next); !status.ok()) {
+    NoteTrouble(instance, "bodies taken out cannot be stored for now", status);
+  }
 }
 
 // Workers that ran and are not named any more have died unseen; those that were to end have ended.

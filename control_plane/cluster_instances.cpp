@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster.h"
+#include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 #include "control_plane/pages.h"
 #include "control_plane/region_tree.h"
@@ -51,6 +52,7 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   record.set_keep_checkpoints(plan.keep_checkpoints);
   record.set_leaver_policy(plan.leaver_policy);
   record.set_leaver_grace_ms(static_cast<std::uint32_t>(plan.leaver_grace.count()));
+  *record.mutable_bodies() = ToRanges(plan.bodies);
   SetPlan(placed, record);
   record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
   for (const Vec3d& point : plan.spawn_points) {
@@ -249,6 +251,7 @@ std::optional<records::Instance> Cluster::NextRecord(Moment now, InstanceEntry& 
   if (record.state() == v1::INSTANCE_STATE_RUNNING) {
     if (auto next = NextFailover(now, instance)) return next;
     if (auto next = NextChange(now, instance)) return next;
+    if (auto next = NextLeavers(now, instance)) return next;
   }
   LifeStep step = NextStep(record.state(), record.run(), facts);
   if (step.state == record.state() && step.run == record.run()) return std::nullopt;

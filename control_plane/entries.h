@@ -78,6 +78,7 @@ struct InstanceEntry {
   Steady next_checkpoint{0};  // 0: not yet reckoned
   Steady change_after{0};     // no planned map before
   bool withdrawn = false;     // the grace of stopping is over: its workers are in no desired set
+  std::map<std::uint32_t, Steady> gone_since;  // players without a connection; not stored: counted anew by a new life
   std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow
 };
 

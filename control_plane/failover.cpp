@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 #include "control_plane/settings.h"
 #include "core/region/failover_io.h"
@@ -167,7 +168,7 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
   std::vector<RegionId> dead;
   dead.reserve(static_cast<std::size_t>(record.failover().dead_size()));
   for (const records::Dead& entry : record.failover().dead()) dead.emplace_back(entry.region());
-  const auto resolution = region::Resolve(*map, dead, inventories);
+  const auto resolution = region::Resolve(*map, dead, inventories, ToIds(record.bodies()));
   if (!resolution.ok()) return resolution.status();
   if (!resolution->without_standby.empty()) {
     return absl::DataLossError(
@@ -179,6 +180,7 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
   *next.mutable_failover()->mutable_resolution() = region::ToProto(*resolution);
   next.set_failovers(record.failovers() + 1);
   next.set_lost_bodies(record.lost_bodies() + resolution->lost.size());
+  for (const BodyId body : resolution->lost) TakeOut(body, *next.mutable_bodies());
   return next;
 }
 

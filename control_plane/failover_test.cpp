@@ -72,6 +72,31 @@ TEST(FailoverTest, TheHeirCarriesADeadRegionOnAndItIsReplaced) {
   ExpectNoIncarnationTwice(harness);
 }
 
+// Of the bodies that the scene has, one is held by nobody, one was taken out for good reason before.
+TEST(FailoverTest, CountsABodyThatNobodyHoldsOnce) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 8);
+  InstancePlan plan = TestPlan(3);
+  for (const std::uint64_t id : {7, 8, 1001, 1002, 1003, 2001, 2002, 2003, 3001, 3002, 3003})
+    plan.bodies.emplace_back(id);
+  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const std::string id = made->id();
+  harness.Run(seconds(1));
+  agent.fake.workers.at({id, 1}).report.add_nonfinite_ids(8);
+  harness.Run(seconds(1));
+  harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+  harness.Pump();
+  EXPECT_TRUE(Joined(Events(harness.Get(id)), "3 bodies taken up, 1 lost")) << harness.Get(id).DebugString();
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
+  harness.Restart();
+  harness.Run(seconds(10));
+  harness.Send(agent, agent.fake.Kill({id, 1}, 9));
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.Get(id).failovers(), 2u);
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
+}
+
 TEST(FailoverTest, ASilentHostIsCarriedOnByTheOtherOnceItsLeasesHaveRunOut) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);

@@ -160,9 +160,10 @@ class FakeWorkers {
                      : worker.order.run() ? v1::WORKER_PHASE_RUNNING
                                           : v1::WORKER_PHASE_LINKED);
     report.set_order_revision(worker.order.revision());
+    if (!connect_players) return;
     report.clear_connected_players();
     for (const v1::Player& player : worker.order.players()) {
-      if (connect_players && !player.left()) report.add_connected_players(player.number());
+      if (!player.left()) report.add_connected_players(player.number());
     }
   }
 

@@ -1,5 +1,7 @@
 #include "control_plane/instance_plan.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "control_plane/settings.h"
 #include "core/world/limits.h"
@@ -113,6 +115,10 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.lazy = spec.lazy();
   plan.map = *std::move(map);
   if ((*scene)->player) plan.spawn_points = (*scene)->player->spawn_points;
+  for (const BodyDef& body : (*scene)->bodies) {
+    if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);
+  }
+  std::sort(plan.bodies.begin(), plan.bodies.end());
   return plan;
 }
 

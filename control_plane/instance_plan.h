@@ -32,6 +32,7 @@ struct InstancePlan {
   PartitionMap map;                           // the grid
   std::optional<records::Manifest> restored;  // the checkpoint that it starts from
   std::vector<Vec3d> spawn_points;            // empty: nobody can join
+  std::vector<BodyId> bodies;                 // dynamic, of the scene; ascending
 };
 
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000".

@@ -71,8 +71,6 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   SetHeirs(record, order);
   if (instance.checkpoint) order.mutable_checkpoint()->set_tick(instance.checkpoint->tick);
   SetInitialState(record, placement, order);
-  order.set_leaver_policy(record.leaver_policy());
-  order.set_leaver_grace_ms(record.leaver_grace_ms());
   return order;
 }
 

@@ -42,7 +42,8 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
   for (int i = 0; i < message.players_size(); ++i) {
     const v1::Player& player = message.players(i);
     if (player.number() == 0) return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: 0"));
-    order.players.push_back({PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left()});
+    order.players.push_back(
+        {PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left(), player.parked()});
   }
   return absl::OkStatus();
 }

@@ -31,6 +31,7 @@ struct OrderedPlayer {
   PlayerNumber number;
   RegionId spawn_region{};  // makes its body; RegionId(): the scene has none
   bool left = false;
+  bool parked = false;
 };
 
 // A life of a region that has ended.

@@ -26,7 +26,7 @@ void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
   report.set_nonfinite_bodies(counts.nonfinite_bodies);
   report.set_spawned_bodies(counts.spawned_bodies);
   report.set_removed_bodies(counts.removed_bodies);
-  report.set_bodies_lost(counts.lost_bodies);
+  for (const BodyId body : ticks.taken_out()) report.add_nonfinite_ids(body.value());
   report.set_last_gap_ms(counts.last_gap_ms);
   report.set_bodies_outside(region.away_count());
   report.set_acknowledged_tick(ticks.heir_log().acknowledged().value());

@@ -34,6 +34,7 @@ TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const 
 
 void TickLoop::SetPlayers(std::span<const OrderedPlayer> players) {
   for (const OrderedPlayer& player : players) {
+    region_.ParkPlayer(player.number, player.parked);
     if (player.left) {
       if (left_.insert(player.number).second) game_.Expel(player.number);
     } else if (scene_has_players_ && player.spawn_region == region_.id() &&
@@ -204,8 +205,6 @@ absl::Status TickLoop::Resume(const region::Resolution& resolution, std::span<co
   absl::StatusOr<region::StepResult> result = region_.Resume(resolution, wards);
   if (!result.ok()) return result.status();
   const TimePoint now = Clock::now();
-  counts_.lost_bodies += resolution.lost.size();
-  metrics_.bodies_lost.Increment(static_cast<double>(resolution.lost.size()));
   metrics_.failovers.Increment();
   Publish(*std::move(result), now);
   pacer_.Start(now);
@@ -237,7 +236,11 @@ void TickLoop::Count(const region::StepResult& result) {
   counts_.handovers_in += result.handed_in;
   counts_.handovers_out += result.handed_out;
   CountSpawned();
-  for (const BodyId body : result.nonfinite) spdlog::error("body not finite, taken out body={}", body.value());
+  for (const BodyId body : result.nonfinite) {
+    spdlog::error("body not finite, taken out body={}", body.value());
+    taken_out_.push_back(body);
+    if (taken_out_.size() > kTakenOutKept) taken_out_.pop_front();
+  }
 
   metrics_.ticks.Increment();
   if (result.handed_in > 0) metrics_.handovers_in.Increment(result.handed_in);

@@ -33,13 +33,13 @@ namespace tessera::worker {
 struct TickCounts {
   std::uint64_t late_ticks = 0, nonfinite_bodies = 0;
   std::uint64_t handovers_in = 0, handovers_out = 0;
-  std::uint64_t spawned_bodies = 0, removed_bodies = 0, lost_bodies = 0;
+  std::uint64_t spawned_bodies = 0, removed_bodies = 0;
   std::uint64_t last_gap_ms = 0;  // the longest time without a step that the last failover cost
 };
 
 class TickLoop {
  public:
-  static constexpr std::size_t kCensusesKept = 5;
+  static constexpr std::size_t kCensusesKept = 5, kTakenOutKept = 100;
   // After this a neighbour is silent. One that waits itself says so every kCareDistance; but regions may wait for each
   // other in a circle: after kStuck nobody is waited for any more.
   static constexpr Duration kSilence = std::chrono::milliseconds(250);
@@ -49,7 +49,7 @@ class TickLoop {
   TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const replication::Settings& replication,
            RegionLinks& links, GamePort& game, WorkerMetrics& metrics);
 
-  // Whole state: players that are new are spawned, those that left are removed.
+  // Whole state: players that are new are spawned, those that left are removed, the parked stand still.
   void SetPlayers(std::span<const OrderedPlayer> players);
   void OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
   void OnInput(const ClientInput& input, TimePoint now);
@@ -79,6 +79,7 @@ class TickLoop {
   TimeSummary step_times() const { return step_times_.Summary(); }
   double rate_hz(TimePoint now) const { return rate_.rate_hz(now); }
   const std::deque<region::Census>& censuses() const { return censuses_; }  // oldest first
+  const std::deque<BodyId>& taken_out() const { return taken_out_; }        // non-finite; the newest, oldest first
 
  private:
   bool MayStep(TimePoint now);
@@ -109,6 +110,7 @@ class TickLoop {
   RateMeter rate_;
   TickCounts counts_;
   std::deque<region::Census> censuses_;
+  std::deque<BodyId> taken_out_;
   bool running_ = false, paused_ = false;
   bool stepped_ = false;
   bool resumed_ = false;   // no step since

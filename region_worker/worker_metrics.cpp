@@ -121,7 +121,6 @@ WorkerMetrics::WorkerMetrics()
       standby_gaps(Counter(*registry_, "tessera_region_standby_gaps_total",
                            "Messages of a ward's log that could not be used: a whole state was asked for.")),
       failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
-      bodies_lost(Counter(*registry_, "tessera_region_bodies_lost_total", "Bodies that a failover found nowhere.")),
       borders_closed(Counter(*registry_, "tessera_region_borders_closed_total",
                              "Times that a neighbour was silent for so long that the border closed.")),
       game_door(*registry_, "game"),

@@ -73,7 +73,7 @@ class WorkerMetrics {
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
   prometheus::Gauge &unprotected, &paused, &failover_gap, &takeover_age, &longest_tick;
-  prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &bodies_lost, &borders_closed;
+  prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &borders_closed;
   DoorMetrics game_door, link_door;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }

@@ -74,7 +74,8 @@ class RigidBody {
   bool fast = false;               // moved by so much of its size in this step that it may pass through something
   bool astray = false;             // something pushed it off its course in this step
   bool shown = false;              // Bullet's copy is up to date
-  bool isolated = false;           // it went non-finite and takes no part any more
+  bool isolated = false;           // takes no part: it went non-finite, or is parked
+  bool parked = false;
   std::uint64_t serial = 0;        // of its adding: names it in a pair
   std::vector<JointId> joints;     // that hold it, in no order
   std::vector<Pair*> pairs;        // whose bounds overlap its own, in no order

@@ -37,6 +37,9 @@ bool World::HasJoint(JointId id) const { return impl_->joints.contains(id); }
 
 BodyState World::StateOf(BodyId id) const { return impl_->At(id).state(); }
 void World::SetState(BodyId id, const BodyState& state) { impl_->SetState(impl_->At(id), state); }
+void World::Park(BodyId id) { impl_->Park(impl_->At(id)); }
+void World::Unpark(BodyId id) { impl_->Unpark(impl_->At(id)); }
+bool World::IsParked(BodyId id) const { return impl_->At(id).parked; }
 void World::Wake(BodyId id) { impl_->Wake(impl_->At(id)); }
 
 Aabb World::BoundsOf(BodyId id) const {

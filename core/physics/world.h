@@ -84,6 +84,13 @@ class World {
   double MassOf(BodyId id) const;    // kg; 0 when static
   Vec3d InertiaOf(BodyId id) const;  // principal, kg m^2, about the shape's axes unless it is lopsided; 0 when static
 
+  // Takes a dynamic body out of everything but `StateOf`: it stands still, touches nothing, feels no force, and loses
+  // its joints. Nothing for one that is parked.
+  void Park(BodyId id);
+  // It lives on where it stands. Nothing for one that is not parked.
+  void Unpark(BodyId id);
+  bool IsParked(BodyId id) const;
+
   // Wakes a body and, in the next step, all that it touches.
   void Wake(BodyId id);
 

@@ -206,4 +206,21 @@ void World::Impl::Isolate(RigidBody& body) {
   body.isolated = true;
 }
 
+void World::Impl::Park(RigidBody& body) {
+  if (body.isolated || !body.dynamic()) return;
+  Withdraw(body);
+  body.SetMotion(Vec3f(), Vec3f());
+  body.FallAsleep();
+  body.force_n = body.torque_nm = Vec3d();
+  body.isolated = body.parked = true;
+}
+
+void World::Impl::Unpark(RigidBody& body) {
+  if (!body.parked) return;
+  body.isolated = body.parked = false;
+  body.reach = body.fat = TightBounds(body);
+  broad_phase.Add(body);
+  Wake(body);
+}
+
 }  // namespace tessera::physics

@@ -91,6 +91,8 @@ struct World::Impl {
   void ReportContacts();
   void ReportEvents();
   void Isolate(RigidBody& body);
+  void Park(RigidBody& body);
+  void Unpark(RigidBody& body);
   void FindFailing();
   void ChooseSubsteps();
 

@@ -53,6 +53,47 @@ std::vector<BodyState> StatesOf(const World& world, std::vector<BodyDef> bodies)
   return states;
 }
 
+// --- Parking
+// -------------------------------------------------------------------------------------------------------------
+
+TEST(ParkingTest, AParkedBodyHangsWhereItIsAndNothingTouchesIt) {
+  World world({});
+  world.Add(Static(1, Ground()), {});
+  const BodyDef held = Dynamic(2, Cube(0.5), {0, 3, 0}), falling = Dynamic(3, Cube(0.5), {0, 6, 0});
+  world.Add(held, held.initial);
+  world.Add(falling, falling.initial);
+  for (int i = 0; i < 10; ++i) world.Step(1.0 / 60);
+  world.Park(held.id);
+  const BodyState parked = world.StateOf(held.id);
+  for (int i = 0; i < 120; ++i) {
+    world.ApplyForce(held.id, {100, 0, 0}, {});
+    world.Step(1.0 / 60);
+  }
+  EXPECT_TRUE(world.IsParked(held.id));
+  EXPECT_EQ(world.StateOf(held.id).position, parked.position);
+  EXPECT_EQ(Length(world.StateOf(held.id).linear_velocity), 0);
+  EXPECT_LT(world.StateOf(falling.id).position.y, 1.01);  // went through
+  EXPECT_TRUE(world.isolated().empty());
+  EXPECT_THAT(world.Overlapping(Aabb{{-1, 2, -1}, {1, 4, 1}}), ::testing::ElementsAre(BodyId(1)));  // the ground
+}
+
+TEST(ParkingTest, ABodyThatIsParkedNoMoreFallsAndCollidesAsBefore) {
+  World world({});
+  world.Add(Static(1, Ground()), {});
+  const BodyDef body = Dynamic(2, Cube(0.5), {0, 3, 0});
+  world.Add(body, body.initial);
+  world.Park(body.id);
+  for (int i = 0; i < 60; ++i) world.Step(1.0 / 60);
+  world.Unpark(body.id);
+  EXPECT_FALSE(world.IsParked(body.id));
+  for (int i = 0; i < 300; ++i) world.Step(1.0 / 60);
+  EXPECT_NEAR(world.StateOf(body.id).position.y, 0.5, 0.01);
+  world.Park(body.id);
+  world.Remove(body.id);
+  world.Step(1.0 / 60);
+  EXPECT_FALSE(world.Has(body.id));
+}
+
 // --- Same bits
 // -----------------------------------------------------------------------------------------------------------
 

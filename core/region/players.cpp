@@ -39,6 +39,15 @@ void Players::Spawn(PlayerNumber player) {
   if (spawned_.insert(player).second) asked_.insert(player);
 }
 
+void Players::Park(PlayerNumber player, bool parked) {
+  if (parked) {
+    parked_.insert(player);
+    unparked_.erase(player);
+  } else if (parked_.erase(player) > 0) {
+    unparked_.insert(player);
+  }
+}
+
 std::vector<PlayerNumber> Players::TakeSpawns() {
   std::vector<PlayerNumber> spawns;
   for (const PlayerNumber player : asked_) {

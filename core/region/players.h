@@ -6,6 +6,7 @@
 
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -20,6 +21,10 @@ class Players {
 
   void Spawn(PlayerNumber player);
   void Leave(PlayerNumber player) { left_.insert(player); }
+  void Park(PlayerNumber player, bool parked);
+  const std::set<PlayerNumber>& parked() const { return parked_; }
+  // Those whose parking ended since the last call, ascending.
+  std::set<PlayerNumber> TakeUnparked() { return std::exchange(unparked_, {}); }
   bool HasLeft(PlayerNumber player) const { return left_.contains(player); }
   const std::set<PlayerNumber>& left() const { return left_; }
   // Has a body, or had one: `Spawn` does nothing any more.
@@ -50,7 +55,7 @@ class Players {
     std::size_t gone = 0;      // inputs that went with a grant already
   };
   const Scene& scene_;
-  std::set<PlayerNumber> asked_, spawned_, left_;
+  std::set<PlayerNumber> asked_, spawned_, left_, parked_, unparked_;
   std::map<PlayerNumber, Steering> steering_;
 };
 

@@ -65,6 +65,8 @@ void Region::SpawnPlayer(PlayerNumber player) {
 
 void Region::RemovePlayer(PlayerNumber player) { impl_->players.Leave(player); }
 
+void Region::ParkPlayer(PlayerNumber player, bool parked) { impl_->players.Park(player, parked); }
+
 std::uint32_t Region::LastInput(PlayerNumber player) const {
   const PlayerControl* control = impl_->players.Find(player);
   return control == nullptr ? 0 : control->last_input;

@@ -141,6 +141,9 @@ class Region {
   // The player has left for good: removes its body at the first step at which it is owned here. Tell all regions, so it
   // does not matter where the body is or whether it is being handed over.
   void RemovePlayer(PlayerNumber player);
+  // The player's body stands still and takes no part in the world from the next step on, or does so no more. Tell all
+  // regions: whoever owns the body, and whoever sees it, heeds it.
+  void ParkPlayer(PlayerNumber player, bool parked);
   // Number of the last input that moved this player's body, carried along by handovers; 0 if none or not owned here.
   std::uint32_t LastInput(PlayerNumber player) const;
   std::size_t QueuedInputs(PlayerNumber player) const;  // that wait; how many ticks early the newest came

@@ -248,6 +248,15 @@ void RegionStep::UpdatePlayers(StepResult& result) {
     bodies.Own(id, Epoch(1), catalog.MakePlayer(player).initial);
     players.Adopt(player, {});
   }
+  physics::World& world = bodies.world();
+  for (const PlayerNumber player : players.TakeUnparked()) {
+    if (world.Has(PlayerBodyId(player))) world.Unpark(PlayerBodyId(player));
+  }
+  for (const PlayerNumber player : players.parked()) {
+    if (!world.Has(PlayerBodyId(player)) || world.IsParked(PlayerBodyId(player))) continue;
+    world.Park(PlayerBodyId(player));
+    reports.BodyLeft();
+  }
 }
 
 void RegionStep::ApplyForces() {

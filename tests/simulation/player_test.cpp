@@ -57,6 +57,31 @@ TEST(PlayerTest, GoesToItsPlacesOwnerWhenMadeElsewhere) {
   EXPECT_THAT(cluster.problems(), IsEmpty());
 }
 
+// Parked just over the border, where the neighbour sees it too: a ball that comes along rolls through it, on both
+// sides.
+TEST(PlayerTest, TakesNoPartOnEitherSideWhileItIsParked) {
+  SceneBuilder builder = World({0.3, 1, 0});
+  builder.Add(Ball(0.5), {-4, 1, 0}, {4, 0, 0}, 1);
+  Cluster cluster = Make(builder, 2);
+  cluster.SpawnPlayer(kPlayer, 2);
+  cluster.RunTo(Tick(2));
+  for (std::uint32_t region = 1; region <= 2; ++region) cluster.region(region).ParkPlayer(kPlayer, true);
+  cluster.RunTo(Tick(5));
+  const BodyState parked = cluster.StateOf(kBody);
+  cluster.RunTo(Tick(180));
+  EXPECT_EQ(cluster.StateOf(kBody).position, parked.position);
+  EXPECT_EQ(cluster.OwnerOf(BodyId(1)), RegionId(2));
+  EXPECT_GT(cluster.StateOf(BodyId(1)).position.x, 5);
+  EXPECT_NEAR(cluster.StateOf(BodyId(1)).linear_velocity.x, 4, 1e-3);
+  EXPECT_TRUE(cluster.totals().events.empty());
+  for (std::uint32_t region = 1; region <= 2; ++region) cluster.region(region).ParkPlayer(kPlayer, false);
+  cluster.RunTo(cluster.tick() + 1);
+  ASSERT_TRUE(cluster.QueueInput(Input(1, {0, 0, 30})).ok());
+  cluster.RunTo(cluster.tick() + 30);
+  EXPECT_GT(cluster.StateOf(kBody).position.z, 0.1);
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
 // Momentum tells how often inputs acted: each adds force * tick.
 TEST(PlayerTest, InputsActExactlyOnceThroughHandovers) {
   Cluster cluster = Make(World({-2, 1, 0}, {5, 0, 0}), 2);
