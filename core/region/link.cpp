@@ -53,6 +53,10 @@ void Link::TakeOffer(const FrameHeader& header, Tick now) {
   if (open_) {
     // It has missed the tick; or it waits, by way of others, for this side, which waits for it.
     if (here_ == 0 && (open_at_ < header.tick || ++offers_ > kMaxOffers)) Close();
+  } else if (header.tick > now + kFarBehind) {
+    adopt_ = std::max(adopt_, header.tick);
+  } else if (now > header.tick + kFarBehind) {
+    return;  // it adopts this side's first
   } else if (peer_ < self_) {
     if (open_at_ != Tick()) return;
     open_at_ = std::max(now, header.tick) + kOpeningTicks;
@@ -121,13 +125,17 @@ Frame Link::Take(Tick now) {
   assert(Ready());
   Frame frame;
   if (!open_) {
-    if (open_at_ > now + 2 * kOpeningTicks) frame.tick = Tick(open_at_.value() - 1);
+    frame.tick = std::exchange(adopt_, Tick());
     return frame;
   }
   if (!frames_.empty() && frames_.front().stamp.number == needed_) {
     frame = std::move(frames_.front());
     frames_.pop_front();
-    strain_ = frame.tick == now ? 0 : strain_ + 1;
+    if (frame.tick != now) {
+      strain_ += kStrain;
+    } else if (strain_ > 0) {
+      --strain_;
+    }
     // Something new: what was vouched for after the own frame of this number comes after all.
     if (frame.stamp.vouched == 0) silent_end_ = std::min(silent_end_, needed_ + 1);
   } else {
@@ -159,10 +167,7 @@ Link::Duty Link::DutyNow(Tick now) {
     open_ = true;
     return Duty::kFirstFrame;
   }
-  if (open_at_ != Tick() && now > open_at_) {  // it jumped over it: the other side must hear of that
-    ++stamp_.closings;
-    Forget();
-  }
+  if (open_at_ != Tick() && now > open_at_) CloseAnew();  // it jumped over it
   if (offer_in_ > 0) {
     --offer_in_;
     return Duty::kNothing;
@@ -193,12 +198,21 @@ FrameStamp Link::StampOffer() const {
 void Link::Close() {
   if (!open_) return;
   open_ = false;
+  CloseAnew();
+}
+
+void Link::Jumped() {
+  if (!open_ && open_at_ != Tick()) CloseAnew();
+}
+
+// The other side must hear of it.
+void Link::CloseAnew() {
   ++stamp_.closings;
   Forget();
 }
 
 void Link::Forget() {
-  open_at_ = Tick();
+  open_at_ = adopt_ = Tick();
   strain_ = 0;
   offers_ = 0;
   offer_in_ = 0;

@@ -8,9 +8,10 @@
 // A frame may vouch for the next few: they are like this one, with nothing but sleepers, and do not come. That ends
 // when the other side says something new: what follows its frame n, if that vouches for nothing, comes again.
 //
-// A border that this side closed, or heard the other close, sends offers until both know of all closings. Then the
-// higher region says at which tick it opens, and both send their frame 0 at that tick: so a border opens between the
-// same steps that other ways between the two regions connect. docs/protocol.md has the state machine.
+// A border that this side closed, or heard the other close, sends offers until both know of all closings. Who is far
+// behind adopts the other's tick. Then the higher region says at which tick it opens, and both send their frame 0 at
+// that tick: so a border opens between the same steps that other ways between the two regions connect, as long as
+// neither adopts a tick in between. docs/protocol.md has the state machine.
 //
 //   if (link.Ready()) frame = link.Take();
 //   if (link.DutyNow() == Link::Duty::kFrame) send(Encode(frame with link.Stamp(vouch), ...));
@@ -59,9 +60,13 @@ class Link {
 
   // The neighbour is silent: from now on nobody waits for it.
   void Close();
+  // This side adopted a later tick, so a tick agreed before names another step now: what was agreed of opening is void,
+  // and agreed anew.
+  void Jumped();
 
  private:
   void Forget();
+  void CloseAnew();
   void TakeOffer(const FrameHeader& header, Tick now);
   absl::Status PutFrame(const FrameHeader& header, std::span<const std::uint8_t> bytes, const Catalog& catalog,
                         Tick now, const Frame** taken);
@@ -72,8 +77,9 @@ class Link {
   RegionId self_, peer_;
   bool open_ = true;
   Tick open_at_;                // agreed; 0: not yet
+  Tick adopt_;                  // of an offer, if this side is far behind
   std::uint32_t offers_ = 0;    // that came since this side opened, while the other has not
-  std::uint32_t strain_ = 0;    // frames in a row with another tick
+  std::uint32_t strain_ = 0;    // of frames with another tick, kStrain each, less one for each with the right one
   std::uint32_t offer_in_ = 0;  // steps
   FrameStamp stamp_;            // closings of both; number of the next own frame
 

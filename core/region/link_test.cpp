@@ -43,12 +43,13 @@ class LinkTest : public ::testing::Test {
     came = taken != nullptr;
     return status;
   }
-  void Offer(Link& from, Link& to, Tick tick) {
+  void Offer(Link& from, Link& to, Tick tick) { Offer(from, to, tick, tick); }
+  void Offer(Link& from, Link& to, Tick tick, Tick tick_there) {
     Frame offer;
     offer.tick = tick;
     offer.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
     offer.stamp = from.StampOffer();
-    EXPECT_TRUE(Bring(offer, to, tick).ok());
+    EXPECT_TRUE(Bring(offer, to, tick_there).ok());
   }
 
   Catalog catalog;
@@ -115,12 +116,46 @@ TEST_F(LinkTest, AClosedBorderOpensAtATickThatBothKnow) {
 TEST_F(LinkTest, WhoIsFarBehindAdoptsTheLaterTick) {
   low.Close();
   high.Close();
-  Offer(low, high, Tick(900));
-  Offer(high, low, Tick(100));
-  Offer(low, high, Tick(900));
-  const Tick adopted = high.Take(Tick(100)).tick;
-  EXPECT_EQ(adopted, Tick(900 + kOpeningTicks - 1));
-  EXPECT_EQ(high.DutyNow(adopted + 1), Link::Duty::kFirstFrame);
+  Offer(low, high, Tick(900), Tick(100));
+  Offer(high, low, Tick(100), Tick(900));
+  Offer(low, high, Tick(900), Tick(100));
+  EXPECT_EQ(low.Take(Tick(900)).tick, Tick());
+  EXPECT_EQ(high.Take(Tick(100)).tick, Tick(900));
+  EXPECT_EQ(high.Take(Tick(901)).tick, Tick());
+}
+
+// It may have sent its frame 0 at the tick agreed, between other steps than this side would.
+TEST_F(LinkTest, WhoAdoptsATickAgreesAnewOnOneToOpenAt) {
+  low.Close();
+  Offer(low, high, Tick(50));
+  Offer(high, low, Tick(50));
+  Offer(low, high, Tick(50));
+  Offer(high, low, Tick(50));
+  low.Jumped();
+  const Tick at(50 + kOpeningTicks);
+  EXPECT_NE(low.DutyNow(at), Link::Duty::kFirstFrame);
+  EXPECT_EQ(high.DutyNow(at), Link::Duty::kFirstFrame);
+  (void)high.StampFrame(0);
+  Offer(low, high, at);
+  EXPECT_FALSE(high.open());  // it has heard of it
+  Offer(high, low, at);
+  Offer(low, high, at);
+  Offer(high, low, at);
+  EXPECT_EQ(low.DutyNow(at + kOpeningTicks), Link::Duty::kFirstFrame);
+  EXPECT_EQ(high.DutyNow(at + kOpeningTicks), Link::Duty::kFirstFrame);
+}
+
+// Ticks that run ahead of steps, around a circle of borders, show in some frames of each.
+TEST_F(LinkTest, ABorderWhoseTicksDifferAgainAndAgainIsClosed) {
+  (void)low.StampFrame(0);
+  std::uint64_t steps = 0;
+  for (std::uint64_t t = 0; low.open() && t < 400; ++t, ++steps) {
+    ASSERT_TRUE(Bring(Made(high, Tick(t + t / 4), 0), low, Tick(t + t / 4)).ok());
+    (void)low.Take(Tick(t + t / 4 - (t > 0 && t % 4 == 0 ? 1 : 0)));
+    if (low.DutyNow(Tick(t + 1 + t / 4)) == Link::Duty::kFrame) (void)low.StampFrame(0);
+  }
+  EXPECT_FALSE(low.open());
+  EXPECT_GT(steps, 24U);
 }
 
 TEST_F(LinkTest, AFrameFromBeforeAClosingIsPassedOver) {

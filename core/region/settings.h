@@ -36,11 +36,19 @@ inline constexpr std::uint32_t kOfferTicks = 6;
 // A border that opens does so this many ticks after the later side has heard of it: longer than word takes to come and
 // go. Less, and an opening fails and is tried again; more, and it takes longer.
 inline constexpr std::uint64_t kOpeningTicks = 12;
+// Of a closed border: who is further behind than this, ticks, adopts the other's tick before they agree on one to open
+// at; who is less far behind gets there by its own steps. More than kOpeningTicks, which each side may be away.
+inline constexpr std::uint64_t kFarBehind = 24;
 // Offers that come after this side has opened, until it closes again: what it waits for may wait for it. A neighbour
 // that only has a few ticks to go sends fewer.
 inline constexpr std::uint32_t kMaxOffers = 8;
-// Of an open border, frames in a row whose ticks differ from this side's, until it is closed to be opened anew.
-inline constexpr std::uint32_t kMaxStrain = 24;
+// Of an open border: a frame whose tick differs from this side's strains it by so much, one with the same tick eases it
+// by one, and beyond the limit it is closed, to be opened between the right steps. Where borders around a corner were
+// opened between steps that do not belong together, ticks run ahead of steps for ever, and each border of the circle
+// sees it in one of as many frames as the circle has borders: up to some thirty are found. What an opening elsewhere
+// brings passes by in a frame or two.
+inline constexpr std::uint32_t kStrain = 32;
+inline constexpr std::uint32_t kMaxStrain = 24 * kStrain;
 // No neighbour is further ahead: a month at 240 ticks a second.
 inline constexpr std::uint64_t kMaxTicksAhead = 600'000'000;
 // Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.

@@ -151,9 +151,13 @@ absl::Status RegionStep::CheckClaims(const Frame& frame) const {
 RegionStep::Frames RegionStep::TakeFrames() {
   Frames frames;
   frames.reserve(neighbors.size());
+  const Tick before = tick;
+  bool jumped = false;
   for (std::size_t i = 0; i < neighbors.size(); ++i) {
-    frames.push_back(inbox.link(i).Take(tick));
-    tick = std::max(tick, frames.back().tick);  // who is behind adopts the later tick
+    frames.push_back(inbox.link(i).Take(before));
+    // Who is behind adopts the later tick.
+    jumped = jumped || frames.back().tick > before;
+    tick = std::max(tick, frames.back().tick);
     std::erase_if(outboxes_[i].unheard, [&](const auto& sent) {
       return frames.back().sender != RegionId() && sent.second < frames.back().stamp.number;
     });
@@ -162,6 +166,7 @@ RegionStep::Frames RegionStep::TakeFrames() {
       if (grant != unconfirmed.end() && grant->second.to == neighbors[i]) unconfirmed.erase(grant);
     }
   }
+  for (std::size_t i = 0; jumped && i < neighbors.size(); ++i) inbox.link(i).Jumped();
   return frames;
 }
 

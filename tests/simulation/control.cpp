@@ -254,6 +254,12 @@ void Control::Resume(Worker& worker, const region::Resolution& resolution) {
   totals_.max_gap = std::max(totals_.max_gap, simulation_.timeline().now() - *failover_begun_);
   failover_begun_.reset();
   dead_.clear();
+  if (!InTransition(map_)) return;
+  // The death came in the middle of a planned change: what is left of that is carried through.
+  plan_ = PlanState{};
+  plan_->wanted = plan_->next = map_;
+  plan_->committed = true;
+  WatchPlan();
 }
 
 // --- Planned maps.

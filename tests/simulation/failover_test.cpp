@@ -5,59 +5,17 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "tests/simulation/control.h"
-#include "tests/simulation/scene_builder.h"
+#include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;
-
-struct Instance {
-  Instance(const SceneBuilder& builder, std::uint32_t regions, SimulationOptions options = {}) {
-    scene = builder.Build();
-    const PartitionMap map = *MakeGridMap(scene->ground(), regions);
-    options.attach = [this, map](Simulation& s) { control = std::make_unique<Control>(s, map); };
-    simulation = std::make_unique<Simulation>(scene, map, options);
-  }
-  void ExpectWhole(std::size_t bodies) {
-    simulation->RunFor(Milliseconds(500));
-    simulation->Settle();
-    EXPECT_THAT(simulation->problems(), IsEmpty());
-    EXPECT_EQ(simulation->States().size(), bodies);
-    EXPECT_EQ(control->totals().lost, 0U);
-    EXPECT_LE(control->totals().max_age_ticks, 2);
-  }
-
-  std::shared_ptr<const Scene> scene;
-  std::unique_ptr<Control> control;
-  std::unique_ptr<Simulation> simulation;
-};
-
-SceneBuilder Swarm(int balls) {
-  SceneBuilder builder(kHalf);
-  for (const double side : {-1.0, 1.0}) {
-    for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 3, kHalf} : Vec3d{kHalf, 3, 1}}),
-                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
-      wall.motion = Motion::kStatic;
-      wall.mass_kg = 0;
-    }
-  }
-  for (int i = 0; i < balls; ++i) {
-    BodyDef& ball = builder.Add(Ball(0.3), {-17.0 + i % 18 * 2, 0, -17.0 + i / 18 * 2},
-                                {static_cast<float>(5 - i % 11), 0, static_cast<float>(i % 7 - 3)});
-    ball.material.restitution = 1;
-    ball.material.friction = 0;
-    ball.may_sleep = false;
-  }
-  return builder;
-}
+constexpr double kHalf = 20;  // of the ground, m
 
 TEST(FailoverTest, TheHeirCarriesTheAreaOn) {
-  Instance instance(Swarm(120), 4);
+  Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
   const std::size_t owned = instance.simulation->worker(2).region().owned_count();
   instance.simulation->Kill(RegionId(2));
@@ -74,7 +32,7 @@ TEST(FailoverTest, TheHeirCarriesTheAreaOn) {
 }
 
 TEST(FailoverTest, EachRegionMayDieInTurnUntilOneIsLeft) {
-  Instance instance(Swarm(120), 4);
+  Instance instance(Swarm(kHalf, 120), 4);
   for (const std::uint32_t region : {3U, 1U, 4U}) {
     instance.simulation->RunFor(Milliseconds(700));
     instance.simulation->Kill(RegionId(region));
@@ -116,7 +74,7 @@ TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
 
 TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
   for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's heir
-    Instance instance(Swarm(120), 4);
+    Instance instance(Swarm(kHalf, 120), 4);
     instance.simulation->RunTo(Tick(60));
     instance.simulation->Kill(RegionId(a));
     instance.simulation->Kill(RegionId(b));
@@ -126,7 +84,7 @@ TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
 }
 
 TEST(FailoverTest, ASecondDeathDuringAFailoverStartsItOver) {
-  Instance instance(Swarm(120), 6);
+  Instance instance(Swarm(kHalf, 120), 6);
   instance.simulation->RunTo(Tick(60));
   instance.simulation->Kill(RegionId(2));  // its heir is 3
   instance.simulation->RunFor(4000);
@@ -136,7 +94,7 @@ TEST(FailoverTest, ASecondDeathDuringAFailoverStartsItOver) {
 }
 
 TEST(FailoverTest, WhenTheHeirDiesDuringTheTakeoverTheLossIsToldAndTheRestGoesOn) {
-  Instance instance(Swarm(120), 4);
+  Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
   const std::size_t owned = instance.simulation->worker(2).region().owned_count();
   instance.simulation->Kill(RegionId(2));
@@ -152,7 +110,7 @@ TEST(FailoverTest, WhenTheHeirDiesDuringTheTakeoverTheLossIsToldAndTheRestGoesOn
 }
 
 TEST(FailoverTest, RegionAndHeirLostTogetherAreToldAsALoss) {
-  Instance instance(Swarm(120), 4);
+  Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
   instance.simulation->Kill(RegionId(2));
   instance.simulation->Kill(RegionId(3));
@@ -164,7 +122,7 @@ TEST(FailoverTest, RegionAndHeirLostTogetherAreToldAsALoss) {
 
 TEST(FailoverTest, PlayersThatCameOrLeftInTheLastTicksAreNeitherLostNorMadeTwice) {
   for (std::uint64_t after = 0; after < 6; ++after) {
-    SceneBuilder builder = Swarm(40);
+    SceneBuilder builder = Swarm(kHalf, 40);
     PlayerRules& rules = builder.scene().player.emplace();
     rules.body.shape = Ball(0.4);
     rules.spawn_points = {{10, 1, -10}};
@@ -200,7 +158,7 @@ struct Deaths {
 Deaths RandomDeaths(std::uint64_t seed) {
   Chance chance(seed);
   Instance instance(
-      Swarm(70), 6,
+      Swarm(kHalf, 70), 6,
       {.seed = seed, .weather = {.loss = static_cast<double>(seed % 3) * 0.01, .jitter = seed % 4 * 1000}});
   Simulation& simulation = *instance.simulation;
   const auto protected_all = [&] {

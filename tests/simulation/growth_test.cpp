@@ -3,78 +3,24 @@
 
 #include <cstdio>
 
-#include "tests/simulation/control.h"
-#include "tests/simulation/scene_builder.h"
+#include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;
+constexpr double kHalf = 20;  // of the ground, m
 
-struct Instance {
-  Instance(const SceneBuilder& builder, std::uint32_t regions, SimulationOptions options = {}) {
-    scene = builder.Build();
-    const PartitionMap map = *MakeGridMap(scene->ground(), regions);
-    options.attach = [this, map](Simulation& s) { control = std::make_unique<Control>(s, map); };
-    simulation = std::make_unique<Simulation>(scene, map, options);
-  }
-  void ScaleTo(std::uint32_t regions) {
-    control->Plan(*MakeGridMap(scene->ground(), regions));
-    for (int i = 0; i < 200 && !control->idle(); ++i) simulation->RunFor(Milliseconds(50));
-    EXPECT_TRUE(control->idle()) << "to " << regions;
-    if (!control->idle()) Describe();
-    EXPECT_EQ(simulation->workers().size(), regions);
-  }
-  void Describe() {
-    for (const auto& [id, worker] : simulation->workers()) {
-      const region::Region& region = worker->region();
-      std::string waits;
-      for (const RegionId other : region.WaitingFor()) waits += " " + std::to_string(other.value());
-      for (const auto& [what, count] : worker->totals().refused) waits += "; " + what + " x" + std::to_string(count);
-      std::printf("region %u: tick %lu, map %lu, announced %lu%s, %zu away, waits for%s\n", id.value(),
-                  static_cast<unsigned long>(region.tick().value()),
-                  static_cast<unsigned long>(region.map().version().value()),
-                  static_cast<unsigned long>(region.announced().value()), region.committed() ? " (committed)" : "",
-                  region.away_count(), waits.c_str());
-    }
-  }
-  void ExpectAllAtHome() {
-    for (const auto& [id, worker] : simulation->workers()) EXPECT_EQ(worker->region().away_count(), 0U) << id;
-  }
-
-  std::shared_ptr<const Scene> scene;
-  std::unique_ptr<Control> control;
-  std::unique_ptr<Simulation> simulation;
-};
-
-// Balls that fly about between walls.
-SceneBuilder Swarm(int balls) {
-  SceneBuilder builder(kHalf);
-  for (const double side : {-1.0, 1.0}) {
-    for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 3, kHalf} : Vec3d{kHalf, 3, 1}}),
-                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
-      wall.motion = Motion::kStatic;
-      wall.mass_kg = 0;
-    }
-  }
-  for (int i = 0; i < balls; ++i) {
-    BodyDef& ball = builder.Add(Ball(0.3), {-17.0 + i % 18 * 2, 0, -17.0 + i / 18 * 2},
-                                {static_cast<float>(5 - i % 11), 0, static_cast<float>(i % 7 - 3)});
-    ball.material.restitution = 1;
-    ball.material.friction = 0;
-    ball.may_sleep = false;
-  }
-  return builder;
+void ExpectAllAtHome(const Instance& instance) {
+  for (const auto& [id, worker] : instance.simulation->workers()) EXPECT_EQ(worker->region().away_count(), 0U) << id;
 }
 
 TEST(GrowthTest, ASwarmIsKeptWholeFromTwoRegionsToFourAndBack) {
-  Instance instance(Swarm(200), 2);
+  Instance instance(Swarm(kHalf, 200), 2);
   instance.simulation->RunTo(Tick(30));
   instance.ScaleTo(4);
-  instance.ExpectAllAtHome();
+  ExpectAllAtHome(instance);
   instance.simulation->RunFor(Milliseconds(500));
   instance.ScaleTo(2);
   instance.simulation->RunFor(Milliseconds(500));
@@ -85,7 +31,7 @@ TEST(GrowthTest, ASwarmIsKeptWholeFromTwoRegionsToFourAndBack) {
 }
 
 TEST(GrowthTest, EveryNumberOfRegionsLeadsToEveryOther) {
-  Instance instance(Swarm(60), 1);
+  Instance instance(Swarm(kHalf, 60), 1);
   instance.simulation->RunTo(Tick(10));
   for (const std::uint32_t regions : {3U, 7U, 2U, 5U, 6U, 1U}) instance.ScaleTo(regions);
   instance.simulation->Settle();
@@ -127,7 +73,7 @@ TEST(GrowthTest, StacksStandAndJointsHoldWhileTheirRegionsChange) {
 
 TEST(GrowthTest, ChangesUnderLossAndDelayComeRight) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    Instance instance(Swarm(80), 2, {.seed = seed, .weather = {.loss = 0.05, .jitter = 6000}});
+    Instance instance(Swarm(kHalf, 80), 2, {.seed = seed, .weather = {.loss = 0.05, .jitter = 6000}});
     instance.simulation->RunTo(Tick(30));
     instance.ScaleTo(4);
     instance.ScaleTo(2);
@@ -138,7 +84,7 @@ TEST(GrowthTest, ChangesUnderLossAndDelayComeRight) {
 }
 
 TEST(GrowthTest, AMapThatNotEveryoneCouldHearOfInTimeComesIntoForceNowhere) {
-  const SceneBuilder builder = Swarm(20);
+  const SceneBuilder builder = Swarm(kHalf, 20);
   const std::shared_ptr<const Scene> scene = builder.Build();
   const PartitionMap map = *MakeGridMap(scene->ground(), 4);
   std::unique_ptr<Control> control;

@@ -8,8 +8,9 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kPatience = 5'000'000;  // of RunTo and Settle
+constexpr Micros kPatience = 5'000'000;  // of RunTo
 constexpr Micros kSettling = Milliseconds(400);
+constexpr Micros kSettlingPatience = 20'000'000;
 constexpr std::uint64_t kTicksSettling = 10;
 constexpr std::uint64_t kStepsBetweenChecks = 64;
 constexpr double kCornerReach_m = 2;
@@ -84,6 +85,16 @@ Tick Simulation::tick() const {
   return lowest;
 }
 
+// Borders that closed or opened, and ticks that were adopted rather than stepped.
+std::uint64_t Simulation::Unrest() const {
+  std::uint64_t unrest = 0;
+  for (const auto& [id, worker] : workers_) {
+    const WorkerTotals& totals = worker->totals();
+    unrest += totals.closings + totals.openings + worker->region().tick().value() - totals.steps;
+  }
+  return unrest;
+}
+
 // Who waits for whom.
 std::string Simulation::Standstill() const {
   std::string text;
@@ -128,11 +139,16 @@ void Simulation::Settle() {
     network_.SetStalled(worker->node(), false);
     worker->set_step_time(0);
   }
-  const Micros end = timeline_.now() + kPatience;
-  while (!AllOpen() && timeline_.now() < end && timeline_.RunNext()) continue;
-  if (!AllOpen()) ledger_.Problem(tick(), absl::StrCat("borders stay closed:", Standstill()));
-  // Ticks are one again after as many steps as regions lie between any two.
-  RunFor(kSettling);
+  // Ticks are one again when all borders are open and no tick was adopted for a while.
+  const Micros end = timeline_.now() + kSettlingPatience;
+  bool calm = false;
+  while (!calm && timeline_.now() < end) {
+    const std::uint64_t unrest = Unrest();
+    const bool open = AllOpen();
+    RunFor(kSettling);
+    calm = open && AllOpen() && Unrest() == unrest;
+  }
+  if (!calm) ledger_.Problem(tick(), absl::StrCat("borders do not come to rest:", Standstill()));
   Tick most;
   for (const auto& [id, worker] : workers_) most = std::max(most, worker->region().tick());
   for (const auto& [id, worker] : workers_) worker->set_target(most + kTicksSettling);

@@ -83,6 +83,7 @@ class Simulation {
 
   Worker& worker(std::uint32_t region) { return *workers_.at(RegionId(region)); }
   std::map<RegionId, std::unique_ptr<Worker>>& workers() { return workers_; }
+  const std::map<RegionId, std::unique_ptr<Worker>>& workers() const { return workers_; }
   Timeline& timeline() { return timeline_; }
   VirtualNetwork& network() { return network_; }
   Chance& chance() { return chance_; }
@@ -101,6 +102,7 @@ class Simulation {
   void CountHandovers(Worker& worker, const region::StepResult& result);
   void CheckCopies();
   bool AllOpen() const;
+  std::uint64_t Unrest() const;
   std::string Standstill() const;
 
   std::shared_ptr<const Scene> scene_;

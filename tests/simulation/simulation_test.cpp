@@ -3,34 +3,14 @@
 
 #include <gmock/gmock.h>
 
-#include "tests/simulation/scene_builder.h"
+#include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
 namespace {
 
 using ::testing::IsEmpty;
 
-// Balls that fly about in a square of walls, across all borders.
-SceneBuilder Swarm(int balls) {
-  constexpr double kHalf = 12;
-  SceneBuilder builder(kHalf);
-  for (const double side : {-1.0, 1.0}) {
-    for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 3, kHalf} : Vec3d{kHalf, 3, 1}}),
-                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
-      wall.motion = Motion::kStatic;
-      wall.mass_kg = 0;
-    }
-  }
-  for (int i = 0; i < balls; ++i) {
-    BodyDef& ball = builder.Add(Ball(0.3), {-9.0 + i % 9 * 2, 0, -9.0 + i / 9 * 2},
-                                {static_cast<float>(5 - i % 11), 0, static_cast<float>(i % 7 - 3)});
-    ball.material.restitution = 1;
-    ball.material.friction = 0;
-    ball.may_sleep = false;
-  }
-  return builder;
-}
+constexpr double kHalf = 12;  // of the ground, m
 
 Simulation Make(const SceneBuilder& builder, std::uint32_t regions, const SimulationOptions& options) {
   const std::shared_ptr<const Scene> scene = builder.Build();
@@ -39,7 +19,7 @@ Simulation Make(const SceneBuilder& builder, std::uint32_t regions, const Simula
 
 TEST(SimulationTest, TheSameSeedGivesTheSameBits) {
   const auto run = [](std::uint64_t seed) {
-    Simulation simulation = Make(Swarm(40), 4, {.seed = seed, .weather = {.loss = 0.05, .jitter = 4000}});
+    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.seed = seed, .weather = {.loss = 0.05, .jitter = 4000}});
     simulation.RunTo(Tick(120));
     EXPECT_THAT(simulation.problems(), IsEmpty());
     EXPECT_GT(simulation.totals().handovers, 10U);
@@ -51,7 +31,7 @@ TEST(SimulationTest, TheSameSeedGivesTheSameBits) {
 
 TEST(SimulationTest, NoWeatherChangesTheWorld) {
   const auto run = [](const Weather& weather) {
-    Simulation simulation = Make(Swarm(40), 4, {.weather = weather});
+    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.weather = weather});
     for (auto& [id, worker] : simulation.workers()) worker->set_target(Tick(200));
     simulation.RunTo(Tick(200));
     EXPECT_THAT(simulation.problems(), IsEmpty());
@@ -64,7 +44,7 @@ TEST(SimulationTest, NoWeatherChangesTheWorld) {
 }
 
 TEST(SimulationTest, ABrokenConnectionIsDialledAgainAndNothingIsMissing) {
-  Simulation simulation = Make(Swarm(40), 4, {.weather = {.delay = 3000}});
+  Simulation simulation = Make(Swarm(kHalf, 40), 4, {.weather = {.delay = 3000}});
   for (int i = 0; i < 40; ++i) {
     simulation.RunFor(Milliseconds(70));
     simulation.network().Break(1 + i % 2, 3 + i % 2);
@@ -75,11 +55,11 @@ TEST(SimulationTest, ABrokenConnectionIsDialledAgainAndNothingIsMissing) {
 }
 
 TEST(SimulationTest, AKilledWorkerIsGoneAndAnotherLifeMayStart) {
-  Simulation simulation = Make(Swarm(10), 2, {});
+  Simulation simulation = Make(Swarm(kHalf, 10), 2, {});
   simulation.RunTo(Tick(10));
   simulation.Kill(RegionId(2));
   EXPECT_FALSE(simulation.Alive(RegionId(2)));
-  EXPECT_EQ(simulation.OwnerOf(simulation.scene()->bodies.back().id), RegionId(1));
+  EXPECT_EQ(simulation.OwnerOf(simulation.scene()->bodies[4].id), RegionId(1));  // the first ball
   simulation.RunFor(Milliseconds(100));
   Worker& next = simulation.StartWorker({RegionId(2), Incarnation(2), simulation.scene(),
                                          *MakeGridMap(simulation.scene()->ground(), 2), region::Settings()});

@@ -111,6 +111,7 @@ void Worker::Step() {
     if (!region_->IsOpen(id)) closed.push_back(id);
   }
   region::StepResult result = region_->Step();
+  ++totals_.steps;
   stepped_ = true;
   totals_.openings += static_cast<std::uint64_t>(
       std::count_if(closed.begin(), closed.end(), [this](RegionId id) { return region_->IsOpen(id); }));

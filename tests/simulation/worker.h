@@ -18,7 +18,7 @@
 namespace tessera::simulation {
 
 struct WorkerTotals {
-  std::uint64_t frames = 0, frame_bytes = 0, closings = 0, openings = 0;
+  std::uint64_t steps = 0, frames = 0, frame_bytes = 0, closings = 0, openings = 0;
   std::map<std::string, std::uint64_t> refused;  // frames, by what was said of them
 };
 
