@@ -21,7 +21,7 @@ constexpr int kRepeats = 5;
 std::vector<double> StepRates(Sweep sweep, bool quick) {
   if (sweep == Sweep::kNone) return {60};
   if (quick) return {60, 240};
-  return {30, 60, 120, 240, 480, 960};
+  return {5, 10, 15, 20, 30, 60, 120, 240, 480, 960};
 }
 
 std::vector<EngineConfig> ConfigsOf(EngineKind engine, const AccuracyScene& scene, double hz, bool quick) {

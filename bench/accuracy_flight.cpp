@@ -116,7 +116,7 @@ absl::StatusOr<Outcome> Handle(const Trial& trial, bool stable) {
   int flips = 0;
   bool up = true;
   for (int look = 0; look < std::lround(kHandleSeconds / kLook_s); ++look) {
-    run->Seconds(kLook_s);
+    run->Until((look + 1) * kLook_s);
     const BodyState state = run->StateOf(scenes::kTHandle);
     watch.Look(state);
     if (Upright(Quatd(state.orientation), stable) != up) ++flips;
@@ -157,17 +157,18 @@ absl::StatusOr<Outcome> Top(const Trial& trial) {
   if (!run.ok()) return run.status();
   const auto axis = [&] { return Rotate(Quatd(run->StateOf(top.top).orientation), Vec3d{0, 1, 0}); };
   const auto azimuth = [&] { return std::atan2(-axis().z, axis().x); };  // counted as a turn about +y
-  run->Seconds(0.5);
+  run->Until(0.5);
+  const double start_s = run->time_s();
   double before = azimuth(), turned = 0, tilt_error = 0;
-  for (int look = 0; look < 50; ++look) {
-    run->Seconds(0.1);
+  for (int look = 1; look <= 50; ++look) {
+    run->Until(0.5 + look * 0.1);
     const double now = azimuth();
     turned += std::remainder(now - before, 2 * kPi);
     before = now;
     tilt_error = std::max(tilt_error, std::abs(std::acos(std::clamp(axis().y, -1.0, 1.0)) - kPi / 12));
   }
   const bool finite = IsFinite(run->StateOf(top.top));
-  const double error = finite ? std::abs(turned / 5 / top.precession_rad_s - 1) : kBroken;
+  const double error = finite ? std::abs(turned / (run->time_s() - start_s) / top.precession_rad_s - 1) : kBroken;
   return Outcome{
       error, {{"precession_error", error, "1"}, {"tilt_error_rad", tilt_error, "rad"}}, run->cpu_us_per_tick()};
 }

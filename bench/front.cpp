@@ -7,6 +7,8 @@
 namespace tessera::bench {
 namespace {
 
+constexpr double kBetter = 0.99;  // at most this share of another's error
+
 // The least CPU time for which a front gets down to that error.
 double CostAt(const std::vector<Offer>& front, double error) {
   double cost = std::numeric_limits<double>::infinity();
@@ -26,7 +28,7 @@ std::vector<Offer> FrontOf(std::vector<Offer> offers, double floor, double worst
   });
   std::vector<Offer> front;
   for (const Offer& offer : offers) {
-    if (front.empty() || offer.error < front.back().error) front.push_back(offer);
+    if (front.empty() || offer.error <= kBetter * front.back().error) front.push_back(offer);
   }
   return front;
 }

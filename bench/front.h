@@ -14,7 +14,8 @@ struct Offer {
 };
 
 // The offers that no other beats or equals in both, by falling error and rising CPU time. Those whose error is not
-// finite, or above `worst`, offer nothing; below `floor`, where rounding decides, all are equally good.
+// finite, or above `worst`, offer nothing; below `floor`, where rounding decides, all are equally good. An error that
+// is less by under a hundredth of itself is no better: nobody would pay for it.
 std::vector<Offer> FrontOf(std::vector<Offer> offers, double floor, double worst);
 
 // Whether at every error that both fronts reach, `ours` takes less CPU time. The errors looked at are those of the

@@ -24,6 +24,8 @@ TEST(FrontTest, LeavesOutRunsThatFailed) {
 
 TEST(FrontTest, RoundingDecidesNothing) { EXPECT_EQ(Front({{1e-15, 9}, {1e-12, 3}}).size(), 1u); }
 
+TEST(FrontTest, ANearlyEqualErrorIsWorthNothing) { EXPECT_EQ(Front({{0.1, 3}, {0.0999, 9}}).size(), 1u); }
+
 TEST(FrontTest, AheadEverywhereDominates) {
   EXPECT_TRUE(Dominates(Front({{0.1, 1}, {0.001, 2}}), Front({{0.2, 3}, {0.01, 8}})));
 }

@@ -37,6 +37,11 @@ void Run::Steps(int n) {
 
 void Run::Seconds(double seconds) { Steps(static_cast<int>(std::lround(seconds * hz_))); }
 
+void Run::Until(double time_s) {
+  const long until = static_cast<long>(std::ceil(time_s * hz_ - 1e-6));
+  if (until > steps_) Steps(static_cast<int>(until - steps_));
+}
+
 void Run::Tick() {
   const long until = static_cast<long>((std::floor(time_s() * 60 + 1e-6) + 1) * hz_ / 60 + 1e-6);
   Steps(static_cast<int>(std::max(1L, until - steps_)));

@@ -33,6 +33,8 @@ class Run {
   void Steps(int n);
   // Rounded to whole steps.
   void Seconds(double seconds);
+  // To the first end of a step that is not before this time since the start.
+  void Until(double time_s);
   // To the next whole 1/60 s; one step if steps are longer.
   void Tick();
   // N, on this body in every step from now on.
