@@ -14,8 +14,10 @@ namespace {
 constexpr std::uint32_t kAckMaskBits = 64;
 // A sequence further ahead than a connection could have lost without ending is a lie, and would silence what follows.
 constexpr std::uint32_t kMaxSequenceJump = 1 << 20;
-// By how much a datagram that comes late may look back further than those that overtook it: half a second at 60 Hz.
+// How much later than one that overtook it a datagram may come and be understood: half a second at 60 Hz.
 constexpr std::uint64_t kOvertaking_ticks = 30;
+// States of a body that are kept, in lengths of the sender's history: that, and what comes while it is let go of.
+constexpr std::size_t kHistoriesKept = 3;
 constexpr std::size_t kMaxTracked = kMaxBodies + kMaxPlayers;
 
 struct Sample {
@@ -29,6 +31,8 @@ struct TrackedBody {
   Tick told;                    // newest tick at which it was told of, or told gone
   Tick properties;              // newest tick at which they were told
   std::vector<Sample> samples;  // ascending by tick: what may predict it
+  // Since what was sent at `from` no older sample than `needed` is used. 0: nothing is to be let go of.
+  Tick from, needed;
 };
 
 struct ParsedBody {
@@ -71,6 +75,7 @@ struct SnapshotReceiver::Impl {
   void Remember(std::uint32_t sequence);
   bool Depart(Tick tick, const DepartureRecord& departure);  // false: old news
   TrackedBody* Store(Tick tick, const ParsedBody& body);     // null: of an ownership that has ended
+  static void LetGo(TrackedBody& body, Tick tick, Tick oldest_used);
   BodyState StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const;
 
   Settings settings;
@@ -232,7 +237,8 @@ bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure)
     body.told = std::max(body.told, tick);
     return false;
   }
-  body = {.epoch = departure.epoch, .gone = true, .told = tick, .properties = {}, .samples = {}};
+  body = {
+      .epoch = departure.epoch, .gone = true, .told = tick, .properties = {}, .samples = {}, .from = {}, .needed = {}};
   return true;
 }
 
@@ -241,22 +247,33 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
   if (parsed.epoch < body.epoch) return nullptr;
   if (parsed.epoch == body.epoch && body.gone && tick <= body.told) return nullptr;
   if (parsed.epoch > body.epoch || body.gone)
-    body = {.epoch = parsed.epoch, .gone = false, .told = tick, .properties = {}, .samples = {}};
+    body = {
+        .epoch = parsed.epoch, .gone = false, .told = tick, .properties = {}, .samples = {}, .from = {}, .needed = {}};
   body.told = std::max(body.told, tick);
   std::vector<Sample>& samples = body.samples;
-  // The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
-  // But datagrams overtake each other, so that is kept for a while longer.
-  if (!parsed.whole) {
-    const auto keep = std::find_if(samples.begin(), samples.end(),
-                                   [&](const Sample& s) { return s.tick + kOvertaking_ticks >= parsed.oldest; });
-    samples.erase(samples.begin(), keep);
-  }
+  if (!parsed.whole) LetGo(body, tick, parsed.oldest);
   const auto at =
       std::lower_bound(samples.begin(), samples.end(), tick, [](const Sample& s, Tick t) { return s.tick < t; });
   if (at != samples.end() && at->tick == tick) return &body;  // the same tick written twice
   samples.insert(at, {tick, parsed.state});
-  if (samples.size() > settings.history_ticks) samples.erase(samples.begin());
+  if (samples.size() > kHistoriesKept * settings.history_ticks) samples.erase(samples.begin());
   return &body;
+}
+
+// The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
+// But datagrams overtake each other, and what it used before may be much older, of a body that had rested: so that goes
+// only once what was sent before cannot come any more.
+void SnapshotReceiver::Impl::LetGo(TrackedBody& body, Tick tick, Tick oldest_used) {
+  if (body.from == Tick()) {
+    body.from = tick;
+    body.needed = oldest_used;
+  }
+  if (tick < body.from + kOvertaking_ticks) return;
+  const auto keep =
+      std::find_if(body.samples.begin(), body.samples.end(), [&](const Sample& s) { return s.tick >= body.needed; });
+  body.samples.erase(body.samples.begin(), keep);
+  body.from = tick;
+  body.needed = oldest_used;
 }
 
 // Velocities that were not told follow from the sample before.
