@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
+#include "core/replication/interest.h"
 #include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
 #include "core/replication/record_codec.h"
@@ -104,10 +105,10 @@ class FarClient {
     (void)endpoint_->Send(peer_, net::Delivery::kUnsequenced, EncodeInput({.ack = ack, .inputs = {}}));
     endpoint_->Flush();
   }
-  ClientView Walk() {
+  Vec3d Walk() {
     if (std::abs(place_.x) > 110 || std::abs(place_.z) > 110) heading_ = std::atan2(-place_.z, -place_.x);
     place_ += Vec3d(std::cos(heading_), 0, std::sin(heading_)) * (kWalk_m_s / kSnapshotRate_hz);
-    return {.centre = place_};
+    return place_;
   }
 
   bool connected = false;
@@ -185,19 +186,20 @@ class Scale {
   // One snapshot of all clients.
   void Round(Parts& parts) {
     field_.Step();
-    std::vector<ClientView> views;
-    views.reserve(far_.size());
-    for (const auto& far : far_) views.push_back(far->Walk());
+    std::vector<std::optional<Vec3d>> places;
+    places.reserve(near_.size());
+    for (const Near& client : near_) places.push_back(far_[client.number]->Walk());
     const double begin = CpuSeconds();
     history_.PushChanges(Tick(tick_ += kTicks), field_.changed(), {});
     double mark = CpuSeconds();
     parts.push_s += mark - begin;
-    for (auto& [peer, client] : near_) {
-      const WrittenSnapshot written = client.sender.Write(history_, views[client.number], 0, 0);
+    for (const std::uint32_t at : NeighboursInARow(places, kRadius_m)) {
+      Near& client = near_[at];
+      const WrittenSnapshot written = client.sender.Write(history_, {.centre = places[at]}, 0, 0);
       const double wrote = CpuSeconds();
       parts.write_s += wrote - mark;
       for (const Bytes& bytes : written.datagrams) {
-        if (endpoint_->Send(peer, net::Delivery::kUnsequenced, bytes).ok()) parts.bytes += bytes.size();
+        if (endpoint_->Send(client.peer, net::Delivery::kUnsequenced, bytes).ok()) parts.bytes += bytes.size();
       }
       mark = CpuSeconds();
       parts.send_s += mark - wrote;
@@ -234,6 +236,7 @@ class Scale {
 
  private:
   struct Near {
+    net::PeerHandle peer;
     std::size_t number;
     SnapshotSender sender;
   };
@@ -241,12 +244,13 @@ class Scale {
   void Receive() {
     for (const net::Event& event : endpoint_->Service(milliseconds(0))) {
       if (event.kind == net::Event::Kind::kConnected) {
-        near_.emplace(event.peer, Near{event.who.player.value() - 1, SnapshotSender(ScaleSettings())});
+        number_of_.emplace(event.peer, near_.size());
+        near_.push_back({event.peer, event.who.player.value() - 1, SnapshotSender(ScaleSettings())});
       } else if (event.kind == net::Event::Kind::kMessage) {
         const auto input = DecodeInput(event.bytes);
-        const auto client = near_.find(event.peer);
-        if (!input.ok() || client == near_.end()) continue;
-        if (const absl::Status status = client->second.sender.Acknowledge(input->ack); !status.ok()) {
+        const auto client = number_of_.find(event.peer);
+        if (!input.ok() || client == number_of_.end()) continue;
+        if (const absl::Status status = near_[client->second].sender.Acknowledge(input->ack); !status.ok()) {
           throw std::runtime_error(status.ToString());
         }
       }
@@ -257,7 +261,8 @@ class Scale {
   SnapshotHistory history_;
   std::unique_ptr<net::Endpoint> endpoint_;
   std::vector<std::unique_ptr<FarClient>> far_;
-  std::map<net::PeerHandle, Near> near_;
+  std::vector<Near> near_;
+  std::map<net::PeerHandle, std::size_t> number_of_;
   std::uint64_t tick_ = 0;
 };
 

@@ -43,7 +43,9 @@ std::vector<std::uint8_t> BitWriter::Finish() {
   for (; pending_bits_ > 0; pending_bits_ -= 8, pending_ >>= 8) bytes_.push_back(static_cast<std::uint8_t>(pending_));
   pending_ = 0;
   pending_bits_ = 0;
-  return std::move(bytes_);
+  std::vector<std::uint8_t> whole(bytes_);
+  bytes_.clear();
+  return whole;
 }
 
 std::uint64_t BitReader::Read32(int bits) {

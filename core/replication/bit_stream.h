@@ -62,7 +62,7 @@ class BitWriter {
   void Rewind(const Mark& mark);
   // Room for so many bytes in all, so that writing them takes no more of it.
   void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
-  // The whole, filled up with zeros to a byte. The writer is empty then.
+  // The whole, filled up with zeros to a byte. The writer is empty then, and keeps its room.
   std::vector<std::uint8_t> Finish();
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace tessera::replication {
@@ -80,5 +81,28 @@ bool InterestWindow::Follow(const CellGrid& grid, double radius_m, const std::op
 }
 
 bool InterestWindow::Sees(std::uint32_t cell) const { return std::binary_search(seen_.begin(), seen_.end(), cell); }
+
+std::vector<std::uint32_t> NeighboursInARow(std::span<const std::optional<Vec3d>> places, double radius_m) {
+  // By squares, along a Z-order curve: the bits of both coordinates in turns.
+  const double square_m = std::max(radius_m / kCellsInRadius, kMinCell_m);
+  const auto spread = [&](double x) {
+    const double at = std::clamp(std::floor(x / square_m) + 32768, 0.0, 65535.0);
+    std::uint64_t bits = 0;
+    for (int i = 0; i < 16; ++i) bits |= ((static_cast<std::uint64_t>(at) >> i) & 1) << (2 * i);
+    return bits;
+  };
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keys;
+  keys.reserve(places.size());
+  for (const std::optional<Vec3d>& place : places) {
+    const std::uint64_t key =
+        place.has_value() ? spread(place->x) | spread(place->z) << 1 : std::numeric_limits<std::uint64_t>::max();
+    keys.emplace_back(key, static_cast<std::uint32_t>(keys.size()));
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint32_t> order;
+  order.reserve(keys.size());
+  for (const auto& key : keys) order.push_back(key.second);
+  return order;
+}
 
 }  // namespace tessera::replication

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/world/bounds.h"
@@ -55,5 +56,9 @@ class InterestWindow {
   std::optional<Vec3d> at_;  // where it was last looked from
   bool sees_all_ = false;
 };
+
+// The order in which to write to those who look from `places`: neighbours in a row, so that what they see both is still
+// at hand for the second. Those without a place come last.
+std::vector<std::uint32_t> NeighboursInARow(std::span<const std::optional<Vec3d>> places, double radius_m);
 
 }  // namespace tessera::replication

@@ -218,5 +218,21 @@ TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
   EXPECT_GE(far_by, Tick(60));
 }
 
+TEST(NeighboursInARowTest, NamesEachOnceAndKeepsNeighboursTogether) {
+  std::vector<std::optional<Vec3d>> places;
+  for (int i = 0; i < 64; ++i) places.emplace_back(Vec3d(i % 2 == 0 ? -200.0 - i : 200.0 + i, 1, 3.0 * i));
+  places.emplace_back(std::nullopt);
+  places.emplace_back(Vec3d(1e12, 0, -1e12));
+  std::vector<std::uint32_t> order = NeighboursInARow(places, 20);
+  EXPECT_EQ(order.back(), 64u);
+  int crossings = 0;
+  for (std::size_t i = 1; i + 1 < order.size(); ++i) {
+    crossings += (places[order[i]]->x < 0) != (places[order[i - 1]]->x < 0) ? 1 : 0;
+  }
+  EXPECT_LE(crossings, 3);  // 63 in the order they came
+  std::sort(order.begin(), order.end());
+  for (std::uint32_t i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
+}
+
 }  // namespace
 }  // namespace tessera::replication

@@ -18,7 +18,7 @@ constexpr double kOverheadBytes = 28 + 24 + 12;
 // For how long a client may save up what it was not sent.
 constexpr double kBurst_s = 0.1;
 // A client that acknowledges none of so many records of a body is told it whole again: it may have let go of the
-// baseline (SnapshotReceiver keeps 64).
+// baseline (snapshot_receiver.cpp says how many states of one are kept).
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Samples further apart than this predict nothing; they are counted in 8 bits.
 constexpr std::uint64_t kMaxGap_ticks = 32;
@@ -155,20 +155,22 @@ bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, K
     if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
   }
   std::uint32_t period = kNearPeriod;
-  double share = 0;
-  if (settings.interest_radius_m > 0 && view.centre.has_value()) {
-    share = Length(Vec3d(face.position) - *view.centre) / settings.interest_radius_m;
-    period = share <= kNear ? kNearPeriod : share <= kMiddle ? kMiddlePeriod : kFarPeriod;
-  } else if (view.centre.has_value()) {
-    share = Length(Vec3d(face.position) - *view.centre) / 100;  // only for the order
+  double shares = 0;  // of the radius, squared; without one, of 100 m: only for the order
+  if (view.centre.has_value()) {
+    const double radius_m = settings.interest_radius_m > 0 ? settings.interest_radius_m : 100;
+    shares = LengthSquared(Vec3d(face.position) - *view.centre) / (radius_m * radius_m);
+    if (settings.interest_radius_m > 0) {
+      period = shares <= kNear * kNear ? kNearPeriod : shares <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod;
+    }
   }
   body.priority += 1.0f / static_cast<float>(period);
-  score = body.priority / static_cast<float>(0.1 + share);
-  if (body.id == view.own) score = std::numeric_limits<float>::max();
-  if (whole || body.id == view.own) return true;
   // All who see a body at one distance are told of it at the same ticks, so that one record serves them.
   const bool in_turn = (history.pushes + body.slot) % period == 0;
-  return body.priority >= 1 && (in_turn || body.priority >= kOverdue);
+  const bool due = body.priority >= 1 && (in_turn || body.priority >= kOverdue);
+  if (!due && !whole && body.id != view.own) return false;
+  score = body.id == view.own ? std::numeric_limits<float>::max()
+                              : body.priority / static_cast<float>(0.1 + std::sqrt(shares));
+  return true;
 }
 
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {

@@ -70,12 +70,12 @@ bool DenseModel::CodeVelocities(Coder& coder, const State& base, State& state) {
 template <class Coder>
 bool DenseModel::CodeState(Coder& coder, const Setup& setup, const History& history, State& state) {
   const State& base = *history.base;
-  const Prediction prediction = setup.predictor.Predict({.base = history.base,
-                                                         .older = history.older,
-                                                         .oldest = history.oldest,
-                                                         .ticks = history.ticks,
-                                                         .gap = history.gap,
-                                                         .gap2 = history.gap2});
+  const Prediction prediction = setup.predictor.PredictWithFit({.base = history.base,
+                                                                .older = history.older,
+                                                                .oldest = history.oldest,
+                                                                .ticks = history.ticks,
+                                                                .gap = history.gap,
+                                                                .gap2 = history.gap2});
   bool same = state == base;
   Code(coder, same, pose_.Same(prediction, base, moved_));
   moved_ = !same;

@@ -23,6 +23,16 @@ std::int64_t Turn(const FixedQuaternion& a, const FixedQuaternion& b) {
   return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])});
 }
 
+bool SameTurn(const QuantizedState& a, const QuantizedState& b) {
+  return a.largest == b.largest && a.smallest == b.smallest;
+}
+
+// Whether there is what a motion follows from, and how it changes.
+bool HasPast(const Samples& s) {
+  return s.older != nullptr && s.gap != 0 && s.ticks <= kMaxPredictedTicks && s.gap <= kMaxPredictedTicks;
+}
+bool HasLongPast(const Samples& s) { return s.oldest != nullptr && s.gap2 > 0 && s.gap2 <= kMaxPredictedTicks; }
+
 int TurnBits(std::int64_t turn, std::uint64_t ticks, std::uint64_t gap) {
   return Bits((turn * static_cast<std::int64_t>(ticks) / static_cast<std::int64_t>(gap)) >> kTurnShift);
 }
@@ -52,21 +62,14 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   assert(s.base != nullptr);
   Prediction result{.position = s.base->position};
   result.orientation = result.base_orientation = ToFixed(*s.base, orientation_limit_);
-  if (s.older == nullptr || s.gap == 0 || s.ticks > kMaxPredictedTicks || s.gap > kMaxPredictedTicks) return result;
+  if (!HasPast(s)) return result;
   const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
-  const bool third = s.oldest != nullptr && s.gap2 > 0 && s.gap2 <= kMaxPredictedTicks;
-  const auto gap2 = static_cast<std::int64_t>(s.gap2);
-  result.flies = third && Flies(s);
-  std::int64_t longest = 0, change = 0;
+  result.flies = HasLongPast(s) && Flies(s);
+  std::int64_t longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t moved = s.base->position[axis] - s.older->position[axis];
-    const std::int64_t move = Rounded(moved * ticks, gap);
+    const std::int64_t move = Rounded((s.base->position[axis] - s.older->position[axis]) * ticks, gap);
     longest = std::max(longest, std::abs(move));
     result.position[axis] += move;
-    if (!third) continue;
-    result.change[axis] = move - Rounded((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
-    if (result.flies && axis == 1) result.change[1] -= (gravity_ * ticks * (gap + gap2)) >> (kGravityBits + 1);
-    change = std::max(change, std::abs(result.change[axis]));
   }
   if (result.flies) {
     // From the mean velocity over the gap, which is that of its middle: v t + g t (t + gap) / 2.
@@ -75,22 +78,30 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   if (result.position[1] < s.floor && s.base->position[1] >= s.floor) result.position[1] = s.floor;
   for (std::int64_t& c : result.position) c = std::clamp(c, -kMaxPosition, kMaxPosition);
   result.move_bits = Bits(longest);
-  result.change_bits = Bits(change);
-
-  const auto same = [](const QuantizedState& a, const QuantizedState& b) {
-    return a.largest == b.largest && a.smallest == b.smallest;
-  };
-  const bool turned = !same(*s.base, *s.older);
-  if (!turned && (!third || same(*s.older, *s.oldest))) return result;
+  if (SameTurn(*s.base, *s.older)) return result;
   const FixedQuaternion older = ToFixed(*s.older, orientation_limit_);
-  if (turned) {
-    result.orientation = SpinOn(result.base_orientation, older, s.gap, s.ticks);
-    result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
+  result.orientation = SpinOn(result.base_orientation, older, s.gap, s.ticks);
+  result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
+  return result;
+}
+
+Prediction PosePredictor::PredictWithFit(const Samples& s) const {
+  Prediction result = Predict(s);
+  if (!HasPast(s) || !HasLongPast(s)) return result;
+  const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
+  const auto gap2 = static_cast<std::int64_t>(s.gap2);
+  std::int64_t change = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    result.change[axis] = Rounded((s.base->position[axis] - s.older->position[axis]) * ticks, gap) -
+                          Rounded((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
+    if (result.flies && axis == 1) result.change[1] -= (gravity_ * ticks * (gap + gap2)) >> (kGravityBits + 1);
+    change = std::max(change, std::abs(result.change[axis]));
   }
-  if (third) {
-    const FixedQuaternion spun = SpinOn(older, ToFixed(*s.oldest, orientation_limit_), s.gap2, s.gap);
-    result.wobble_bits = TurnBits(Turn(spun, result.base_orientation), s.ticks, s.gap);
-  }
+  result.change_bits = Bits(change);
+  if (SameTurn(*s.base, *s.older) && SameTurn(*s.older, *s.oldest)) return result;
+  const FixedQuaternion spun =
+      SpinOn(ToFixed(*s.older, orientation_limit_), ToFixed(*s.oldest, orientation_limit_), s.gap2, s.gap);
+  result.wobble_bits = TurnBits(Turn(spun, result.base_orientation), s.ticks, s.gap);
   return result;
 }
 

@@ -34,8 +34,8 @@ struct Prediction {
   // 1/512 of a half turn's sine. Residuals grow with them, so they choose how those are written.
   int move_bits = 0, turn_bits = 0;
   bool flies = false;  // it falls freely, so it goes as predicted however far
-  // The same of how far the last two moves differ, but for gravity where it flies, and by axis: the better the past
-  // fits, the smaller the residuals.
+  // From PredictWithFit alone: the same of how far the last two moves differ, but for gravity where it flies, and by
+  // axis: the better the past fits, the smaller the residuals.
   int change_bits = 0, wobble_bits = 0;
   std::array<std::int64_t, 3> change{};
 };
@@ -46,6 +46,7 @@ class PosePredictor {
   PosePredictor(const Quantizer& quantizer, const Settings& settings, double gravity_m_s2);
 
   Prediction Predict(const Samples& samples) const;
+  Prediction PredictWithFit(const Samples& samples) const;
   std::int32_t orientation_limit() const { return orientation_limit_; }
   // Of what both ends must agree on besides the quantiser.
   std::uint32_t fingerprint() const { return static_cast<std::uint32_t>(gravity_); }
