@@ -15,10 +15,6 @@ absl::Status Bad(BodyId id, const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), what));
 }
 
-absl::Status CheckKnown(BodyId id, const Catalog& catalog) {
-  return catalog.Known(id) ? absl::OkStatus() : Bad(id, " is not a dynamic body of the scene");
-}
-
 // Of a player's body: what its owner made of an input, the scene's limits applied. Others are pushed by fields alone.
 absl::Status CheckPush(BodyId id, Vec3f force_n, Vec3f torque_nm, const Catalog& catalog) {
   if (force_n == Vec3f() && torque_nm == Vec3f()) return absl::OkStatus();
@@ -86,6 +82,10 @@ bool Shown(const Frame& frame, BodyId id) {
 }
 
 }  // namespace
+
+absl::Status CheckKnown(BodyId id, const Catalog& catalog) {
+  return catalog.Known(id) ? absl::OkStatus() : Bad(id, " is not a dynamic body of the scene");
+}
 
 absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
   if (absl::Status push = CheckPush(id, control.force_n, control.torque_nm, catalog); !push.ok()) return push;

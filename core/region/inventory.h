@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/region/log.h"
+#include "core/region/region_state.h"
 #include "core/world/ids.h"
 
 namespace tessera::region {

@@ -14,52 +14,13 @@
 #include <cstdint>
 #include <map>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/region/catalog.h"
-#include "core/region/frame.h"
-#include "core/region/pair_reports.h"
 #include "core/region/region.h"
+#include "core/region/region_state.h"
 
 namespace tessera::region {
-
-struct StateBody {
-  BodyId id;
-  Epoch epoch;
-  BodyState state;
-  friend bool operator==(const StateBody&, const StateBody&) = default;
-};
-
-// A body that was granted and that the new owner has not confirmed: all it takes to revive it.
-struct KeptGrant {
-  RegionId to;
-  Tick tick;  // of the state; the new owner has it from the next on
-  BodyState state;
-  PlayerControl control;               // of a player's body
-  std::vector<TouchingPair> touching;  // whose events its owner reports
-  friend bool operator==(const KeptGrant&, const KeptGrant&) = default;
-};
-using KeptGrants = std::map<std::pair<BodyId, Epoch>, KeptGrant>;  // epoch: of the ownership that was granted
-
-// All that carries a region on: what it owned right after a tick, and what it had promised.
-struct RegionState {
-  RegionId region;
-  Incarnation incarnation;
-  Tick tick;
-  std::vector<StateBody> bodies;                   // ascending
-  std::map<PlayerNumber, PlayerControl> controls;  // of players' bodies among them
-  std::vector<PlayerNumber> spawned;               // ascending: whose bodies it has made
-  std::vector<TouchingPair> touching;              // ascending: begun and told, not ended
-  KeptGrants grants;
-  friend bool operator==(const RegionState&, const RegionState&) = default;
-
-  const StateBody* Find(BodyId id) const;
-};
-
-// INVALID_ARGUMENT naming the body: one that is not of the scene, a state that is not sane, lists out of order.
-absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog);
 
 // A whole state as a message.
 Bytes EncodeState(const RegionState& state);
@@ -78,11 +39,6 @@ struct LogView {
   std::span<const PairChange> pair_changes;  // since the last message; unused for a whole state
   const KeptGrants* grants = nullptr;
 };
-
-// All regions' states of one tick as one, of no region and without promises: what regions of any map can begin with
-// (Config::initial). A body that two of them have counts with its higher epoch. INVALID_ARGUMENT: none, or different
-// ticks.
-absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states);
 
 // Owner's end: knows what it wrote last.
 class LogWriter {

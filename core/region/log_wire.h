@@ -1,5 +1,5 @@
 // The bytes of one body's state in the log: its words less those that both ends predict, as many bytes of each as it
-// takes. Behind log.cpp.
+// takes. Behind log_write.cpp and log_read.cpp.
 //
 // Bit patterns are subtracted as whole numbers, so every value, minus zero and NaN too, comes out as it went in. What
 // does not change costs nothing; of what changes a little, the high bytes. Thread rule: free functions on values.

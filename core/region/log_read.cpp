@@ -1,10 +1,9 @@
-#include "core/region/log.h"
-
 #include <algorithm>
-#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/frame_check.h"
+#include "core/region/log.h"
+#include "core/region/log_format.h"
 #include "core/region/log_wire.h"
 #include "core/region/wire.h"
 #include "core/world/limits.h"
@@ -13,102 +12,11 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kMagic[] = {'T', 'L'};
-constexpr std::uint8_t kFormat = 1;
-constexpr std::uint8_t kWhole = 1, kChanges = 2;
-constexpr std::size_t kChecksumBytes = 8;
-constexpr std::size_t kMessageRoom = 1024;  // bytes that a message mostly needs beside its bodies
-constexpr std::uint8_t kTrigger = 1, kBegun = 2;
+using namespace log_format;
 
 absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
 
 const auto kByBody = [](const StateBody& body, BodyId wanted) { return body.id < wanted; };
-
-// --- Writing.
-
-void WriteHeader(Writer& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
-  out.U8(kMagic[0]);
-  out.U8(kMagic[1]);
-  out.U8(kFormat);
-  out.U8(kind);
-  out.Varint(region.value());
-  out.Varint(incarnation.value());
-  out.Varint(tick.value());
-}
-
-void WriteState(Writer& out, const BodyState& state, const BodyState* base, double tick_s) {
-  out.Wrote(PackState(out.Room(kMaxStateBytes + 8), state, base, tick_s));
-}
-
-template <class List>
-void WriteIds(Writer& out, const List& ids) {
-  std::uint64_t last = 0;
-  out.Varint(ids.size());
-  for (const auto id : ids) {
-    out.Varint(id.value() - last);
-    last = id.value();
-  }
-}
-
-void WritePair(Writer& out, const TouchingPair& pair, bool begun) {
-  out.Varint(pair.body_a.value());
-  out.Varint(pair.body_b.value());
-  out.U8(static_cast<std::uint8_t>((pair.trigger ? kTrigger : 0) | (begun ? kBegun : 0)));
-}
-
-void WriteControls(Writer& out, const std::map<PlayerNumber, PlayerControl>& controls,
-                   const std::map<PlayerNumber, PlayerControl>* base) {
-  std::vector<const std::pair<const PlayerNumber, PlayerControl>*> changed;
-  for (const auto& entry : controls) {
-    const auto before = base == nullptr ? controls.end() : base->find(entry.first);
-    if (base != nullptr && before != base->end() && before->second == entry.second) continue;
-    changed.push_back(&entry);
-  }
-  out.Varint(changed.size());
-  for (const auto* entry : changed) {
-    out.Varint(entry->first.value());
-    WriteControl(out, entry->second);
-  }
-}
-
-void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGrant& grant) {
-  out.Varint(key.first.value());
-  out.Varint(key.second.value());
-  out.Varint(grant.to.value());
-  out.Varint(grant.tick.value());
-  WriteState(out, grant.state, nullptr, 0);
-  if (IsPlayerBody(key.first)) WriteControl(out, grant.control);
-  out.Varint(grant.touching.size());
-  for (const TouchingPair& pair : grant.touching) WritePair(out, pair, true);
-}
-
-// Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
-void WriteGrants(Writer& out, const KeptGrants& grants, const KeptGrants& base) {
-  std::vector<const KeptGrants::value_type*> granted;
-  for (const auto& entry : grants) {
-    const auto before = base.find(entry.first);
-    if (before == base.end() || !(before->second == entry.second)) granted.push_back(&entry);
-  }
-  out.Varint(granted.size());
-  for (const auto* entry : granted) WriteGrant(out, entry->first, entry->second);
-  std::vector<std::pair<BodyId, Epoch>> settled;
-  for (const auto& [key, grant] : base) {
-    if (!grants.contains(key)) settled.push_back(key);
-  }
-  out.Varint(settled.size());
-  for (const auto& [id, epoch] : settled) {
-    out.Varint(id.value());
-    out.Varint(epoch.value());
-  }
-}
-
-Bytes Sealed(Writer& out) {
-  std::uint64_t sum = LogChecksum(out.bytes());
-  for (std::size_t i = 0; i < kChecksumBytes; ++i, sum >>= 8) out.U8(static_cast<std::uint8_t>(sum));
-  return out.Take();
-}
-
-// --- Reading.
 
 bool NextId(Reader& in, std::uint64_t& last) {
   const std::uint64_t step = in.Varint();
@@ -130,7 +38,7 @@ class MessageReader {
     for (StateBody& body : bodies) {
       if (!NextId(in_, last)) return Bad("bodies: ids do not ascend");
       body.id = BodyId(last);
-      if (!catalog_.Known(body.id)) return Unknown(body.id);
+      if (absl::Status status = CheckKnown(body.id, catalog_); !status.ok()) return status;
       while (before != base_.bodies.end() && before->id < body.id) ++before;
       const StateBody* base = before != base_.bodies.end() && before->id == body.id ? &*before : nullptr;
       body.epoch = Epoch(in_.Varint32());
@@ -148,7 +56,7 @@ class MessageReader {
     for (std::size_t i = 0; i < count; ++i) {
       const PlayerNumber player(in_.Varint32());
       const BodyId id = PlayerBodyId(player);
-      if (!catalog_.Known(id)) return Unknown(id);
+      if (absl::Status status = CheckKnown(id, catalog_); !status.ok()) return status;
       PlayerControl control;
       ReadControl(in_, control);
       if (absl::Status status = CheckControl(id, control, catalog_); !status.ok()) return status;
@@ -185,7 +93,7 @@ class MessageReader {
     for (std::size_t i = 0; i < count; ++i) {
       const BodyId id(in_.Varint());
       const Epoch epoch(in_.Varint32());
-      if (!catalog_.Known(id)) return Unknown(id);
+      if (absl::Status status = CheckKnown(id, catalog_); !status.ok()) return status;
       if (epoch.value() < 2) return Bad(absl::StrCat("grants: body ", id.value(), ": epoch ", epoch.value()));
       KeptGrant grant;
       grant.to = RegionId(in_.Varint32());
@@ -200,10 +108,6 @@ class MessageReader {
       if (!grants.emplace(std::pair(id, epoch), std::move(grant)).second) return Bad("grants: one twice");
     }
     return absl::OkStatus();
-  }
-
-  static absl::Status Unknown(BodyId id) {
-    return Bad(absl::StrCat("body ", id.value(), " is not a dynamic body of the scene"));
   }
 
  private:
@@ -247,18 +151,6 @@ absl::StatusOr<std::span<const std::uint8_t>> Opened(std::span<const std::uint8_
 absl::Status Finished(const Reader& in) {
   if (!in.ok()) return Bad("truncated");
   return in.remaining() == 0 ? absl::OkStatus() : Bad("trailing bytes");
-}
-
-// A player's body has a control, others have none.
-absl::Status CheckControls(const RegionState& state) {
-  std::size_t players = 0;
-  for (auto body = state.bodies.rbegin(); body != state.bodies.rend() && IsPlayerBody(body->id); ++body) {
-    if (!state.controls.contains(PlayerOf(body->id))) {
-      return Bad(absl::StrCat("body ", body->id.value(), " has no control"));
-    }
-    ++players;
-  }
-  return players == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
 }
 
 // What one message of changes says.
@@ -358,43 +250,6 @@ void ApplyPairs(std::span<const PairChange> changes, std::vector<TouchingPair>& 
 
 }  // namespace
 
-const StateBody* RegionState::Find(BodyId id) const {
-  const auto it = std::lower_bound(bodies.begin(), bodies.end(), id, kByBody);
-  return it != bodies.end() && it->id == id ? &*it : nullptr;
-}
-
-absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) {
-  BodyId last;
-  for (const StateBody& body : state.bodies) {
-    if (body.id <= last) return Bad("bodies: ids do not ascend");
-    last = body.id;
-    if (!catalog.Known(body.id)) return MessageReader::Unknown(body.id);
-    if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", body.id.value(), ": epoch 0"));
-    if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
-  }
-  return CheckControls(state);
-}
-
-Bytes EncodeState(const RegionState& state) {
-  Writer out;
-  WriteHeader(out, kWhole, state.region, state.incarnation, state.tick);
-  out.Varint(state.bodies.size());
-  std::uint64_t last = 0;
-  for (const StateBody& body : state.bodies) {
-    out.Varint(body.id.value() - last);
-    last = body.id.value();
-    out.Varint(body.epoch.value());
-    WriteState(out, body.state, nullptr, 0);
-  }
-  WriteControls(out, state.controls, nullptr);
-  WriteIds(out, state.spawned);
-  out.Varint(state.touching.size());
-  for (const TouchingPair& pair : state.touching) WritePair(out, pair, true);
-  out.Varint(state.grants.size());
-  for (const auto& [key, grant] : state.grants) WriteGrant(out, key, grant);
-  return Sealed(out);
-}
-
 absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, const Catalog& catalog) {
   const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
   if (!body.ok()) return body.status();
@@ -415,7 +270,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
-  if (absl::Status status = CheckControls(state); !status.ok()) return status;
+  if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
     if (!state.touching.empty() && !(state.touching.back() < change.pair)) return Bad("pairs: not ascending");
     state.touching.push_back(change.pair);
@@ -457,119 +312,6 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
   return absl::OkStatus();
-}
-
-absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
-  if (states.empty()) return Bad("no states");
-  std::map<BodyId, std::pair<StateBody, const RegionState*>> bodies;
-  std::set<PlayerNumber> spawned;
-  std::set<TouchingPair> touching;
-  for (const RegionState& state : states) {
-    if (state.tick != states[0].tick) {
-      return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
-                              states[0].region.value(), " of tick ", states[0].tick.value()));
-    }
-    for (const StateBody& body : state.bodies) {
-      const auto [entry, added] = bodies.try_emplace(body.id, body, &state);
-      if (!added && entry->second.first.epoch < body.epoch) entry->second = {body, &state};
-    }
-    spawned.insert(state.spawned.begin(), state.spawned.end());
-    touching.insert(state.touching.begin(), state.touching.end());
-  }
-  RegionState merged;
-  merged.tick = states[0].tick;
-  merged.bodies.reserve(bodies.size());
-  for (const auto& [id, entry] : bodies) {
-    merged.bodies.push_back(entry.first);
-    if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
-  }
-  merged.spawned.assign(spawned.begin(), spawned.end());
-  merged.touching.assign(touching.begin(), touching.end());
-  return merged;
-}
-
-// --- Owner's end.
-
-Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touching) {
-  if (!whole_) return WriteChanges(now);
-  whole_ = false;
-  last_ = RegionState();
-  last_.region = now.region;
-  last_.incarnation = now.incarnation;
-  last_.tick = now.tick;
-  last_.bodies.reserve(now.owned.size());
-  for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
-  last_.controls = now.controls;
-  last_.spawned = now.spawned;
-  last_.grants = *now.grants;
-  last_.touching.assign(touching.begin(), touching.end());
-  Bytes bytes = EncodeState(last_);
-  last_.touching.clear();
-  return bytes;
-}
-
-Bytes LogWriter::WriteChanges(const LogView& now) {
-  struct Change {
-    std::size_t body;
-    const StateBody* base;
-  };
-  std::vector<Change> changed;
-  std::vector<BodyId> gone;
-  bool more = false;
-  auto before = last_.bodies.begin();
-  for (std::size_t i = 0; i < now.owned.size(); ++i) {
-    const OwnedBody& body = now.owned[i];
-    const BodyId id = body.def->id;
-    for (; before != last_.bodies.end() && before->id < id; ++before) gone.push_back(before->id);
-    if (before == last_.bodies.end() || before->id != id) {
-      changed.push_back({i, nullptr});
-      more = true;
-      continue;
-    }
-    if (before->epoch != body.epoch || !SameBits(before->state, body.state)) changed.push_back({i, &*before});
-    ++before;
-  }
-  for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
-
-  Writer out;
-  out.Reserve(kMessageRoom + changed.size() * (kMaxStateBytes + 16));
-  WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
-  out.Varint(last_.tick.value());
-  WriteIds(out, gone);
-  out.Varint(changed.size());
-  std::uint64_t last = 0;
-  for (const Change& change : changed) {
-    const OwnedBody& body = now.owned[change.body];
-    out.Varint(body.def->id.value() - last);
-    last = body.def->id.value();
-    const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
-    out.Varint(same_epoch ? 0 : body.epoch.value());
-    WriteState(out, body.state, change.base == nullptr ? nullptr : &change.base->state, tick_s_);
-  }
-  WriteControls(out, now.controls, &last_.controls);
-  std::vector<PlayerNumber> spawned;
-  std::set_difference(now.spawned.begin(), now.spawned.end(), last_.spawned.begin(), last_.spawned.end(),
-                      std::back_inserter(spawned));
-  WriteIds(out, spawned);
-  out.Varint(now.pair_changes.size());
-  for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
-  WriteGrants(out, *now.grants, last_.grants);
-
-  last_.tick = now.tick;
-  if (more || !gone.empty()) {
-    last_.bodies.clear();
-    for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
-  } else {
-    for (const Change& change : changed) {
-      StateBody& base = last_.bodies[change.body];
-      base.epoch = now.owned[change.body].epoch;
-      base.state = now.owned[change.body].state;
-    }
-  }
-  last_.controls = now.controls;
-  last_.spawned = now.spawned;
-  if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
-  return Sealed(out);
 }
 
 }  // namespace tessera::region

@@ -1,0 +1,202 @@
+#include <algorithm>
+
+#include "core/region/log.h"
+#include "core/region/log_format.h"
+#include "core/region/log_wire.h"
+#include "core/region/wire.h"
+#include "core/world/state_check.h"
+
+namespace tessera::region {
+namespace {
+
+using namespace log_format;
+
+constexpr std::size_t kMessageRoom = 1024;  // bytes that a message mostly needs beside its bodies
+
+void WriteHeader(Writer& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
+  out.U8(kMagic[0]);
+  out.U8(kMagic[1]);
+  out.U8(kFormat);
+  out.U8(kind);
+  out.Varint(region.value());
+  out.Varint(incarnation.value());
+  out.Varint(tick.value());
+}
+
+void WriteState(Writer& out, const BodyState& state, const BodyState* base, double tick_s) {
+  out.Wrote(PackState(out.Room(kMaxStateBytes + 8), state, base, tick_s));
+}
+
+template <class List>
+void WriteIds(Writer& out, const List& ids) {
+  std::uint64_t last = 0;
+  out.Varint(ids.size());
+  for (const auto id : ids) {
+    out.Varint(id.value() - last);
+    last = id.value();
+  }
+}
+
+void WritePair(Writer& out, const TouchingPair& pair, bool begun) {
+  out.Varint(pair.body_a.value());
+  out.Varint(pair.body_b.value());
+  out.U8(static_cast<std::uint8_t>((pair.trigger ? kTrigger : 0) | (begun ? kBegun : 0)));
+}
+
+void WriteControls(Writer& out, const std::map<PlayerNumber, PlayerControl>& controls,
+                   const std::map<PlayerNumber, PlayerControl>* base) {
+  std::vector<const std::pair<const PlayerNumber, PlayerControl>*> changed;
+  for (const auto& entry : controls) {
+    const auto before = base == nullptr ? controls.end() : base->find(entry.first);
+    if (base != nullptr && before != base->end() && before->second == entry.second) continue;
+    changed.push_back(&entry);
+  }
+  out.Varint(changed.size());
+  for (const auto* entry : changed) {
+    out.Varint(entry->first.value());
+    WriteControl(out, entry->second);
+  }
+}
+
+void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGrant& grant) {
+  out.Varint(key.first.value());
+  out.Varint(key.second.value());
+  out.Varint(grant.to.value());
+  out.Varint(grant.tick.value());
+  WriteState(out, grant.state, nullptr, 0);
+  if (IsPlayerBody(key.first)) WriteControl(out, grant.control);
+  out.Varint(grant.touching.size());
+  for (const TouchingPair& pair : grant.touching) WritePair(out, pair, true);
+}
+
+// Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
+void WriteGrants(Writer& out, const KeptGrants& grants, const KeptGrants& base) {
+  std::vector<const KeptGrants::value_type*> granted;
+  for (const auto& entry : grants) {
+    const auto before = base.find(entry.first);
+    if (before == base.end() || !(before->second == entry.second)) granted.push_back(&entry);
+  }
+  out.Varint(granted.size());
+  for (const auto* entry : granted) WriteGrant(out, entry->first, entry->second);
+  std::vector<std::pair<BodyId, Epoch>> settled;
+  for (const auto& [key, grant] : base) {
+    if (!grants.contains(key)) settled.push_back(key);
+  }
+  out.Varint(settled.size());
+  for (const auto& [id, epoch] : settled) {
+    out.Varint(id.value());
+    out.Varint(epoch.value());
+  }
+}
+
+Bytes Sealed(Writer& out) {
+  std::uint64_t sum = LogChecksum(out.bytes());
+  for (std::size_t i = 0; i < kChecksumBytes; ++i, sum >>= 8) out.U8(static_cast<std::uint8_t>(sum));
+  return out.Take();
+}
+
+}  // namespace
+
+Bytes EncodeState(const RegionState& state) {
+  Writer out;
+  WriteHeader(out, kWhole, state.region, state.incarnation, state.tick);
+  out.Varint(state.bodies.size());
+  std::uint64_t last = 0;
+  for (const StateBody& body : state.bodies) {
+    out.Varint(body.id.value() - last);
+    last = body.id.value();
+    out.Varint(body.epoch.value());
+    WriteState(out, body.state, nullptr, 0);
+  }
+  WriteControls(out, state.controls, nullptr);
+  WriteIds(out, state.spawned);
+  out.Varint(state.touching.size());
+  for (const TouchingPair& pair : state.touching) WritePair(out, pair, true);
+  out.Varint(state.grants.size());
+  for (const auto& [key, grant] : state.grants) WriteGrant(out, key, grant);
+  return Sealed(out);
+}
+
+Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touching) {
+  if (!whole_) return WriteChanges(now);
+  whole_ = false;
+  last_ = RegionState();
+  last_.region = now.region;
+  last_.incarnation = now.incarnation;
+  last_.tick = now.tick;
+  last_.bodies.reserve(now.owned.size());
+  for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+  last_.controls = now.controls;
+  last_.spawned = now.spawned;
+  last_.grants = *now.grants;
+  last_.touching.assign(touching.begin(), touching.end());
+  Bytes bytes = EncodeState(last_);
+  last_.touching.clear();
+  return bytes;
+}
+
+Bytes LogWriter::WriteChanges(const LogView& now) {
+  struct Change {
+    std::size_t body;
+    const StateBody* base;
+  };
+  std::vector<Change> changed;
+  std::vector<BodyId> gone;
+  bool more = false;
+  auto before = last_.bodies.begin();
+  for (std::size_t i = 0; i < now.owned.size(); ++i) {
+    const OwnedBody& body = now.owned[i];
+    const BodyId id = body.def->id;
+    for (; before != last_.bodies.end() && before->id < id; ++before) gone.push_back(before->id);
+    if (before == last_.bodies.end() || before->id != id) {
+      changed.push_back({i, nullptr});
+      more = true;
+      continue;
+    }
+    if (before->epoch != body.epoch || !SameBits(before->state, body.state)) changed.push_back({i, &*before});
+    ++before;
+  }
+  for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
+
+  Writer out;
+  out.Reserve(kMessageRoom + changed.size() * (kMaxStateBytes + 16));
+  WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
+  out.Varint(last_.tick.value());
+  WriteIds(out, gone);
+  out.Varint(changed.size());
+  std::uint64_t last = 0;
+  for (const Change& change : changed) {
+    const OwnedBody& body = now.owned[change.body];
+    out.Varint(body.def->id.value() - last);
+    last = body.def->id.value();
+    const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
+    out.Varint(same_epoch ? 0 : body.epoch.value());
+    WriteState(out, body.state, change.base == nullptr ? nullptr : &change.base->state, tick_s_);
+  }
+  WriteControls(out, now.controls, &last_.controls);
+  std::vector<PlayerNumber> spawned;
+  std::set_difference(now.spawned.begin(), now.spawned.end(), last_.spawned.begin(), last_.spawned.end(),
+                      std::back_inserter(spawned));
+  WriteIds(out, spawned);
+  out.Varint(now.pair_changes.size());
+  for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
+  WriteGrants(out, *now.grants, last_.grants);
+
+  last_.tick = now.tick;
+  if (more || !gone.empty()) {
+    last_.bodies.clear();
+    for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+  } else {
+    for (const Change& change : changed) {
+      StateBody& base = last_.bodies[change.body];
+      base.epoch = now.owned[change.body].epoch;
+      base.state = now.owned[change.body].state;
+    }
+  }
+  last_.controls = now.controls;
+  last_.spawned = now.spawned;
+  if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
+  return Sealed(out);
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,76 @@
+#include "core/region/region_state.h"
+
+#include <algorithm>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/frame_check.h"
+#include "core/world/state_check.h"
+
+namespace tessera::region {
+namespace {
+
+absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
+
+// A player's body has a control, others have none.
+absl::Status CheckControls(const RegionState& state) {
+  std::size_t players = 0;
+  for (auto body = state.bodies.rbegin(); body != state.bodies.rend() && IsPlayerBody(body->id); ++body) {
+    if (!state.controls.contains(PlayerOf(body->id))) {
+      return Bad(absl::StrCat("body ", body->id.value(), " has no control"));
+    }
+    ++players;
+  }
+  return players == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
+}
+
+}  // namespace
+
+const StateBody* RegionState::Find(BodyId id) const {
+  const auto it = std::lower_bound(bodies.begin(), bodies.end(), id,
+                                   [](const StateBody& body, BodyId wanted) { return body.id < wanted; });
+  return it != bodies.end() && it->id == id ? &*it : nullptr;
+}
+
+absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) {
+  BodyId last;
+  for (const StateBody& body : state.bodies) {
+    if (body.id <= last) return Bad("bodies: ids do not ascend");
+    last = body.id;
+    if (absl::Status status = CheckKnown(body.id, catalog); !status.ok()) return status;
+    if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", body.id.value(), ": epoch 0"));
+    if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
+  }
+  return CheckControls(state);
+}
+
+absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
+  if (states.empty()) return Bad("no states");
+  std::map<BodyId, std::pair<StateBody, const RegionState*>> bodies;
+  std::set<PlayerNumber> spawned;
+  std::set<TouchingPair> touching;
+  for (const RegionState& state : states) {
+    if (state.tick != states[0].tick) {
+      return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
+                              states[0].region.value(), " of tick ", states[0].tick.value()));
+    }
+    for (const StateBody& body : state.bodies) {
+      const auto [entry, added] = bodies.try_emplace(body.id, body, &state);
+      if (!added && entry->second.first.epoch < body.epoch) entry->second = {body, &state};
+    }
+    spawned.insert(state.spawned.begin(), state.spawned.end());
+    touching.insert(state.touching.begin(), state.touching.end());
+  }
+  RegionState merged;
+  merged.tick = states[0].tick;
+  merged.bodies.reserve(bodies.size());
+  for (const auto& [id, entry] : bodies) {
+    merged.bodies.push_back(entry.first);
+    if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
+  }
+  merged.spawned.assign(spawned.begin(), spawned.end());
+  merged.touching.assign(touching.begin(), touching.end());
+  return merged;
+}
+
+}  // namespace tessera::region
