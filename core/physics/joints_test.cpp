@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/physics/test_bodies.h"
+#include "scenes/measured/linkages.h"
 
 namespace tessera::physics {
 namespace {
@@ -147,6 +148,46 @@ TEST(PointTest, HoldsTogetherAndTurnsFreely) {
   }
   EXPECT_LT(widest, 0.03);
   EXPECT_LT(lowest, -0.9);
+}
+
+// At its centre a joint has nothing to do but to let the body tumble: about its middle axis, which flips it.
+TEST(PointTest, LetsABodyHeldAtItsCentreTumble) {
+  World world({.gravity_m_s2 = {}});
+  BodyDef handle = Awake(Dynamic(1, Cube(), {0, 5, 0}));
+  handle.inertia_kg_m2 = Vec3d{1, 2, 3};
+  handle.initial.angular_velocity = {0.05f, 5, 0.05f};
+  AddAll(world, {handle});
+  world.AddJoint(ToWorld(1, {}, {{0, 5, 0}, {}}, PointJoint{}));
+  const auto energy = [&world] {
+    const BodyState state = world.StateOf(BodyId(1));
+    return Dot(Vec3d(state.angular_momentum), Vec3d(state.angular_velocity)) / 2;
+  };
+  const double start = energy();
+  const Vec3f momentum = world.StateOf(BodyId(1)).angular_momentum;
+  int flips = 0;
+  for (int i = 0; i < 1200; ++i) {
+    const bool up = Rotate(world.StateOf(BodyId(1)).orientation, Vec3d{0, 1, 0}).y > 0;
+    world.Step(kDt);
+    flips += up != (Rotate(world.StateOf(BodyId(1)).orientation, Vec3d{0, 1, 0}).y > 0);
+    EXPECT_NEAR(energy() / start, 1, 0.01);
+  }
+  EXPECT_GE(flips, 3);
+  EXPECT_LT(Length(world.StateOf(BodyId(1)).angular_momentum - momentum), 1e-4f * Length(momentum));
+}
+
+// Limbs that whirl turn by a radian in a step: what they turn to is what their joints must hold.
+TEST(JointTest, AFigureThatLandsStaysTogether) {
+  const Scene scene = scenes::Ragdolls(4);
+  World world({.gravity_m_s2 = scene.gravity_m_s2});
+  for (const BodyDef& body : scene.bodies) world.Add(body, body.initial);
+  for (const JointDef& joint : scene.joints) world.AddJoint(joint);
+  for (int i = 0; i < 180; ++i) {
+    world.Step(kDt);
+    for (const JointDef& joint : scene.joints) {
+      const BodyState b = world.StateOf(joint.body_b);
+      ASSERT_LT(scenes::GapOf(joint, world.StateOf(joint.body_a), &b), 0.015) << "step " << i;
+    }
+  }
 }
 
 TEST(FixedTest, HoldsABeamAgainstGravity) {

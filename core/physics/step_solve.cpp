@@ -10,11 +10,19 @@
 namespace tessera::physics {
 namespace {
 
-// Faster than this, rad a step, a body's inertia turns enough with it to be felt.
+// Faster than this, rad a step, a body's inertia turns enough with it to be
+// felt.
 constexpr float kGyroscopicTurn_rad = 1e-3f;
 
-// What a contact does to a body that turns fast is known to the second order of the step only. On a needle the error is
-// angular momentum about the wrong axis, and far more energy than the solver gave: so much of it is taken again.
+// Whether its inertia turns with the body by so much in a step that it is felt.
+// `spin`: of the step, rad/s.
+bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
+  return !body.round() && Length(spin) * dt_s >= kGyroscopicTurn_rad;
+}
+
+// What a contact does to a body that turns fast is known to the second order of
+// the step only. On a needle the error is angular momentum about the wrong
+// axis, and far more energy than the solver gave: so much of it is taken again.
 // `energy`: twice what the solver left in the turning, J.
 template <class Motion>
 void KeepEnergy(Vec3d inertia, float energy, Motion* motion) {
@@ -49,16 +57,25 @@ void World::Impl::FillBatches() {
     const auto kept = static_cast<float>(body->linear_damping().kept());
     const auto kept_spin = static_cast<float>(body->angular_damping().kept());
     SolverBody in;
+    const Quatd& start = body->placement().orientation;
     in.velocity = state.linear_velocity * kept;
     in.angular_velocity = state.angular_velocity * kept_spin;
+    in.rotation = body->placement().rotation;
+    // A joint holds a body by where it turns to, so that of a jointed body must
+    // be right as the solver has it. It gets its inertia, and the velocity that
+    // its angular momentum gives, as they will be half way through the step:
+    // the rule of the midpoint.
+    if (!body->joints.empty() && TurnsItsInertia(*body, in.angular_velocity, static_cast<float>(dt_s))) {
+      const Quatd midway = Turned(start, Vec3d(in.angular_velocity) * (dt_s / 2));
+      in.angular_velocity = AngularVelocityOf(body->inertia(), midway, state.angular_momentum * kept_spin);
+      in.rotation = RotationOf(midway);
+    }
     in.acceleration = Vec3f(body->gravity_m_s2() + body->force_n / mass);
     if (body->torque_nm != Vec3d()) {
-      in.angular_acceleration =
-          AngularVelocityOf(body->inertia(), body->placement().orientation, Vec3f(body->torque_nm));
+      in.angular_acceleration = AngularVelocityOf(body->inertia(), start, Vec3f(body->torque_nm));
     }
     in.mass_kg = static_cast<float>(mass);
     in.inertia_kg_m2 = Vec3f(body->inertia());
-    in.rotation = body->placement().rotation;
     batch.bodies.push_back(in);
     batch.of.push_back(body);
   }
@@ -66,7 +83,8 @@ void World::Impl::FillBatches() {
   FillJoints();
 }
 
-// A body that sleeps beside what is awake, and would wake if that came upon it, stands as firm as a static one.
+// A body that sleeps beside what is awake, and would wake if that came upon it,
+// stands as firm as a static one.
 void World::Impl::FillContacts() {
   const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
   for (Pair* pair : touching) {
@@ -133,8 +151,9 @@ void World::Impl::SolveBatches() {
   ReadBatches();
 }
 
-// The solver holds inertia as it lay at the start of the step. What turns with the body meanwhile is made good here: of
-// the turn, the part that a constant angular velocity made is replaced by free rotation.
+// The solver holds inertia still over the step. What turns with a body without
+// joints meanwhile is made good here: of the turn, the part that a constant
+// angular velocity made is replaced by free rotation.
 void World::Impl::ReadBatches() {
   const auto dt = static_cast<float>(dt_s);
   for (const Batch& batch : batches) {
@@ -150,14 +169,15 @@ void World::Impl::ReadBatches() {
       motion.angular_momentum = momentum + out.angular_impulse_nms;
       motion.turned_rad = out.turned_rad;
       const Vec3f mean = (start + out.angular_velocity) * 0.5f;
-      if (body.round() || Length(mean) * dt < kGyroscopicTurn_rad) {
+      const bool turns_inertia = TurnsItsInertia(body, mean, dt);
+      if (turns_inertia && body.joints.empty()) {
+        FlightState flight{{}, from.orientation, {}, momentum + out.angular_impulse_nms * 0.5f};
+        Fly(body.inertia(), {}, {}, dt_s, &flight);
+        motion.orientation = Turned(flight.orientation, Vec3d(out.turned_rad - mean * dt));
+      } else {
         motion.orientation = Turned(from.orientation, Vec3d(out.turned_rad));
-        continue;
       }
-      FlightState flight{{}, from.orientation, {}, momentum + out.angular_impulse_nms * 0.5f};
-      Fly(body.inertia(), {}, {}, dt_s, &flight);
-      motion.orientation = Turned(flight.orientation, Vec3d(out.turned_rad - mean * dt));
-      KeepEnergy(body.inertia(), Dot(motion.angular_momentum, out.angular_velocity), &motion);
+      if (turns_inertia) KeepEnergy(body.inertia(), Dot(motion.angular_momentum, out.angular_velocity), &motion);
     }
   }
 }

@@ -1,8 +1,8 @@
-// The end of a step: nothing passes through anything unseen, bodies move, and what is still falls asleep.
+// The end of a step: nothing passes through anything unseen, bodies move, and
+// what is still falls asleep.
 #include <algorithm>
 #include <cmath>
 
-#include "core/physics/motion/turn.h"
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
 
@@ -24,8 +24,9 @@ Way World::Impl::WayOf(const RigidBody& body) const {
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
-// Contacts were found along the way that each body was expected to take. One that is fast, and was knocked off it or
-// meets something that was, is followed along the way it took, and stopped where it meets something; the next step
+// Contacts were found along the way that each body was expected to take. One
+// that is fast, and was knocked off it or meets something that was, is followed
+// along the way it took, and stopped where it meets something; the next step
 // finds the contact there.
 void World::Impl::Sweep() {
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
@@ -61,7 +62,8 @@ void World::Impl::SweepBody(std::uint32_t index) {
       pairs.Find(body, *other)->jointed = Jointed(body, *other);
     }
   }
-  // Boxes that meet rim by rim, as where one slides over the seams of a floor of boxes, do not press on each other.
+  // Boxes that meet rim by rim, as where one slides over the seams of a floor
+  // of boxes, do not press on each other.
   const auto meet = [&](const Pair& pair, double fraction) {
     const Placement low = WayOf(*pair.low).At(fraction), high = WayOf(*pair.high).At(fraction);
     PairCache cache;
@@ -85,8 +87,9 @@ void World::Impl::SweepBody(std::uint32_t index) {
   if (first < 1) stopped.emplace_back(index, first);
 }
 
-// What was solved needs no sweep, unless it gave way: a rod that is stopped at its end turns about it, and most of it
-// would be behind the wall by the end of the step.
+// What was solved needs no sweep, unless it gave way: a rod that is stopped at
+// its end turns about it, and most of it would be behind the wall by the end of
+// the step.
 bool World::Impl::GoesThrough(const Pair& pair) const {
   if (pair.swept) return true;
   const Way low = WayOf(*pair.low), high = WayOf(*pair.high);
@@ -106,38 +109,8 @@ bool World::Impl::GoesThrough(const Pair& pair) const {
   return false;
 }
 
-// What hangs on a body that was stopped stops with it: a link that is held back alone tears its joints open.
-void World::Impl::StopJointed() {
-  const auto jointed = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
-  if (std::none_of(stopped.begin(), stopped.end(), jointed)) return;
-  std::vector<double> shares(awake.size(), 1.0);
-  std::vector<std::pair<std::uint32_t, double>> spreading = stopped;
-  while (!spreading.empty()) {
-    const auto [index, share] = spreading.back();
-    spreading.pop_back();
-    if (share >= shares[index]) continue;
-    shares[index] = share;
-    candidates.clear();
-    ListJointed(*awake[index], &candidates);
-    for (const RigidBody* other : candidates) {
-      if (other->awake()) spreading.emplace_back(other->awake_index, share);
-    }
-  }
-  stopped.clear();
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    if (shares[i] < 1) stopped.emplace_back(i, shares[i]);
-  }
-}
-
 void World::Impl::MoveBodies() {
-  StopJointed();
-  for (const auto& [index, fraction] : stopped) {
-    Motion& motion = motions[index];
-    const Placement& from = awake[index]->placement();
-    motion.position = from.position + (motion.position - from.position) * fraction;
-    motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * fraction);
-  }
-  stopped.clear();
+  if (!stopped.empty()) MoveStopped();
   bool failed = false;
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     if (!Finite(motions[i])) islands.Of(i).failed = failed = true;
@@ -152,8 +125,9 @@ void World::Impl::MoveBodies() {
   if (failed) FindFailing();
 }
 
-// What cannot happen while what comes in is sane. An island that fails stays where it was for a tick, and loses its
-// fastest body: one a step, until what is left can be solved.
+// What cannot happen while what comes in is sane. An island that fails stays
+// where it was for a tick, and loses its fastest body: one a step, until what
+// is left can be solved.
 void World::Impl::FindFailing() {
   std::vector<RigidBody*> worst(islands.all().size(), nullptr);
   for (std::uint32_t i = 0; i < awake.size(); ++i) {

@@ -85,7 +85,11 @@ struct World::Impl {
   void Sweep();
   void SweepBody(std::uint32_t index);
   bool GoesThrough(const Pair& pair) const;
-  void StopJointed();
+  struct StoppedJoint;
+  void MoveStopped();
+  std::vector<bool> StopJointed();
+  std::vector<StoppedJoint> ListStopped();
+  void Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed);
   void MoveBodies();
   void FallAsleep();
   void ReportContacts();
