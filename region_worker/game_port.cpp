@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
+#include "core/replication/interest.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
@@ -188,10 +189,25 @@ bool GamePort::Has(PlayerNumber player) const {
                      [&](const auto& client) { return client.second.player == player; });
 }
 
-std::uint64_t GamePort::Broadcast(TimePoint now, const std::function<std::vector<net::Bytes>(Client&)>& write) {
-  std::uint64_t bytes = 0;
+std::uint64_t GamePort::Broadcast(
+    TimePoint now, const std::function<replication::ClientView(const Client&)>& view,
+    const std::function<std::vector<net::Bytes>(Client&, const replication::ClientView&)>& write) {
+  std::vector<std::pair<net::PeerHandle, Client*>> all;
+  std::vector<replication::ClientView> views;
+  std::vector<std::optional<Vec3d>> places;
+  all.reserve(clients_.size());
+  views.reserve(clients_.size());
+  places.reserve(clients_.size());
   for (auto& [peer, client] : clients_) {
-    const std::vector<net::Bytes> datagrams = write(client);
+    all.emplace_back(peer, &client);
+    views.push_back(view(client));
+    places.push_back(views.back().centre);
+  }
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t at : replication::NeighboursInARow(places, rules_->replication.interest_radius_m)) {
+    const net::PeerHandle peer = all[at].first;
+    Client& client = *all[at].second;
+    const std::vector<net::Bytes> datagrams = write(client, views[at]);
     if (!datagrams.empty() && !client.unanswered_since) client.unanswered_since = now;
     for (const net::Bytes& datagram : datagrams) {
       if (endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram).ok()) bytes += datagram.size();

@@ -85,8 +85,9 @@ class GamePort {
   std::vector<PlayerNumber> players() const;  // ascending
   bool Has(PlayerNumber player) const;
 
-  // Calls `write` for each client and sends what it gives; the bytes sent.
-  std::uint64_t Broadcast(TimePoint now, const std::function<std::vector<net::Bytes>(Client&)>& write);
+  // Calls `view` for each client, then `write`, neighbours in a row, and sends what it gives; the bytes sent.
+  std::uint64_t Broadcast(TimePoint now, const std::function<replication::ClientView(const Client&)>& view,
+                          const std::function<std::vector<net::Bytes>(Client&, const replication::ClientView&)>& write);
   void TellStarted(Tick tick);
   // What began and ended in the step that led to `tick`: of players' bodies and triggers, to all.
   void TellPairs(Tick tick, std::span<const physics::PairEvent> events);

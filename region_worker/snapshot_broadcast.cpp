@@ -38,12 +38,14 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   const TimePoint begin = Clock::now();
   Push(region);
   bool full = false;
-  const std::uint64_t bytes = port.Broadcast(begin, [&](Client& client) {
-    replication::WrittenSnapshot written = client.sender.Write(
-        *history_, ViewOf(region, client), region.LastInput(client.player), client.input_margin_ticks);
+  const auto view = [&](const Client& client) { return ViewOf(region, client); };
+  const auto write = [&](Client& client, const replication::ClientView& seen) {
+    replication::WrittenSnapshot written =
+        client.sender.Write(*history_, seen, region.LastInput(client.player), client.input_margin_ticks);
     full = full || written.full;
     return std::move(written.datagrams);
-  });
+  };
+  const std::uint64_t bytes = port.Broadcast(begin, view, write);
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
   (full ? metrics_.snapshot_full : metrics_.snapshot_delta).Observe(took_s);
