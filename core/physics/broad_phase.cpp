@@ -1,14 +1,11 @@
 #include "core/physics/broad_phase.h"
 
 #include "core/physics/bullet_math.h"
+#include "core/physics/pair_table.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
 namespace {
-
-RigidBody& BodyOf(const btBroadphaseProxy& proxy) {
-  return RigidBody::Of(*static_cast<const btCollisionObject*>(proxy.m_clientObject));
-}
 
 btDefaultCollisionConstructionInfo SmallPools() {
   btDefaultCollisionConstructionInfo info;
@@ -20,9 +17,17 @@ btDefaultCollisionConstructionInfo SmallPools() {
 }  // namespace
 
 btBroadphasePair* BroadPhase::Sink::addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) {
-  RigidBody &first = BodyOf(*a), &second = BodyOf(*b);
-  if (first.dynamic() || second.dynamic()) begun.emplace_back(&first, &second);
+  const auto fixed = [](const btBroadphaseProxy& proxy) {
+    return proxy.m_collisionFilterGroup == btBroadphaseProxy::StaticFilter;
+  };
+  if (fixed(*a) && fixed(*b)) return nullptr;
+  const auto first = static_cast<std::uint32_t>(a->m_uniqueId), second = static_cast<std::uint32_t>(b->m_uniqueId);
+  met.push_back({PairTable::KeyOf(first, second), a, b});
   return nullptr;
+}
+
+RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) {
+  return RigidBody::Of(*static_cast<const btCollisionObject*>(proxy.m_clientObject));
 }
 
 BroadPhase::BroadPhase()
@@ -35,7 +40,12 @@ BroadPhase::BroadPhase()
 }
 
 void BroadPhase::Add(RigidBody& body) {
-  world_.addCollisionObject(&body.object);
+  const int group = body.dynamic() ? btBroadphaseProxy::DefaultFilter : btBroadphaseProxy::StaticFilter;
+  const std::size_t told = sink_.met.size();
+  world_.addCollisionObject(&body.object, group, btBroadphaseProxy::AllFilter);
+  sink_.met.resize(told);  // all is told anew by `Update`
+  // By which pairs are named, so that one that is known is known by its proxies alone.
+  body.object.getBroadphaseHandle()->m_uniqueId = static_cast<int>(body.serial);
   Update(body);
 }
 

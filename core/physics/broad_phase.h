@@ -27,11 +27,18 @@ class BroadPhase {
   void Remove(RigidBody& body);
   // Tells the trees of a new `body.fat`.
   void Update(RigidBody& body);
-  // Once a step: keeps the trees in shape.
+  // Now and then: keeps the trees in shape.
   void Tend();
 
-  // Pairs that began since the last call, at least one of each dynamic; one may be told twice. Order means nothing.
-  std::vector<std::pair<RigidBody*, RigidBody*>>& begun() { return sink_.begun; }
+  // Two whose bounds overlap, at least one of them dynamic.
+  struct Meeting {
+    std::uint64_t key;  // as PairTable has it
+    const btBroadphaseProxy *a, *b;
+  };
+  // Pairs that may have begun since they were last cleared; what is told may have been told before. Order means
+  // nothing.
+  std::vector<Meeting>& met() { return sink_.met; }
+  static RigidBody& BodyOf(const btBroadphaseProxy& proxy);
 
   // Bodies whose fat bounds overlap these, appended.
   void Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies);
@@ -43,7 +50,7 @@ class BroadPhase {
   // Bullet's tree reports overlaps to its pair cache.
   struct Sink : btNullPairCache {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override;
-    std::vector<std::pair<RigidBody*, RigidBody*>> begun;
+    std::vector<Meeting> met;
   };
 
   Sink sink_;

@@ -37,12 +37,8 @@ float InnerRadiusOf(const Pair& pair) {
 
 }  // namespace
 
-std::uint64_t PairTable::KeyOf(const RigidBody& a, const RigidBody& b) {
-  return a.serial < b.serial ? a.serial << 32 | b.serial : b.serial << 32 | a.serial;
-}
-
 void PairTable::Begin(RigidBody& a, RigidBody& b) {
-  const auto [it, inserted] = pairs_.try_emplace(KeyOf(a, b), nullptr);
+  const auto [it, inserted] = pairs_.try_emplace(KeyOf(a.serial, b.serial), nullptr);
   if (!inserted) return;
   if (free_.empty()) {
     pool_.emplace_back();
@@ -66,7 +62,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
 }
 
 void PairTable::End(Pair& pair) {
-  pairs_.erase(KeyOf(*pair.low, *pair.high));
+  pairs_.erase(KeyOf(pair.low->serial, pair.high->serial));
   Detach(*pair.low, pair);
   Detach(*pair.high, pair);
   pair.low = pair.high = nullptr;
@@ -77,7 +73,7 @@ void PairTable::End(Pair& pair) {
 }
 
 Pair* PairTable::Find(const RigidBody& a, const RigidBody& b) {
-  const auto it = pairs_.find(KeyOf(a, b));
+  const auto it = pairs_.find(KeyOf(a.serial, b.serial));
   return it != pairs_.end() ? it->second : nullptr;
 }
 
@@ -120,17 +116,13 @@ std::span<Pair* const> PairTable::News() {
   return news_;
 }
 
-// Pairs and bodies lie all over the memory: those to come are asked for while others are worked on.
 void PairTable::Await(std::size_t index) const {
-  constexpr std::size_t kPairsAhead = 10, kBodiesAhead = 4, kLine = 64, kHot = 384;
-  const auto ask_for = [](const void* at) {
-    for (std::size_t i = 0; i < kHot; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
-  };
-  if (index + kPairsAhead < active_.size()) ask_for(active_[index + kPairsAhead].pair);
+  constexpr std::size_t kPairsAhead = 8, kBodiesAhead = 4, kHotOfBody = 384;
+  if (index + kPairsAhead < active_.size()) AskFor(active_[index + kPairsAhead].pair, sizeof(Pair));
   if (index + kBodiesAhead >= active_.size()) return;
   const Listed& soon = active_[index + kBodiesAhead];
-  if (soon.low != active_[index + kBodiesAhead - 1].low) ask_for(soon.pair->low);
-  ask_for(soon.pair->high);
+  if (soon.low != active_[index + kBodiesAhead - 1].low) AskFor(soon.pair->low, kHotOfBody);
+  AskFor(soon.pair->high, kHotOfBody);
 }
 
 }  // namespace tessera::physics

@@ -16,7 +16,7 @@
 namespace tessera::physics {
 
 // What every step reads comes first, close together.
-struct Pair {
+struct alignas(64) Pair {
   RigidBody *low = nullptr, *high = nullptr;  // by id
   bool trigger = false;                       // one of them is: overlaps are told, nothing is pushed
   bool jointed = false;                       // a joint forbids them to collide
@@ -41,8 +41,18 @@ struct Pair {
   RigidBody& Other(const RigidBody& body) const { return &body == low ? *high : *low; }
 };
 
+// Asks for what a step reads of a pair, or of a body, some iterations before it is worked on: they lie all over the
+// memory.
+inline void AskFor(const void* at, std::size_t bytes) {
+  constexpr std::size_t kLine = 64;
+  for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
+}
+
 class PairTable {
  public:
+  // Names a pair by the serials of its bodies.
+  static std::uint64_t KeyOf(std::uint64_t a, std::uint64_t b) { return a < b ? a << 32 | b : b << 32 | a; }
+  bool Has(std::uint64_t key) const { return pairs_.contains(key); }
   // Begins a pair unless it is there.
   void Begin(RigidBody& a, RigidBody& b);
   // Ends it; what it held is gone.
@@ -57,12 +67,11 @@ class PairTable {
   void Walk(Visit visit);
   // Visits those of the last walk, and of `News` since, that have not ended.
   template <class Visit>
-  void Revisit(Visit visit);
+  void Revisit(Visit visit) const;
   // Those that became active since the last call of either, now sorted in too. Good until the next call of either.
   std::span<Pair* const> News();
 
  private:
-  static std::uint64_t KeyOf(const RigidBody& a, const RigidBody& b);
   // Its ids beside the pair, so that lists are merged without looking at pairs.
   struct Listed {
     BodyId low, high;
@@ -94,7 +103,7 @@ void PairTable::Walk(Visit visit) {
 }
 
 template <class Visit>
-void PairTable::Revisit(Visit visit) {
+void PairTable::Revisit(Visit visit) const {
   for (std::size_t i = 0; i < active_.size(); ++i) {
     Await(i);
     if (active_[i].pair->low != nullptr) visit(*active_[i].pair);

@@ -52,7 +52,7 @@ struct Course {
   float sweep_m = 0;  // of its fastest point against its centre
 };
 
-class RigidBody {
+class alignas(64) RigidBody {
  private:
   // What every step reads comes first, close together.
   BodyId id_;
@@ -64,22 +64,17 @@ class RigidBody {
  public:
   // --- Of the world that holds it.
   Course course;
-  Bounds reach;                    // all it can touch in this step
-  Bounds fat;                      // what the broad phase believes; holds `reach`
-  std::uint32_t awake_index = 0;   // among those awake
-  double tied_kg = 0;              // it and what joints tie to it
-  double carried_kg = 0;           // it and what is taken to lie on it
-  std::uint32_t solver_index = 0;  // in the batch that solves it
-  Vec3d force_n, torque_nm;        // act in the next step
-  bool fast = false;               // moved by so much of its size in this step that it may pass through something
-  bool astray = false;             // something pushed it off its course in this step
-  bool shown = false;              // Bullet's copy is up to date
-  bool isolated = false;           // takes no part: it went non-finite, or is parked
+  Bounds reach;                   // all it can touch in this step
+  Bounds fat;                     // what the broad phase believes; holds `reach`
+  std::uint32_t awake_index = 0;  // among those awake
+  Vec3d force_n, torque_nm;       // act in the next step
+  bool astray = false;            // something pushed it off its course in this step
+  bool shown = false;             // Bullet's copy is up to date
+  bool isolated = false;          // takes no part: it went non-finite, or is parked
   bool parked = false;
-  std::uint64_t serial = 0;        // of its adding: names it in a pair
-  std::vector<JointId> joints;     // that hold it, in no order
-  std::vector<Pair*> pairs;        // whose bounds overlap its own, in no order
-  btCollisionObject object;        // for Bullet's broad phase and queries
+  std::uint64_t serial = 0;     // of its adding: names it in a pair
+  std::vector<JointId> joints;  // that hold it, in no order
+  std::vector<Pair*> pairs;     // whose bounds overlap its own, in no order
 
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
   RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);
@@ -140,6 +135,9 @@ class RigidBody {
   BodyFrame frame_;
   Vec3d rest_position_;  // where and how it lay when it fell asleep
   Quatd rest_orientation_;
+
+ public:
+  btCollisionObject object;  // for Bullet's broad phase and queries
 };
 
 }  // namespace tessera::physics

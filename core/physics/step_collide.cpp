@@ -59,46 +59,85 @@ void Measure(Pair* pair, float dt) {
   }
 }
 
-}  // namespace
-
-// Who came to be non-finite, or faster than anything in a world has a right to be, is taken out before it can touch
-// anything.
-void World::Impl::DropAbsurd() {
-  for (std::size_t i = 0; i < awake.size();) {
-    RigidBody& body = *awake[i];
-    if (Sane(body)) {
-      ++i;
-    } else {
-      Isolate(body);
-    }
-  }
+float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
+  const auto velocity = [](const RigidBody& body, Vec3f r) {
+    if (!body.awake()) return Vec3f();
+    return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
+  };
+  return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
 }
 
-void World::Impl::FindPairs() {
-  for (RigidBody* body : awake) {
-    body->PrepareDamping(dt_s);
-    body->course = CourseOf(*body, dt_s);
-    const float grow = kSpeculative_m + std::min(body->course.sweep_m, body->geometry().outer_radius_m);
-    SetReach(*body, TightBounds(*body).Swept(body->course.move_m).Grown(grow));
+// While it is warm in the cache.
+Touch TouchOf(Pair& pair) {
+  const auto index = [](const RigidBody& body) { return body.awake() ? body.awake_index : kAsleep; };
+  Touch touch{.pair = &pair,
+              .low = index(*pair.low),
+              .high = index(*pair.high),
+              .manifolds = pair.manifolds.data(),
+              .count = static_cast<std::uint32_t>(pair.manifolds.size()),
+              .substeps = pair.substeps,
+              .responds = pair.responds(),
+              .live = pair.live,
+              .penetration_m = 0,
+              .impact_m_s = 0,
+              .load_ns = pair.load_ns,
+              .inner_m = pair.inner_m,
+              .slop_m = pair.slop_m,
+              .normal = pair.manifolds.front().normal,
+              .material = pair.material};
+  if (!touch.live || !touch.responds) return touch;
+  for (const Manifold& manifold : pair.manifolds) {
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      touch.penetration_m = std::max(touch.penetration_m, -point.separation_m);
+      touch.impact_m_s = std::max(touch.impact_m_s, Approach(pair, manifold, point));
+    }
   }
-  broad_phase.Tend();
+  return touch;
+}
+
+}  // namespace
+
+void World::Impl::FindPairs() {
+  for (std::size_t i = 0; i < awake.size();) {
+    RigidBody& body = *awake[i];
+    // Who came to be non-finite, or faster than anything in a world has a right to be, is taken out before it can touch
+    // anything.
+    if (!Sane(body)) {
+      Isolate(body);
+      continue;
+    }
+    ++i;
+    body.PrepareDamping(dt_s);
+    body.course = CourseOf(body, dt_s);
+    const float grow = kSpeculative_m + std::min(body.course.sweep_m, body.geometry().outer_radius_m);
+    SetReach(body, TightBounds(body).Swept(body.course.move_m).Grown(grow));
+  }
+  if (step % kTendSteps == 0) broad_phase.Tend();
   BeginPairs();
 }
 
 void World::Impl::BeginPairs() {
-  for (const auto& [a, b] : broad_phase.begun()) {
-    if (a->isolated || b->isolated) continue;
-    pairs.Begin(*a, *b);
-    if (Jointed(*a, *b)) pairs.Find(*a, *b)->jointed = true;
+  for (const BroadPhase::Meeting& meeting : broad_phase.met()) {
+    if (pairs.Has(meeting.key)) continue;
+    RigidBody &a = BroadPhase::BodyOf(*meeting.a), &b = BroadPhase::BodyOf(*meeting.b);
+    if (a.isolated || b.isolated) continue;
+    pairs.Begin(a, b);
+    if (Jointed(a, b)) pairs.Find(a, b)->jointed = true;
   }
-  broad_phase.begun().clear();
+  broad_phase.met().clear();
 }
 
 void World::Impl::CollidePairs() {
   touched.clear();
   touching.clear();
+  parting.clear();
   const auto list = [this](Pair& pair) {
-    if (!pair.manifolds.empty()) touching.push_back(&pair);
+    if (!pair.manifolds.empty()) {
+      touching.push_back(TouchOf(pair));
+    } else if (pair.touching || pair.crossed) {
+      parting.push_back(&pair);
+    }
   };
   pairs.Walk([&](Pair& pair) {
     CollidePair(pair);
@@ -111,6 +150,7 @@ void World::Impl::CollidePairs() {
     for (Pair* pair : pairs.News()) CollidePair(*pair);
   }
   touching.clear();
+  parting.clear();
   pairs.Revisit(list);
 }
 
@@ -187,10 +227,8 @@ Way World::Impl::PredictedWay(const RigidBody& body) const {
 
 void World::Impl::BuildIslands() {
   islands.Reset(awake.size());
-  for (const Pair* pair : touching) {
-    if (pair->responds() && pair->low->awake() && pair->high->awake()) {
-      islands.Unite(pair->low->awake_index, pair->high->awake_index);
-    }
+  for (const Touch& touch : touching) {
+    if (touch.responds && touch.both()) islands.Unite(touch.low, touch.high);
   }
   ListJoints();
   for (const Joint* joint : awake_joints) {

@@ -69,17 +69,18 @@ void World::Impl::ReportContacts() {
   if (contacts_told) return;
   contacts_told = true;
   contacts.clear();
-  for (const Pair* pair : touching) {
-    if (pair->low == nullptr || !pair->responds()) continue;
-    if (pair->live || ImpulseOf(*pair) > 0) contacts.push_back(PairSum(*pair).Told());
+  for (const Touch& touch : touching) {
+    const Pair& pair = *touch.pair;
+    if (pair.low == nullptr || !pair.responds()) continue;
+    if (pair.live || ImpulseOf(pair) > 0) contacts.push_back(PairSum(pair).Told());
   }
 }
 
 void World::Impl::ReportEvents() {
   std::swap(events, ended);
   ended.clear();
-  pairs.Revisit([this](Pair& pair) {
-    if (pair.jointed && !pair.trigger) return;
+  const auto tell = [this](Pair& pair) {
+    if (pair.low == nullptr || (pair.jointed && !pair.trigger)) return;
     const float impulse = pair.responds() ? ImpulseOf(pair) : 0;
     pair.load_ns = std::min(impulse, pair.impulse_ns);
     pair.impulse_ns = impulse;
@@ -89,7 +90,14 @@ void World::Impl::ReportEvents() {
     if (now == pair.touching) return;
     pair.touching = now;
     events.push_back({pair.low->id(), pair.high->id(), pair.trigger, now});
-  });
+  };
+  constexpr std::size_t kAhead = 8, kTold = 320;  // bytes of a pair with one manifold
+  for (std::size_t i = 0; i < touching.size(); ++i) {
+    if (i + kAhead < touching.size()) AskFor(touching[i + kAhead].pair, kTold);
+    touching[i].pair->substeps = touching[i].substeps;
+    tell(*touching[i].pair);
+  }
+  for (Pair* pair : parting) tell(*pair);
   std::sort(events.begin(), events.end(), [](const PairEvent& a, const PairEvent& b) {
     return std::tie(a.body_a, a.body_b, a.begin) < std::tie(b.body_a, b.body_b, b.begin);
   });

@@ -10,19 +10,16 @@
 namespace tessera::physics {
 namespace {
 
-// Faster than this, rad a step, a body's inertia turns enough with it to be
-// felt.
+// Faster than this, rad a step, a body's inertia turns enough with it to be felt.
 constexpr float kGyroscopicTurn_rad = 1e-3f;
 
-// Whether its inertia turns with the body by so much in a step that it is felt.
-// `spin`: of the step, rad/s.
+// Whether its inertia turns with the body by so much in a step that it is felt. `spin`: of the step, rad/s.
 bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
   return !body.round() && Length(spin) * dt_s >= kGyroscopicTurn_rad;
 }
 
-// What a contact does to a body that turns fast is known to the second order of
-// the step only. On a needle the error is angular momentum about the wrong
-// axis, and far more energy than the solver gave: so much of it is taken again.
+// What a contact does to a body that turns fast is known to the second order of the step only. On a needle the error is
+// angular momentum about the wrong axis, and far more energy than the solver gave: so much of it is taken again.
 // `energy`: twice what the solver left in the turning, J.
 template <class Motion>
 void KeepEnergy(Vec3d inertia, float energy, Motion* motion) {
@@ -47,11 +44,12 @@ void World::Impl::FillBatches() {
     batch.contacts.clear();
     batch.joints.clear();
   }
+  solver_indices.resize(awake.size());
   for (RigidBody* body : awake) {
     const Island& island = islands.Of(body->awake_index);
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
-    body->solver_index = static_cast<std::uint32_t>(batch.bodies.size());
+    solver_indices[body->awake_index] = static_cast<std::uint32_t>(batch.bodies.size());
     const double mass = body->mass_kg();
     const BodyState& state = body->state();
     const auto kept = static_cast<float>(body->linear_damping().kept());
@@ -61,10 +59,9 @@ void World::Impl::FillBatches() {
     in.velocity = state.linear_velocity * kept;
     in.angular_velocity = state.angular_velocity * kept_spin;
     in.rotation = body->placement().rotation;
-    // A joint holds a body by where it turns to, so that of a jointed body must
-    // be right as the solver has it. It gets its inertia, and the velocity that
-    // its angular momentum gives, as they will be half way through the step:
-    // the rule of the midpoint.
+    // A joint holds a body by where it turns to, so that of a jointed body must be right as the solver has it. It gets
+    // its inertia, and the velocity that its angular momentum gives, as they will be half way through the step: the
+    // rule of the midpoint.
     if (!body->joints.empty() && TurnsItsInertia(*body, in.angular_velocity, static_cast<float>(dt_s))) {
       const Quatd midway = Turned(start, Vec3d(in.angular_velocity) * (dt_s / 2));
       in.angular_velocity = AngularVelocityOf(body->inertia(), midway, state.angular_momentum * kept_spin);
@@ -83,27 +80,27 @@ void World::Impl::FillBatches() {
   FillJoints();
 }
 
-// A body that sleeps beside what is awake, and would wake if that came upon it,
-// stands as firm as a static one.
+// A body that sleeps beside what is awake, and would wake if that came upon it, stands as firm as a static one.
 void World::Impl::FillContacts() {
-  const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
-  for (Pair* pair : touching) {
-    if (!pair->responds()) continue;
-    const RigidBody& one = pair->low->awake() ? *pair->low : *pair->high;
-    const Island& island = islands.Of(one.awake_index);
+  const auto index = [this](std::uint32_t body) { return body != kAsleep ? solver_indices[body] : kStatic; };
+  for (Touch& touch : touching) {
+    if (!touch.responds) continue;
+    const Island& island = islands.Of(touch.one());
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
-    const float warm_scale = WarmScale(pair->substeps, batch.substeps);
-    for (Manifold& manifold : pair->manifolds) {
-      batch.contacts.push_back(
-          {index(*pair->low), index(*pair->high), &manifold, pair->material, pair->slop_m, warm_scale});
+    const float warm_scale = WarmScale(touch.substeps, batch.substeps);
+    const std::uint32_t low = index(touch.low), high = index(touch.high);
+    for (std::uint32_t i = 0; i < touch.count; ++i) {
+      batch.contacts.push_back({low, high, touch.manifolds + i, touch.material, touch.slop_m, warm_scale});
     }
-    pair->substeps = batch.substeps;
+    touch.substeps = batch.substeps;
   }
 }
 
 void World::Impl::FillJoints() {
-  const auto index = [](const RigidBody& body) { return body.awake() ? body.solver_index : kStatic; };
+  const auto index = [this](const RigidBody& body) {
+    return body.awake() ? solver_indices[body.awake_index] : kStatic;
+  };
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     Joint& joint = *awake_joints[i];
     const RigidBody& one = joint.a->awake() ? *joint.a : *joint.b;
@@ -120,6 +117,7 @@ void World::Impl::FillJoints() {
 
 void World::Impl::FlyFree() {
   motions.resize(awake.size());
+  racing.clear();
   for (RigidBody* body : awake) {
     if (islands.Of(body->awake_index).solved) continue;
     const BodyState& state = body->state();
@@ -136,6 +134,7 @@ void World::Impl::FlyFree() {
     }
     motions[body->awake_index] = {flight.position, flight.orientation, flight.velocity, flight.angular_momentum,
                                   state.angular_velocity * static_cast<float>(dt_s)};
+    NoteWay(*body);
   }
 }
 
@@ -151,15 +150,14 @@ void World::Impl::SolveBatches() {
   ReadBatches();
 }
 
-// The solver holds inertia still over the step. What turns with a body without
-// joints meanwhile is made good here: of the turn, the part that a constant
-// angular velocity made is replaced by free rotation.
+// The solver holds inertia still over the step. What turns with a body without joints meanwhile is made good here: of
+// the turn, the part that a constant angular velocity made is replaced by free rotation.
 void World::Impl::ReadBatches() {
   const auto dt = static_cast<float>(dt_s);
   for (const Batch& batch : batches) {
     for (std::size_t i = 0; i < batch.bodies.size(); ++i) {
       const SolverBody& out = batch.bodies[i];
-      const RigidBody& body = *batch.of[i];
+      RigidBody& body = *batch.of[i];
       const Placement& from = body.placement();
       const Vec3f momentum = body.state().angular_momentum * static_cast<float>(body.angular_damping().kept());
       const Vec3f start = body.state().angular_velocity * static_cast<float>(body.angular_damping().kept());
@@ -178,6 +176,7 @@ void World::Impl::ReadBatches() {
         motion.orientation = Turned(from.orientation, Vec3d(out.turned_rad));
       }
       if (turns_inertia) KeepEnergy(body.inertia(), Dot(motion.angular_momentum, out.angular_velocity), &motion);
+      NoteWay(body);
     }
   }
 }

@@ -1,5 +1,4 @@
-// The end of a step: nothing passes through anything unseen, bodies move, and
-// what is still falls asleep.
+// The end of a step: nothing passes through anything unseen, bodies move, and what is still falls asleep.
 #include <algorithm>
 #include <cmath>
 
@@ -24,26 +23,27 @@ Way World::Impl::WayOf(const RigidBody& body) const {
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
-// Contacts were found along the way that each body was expected to take. One
-// that is fast, and was knocked off it or meets something that was, is followed
-// along the way it took, and stopped where it meets something; the next step
+// Whether it moved by so much of its size that it may have passed through something, and whether something pushed it
+// off its course.
+void World::Impl::NoteWay(RigidBody& body) {
+  const Motion& motion = motions[body.awake_index];
+  const Vec3f moved(motion.position - body.placement().position);
+  const auto rim = [&body](Vec3f turned_rad) {
+    return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
+  };
+  if (Length(moved) + rim(motion.turned_rad) > std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m)) {
+    racing.push_back(body.awake_index);
+  }
+  const Vec3f expected_turn = body.course.spin_rad_s * static_cast<float>(dt_s);
+  body.astray = Length(moved - body.course.move_m) + rim(motion.turned_rad - expected_turn) > kAstray_m;
+}
+
+// Contacts were found along the way that each body was expected to take. One that is fast, and was knocked off it or
+// meets something that was, is followed along the way it took, and stopped where it meets something; the next step
 // finds the contact there.
 void World::Impl::Sweep() {
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    RigidBody& body = *awake[i];
-    const Motion& motion = motions[i];
-    const Vec3f moved(motion.position - body.placement().position);
-    const auto rim = [&body](Vec3f turned_rad) {
-      return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
-    };
-    body.fast =
-        Length(moved) + rim(motion.turned_rad) > std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m);
-    const Vec3f expected_turn = body.course.spin_rad_s * static_cast<float>(dt_s);
-    body.astray = Length(moved - body.course.move_m) + rim(motion.turned_rad - expected_turn) > kAstray_m;
-  }
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    if (awake[i]->fast) SweepBody(i);
-  }
+  std::sort(racing.begin(), racing.end());
+  for (const std::uint32_t index : racing) SweepBody(index);
 }
 
 void World::Impl::SweepBody(std::uint32_t index) {
@@ -62,8 +62,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
       pairs.Find(body, *other)->jointed = Jointed(body, *other);
     }
   }
-  // Boxes that meet rim by rim, as where one slides over the seams of a floor
-  // of boxes, do not press on each other.
+  // Boxes that meet rim by rim, as where one slides over the seams of a floor of boxes, do not press on each other.
   const auto meet = [&](const Pair& pair, double fraction) {
     const Placement low = WayOf(*pair.low).At(fraction), high = WayOf(*pair.high).At(fraction);
     PairCache cache;
@@ -79,6 +78,8 @@ void World::Impl::SweepBody(std::uint32_t index) {
     const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
     if (!impact) continue;
     if (pair->trigger) {
+      // If nothing has it told yet.
+      if (pair->manifolds.empty() && !pair->touching && !pair->crossed) parting.push_back(pair);
       pair->crossed = true;
     } else if (meet(*pair, impact->fraction)) {
       first = std::min(first, impact->fraction);
@@ -87,9 +88,8 @@ void World::Impl::SweepBody(std::uint32_t index) {
   if (first < 1) stopped.emplace_back(index, first);
 }
 
-// What was solved needs no sweep, unless it gave way: a rod that is stopped at
-// its end turns about it, and most of it would be behind the wall by the end of
-// the step.
+// What was solved needs no sweep, unless it gave way: a rod that is stopped at its end turns about it, and most of it
+// would be behind the wall by the end of the step.
 bool World::Impl::GoesThrough(const Pair& pair) const {
   if (pair.swept) return true;
   const Way low = WayOf(*pair.low), high = WayOf(*pair.high);
@@ -119,15 +119,16 @@ void World::Impl::MoveBodies() {
     RigidBody& body = *awake[i];
     body.force_n = body.torque_nm = {};
     const Motion& motion = motions[i];
-    if (islands.Of(i).failed) continue;
-    body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
+    if (!islands.Of(i).failed) {
+      body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
+    }
+    NoteStillness(body);
   }
   if (failed) FindFailing();
 }
 
-// What cannot happen while what comes in is sane. An island that fails stays
-// where it was for a tick, and loses its fastest body: one a step, until what
-// is left can be solved.
+// What cannot happen while what comes in is sane. An island that fails stays where it was for a tick, and loses its
+// fastest body: one a step, until what is left can be solved.
 void World::Impl::FindFailing() {
   std::vector<RigidBody*> worst(islands.all().size(), nullptr);
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
@@ -144,18 +145,19 @@ void World::Impl::FindFailing() {
   }
 }
 
+void World::Impl::NoteStillness(RigidBody& body) {
+  const BodyState& state = body.state();
+  const bool still = body.may_sleep() && settings.sleep && Length(state.linear_velocity) < kSleepLinear_m_s &&
+                     Length(state.angular_velocity) < kSleepAngular_rad_s;
+  const float still_s = still ? state.still_s + static_cast<float>(dt_s) : 0.0f;
+  body.SetStill(still_s);
+  if (still_s < kSleepAfter_s) islands.Of(body.awake_index).sleepy = false;
+}
+
 void World::Impl::FallAsleep() {
-  for (RigidBody* body : awake) {
-    const BodyState& state = body->state();
-    const bool still = body->may_sleep() && settings.sleep && Length(state.linear_velocity) < kSleepLinear_m_s &&
-                       Length(state.angular_velocity) < kSleepAngular_rad_s;
-    const float still_s = still ? state.still_s + static_cast<float>(dt_s) : 0.0f;
-    body->SetStill(still_s);
-    if (still_s < kSleepAfter_s) islands.Of(body->awake_index).sleepy = false;
-  }
   candidates.clear();
-  for (RigidBody* body : awake) {
-    if (islands.Of(body->awake_index).sleepy) candidates.push_back(body);
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (islands.Of(i).sleepy) candidates.push_back(awake[i]);
   }
   for (RigidBody* body : candidates) {
     UnlistAwake(*body);

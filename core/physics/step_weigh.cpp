@@ -3,20 +3,13 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
 
 namespace tessera::physics {
 namespace {
-
-float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
-  const auto velocity = [](const RigidBody& body, Vec3f r) {
-    if (!body.awake()) return Vec3f();
-    return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
-  };
-  return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
-}
 
 // How far a joint's locked axes have come apart, m.
 float GapOf(const JointRows& rows) {
@@ -28,8 +21,8 @@ float GapOf(const JointRows& rows) {
   return gap;
 }
 
-float MassRatio(const RigidBody& a, const RigidBody& b) {
-  const double ratio = a.mass_kg() / b.mass_kg();
+float MassRatio(double a_kg, double b_kg) {
+  const double ratio = a_kg / b_kg;
   return static_cast<float>(std::max(ratio, 1 / ratio));
 }
 
@@ -52,53 +45,51 @@ void World::Impl::WeighAssemblies() {
   }
   assemblies.Number();
   for (const RigidBody* body : awake) assemblies.Of(body->awake_index).mass_kg += body->mass_kg();
-  for (RigidBody* body : awake) body->tied_kg = assemblies.Of(body->awake_index).mass_kg;
+  for (std::uint32_t i = 0; i < awake.size(); ++i) burdens[i].tied_kg = assemblies.Of(i).mass_kg;
 }
 
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
-  for (RigidBody* body : awake) {
-    Island& island = islands.Of(body->awake_index);
-    body->carried_kg = body->tied_kg = body->mass_kg();
-    island.mass_kg += body->mass_kg();
-    island.lightest_kg = std::min(island.lightest_kg, body->mass_kg());
-    island.smallest_m = std::min(island.smallest_m, body->geometry().inner_radius_m);
-  }
-  if (!awake_joints.empty()) WeighAssemblies();
   const Vec3d gravity = settings.gravity_m_s2;
   const auto g = static_cast<float>(Length(gravity));
   const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
   const Vec3d up = g > 0 ? Normalized(-gravity) : Vec3d();
+  burdens.resize(awake.size());
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    const RigidBody& body = *awake[i];
+    const double mass = body.mass_kg();
+    burdens[i] = {mass, mass, mass, Dot(body.placement().position, up)};
+    Island& island = islands.Of(i);
+    island.mass_kg += mass;
+    island.lightest_kg = std::min(island.lightest_kg, mass);
+    island.smallest_m = std::min(island.smallest_m, body.geometry().inner_radius_m);
+  }
+  if (!awake_joints.empty()) WeighAssemblies();
   for (Island& island : islands.all()) {
     island.laden = g > 0 && island.mass_kg * ScaleOf(island.smallest_m, pull) >= kLightIsland * island.lightest_kg;
   }
   supports.clear();
-  for (const Pair* pair : touching) {
-    if (!pair->responds()) continue;
-    const RigidBody &low = *pair->low, &high = *pair->high;
-    Island& island = islands.Of((low.awake() ? low : high).awake_index);
+  for (const Touch& touch : touching) {
+    if (!touch.responds) continue;
+    Island& island = islands.Of(touch.one());
     IslandDemand& demand = island.demand;
-    demand.contacts += static_cast<int>(pair->manifolds.size());
-    demand.last = std::max(demand.last, pair->substeps);
-    if (!pair->live) continue;
+    demand.contacts += static_cast<int>(touch.count);
+    demand.last = std::max(demand.last, touch.substeps);
+    if (!touch.live) continue;
     island.solved = true;
-    if (island.laden) NoteSupport(*pair, up, pull);
-    const bool both = low.awake() && high.awake();
-    const auto lighter = static_cast<float>(both          ? std::min(low.tied_kg, high.tied_kg)
-                                            : low.awake() ? low.tied_kg
-                                                          : high.tied_kg);
-    if (both) demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(low, high));
-    for (const Manifold& manifold : pair->manifolds) {
-      for (int i = 0; i < manifold.count; ++i) {
-        const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-        demand.penetration_m = std::max(demand.penetration_m, -point.separation_m);
-        demand.impact_m_s = std::max(demand.impact_m_s, Approach(*pair, manifold, point));
-      }
+    if (island.laden) NoteSupport(touch, up, pull);
+    auto lighter = static_cast<float>(burdens[touch.one()].tied_kg);
+    if (touch.both()) {
+      const Burden &low = burdens[touch.low], &high = burdens[touch.high];
+      lighter = static_cast<float>(std::min(low.tied_kg, high.tied_kg));
+      demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(low.mass_kg, high.mass_kg));
     }
+    demand.penetration_m = std::max(demand.penetration_m, touch.penetration_m);
+    demand.impact_m_s = std::max(demand.impact_m_s, touch.impact_m_s);
     const float weight = lighter * g * static_cast<float>(dt_s);
     if (weight <= 0) continue;
-    const double scale = ScaleOf(pair->inner_m, g * dt_s * dt_s / kReferencePull_m);
-    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * pair->load_ns / weight);
+    const double scale = ScaleOf(touch.inner_m, g * dt_s * dt_s / kReferencePull_m);
+    demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(scale) * touch.load_ns / weight);
   }
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     const Joint& joint = *awake_joints[i];
@@ -110,40 +101,54 @@ void World::Impl::WeighIslands() {
     demand.last = std::max(demand.last, joint.substeps);
     demand.joint_error_m = std::max(demand.joint_error_m, GapOf(joint_rows[i]));
     if (joint.b != nullptr && joint.a->dynamic() && joint.b->dynamic()) {
-      demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(*joint.a, *joint.b));
+      demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(joint.a->mass_kg(), joint.b->mass_kg()));
     }
   }
 }
 
 // Which body of a pair that may push stands on the other, if either does. `up`: against gravity.
-void World::Impl::NoteSupport(const Pair& pair, Vec3d up, double pull) {
+void World::Impl::NoteSupport(const Touch& touch, Vec3d up, double pull) {
   constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
-  const float lift = Dot(pair.manifolds.front().normal, Vec3f(up));
+  const float lift = Dot(touch.normal, Vec3f(up));
   if (std::abs(lift) <= kUnder) return;
-  RigidBody &upper = lift > 0 ? *pair.high : *pair.low, &lower = lift > 0 ? *pair.low : *pair.high;
-  if (!upper.awake()) return;
-  supports.push_back({Dot(upper.placement().position, up), ScaleOf(pair.inner_m, pull), &upper, &lower});
+  const std::uint32_t upper = lift > 0 ? touch.high : touch.low, lower = lift > 0 ? touch.low : touch.high;
+  if (upper != kAsleep) supports.push_back({upper, lower, ScaleOf(touch.inner_m, pull)});
+}
+
+// Those of one body side by side, in the order of their pairs; and the bodies from the top down.
+void World::Impl::GroupSupports() {
+  uppers.clear();
+  first_supports.assign(awake.size() + 2, 0);
+  for (const Support& support : supports) {
+    if (first_supports[support.upper + 2]++ == 0) uppers.emplace_back(burdens[support.upper].height_m, support.upper);
+  }
+  std::partial_sum(first_supports.begin(), first_supports.end(), first_supports.begin());
+  grouped.resize(supports.size());
+  for (const Support& support : supports) grouped[first_supports[support.upper + 1]++] = support;
+  std::sort(uppers.begin(), uppers.end(), [this](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first > b.first : awake[a.second]->id() < awake[b.second]->id();
+  });
 }
 
 // What lies on a new pile is not felt at its foot before the solver has passed it down, and with too few substeps it
 // never is. So for islands that may be heavily laden, weights are passed down body by body from the top, in equal
 // shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap.
 void World::Impl::PassLoadsDown() {
-  std::stable_sort(supports.begin(), supports.end(), [](const Support& a, const Support& b) {
-    return a.height_m != b.height_m ? a.height_m > b.height_m : a.upper->id() < b.upper->id();
-  });
-  for (auto first = supports.begin(); first != supports.end();) {
-    const RigidBody& body = *first->upper;
-    const auto last = std::find_if(first, supports.end(), [&](const Support& other) { return other.upper != &body; });
-    const double share = body.carried_kg / static_cast<double>(last - first);
+  if (supports.empty()) return;
+  GroupSupports();
+  for (const auto& [height_m, upper] : uppers) {
+    const Burden& burden = burdens[upper];
+    const std::uint32_t first = first_supports[upper], last = first_supports[upper + 1];
+    const double share = burden.carried_kg / (last - first);
     const double column = last - first == 1 ? kColumnLoad : 1;
-    IslandDemand& demand = islands.Of(body.awake_index).demand;
-    for (; first != last; ++first) {
-      RigidBody& other = *first->lower;
-      const double lighter = other.awake() ? std::min(other.tied_kg, body.tied_kg) : body.tied_kg;
-      const double load = column * first->scale * share / lighter;
+    IslandDemand& demand = islands.Of(upper).demand;
+    for (std::uint32_t i = first; i < last; ++i) {
+      const Support& support = grouped[i];
+      const bool firm = support.lower == kAsleep;
+      const double lighter = firm ? burden.tied_kg : std::min(burdens[support.lower].tied_kg, burden.tied_kg);
+      const double load = column * support.scale * share / lighter;
       demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(load));
-      if (other.awake()) other.carried_kg += share;
+      if (!firm) burdens[support.lower].carried_kg += share;
     }
   }
 }

@@ -60,6 +60,9 @@ inline constexpr float kBoundsMargin_m = 0.05f;
 // fourth step.
 inline constexpr float kBoundsAhead = 3;
 inline constexpr float kMostAhead_m = 0.5f;
+// Every so many steps the trees take what has not told of itself for as many out of the one that is for what moves.
+// Fewer, and what flies, which tells of every fourth step, goes to and fro between the two.
+inline constexpr std::uint64_t kTendSteps = 8;
 inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
 
 // An island that weighs less than this many times its lightest body carries no load worth reckoning: the fewest

@@ -82,13 +82,13 @@ void World::Impl::Step(double dt) {
   contacts_told = false;
   isolated.clear();
   touching.clear();
+  parting.clear();
   if (awake.empty() && ended.empty()) {
     events.clear();
     return;
   }
   dt_s = dt;
   ++step;
-  DropAbsurd();
   FindPairs();
   CollidePairs();
   BuildIslands();

@@ -34,6 +34,38 @@ struct Joint {
   int substeps = 0;        // of its last solving; its impulses are those of one of them
 };
 
+inline constexpr std::uint32_t kAsleep = kStatic;  // in place of an awake_index
+
+// A pair with manifolds as the passes after its search see it, side by side: pairs lie all over the memory.
+struct Touch {
+  Pair* pair;
+  std::uint32_t low, high;  // awake_index, or kAsleep
+  Manifold* manifolds;
+  std::uint32_t count;              // of them
+  int substeps;                     // as in Pair
+  bool responds, live;              // as in Pair
+  float penetration_m, impact_m_s;  // the most of its points, if it is live
+  float load_ns, inner_m, slop_m;   // as in Pair
+  Vec3f normal;                     // of the first manifold
+  PairMaterial material;
+
+  bool both() const { return low != kAsleep && high != kAsleep; }
+  std::uint32_t one() const { return low != kAsleep ? low : high; }
+};
+
+// What a body that is awake weighs, where loads are reckoned.
+struct Burden {
+  double mass_kg;
+  double tied_kg;     // it and what joints tie to it
+  double carried_kg;  // it and what is taken to lie on it
+  double height_m;    // against gravity
+};
+
+struct Support {
+  std::uint32_t upper, lower;  // awake_index; `lower` may be kAsleep
+  double scale;                // of loads, see step_weigh.cpp
+};
+
 struct World::Impl {
   explicit Impl(const Settings& settings);
   ~Impl();
@@ -62,7 +94,6 @@ struct World::Impl {
 
   // --- The passes of a step (step_*.cpp).
   void Step(double dt_s);
-  void DropAbsurd();
   void FindPairs();
   void BeginPairs();
   void CollidePairs();
@@ -72,7 +103,8 @@ struct World::Impl {
   void BuildIslands();
   void WeighIslands();
   void WeighAssemblies();
-  void NoteSupport(const Pair& pair, Vec3d up, double pull);
+  void NoteSupport(const Touch& touch, Vec3d up, double pull);
+  void GroupSupports();
   void PassLoadsDown();
   void ListJoints();
   void MakeJointRows();
@@ -85,12 +117,14 @@ struct World::Impl {
   void Sweep();
   void SweepBody(std::uint32_t index);
   bool GoesThrough(const Pair& pair) const;
+  void NoteWay(RigidBody& body);
   struct StoppedJoint;
   void MoveStopped();
   std::vector<bool> StopJointed();
   std::vector<StoppedJoint> ListStopped();
   void Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed);
   void MoveBodies();
+  void NoteStillness(RigidBody& body);
   void FallAsleep();
   void ReportContacts();
   void ReportEvents();
@@ -133,19 +167,21 @@ struct World::Impl {
   double dt_s = 0;
   std::uint64_t step = 0;
   std::vector<RigidBody*> awake;      // dynamic and awake, in no order
-  std::vector<Pair*> touching;        // with manifolds, ascending by ids
+  std::vector<Touch> touching;        // with manifolds, ascending by ids
+  std::vector<Pair*> parting;         // without, of which there may yet be an event to tell
   std::vector<RigidBody*> touched;    // sleepers that something awake came upon
   std::vector<Joint*> awake_joints;   // ascending by id
   std::vector<JointRows> joint_rows;  // of them
-  struct Support {
-    double height_m;  // of the upper one
-    double scale;     // of loads, see step_weigh.cpp
-    RigidBody *upper, *lower;
-  };
-  std::vector<Support> supports;  // in islands that may be laden
-  std::vector<IslandWork> works;  // of the islands that are solved
+  std::vector<Burden> burdens;        // by awake_index
+  std::vector<Support> supports;      // in islands that may be laden
+  std::vector<Support> grouped;       // the same by upper body, as `first_supports` says
+  std::vector<std::uint32_t> first_supports;
+  std::vector<std::pair<double, std::uint32_t>> uppers;  // height and awake_index of what stands on something
+  std::vector<IslandWork> works;                         // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
+  std::vector<std::uint32_t> solver_indices;              // by awake_index: in the batch that solves it
   std::vector<Motion> motions;                            // by awake_index
+  std::vector<std::uint32_t> racing;                      // awake_index of what is to be swept
   std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
   std::vector<RigidBody*> candidates, waking;
   std::vector<RigidBody*> failing;  // will be isolated at the end of the step

@@ -115,10 +115,9 @@ struct Outlet {
 };
 
 // What the solver did at the old points goes on at the new ones: by name, or else at the nearest that is left over.
-void CarryOver(const Manifold& old, float tolerance_m, Manifold* now) {
+void CarryOver(std::span<const ManifoldPoint> olds, float tolerance_m, Manifold* now) {
   std::array<bool, kManifoldPoints> taken{}, found{};
   const auto points = std::span(now->points).first(static_cast<std::size_t>(now->count));
-  const auto olds = std::span(old.points).first(static_cast<std::size_t>(old.count));
   std::size_t left = points.size();
   for (std::size_t i = 0; i < points.size(); ++i) {
     for (std::size_t j = 0; j < olds.size(); ++j) {
@@ -171,12 +170,14 @@ void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, Man
   const bool fresh = manifolds.empty();
   if (fresh) manifolds.resize(1);
   Manifold& now = manifolds[0];
-  const Manifold old = now;
+  std::array<ManifoldPoint, kManifoldPoints> olds;
+  const auto count = static_cast<std::size_t>(now.count);
+  std::copy_n(now.points.begin(), count, olds.begin());
   outlet.Write(manifold, on_b, &now);
   if (now.count == 0) {
     manifolds.clear();
   } else if (!fresh) {
-    CarryOver(old, CarryTolerance(outlet.pair), &now);
+    CarryOver(std::span(olds).first(count), CarryTolerance(outlet.pair), &now);
   }
 }
 
@@ -205,7 +206,7 @@ void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, Manifold
     Manifold now = stays ? *old : Manifold();
     outlet.Write(local, on_b, &now);
     if (now.count == 0) continue;
-    if (stays) CarryOver(*old, tolerance, &now);
+    if (stays) CarryOver(std::span(old->points).first(static_cast<std::size_t>(old->count)), tolerance, &now);
     manifolds.push_back(now);
   }
 }

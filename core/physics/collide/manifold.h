@@ -26,7 +26,6 @@ struct ManifoldPoint {
 struct Manifold {
   Vec3f normal;  // unit, from a to b
   int count = 0;
-  std::array<ManifoldPoint, kManifoldPoints> points;
   std::uint32_t key = 0;  // which of the pair's manifolds: part of a compound, group of triangles; 0 for convex pairs
   // How far the surface bends round a point within the body, m: a ball's radius, 0 for a face or a corner. What turns
   // about that point brings up new surface and stays where it was.
@@ -36,6 +35,8 @@ struct Manifold {
   Vec3f friction_r_a, friction_r_b;  // from each centre of mass to where the solver let friction act, m
   Vec3f total_friction;              // summed over the last step, N s on b
   Vec3f total_rolling;               // N m s on b
+  // Last: most manifolds have one or two, and leave the rest of the memory alone.
+  std::array<ManifoldPoint, kManifoldPoints> points;
 };
 
 // Of one pair: almost always one, which then lies where the pair does.

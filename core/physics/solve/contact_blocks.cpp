@@ -9,6 +9,15 @@
 namespace tessera::physics {
 namespace {
 
+// Manifolds lie all over the memory: those to come are asked for while others are worked on.
+constexpr std::size_t kAhead = 8;
+void AskFor(const Manifold& manifold) {
+  constexpr std::size_t kLine = 64;
+  for (std::size_t i = 0; i < sizeof(Manifold); i += kLine) {
+    __builtin_prefetch(static_cast<const char*>(static_cast<const void*>(&manifold)) + i);
+  }
+}
+
 std::uint8_t KindOf(const ContactConstraint& contact) {
   const int count = contact.manifold->count;
   assert(count >= 0 && count <= kManifoldPoints);
@@ -107,7 +116,7 @@ template <class Block>
 void StoreLane(const Block& block, int lane, Manifold& manifold) {
   for (int i = 0; i < manifold.count; ++i) {
     manifold.points[i].normal_impulse = block.points[i].impulse.f[lane];
-    manifold.points[i].total_impulse += block.points[i].total.f[lane];
+    manifold.points[i].total_impulse = block.points[i].total.f[lane];
   }
   manifold.friction_impulse = manifold.total_friction = {};
   manifold.rolling_impulse = manifold.total_rolling = {};
@@ -156,6 +165,7 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
   starts_.resize(counts_.size());
   places_.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (i + kAhead < contacts.size()) __builtin_prefetch(contacts[i + kAhead].manifold);
     places_[i].kind = KindOf(contacts[i]);
     places_[i].bounces = contacts[i].material.restitution > 0;
     if (colors[i] != kLeftOver) ++counts_[bucket_of(i)];
@@ -203,6 +213,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
     });
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (i + kAhead < contacts.size()) AskFor(*contacts[i + kAhead].manifold);
     const ContactPlace& place = places_[i];
     Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, softness, block); });
   }
@@ -210,6 +221,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
 
 void ContactBlocks::Store(std::span<const ContactConstraint> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (i + kAhead < contacts.size()) AskFor(*contacts[i + kAhead].manifold);
     const ContactPlace& place = places_[i];
     Visit(place, [&](auto& block) { StoreLane(block, place.lane, *contacts[i].manifold); });
   }

@@ -146,9 +146,6 @@ void Solver::Solve(const SolveBatch& batch) {
   impl.step = {h, 1 / h, kPushOut_m_s};
   impl.LoadBodies(batch.bodies, h);
   impl.coloring.Color(batch);
-  for (const ContactConstraint& contact : batch.contacts) {
-    for (ManifoldPoint& point : contact.manifold->points) point.total_impulse = 0;
-  }
   const auto nobody = static_cast<std::uint32_t>(impl.count);
   impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
   impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h);
