@@ -331,10 +331,8 @@ void Control::WatchPlan() {
     const bool in_force = std::all_of(workers.begin(), workers.end(), [&](const auto& entry) {
       return entry.second->region().map().version() == version;
     });
-    const bool settled = std::all_of(workers.begin(), workers.end(), [](const auto& entry) {
-      const region::Region& region = entry.second->region();
-      return region.away_count() == 0 && region.unconfirmed_grants() == 0;
-    });
+    const bool settled = std::all_of(workers.begin(), workers.end(),
+                                     [](const auto& entry) { return entry.second->region().away_count() == 0; });
     if (!plan_->committed || !in_force || (InTransition(plan_->next) && !settled)) return WatchPlan();
     ++totals_.planned;
     map_ = plan_->next;

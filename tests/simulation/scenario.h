@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/simulation.h"
+#include "tests/simulation/control.h"
 
 namespace tessera::simulation {
 
@@ -29,10 +29,12 @@ enum class FaultKind : std::uint8_t {
   kPartition,  // two groups of regions do not hear each other
   kStall,      // a worker stands still
   kSlow,       // each tick of a worker takes longer than a tick
+  kKill,       // a worker dies, as soon as its heir has a copy; lasts until its area moves again
+  kRestart,    // a new worker takes the place of the dead by a planned map; lasts until that is settled
 };
-inline constexpr std::size_t kFaultKinds = 9;
+inline constexpr std::size_t kFaultKinds = 11;
 inline constexpr std::array<const char*, kFaultKinds> kFaultNames = {
-    "loss", "delay", "jitter", "reorder", "duplicate", "break", "partition", "stall", "slow"};
+    "loss", "delay", "jitter", "reorder", "duplicate", "break", "partition", "stall", "slow", "kill", "restart"};
 
 struct Fault {
   FaultKind kind = FaultKind::kLoss;
@@ -42,10 +44,10 @@ struct Fault {
 };
 
 // What kind of world.
-enum class World : std::uint8_t { kSwarm, kCloud, kChains, kStacks, kCrowd, kGiant, kVortex, kPlayers, kMill };
-inline constexpr std::size_t kWorlds = 9;
+enum class World : std::uint8_t { kSwarm, kCloud, kChains, kStacks, kCrowd, kGiant, kVortex, kPlayers, kMill, kStream };
+inline constexpr std::size_t kWorlds = 10;
 inline constexpr std::array<const char*, kWorlds> kWorldNames = {"swarm", "cloud",  "chains",  "stacks", "crowd",
-                                                                 "giant", "vortex", "players", "mill"};
+                                                                 "giant", "vortex", "players", "mill",   "stream"};
 
 struct Scenario {
   std::uint64_t seed = 0;
@@ -72,7 +74,9 @@ struct Outcome {
   std::vector<std::string> problems;
   SimulationTotals totals;
   NetworkTotals network;
-  std::array<std::uint64_t, kFaultKinds> handovers_under{};  // while a fault of the kind struck one of the two regions
+  std::array<std::uint64_t, kFaultKinds> handovers_under{};  // while a fault of the kind held the two regions up
+  std::uint64_t cut_short = 0;  // handovers whose granter or new owner died between grant and confirmation
+  ControlTotals control;
   std::size_t lost = 0, doubled = 0;
   std::uint64_t closings = 0, openings = 0;
   std::uint64_t hash = 0;

@@ -10,6 +10,9 @@ namespace {
 
 constexpr double kHalf = 12;  // of the ground, m
 constexpr std::uint64_t kTicks = 240;
+constexpr Micros kLength = kTicks * 1'000'000 / 60;
+constexpr std::size_t kFaultsOfShells = 9;  // the first ones; deaths are drawn apart
+constexpr std::size_t kWorldsDrawn = 9;     // the first ones; the others are there when asked for
 
 Vec3f AnyVelocity(Chance& chance, double most) {
   return {static_cast<float>(chance.Between(-most, most)), static_cast<float>(chance.Between(-most, most) / 4),
@@ -185,6 +188,62 @@ void Mill(SceneBuilder& builder, Chance& chance) {
   }
 }
 
+// As many handovers as can be had: small balls, pairs and threes that stream over a ground of small cells, each at a
+// height of its own so that none meets another. Some pairs tumble about corners.
+void Stream(SceneBuilder& builder, Chance& chance) {
+  constexpr int kSide = 15;
+  constexpr double kLevel_m = 0.4;
+  for (const double side : {-1.0, 1.0}) {
+    for (const bool along : {false, true}) {
+      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 60, kHalf} : Vec3d{kHalf, 60, 1}}),
+                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
+      wall.motion = Motion::kStatic;
+      wall.mass_kg = 0;
+      wall.material.restitution = 1;
+      wall.material.friction = 0;
+    }
+  }
+  std::uint64_t next = builder.scene().bodies.size() + 1;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int links = i % 8 == 0 ? 3 : i % 4 == 0 ? 2 : 1;
+    Vec3d place{-9.5 + i % kSide * 1.3, -0.5 * kLevel_m * kSide * kSide + kLevel_m * i, -9.5 + i / kSide * 1.3};
+    Vec3f velocity{static_cast<float>(chance.Between(-36, 36)), 0, static_cast<float>(chance.Between(-36, 36))};
+    const bool corner = i % 16 == 4;
+    if (corner) {
+      place = {-6.0 + 6 * static_cast<double>(chance.Below(3)), place.y,
+               -6.0 + 6 * static_cast<double>(chance.Below(3))};
+      velocity = {};
+    }
+    for (int j = 0; j < links; ++j, ++next) {
+      const Vec3f spin{0, 0, corner ? (j == 0 ? 7.0F : -7.0F) : 0};
+      BodyDef& ball = builder.Add(Ball(0.12), place + Vec3d{(corner ? 1.2 : 0.3) * j, 0, 0}, velocity + spin);
+      ball.material.restitution = 1;
+      ball.material.friction = 0;
+      ball.may_sleep = false;
+      const double arm = corner ? 0.6 : 0.15;
+      if (j > 0) builder.Tie(BodyId(next - 1), BodyId(next), {arm, 0, 0}, {-arm, 0, 0});
+    }
+  }
+}
+
+// Deaths, and mostly a new worker afterwards.
+void Deaths(std::vector<Fault>& faults, Chance& chance, std::uint64_t regions, Micros length, std::uint64_t fewest) {
+  const std::uint64_t count = fewest + chance.Below(3 * fewest);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Fault kill;
+    kill.kind = FaultKind::kKill;
+    kill.from = Milliseconds(300) + chance.Below(length);
+    kill.until = kill.from + Milliseconds(1500);
+    kill.a = RegionId(static_cast<std::uint32_t>(1 + chance.Below(regions)));
+    faults.push_back(kill);
+    if (chance.Happens(0.2)) continue;
+    kill.kind = FaultKind::kRestart;
+    kill.from += Milliseconds(20) + chance.Below(200'000);
+    kill.until = kill.from + Milliseconds(2000);
+    faults.push_back(kill);
+  }
+}
+
 // Cut in two again and again, somewhere in the middle of the longer side.
 PartitionMap AnyMap(Rect bounds, Chance& chance) {
   constexpr std::array<std::uint32_t, 8> kCounts = {1, 2, 2, 3, 4, 4, 6, 9};
@@ -214,9 +273,9 @@ PartitionMap AnyMap(Rect bounds, Chance& chance) {
   return *PartitionMap::Create(MapVersion(1), bounds, cells, ids);
 }
 
-Fault AnyFault(Chance& chance, std::uint64_t regions, Micros length) {
+Fault FaultOf(FaultKind kind, Chance& chance, std::uint64_t regions, Micros length) {
   Fault fault;
-  fault.kind = static_cast<FaultKind>(chance.Below(kFaultKinds));
+  fault.kind = kind;
   fault.from = chance.Below(length);
   fault.until = fault.from + Milliseconds(50) + chance.Below(length / 2);
   fault.a = RegionId(static_cast<std::uint32_t>(1 + chance.Below(regions)));
@@ -240,10 +299,24 @@ Fault AnyFault(Chance& chance, std::uint64_t regions, Micros length) {
     case FaultKind::kStall:  // as often shorter than what closes a border as longer
       fault.until = fault.from + Milliseconds(30) + chance.Below(chance.Happens(0.5) ? 200'000 : 2'500'000);
       break;
-    case FaultKind::kBreak:
+    default:
       break;
   }
   return fault;
+}
+
+// Weather, cuts and standstills for about half of the time, mostly too short to close a border.
+void StreamFaults(std::vector<Fault>& faults, Chance& chance, std::uint64_t regions) {
+  for (std::size_t kind = 0; kind < kFaultsOfShells; ++kind) {
+    if (!chance.Happens(0.4)) continue;
+    const bool once = static_cast<FaultKind>(kind) >= FaultKind::kBreak;
+    for (std::uint64_t i = once ? 3 + chance.Below(4) : 1; i > 0; --i) {
+      Fault fault = FaultOf(static_cast<FaultKind>(kind), chance, regions, kLength);
+      const bool brief = once && chance.Happens(0.9);
+      fault.until = fault.from + (brief ? Milliseconds(40) + chance.Below(190'000) : Milliseconds(800));
+      faults.push_back(fault);
+    }
+  }
 }
 
 }  // namespace
@@ -252,7 +325,7 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
   Chance chance(seed);
   Scenario scenario;
   scenario.seed = seed;
-  const auto any = static_cast<World>(chance.Below(kWorlds));
+  const auto any = static_cast<World>(chance.Below(kWorldsDrawn));
   scenario.world = options.world.value_or(any);
   SceneBuilder builder(kHalf);
   scenario.map = AnyMap(builder.scene().ground(), chance);
@@ -293,13 +366,25 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
       scenario.map = *MakeGridMap(builder.scene().ground(), chance.Happens(0.5) ? 9 : 16);
       Mill(builder, chance);
       break;
+    case World::kStream:
+      scenario.map = *MakeGridMap(builder.scene().ground(), chance.Happens(0.5) ? 9 : 16);
+      Stream(builder, chance);
+      break;
   }
   scenario.scene = builder.Build();
-  if (options.faults && chance.Happens(0.85)) {
+  if (options.faults && scenario.world == World::kStream) {
+    StreamFaults(scenario.faults, chance, scenario.map.regions().size());
+  } else if (options.faults && chance.Happens(0.85)) {
     const std::uint64_t count = 1 + chance.Below(6);
     for (std::uint64_t i = 0; i < count; ++i) {
-      scenario.faults.push_back(AnyFault(chance, scenario.map.regions().size(), kTicks * 1'000'000 / 60));
+      const auto kind = static_cast<FaultKind>(chance.Below(kFaultsOfShells));
+      scenario.faults.push_back(FaultOf(kind, chance, scenario.map.regions().size(), kLength));
     }
+  }
+  const std::uint64_t regions = scenario.map.regions().size();
+  const bool dense = scenario.world == World::kStream;
+  if (options.faults && regions > 2 && scenario.players == 0 && chance.Happens(dense ? 0.9 : 0.25)) {
+    Deaths(scenario.faults, chance, regions, kLength, dense ? 4 : 1);
   }
   return scenario;
 }

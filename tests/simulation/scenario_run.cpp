@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "tests/simulation/player_client.h"
 #include "tests/simulation/scenario.h"
@@ -9,6 +10,9 @@ namespace tessera::simulation {
 namespace {
 
 constexpr Micros kAftermath = Milliseconds(300);  // of a fault that strikes once
+constexpr Micros kLook = Milliseconds(10);        // between looks at a death or a change under way
+constexpr Micros kPatience = 10'000'000;          // until all of them must have ended
+constexpr std::size_t kFewest = 2;                // regions that deaths leave
 constexpr double kMostDrift = 1e-5;               // of momentum, share of the sum of all
 constexpr std::size_t kTicksWeighed = 8;          // at both ends: what contacts exchange is a tick under way
 constexpr double kTicksPerSecond = 60;
@@ -33,22 +37,48 @@ class Runner {
   void Begin(const Fault& fault);
   void End(const Fault& fault);
   void MakeWeather();
-  bool Strikes(const Fault& fault, RegionId from, RegionId to) const;
+  static bool Strikes(const Fault& fault, RegionId from, RegionId to);
   void TellPlayers(Worker& worker);
   void WeighClosed(Outcome& outcome);
+  bool HasDeaths() const;
+  void TryKill(const Fault& fault);
+  void TryRestart(const Fault& fault);
+  void WatchUntilOver(const Fault& fault);
+  bool MayDie(RegionId region) const;
+  std::uint64_t HandoversUnderWay(RegionId region) const;
+  void AwaitControl();
 
   const Scenario& scenario_;
   std::array<std::uint64_t, kFaultKinds> handovers_under_{};
   std::vector<const Fault*> active_;
   std::map<BodyId, std::pair<Epoch, std::uint32_t>> last_inputs_;
+  std::map<std::pair<RegionId, BodyId>, RegionId> granted_to_;  // by whom and what: the last time
+  std::uint64_t cut_short_ = 0;
+  std::unique_ptr<Control> control_;  // of an instance in which workers die
   Simulation simulation_;
   std::vector<std::unique_ptr<PlayerClient>> clients_;  // end before their network
 };
 
+// What was on its way when a failover's map came into force.
+bool IsOfAnotherMap(const std::string& why) {
+  return absl::StartsWith(why, "map version") || absl::EndsWith(why, "is not a neighbour");
+}
+
+// The last frame before an offer, said again on a new connection: the one before it is kept no more.
+bool IsOfAClosedBorder(const std::string& why) { return absl::StrContains(why, "came before its time"); }
+
+bool Runner::HasDeaths() const {
+  return std::ranges::any_of(scenario_.faults, [](const Fault& fault) { return fault.kind == FaultKind::kKill; });
+}
+
 void Runner::Attach(Simulation& simulation) {
-  simulation.on_step = [this](Worker& worker, const region::StepResult& result) {
+  if (HasDeaths()) control_ = std::make_unique<Control>(simulation, scenario_.map);
+  simulation.on_step = [this, before = simulation.on_step](Worker& worker, const region::StepResult& result) {
+    if (before) before(worker, result);
     for (const region::Departure& departure : result.departures) {
-      if (departure.reason != region::DepartureReason::kHandedOver) continue;
+      // A failover lets go of bodies as well.
+      if (departure.reason != region::DepartureReason::kHandedOver || result.handed_out == 0) continue;
+      granted_to_[{worker.id(), departure.body}] = departure.to;
       for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
         const bool struck = std::any_of(active_.begin(), active_.end(), [&](const Fault* fault) {
           return static_cast<std::size_t>(fault->kind) == kind && Strikes(*fault, worker.id(), departure.to);
@@ -64,24 +94,20 @@ void Runner::Attach(Simulation& simulation) {
   };
 }
 
-bool Runner::Strikes(const Fault& fault, RegionId from, RegionId to) const {
-  switch (fault.kind) {
-    case FaultKind::kBreak:
-      return std::minmax(from, to) == std::minmax(fault.a, fault.b);
-    case FaultKind::kPartition:
-      return (from <= fault.a) != (to <= fault.a);
-    case FaultKind::kStall:
-    case FaultKind::kSlow:
-      return from == fault.a || to == fault.a;
-    default:
-      return true;
-  }
+// Regions in step wait for each other, so what holds one of them up is felt by all; only a broken connection is not.
+bool Runner::Strikes(const Fault& fault, RegionId from, RegionId to) {
+  return fault.kind != FaultKind::kBreak || std::minmax(from, to) == std::minmax(fault.a, fault.b);
 }
 
 void Runner::PlanFaults() {
   for (const Fault& fault : scenario_.faults) {
     const bool once =
         fault.kind == FaultKind::kBreak || fault.kind == FaultKind::kPartition || fault.kind == FaultKind::kStall;
+    if (fault.kind == FaultKind::kKill || fault.kind == FaultKind::kRestart) {
+      simulation_.timeline().At(
+          fault.from, [this, &fault] { fault.kind == FaultKind::kKill ? TryKill(fault) : TryRestart(fault); });
+      continue;
+    }
     simulation_.timeline().At(fault.from, [this, &fault] { Begin(fault); });
     simulation_.timeline().At(fault.until, [this, &fault] { End(fault); });
     simulation_.timeline().At(fault.until + (once ? kAftermath : 0), [this, &fault] { std::erase(active_, &fault); });
@@ -128,6 +154,64 @@ void Runner::End(const Fault& fault) {
     default:
       std::erase(active_, &fault);
       return MakeWeather();
+  }
+}
+
+// One that dies before its heir has a copy, or while others are dying, is lost rightly: failover_test has those.
+bool Runner::MayDie(RegionId region) const {
+  const auto& workers = simulation_.workers();
+  return simulation_.Alive(region) && workers.size() > kFewest && !control_->failing_over() &&
+         std::ranges::all_of(workers, [](const auto& entry) { return entry.second->region().acknowledged() > Tick(); });
+}
+
+// That it keeps as granter, or others keep for it.
+std::uint64_t Runner::HandoversUnderWay(RegionId region) const {
+  std::uint64_t count = 0;
+  for (const auto& [id, worker] : simulation_.workers()) {
+    for (const BodyId body : worker->region().KeptBodies()) {
+      const auto to = granted_to_.find({id, body});
+      count += id == region || (to != granted_to_.end() && to->second == region) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+void Runner::TryKill(const Fault& fault) {
+  if (simulation_.timeline().now() > fault.until) return;
+  if (!MayDie(fault.a)) return simulation_.timeline().In(kLook, [this, &fault] { TryKill(fault); });
+  cut_short_ += HandoversUnderWay(fault.a);
+  simulation_.Kill(fault.a);
+  active_.push_back(&fault);
+  WatchUntilOver(fault);
+}
+
+void Runner::TryRestart(const Fault& fault) {
+  if (simulation_.timeline().now() > fault.until) return;
+  const bool some_dead = simulation_.workers().size() < scenario_.map.regions().size();
+  if (!control_->idle() || !some_dead) {
+    return simulation_.timeline().In(kLook, [this, &fault] { TryRestart(fault); });
+  }
+  control_->Plan(scenario_.map);
+  active_.push_back(&fault);
+  WatchUntilOver(fault);
+}
+
+void Runner::WatchUntilOver(const Fault& fault) {
+  simulation_.timeline().In(kLook, [this, &fault] {
+    const bool over = fault.kind == FaultKind::kKill ? !control_->failing_over() : control_->idle();
+    if (!over) return WatchUntilOver(fault);
+    simulation_.timeline().In(kAftermath, [this, &fault] { std::erase(active_, &fault); });
+  });
+}
+
+// Deaths and changes that began are dealt with.
+void Runner::AwaitControl() {
+  const Micros end = simulation_.timeline().now() + kPatience;
+  while (!control_->idle() && simulation_.timeline().now() < end) simulation_.RunFor(kLook);
+  if (!control_->idle()) simulation_.ledger().Problem(simulation_.tick(), "a failover or a planned map does not end");
+  if (control_->totals().lost > 0) {
+    simulation_.ledger().Problem(simulation_.tick(),
+                                 absl::StrCat(control_->totals().lost, " bodies lost by failovers"));
   }
 }
 
@@ -233,22 +317,29 @@ Outcome Runner::Run() {
     Micros last = 0;
     for (const Fault& fault : scenario_.faults) last = std::max(last, fault.until);
     if (last > simulation_.timeline().now()) simulation_.RunFor(last - simulation_.timeline().now());
+    if (control_) AwaitControl();
     simulation_.Settle();
   }
   Outcome outcome;
+  outcome.totals = simulation_.totals();
   for (const auto& [id, worker] : simulation_.workers()) {
     outcome.closings += worker->totals().closings;
     outcome.openings += worker->totals().openings;
+  }
+  for (const auto& [id, worker] : simulation_.workers()) {
     for (const auto& [why, count] : worker->totals().refused) {
+      if (control_ && IsOfAnotherMap(why)) continue;
+      if (outcome.closings > 0 && IsOfAClosedBorder(why)) continue;
       simulation_.ledger().Problem(worker->region().tick(), absl::StrCat(count, " frames were refused: ", why));
     }
   }
-  if (scenario_.closed && outcome.closings == 0) WeighClosed(outcome);
+  if (control_) outcome.control = control_->totals();
+  outcome.cut_short = cut_short_;
+  if (scenario_.closed && outcome.closings == 0 && outcome.totals.kills == 0) WeighClosed(outcome);
   if (simulation_.totals().nonfinite > 0) {
     simulation_.ledger().Problem(simulation_.tick(), "bodies were taken out because they were not finite");
   }
   outcome.problems = simulation_.problems();
-  outcome.totals = simulation_.totals();
   outcome.network = simulation_.network().totals();
   outcome.handovers_under = handovers_under_;
   outcome.lost = simulation_.ledger().lost();

@@ -13,7 +13,7 @@ constexpr Micros kSettling = Milliseconds(400);
 constexpr Micros kSettlingPatience = 20'000'000;
 constexpr std::uint64_t kTicksSettling = 10;
 constexpr std::uint64_t kStepsBetweenChecks = 64;
-constexpr double kCornerReach_m = 2;
+constexpr double kCornerReach_m = 1;  // as far as a body is shown
 
 // Points where three cells or more meet.
 std::vector<Vec3d> CornersOf(const PartitionMap& map) {
@@ -200,10 +200,10 @@ void Simulation::Stepped(Worker& worker, const region::StepResult& result) {
 }
 
 void Simulation::CountHandovers(Worker& worker, const region::StepResult& result) {
-  totals_.handovers += result.handed_in;
   if (result.handed_out == 0) return;
   for (const region::Departure& departure : result.departures) {
     if (departure.reason != region::DepartureReason::kHandedOver) continue;
+    ++totals_.handovers;
     const std::uint64_t id = departure.body.value();
     if (id < jointed_.size() && jointed_[id] != 0) ++totals_.assembly_handovers;
     if (!worker.region().world().Has(departure.body)) continue;
