@@ -65,6 +65,24 @@ double Slide(double slope_rad, double box_friction, double ground_friction) {
   return Length(world.StateOf(box.id).position - box.initial.position);
 }
 
+// Two balls that overlap push each other on towards a third, which so is met a moment before free motion says.
+TEST(RestitutionTest, ABlowThatComesEarlyIsNotLost) {
+  constexpr double kStep = 1.0 / 960, kSpeed = 4.4;
+  World world({.gravity_m_s2 = {}, .substeps = 1});
+  std::vector<BodyDef> balls;
+  balls.reserve(3);
+  for (const double height : {0.0, 0.1914, 0.1914 + 0.2 + 2 * kSpeed * kStep + 1e-4}) {
+    BodyDef& ball = balls.emplace_back(Dynamic(balls.size() + 1, Ball(0.1), {0, height, 0}));
+    ball.material = {.friction = 0, .restitution = 1};
+    ball.initial.linear_velocity = {0, static_cast<float>(balls.size() < 3 ? kSpeed : -kSpeed), 0};
+  }
+  AddAll(world, balls);
+  Simulate(world, 20 * kStep, kStep);
+  double squares = 0;
+  for (const BodyDef& ball : balls) squares += LengthSquared(Vec3d(world.StateOf(ball.id).linear_velocity));
+  EXPECT_NEAR(squares / (3 * kSpeed * kSpeed), 1, 0.1);
+}
+
 TEST(FrictionTest, HoldsBelowTheLimitAndSlidesAboveIt) {
   const double friction = 0.5;
   EXPECT_LT(Slide(std::atan(0.9 * friction), friction, friction), 0.01);

@@ -1,5 +1,6 @@
 // The contact kernels, once for all instruction sets; included by kernel_*.cpp only.
 
+#include "core/physics/solve/tuning.h"
 #include "core/physics/solve/wide.h"
 
 namespace tessera::physics {
@@ -222,10 +223,12 @@ struct ContactLoops {
     const PointLanes& point = block.points[i];
     const F mass = Load(point.mass);
     if constexpr (kRelax) {
-      // Across a gap to what may bounce nothing is done: neither is stopped what is to hit in the next substep, nor
-      // what was too slow to bounce set free again.
+      // To what may bounce nothing is done across a gap, nor where it comes fast: neither is stopped what is to hit in
+      // the next substep, or has come to hit in this one because something else pushed it on, nor what was too slow to
+      // bounce set free again.
       const F separation = Load(point.separation), apart = Positive(separation);
-      const F acting = mass * Select(apart, Load(block.head.relax_gap), Wide(1));
+      const F unsettled = Positive(Max(separation, Wide(-kBounce_m_s) - velocity));
+      const F acting = mass * Select(unsettled, Load(block.head.relax_gap), Wide(1));
       return old - acting * (velocity + And(apart, separation * Wide(step.inverse_h)));
     } else {
       // A gap may close at once; from there to the depth at rest it is softly let down, and from below pushed up.
