@@ -29,11 +29,12 @@ constexpr SinCos SmallSinCos(double x) {
   return {x + x * (y * s), 1 + y * c};
 }
 
-// Of an angle from -1/16 to 1/16, which is what most bodies turn in a tick; likewise.
+// Of an angle from -1/16 to 1/16, which is what most bodies turn in a tick; likewise. By pairs of terms, so that fewer
+// wait for one another.
 constexpr SinCos TinySinCos(double x) {
-  const double y = x * x;
-  const double s = -1.0 / 6 + y * (1.0 / 120 + y * (-1.0 / 5040 + y * (1.0 / 362880)));
-  const double c = -1.0 / 2 + y * (1.0 / 24 + y * (-1.0 / 720 + y * (1.0 / 40320)));
+  const double y = x * x, y2 = y * y;
+  const double s = (-1.0 / 6 + y * (1.0 / 120)) + y2 * (-1.0 / 5040 + y * (1.0 / 362880));
+  const double c = (-1.0 / 2 + y * (1.0 / 24)) + y2 * (-1.0 / 720 + y * (1.0 / 40320));
   return {x + x * (y * s), 1 + y * c};
 }
 

@@ -11,6 +11,9 @@ namespace {
 
 // Inertia that differs by less than this share is that of a round body: less than hulls of float points are true to.
 constexpr double kRound = 1e-7;
+// What turns about a principal axis turns steadily: one whose other two parts of m are no more than this share of it,
+// squared, does. No more than rounding, or a body about its middle axis would never come to flip.
+constexpr double kSteady2 = 1e-30;
 // Attitude error that one step may make, rad.
 constexpr double kStepError_rad = 1e-8;
 // So a body that spins absurdly fast costs at most about 10 microseconds; its angular momentum stays exact.
@@ -97,6 +100,12 @@ int RenamingFor(Vec3d inertia) {
   return middle(inertia.y, inertia.z, inertia.x) ? 1 : 2;
 }
 
+// The moment about the principal axis that `m` lies along, 0 if it lies along none.
+double SteadyMoment(Vec3d inertia, Vec3d m, double square) {
+  const double x = m.x * m.x, y = m.y * m.y, z = m.z * m.z, most = kSteady2 * square;
+  return y + z <= most ? inertia.x : x + z <= most ? inertia.y : x + y <= most ? inertia.z : 0;
+}
+
 // Turns `q` for `dt_s` with the constant angular momentum `l`, world axes.
 Quatd Turn(Vec3d inertia, Vec3d l, double dt_s, Quatd q) {
   const double size = Length(l);
@@ -105,9 +114,11 @@ Quatd Turn(Vec3d inertia, Vec3d l, double dt_s, Quatd q) {
   const Vec3d i = Renamed(inertia, renaming);
   const double x = SameWithin(i.x, i.y, kRound) ? 0 : 1 / i.x - 1 / i.y;
   const double z = SameWithin(i.z, i.y, kRound) ? 0 : 1 / i.z - 1 / i.y;
-  const Quatd whole = TurnBy(l * (dt_s / i.y));
-  if (x == 0 && z == 0) return Normalized(whole * q);
+  if (x == 0 && z == 0) return Normalized(TurnBy(l * (dt_s / i.y)) * q);
   Spin spin{Renamed(Rotate(Conjugate(q), l), renaming), {}};
+  const double steady = SteadyMoment(i, spin.m, size * size);
+  if (steady > 0) return Normalized(TurnBy(l * (dt_s / steady)) * q);
+  const Quatd whole = TurnBy(l * (dt_s / i.y));
   if (z == 0) {
     spin.TurnX(dt_s * x * spin.m.x);
   } else if (x == 0) {

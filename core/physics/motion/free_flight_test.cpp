@@ -56,6 +56,15 @@ TEST(FreeFlightTest, RoundBodyTurnsExactly) {
   EXPECT_LT(Between(state.orientation, TurnBy(w * 10.0)), 1e-12);
 }
 
+TEST(FreeFlightTest, TurnsSteadilyAboutAPrincipalAxis) {
+  const Vec3d inertia{1, 2, 3};
+  for (const Vec3d w : {Vec3d{7, 0, 0}, {0, 7, 0}, {0, 0, 7}}) {
+    FlightState state = Spinning(inertia, w);
+    for (int i = 0; i < 600; ++i) Fly(inertia, {}, {}, kDt, &state);
+    EXPECT_LT(Between(state.orientation, TurnBy(w * 10.0)), 1e-11);
+  }
+}
+
 TEST(FreeFlightTest, BodyWithAnAxisTurnsExactly) {
   for (const Vec3d inertia : {Vec3d{1, 1, 3}, {3, 1, 1}, {1, 3, 1}, {5, 5, 1}, {5, 1, 5}, {1, 5, 5}}) {
     FlightState state = Spinning(inertia, {1, 4, 2});
