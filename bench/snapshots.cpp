@@ -190,9 +190,11 @@ Frame<QuantizedState> FrameOf(const CubeTrace& trace, std::size_t t) {
   return frame;
 }
 
-// `age` 1 with the two before it: a recording. 6: a thin link of 100 ms.
-absl::StatusOr<Cost> RunDense(const CubeTrace& trace, std::size_t age, std::size_t gap, std::size_t gap2) {
-  const DenseCodec codec = MakeDenseCodec(CubeBounds(), CubeSettings(), kGravity_m_s2, false);
+// `age` 1 with the two before it: a recording. 6: a thin link of 100 ms. With `boxes` both ends know the scene's ground
+// and the sizes of the cubes.
+absl::StatusOr<Cost> RunDense(const CubeTrace& trace, std::size_t age, std::size_t gap, std::size_t gap2, bool boxes) {
+  const DenseCodec codec = MakeDenseCodec(CubeBounds(), CubeSettings(), kGravity_m_s2, false,
+                                          boxes ? std::make_shared<const StandingBoxes>(CubeBoxes()) : nullptr);
   std::deque<DenseCodec::KeptPtr> sent, got;  // the newest first
   const auto at = [](const std::deque<DenseCodec::KeptPtr>& kept, std::size_t back) {
     return back <= kept.size() ? kept[back - 1] : nullptr;
@@ -298,8 +300,11 @@ absl::Status RunCubes(const SuiteOptions& options, Report& report) {
   FastPass fast(trace, quantizer, predictor);
   if (absl::Status status = add("coder=fast", fast.Run()); !status.ok()) return status;
   rows.Add("coder=fast", "encode_shared_us_p50", Median(fast.shared_us), "us");
-  if (absl::Status status = add("coder=dense", RunDense(trace, kAge, kGap, kGap2)); !status.ok()) return status;
-  if (absl::Status status = add("recording", RunDense(trace, 1, 1, 1)); !status.ok()) return status;
+  if (absl::Status status = add("coder=dense", RunDense(trace, kAge, kGap, kGap2, true)); !status.ok()) return status;
+  if (absl::Status status = add("dense, no scene", RunDense(trace, kAge, kGap, kGap2, false)); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = add("recording", RunDense(trace, 1, 1, 1, true)); !status.ok()) return status;
 
   const absl::StatusOr<double> rest = RestKbps(options.quick ? 5 : 20);
   if (!rest.ok()) return rest.status();
@@ -318,7 +323,7 @@ absl::Status RunSeeds(const SuiteOptions& options, Report& report) {
     FastPass pass(trace, quantizer, predictor);
     const absl::StatusOr<Cost> fast = pass.Run();
     if (!fast.ok()) return fast.status();
-    const absl::StatusOr<Cost> dense = RunDense(trace, kAge, kGap, kGap2);
+    const absl::StatusOr<Cost> dense = RunDense(trace, kAge, kGap, kGap2, true);
     if (!dense.ok()) return dense.status();
     Rows rows(absl::StrCat("seed ", seed), report);
     rows.Add("bit packer", "kbps_mean", packer->mean_bytes() * 8 * kRate_hz / 1000, "kbit/s");

@@ -177,6 +177,16 @@ replication::Settings CubeSettings() {
 // With the quantiser's margin of 8 m: 512 m across, 18 bits, and from the ground 32 m up, 14 bits, as his.
 Aabb CubeBounds() { return {{-247.9, 7.9, -247.9}, {247.9, 23.8, 247.9}}; }
 
+replication::StandingBoxes CubeBoxes() {
+  const replication::Quantizer quantizer(CubeBounds(), CubeSettings());
+  replication::StandingBoxes boxes;
+  for (std::size_t i = 0; i < CubeTrace::kCubes; ++i) {
+    const double half_m = (i == 0 ? kPlayer_m : kCube_m) / 2;
+    boxes[BodyId(i + 1)] = replication::StandingBox::Of(quantizer, 0, {half_m, half_m, half_m});
+  }
+  return boxes;
+}
+
 CubeTrace RecordCubes(double seconds, CubeDrive drive, unsigned seed) {
   const replication::Quantizer quantizer(CubeBounds(), CubeSettings());
   Playground playground(drive, seed);

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/replication/codec/standing_box.h"
 #include "core/replication/quantize.h"
 #include "core/world/bounds.h"
 
@@ -20,6 +21,8 @@ enum class CubeDrive : std::uint8_t { kMixed, kNone };
 // What all rows of the suite share: positions in 1/512 m, orientations of 9 bits a component.
 replication::Settings CubeSettings();
 Aabb CubeBounds();
+// The cubes, by id from 1, and the ground: what a coder may know from the scene.
+replication::StandingBoxes CubeBoxes();
 
 struct CubeTrace {
   static constexpr std::size_t kCubes = 901;                    // the first is the player's

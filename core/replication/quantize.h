@@ -46,6 +46,7 @@ class Quantizer {
   int position_bits(std::size_t axis) const { return position_bits_[axis]; }
   bool InBounds(const QuantizedState& state) const;
   int orientation_bits() const { return orientation_bits_; }
+  double position_step_m() const { return position_step_; }
   std::int32_t orientation_limit() const { return orientation_limit_; }
   // Differs, most likely, between settings or bounds that do not understand each other.
   std::uint16_t fingerprint() const { return fingerprint_; }

@@ -51,7 +51,7 @@ constexpr std::array<std::int16_t, 4096> MakeStretch() {
 }
 inline constexpr std::array<std::int16_t, 4096> kStretch = MakeStretch();
 
-constexpr std::uint32_t kMaxSeen = 40;  // the limit of n: measured best on piles of cubes
+constexpr std::uint32_t kMaxSeen = 60;  // the limit of n: measured best on piles of cubes
 constexpr std::array<std::uint16_t, kMaxSeen + 1> MakeRates() {
   std::array<std::uint16_t, kMaxSeen + 1> table{};
   for (std::uint32_t n = 0; n <= kMaxSeen; ++n) table[n] = static_cast<std::uint16_t>(655360 / (10 * n + 16));
@@ -101,7 +101,7 @@ class BitMixer {
   }
 
  private:
-  static constexpr std::int32_t kRate = 4, kMaxWeight = 1 << 20;
+  static constexpr std::int32_t kRate = 8, kMaxWeight = 1 << 20;
   std::array<std::int32_t, kModels> weights_;  // in 1 / 2^16
   std::array<std::int32_t, kModels> inputs_{};
   std::uint32_t mixed_ = kEvenOdds;

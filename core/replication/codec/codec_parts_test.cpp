@@ -9,6 +9,7 @@
 #include "core/replication/codec/checksum.h"
 #include "core/replication/codec/number_model.h"
 #include "core/replication/codec/predict.h"
+#include "core/replication/codec/standing_box.h"
 
 namespace tessera::replication {
 namespace {
@@ -174,6 +175,26 @@ TEST(ChecksumTest, IsTheStandardOne) {
   const std::span bytes(reinterpret_cast<const std::uint8_t*>(kText.data()), kText.size());
   EXPECT_EQ(Crc32c(bytes), 0xe3069283u);
   EXPECT_EQ(Crc16(bytes), 0x906eu);
+}
+
+TEST(StandingBoxTest, StandsAsHighAsItsTurnSays) {
+  const Quantizer quantizer({{-10, -5, -10}, {10, 5, 10}}, {});
+  const StandingBox box = StandingBox::Of(quantizer, 0.5, {0.2, 0.3, 0.4});
+  const double step_m = Settings().position_step_m;
+  const auto height_m = [&](Quatd turn) {
+    BodyState state;
+    state.orientation = Normalized(turn);
+    const FixedQuaternion q = ToFixed(quantizer.Quantize(state), quantizer.orientation_limit());
+    return static_cast<double>(box.HeightAt(q) - box.floor) * step_m;
+  };
+  constexpr double kHalf = 0.70710678118654752;
+  EXPECT_NEAR(height_m({0, 0, 0, 1}), 0.3, step_m);
+  EXPECT_NEAR(height_m({kHalf, 0, 0, kHalf}), 0.4, 2 * step_m);               // on its front
+  EXPECT_NEAR(height_m({0, 0, kHalf, kHalf}), 0.2, 2 * step_m);               // on its side
+  EXPECT_NEAR(height_m({0, 0, 0.38268343, 0.92387953}), 0.5 * kHalf, 0.001);  // on an edge: (0.2 + 0.3) cos 45
+  BodyState on_floor;
+  on_floor.position.y = 0.5;
+  EXPECT_EQ(box.floor, quantizer.Quantize(on_floor).position[1]);
 }
 
 }  // namespace

@@ -10,6 +10,25 @@ namespace {
 constexpr std::size_t kSearched = 64;
 constexpr std::int64_t kNear = 1000;
 
+// Null where nothing is known of the body.
+const StandingBox* BoxOf(const DenseModel::Setup& setup, BodyId id) {
+  if (setup.boxes == nullptr) return nullptr;
+  const auto found = setup.boxes->find(id);
+  return found == setup.boxes->end() ? nullptr : &found->second;
+}
+
+std::uint32_t FingerprintOf(const StandingBoxes* boxes) {
+  std::uint64_t hash = 0;
+  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x9e3779b97f4a7c15; };
+  if (boxes == nullptr) return 0;
+  for (const auto& [id, box] : *boxes) {
+    add(id.value());
+    add(static_cast<std::uint64_t>(box.floor));
+    for (const std::int64_t half : box.half) add(static_cast<std::uint64_t>(half));
+  }
+  return static_cast<std::uint32_t>(hash >> 32);
+}
+
 }  // namespace
 
 void DenseModel::BeginFrame() {
@@ -82,7 +101,7 @@ bool DenseModel::CodeState(Coder& coder, const Setup& setup, const History& hist
   if (same) {
     state = base;
   } else {
-    if (!pose_.Code(coder, prediction, base, Near(base.position), state)) return false;
+    if (!pose_.Code(coder, prediction, base, Near(base.position), BoxOf(setup, history.id), state)) return false;
     if (state.asleep || !setup.velocities) {
       state.linear = state.angular = {};
     } else if (!CodeVelocities(coder, base, state)) {
@@ -130,11 +149,17 @@ bool DenseModel::CodeArrival(Coder& coder, const Setup& setup, const State& besi
 
 template class FrameCodec<DenseModel>;
 
-DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2, bool velocities) {
+DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2, bool velocities,
+                          std::shared_ptr<const StandingBoxes> boxes) {
   const Quantizer quantizer(world_bounds, settings);
   const PosePredictor predictor(quantizer, settings, gravity_m_s2);
-  const std::uint32_t fingerprint = quantizer.fingerprint() + (velocities ? 0x10000u : 0u) + predictor.fingerprint();
-  return DenseCodec({.predictor = predictor, .velocities = velocities, .fingerprint = fingerprint, .format = 1});
+  const std::uint32_t fingerprint =
+      quantizer.fingerprint() + (velocities ? 0x10000u : 0u) + predictor.fingerprint() + FingerprintOf(boxes.get());
+  return DenseCodec({.predictor = predictor,
+                     .boxes = std::move(boxes),
+                     .velocities = velocities,
+                     .fingerprint = fingerprint,
+                     .format = 1});
 }
 
 }  // namespace tessera::replication

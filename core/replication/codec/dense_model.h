@@ -11,12 +11,14 @@ class DenseModel {
   using State = QuantizedState;
   struct Setup {
     PosePredictor predictor;
-    bool velocities = true;  // false: velocities are not told, and come out as 0
+    std::shared_ptr<const StandingBoxes> boxes = nullptr;  // null: none are known
+    bool velocities = true;                                // false: velocities are not told, and come out as 0
     std::uint32_t fingerprint = 0;
     std::uint8_t format = 1;
   };
   // What predicts one body: its states in the frames referred to, null where it was not there.
   struct History {
+    BodyId id;
     const State* base = nullptr;
     const State* older = nullptr;
     const State* oldest = nullptr;
@@ -52,8 +54,9 @@ class DenseModel {
 
 using DenseCodec = FrameCodec<DenseModel>;
 
-// `velocities` false: poses and sleep alone, for watchers that derive velocities. `gravity_m_s2` along y.
+// `velocities` false: poses and sleep alone, for watchers that derive velocities. `gravity_m_s2` along y. `boxes`: what
+// both ends know of bodies that stand on a floor.
 DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2,
-                          bool velocities = true);
+                          bool velocities = true, std::shared_ptr<const StandingBoxes> boxes = nullptr);
 
 }  // namespace tessera::replication

@@ -148,6 +148,7 @@ class FramePass {
       if (!kept && !CodeEpoch(coder_, body.epoch, learnt_.lists.epoch_change)) return Bad("epoch", body.id);
       const FrameBody<State>* second = older_at.Find(before.id);
       const FrameBody<State>* third = oldest_at.Find(before.id);
+      history.id = before.id;
       history.base = &before.state;
       history.older = second != nullptr ? &second->state : nullptr;
       history.oldest = second != nullptr && third != nullptr ? &third->state : nullptr;

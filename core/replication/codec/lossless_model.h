@@ -18,6 +18,7 @@ class LosslessModel {
     std::uint8_t format = 2;
   };
   struct History {
+    BodyId id;
     const State* base = nullptr;
     const State* older = nullptr;
     const State* oldest = nullptr;

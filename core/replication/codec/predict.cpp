@@ -65,22 +65,27 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   if (!HasPast(s)) return result;
   const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
   result.flies = HasLongPast(s) && Flies(s);
+  // What flies goes on steadily, so the longer way says its velocity better: less of it is rounding.
+  const QuantizedState& from = result.flies ? *s.oldest : *s.older;
+  const std::int64_t span = gap + (result.flies ? static_cast<std::int64_t>(s.gap2) : 0);
   std::int64_t longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t move = Rounded((s.base->position[axis] - s.older->position[axis]) * ticks, gap);
+    const std::int64_t move = Rounded((s.base->position[axis] - from.position[axis]) * ticks, span);
     longest = std::max(longest, std::abs(move));
     result.position[axis] += move;
   }
   if (result.flies) {
-    // From the mean velocity over the gap, which is that of its middle: v t + g t (t + gap) / 2.
-    result.position[1] += (gravity_ * ticks * (ticks + gap)) >> (kGravityBits + 1);
+    // From the mean velocity over the span, which is that of its middle: v t + g t (t + span) / 2.
+    result.position[1] += (gravity_ * ticks * (ticks + span)) >> (kGravityBits + 1);
   }
   if (result.position[1] < s.floor && s.base->position[1] >= s.floor) result.position[1] = s.floor;
   for (std::int64_t& c : result.position) c = std::clamp(c, -kMaxPosition, kMaxPosition);
   result.move_bits = Bits(longest);
   if (SameTurn(*s.base, *s.older)) return result;
   const FixedQuaternion older = ToFixed(*s.older, orientation_limit_);
-  result.orientation = SpinOn(result.base_orientation, older, s.gap, s.ticks);
+  result.orientation =
+      result.flies ? SpinOn(result.base_orientation, ToFixed(*s.oldest, orientation_limit_), s.gap + s.gap2, s.ticks)
+                   : SpinOn(result.base_orientation, older, s.gap, s.ticks);
   result.turn_bits = TurnBits(Turn(older, result.base_orientation), s.ticks, s.gap);
   return result;
 }
