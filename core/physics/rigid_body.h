@@ -91,7 +91,8 @@ class alignas(64) RigidBody {
   const Material& material() const { return material_; }
   double mass_kg() const { return mass_kg_; }
   Vec3d inertia() const { return inertia_; }
-  Vec3d gravity_m_s2() const { return gravity_; }
+  // By gravity and the forces of the next step, m/s^2.
+  Vec3d Acceleration() const { return force_n == Vec3d() ? gravity_ : gravity_ + force_n / mass_kg_; }
   void PrepareDamping(double dt_s) {
     linear_damping_.Prepare(dt_s);
     angular_damping_.Prepare(dt_s);

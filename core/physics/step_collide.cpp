@@ -14,7 +14,7 @@ bool Sane(const RigidBody& body) {
 }
 
 Course CourseOf(const RigidBody& body, double dt) {
-  const Vec3d a = body.gravity_m_s2() + body.force_n / body.mass_kg();
+  const Vec3d a = body.Acceleration();
   const Vec3d v(body.state().linear_velocity);
   const Vec3f spin = body.state().angular_velocity;
   return {Vec3f(v * dt + a * (0.5 * dt * dt)), Vec3f(v + a * dt), spin,

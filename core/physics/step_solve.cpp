@@ -50,7 +50,6 @@ void World::Impl::FillBatches() {
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
     solver_indices[body->awake_index] = static_cast<std::uint32_t>(batch.bodies.size());
-    const double mass = body->mass_kg();
     const BodyState& state = body->state();
     const auto kept = static_cast<float>(body->linear_damping().kept());
     const auto kept_spin = static_cast<float>(body->angular_damping().kept());
@@ -67,11 +66,11 @@ void World::Impl::FillBatches() {
       in.angular_velocity = AngularVelocityOf(body->inertia(), midway, state.angular_momentum * kept_spin);
       in.rotation = RotationOf(midway);
     }
-    in.acceleration = Vec3f(body->gravity_m_s2() + body->force_n / mass);
+    in.acceleration = Vec3f(body->Acceleration());
     if (body->torque_nm != Vec3d()) {
       in.angular_acceleration = AngularVelocityOf(body->inertia(), start, Vec3f(body->torque_nm));
     }
-    in.mass_kg = static_cast<float>(mass);
+    in.mass_kg = static_cast<float>(body->mass_kg());
     in.inertia_kg_m2 = Vec3f(body->inertia());
     batch.bodies.push_back(in);
     batch.of.push_back(body);
@@ -121,7 +120,7 @@ void World::Impl::FlyFree() {
   for (RigidBody* body : awake) {
     if (islands.Of(body->awake_index).solved) continue;
     const BodyState& state = body->state();
-    const Vec3d a = body->gravity_m_s2() + body->force_n / body->mass_kg();
+    const Vec3d a = body->Acceleration();
     FlightState flight{body->placement().position, body->placement().orientation, state.linear_velocity,
                        state.angular_momentum};
     const Damping &damping = body->linear_damping(), &spin_damping = body->angular_damping();

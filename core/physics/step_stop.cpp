@@ -36,8 +36,8 @@ struct World::Impl::StoppedJoint {
 };
 
 void World::Impl::MoveStopped() {
-  const auto jointed = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
-  const bool any_jointed = std::any_of(stopped.begin(), stopped.end(), jointed);
+  const auto has_joints = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
+  const bool any_jointed = std::any_of(stopped.begin(), stopped.end(), has_joints);
   std::vector<bool> placed;
   std::vector<StoppedJoint> held;
   if (any_jointed) {
