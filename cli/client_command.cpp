@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -23,13 +25,32 @@ struct Options {
   double seconds = 0;
   std::uint64_t seed = 1;
   bool leave = true;
+  std::string player_file;
 };
+
+// What is in the player's file; empty if there is none yet.
+std::vector<std::uint8_t> ReadPlayer(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// Secret: whoever reads it is this player.
+void WritePlayer(const std::string& path, const std::vector<std::uint8_t>& token) {
+  std::ofstream out(path, std::ios::binary | std::ios::trunc);
+  std::error_code ignored;
+  std::filesystem::permissions(path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
+  out.write(reinterpret_cast<const char*>(token.data()), static_cast<std::streamsize>(token.size()));
+  if (!out.flush()) throw local::CommandError(path + " cannot be written");
+}
 
 void Run(const Globals& globals, const Options& options) {
   StopSignal stop;
-  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed);
+  const bool has_file = !options.player_file.empty();
+  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed,
+                                 has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>());
   if (!joined.ok()) throw local::CommandError("client: " + std::string(joined.status().message()));
   local::Bot& bot = **joined;
+  if (has_file) WritePlayer(options.player_file, bot.client().return_token());
   const bool table = globals.format == Format::kTable || globals.format == Format::kWide;
   if (table)
     std::cout << fmt::format("joined {} as player {}\n", options.instance, bot.client().player().value()) << std::flush;
@@ -52,6 +73,7 @@ void Run(const Globals& globals, const Options& options) {
   if (options.leave) {
     if (const absl::Status left = bot.client().Leave(); !left.ok())
       throw local::CommandError("client: " + std::string(left.message()));
+    if (has_file) std::filesystem::remove(options.player_file);
   }
 }
 
@@ -68,6 +90,8 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   client->add_flag("!--stay", options->leave, "Leave the player's body in the world at the end");
+  client->add_option("--player-file", options->player_file,
+                     "Keep in this file who the player is, and come back as the one in it, wherever its body is now");
   client->callback([&globals, options] { Run(globals, *options); });
 }
 

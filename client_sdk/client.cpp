@@ -29,13 +29,15 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
 }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
-  absl::StatusOr<Session> session =
-      JoinInstance(options.control_address, options.instance_id, options.player_name, options.deadline);
+  absl::StatusOr<Session> session = JoinInstance(options.control_address, options.instance_id, options.player_name,
+                                                 options.returning, options.deadline);
   if (!session.ok()) return session.status();
   const std::size_t peers = std::min(2 * session->regions.size() + kSpareConnections, kMaxConnections);
   auto endpoint = net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = peers});
   if (!endpoint.ok()) {
-    (void)LeaveInstance(options.control_address, options.instance_id, session->credentials.token, options.deadline);
+    if (options.returning.empty()) {
+      (void)LeaveInstance(options.control_address, options.instance_id, session->credentials.token, options.deadline);
+    }
     return endpoint.status();
   }
   return std::unique_ptr<Client>(
@@ -96,6 +98,7 @@ ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
 PlayerNumber Client::player() const { return impl_->session.player; }
 BodyId Client::own_body() const { return PlayerBodyId(impl_->session.player); }
+std::vector<std::uint8_t> Client::return_token() const { return impl_->session.credentials.token; }
 const Scene& Client::scene() const { return *impl_->session.scene; }
 const PartitionMap& Client::map() const { return impl_->session.map; }
 Tick Client::tick() const { return impl_->newest_tick; }

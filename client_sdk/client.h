@@ -40,6 +40,9 @@ struct JoinOptions {
   std::string control_address;  // host:port
   std::string instance_id;
   std::string player_name;  // shown to others; at most 63 bytes
+  // Client::return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
+  // body is where the world left it. Empty: a new player.
+  std::vector<std::uint8_t> returning{};
   // Until the control plane has answered, and then until all regions have. A lazy instance starts its workers
   // meanwhile.
   std::chrono::milliseconds deadline{10'000};
@@ -100,7 +103,8 @@ struct ShownBody {
 class Client {
  public:
   // Errors: NOT_FOUND "instance plaza-9: no such instance", UNAVAILABLE "control plane at ...", DEADLINE_EXCEEDED,
-  // FAILED_PRECONDITION (it has ended, or its scene has no player), RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT.
+  // FAILED_PRECONDITION (it has ended, its scene has no player, or the returning player has left for good),
+  // RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT, UNAUTHENTICATED (the return token has run out or is of elsewhere).
   static absl::StatusOr<std::unique_ptr<Client>> Join(const JoinOptions& options);
   ~Client();  // without Leave: the body stays in the world
   Client(const Client&) = delete;
@@ -114,6 +118,8 @@ class Client {
 
   PlayerNumber player() const;
   BodyId own_body() const;
+  // What makes whoever has it this player, for a day: to be kept where a later process of the game finds it. Secret.
+  std::vector<std::uint8_t> return_token() const;
   const Scene& scene() const;
   const PartitionMap& map() const;
   // The newest tick that any region told.

@@ -194,6 +194,11 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes&
   delta_records += snapshot->bodies.size() - snapshot->full_records;
   newest_tick = std::max(newest_tick, snapshot->tick);
   last_applied_input = std::max(last_applied_input, snapshot->last_input);
+  if (snapshot->last_input >= next_input) {  // made by an earlier client of this player: ours would pass for late
+    next_input = snapshot->last_input + 1;
+    pending.clear();
+    input_clock.Stop();
+  }
   playout.Arrived(now, snapshot->tick);
   world.Take(now, link.region(), *snapshot, events);
   NoteApplied(now, link, *snapshot);

@@ -110,7 +110,8 @@ absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string&
 }
 
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
-                                     const std::string& player_name, std::chrono::milliseconds deadline) {
+                                     const std::string& player_name, std::span<const std::uint8_t> returning,
+                                     std::chrono::milliseconds deadline) {
   const Deadline until = std::chrono::system_clock::now() + deadline;
   const std::unique_ptr<Stub> stub = Dial(control_address);
   grpc::ClientContext context;
@@ -118,6 +119,7 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_id);
   request.set_player_name(player_name);
+  request.set_connect_token(returning.data(), returning.size());
   v1::JoinInstanceResponse response;
   if (const grpc::Status status = stub->JoinInstance(&context, request, &response); !status.ok()) {
     return ToStatus(status, control_address, instance_id);

@@ -218,6 +218,13 @@ class Cluster {
   static void SetRestored(const PlacementPlan& placed, const records::Manifest& manifest, records::Instance& next);
   absl::Status BringBackScene(const std::string& hash, const std::string& scene);
 
+  // Players.
+  absl::StatusOr<std::uint32_t> PlayerOf(Moment now, const InstanceEntry& instance,
+                                         const std::string& connect_token) const;
+  absl::StatusOr<std::uint32_t> AddPlayer(const v1::JoinInstanceRequest& request, InstanceEntry& instance);
+  absl::StatusOr<std::uint32_t> FindReturning(Moment now, const v1::JoinInstanceRequest& request,
+                                              const InstanceEntry& instance) const;
+
   // Instances.
   const InstanceEntry* FindInstance(const std::string& id) const;
   InstanceEntry* FindInstance(const std::string& id);

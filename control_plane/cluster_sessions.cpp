@@ -69,11 +69,17 @@ absl::StatusOr<bool> Cluster::CanJoin(const std::string& instance_id) const {
                      [](const auto& worker) { return worker.bound(); });
 }
 
-absl::StatusOr<Cluster::Joined> Cluster::Join(Moment now, const v1::JoinInstanceRequest& request) {
-  if (const absl::StatusOr<bool> can = CanJoin(request.instance_id()); !can.ok()) return can.status();
-  InstanceEntry& instance = *FindInstance(request.instance_id());
+absl::StatusOr<std::uint32_t> Cluster::PlayerOf(Moment now, const InstanceEntry& instance,
+                                                const std::string& connect_token) const {
   const auto key = net::InstanceKeyFrom(instance.record.key());
   if (!key.ok()) return key.status();
+  const auto token = net::Open({reinterpret_cast<const std::uint8_t*>(connect_token.data()), connect_token.size()},
+                               instance.record.id(), *key, Seconds(now.unix_time));
+  if (!token.ok()) return absl::UnauthenticatedError(absl::StrCat("connect_token: ", token.status().message()));
+  return token->player.value();
+}
+
+absl::StatusOr<std::uint32_t> Cluster::AddPlayer(const v1::JoinInstanceRequest& request, InstanceEntry& instance) {
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
   const v1::Vec3& spawn =
@@ -83,17 +89,41 @@ absl::StatusOr<Cluster::Joined> Cluster::Join(Moment now, const v1::JoinInstance
   player.set_number(number);
   player.set_name(request.player_name());
   player.set_spawn_region(instance.map.OwnerOf({spawn.x(), spawn.y(), spawn.z()}).value());
-
-  Joined joined;
-  joined.mark = last_revision_;  // any order made from here on tells of the player
   if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   MarkOrders(instance);
   Changed(instance);
+  return number;
+}
+
+// One that comes back is the player that it was: nothing about it has to be stored or told.
+absl::StatusOr<std::uint32_t> Cluster::FindReturning(Moment now, const v1::JoinInstanceRequest& request,
+                                                     const InstanceEntry& instance) const {
+  const auto number = PlayerOf(now, instance, request.connect_token());
+  if (!number.ok()) return number.status();
+  const auto& players = instance.record.players();
+  const auto player =
+      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
+  if (player == players.end() || player->left()) {
+    return absl::FailedPreconditionError(absl::StrCat("connect_token: player ", *number, " has left for good"));
+  }
+  return *number;
+}
+
+absl::StatusOr<Cluster::Joined> Cluster::Join(Moment now, const v1::JoinInstanceRequest& request) {
+  if (const absl::StatusOr<bool> can = CanJoin(request.instance_id()); !can.ok()) return can.status();
+  InstanceEntry& instance = *FindInstance(request.instance_id());
+  const auto key = net::InstanceKeyFrom(instance.record.key());
+  if (!key.ok()) return key.status();
+  const bool returns = !request.connect_token().empty();
+  Joined joined;
+  if (!returns) joined.mark = last_revision_;  // any order made from here on tells of the player
+  const auto number = returns ? FindReturning(now, request, instance) : AddPlayer(request, instance);
+  if (!number.ok()) return number.status();
   const std::uint64_t expires_unix_s =
       Seconds(now.unix_time) + static_cast<std::uint64_t>(kConnectTokenLifetime.count());
   const net::Credentials pass = net::Issue(
-      {.instance_id = instance.record.id(), .player = PlayerNumber(number), .expires_unix_s = expires_unix_s}, *key);
-  joined.response.set_player(number);
+      {.instance_id = instance.record.id(), .player = PlayerNumber(*number), .expires_unix_s = expires_unix_s}, *key);
+  joined.response.set_player(*number);
   joined.response.set_connect_token(std::string(pass.token.begin(), pass.token.end()));
   joined.response.set_session_key(pass.key.data(), pass.key.size());
   *joined.response.mutable_map() = instance.record.map();
@@ -121,15 +151,11 @@ bool Cluster::AllKnow(const std::string& instance_id, std::uint64_t mark) const 
 absl::Status Cluster::Leave(Moment now, const v1::LeaveInstanceRequest& request) {
   InstanceEntry* instance = FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance(request.instance_id());
-  const auto key = net::InstanceKeyFrom(instance->record.key());
-  if (!key.ok()) return key.status();
-  const auto& bytes = request.connect_token();
-  const auto token = net::Open({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
-                               instance->record.id(), *key, Seconds(now.unix_time));
-  if (!token.ok()) return absl::UnauthenticatedError(absl::StrCat("connect_token: ", token.status().message()));
+  const auto number = PlayerOf(now, *instance, request.connect_token());
+  if (!number.ok()) return number.status();
   records::Instance next = instance->record;
   const auto player = std::find_if(next.mutable_players()->begin(), next.mutable_players()->end(),
-                                   [&](const v1::Player& p) { return p.number() == token->player.value(); });
+                                   [&](const v1::Player& p) { return p.number() == *number; });
   if (player == next.mutable_players()->end() || player->left()) return absl::OkStatus();  // has left already
   player->set_left(true);
   instance->left[player->number()] = {last_revision_, now.steady};

@@ -11,9 +11,10 @@ constexpr double kEdge = 0.1;
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const std::string& control_address, const std::string& instance_id,
-                                               const std::string& name, std::uint64_t seed) {
-  auto client =
-      client::Client::Join({.control_address = control_address, .instance_id = instance_id, .player_name = name});
+                                               const std::string& name, std::uint64_t seed,
+                                               const std::vector<std::uint8_t>& returning) {
+  auto client = client::Client::Join(
+      {.control_address = control_address, .instance_id = instance_id, .player_name = name, .returning = returning});
   if (!client.ok()) return client.status();
   return std::unique_ptr<Bot>(new Bot(*std::move(client), name, seed));
 }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "client_sdk/client.h"
@@ -16,9 +17,10 @@ namespace tessera::local {
 
 class Bot {
  public:
-  // Errors: those of Client::Join.
+  // Errors: those of Client::Join. `returning`: as in client::JoinOptions.
   static absl::StatusOr<std::unique_ptr<Bot>> Join(const std::string& control_address, const std::string& instance_id,
-                                                   const std::string& name, std::uint64_t seed);
+                                                   const std::string& name, std::uint64_t seed,
+                                                   const std::vector<std::uint8_t>& returning = {});
 
   // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.
   bool Frame(client::TimePoint now);
