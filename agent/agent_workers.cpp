@@ -167,7 +167,7 @@ void Agent::Do(const SpawnWorker& action) {
   absl::StatusOr<Process> process =
       Process::Spawn({.argv = std::move(argv),
                       .log_path = log_path,
-                      .die_with_parent = options_.stop_workers,
+                      .die_with_parent = options_.die_with_parent,
                       .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
   if (!process.ok()) return supervisor_.SpawnFailed(action.key, std::string(process.status().message()));
   spdlog::info("worker started worker={} pid={} ports={}-{}", LogValue(action.key.ToString()), process->pid(),

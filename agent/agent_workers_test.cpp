@@ -204,7 +204,7 @@ TEST_F(AgentWorkersTest, SigtermLeavesWorkersAndTheNextAgentAdoptsThem) {
 }
 
 TEST_F(AgentWorkersTest, KilledAgentsWorkersAreAdoptedToo) {
-  auto first = StartAdmitted();
+  auto first = StartAdmitted({"--stop-workers"});  // which speaks of an end in order
   RunFour();
   const std::vector<pid_t> pids = HoldWorkers();
   first->Signal(SIGKILL);

@@ -62,7 +62,8 @@ void Declare(CLI::App& app, Flags& f) {
   app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
   app.add_flag("--stop-workers", f.stop_workers,
                "end the workers at the end, instead of leaving them to the next agent");
-  app.add_flag("--die-with-parent", f.die_with_parent, "end as on SIGTERM when the parent process dies");
+  app.add_flag("--die-with-parent", f.die_with_parent,
+               "end as on SIGTERM when the parent process dies; workers then die with this one, however it ends");
   app.add_option("--log", f.log_level, "trace, debug, info, warning, error or off; default info");
 }
 

@@ -3,20 +3,17 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
 #include "cli/commands.h"
 #include "cli/table.h"
+#include "local_cluster/checkpoint_file.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
 
 namespace tessera::cli {
 namespace {
-
-constexpr std::size_t kPieceBytes = 1 << 20;
 
 struct Options {
   std::string id, file, request_id;
@@ -138,52 +135,20 @@ void Restore(const Globals& globals, const Options& options) {
               options.dry_run, response.instance());
 }
 
-// The file appears whole or not at all.
 void Export(const Globals& globals, const Options& options) {
   local::Connection connection(globals.control);
-  v1::ExportCheckpointRequest request;
-  request.set_id(options.id);
-  request.set_tick(options.tick);
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + Patience(options));
-  const auto stream = connection.instances().ExportCheckpoint(&context, request);
-  const std::string draft = options.file + ".new";
-  std::ofstream out(draft, std::ios::binary | std::ios::trunc);
-  v1::ExportCheckpointResponse piece;
-  while (stream->Read(&piece)) out << piece.data();
-  out.close();
-  const grpc::Status status = stream->Finish();
-  const bool kept = status.ok() && out && std::rename(draft.c_str(), options.file.c_str()) == 0;
-  if (!kept) std::remove(draft.c_str());
-  connection.Check(status, "instance export");
-  if (!kept) throw local::CommandError(fmt::format("{} cannot be written", options.file));
+  local::ExportCheckpoint(connection, options.id, options.tick, options.file, Patience(options));
   v1::Checkpoint checkpoint;
   checkpoint.set_tick(options.tick);
   PrintChange(globals, "instance", options.id, "exported to " + options.file, false, checkpoint);
 }
 
 void Import(const Globals& globals, const Options& options) {
-  std::ifstream in(options.file, std::ios::binary);
-  if (!in) throw local::CommandError(fmt::format("{} cannot be read", options.file));
   local::Connection connection(globals.control);
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + Patience(options));
-  v1::ImportCheckpointResponse response;
-  const auto stream = connection.instances().ImportCheckpoint(&context, &response);
-  v1::ImportCheckpointRequest piece;
-  piece.set_request_id(options.request_id);
-  piece.set_validate_only(options.dry_run);
-  std::string buffer(kPieceBytes, '\0');
-  do {
-    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    piece.set_data(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    if (!stream->Write(piece)) break;  // refused: the status tells why
-    piece.Clear();
-  } while (in);
-  stream->WritesDone();
-  connection.Check(stream->Finish(), "instance import");
-  PrintChange(globals, "instance", options.dry_run ? options.file : response.instance().id(), "imported",
-              options.dry_run, response.instance());
+  const v1::Instance made = local::ImportCheckpoint(
+      connection, options.file,
+      {.request_id = options.request_id, .validate_only = options.dry_run, .timeout = Patience(options)});
+  PrintChange(globals, "instance", options.dry_run ? options.file : made.id(), "imported", options.dry_run, made);
 }
 
 }  // namespace

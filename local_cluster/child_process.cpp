@@ -144,4 +144,11 @@ std::string LastLines(const std::string& file, int count) {
   return out;
 }
 
+bool IsAlive(std::int64_t pid) {
+  std::ifstream in(fmt::format("/proc/{}/stat", pid));
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto name_ends = text.rfind(')');  // proc(5): the state comes after the name in parentheses
+  return name_ends != std::string::npos && text.size() > name_ends + 2 && text[name_ends + 2] != 'Z';
+}
+
 }  // namespace tessera::local

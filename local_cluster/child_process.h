@@ -7,6 +7,7 @@
 #include <sys/types.h>
 
 #include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ class ChildProcess {
   int pidfd_ = -1;
   std::optional<ExitStatus> ended_;
 };
+
+// Whether a process of this id runs; one that has ended and was not reaped does not.
+bool IsAlive(std::int64_t pid);
 
 // The last lines of a log, for an error message.
 std::string LastLines(const std::string& file, int count);

@@ -70,7 +70,7 @@ void Conservation::Compare(std::uint64_t tick, const Sum& sum) {
   std::uint64_t lost = sum.owned < expected_ ? expected_ - sum.owned : 0;
   std::uint64_t duplicated = sum.owned > expected_ ? sum.owned - expected_ : 0;
   if (sum.owned == expected_ && sum.checksum != checksum_) lost = duplicated = 1;
-  result_->lost = std::max(result_->lost, lost);
+  result_->lost = lost;
   result_->duplicated = std::max(result_->duplicated, duplicated);
 }
 

@@ -64,7 +64,11 @@ TEST_F(ConservationTest, CountsLostAndDoubledBodies) {
   AddCensus(instance_, 2, 120, Ids({1, 2}));
   conservation_.Observe(instance_);
   EXPECT_EQ(conservation_.result()->duplicated, 2u);
-  EXPECT_EQ(conservation_.result()->lost, 1u) << "the worst is kept";
+  AddCensus(instance_, 1, 180, Ids({1, 2}));
+  AddCensus(instance_, 2, 180, Ids({3}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->duplicated, 2u) << "the worst is kept";
+  EXPECT_EQ(conservation_.result()->lost, 0u) << "what is back was not lost";
 }
 
 TEST_F(ConservationTest, SeesOneLostAndAnotherDoubled) {

@@ -23,6 +23,7 @@ void InstanceWatch::Run() {
     {
       const std::lock_guard lock(mutex_);
       latest_ = response.instance();
+      changed_since_ = true;
     }
     changed_.notify_all();
   }
@@ -45,6 +46,12 @@ bool InstanceWatch::WaitUntil(const std::function<bool(const v1::Instance&)>& ho
   std::unique_lock lock(mutex_);
   changed_.wait_for(lock, timeout, [&] { return over_ || (latest_ && holds(*latest_)); });
   return latest_ && holds(*latest_);
+}
+
+void InstanceWatch::WaitForChange(std::chrono::milliseconds timeout) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, timeout, [this] { return changed_since_; });
+  changed_since_ = false;
 }
 
 }  // namespace tessera::local

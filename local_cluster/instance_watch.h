@@ -26,6 +26,8 @@ class InstanceWatch {
   v1::Instance Latest();
   // True once a state satisfies `holds`; false when the watch ended (instance over, control plane gone) or time is up.
   bool WaitUntil(const std::function<bool(const v1::Instance&)>& holds, std::chrono::milliseconds timeout);
+  // Until a state arrives that came after the last call, at most `timeout`.
+  void WaitForChange(std::chrono::milliseconds timeout);
 
  private:
   void Run();
@@ -36,6 +38,7 @@ class InstanceWatch {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::optional<v1::Instance> latest_;
+  bool changed_since_ = false;  // the last WaitForChange
   bool over_ = false;
   std::thread thread_;
 };

@@ -49,6 +49,7 @@ void WriteSecret(const std::string& path, const std::string& text) {
 
 LocalCluster::LocalCluster(const ClusterOptions& options)
     : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
+  if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
 }
@@ -108,9 +109,13 @@ std::unique_ptr<ChildProcess> LocalCluster::StartAgent(std::uint32_t index) {
   const std::string log = fmt::format("{}/{}.log", log_dir_, name);
   const std::string ready = options_.data_dir + "/" + name + "-ready.json";
   fs::remove(ready);
-  std::vector<std::string> argv{
-      ProgramPath("tessera-agent"), "--control",   control_address_, "--state-dir",      state, "--ready-file", ready,
-      "--metrics-listen",           "127.0.0.1:0", "--stop-workers", "--die-with-parent"};
+  const std::string address = options_.network != nullptr ? options_.network->address(index) : "127.0.0.1";
+  std::vector<std::string> argv;
+  if (options_.network != nullptr) argv = options_.network->Enter(index);
+  argv.insert(argv.end(),
+              {ProgramPath("tessera-agent"), "--control", control_address_, "--state-dir", state, "--ready-file", ready,
+               "--advertise-address", address, "--metrics-listen", address + ":0", "--stop-workers"});
+  if (!options_.workers_outlive_agents) argv.emplace_back("--die-with-parent");
   if (!fs::exists(state + "/host.json")) {
     Connection connection(control_address_);
     v1::AddHostRequest request;

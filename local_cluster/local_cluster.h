@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "local_cluster/child_process.h"
+#include "local_cluster/host_network.h"
 
 namespace tessera::local {
 
@@ -26,6 +27,11 @@ struct ClusterOptions {
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
   std::string region_binary = {};   // the worker's program; empty: the one beside the agent
   std::uint16_t first_port = 7800;  // of the workers: each agent takes a range of 1000 from here
+  // A killed agent's workers run on, for the next one to adopt, as on real hosts. Else they die with it, so that
+  // nothing is left even of a caller that is killed.
+  bool workers_outlive_agents = false;
+  // Each host in a network namespace of its own there; null: all on loopback. Outlives the cluster.
+  const HostNetwork* network = nullptr;
 };
 
 class LocalCluster {
@@ -38,7 +44,7 @@ class LocalCluster {
   const std::string& log_dir() const { return log_dir_; }
   ChildProcess& control() { return *control_; }
   ChildProcess& agent(std::size_t index) { return *agents_.at(index); }
-  // As a fault would: SIGKILL. Workers of a killed agent run on until it is back, or until the cluster ends.
+  // As a fault would: SIGKILL.
   void KillControl();
   void RestartControl();
   void KillAgent(std::size_t index);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <csignal>
 
 #include "local_cluster/instance_state.h"
 
@@ -14,6 +13,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kStartTimeout{60};
 constexpr std::chrono::seconds kEndTimeout{20};
+constexpr std::chrono::milliseconds kFrame{4};
 
 double SecondsSince(Clock::time_point then) { return std::chrono::duration<double>(Clock::now() - then).count(); }
 
@@ -33,7 +33,9 @@ WorldRun::WorldRun(const RunOptions& options)
   cluster_ = std::make_unique<LocalCluster>(
       ClusterOptions{.data_dir = folder_.path(),
                      .hosts = options.hosts,
-                     .capacity = options.capacity == 0 ? options.regions : options.capacity});
+                     .capacity = options.capacity == 0 ? options.regions : options.capacity,
+                     .workers_outlive_agents = options.workers_outlive_agents,
+                     .network = options.network});
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
   JoinBots(options.bots);
@@ -84,14 +86,21 @@ void WorldRun::JoinBots(std::uint32_t count) {
     if (!bot.ok()) throw CommandError(std::string(bot.status().message()));
     bots_.push_back(*std::move(bot));
   }
-  const auto deadline = Clock::now() + kStartTimeout;
   const auto playing = [](const std::unique_ptr<Bot>& bot) {
     return bot->client().state() == client::ClientState::kPlaying;
   };
-  while (!std::all_of(bots_.begin(), bots_.end(), playing)) {
-    if (Clock::now() > deadline || !Frame()) throw CommandError("the bots could not get into " + instance_id_);
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));  // paces the frames of the bots
+  if (!PlayUntil([&] { return std::all_of(bots_.begin(), bots_.end(), playing); }, kStartTimeout)) {
+    throw CommandError("the bots could not get into " + instance_id_);
   }
+}
+
+bool WorldRun::PlayUntil(const std::function<bool()>& holds, std::chrono::milliseconds patience) {
+  const auto deadline = Clock::now() + patience;
+  while (!holds()) {
+    if (!Frame() || Clock::now() > deadline) return false;
+    watch_->WaitForChange(kFrame);
+  }
+  return true;
 }
 
 bool WorldRun::Frame() {
@@ -179,7 +188,7 @@ RunSummary WorldRun::Finish() {
                                progress.worst_step_p99_s, progress.last});
     summary.nonfinite += progress.last.nonfinite_bodies();
     const std::int64_t pid = progress.last.identity().pid();
-    if (pid > 0 && kill(static_cast<pid_t>(pid), 0) == 0) summary.processes_left.push_back(pid);
+    if (pid > 0 && IsAlive(pid)) summary.processes_left.push_back(pid);
   }
   summary.conservation = conservation_->result();
   summary.failure = FailureOf(summary);

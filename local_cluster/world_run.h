@@ -31,7 +31,9 @@ struct RunOptions {
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
   std::uint32_t hosts = 1;
-  std::uint32_t capacity = 0;  // regions a host; 0: all of them
+  std::uint32_t capacity = 0;            // regions a host; 0: all of them
+  bool workers_outlive_agents = false;   // as in ClusterOptions
+  const HostNetwork* network = nullptr;  // likewise
   // Further settings of the instance.
   std::function<void(v1::InstanceSpec&)> adjust = {};
 };
@@ -63,6 +65,9 @@ class WorldRun {
 
   // One frame of every bot. False when the instance or a bot has ended unasked.
   bool Frame();
+  // Frames at a game's pace until it holds, which is asked after each frame and each news of the instance. False when
+  // the instance or a bot has ended, or time is up.
+  bool PlayUntil(const std::function<bool()>& holds, std::chrono::milliseconds patience);
   // Ends the instance in order and the cluster with it.
   RunSummary Finish();
 
@@ -70,7 +75,7 @@ class WorldRun {
   std::vector<Bot*> bots();
   const std::string& instance_id() const { return instance_id_; }
   Connection& connection() { return *connection_; }
-  // The worst of all complete censuses until now.
+  // Of all complete censuses until now.
   std::optional<ConservationResult> conservation();
   // The control plane was away: watches it anew.
   void WatchAnew();

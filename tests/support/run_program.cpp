@@ -36,10 +36,4 @@ std::string ScenePath(const std::string& name) {
   return std::string(TESSERA_SOURCE_DIR) + "/scenes/" + name + ".textproto";
 }
 
-bool IsAlive(int pid) {
-  const std::string text = ReadAll("/proc/" + std::to_string(pid) + "/stat");
-  const auto paren = text.rfind(')');
-  return paren != std::string::npos && text.size() > paren + 2 && text[paren + 2] != 'Z';
-}
-
 }  // namespace tessera::support

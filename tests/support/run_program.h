@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "local_cluster/child_process.h"
+
 namespace tessera::support {
 
 struct RunResult {
@@ -18,6 +20,6 @@ RunResult RunProgram(const std::string& program, const std::vector<std::string>&
 
 std::string BinaryPath(const std::string& program);
 std::string ScenePath(const std::string& name);
-bool IsAlive(int pid);
+using local::IsAlive;
 
 }  // namespace tessera::support

@@ -1,0 +1,61 @@
+#include "local_cluster/host_network.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "local_cluster/child_process.h"
+#include "local_cluster/local_cluster.h"
+
+namespace tessera::local {
+namespace {
+
+using std::chrono::seconds;
+
+// A socket that listens on the switch's address; its port.
+class Listener {
+ public:
+  explicit Listener(const std::string& address) : fd_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in name{};
+    name.sin_family = AF_INET;
+    inet_pton(AF_INET, address.c_str(), &name.sin_addr);
+    socklen_t size = sizeof name;
+    EXPECT_EQ(bind(fd_, reinterpret_cast<const sockaddr*>(&name), size), 0);
+    EXPECT_EQ(listen(fd_, 8), 0);
+    getsockname(fd_, reinterpret_cast<sockaddr*>(&name), &size);
+    port_ = ntohs(name.sin_port);
+  }
+  ~Listener() { close(fd_); }
+  int port() const { return port_; }
+
+ private:
+  int fd_, port_ = 0;
+};
+
+TEST(HostNetworkTest, HostsReachTheSwitchUnlessTheirLinkIsCut) {
+  if (absl::Status own = EnterOwnNetwork(); !own.ok()) GTEST_SKIP() << own;
+  const auto network = HostNetwork::Create(2);
+  ASSERT_TRUE(network.ok()) << network.status();
+  const Listener listener((*network)->switch_address());
+  const TemporaryFolder folder;
+  const auto reaches = [&](std::uint32_t host) {
+    std::vector<std::string> argv = (*network)->Enter(host);
+    const std::string dial = "exec 3<>/dev/tcp/" + (*network)->switch_address() + "/" + std::to_string(listener.port());
+    argv.insert(argv.end(), {"/usr/bin/timeout", "1", "/bin/bash", "-c", dial});
+    const auto ended = ChildProcess(argv, folder.path() + "/log").Wait(seconds(30));
+    return ended && ended->signal == 0 && ended->code == 0;
+  };
+  EXPECT_NE((*network)->address(0), (*network)->address(1));
+  EXPECT_TRUE(reaches(0));
+  EXPECT_TRUE(reaches(1));
+  ASSERT_TRUE((*network)->Cut(1).ok());
+  EXPECT_TRUE(reaches(0));
+  EXPECT_FALSE(reaches(1));
+  ASSERT_TRUE((*network)->Mend(1).ok());
+  EXPECT_TRUE(reaches(1));
+}
+
+}  // namespace
+}  // namespace tessera::local
