@@ -7,11 +7,9 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "local_cluster/instance_state.h"
 #include "local_cluster/world_run.h"
-#include "tests/support/eventually.h"
 #include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
@@ -41,11 +39,7 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
     }
     return handovers >= 10 && ticks >= 300;
   };
-  while (!enough()) {
-    ASSERT_TRUE(run.Frame()) << run.Latest().reason();
-    ASSERT_LT(run.running_s(), 100) << "too few handovers";
-    std::this_thread::sleep_for(5ms);  // paces the bots' frames
-  }
+  ASSERT_TRUE(run.PlayUntil(enough, 100s)) << "too few handovers, or it ended: " << run.Latest().reason();
   for (local::Bot* bot : run.bots()) {
     EXPECT_GE(bot->client().World().size(), 202u) << "every dynamic body is seen";
     EXPECT_EQ(bot->client().Stats().decode_errors, 0u);
@@ -75,10 +69,7 @@ TEST(InstanceTest, TheOnlyWorkersDeathFailsItsInstanceWithTheReason) {
   local::WorldRun run({.scene = support::ScenePath("minimal"), .regions = 1, .bots = 0});
   const std::vector<pid_t> workers = WorkerPids(run.Latest());
   ASSERT_EQ(kill(workers[0], SIGKILL), 0);
-  while (run.Frame()) {
-    ASSERT_LT(run.running_s(), 60);
-    std::this_thread::sleep_for(5ms);  // paces the questions
-  }
+  EXPECT_FALSE(run.PlayUntil([] { return false; }, 60s));  // ends when the instance does
   const v1::Instance instance = run.Latest();
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(instance.reason(), testing::HasSubstr("region 1"));
@@ -109,15 +100,14 @@ TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
   local::Bot& thief = *run.bots()[0];
   const BodyId foreign = run.bots()[1]->client().own_body();
   std::string detail;
-  while (detail.empty()) {
-    ASSERT_LT(run.running_s(), 60);
-    ASSERT_TRUE(run.Frame());
+  const auto refused = [&] {
     thief.client().MoveBody(foreign, {1000, 0, 0}, {});
     for (const client::ClientEvent& event : thief.client().Poll(client::Clock::now())) {
       if (event.kind == client::ClientEvent::Kind::kInputRefused && event.body == foreign) detail = event.detail;
     }
-    std::this_thread::sleep_for(5ms);  // paces the frames
-  }
+    return !detail.empty();
+  };
+  ASSERT_TRUE(run.PlayUntil(refused, 60s));
   EXPECT_THAT(detail, testing::HasSubstr(std::to_string(foreign.value())));
   EXPECT_THAT(detail, testing::HasSubstr("not player 1's"));
 }

@@ -1,0 +1,145 @@
+// Worlds that come back from the disk.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "local_cluster/checkpoint_file.h"
+#include "local_cluster/instance_watch.h"
+#include "tests/end_to_end/world_fixture.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class CheckpointTest : public WorldTest {
+ protected:
+  std::uint64_t Checkpoint() {
+    v1::CheckpointInstanceRequest request;
+    request.set_id(run_->instance_id());
+    return run_->connection()
+        .Call("checkpoint", run_->connection().instances(), &v1::InstanceService::Stub::CheckpointInstance, request,
+              std::chrono::milliseconds(kPatience))
+        .checkpoint()
+        .tick();
+  }
+  std::filesystem::path FileOf(std::uint64_t tick, const std::string& name) {
+    return std::filesystem::path(run_->cluster().log_dir()).parent_path() / "control" / "checkpoints" /
+           run_->instance_id() / std::to_string(tick) / name;
+  }
+  static void FlipAByte(const std::filesystem::path& path) {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(20);
+    const char byte = static_cast<char>(file.get() ^ 0x40);
+    file.seekp(20);
+    file.put(byte);
+    ASSERT_TRUE(file.flush()) << path;
+  }
+  testing::AssertionResult PlayUntilAllAreOthersThan(const std::map<std::uint32_t, std::int64_t>& pids) {
+    return PlayUntil("all workers are new ones", [&] {
+      const auto now = Pids();
+      return IsSettled() && now.size() == pids.size() &&
+             std::ranges::none_of(now, [&](const auto& at) { return pids.at(at.first) == at.second; });
+    });
+  }
+};
+
+// Its players are told that what they were in has ended, and come back to their bodies of then.
+TEST_F(CheckpointTest, ARestoredWorldGoesOnFromItsCheckpointAndItsPlayersComeBackToIt) {
+  Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  const auto join = [&](const std::vector<std::uint8_t>& returning) {
+    return local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 3, returning);
+  };
+  const auto ann = join({});
+  ASSERT_TRUE(ann.ok()) << ann.status();
+  const BodyId body = (*ann)->client().own_body();
+  ASSERT_TRUE(PlayUntil(
+      "she walks", [&] { return (*ann)->Frame(client::Clock::now()) && (*ann)->client().last_applied_input() > 60; }));
+  const std::uint64_t tick = Checkpoint();
+  ASSERT_TRUE(PlayUntil("a second later", [&] { return ReportOf(1).tick() > tick + 60; }));
+  const auto pids = Pids();
+  const support::RunResult restored = Tessera({"instance", "restore", run_->instance_id()});
+  ASSERT_EQ(restored.exit_code, 0) << restored.err;
+  EXPECT_THAT(restored.out, HasSubstr("from tick " + std::to_string(tick)));
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
+  EXPECT_GE(run_->Latest().lost_ticks(), 60u);
+
+  const auto back = join((*ann)->client().return_token());
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ((*back)->client().own_body(), body);
+  ASSERT_TRUE(PlayUntil("she sees herself and all others", [&] {
+    return (*back)->Frame(client::Clock::now()) && (*back)->client().World().contains(body) &&
+           (*back)->client().World().size() > kBodies;
+  }));
+}
+
+TEST_F(CheckpointTest, ADamagedCheckpointIsRefusedByNameAndTheOneBeforeItIsUsed) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  const std::uint64_t older = Checkpoint(), newer = Checkpoint();
+  ASSERT_LT(older, newer);
+  FlipAByte(FileOf(newer, "region-2"));
+  const support::RunResult refused =
+      Tessera({"instance", "restore", run_->instance_id(), "--tick", std::to_string(newer)});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr("checkpoint " + std::to_string(newer)));
+  EXPECT_THAT(refused.err, HasSubstr("region-2"));
+  const auto pids = Pids();
+  const support::RunResult restored = Tessera({"instance", "restore", run_->instance_id()});
+  EXPECT_EQ(restored.exit_code, 0) << restored.err;
+  EXPECT_THAT(restored.err, HasSubstr("region-2"));
+  EXPECT_THAT(restored.out, HasSubstr("from tick " + std::to_string(older)));
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
+  ASSERT_TRUE(PlayOn(2));
+  ExpectAllIsThere();
+}
+
+// All workers at once: nobody has a copy any more.
+TEST_F(CheckpointTest, AWorldWhoseWorkersAllDieComesBackFromItsCheckpointAndSaysWhatThatCost) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 2, .capacity = 4});
+  ASSERT_TRUE(PlayUntilProtected());
+  const std::uint64_t tick = Checkpoint();
+  ASSERT_TRUE(PlayUntil("a second later", [&] { return ReportOf(1).tick() > tick + 60; }));
+  const auto pids = Pids();
+  for (const auto& [region, pid] : pids) kill(static_cast<pid_t>(pid), SIGKILL);
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
+  const v1::Instance instance = run_->Latest();
+  EXPECT_GE(instance.lost_ticks(), 60u);
+  EXPECT_EQ(instance.failovers(), 0u);
+  EXPECT_THAT(instance.events().rbegin()->text(), HasSubstr("restored from the checkpoint of tick"));
+  ASSERT_TRUE(PlayOn(2));
+  ExpectAllIsThere();
+}
+
+TEST_F(CheckpointTest, AnExportedWorldStartsAnewWithAllItsBodies) {
+  Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  Checkpoint();
+  const local::TemporaryFolder folder;
+  const std::string file = folder.path() + "/world.tessera";
+  ASSERT_EQ(Tessera({"instance", "export", run_->instance_id(), file}).exit_code, 0);
+
+  const v1::Instance made = local::ImportCheckpoint(run_->connection(), file, {.request_id = "once"});
+  EXPECT_NE(made.id(), run_->instance_id());
+  EXPECT_EQ(local::ImportCheckpoint(run_->connection(), file, {.request_id = "once"}).id(), made.id());
+  local::InstanceWatch watch(run_->connection(), made.id());
+  const auto whole = [](const v1::Instance& now) {
+    std::uint64_t owned = 0;
+    for (const v1::RegionStatus& status : now.region_status()) owned += status.report().owned();
+    return now.state() == v1::INSTANCE_STATE_RUNNING && owned >= kBodies;
+  };
+  EXPECT_TRUE(watch.WaitUntil(whole, kPatience)) << watch.Latest().ShortDebugString();
+
+  FlipAByte(file);
+  const support::RunResult damaged = Tessera({"instance", "import", file});
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_THAT(damaged.err, HasSubstr("file"));
+  EXPECT_EQ(std::count(damaged.err.begin(), damaged.err.end(), '\n'), 1) << damaged.err;
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
