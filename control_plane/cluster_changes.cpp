@@ -7,6 +7,20 @@
 #include "core/world/limits.h"
 
 namespace tessera::control {
+namespace {
+
+constexpr double kReportTicks = 64;  // that a reported median is of; StepTimes in region_worker
+
+// Until the reported step times are all of the map that came into force just now.
+std::chrono::nanoseconds BalanceInterval(const InstanceEntry& instance) {
+  double slowest_hz = instance.record.tick_rate_hz();
+  for (const WorkerEntry& worker : instance.workers) slowest_hz = std::min(slowest_hz, worker.report.tick_rate_hz());
+  const std::chrono::duration<double> ticks(kReportTicks / std::max(slowest_hz, 1.0));
+  return std::max(std::chrono::nanoseconds(kBalanceInterval),
+                  std::chrono::duration_cast<std::chrono::nanoseconds>(ticks));
+}
+
+}  // namespace
 
 absl::StatusOr<InstanceEntry*> Cluster::FindRunning(const std::string& id) {
   InstanceEntry* instance = FindInstance(id);
@@ -91,7 +105,7 @@ std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& 
   const std::vector<RegionFacts> facts = ChangeFacts(now, instance);
   if (auto next = StepPlan(record, facts)) {
     if (AtRest(*next)) {
-      instance.change_after = now.steady + kBalanceInterval;
+      instance.change_after = now.steady + BalanceInterval(instance);
       AddEvent(*next, now,
                absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
     }

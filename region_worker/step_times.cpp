@@ -11,13 +11,17 @@ constexpr Duration kSampleDistance = std::chrono::milliseconds(100);
 }  // namespace
 
 TimeSummary StepTimes::Summary() const {
-  const std::size_t size = std::min(count_, kSamples);
+  const std::size_t size = std::min(count_, kSamples), recent = std::min(count_, kRecent);
   if (size == 0) return {};
-  std::vector<float> sorted(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(size));
-  std::sort(sorted.begin(), sorted.end());
+  std::vector<float> all(samples_.begin(), samples_.begin() + static_cast<std::ptrdiff_t>(size)), newest(recent);
+  for (std::size_t i = 0; i < recent; ++i) newest[i] = samples_[(count_ - recent + i) % kSamples];
+  std::sort(all.begin(), all.end());
+  std::sort(newest.begin(), newest.end());
   // Nearest rank: the smallest value that at least so many of a hundred do not exceed.
-  const auto rank = [&](std::size_t percent) { return static_cast<double>(sorted[(size * percent + 99) / 100 - 1]); };
-  return {.p50_s = rank(50), .p99_s = rank(99), .max_s = sorted.back()};
+  const auto rank = [](const std::vector<float>& sorted, std::size_t percent) {
+    return static_cast<double>(sorted[(sorted.size() * percent + 99) / 100 - 1]);
+  };
+  return {.p50_s = rank(newest, 50), .p99_s = rank(all, 99), .max_s = all.back()};
 }
 
 void RateMeter::Observe(TimePoint at, Tick tick) {

@@ -16,10 +16,11 @@ struct TimeSummary {
   double p50_s = 0, p99_s = 0, max_s = 0;
 };
 
-// The last kSamples durations. Adding costs a store; summing up sorts a copy.
+// The last kSamples durations; the median of the last kRecent, because borders are moved by it: what was before the
+// last move must not count. Adding costs a store; summing up sorts a copy.
 class StepTimes {
  public:
-  static constexpr std::size_t kSamples = 256;  // 4 s at 60 Hz
+  static constexpr std::size_t kSamples = 256, kRecent = 64;  // 4 s and 1 s at 60 Hz
 
   void Add(Duration time) { samples_[count_++ % kSamples] = std::chrono::duration<float>(time).count(); }
   TimeSummary Summary() const;  // nearest rank; zeros while there is none
