@@ -2,9 +2,9 @@
 //
 // Snapshots come in a rhythm with jitter, from several regions, of a world whose rate itself may sag. The clock follows
 // the newest tick (a line through arrivals, its slope measured over about a second) and shows the world a little behind
-// it: two snapshot intervals and three times the jitter, so that a lost or late snapshot mostly has a successor. The
-// shown moment glides, at most a tenth faster or slower than the world, and never goes back; when the world stops it
-// brakes.
+// it: two snapshot intervals and two and a half times the jitter, so that a lost or late snapshot mostly has a
+// successor. The shown moment glides, at most a tenth faster or slower than the world, and never goes back; when the
+// world stops it brakes.
 //
 //   clock.Arrived(now, snapshot.tick);   // for each datagram
 //   double tick = clock.Advance(now);    // once a frame
