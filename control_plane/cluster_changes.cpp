@@ -10,14 +10,18 @@ namespace tessera::control {
 namespace {
 
 constexpr double kReportTicks = 64;  // that a reported median is of; StepTimes in region_worker
+constexpr std::chrono::nanoseconds kLongestWait = std::chrono::seconds(5);  // in a world that hardly moves
 
-// Until the reported step times are all of the map that came into force just now.
-std::chrono::nanoseconds BalanceInterval(const InstanceEntry& instance) {
-  double slowest_hz = instance.record.tick_rate_hz();
-  for (const WorkerEntry& worker : instance.workers) slowest_hz = std::min(slowest_hz, worker.report.tick_rate_hz());
-  const std::chrono::duration<double> ticks(kReportTicks / std::max(slowest_hz, 1.0));
-  return std::max(std::chrono::nanoseconds(kBalanceInterval),
-                  std::chrono::duration_cast<std::chrono::nanoseconds>(ticks));
+// Where borders are to be balanced, until the reported step times are all of the map that came into force just now.
+std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
+  std::chrono::nanoseconds wait = kBalanceInterval;
+  if (!instance.record.balance()) return wait;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (worker.report.tick_rate_hz() <= 0) continue;  // not measured yet
+    const std::chrono::duration<double> ticks(kReportTicks / worker.report.tick_rate_hz());
+    if (ticks > wait) wait = std::min(std::chrono::duration_cast<std::chrono::nanoseconds>(ticks), kLongestWait);
+  }
+  return wait;
 }
 
 }  // namespace
@@ -105,7 +109,7 @@ std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& 
   const std::vector<RegionFacts> facts = ChangeFacts(now, instance);
   if (auto next = StepPlan(record, facts)) {
     if (AtRest(*next)) {
-      instance.change_after = now.steady + BalanceInterval(instance);
+      instance.change_after = now.steady + UntilNextChange(instance);
       AddEvent(*next, now,
                absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
     }
