@@ -1,14 +1,22 @@
-// The suite failover: what the death of processes costs a world of four regions on two hosts of this machine.
-//
-// Each run starts a cluster and a world with players, waits until every region's heir has its log, strikes, and plays
-// on until all is well again and two further censuses were complete. Columns: the fault.
+// The suite failover: what the death of processes costs a world of four regions on two hosts of this machine, and what
+// it costs to change who runs it. The whole suite takes about an hour, of which the faults of the control plane take
+// half; `--only` selects.
 //
 //   fault=worker   kill -9 of a worker, of each region in turn
+//   fault=pair     kill -9 of both workers of a host, whose agent lives
 //   fault=host     kill -9 of an agent and all its workers
+//   fault=freeze   an agent and its workers stand still (SIGSTOP) until others have taken their place, then go on
 //   fault=agent    kill -9 of an agent alone; another one takes its place
+//   fault=link     a host's network is cut until others have taken its regions' place, then mended: hosts are network
+//                  namespaces
 //   fault=control  kill -9 of the control plane; it comes back after a while
-//   fault=freeze   an agent and its workers stand still (SIGSTOP) until others have taken their place, then go on: a
-//                  host that was cut off
+//   scale          from two regions to four and back
+//   hot-spot       four of five bodies run into one corner
+//   restore        a checkpoint is started by another cluster
+//   standby        what the heir's copy costs
+//
+// Each run of a fault starts a cluster and a world with players, waits until every region's heir has its log, strikes,
+// and plays on until all is well again and two further censuses were complete.
 //
 // gap_ms is what a player sees: from the last state of the dead regions' bodies by their old owners to the first by the
 // new ones, so it holds a snapshot's interval.

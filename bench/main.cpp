@@ -42,7 +42,10 @@ constexpr Suite kSuites[] = {
      RunBorders},
     {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
      RunSnapshots},
-    {"failover", "What the death of workers, hosts, agents and of the control plane costs a world of four regions",
+    {"failover",
+     "What the death of workers, hosts, agents and of the control plane costs a world of four regions, and growth, "
+     "balancing and restoring. About an hour; --only takes worker, pair, host, freeze, agent, link, control, scale, "
+     "hot-spot, restore or standby",
      RunFailover},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},

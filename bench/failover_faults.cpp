@@ -1,0 +1,167 @@
+#include "bench/failover_faults.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <iostream>
+
+namespace tessera::bench {
+namespace {
+
+constexpr double kBeforeFault_s = 0.2;  // that the watch has seen the bodies move
+constexpr double kAgentAway_s = 1;
+
+// Strikes by `strike` and waits until others carry the victims' areas on, in the players' eyes as well.
+absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
+                           const std::function<absl::Status()>& strike, Outcome& outcome) {
+  std::set<RegionId> regions;
+  for (const Worker& victim : victims) regions.insert(victim.region);
+  stage.WatchRegions(regions);
+  if (absl::Status status = stage.PlayFor(kBeforeFault_s); !status.ok()) return status;
+  if (absl::Status status = strike(); !status.ok()) return status;
+  const absl::Status carried_on = stage.PlayUntil("carried on by others", [&] {
+    const v1::Instance instance = stage.run().Latest();
+    return instance.failovers() > 0 && instance.state() == v1::INSTANCE_STATE_RUNNING &&
+           stage.watch().found() * 2 > stage.watch().watched();
+  });
+  if (!carried_on.ok()) return carried_on;
+  outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
+  const std::vector<Worker> workers = stage.Workers();
+  outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_takeover_age_ticks"));
+  outcome.server_gap_ms =
+      std::max(outcome.server_gap_ms, 1e3 * HighestOf(workers, "tessera_region_failover_gap_seconds"));
+  return absl::OkStatus();
+}
+
+absl::Status SignalAll(const std::vector<Worker>& workers, int signal) {
+  for (const Worker& worker : workers) kill(worker.pid, signal);
+  return absl::OkStatus();
+}
+
+absl::Status KillWorker(Stage& stage, std::uint32_t run, Outcome& outcome) {
+  const std::vector<Worker> workers = stage.Workers();
+  const std::vector<Worker> victim{workers[run % workers.size()]};
+  return StrikeWorkers(
+      stage, victim, [&] { return SignalAll(victim, SIGKILL); }, outcome);
+}
+
+// Both workers of a host, whose agent tells of it.
+absl::Status KillPair(Stage& stage, std::uint32_t run, Outcome& outcome) {
+  const std::vector<Worker> victims = stage.WorkersOn(run % 2);
+  return StrikeWorkers(
+      stage, victims, [&] { return SignalAll(victims, SIGKILL); }, outcome);
+}
+
+absl::Status KillHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
+  const std::vector<Worker> victims = stage.WorkersOn(run % 2);
+  const auto strike = [&] {
+    stage.run().cluster().agent(run % 2).Signal(SIGKILL);
+    return SignalAll(victims, SIGKILL);
+  };
+  return StrikeWorkers(stage, victims, strike, outcome);
+}
+
+// Those who were taken for dead may go on only to hear that they are outranked.
+absl::Status AwaitTheEndOf(const std::vector<Worker>& victims, Stage& stage) {
+  return stage.PlayUntil("those who were cut off end", [&] {
+    return std::ranges::none_of(victims, [](const Worker& w) { return local::IsAlive(w.pid); });
+  });
+}
+
+absl::Status FreezeHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
+  const std::vector<Worker> victims = stage.WorkersOn(run % 2);
+  local::ChildProcess& agent = stage.run().cluster().agent(run % 2);
+  const auto strike = [&] {
+    agent.Signal(SIGSTOP);
+    return SignalAll(victims, SIGSTOP);
+  };
+  const absl::Status struck = StrikeWorkers(stage, victims, strike, outcome);
+  (void)SignalAll(victims, SIGCONT);
+  agent.Signal(SIGCONT);
+  return struck.ok() ? AwaitTheEndOf(victims, stage) : struck;
+}
+
+absl::Status CutLink(Stage& stage, std::uint32_t run, local::HostNetwork& network, Outcome& outcome) {
+  const std::uint32_t host = run % 2;
+  const std::vector<Worker> victims = stage.WorkersOn(host);
+  const absl::Status struck = StrikeWorkers(
+      stage, victims, [&] { return network.Cut(host); }, outcome);
+  const absl::Status mended = network.Mend(host);
+  if (!struck.ok()) return struck;
+  return mended.ok() ? AwaitTheEndOf(victims, stage) : mended;
+}
+
+absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
+  const std::vector<Worker> workers = stage.Workers();
+  stage.run().cluster().KillAgent(run % 2);
+  if (absl::Status status = stage.PlayFor(kAgentAway_s); !status.ok()) return status;
+  stage.run().cluster().RestartAgent(run % 2);
+  if (absl::Status status = stage.PlayOn(); !status.ok()) return status;
+  const std::vector<Worker> after = stage.Workers();
+  for (const Worker& worker : workers) {
+    const bool kept = local::IsAlive(worker.pid) && std::ranges::any_of(after, [&](const Worker& other) {
+                        return other.region == worker.region && other.pid == worker.pid;
+                      });
+    if (!kept) ++outcome.workers_lost;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status KillControl(Stage& stage, double away_s, Outcome& outcome) {
+  const std::vector<Worker> workers = stage.Workers();
+  const auto late = [&] { return SumOf(workers, "tessera_region_late_ticks_total"); };
+  const double first = late();
+  if (absl::Status status = stage.PlayFor(away_s); !status.ok()) return status;
+  const double second = late();
+  stage.run().cluster().KillControl();
+  if (absl::Status status = stage.PlayFor(away_s); !status.ok()) return status;
+  const double third = late();
+  outcome.late_before += second - first;
+  outcome.late_ticks += (third - second) - (second - first);
+  stage.run().cluster().RestartControl();
+  stage.run().WatchAnew();
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* network) {
+  std::vector<Fault> faults{
+      {"worker", KillWorker},
+      {"pair", KillPair},
+      {"host", KillHost},
+      {"freeze", FreezeHost},
+      {"agent", KillAgent, [](local::RunOptions& options) { options.workers_outlive_agents = true; }}};
+  if (network != nullptr) {
+    faults.push_back({"link",
+                      [network](Stage& stage, std::uint32_t run, Outcome& outcome) {
+                        return CutLink(stage, run, *network, outcome);
+                      },
+                      [network](local::RunOptions& options) { options.network = network; }});
+  }
+  faults.push_back({"control", [away_s = size.control_away_s](Stage& stage, std::uint32_t, Outcome& outcome) {
+                      return KillControl(stage, away_s, outcome);
+                    }});
+  return faults;
+}
+
+absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report) {
+  Outcome outcome;
+  for (std::uint32_t run = 0; run < size.runs; ++run) {
+    std::cerr << fmt::format("failover: {} {} of {}\n", fault.name, run + 1, size.runs);
+    local::RunOptions options = StageOptions(size);
+    if (fault.prepare) fault.prepare(options);
+    Stage stage(options);
+    absl::Status status = stage.PlayUntilWell();
+    if (status.ok()) status = fault.strike(stage, run, outcome);
+    if (status.ok()) status = stage.PlayOn();
+    if (!status.ok()) return absl::InternalError(fmt::format("{}: {}", fault.name, std::string(status.message())));
+    stage.TakeCensus(outcome);
+    ++outcome.runs;
+  }
+  outcome.Tell(fault.name, report);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::bench

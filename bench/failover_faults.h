@@ -1,0 +1,26 @@
+// What befalls the worlds of the suite failover, and how each fault is brought about.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "bench/failover_stage.h"
+
+namespace tessera::bench {
+
+struct Fault {
+  std::string name;  // as in the column: "worker"
+  // Strikes the world, which is well, and waits until it goes on.
+  std::function<absl::Status(Stage&, std::uint32_t run, Outcome&)> strike;
+  std::function<void(local::RunOptions&)> prepare = {};
+};
+
+// In order of what they take; `network` is null where hosts cannot have links of their own.
+std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* network);
+
+// `size.runs` worlds, each struck once.
+absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report);
+
+}  // namespace tessera::bench

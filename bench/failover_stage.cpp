@@ -1,0 +1,139 @@
+#include "bench/failover_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bench/scrape.h"
+#include "telemetry/http_get.h"
+
+namespace tessera::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::seconds kPatience{120};
+constexpr std::uint64_t kCensusesAfter = 2;
+constexpr std::uint64_t kFollowedTicks = 120;
+
+std::vector<double> SamplesOf(const std::vector<Worker>& workers, const std::string& name) {
+  std::vector<double> values;
+  for (const Worker& worker : workers) {
+    const auto page = telemetry::HttpGet(worker.metrics, "/metrics");
+    if (!page.ok()) continue;  // it is dead
+    const Samples samples = ParseMetrics(page->body);
+    if (const auto found = samples.find(name); found != samples.end()) values.push_back(found->second);
+  }
+  return values;
+}
+
+}  // namespace
+
+local::RunOptions StageOptions(const FailoverSize& size) {
+  return {.scene = local::FindScene("plaza"),
+          .regions = 4,
+          .bodies = size.bodies,
+          .bots = size.bots,
+          .hosts = 2,
+          .capacity = 8};
+}
+
+absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool()>& holds) {
+  const auto look = [&] {
+    if (watch_) watch_->Look(Clock::now());
+    return holds();
+  };
+  if (run_.PlayUntil(look, kPatience)) return absl::OkStatus();
+  return absl::InternalError(
+      fmt::format("the world or a player ended, or never: {}; {}", what, run_.Latest().ShortDebugString()));
+}
+
+absl::Status Stage::PlayFor(double seconds) {
+  const auto end = Clock::now() + std::chrono::duration<double>(seconds);
+  return PlayUntil("time passed", [end] { return Clock::now() > end; });
+}
+
+absl::Status Stage::PlayUntilWell() {
+  const std::size_t regions = static_cast<std::size_t>(run_.Latest().regions());
+  return PlayUntil("every region is protected", [&] {
+    const v1::Instance instance = run_.Latest();
+    return instance.state() == v1::INSTANCE_STATE_RUNNING && instance.changes().empty() &&
+           instance.unprotected_regions().empty() &&
+           static_cast<std::size_t>(instance.region_status_size()) >= regions &&
+           std::ranges::all_of(instance.region_status(), [](const auto& status) {
+             return status.report().phase() == v1::WORKER_PHASE_RUNNING &&
+                    status.report().acknowledged_tick() > kFollowedTicks;
+           });
+  });
+}
+
+absl::Status Stage::PlayOn() {
+  const auto counted = [&] { return run_.conservation() ? run_.conservation()->censuses : 0; };
+  const std::uint64_t before = counted();
+  return PlayUntil("further censuses", [&] { return counted() >= before + kCensusesAfter; });
+}
+
+void Stage::TakeCensus(Outcome& outcome) {
+  if (const auto found = run_.conservation()) {
+    outcome.lost += static_cast<double>(found->lost);
+    outcome.duplicated += static_cast<double>(found->duplicated);
+  }
+  for (local::Bot* bot : run_.bots()) {
+    if (bot->client().state() != client::ClientState::kPlaying) ++outcome.clients_dropped;
+  }
+}
+
+std::vector<Worker> Stage::Workers() {
+  const v1::Instance instance = run_.Latest();
+  std::vector<Worker> workers;
+  workers.reserve(static_cast<std::size_t>(instance.region_status_size()));
+  for (const v1::RegionStatus& status : instance.region_status()) {
+    const v1::WorkerReport& report = status.report();
+    workers.push_back({RegionId(status.region()), static_cast<pid_t>(report.identity().pid()),
+                       fmt::format("{}:{}", report.address().host(), report.address().metrics_port()), status.host()});
+  }
+  return workers;
+}
+
+std::vector<Worker> Stage::WorkersOn(std::size_t host) {
+  std::vector<Worker> workers = Workers();
+  std::erase_if(workers, [&](const Worker& worker) { return worker.host != fmt::format("local-{}", host + 1); });
+  return workers;
+}
+
+double SumOf(const std::vector<Worker>& workers, const std::string& sample) {
+  double sum = 0;
+  for (const double value : SamplesOf(workers, sample)) sum += value;
+  return sum;
+}
+
+double HighestOf(const std::vector<Worker>& workers, const std::string& sample) {
+  double highest = 0;
+  for (const double value : SamplesOf(workers, sample)) highest = std::max(highest, value);
+  return highest;
+}
+
+void Outcome::Tell(const std::string& fault, Report& report) const {
+  const std::string config = "fault=" + fault;
+  const auto add = [&](const char* metric, double value, const char* unit) {
+    report.Add("plaza", kFailoverEngine, config, metric, value, unit);
+  };
+  add("runs", runs, "1");
+  add("bodies_lost", lost, "1");
+  add("bodies_duplicated", duplicated, "1");
+  add("clients_dropped", clients_dropped, "1");
+  if (fault == "agent") add("workers_lost", workers_lost, "1");
+  if (fault == "control") {
+    add("late_ticks_before", late_before, "1");
+    add("late_ticks_added", std::max(late_ticks, 0.0), "1");
+  }
+  if (gaps_ms.empty()) return;
+  std::vector<double> gaps = gaps_ms;
+  std::ranges::sort(gaps);
+  add("gap_ms_p50", gaps[(gaps.size() - 1) / 2], "ms");
+  add("gap_ms_max", gaps.back(), "ms");
+  add("gap_without_a_step_ms_max", server_gap_ms, "ms");
+  add("state_age_ticks_max", age_ticks, "1");
+}
+
+}  // namespace tessera::bench

@@ -1,0 +1,85 @@
+// Stage: a world of the suite failover, with those who play in it, from its start to its end.
+//
+//   Stage stage(StageOptions(size));
+//   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
+//   kill(stage.Workers()[0].pid, SIGKILL);
+//   absl::Status carried_on = stage.PlayUntil("carried on", [&] { return stage.run().Latest().failovers() > 0; });
+//   stage.TakeCensus(outcome);
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <functional>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "bench/failover_watch.h"
+#include "bench/report.h"
+#include "local_cluster/world_run.h"
+
+namespace tessera::bench {
+
+inline constexpr const char* kFailoverEngine = "tessera";
+
+// How large worlds are and how often they are struck.
+struct FailoverSize {
+  std::uint32_t runs, bodies, bots;
+  double control_away_s;
+  std::uint32_t scale_rounds, restored_bodies;
+};
+
+struct Worker {
+  RegionId region;
+  pid_t pid = 0;
+  std::string metrics;  // host:port
+  std::string host;
+};
+
+// What all runs of a fault came to.
+struct Outcome {
+  std::vector<double> gaps_ms;
+  double runs = 0, lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
+  double late_before = 0, late_ticks = 0, server_gap_ms = 0;
+
+  void Tell(const std::string& fault, Report& report) const;
+};
+
+// Four regions on two hosts, as many bodies and players as `size` says.
+local::RunOptions StageOptions(const FailoverSize& size);
+
+class Stage {
+ public:
+  explicit Stage(const local::RunOptions& options) : run_(options) {}
+
+  // An error, with the state of the instance, when the world or a player ended or time is up.
+  absl::Status PlayUntil(const std::string& what, const std::function<bool()>& holds);
+  absl::Status PlayFor(double seconds);
+  // It runs, nothing is being changed, and every heir has followed its region for two seconds.
+  absl::Status PlayUntilWell();
+  // Until further censuses were complete.
+  absl::Status PlayOn();
+  // Adds what the world lost, doubled or dropped.
+  void TakeCensus(Outcome& outcome);
+
+  std::vector<Worker> Workers();
+  std::vector<Worker> WorkersOn(std::size_t host);
+  void WatchRegions(const std::set<RegionId>& regions) { watch_.emplace(regions, run_.bots()); }
+  const GapWatch& watch() const { return *watch_; }
+  local::WorldRun& run() { return run_; }
+
+ private:
+  local::WorldRun run_;
+  std::optional<GapWatch> watch_;
+};
+
+// One sample of each worker that answers: their sum, or the highest.
+double SumOf(const std::vector<Worker>& workers, const std::string& sample);
+double HighestOf(const std::vector<Worker>& workers, const std::string& sample);
+
+}  // namespace tessera::bench
