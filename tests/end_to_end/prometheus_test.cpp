@@ -49,6 +49,9 @@ class PrometheusTest : public ::testing::Test {
                     support::ScenePath("plaza"), "--bodies", "300", "--regions", std::to_string(kRegions), "--wait"});
     ASSERT_EQ(created.exit_code, 0) << created.err;
     world->instance_id = nlohmann::json::parse(created.out).at("id");
+    const support::RunResult kept = support::RunProgram(
+        "tessera", {"--control", world->cluster->control_address(), "instance", "checkpoint", world->instance_id});
+    ASSERT_EQ(kept.exit_code, 0) << kept.err;
     // The client comes when Prometheus has looked once, so that it sees the full snapshot as an increase.
     ASSERT_TRUE(
         support::Eventually([&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
