@@ -48,6 +48,7 @@ void World::Impl::Sweep() {
 
 void World::Impl::SweepBody(std::uint32_t index) {
   RigidBody& body = *awake[index];
+  if (!body.astray && body.pairs.empty()) return;
   const Way way = WayOf(body);
   const float outer = body.geometry().outer_radius_m;
   const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};

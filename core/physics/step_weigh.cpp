@@ -37,19 +37,30 @@ double ScaleOf(double inner_radius_m, double pull) {
 
 // What hangs together is pushed as one: a hand that carries its body is no light thing under a heavy one.
 void World::Impl::WeighAssemblies() {
-  assemblies.Reset(awake.size());
+  const auto tied = [](const Joint& joint) { return joint.b != nullptr && joint.a->awake() && joint.b->awake(); };
+  tied_bodies.clear();
   for (const Joint* joint : awake_joints) {
-    if (joint->b != nullptr && joint->a->awake() && joint->b->awake()) {
-      assemblies.Unite(joint->a->awake_index, joint->b->awake_index);
-    }
+    if (tied(*joint)) tied_bodies.insert(tied_bodies.end(), {joint->a->awake_index, joint->b->awake_index});
+  }
+  std::sort(tied_bodies.begin(), tied_bodies.end());
+  tied_bodies.erase(std::unique(tied_bodies.begin(), tied_bodies.end()), tied_bodies.end());
+  const auto index = [this](const RigidBody& body) {
+    const auto at = std::lower_bound(tied_bodies.begin(), tied_bodies.end(), body.awake_index);
+    return static_cast<std::uint32_t>(at - tied_bodies.begin());
+  };
+  assemblies.Reset(tied_bodies.size());
+  for (const Joint* joint : awake_joints) {
+    if (tied(*joint)) assemblies.Unite(index(*joint->a), index(*joint->b));
   }
   assemblies.Number();
-  for (const RigidBody* body : awake) assemblies.Of(body->awake_index).mass_kg += body->mass_kg();
-  for (std::uint32_t i = 0; i < awake.size(); ++i) burdens[i].tied_kg = assemblies.Of(i).mass_kg;
+  for (std::uint32_t i = 0; i < tied_bodies.size(); ++i) assemblies.Of(i).mass_kg += burdens[tied_bodies[i]].mass_kg;
+  for (std::uint32_t i = 0; i < tied_bodies.size(); ++i) burdens[tied_bodies[i]].tied_kg = assemblies.Of(i).mass_kg;
 }
 
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
+  supports.clear();
+  if (touching.empty() && awake_joints.empty()) return;  // then all of them fly
   const Vec3d gravity = settings.gravity_m_s2;
   const auto g = static_cast<float>(Length(gravity));
   const double pull = Length(gravity) * dt_s * dt_s / kReferencePull_m;
@@ -68,7 +79,6 @@ void World::Impl::WeighIslands() {
   for (Island& island : islands.all()) {
     island.laden = g > 0 && island.mass_kg * ScaleOf(island.smallest_m, pull) >= kLightIsland * island.lightest_kg;
   }
-  supports.clear();
   for (const Touch& touch : touching) {
     if (!touch.responds) continue;
     Island& island = islands.Of(touch.one());

@@ -94,8 +94,10 @@ void World::Impl::Step(double dt) {
   BuildIslands();
   motions.resize(awake.size());
   FlyFree();
-  FillBatches();
-  SolveBatches();
+  if (!touching.empty() || !awake_joints.empty()) {
+    FillBatches();
+    SolveBatches();
+  }
   Sweep();
   MoveBodies();
   FallAsleep();

@@ -166,15 +166,16 @@ struct World::Impl {
   // Of the step.
   double dt_s = 0;
   std::uint64_t step = 0;
-  std::vector<RigidBody*> awake;      // dynamic and awake, in no order
-  std::vector<Touch> touching;        // with manifolds, ascending by ids
-  std::vector<Pair*> parting;         // without, of which there may yet be an event to tell
-  std::vector<RigidBody*> touched;    // sleepers that something awake came upon
-  std::vector<Joint*> awake_joints;   // ascending by id
-  std::vector<JointRows> joint_rows;  // of them
-  std::vector<Burden> burdens;        // by awake_index
-  std::vector<Support> supports;      // in islands that may be laden
-  std::vector<Support> grouped;       // the same by upper body, as `first_supports` says
+  std::vector<RigidBody*> awake;           // dynamic and awake, in no order
+  std::vector<Touch> touching;             // with manifolds, ascending by ids
+  std::vector<Pair*> parting;              // without, of which there may yet be an event to tell
+  std::vector<RigidBody*> touched;         // sleepers that something awake came upon
+  std::vector<Joint*> awake_joints;        // ascending by id
+  std::vector<JointRows> joint_rows;       // of them
+  std::vector<std::uint32_t> tied_bodies;  // awake_index of those that joints tie to others, ascending
+  std::vector<Burden> burdens;             // by awake_index
+  std::vector<Support> supports;           // in islands that may be laden
+  std::vector<Support> grouped;            // the same by upper body, as `first_supports` says
   std::vector<std::uint32_t> first_supports;
   std::vector<std::pair<double, std::uint32_t>> uppers;  // height and awake_index of what stands on something
   std::vector<IslandWork> works;                         // of the islands that are solved
