@@ -55,8 +55,14 @@ struct Stream {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Aabb bounds = MovingBodies({.count = 1}).bounds();
   static const Quantizer quantizer(bounds, {});
-  static const Stream dense(DenseCodec({.predictor = PosePredictor(quantizer, {}, -9.81), .fingerprint = kFingerprint}),
-                            [](const BodyState& state) { return quantizer.Quantize(state); });
+  // Some of the bodies are known to be boxes, one of them as large as can be.
+  static const auto boxes = std::make_shared<const StandingBoxes>(
+      StandingBoxes{{BodyId(1), StandingBox::Of(quantizer, 0, {0.5, 0.5, 0.5})},
+                    {BodyId(4), StandingBox::Of(quantizer, 1e9, {0.2, 0, 3})},
+                    {BodyId(7), StandingBox::Of(quantizer, -1e9, {1e9, 1e9, 1e9})}});
+  static const Stream dense(
+      DenseCodec({.predictor = PosePredictor(quantizer, {}, -9.81), .boxes = boxes, .fingerprint = kFingerprint}),
+      [](const BodyState& state) { return quantizer.Quantize(state); });
   static const Stream lossless(LosslessCodec({.fingerprint = kFingerprint}),
                                [](const BodyState& state) { return state; });
   if (size == 0) return 0;
