@@ -155,8 +155,13 @@ absl::StatusOr<StepResult> RegionStep::Resume(const Resolution& resolution, std:
   StepResult result;
   tick = Tick(resolution.resume_tick.value() - 1);
   result.tick = tick;
-  // Every grant that is under way from here has been settled: its body is somebody else's, or revived here.
-  for (const auto& [key, grant] : unconfirmed) LetGo(key.first, grant.to, copies, result);
+  // Every grant that is under way from here has been settled: its body is somebody else's, or revived here. One that
+  // has come back since is owned by a higher epoch.
+  for (const auto& [key, grant] : unconfirmed) {
+    const std::ptrdiff_t index = bodies.IndexOf(key.first);
+    if (index >= 0 && bodies.owned()[static_cast<std::size_t>(index)].epoch > key.second) continue;
+    LetGo(key.first, grant.to, copies, result);
+  }
   KeepPending(resolution, wards);
   for (const Takeover& takeover : resolution.takeovers) {
     if (takeover.region != config.self) LetGo(takeover.body, takeover.region, copies, result);

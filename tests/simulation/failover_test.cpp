@@ -72,6 +72,31 @@ TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
   EXPECT_GT(revived, 0U);
 }
 
+// A body that was granted away and came back, before its first granter heard the first confirmation, is its owner's.
+TEST(FailoverTest, AnUnconfirmedGrantOfABodyThatCameBackTakesNothingAway) {
+  SceneBuilder builder(kHalf);
+  BodyDef& wall = builder.Add(MakeShape(BoxShape{{0.5, 3, 3}}), {-2.5, 1, -10});
+  wall.motion = Motion::kStatic;
+  wall.mass_kg = 0;
+  wall.material.restitution = 1;
+  BodyDef& ball = builder.Add(Ball(0.5), {2, 1, -10}, {-12, 0, 0});
+  ball.material.restitution = 1;
+  const BodyId id = ball.id;
+  Instance instance(builder, 4);
+  Simulation& simulation = *instance.simulation;
+  simulation.RunTo(Tick(4));
+  instance.control->HoldLog(RegionId(1), true);  // it confirms nothing
+  for (int i = 0; i < 200 && simulation.totals().handovers < 2; ++i) simulation.RunFor(Milliseconds(5));
+  simulation.RunFor(Milliseconds(40));
+  ASSERT_EQ(simulation.OwnerOf(id), RegionId(2));
+  ASSERT_EQ(simulation.worker(2).region().KeptBodies(), std::vector<BodyId>{id});
+  simulation.Kill(RegionId(4));
+  simulation.RunFor(Milliseconds(200));
+  EXPECT_EQ(instance.control->totals().failovers, 1U);
+  EXPECT_EQ(simulation.OwnerOf(id), RegionId(2));
+  EXPECT_THAT(simulation.problems(), IsEmpty());
+}
+
 TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
   for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's heir
     Instance instance(Swarm(kHalf, 120), 4);

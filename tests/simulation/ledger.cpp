@@ -128,7 +128,8 @@ void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
 }
 
 void Ledger::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
-  if (lower.last < higher.first) return;
+  // The dead own nothing any more, and what they owned last may go on from before, under an earlier label.
+  if (lower.region == RegionId() || lower.last < higher.first) return;
   if (!doubled_.insert(id).second) return;
   Problem(lower.last,
           absl::StrCat("body ", id.value(), " has two owners: region ", lower.region.value(), " by epoch ",

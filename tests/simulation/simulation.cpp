@@ -77,6 +77,7 @@ Worker& Simulation::StartWorker(region::Config config) {
 void Simulation::RunFor(Micros time) {
   const Micros end = timeline_.now() + time;
   while (!timeline_.empty() && timeline_.next() <= end) timeline_.RunNext();
+  timeline_.AdvanceTo(end);
 }
 
 Tick Simulation::tick() const {

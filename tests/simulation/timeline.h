@@ -27,6 +27,8 @@ class Timeline {
   // Of the next event; requires one.
   Micros next() const { return events_.top().time; }
   bool empty() const { return events_.empty(); }
+  // Time passes in which nothing happens: requires that no event is due before.
+  void AdvanceTo(Micros time) { now_ = time > now_ ? time : now_; }
   bool RunNext() {
     if (events_.empty()) return false;
     Event event = std::move(const_cast<Event&>(events_.top()));  // it is popped before it runs
