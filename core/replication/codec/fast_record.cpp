@@ -34,7 +34,7 @@ void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
 bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
   int n = 0;
   while (reader.ReadBit()) {
-    if (++n > max_bits) return false;
+    if (k + ++n > max_bits) return false;
   }
   const std::uint64_t shifted = reader.Read(k + n) + (std::uint64_t{1} << (k + n));
   residual = UnZigZag(shifted - (std::uint64_t{1} << k));

@@ -134,5 +134,33 @@ TEST_F(FastRecordTest, ListsComeBackAndEndWhereTheyShould) {
   }
 }
 
+TEST_F(FastRecordTest, GolombCodesEndWhereTheirNumbersDo) {
+  constexpr int kMaxBits = 47;
+  for (const int k : {0, 1, 6, 20}) {
+    for (const std::int64_t residual : {std::int64_t{0}, (std::int64_t{1} << 46) - 1, -(std::int64_t{1} << 46)}) {
+      PackedRecord packed;
+      AppendGolomb(packed, residual, k);
+      BitWriter writer;
+      packed.AppendTo(writer);
+      const std::vector<std::uint8_t> bytes = writer.Finish();
+      BitReader reader(bytes);
+      std::int64_t got = 0;
+      ASSERT_TRUE(ReadGolomb(reader, k, kMaxBits, got)) << "k " << k << ", " << residual;
+      EXPECT_EQ(got, residual);
+    }
+    // Whatever says that it is longer is no number of that range: nothing of it is read.
+    for (int n = 0; n < 64; ++n) {
+      BitWriter writer;
+      writer.Write((std::uint64_t{1} << n) - 1, n);
+      writer.WriteBit(false);
+      for (int i = 0; i < 4; ++i) writer.Write(~std::uint64_t{0}, 64);
+      const std::vector<std::uint8_t> bytes = writer.Finish();
+      BitReader reader(bytes);
+      std::int64_t got = 0;
+      EXPECT_EQ(ReadGolomb(reader, k, kMaxBits, got), k + n <= kMaxBits) << "k " << k << ", n " << n;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::replication
