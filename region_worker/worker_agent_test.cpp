@@ -1,6 +1,5 @@
 // The real program under an agent that is the test: orders, reports, the agent away and back.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -8,12 +7,9 @@
 #include <map>
 
 #include "core/region/census.h"
-#include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
 #include "net/protocol.h"
-#include "region_worker/fake_agent.h"
+#include "region_worker/agented_workers.h"
 #include "region_worker/test_client.h"
-#include "region_worker/worker_process.h"
 
 namespace tessera::worker {
 namespace {
@@ -41,48 +37,25 @@ constexpr std::uint64_t kBalls = 30;
 
 bool Is(const v1::WorkerReport& report, v1::WorkerPhase phase) { return report.phase() == phase; }
 
-class WorkerAgentTest : public testing::Test {
+class WorkerAgentTest : public AgentedWorkers {
  protected:
-  WorkerAgentTest() {
-    const v1::Scene message = *ParseScene(kScene, "scene");
-    scene_ = *ResolveScene(message, "scene");
-    scene_hash_ = SceneHash(message);
-    scene_path_ = WriteTestFile("scene.pb", message.SerializeAsString());
-  }
-  ~WorkerAgentTest() override { unlink(socket_.c_str()); }
+  WorkerAgentTest() : AgentedWorkers(kInstance, kScene) {}
 
   void StartWorkers(std::uint32_t regions) {
     regions_ = regions;
-    for (std::uint32_t region = 1; region <= regions; ++region) {
-      workers_.push_back(std::make_unique<WorkerProcess>(
-          std::vector<std::string>{"--agent-socket", socket_, "--instance", kInstance, "--region",
-                                   std::to_string(region), "--incarnation", "5"}));
-    }
+    for (std::uint32_t region = 1; region <= regions; ++region) StartWorker(region);
   }
   // The next order for a region: everything, but for what the test takes away again.
   v1::WorkerOrder NextOrder(std::uint32_t region) {
-    v1::WorkerOrder order;
-    order.set_revision(++revision_);
-    order.set_instance_id(kInstance);
-    order.set_region(region);
-    order.set_incarnation(5);
-    order.set_scene_path(scene_path_);
-    order.set_scene_hash(scene_hash_);
-    *order.mutable_map() = ToProto(*MakeGridMap(scene_->ground(), regions_));
-    order.set_instance_key(key_.data(), key_.size());
+    v1::WorkerOrder order = OrderBy(*MakeGridMap(scene_->ground(), regions_), region);
     order.set_snapshot_rate_hz(20);
     return order;
   }
-  void AddPlayer(v1::WorkerOrder& order, std::uint32_t number, std::uint32_t spawn_region, bool left = false) {
+  static v1::Player& AddPlayer(v1::WorkerOrder& order, std::uint32_t number, std::uint32_t spawn_region) {
     v1::Player& player = *order.add_players();
     player.set_number(number);
     player.set_spawn_region(spawn_region);
-    player.set_left(left);
-  }
-  v1::WorkerReport Wait(std::uint32_t region, const std::function<bool(const v1::WorkerReport&)>& wanted) {
-    auto report = agent_->WaitFor(region, wanted);
-    EXPECT_TRUE(report.has_value()) << "no such report of region " << region;
-    return report.value_or(v1::WorkerReport());
+    return player;
   }
   v1::WorkerReport WaitForPhase(std::uint32_t region, v1::WorkerPhase phase) {
     return Wait(region, [&](const v1::WorkerReport& report) { return Is(report, phase); });
@@ -93,14 +66,7 @@ class WorkerAgentTest : public testing::Test {
     return net::Issue(token, key_);
   }
 
-  std::string socket_ = testing::TempDir() + "tw" + std::to_string(getpid()) + ".sock";
-  net::InstanceKey key_ = net::MakeInstanceKey();
-  std::shared_ptr<const Scene> scene_;
-  std::string scene_path_, scene_hash_;
   std::uint32_t regions_ = 1;
-  std::uint64_t revision_ = 0;
-  std::unique_ptr<FakeAgent> agent_ = std::make_unique<FakeAgent>(socket_);
-  std::vector<std::unique_ptr<WorkerProcess>> workers_;
 };
 
 TEST_F(WorkerAgentTest, PhasesFollowTheOrders) {
@@ -109,7 +75,7 @@ TEST_F(WorkerAgentTest, PhasesFollowTheOrders) {
   EXPECT_EQ(first.identity().instance_id(), kInstance);
   EXPECT_EQ(first.identity().region(), 1u);
   EXPECT_EQ(first.identity().incarnation(), 5u);
-  EXPECT_EQ(first.identity().pid(), workers_[0]->pid());
+  EXPECT_EQ(first.identity().pid(), workers_[1]->pid());
 
   v1::WorkerOrder early = NextOrder(1);
   early.clear_map();
@@ -150,7 +116,7 @@ TEST_F(WorkerAgentTest, PhasesFollowTheOrders) {
   agent_->Give(stop);
   const v1::WorkerReport stopping = WaitForPhase(1, v1::WORKER_PHASE_STOPPING);
   EXPECT_EQ(stopping.failure(), "");
-  EXPECT_EQ(workers_[0]->Wait(), 0);
+  EXPECT_EQ(workers_[1]->Wait(), 0);
 }
 
 TEST_F(WorkerAgentTest, RegionsLinkWhenTheyLearnOfEachOther) {
@@ -201,7 +167,7 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
   agent_->Give(order);
   const v1::WorkerReport before = Wait(1, [](const auto& report) { return report.tick() > 0; });
   agent_.reset();
-  ASSERT_TRUE(workers_[0]->WaitForLine("agent gone"));
+  ASSERT_TRUE(workers_[1]->WaitForLine("agent gone"));
   // Only the world's own clock shows that it runs on.
   const auto metrics_port = static_cast<std::uint16_t>(before.address().metrics_port());
   const auto tick = [&] {
@@ -217,7 +183,7 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
 
   agent_ = std::make_unique<FakeAgent>(socket_);
   const v1::WorkerReport adopted = Wait(1, [](const auto&) { return true; });
-  EXPECT_EQ(adopted.identity().pid(), workers_[0]->pid());
+  EXPECT_EQ(adopted.identity().pid(), workers_[1]->pid());
   EXPECT_EQ(adopted.identity().incarnation(), 5u);
   EXPECT_EQ(adopted.order_revision(), order.revision());
   EXPECT_TRUE(Is(adopted, v1::WORKER_PHASE_RUNNING));
@@ -226,15 +192,15 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
   v1::WorkerOrder stop = NextOrder(1);
   stop.set_stop(true);
   agent_->Give(stop);
-  EXPECT_EQ(workers_[0]->Wait(), 0);
+  EXPECT_EQ(workers_[1]->Wait(), 0);
 }
 
 TEST_F(WorkerAgentTest, EndsWhenTheAgentDoesNotKnowIt) {
   agent_.reset();
   agent_ = std::make_unique<FakeAgent>(socket_, false);
   StartWorkers(1);
-  EXPECT_EQ(workers_[0]->Wait(), 0);
-  EXPECT_TRUE(workers_[0]->WaitForLine("the agent does not know this worker"));
+  EXPECT_EQ(workers_[1]->Wait(), 0);
+  EXPECT_TRUE(workers_[1]->WaitForLine("the agent does not know this worker"));
 }
 
 TEST_F(WorkerAgentTest, SigtermIsReportedBeforeTheEnd) {
@@ -243,9 +209,9 @@ TEST_F(WorkerAgentTest, SigtermIsReportedBeforeTheEnd) {
   order.set_run(true);
   agent_->Give(order);
   WaitForPhase(1, v1::WORKER_PHASE_RUNNING);
-  workers_[0]->Signal(SIGTERM);
+  workers_[1]->Signal(SIGTERM);
   WaitForPhase(1, v1::WORKER_PHASE_STOPPING);
-  EXPECT_EQ(workers_[0]->Wait(), 0);
+  EXPECT_EQ(workers_[1]->Wait(), 0);
 }
 
 TEST_F(WorkerAgentTest, SceneThatIsNotTheOrderedOneIsReportedAndFails) {
@@ -256,7 +222,7 @@ TEST_F(WorkerAgentTest, SceneThatIsNotTheOrderedOneIsReportedAndFails) {
   const v1::WorkerReport report = Wait(1, [](const auto& r) { return !r.failure().empty(); });
   EXPECT_TRUE(Is(report, v1::WORKER_PHASE_STOPPING));
   EXPECT_NE(report.failure().find("scene.pb"), std::string::npos) << report.failure();
-  EXPECT_EQ(workers_[0]->Wait(), 1);
+  EXPECT_EQ(workers_[1]->Wait(), 1);
 }
 
 TEST_F(WorkerAgentTest, OrderForAnotherOrWithoutSenseIsNotTaken) {
@@ -265,11 +231,11 @@ TEST_F(WorkerAgentTest, OrderForAnotherOrWithoutSenseIsNotTaken) {
   other.set_instance_id("inst-4");
   other.set_stop(true);
   agent_->Give(other);
-  ASSERT_TRUE(workers_[0]->WaitForLine("order refused"));
+  ASSERT_TRUE(workers_[1]->WaitForLine("order refused"));
   v1::WorkerOrder broken = NextOrder(1);
   broken.mutable_map()->mutable_cells(0)->set_owner(9);
   agent_->Give(broken);
-  ASSERT_TRUE(workers_[0]->WaitForLine("cells[0]"));
+  ASSERT_TRUE(workers_[1]->WaitForLine("cells[0]"));
   agent_->Give(NextOrder(1));
   WaitForPhase(1, v1::WORKER_PHASE_LINKED);
 }
@@ -317,7 +283,7 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
 
   v1::WorkerOrder left = NextOrder(1);
   left.set_run(true);
-  AddPlayer(left, 1, 1, true);
+  AddPlayer(left, 1, 1).set_left(true);
   agent_->Give(left);
   EXPECT_TRUE(client.Until([&] { return client.disconnected; }));
   const v1::WorkerReport gone = Wait(1, [](const auto& report) { return report.removed_bodies() == 1; });
@@ -328,6 +294,27 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   ASSERT_TRUE(again.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
   ASSERT_TRUE(again.Until([&] { return again.refusal.has_value(); }));
   EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
+}
+
+// It hangs where it was made, 3 m up, and falls once it is parked no more.
+TEST_F(WorkerAgentTest, ParkedPlayersBodyHangsWhereItIs) {
+  StartWorkers(1);
+  const auto order_with = [&](bool parked) {
+    v1::WorkerOrder order = NextOrder(1);
+    order.set_run(true);
+    AddPlayer(order, 1, 1).set_parked(parked);
+    return order;
+  };
+  agent_->Give(order_with(true));
+  const v1::WorkerReport there = Wait(1, [](const auto& report) { return report.spawned_bodies() == 1; });
+  TestClient client(scene_->bounds);
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
+  const BodyId body = PlayerBodyId(PlayerNumber(1));
+  const auto height = [&] { return client.bodies.at(body).position.y; };
+  ASSERT_TRUE(client.Until([&] { return client.tick.value() > 90 && client.bodies.contains(body); }));
+  EXPECT_NEAR(height(), 3, 0.01);
+  agent_->Give(order_with(false));
+  EXPECT_TRUE(client.Until([&] { return height() < 1; }));
 }
 
 }  // namespace

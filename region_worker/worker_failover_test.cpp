@@ -7,17 +7,12 @@
 #include "core/region/census.h"
 #include "core/region/failover_io.h"
 #include "core/world/partition_change.h"
-#include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
-#include "net/connect_token.h"
-#include "region_worker/fake_agent.h"
+#include "region_worker/agented_workers.h"
 #include "region_worker/worker_options.h"
-#include "region_worker/worker_process.h"
 
 namespace tessera::worker {
 namespace {
 
-constexpr char kInstance[] = "plaza-9";
 constexpr char kScene[] = R"(
   name: "field"
   bounds { min { x: -20 y: -2 z: -20 } max { x: 20 y: 30 z: 20 } }
@@ -37,30 +32,12 @@ std::uint64_t ChecksumOfAll() {
   return sum;
 }
 
-class WorkerFailoverTest : public testing::Test {
+class WorkerFailoverTest : public AgentedWorkers {
  protected:
-  WorkerFailoverTest() {
-    const v1::Scene message = *ParseScene(kScene, "scene");
-    scene_ = *ResolveScene(message, "scene");
-    scene_hash_ = SceneHash(message);
-    scene_path_ = WriteTestFile("failover_scene.pb", message.SerializeAsString());
-  }
-  ~WorkerFailoverTest() override { unlink(socket_.c_str()); }
+  WorkerFailoverTest() : AgentedWorkers("plaza-9", kScene) {}
 
-  void StartWorker(std::uint32_t region) {
-    workers_[region] = std::make_unique<WorkerProcess>(std::vector<std::string>{
-        "--agent-socket", socket_, "--instance", kInstance, "--region", std::to_string(region), "--incarnation", "5"});
-  }
   v1::WorkerOrder NextOrder(std::uint32_t region) {
-    v1::WorkerOrder order;
-    order.set_revision(++revision_);
-    order.set_instance_id(kInstance);
-    order.set_region(region);
-    order.set_incarnation(5);
-    order.set_scene_path(scene_path_);
-    order.set_scene_hash(scene_hash_);
-    *order.mutable_map() = ToProto(*map_);
-    order.set_instance_key(key_.data(), key_.size());
+    v1::WorkerOrder order = OrderBy(*map_, region);
     for (const auto& [other, address] : addresses_) *order.add_peers() = address;
     for (const MapRegion& entry : map_->regions()) {
       if (entry.id.value() == region) order.set_heir(entry.heir.value());
@@ -68,11 +45,6 @@ class WorkerFailoverTest : public testing::Test {
     }
     order.set_run(run_);
     return order;
-  }
-  v1::WorkerReport Wait(std::uint32_t region, const std::function<bool(const v1::WorkerReport&)>& wanted) {
-    auto report = agent_->WaitFor(region, wanted);
-    EXPECT_TRUE(report.has_value()) << "no such report of region " << region;
-    return report.value_or(v1::WorkerReport());
   }
   // `regions` of them, moving, each with an heir that has its log.
   void StartWorld(std::uint32_t regions) {
@@ -140,16 +112,9 @@ class WorkerFailoverTest : public testing::Test {
     return resolution->resume_tick.value();
   }
 
-  std::string socket_ = testing::TempDir() + "tf" + std::to_string(getpid()) + ".sock";
-  net::InstanceKey key_ = net::MakeInstanceKey();
-  std::shared_ptr<const Scene> scene_;
-  std::string scene_path_, scene_hash_;
   std::optional<PartitionMap> map_;
   std::map<std::uint32_t, v1::RegionAddress> addresses_;
   bool run_ = false;
-  std::uint64_t revision_ = 0;
-  std::unique_ptr<FakeAgent> agent_ = std::make_unique<FakeAgent>(socket_);
-  std::map<std::uint32_t, std::unique_ptr<WorkerProcess>> workers_;
 };
 
 TEST_F(WorkerFailoverTest, AKilledWorkersBodiesGoOnWithItsHeir) {
