@@ -1,5 +1,6 @@
 // What a sweep stopped, and what is jointed to it, goes its way only up to there.
 #include <algorithm>
+#include <numeric>
 
 #include "core/physics/motion/turn.h"
 #include "core/physics/world_impl.h"
@@ -58,10 +59,14 @@ void World::Impl::MoveStopped() {
 // awake_index, which one of each assembly stays where its sweep ended: that which was stopped first, and none of what
 // hangs on something that holds still.
 std::vector<bool> World::Impl::StopJointed() {
-  std::vector<double> shares(assemblies.all().size(), 1.0);
+  // The assemblies, and what is tied to nothing, each by itself.
+  std::vector<std::uint32_t> group_of(awake.size());
+  std::iota(group_of.begin(), group_of.end(), static_cast<std::uint32_t>(assemblies.all().size()));
+  for (std::uint32_t i = 0; i < tied_bodies.size(); ++i) group_of[tied_bodies[i]] = assemblies.IndexOf(i);
+  std::vector<double> shares(assemblies.all().size() + awake.size(), 1.0);
   std::vector<RigidBody*> first(shares.size(), nullptr);
   for (const auto& [index, share] : stopped) {
-    const std::uint32_t group = assemblies.IndexOf(index);
+    const std::uint32_t group = group_of[index];
     RigidBody* body = awake[index];
     if (share > shares[group] || (share == shares[group] && first[group] != nullptr && first[group]->id() < body->id()))
       continue;
@@ -73,14 +78,14 @@ std::vector<bool> World::Impl::StopJointed() {
     for (const RigidBody* body : {joint->a, joint->b}) {
       const RigidBody* other = body == joint->a ? joint->b : joint->a;
       if (body != nullptr && body->awake() && (other == nullptr || !other->awake())) {
-        hangs[assemblies.IndexOf(body->awake_index)] = true;
+        hangs[group_of[body->awake_index]] = true;
       }
     }
   }
   std::vector<bool> placed(awake.size(), false);
   stopped.clear();
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    const std::uint32_t group = assemblies.IndexOf(i);
+    const std::uint32_t group = group_of[i];
     if (first[group] == nullptr) continue;
     stopped.emplace_back(i, shares[group]);
     placed[i] = first[group] == awake[i] && !hangs[group];
