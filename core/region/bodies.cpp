@@ -25,6 +25,12 @@ const Ghost* Bodies::FindGhost(BodyId id) const {
   return it != ghosts_.end() && it->record.id == id ? &*it : nullptr;
 }
 
+std::ptrdiff_t Bodies::PlaceOf(BodyId id) const {
+  if (const std::ptrdiff_t index = IndexOf(id); index >= 0) return index;
+  const Ghost* ghost = FindGhost(id);
+  return ghost == nullptr ? -1 : static_cast<std::ptrdiff_t>(owned_.size()) + (ghost - ghosts_.data());
+}
+
 void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   assert(!Owns(id));
   const BodyDef* def = DefOf(id);

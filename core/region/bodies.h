@@ -47,6 +47,8 @@ class Bodies {
   std::ptrdiff_t IndexOf(BodyId id) const;
   bool Owns(BodyId id) const { return IndexOf(id) >= 0; }
   const Ghost* FindGhost(BodyId id) const;
+  // Index into owned(), or owned().size() and the index into ghosts(); or -1.
+  std::ptrdiff_t PlaceOf(BodyId id) const;
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);

@@ -4,6 +4,7 @@
 // A body well inside its own cell is told apart by one look at the map. Thread rule: one thread at a time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,7 +29,8 @@ class Reach {
             double radius_m);
   void Show(std::size_t body, std::size_t neighbor) { seen_[body * neighbors_.size() + neighbor] = 1; }
   bool Shows(std::size_t body, std::size_t neighbor) const { return seen_[body * neighbors_.size() + neighbor] != 0; }
-  // What one of an assembly's bodies is shown to, all are.
+  bool ShowsAnything() const { return std::find(seen_.begin(), seen_.end(), 1) != seen_.end(); }
+  // What one of these bodies is shown to, all are.
   void Unite(std::span<const std::size_t> bodies);
 
  private:

@@ -16,6 +16,13 @@ struct Settings {
   // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
   // never.
   std::uint32_t vouch_ticks = 8;
+  // Of a pile, what is so many contacts away from what the aura reaches is shown as well. Each layer more brings its
+  // border nearer to one world, and costs what its bodies cost, twice.
+  std::uint32_t ghost_depth = 0;
+  // What hangs together by contacts is shown as a whole if one of it is, and a region has no more of it than so many
+  // bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost once per
+  // region.
+  std::uint32_t whole_up_to = 64;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
   // Bodies that one region hands over in one tick, at most; an assembly goes whole. What a new map moves goes in

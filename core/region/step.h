@@ -115,6 +115,8 @@ class RegionStep {
   void DecideHandovers();
   void GrantTo(RegionId to, std::span<const std::size_t> assembly);
   void ShowTouching();
+  void ShowDeeper();
+  void ShowWhole();
   void ShowSleepers();
   std::vector<OutgoingFrame> MakeFrames();
   Frame MakeFrame(std::size_t neighbor);

@@ -109,6 +109,8 @@ void RegionStep::Predict() {
     }
   }
   ShowTouching();
+  ShowDeeper();
+  ShowWhole();
   ShowSleepers();
   if (config.scene->joints.empty()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
