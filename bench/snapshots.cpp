@@ -301,7 +301,7 @@ absl::Status RunCubes(const SuiteOptions& options, Report& report) {
   if (absl::Status status = add("coder=fast", fast.Run()); !status.ok()) return status;
   rows.Add("coder=fast", "encode_shared_us_p50", Median(fast.shared_us), "us");
   if (absl::Status status = add("coder=dense", RunDense(trace, kAge, kGap, kGap2, true)); !status.ok()) return status;
-  if (absl::Status status = add("dense, no scene", RunDense(trace, kAge, kGap, kGap2, false)); !status.ok()) {
+  if (absl::Status status = add("dense without the scene", RunDense(trace, kAge, kGap, kGap2, false)); !status.ok()) {
     return status;
   }
   if (absl::Status status = add("recording", RunDense(trace, 1, 1, 1, true)); !status.ok()) return status;

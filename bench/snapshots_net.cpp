@@ -260,7 +260,7 @@ void RenderRow(const Scene& scene, double loss, int seconds, Report& report) {
   }
   const Shown& shown = screen.shown;
   const auto add = [&](const char* metric, double value, const char* unit) {
-    report.Add("render", "tessera", absl::StrCat("plaza, ", loss * 100, " % loss"), metric, value, unit);
+    report.Add("render", "tessera", absl::StrCat("plaza with ", loss * 100, " % loss"), metric, value, unit);
   };
   const std::vector<double> errors(shown.error_m.begin(), shown.error_m.end());
   add("render_delay_ms_p50", Median(shown.delay_ms), "ms");
@@ -368,7 +368,7 @@ absl::Status RunJoin(const SuiteOptions& options, Report& report) {
     if (Length(body.state.position - kPlace) < kNear_m && body.state.asleep) near_ms = std::max(near_ms, after_ms);
   }
   const auto add = [&](const char* metric, double value, const char* unit) {
-    report.Add("join", "tessera", "5000 bodies, 1 Mbit/s", metric, value, unit);
+    report.Add("join", "tessera", "5000 bodies over 1 Mbit/s", metric, value, unit);
   };
   add("join_near_ms", near_ms, "ms");
   add("join_complete_ms", complete_ms, "ms");
