@@ -45,6 +45,8 @@ Cut BestCut(const Rect& area, const std::vector<Cell>& cells) {
   return best;
 }
 
+constexpr int kHalvings = 40;  // of a cut's range: to a millimetre and below in any world
+
 }  // namespace
 
 double Imbalance(const RegionLoads& loads) {
@@ -214,35 +216,51 @@ RegionId RegionTree::Lightest(const RegionLoads& loads) const {
   return lightest;
 }
 
-void RegionTree::BalanceNode(std::size_t node, const RegionLoads& loads, double most) {
+void RegionTree::BalanceNode(std::size_t node, const LoadIn& load_in, double most) {
   if (nodes_[node].leaf()) return;
   const bool along_x = nodes_[node].along_x;
   const std::size_t low = nodes_[node].low, high = nodes_[node].high;
-  const double below = Load(low, loads), above = Load(high, loads), sum = below + above;
-  if (sum > 0) {
-    const double share = static_cast<double>(Leaves(low)) / static_cast<double>(Leaves(low) + Leaves(high));
-    const double surplus = below - share * sum;  // that belongs above
-    const Rect area = nodes_[node].area;
-    double cut = High(nodes_[low].area, along_x);
-    if (surplus > 0) {
-      cut -= std::min(surplus / below, most) * Extent(nodes_[low].area, along_x);
-    } else if (surplus < 0) {
-      cut += std::min(-surplus / above, most) * Extent(nodes_[high].area, along_x);
+  const Rect area = nodes_[node].area;
+  const double old = High(nodes_[low].area, along_x), room = kNarrowest * Extent(bounds_, along_x);
+  double least = std::max(Low(area, along_x) + room * Leaves(low), old - most * Extent(nodes_[low].area, along_x));
+  double greatest =
+      std::min(High(area, along_x) - room * Leaves(high), old + most * Extent(nodes_[high].area, along_x));
+  const double wanted = load_in(area) * Leaves(low) / Leaves(node);
+  if (wanted > 0 && least < greatest) {
+    for (int i = 0; i < kHalvings; ++i) {
+      const double middle = least + (greatest - least) / 2;
+      (load_in(Side(area, along_x, middle, true)) < wanted ? least : greatest) = middle;
     }
-    const double room = kNarrowest * Extent(bounds_, along_x);
-    const double lowest = Low(area, along_x) + room * Leaves(low);
-    const double highest = High(area, along_x) - room * Leaves(high);
-    if (lowest < highest) {
-      cut = std::clamp(cut, lowest, highest);
-      Place(low, Side(area, along_x, cut, true));
-      Place(high, Side(area, along_x, cut, false));
-    }
+    Place(low, Side(area, along_x, greatest, true));
+    Place(high, Side(area, along_x, greatest, false));
   }
-  BalanceNode(low, loads, most);
-  BalanceNode(high, loads, most);
+  BalanceNode(low, load_in, most);
+  BalanceNode(high, load_in, most);
 }
 
-void RegionTree::Balance(const RegionLoads& loads, double most) { BalanceNode(0, loads, most); }
+// All cuts at once, by how things lie now: a cut that moves changes what its neighbours on both sides have.
+void RegionTree::Balance(const RegionLoads& loads, double most) {
+  const RegionTree before = *this;
+  const auto load_in = [&](const Rect& rect) {
+    double sum = 0;
+    for (const auto& [region, load] : loads) sum += load * before.AreaShare(region, rect);
+    return sum;
+  };
+  BalanceNode(0, load_in, most);
+}
+
+// Of the region's cells, how much of their area lies in `rect`.
+double RegionTree::AreaShare(RegionId region, const Rect& rect) const {
+  double all = 0, inside = 0;
+  for (const std::size_t leaf : LeavesOf(region)) {
+    const Rect& cell = nodes_[leaf].area;
+    const double along_x = std::min(cell.max_x, rect.max_x) - std::max(cell.min_x, rect.min_x);
+    const double along_z = std::min(cell.max_z, rect.max_z) - std::max(cell.min_z, rect.min_z);
+    all += Area(cell);
+    inside += std::max(along_x, 0.0) * std::max(along_z, 0.0);
+  }
+  return all > 0 ? inside / all : 0;
+}
 
 absl::StatusOr<PartitionMap> RegionTree::ToMap(MapVersion version, std::span<const MapRegion> heirs) const {
   const std::vector<RegionId> ids = Regions();

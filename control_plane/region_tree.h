@@ -12,6 +12,7 @@
 // A value; no thread of its own. Same input, same tree.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -36,9 +37,9 @@ class RegionTree {
   RegionId Lightest(const RegionLoads& loads) const;
   // `newcomer` takes the region's place.
   void Replace(RegionId region, RegionId newcomer);
-  // Moves each cut towards its heavier side, as far as would even both out by the number of their cells if each side
-  // were evenly filled, but at most `most` (0 to 1) of that side's extent; no cell gets narrower than kNarrowest of the
-  // world's extent.
+  // Moves each cut to where both sides have as much as the number of their cells says, taking each region's load for
+  // evenly spread over its cells, but into a side by at most `most` (0 to 1) of its extent; no cell gets narrower than
+  // kNarrowest of the world's extent.
   void Balance(const RegionLoads& loads, double most);
 
   std::vector<RegionId> Regions() const;  // ascending
@@ -64,7 +65,9 @@ class RegionTree {
   int Leaves(std::size_t node) const;
   std::vector<std::size_t> LeavesOf(RegionId region) const;
   std::size_t ParentOf(std::size_t node) const;
-  void BalanceNode(std::size_t node, const RegionLoads& loads, double most);
+  using LoadIn = std::function<double(const Rect&)>;
+  void BalanceNode(std::size_t node, const LoadIn& load_in, double most);
+  double AreaShare(RegionId region, const Rect& rect) const;
   void RemoveLeaf(std::size_t leaf);
 
   Rect bounds_;
