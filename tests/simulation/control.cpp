@@ -313,7 +313,8 @@ void Control::SendCommit() {
 
 void Control::StartJoining() {
   for (const MapRegion& region : plan_->next.regions()) {
-    if (simulation_.Alive(region.id)) continue;
+    // One that has died without anybody knowing yet is no newcomer.
+    if (simulation_.Alive(region.id) || Entry(map_, region.id) != nullptr) continue;
     retired_.erase(region.id);
     auto nothing = std::make_shared<region::RegionState>();
     nothing->tick = Tick(plan_->effective.value() - 1);

@@ -97,6 +97,24 @@ TEST(FailoverTest, AnUnconfirmedGrantOfABodyThatCameBackTakesNothingAway) {
   EXPECT_THAT(simulation.problems(), IsEmpty());
 }
 
+// Its death was declared, and yet it speaks: a worker that was cut off.
+TEST(FailoverTest, AnOutrankedRegionsFramesAreRefusedAndStopNobody) {
+  Instance instance(Swarm(kHalf, 40), 4);
+  Simulation& simulation = *instance.simulation;
+  simulation.RunTo(Tick(30));
+  const region::Config config{
+      RegionId(2), Incarnation(1), instance.scene, *MakeGridMap(instance.scene->ground(), 4), {}};
+  region::Region outranked(config);
+  simulation.Kill(RegionId(2));
+  simulation.RunFor(Milliseconds(200));
+  ASSERT_EQ(instance.control->totals().failovers, 1U);
+  for (const region::OutgoingFrame& frame : outranked.Start()) {
+    const absl::Status status = simulation.worker(frame.to.value()).region().Receive(RegionId(2), frame.bytes);
+    EXPECT_FALSE(status.ok()) << frame.to;
+  }
+  instance.ExpectWhole(40);
+}
+
 TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
   for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's heir
     Instance instance(Swarm(kHalf, 120), 4);

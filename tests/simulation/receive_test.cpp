@@ -1,6 +1,7 @@
 // What comes off a wire: good frames once, bad ones never, and nothing ends the process.
 #include <gmock/gmock.h>
 
+#include <limits>
 #include <random>
 
 #include "core/region/frame.h"
@@ -84,6 +85,25 @@ TEST_F(ReceiveTest, FramesOfAnotherMapOrTooEarlyAreRefused) {
   frame.tick = Tick(1);
   frame.stamp.number = 1;
   EXPECT_THAT(Error(2, region::Encode(frame, {})), HasSubstr("tick 1 came before its time"));
+}
+
+TEST_F(ReceiveTest, NothingOfABadFrameIsUsedAndTheGoodOneIsStillWelcome) {
+  const region::Frame good = *region::Decode(to_first[0], {});
+  region::Frame frame = good;
+  frame.ghosts[0].id = BodyId(77);
+  EXPECT_EQ(Error(2, region::Encode(frame, {})), "body 77 is not a dynamic body of the scene");
+  frame = good;
+  frame.ghosts[0].state.linear_velocity.x = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(Error(2, region::Encode(frame, {})), HasSubstr("body 2: linear_velocity.x must be a finite number"));
+  frame = good;
+  frame.ghosts[0].state.position.y = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(Error(2, region::Encode(frame, {})), HasSubstr("body 2: position.y must be a finite number"));
+  for (std::size_t length = 0; length < to_first[0].size(); ++length) {
+    EXPECT_NE(Error(2, std::span(to_first[0]).first(length)), "") << length;
+  }
+  EXPECT_THAT(regions[0]->WaitingFor(), ::testing::Contains(RegionId(2)));
+  EXPECT_EQ(Error(2, to_first[0]), "");
+  EXPECT_THAT(regions[0]->WaitingFor(), ::testing::Not(::testing::Contains(RegionId(2))));
 }
 
 region::Bytes Mutated(region::Bytes bytes, std::mt19937_64& random) {

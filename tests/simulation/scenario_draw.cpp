@@ -308,12 +308,21 @@ Fault FaultOf(FaultKind kind, Chance& chance, std::uint64_t regions, Micros leng
 // Weather, cuts and standstills for about half of the time, mostly too short to close a border.
 void StreamFaults(std::vector<Fault>& faults, Chance& chance, std::uint64_t regions) {
   for (std::size_t kind = 0; kind < kFaultsOfShells; ++kind) {
-    if (!chance.Happens(0.4)) continue;
+    // Little gets through loss: it lasts, and comes more often.
+    const bool loss = static_cast<FaultKind>(kind) == FaultKind::kLoss;
+    if (!chance.Happens(loss ? 0.7 : 0.4)) continue;
     const bool once = static_cast<FaultKind>(kind) >= FaultKind::kBreak;
     for (std::uint64_t i = once ? 3 + chance.Below(4) : 1; i > 0; --i) {
       Fault fault = FaultOf(static_cast<FaultKind>(kind), chance, regions, kLength);
       const bool brief = once && chance.Happens(0.9);
-      fault.until = fault.from + (brief ? Milliseconds(40) + chance.Below(190'000) : Milliseconds(800));
+      fault.until = fault.from + (brief ? Milliseconds(40) + chance.Below(190'000) : Milliseconds(1800));
+      if (!loss) {
+        faults.push_back(fault);
+        continue;
+      }
+      fault.from /= 4;
+      fault.until = fault.from + Milliseconds(3000);
+      fault.strength /= 4;
       faults.push_back(fault);
     }
   }
