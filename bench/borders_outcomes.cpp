@@ -130,6 +130,21 @@ void Piles(BorderStage& stage) {
   Judge(stage,
         {.name = "pyramid", .scene = scenes::Pyramid(layers), .seconds = 500.0 / 60, .cell_m = 40, .stands_m = 10});
 }
+// How deep a neighbour sees, by itself: nothing is shown as a whole.
+void Depths(BorderStage& stage) {
+  std::vector<Manner> manners;
+  for (const std::uint32_t regions : {2U, 4U}) {
+    for (const std::uint32_t depth : {0U, 1U, 2U, 4U}) {
+      if (stage.quick() && depth > 1) continue;
+      Manner manner = Regions(regions);
+      manner.name += fmt::format(" depth={}", depth);
+      manner.settings.ghost_depth = depth;
+      manner.settings.whole_up_to = 0;
+      manners.push_back(manner);
+    }
+  }
+  Judge(stage, {.name = "depth of ghosts", .scene = scenes::Pyramid(8), .cell_m = 40, .stands_m = 10}, manners);
+}
 void Towers(BorderStage& stage) {
   Judge(stage, {.name = "tower on the line", .scene = scenes::TowerInTurn(10, false), .pinned = true, .counts = {2}});
   Judge(stage, {.name = "tower on the corner", .scene = scenes::TowerInTurn(10, true), .pinned = true, .counts = {4}});
@@ -189,8 +204,8 @@ void Vehicle(BorderStage& stage) {
 }  // namespace
 
 std::vector<BorderCheck> OutcomeChecks() {
-  return {{"pyramid", Piles},  {"tower", Towers},      {"wall", Walls},
-          {"bridge", Hanging}, {"dominoes", Dominoes}, {"vehicle", Vehicle}};
+  return {{"pyramid", Piles},  {"depth of ghosts", Depths}, {"tower", Towers},   {"wall", Walls},
+          {"bridge", Hanging}, {"dominoes", Dominoes},      {"vehicle", Vehicle}};
 }
 
 }  // namespace tessera::bench
