@@ -220,6 +220,21 @@ TEST(BorderTest, APileAcrossTheBorderStandsAsHighAsInOneWorld) {
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
+// Whose cubes belong to the two regions in turn: both see all of it, and solve the same.
+TEST(BorderTest, AColumnOfOwnersInTurnIsThatOfOneWorldToTheBit) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor(0.6);
+  for (int i = 0; i < 12; ++i) builder.Add(Box(0.5), {i % 2 == 0 ? -1e-6 : 1e-6, 0.5 + i, -1});
+  ClusterOptions pinned = Exact();
+  pinned.settings.hysteresis_m = 1e9;
+  Cluster one = Make(builder, 1), two = Make(builder, 2, pinned);
+  one.RunTo(Tick(400));
+  two.RunTo(Tick(400));
+  EXPECT_EQ(LargestDistance(one, two), 0.0);
+  EXPECT_EQ(two.totals().handovers, 0U);
+  EXPECT_THAT(two.problems(), IsEmpty());
+}
+
 TEST(BorderTest, ACrowdOnTheLineIsNotPassedToAndFro) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor();
