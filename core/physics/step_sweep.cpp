@@ -23,19 +23,19 @@ Way World::Impl::WayOf(const RigidBody& body) const {
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
-// Whether it moved by so much of its size that it may have passed through something, and whether something pushed it
-// off its course.
+// Whether something pushed it off its course; and whether it moved by so much of its size that it may have passed
+// through something, or came out so far from its course that the contacts which were looked for along that say little.
 void World::Impl::NoteWay(RigidBody& body) {
   const Motion& motion = motions[body.awake_index];
   const Vec3f moved(motion.position - body.placement().position);
   const auto rim = [&body](Vec3f turned_rad) {
     return std::min(2.0f, Length(turned_rad)) * body.geometry().outer_radius_m;
   };
-  if (Length(moved) + rim(motion.turned_rad) > std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m)) {
-    racing.push_back(body.awake_index);
-  }
   const Vec3f expected_turn = body.course.spin_rad_s * static_cast<float>(dt_s);
-  body.astray = Length(moved - body.course.move_m) + rim(motion.turned_rad - expected_turn) > kAstray_m;
+  const float off = Length(moved - body.course.move_m) + rim(motion.turned_rad - expected_turn);
+  body.astray = off > kAstray_m;
+  const float fast = std::max(kFastShare * body.geometry().inner_radius_m, kSpeculative_m);
+  if (off > kSpeculative_m || Length(moved) + rim(motion.turned_rad) > fast) racing.push_back(body.awake_index);
 }
 
 // Contacts were found along the way that each body was expected to take. One that is fast, and was knocked off it or
