@@ -273,8 +273,8 @@ TEST_F(AgentWorkersTest, SecondSignalKillsAtOnce) {
   EXPECT_EQ(control_.record().exits[0].reason(), "killed: told to stop at once");
 }
 
-TEST_F(AgentWorkersTest, WorkersOfAnAgentThatStopsThemDieWithItEvenWhenItIsKilled) {
-  const auto agent = StartAdmitted({"--stop-workers"});
+TEST_F(AgentWorkersTest, WorkersOfAnAgentThatDiesWithItsParentDieWithItEvenWhenItIsKilled) {
+  const auto agent = StartAdmitted({"--die-with-parent"});
   RunFour();
   agent->Signal(SIGKILL);
   agent->Wait();
