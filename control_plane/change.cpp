@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/heirs.h"
-#include "control_plane/region_tree.h"
 #include "control_plane/settings.h"
 #include "core/world/limits.h"
 #include "core/world/partition_change.h"
@@ -113,7 +112,10 @@ class Planner {
         map_(std::move(map)),
         tree_(std::move(tree)) {
     next_ = record;
-    for (const RegionFacts& region : facts) loads_[RegionId(region.region)] = region.step_s;
+    for (const RegionFacts& region : facts) {
+      loads_[RegionId(region.region)] = region.step_s;
+      if (!region.spread.x.empty()) spreads_[RegionId(region.region)] = region.spread;
+    }
     const bool measured = std::all_of(loads_.begin(), loads_.end(), [](const auto& load) { return load.second > 0; });
     if (!measured) loads_ = Areas();
   }
@@ -124,7 +126,9 @@ class Planner {
     if (!*changed) {
       const auto scaled = Scale();
       if (!scaled.ok()) return scaled.status();
-      if (!*scaled && record_.balance() && Imbalance(loads_) > kBalanceAbove) tree_.Balance(loads_, kBalanceStep);
+      if (!*scaled && record_.balance() && Imbalance(loads_) > kBalanceAbove) {
+        tree_.Balance(loads_, spreads_, kBalanceStep);
+      }
     }
     return Finish();
   }
@@ -238,6 +242,7 @@ class Planner {
   PartitionMap map_;
   RegionTree tree_;
   RegionLoads loads_;
+  RegionSpreads spreads_;
   records::Instance next_;
 };
 

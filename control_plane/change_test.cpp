@@ -1,6 +1,9 @@
 // Scaling, draining, replacing and balancing a running world, under a virtual clock.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "control_plane/cluster_harness.h"
 
 namespace tessera::control {
@@ -193,6 +196,50 @@ TEST(ChangeTest, ABusyRegionGivesGroundAndNoiseMovesNothing) {
       first += (cell.area().max_x() - cell.area().min_x()) * (cell.area().max_z() - cell.area().min_z());
   }
   EXPECT_LT(first, 4000);  // of 10000, half before
+}
+
+// What region 1 has left of its area after the first move, if it takes four times as long as the other. All bodies
+// lie so far into their region's cell, in shares of its extent, along both axes.
+double LeftAfterOneMove(double from, double to) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 2, true);
+  const auto area_of_first = [&](const v1::PartitionMap& map) {
+    double area = 0;
+    for (const v1::Cell& cell : map.cells()) {
+      if (cell.owner() != 1) continue;
+      area += (cell.area().max_x() - cell.area().min_x()) * (cell.area().max_z() - cell.area().min_z());
+    }
+    return area;
+  };
+  const v1::PartitionMap before = harness.Get(id).map();
+  for (auto& [key, worker] : alpha.fake.workers) {
+    const std::uint32_t region = key.second;
+    const auto cell = std::find_if(before.cells().begin(), before.cells().end(),
+                                   [&](const v1::Cell& c) { return c.owner() == region; });
+    const auto& area = cell->area();
+    for (const double share : {from, to}) {
+      worker.report.add_spread_x(static_cast<float>(area.min_x() + share * (area.max_x() - area.min_x())));
+      worker.report.add_spread_z(static_cast<float>(area.min_z() + share * (area.max_z() - area.min_z())));
+    }
+    worker.report.mutable_step()->set_p50_seconds(region == 1 ? 0.008 : 0.002);
+  }
+  for (int i = 0; i < 50 && harness.Get(id).map().version() == before.version(); ++i) harness.Run(milliseconds(100));
+  EXPECT_GT(harness.Get(id).map().version(), before.version());
+  return area_of_first(harness.Get(id).map()) / area_of_first(before);
+}
+
+TEST(ChangeTest, ABorderGoesToWhereTheReportedBodiesLie) {
+  // Five eighths of the region's load are to stay.
+  EXPECT_NEAR(LeftAfterOneMove(0, 1), 0.625, 1e-3);
+  EXPECT_NEAR(LeftAfterOneMove(0.4, 1), 0.4 + 0.6 * 0.625, 1e-3);
+  EXPECT_NEAR(LeftAfterOneMove(0.9, 1), 0.9 + 0.1 * 0.625, 1e-3);
+}
+
+TEST(ChangeTest, ReportedPositionsThatAreNoneAreTakenForNotKnown) {
+  EXPECT_NEAR(LeftAfterOneMove(1, 0.9), 0.625, 1e-3);  // descending
+  EXPECT_NEAR(LeftAfterOneMove(0, std::numeric_limits<double>::quiet_NaN()), 0.625, 1e-3);
+  EXPECT_NEAR(LeftAfterOneMove(0, std::numeric_limits<double>::infinity()), 0.625, 1e-3);
 }
 
 // A scaling. The control plane dies before its n-th call, for every n.

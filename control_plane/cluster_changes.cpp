@@ -1,5 +1,6 @@
 // Planned maps: what was asked for and what follows from drains, deaths and loads. The steps are change.h's.
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster.h"
@@ -12,6 +13,20 @@ namespace {
 constexpr double kReportTicks = 64;  // that a reported median is of; StepTimes in region_worker
 constexpr std::chrono::nanoseconds kLongestWait = std::chrono::seconds(5);  // in a world that hardly moves
 
+constexpr int kMaxSpread = 256;  // values an axis; more is no report of ours
+
+bool Ascends(const google::protobuf::RepeatedField<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }) &&
+         std::is_sorted(values.begin(), values.end());
+}
+
+// Empty, as if not known, unless it is one.
+RegionSpread SpreadOf(const v1::WorkerReport& report) {
+  const auto &x = report.spread_x(), &z = report.spread_z();
+  if (x.size() < 2 || x.size() > kMaxSpread || x.size() != z.size() || !Ascends(x) || !Ascends(z)) return {};
+  return {{x.begin(), x.end()}, {z.begin(), z.end()}};
+}
+
 // Where borders are to be balanced, until the reported step times are all of the map that came into force just now.
 std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
   std::chrono::nanoseconds wait = kBalanceInterval;
@@ -22,6 +37,23 @@ std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
     if (ticks > wait) wait = std::min(std::chrono::duration_cast<std::chrono::nanoseconds>(ticks), kLongestWait);
   }
   return wait;
+}
+
+// What a region costs that owns nothing that moves, in bodies: without it the price of a body in a near-empty region is
+// far too high.
+constexpr double kEmptyBodies = 50;
+
+double LoadedBodies(const v1::WorkerReport& report) {
+  const std::uint64_t asleep = std::min(report.asleep(), report.owned());
+  return static_cast<double>(report.owned() - asleep) + kEmptyBodies;
+}
+
+// How long a step takes by what is in the region now and what that cost of late: a machine that is busy with something
+// else makes one second's step times up to twice as long as the next one's, and borders would follow.
+double SmoothedStep(WorkerEntry& worker) {
+  const double bodies = LoadedBodies(worker.report), cost_s = worker.report.step().p50_seconds() / bodies;
+  worker.body_cost_s = worker.body_cost_s > 0 ? (worker.body_cost_s + cost_s) / 2 : cost_s;
+  return worker.body_cost_s * bodies;
 }
 
 }  // namespace
@@ -99,6 +131,7 @@ std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& i
     region.refused_version = report.refused_version();
     region.bodies_outside = report.bodies_outside();
     region.step_s = report.step().p50_seconds();
+    region.spread = SpreadOf(report);
   }
   return facts;
 }
@@ -106,7 +139,7 @@ std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& i
 std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& instance) {
   const records::Instance& record = instance.record;
   if (record.has_failover() || !instance.restore_wanted.empty()) return std::nullopt;
-  const std::vector<RegionFacts> facts = ChangeFacts(now, instance);
+  std::vector<RegionFacts> facts = ChangeFacts(now, instance);
   if (auto next = StepPlan(record, facts)) {
     if (AtRest(*next)) {
       instance.change_after = now.steady + UntilNextChange(instance);
@@ -117,6 +150,7 @@ std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& 
   }
   const bool all_run = AllRunByMap(instance);
   if (!AtRest(record) || !all_run || now.steady < instance.change_after) return std::nullopt;
+  for (std::size_t i = 0; i < facts.size(); ++i) facts[i].step_s = SmoothedStep(instance.workers[i]);
   auto planned = PlanChange(record, facts, FreeHosts(nullptr));
   if (!planned.ok()) {
     instance.change_after = now.steady + kChangeRetry;

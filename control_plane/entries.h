@@ -34,6 +34,7 @@ struct WorkerEntry {
   v1::WorkerOrder order;       // as last given out
   std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end
   Steady reported_at{0};
+  double body_cost_s = 0;  // of a step, smoothed; 0: not measured yet
   Steady witnessed_at{0};  // when its heir last told of news from it
   Steady leased_at{0};     // when we last renewed its lease
 

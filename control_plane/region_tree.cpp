@@ -47,6 +47,20 @@ Cut BestCut(const Rect& area, const std::vector<Cell>& cells) {
 
 constexpr int kHalvings = 40;  // of a cut's range: to a millimetre and below in any world
 
+// How much of what is spread so lies below `at`, 0 to 1.
+double ShareBelow(const std::vector<double>& spread, double at) {
+  if (at <= spread.front()) return 0;
+  if (at >= spread.back()) return 1;
+  const auto above = std::upper_bound(spread.begin(), spread.end(), at);
+  const auto part = static_cast<double>(above - spread.begin() - 1);
+  const double from = *(above - 1), to = *above;
+  return (part + (at - from) / (to - from)) / static_cast<double>(spread.size() - 1);
+}
+
+double ShareIn(const std::vector<double>& spread, double from, double to) {
+  return ShareBelow(spread, to) - ShareBelow(spread, from);
+}
+
 }  // namespace
 
 double Imbalance(const RegionLoads& loads) {
@@ -239,11 +253,16 @@ void RegionTree::BalanceNode(std::size_t node, const LoadIn& load_in, double mos
 }
 
 // All cuts at once, by how things lie now: a cut that moves changes what its neighbours on both sides have.
-void RegionTree::Balance(const RegionLoads& loads, double most) {
+void RegionTree::Balance(const RegionLoads& loads, const RegionSpreads& spreads, double most) {
   const RegionTree before = *this;
   const auto load_in = [&](const Rect& rect) {
     double sum = 0;
-    for (const auto& [region, load] : loads) sum += load * before.AreaShare(region, rect);
+    for (const auto& [region, load] : loads) {
+      const auto spread = spreads.find(region);
+      sum += load * (spread == spreads.end() ? before.AreaShare(region, rect)
+                                             : ShareIn(spread->second.x, rect.min_x, rect.max_x) *
+                                                   ShareIn(spread->second.z, rect.min_z, rect.max_z));
+    }
     return sum;
   };
   BalanceNode(0, load_in, most);

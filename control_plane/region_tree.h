@@ -5,7 +5,7 @@
 // whose cells can be separated by such cuts, which all maps here can: the grid, k-d trees, failovers of these.
 //
 //   auto tree = RegionTree::FromMap(map);
-//   tree->Balance(loads, 0.25);                     // every border moves a little towards the heavier side
+//   tree->Balance(loads, spreads, 0.25);            // every border moves a little towards the heavier side
 //   tree->Split(RegionId(2), RegionId(5));          // 5 takes half of 2's largest cell
 //   auto wanted = tree->ToMap(version, heirs);
 //
@@ -23,6 +23,12 @@ namespace tessera::control {
 
 using RegionLoads = std::map<RegionId, double>;  // of any unit; not negative
 
+// Where a region's load lies: positions that split it into equal parts, ascending, the outermost first and last.
+struct RegionSpread {
+  std::vector<double> x, z;  // of one size, at least 2
+};
+using RegionSpreads = std::map<RegionId, RegionSpread>;  // who is not here is filled evenly
+
 class RegionTree {
  public:
   // INVALID_ARGUMENT if the cells cannot be separated by cuts.
@@ -37,10 +43,9 @@ class RegionTree {
   RegionId Lightest(const RegionLoads& loads) const;
   // `newcomer` takes the region's place.
   void Replace(RegionId region, RegionId newcomer);
-  // Moves each cut to where both sides have as much as the number of their cells says, taking each region's load for
-  // evenly spread over its cells, but into a side by at most `most` (0 to 1) of its extent; no cell gets narrower than
-  // kNarrowest of the world's extent.
-  void Balance(const RegionLoads& loads, double most);
+  // Moves each cut to where both sides have as much as the number of their cells says, by where the load lies, but into
+  // a side by at most `most` (0 to 1) of its extent; no cell gets narrower than kNarrowest of the world's extent.
+  void Balance(const RegionLoads& loads, const RegionSpreads& spreads, double most);
 
   std::vector<RegionId> Regions() const;  // ascending
   std::size_t Cells(RegionId region) const { return LeavesOf(region).size(); }

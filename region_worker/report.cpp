@@ -2,10 +2,15 @@
 
 #include <unistd.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "telemetry/process_metrics.h"
 
 namespace tessera::worker {
 namespace {
+
+constexpr std::size_t kSpreadParts = 16;  // so that a cut is off by a sixteenth of its region's load at most
 
 void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
   const region::Region& region = ticks.region();
@@ -37,6 +42,27 @@ void AddTicks(const TickLoop& ticks, v1::WorkerReport& report) {
     out.set_owned(census.owned);
     out.set_id_checksum(census.id_checksum);
   }
+}
+
+// Positions that part `values` into equal numbers.
+void AddQuantiles(std::vector<float>& values, google::protobuf::RepeatedField<float>& out) {
+  std::sort(values.begin(), values.end());
+  for (std::size_t i = 0; i <= kSpreadParts; ++i) out.Add(values[i * (values.size() - 1) / kSpreadParts]);
+}
+
+// Of those awake: sleepers cost next to nothing.
+void AddSpread(const region::Region& region, v1::WorkerReport& report) {
+  std::vector<float> x, z;
+  x.reserve(region.owned_count());
+  z.reserve(region.owned_count());
+  for (const region::OwnedBody& body : region.owned()) {
+    if (body.state.asleep) continue;
+    x.push_back(static_cast<float>(body.state.position.x));
+    z.push_back(static_cast<float>(body.state.position.z));
+  }
+  if (x.empty()) return;
+  AddQuantiles(x, *report.mutable_spread_x());
+  AddQuantiles(z, *report.mutable_spread_z());
 }
 
 void AddWards(const Wards& wards, v1::WorkerReport& report) {
@@ -72,7 +98,10 @@ v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& addre
   report.set_unprotected(state.unprotected);
   report.set_checkpoint_tick(state.checkpoint_tick.value());
   report.set_checkpoint_failure(state.checkpoint_failure);
-  if (ticks != nullptr) AddTicks(*ticks, report);
+  if (ticks != nullptr) {
+    AddTicks(*ticks, report);
+    AddSpread(ticks->region(), report);
+  }
   if (wards != nullptr) AddWards(*wards, report);
   return report;
 }
