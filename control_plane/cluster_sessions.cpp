@@ -82,13 +82,11 @@ absl::StatusOr<std::uint32_t> Cluster::PlayerOf(Moment now, const InstanceEntry&
 absl::StatusOr<std::uint32_t> Cluster::AddPlayer(const v1::JoinInstanceRequest& request, InstanceEntry& instance) {
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
-  const v1::Vec3& spawn =
-      next.spawn_points(static_cast<int>((number - 1) % static_cast<std::uint32_t>(next.spawn_points_size())));
   next.set_last_player(number);
   v1::Player& player = *next.add_players();
   player.set_number(number);
   player.set_name(request.player_name());
-  player.set_spawn_region(instance.map.OwnerOf({spawn.x(), spawn.y(), spawn.z()}).value());
+  player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
   if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   MarkOrders(instance);
   Changed(instance);

@@ -69,6 +69,19 @@ void DropUnmapped(records::Instance& next) {
                    placements.end());
 }
 
+// Players whose bodies a dead region was to make, and had not made as far as anybody knows, are made by who has the
+// place now. Repeating it is fine: a region makes nobody whom it, or a ward of it, has made.
+void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, const region::Resolution& resolution,
+                   records::Instance& next) {
+  for (v1::Player& player : *next.mutable_players()) {
+    const bool orphaned = std::find(dead.begin(), dead.end(), RegionId(player.spawn_region())) != dead.end();
+    const bool lives =
+        std::binary_search(resolution.players.begin(), resolution.players.end(), PlayerNumber(player.number()));
+    if (player.left() || !orphaned || lives || next.spawn_points().empty()) continue;
+    player.set_spawn_region(SpawnRegionOf(player.number(), next, map));
+  }
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths) {
@@ -155,6 +168,12 @@ absl::StatusOr<bool> TakeInventory(const records::Instance& record, std::uint32_
   return true;
 }
 
+std::uint32_t SpawnRegionOf(std::uint32_t player, const records::Instance& record, const PartitionMap& map) {
+  const auto points = static_cast<std::uint32_t>(record.spawn_points_size());
+  const v1::Vec3& place = record.spawn_points(static_cast<int>((player - 1) % points));
+  return map.OwnerOf({place.x(), place.y(), place.z()}).value();
+}
+
 absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const FailoverWatch& watch) {
   const auto map = FromProto(record.map());
   if (!map.ok()) return map.status();
@@ -181,6 +200,7 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
   next.set_failovers(record.failovers() + 1);
   next.set_lost_bodies(record.lost_bodies() + resolution->lost.size());
   for (const BodyId body : resolution->lost) TakeOut(body, *next.mutable_bodies());
+  FindNewSpawns(*map, dead, *resolution, next);
   return next;
 }
 

@@ -20,6 +20,7 @@
 #include "control_plane/control_records.pb.h"
 #include "control_plane/heirs.h"
 #include "control_plane/moment.h"
+#include "core/world/partition_map.h"
 
 namespace tessera::control {
 
@@ -56,6 +57,9 @@ absl::StatusOr<bool> TakeInventory(const records::Instance& record, std::uint32_
 
 // With the resolution. DATA_LOSS names the regions of which no copy was found.
 absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const FailoverWatch& watch);
+
+// The region that has the player's spawn point. Requires a spawn point.
+std::uint32_t SpawnRegionOf(std::uint32_t player, const records::Instance& record, const PartitionMap& map);
 
 // All have resumed.
 records::Instance EndFailover(const records::Instance& record);

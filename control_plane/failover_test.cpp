@@ -97,6 +97,25 @@ TEST(FailoverTest, CountsABodyThatNobodyHoldsOnce) {
   EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
 }
 
+TEST(FailoverTest, WhoHasThePlaceMakesThePlayersThatTheDeadHadNotMade) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 4);
+  v1::JoinInstanceRequest join;
+  join.set_instance_id(id);
+  for (int player = 0; player < 2; ++player) ASSERT_TRUE(harness.cluster().Join(harness.now, join).ok());
+  harness.Pump();
+  const std::uint32_t heir = HeirOf(harness.Get(id), 1);
+  const std::uint64_t made = PlayerBodyId(PlayerNumber(2)).value();  // by region 4, and gone over to region 1 since
+  harness.world->owned[agent.fake.workers.at({id, 1}).report.identity().incarnation()][made] = 2;
+  harness.Send(agent, agent.fake.Kill({id, 1}, 9));
+  harness.Pump();
+  const v1::WorkerOrder& order = agent.fake.workers.at({id, heir}).order;
+  ASSERT_EQ(order.players_size(), 2);
+  EXPECT_EQ(order.players(0).spawn_region(), heir);  // had no body yet
+  EXPECT_EQ(order.players(1).spawn_region(), 4u);
+}
+
 TEST(FailoverTest, ASilentHostIsCarriedOnByTheOtherOnceItsLeasesHaveRunOut) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);

@@ -32,13 +32,13 @@ TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const 
   ShowBodies();
 }
 
-void TickLoop::SetPlayers(std::span<const OrderedPlayer> players) {
+void TickLoop::SetPlayers(std::span<const OrderedPlayer> players, bool joins) {
   for (const OrderedPlayer& player : players) {
     region_.ParkPlayer(player.number, player.parked);
     if (player.left) {
       if (left_.insert(player.number).second) game_.Expel(player.number);
     } else if (scene_has_players_ && player.spawn_region == region_.id() &&
-               asked_to_spawn_.insert(player.number).second) {
+               asked_to_spawn_.insert(player.number).second && !joins) {
       spdlog::info("spawn player={}", player.number.value());
       region_.SpawnPlayer(player.number);
       spawning_.push_back(player.number);

@@ -49,8 +49,9 @@ class TickLoop {
   TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const replication::Settings& replication,
            RegionLinks& links, GamePort& game, WorkerMetrics& metrics);
 
-  // Whole state: players that are new are spawned, those that left are removed, the parked stand still.
-  void SetPlayers(std::span<const OrderedPlayer> players);
+  // Whole state: players that are new are spawned, those that left are removed, the parked stand still. `joins`: this
+  // worker is only about to join the world; who is said to be made by its region was made by an earlier life of it.
+  void SetPlayers(std::span<const OrderedPlayer> players, bool joins);
   void OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
   void OnInput(const ClientInput& input, TimePoint now);
   // Time that the caller spent on what came for this region since the last tick: part of the whole tick.

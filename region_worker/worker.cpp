@@ -242,7 +242,7 @@ Admission Worker::Admit(PlayerNumber player) {
   if (known != order_.players.end()) return known->left ? Admission::kLeft : Admission::kWelcome;
   if (!options_.by_hand || player == PlayerNumber() || player.value() > kMaxPlayers) return Admission::kNotYet;
   order_.players.push_back(HandPlayer(player, *scene_, *order_.map));
-  ticks_->SetPlayers(order_.players);
+  ticks_->SetPlayers(order_.players, order_.joins_running);
   return Admission::kWelcome;
 }
 

@@ -131,7 +131,7 @@ void Worker::ApplyOrder() {
     if (phase_ == v1::WORKER_PHASE_RUNNING) ticks_->Run(Clock::now());
   }
   links_->SetPeers(order_.peers);
-  ticks_->SetPlayers(order_.players);
+  ticks_->SetPlayers(order_.players, order_.joins_running);
   // First what is to become of the dead: an order that declares one dead names it a ward no more.
   if (const absl::Status followed = follower_->Follow(order_); !followed.ok()) return Fail(followed);
   if (follower_->outranked()) return Stop("outranked: another region has taken its place");

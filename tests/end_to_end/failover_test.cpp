@@ -12,10 +12,11 @@ TEST_F(FailoverTest, ANeighbourCarriesAKilledWorkersAreaOn) {
   Start(4, 2);
   ASSERT_TRUE(PlayUntilProtected());
   ASSERT_TRUE(PlayOn(1));
-  const v1::WorkerReport victim = ReportOf(2);
+  const v1::WorkerReport victim = ReportOf(1);  // made the first player's body
   ASSERT_EQ(kill(static_cast<pid_t>(victim.identity().pid()), SIGKILL), 0);
   ASSERT_TRUE(PlayUntilFailedOver());
   EXPECT_EQ(run_->Latest().lost_bodies(), 0u);
+  ASSERT_TRUE(PlayUntil("a new worker in its place", [&] { return IsSettled() && run_->Latest().regions() == 4; }));
   ASSERT_TRUE(PlayOn(2));
   const auto follow = [&] {
     return std::ranges::all_of(run_->bots(), [&](local::Bot* bot) {
