@@ -76,9 +76,9 @@ struct InstanceEntry {
   FailoverWatch failover;      // of the failover under way, if there is one
   std::string restore_wanted;  // why the world has to be taken from a checkpoint; empty: it has not
   std::optional<CheckpointDraft> checkpoint;
-  Steady next_checkpoint{0};  // 0: not yet reckoned
-  Steady change_after{0};     // no planned map before
-  bool withdrawn = false;     // the grace of stopping is over: its workers are in no desired set
+  Steady next_checkpoint{0};                   // 0: not yet reckoned
+  Steady change_after{0};                      // no planned map before
+  bool withdrawn = false;                      // the grace of stopping is over: its workers are in no desired set
   std::map<std::uint32_t, Steady> gone_since;  // players without a connection; not stored: counted anew by a new life
   std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow
 };
