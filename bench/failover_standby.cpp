@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kSettle = 180, kMeasured = 600;  // ticks
 
-double Cpu_s() {
+double CpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
@@ -37,17 +37,17 @@ absl::Status RunStandby(const FailoverSize& size, Report& report) {
   region::Standby heir(owner->id(), owner->catalog());
   double alone_s = 0, owner_s = 0, heir_s = 0, bytes = 0, asleep = 0;
   for (int tick = 0; tick < kSettle + kMeasured; ++tick) {
-    const double begin = Cpu_s();
+    const double begin = CpuSeconds();
     (void)alone->Step();
-    const double stepped = Cpu_s();
+    const double stepped = CpuSeconds();
     const region::StepResult result = owner->Step();
-    const double logged = Cpu_s();
+    const double logged = CpuSeconds();
     if (absl::Status status = heir.Receive(result.log); !status.ok()) return status;
-    const double received = Cpu_s();
+    const double received = CpuSeconds();
     owner->LogAcknowledged(heir.tick());
     if (tick < kSettle) continue;
     alone_s += stepped - begin;
-    owner_s += logged - stepped + (Cpu_s() - received);
+    owner_s += logged - stepped + (CpuSeconds() - received);
     heir_s += received - logged;
     bytes += static_cast<double>(result.log.size());
     asleep += static_cast<double>(owner->asleep_count());
