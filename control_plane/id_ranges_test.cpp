@@ -5,7 +5,6 @@
 namespace tessera::control {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 std::vector<BodyId> Ids(std::initializer_list<std::uint64_t> values) {
