@@ -220,6 +220,7 @@ TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
 
 TEST(NeighboursInARowTest, NamesEachOnceAndKeepsNeighboursTogether) {
   std::vector<std::optional<Vec3d>> places;
+  places.reserve(64);
   for (int i = 0; i < 64; ++i) places.emplace_back(Vec3d(i % 2 == 0 ? -200.0 - i : 200.0 + i, 1, 3.0 * i));
   places.emplace_back(std::nullopt);
   places.emplace_back(Vec3d(1e12, 0, -1e12));
