@@ -10,8 +10,8 @@ class LinkTest : public WorldTest {
   static void SetUpTestSuite() {
     const absl::Status own = local::EnterOwnNetwork();
     auto network = own.ok() ? local::HostNetwork::Create(2) : absl::StatusOr<std::unique_ptr<local::HostNetwork>>(own);
-    if (network.ok()) network_ = *std::move(network);
     why_not_ = network.status();
+    if (network.ok()) network_ = *std::move(network);
   }
   static void TearDownTestSuite() { network_.reset(); }
   void SetUp() override {
