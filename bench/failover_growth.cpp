@@ -114,9 +114,7 @@ absl::Status RunScale(const FailoverSize& size, Report& report) {
     report.Add("plaza", kFailoverEngine, "scale=2-4-2", metric, value, "1");
   };
   add("runs", size.scale_rounds);
-  add("bodies_lost", outcome.lost);
-  add("bodies_duplicated", outcome.duplicated);
-  add("clients_dropped", outcome.clients_dropped);
+  outcome.TellKept("plaza", "scale=2-4-2", report);
   add("longest_tick_ticks_before", before_s * kTickRate_hz);
   add("scale_longest_tick_ticks", longest_s * kTickRate_hz);
   return absl::OkStatus();
@@ -145,9 +143,7 @@ absl::Status RunHotSpot(const FailoverSize& size, Report& report) {
   const auto add = [&](const char* metric, double value) {
     report.Add("rush", kFailoverEngine, "balance=on", metric, value, "1");
   };
-  add("bodies_lost", outcome.lost);
-  add("bodies_duplicated", outcome.duplicated);
-  add("clients_dropped", outcome.clients_dropped);
+  outcome.TellKept("rush", "balance=on", report);
   add("maps", static_cast<double>(map_after - map_before));
   add("imbalance_at_first", at_first);
   add("imbalance", imbalance);

@@ -113,15 +113,19 @@ double HighestOf(const std::vector<Worker>& workers, const std::string& sample) 
   return highest;
 }
 
+void Outcome::TellKept(const std::string& scene, const std::string& config, Report& report) const {
+  report.Add(scene, kFailoverEngine, config, "bodies_lost", lost, "1");
+  report.Add(scene, kFailoverEngine, config, "bodies_duplicated", duplicated, "1");
+  report.Add(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
+}
+
 void Outcome::Tell(const std::string& fault, Report& report) const {
   const std::string config = "fault=" + fault;
   const auto add = [&](const char* metric, double value, const char* unit) {
     report.Add("plaza", kFailoverEngine, config, metric, value, unit);
   };
   add("runs", runs, "1");
-  add("bodies_lost", lost, "1");
-  add("bodies_duplicated", duplicated, "1");
-  add("clients_dropped", clients_dropped, "1");
+  TellKept("plaza", config, report);
   if (fault == "agent") add("workers_lost", workers_lost, "1");
   if (fault == "control") {
     add("late_ticks_before", late_before, "1");

@@ -48,6 +48,8 @@ struct Outcome {
   double late_before = 0, late_ticks = 0, server_gap_ms = 0;
 
   void Tell(const std::string& fault, Report& report) const;
+  // What is to be 0 whatever happened: bodies lost and doubled, clients dropped.
+  void TellKept(const std::string& scene, const std::string& config, Report& report) const;
 };
 
 // Four regions on two hosts, as many bodies and players as `size` says.

@@ -13,28 +13,16 @@
 
 #include "core/region/inbox.h"
 #include "core/world/state_check.h"
+#include "tests/fuzz/fuzz_catalog.h"
 
 namespace {
 
-using tessera::BodyDef;
-using tessera::BodyId;
 using tessera::MapVersion;
 using tessera::RegionId;
 using tessera::Tick;
 using tessera::region::Frame;
 using tessera::region::Inbox;
 using tessera::region::Link;
-
-tessera::region::Catalog MakeCatalog() {
-  auto scene = std::make_shared<tessera::Scene>();
-  for (std::uint64_t id = 1; id <= 40; ++id) {
-    BodyDef def;
-    def.id = BodyId(id);
-    scene->bodies.push_back(def);
-  }
-  scene->player.emplace().max_force_n = 100;
-  return tessera::region::Catalog(scene);
-}
 
 void CheckStates(const Frame& frame) {
   for (const auto& ghost : frame.ghosts) {
@@ -69,7 +57,7 @@ void Step(Inbox& inbox, Tick& tick) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const tessera::region::Catalog catalog = MakeCatalog();
+  static const tessera::region::Catalog catalog = tessera::fuzz::MakeCatalog();
   static const std::vector<RegionId> neighbors = {RegionId(2), RegionId(3)};
   Inbox inbox(RegionId(1), neighbors, MapVersion(1), catalog);
   Tick tick;

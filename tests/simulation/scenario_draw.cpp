@@ -34,11 +34,13 @@ ShapePtr AnyShape(Chance& chance, double size) {
   }
 }
 
-void Walls(SceneBuilder& builder) {
+// Around everything, as far up and down as `half_height_m`.
+void Walls(SceneBuilder& builder, double half_height_m = 20) {
   for (const double side : {-1.0, 1.0}) {
     for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 20, kHalf} : Vec3d{kHalf, 20, 1}}),
-                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
+      BodyDef& wall =
+          builder.Add(MakeShape(BoxShape{along ? Vec3d{1, half_height_m, kHalf} : Vec3d{kHalf, half_height_m, 1}}),
+                      along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
       wall.motion = Motion::kStatic;
       wall.mass_kg = 0;
       wall.material.restitution = 1;
@@ -193,16 +195,7 @@ void Mill(SceneBuilder& builder, Chance& chance) {
 void Stream(SceneBuilder& builder, Chance& chance) {
   constexpr int kSide = 15;
   constexpr double kLevel_m = 0.4;
-  for (const double side : {-1.0, 1.0}) {
-    for (const bool along : {false, true}) {
-      BodyDef& wall = builder.Add(MakeShape(BoxShape{along ? Vec3d{1, 60, kHalf} : Vec3d{kHalf, 60, 1}}),
-                                  along ? Vec3d{side * kHalf, 0, 0} : Vec3d{0, 0, side * kHalf});
-      wall.motion = Motion::kStatic;
-      wall.mass_kg = 0;
-      wall.material.restitution = 1;
-      wall.material.friction = 0;
-    }
-  }
+  Walls(builder, 60);
   std::uint64_t next = builder.scene().bodies.size() + 1;
   for (int i = 0; i < kSide * kSide; ++i) {
     const int links = i % 8 == 0 ? 3 : i % 4 == 0 ? 2 : 1;
