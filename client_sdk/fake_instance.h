@@ -242,7 +242,16 @@ class FakeInstance : public v1::SessionService::Service {
                             v1::JoinInstanceResponse* response) override {
     if (request->instance_id() != kId) return {grpc::StatusCode::NOT_FOUND, "instance_id: no instance"};
     if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
-    const PlayerNumber player(++players_);
+    const std::string& sealed = request->connect_token();
+    PlayerNumber player;
+    if (sealed.empty()) {
+      player = PlayerNumber(++players_);
+    } else {
+      const auto who =
+          net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000);
+      if (!who.ok()) return {grpc::StatusCode::UNAUTHENTICATED, "connect_token"};
+      player = who->player;
+    }
     const net::Credentials pass =
         net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}},
                    wrong_key ? net::MakeInstanceKey() : key_);

@@ -90,6 +90,32 @@ TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
   EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
 }
 
+TEST_F(CApiTest, AnotherProcessComesBackAsTheSamePlayer) {
+  Play();
+  EXPECT_EQ(tessera_return_token(nullptr, nullptr, 0), 0u);
+  const std::size_t size = tessera_return_token(client, nullptr, 0);
+  ASSERT_GT(size, 0u);
+  ASSERT_LE(size, std::size_t{TESSERA_MAX_TOKEN});
+  std::vector<std::uint8_t> token(size, 0xaa);
+  EXPECT_EQ(tessera_return_token(client, token.data(), size - 1), size);
+  EXPECT_EQ(token, std::vector<std::uint8_t>(size, 0xaa));  // it did not fit
+  EXPECT_EQ(tessera_return_token(client, token.data(), token.size()), size);
+  const std::uint64_t own = tessera_own_body(client);
+
+  const auto join = [&](std::vector<std::uint8_t> returning, ::tessera::Client& again) {
+    return again.Join({instance.address, FakeInstance::kId, "ada", std::chrono::seconds(10), "127.0.0.1", true,
+                       std::move(returning)});
+  };
+  ::tessera::Client same, other, stranger;
+  EXPECT_EQ(join(token, same).code, TESSERA_OK);
+  EXPECT_EQ(same.own_body(), own);
+  EXPECT_FALSE(same.ReturnToken().empty());
+  EXPECT_EQ(join({}, other).code, TESSERA_OK);
+  EXPECT_NE(other.own_body(), own);
+  token.back() ^= 1;
+  EXPECT_EQ(join(token, stranger).code, TESSERA_UNAUTHENTICATED);
+}
+
 // All is lost from here on, so nothing more is seen; then it gets through again.
 TEST_F(CApiTest, ABadNetworkCanBeHadForTheAsking) {
   Play();
@@ -139,6 +165,14 @@ TEST(CApi, RefusesWhatMakesNoSense) {
   tessera_join_options options = TESSERA_JOIN_OPTIONS;
   EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
   EXPECT_STREQ(tessera_last_error(), "options.control_address: is NULL");
+  options.returning_size = TESSERA_MAX_TOKEN + 1;
+  options.control_address = "127.0.0.1:1";
+  options.instance_id = "plaza-1";
+  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
+  options.returning_size = 1;
+  EXPECT_EQ(tessera_join(&options, &client), TESSERA_INVALID_ARGUMENT);
+  EXPECT_STREQ(tessera_last_error(), "options.returning: is NULL");
+  options.returning_size = 0;
   options.control_address = "127.0.0.1:1";
   options.instance_id = "plaza-1";
   options.deadline_ms = 500;

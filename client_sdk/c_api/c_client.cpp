@@ -2,6 +2,7 @@
 #include <map>
 
 #include "client_sdk/c_api/handle.h"
+#include "net/connect_token.h"
 
 using namespace tessera;
 using namespace tessera::c_api;
@@ -28,6 +29,8 @@ static_assert(TESSERA_JOINING == static_cast<int>(client::ClientState::kJoining)
 static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting));
 static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));
 static_assert(TESSERA_ENDED == static_cast<int>(client::ClientState::kEnded));
+
+static_assert(TESSERA_MAX_TOKEN >= net::kMaxTokenBytes);
 
 const char* OrEmpty(const char* text) { return text == nullptr ? "" : text; }
 
@@ -85,10 +88,24 @@ tessera_code tessera_join(const tessera_join_options* given, tessera_client** ou
     join.deadline = std::chrono::milliseconds(options.deadline_ms);
     join.predict = (options.flags & TESSERA_JOIN_PREDICT) != 0;
     if (options.bind_address != nullptr) join.bind_address = options.bind_address;
+    if (options.returning_size > TESSERA_MAX_TOKEN) return Refuse("options.returning_size: more than a token has");
+    if (options.returning_size > 0) {
+      if (options.returning == nullptr) return Refuse("options.returning: is NULL");
+      join.returning.assign(options.returning, options.returning + options.returning_size);
+    }
     auto joined = client::Client::Join(join);
     if (!joined.ok()) return Report(joined.status());
     *out = new tessera_client{.client = *std::move(joined), .events = {}, .detail = {}};
     return tessera_code{TESSERA_OK};
+  });
+}
+
+size_t tessera_return_token(const tessera_client* handle, uint8_t* token, size_t capacity) {
+  if (handle == nullptr) return 0;
+  return GuardedValue(size_t{0}, [&] {
+    const std::vector<std::uint8_t> own = handle->client->return_token();
+    if (token != nullptr && own.size() <= capacity) std::copy(own.begin(), own.end(), token);
+    return own.size();
   });
 }
 

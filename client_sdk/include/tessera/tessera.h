@@ -80,16 +80,25 @@ typedef struct tessera_join_options {
   const char* player_name;  /* shown to others, at most 63 bytes; may be NULL */
   const char* bind_address; /* IPv4, of the local socket; NULL: any */
   uint32_t flags;           /* TESSERA_JOIN_... */
+  /* What tessera_return_token gave an earlier client of this player, in whatever process: comes back as the same
+   * player, whose body is where the world left it. NULL, 0: a new player. */
+  uint32_t returning_size;
+  const uint8_t* returning;
 } tessera_join_options;
 enum {
   /* Show the own body, and what it touches, as the inputs already made will have it. */
   TESSERA_JOIN_PREDICT = 1
 };
 #define TESSERA_JOIN_OPTIONS \
-  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT }
+  { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL }
 
 /* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
+/* What makes whoever has it this player, for a day: keep it where a later process of the game finds it, and keep it
+ * secret. It changes now and then, so take it again when the game ends or saves. Writes it only if it fits into
+ * `capacity` bytes, and gives how many it has; at most TESSERA_MAX_TOKEN. */
+enum { TESSERA_MAX_TOKEN = 1024 };
+TESSERA_API size_t tessera_return_token(const tessera_client* client, uint8_t* token, size_t capacity);
 /* Has the player's body removed, and ends. The handle stays until tessera_close. */
 TESSERA_API tessera_code tessera_leave(tessera_client* client, uint32_t deadline_ms);
 /* Without tessera_leave before it, the body stays in the world, and the player can come back. NULL is fine. */

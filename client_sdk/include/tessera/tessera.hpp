@@ -14,6 +14,8 @@
 
 #include <array>
 #include <chrono>
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +41,8 @@ struct Options {
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address{};  // IPv4, of the local socket; empty: any
   bool predict = true;         // show the own body as the inputs already made will have it
+  // Client::ReturnToken of an earlier client of this player: comes back as the same one. Empty: a new player.
+  std::vector<std::uint8_t> returning{};
 };
 
 struct Event {
@@ -66,6 +70,8 @@ class Client {
     given.player_name = options.player_name.c_str();
     given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
     given.flags = options.predict ? TESSERA_JOIN_PREDICT : 0;
+    given.returning = options.returning.data();
+    given.returning_size = static_cast<std::uint32_t>(options.returning.size());
     tessera_client* joined = nullptr;
     const Error error = Error::Of(tessera_join(&given, &joined));
     client_.reset(joined);
@@ -73,6 +79,13 @@ class Client {
   }
   Error Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000)) {
     return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));
+  }
+
+  // Makes whoever has it this player, for a day. Secret.
+  std::vector<std::uint8_t> ReturnToken() const {
+    std::vector<std::uint8_t> token(TESSERA_MAX_TOKEN);
+    token.resize(tessera_return_token(get(), token.data(), token.size()));
+    return token;
   }
 
   Error Poll(std::int64_t now_ns = tessera_now()) { return Error::Of(tessera_poll(get(), now_ns)); }
