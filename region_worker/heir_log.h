@@ -18,7 +18,7 @@
 
 #include "core/region/region.h"
 #include "region_worker/lease.h"
-#include "region_worker/region_links.h"
+#include "region_worker/link_port.h"
 #include "region_worker/worker_metrics.h"
 
 namespace tessera::worker {
@@ -27,7 +27,7 @@ class HeirLog {
  public:
   static constexpr Duration kJam = std::chrono::seconds(2);
 
-  HeirLog(RegionLinks& links, region::Region& region, Lease& lease, WorkerMetrics& metrics)
+  HeirLog(LinkPort& links, region::Region& region, Lease& lease, WorkerMetrics& metrics)
       : links_(links), region_(region), lease_(lease), metrics_(metrics) {}
 
   // RegionId(): none; then no lease is needed.
@@ -54,7 +54,7 @@ class HeirLog {
   void Begin();
   void End();
 
-  RegionLinks& links_;
+  LinkPort& links_;
   region::Region& region_;
   Lease& lease_;
   WorkerMetrics& metrics_;

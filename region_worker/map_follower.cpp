@@ -15,11 +15,16 @@ std::string Reason(const absl::Status& status) { return telemetry::LogValue(std:
 
 }  // namespace
 
-MapFollower::MapFollower(Identity self, TickLoop& ticks, RegionLinks& links, Wards& wards)
-    : self_(std::move(self)), ticks_(ticks), links_(links), wards_(wards), shown_(ticks.region().map().version()) {}
+MapFollower::MapFollower(Identity self, region::Region& region, LinkPort& links, Wards& wards, OnResume resume)
+    : self_(std::move(self)),
+      region_(region),
+      links_(links),
+      wards_(wards),
+      resume_(std::move(resume)),
+      shown_(region.map().version()) {}
 
 absl::Status MapFollower::Follow(const Order& order) {
-  if (order.failover && order.failover->version > ticks_.region().map().version() && order.failover->version > begun_) {
+  if (order.failover && order.failover->version > region_.map().version() && order.failover->version > begun_) {
     if (absl::Status begun = Begin(*order.failover, *order.map); !begun.ok()) return begun;
   }
   if (order.resolution && inventory_ && order.resolution->version == begun_) {
@@ -46,7 +51,7 @@ absl::Status MapFollower::Begin(const OrderedFailover& failover, const Partition
     spdlog::warn("failover version={} dead={} incarnation={}", failover.version.value(), dead.region.value(),
                  dead.incarnation.value());
   }
-  absl::StatusOr<region::Inventory> inventory = ticks_.region().BeginFailover(map, wards_.Dead());
+  absl::StatusOr<region::Inventory> inventory = region_.BeginFailover(map, wards_.Dead());
   if (!inventory.ok()) return inventory.status();
   begun_ = failover.version;
   inventory_ = *std::move(inventory);
@@ -57,12 +62,7 @@ absl::Status MapFollower::Begin(const OrderedFailover& failover, const Partition
 }
 
 absl::Status MapFollower::Resume(const region::Resolution& resolution) {
-  // The last tick that any live region had stepped; resume_tick leaves one out.
-  const std::uint64_t newest = resolution.resume_tick.value() - 2;
-  for (const region::Standby* ward : wards_.Dead()) {
-    ticks_.NoteTakeover(newest - std::min(newest, ward->tick().value()));
-  }
-  if (absl::Status resumed = ticks_.Resume(resolution, wards_.Dead()); !resumed.ok()) return resumed;
+  if (absl::Status resumed = resume_(resolution, wards_.Dead()); !resumed.ok()) return resumed;
   const auto mine = std::count_if(resolution.takeovers.begin(), resolution.takeovers.end(),
                                   [&](const region::Takeover& takeover) { return takeover.region == self_.region; });
   spdlog::warn("resumed version={} tick={} taken_up={} lost={}", resolution.version.value(),
@@ -74,10 +74,9 @@ absl::Status MapFollower::Resume(const region::Resolution& resolution) {
 
 void MapFollower::Plan(const OrderedMap& planned) {
   const MapVersion version = planned.map.version();
-  region::Region& region = ticks_.region();
-  if (version <= region.map().version()) return;
+  if (version <= region_.map().version()) return;
   if (version > planned_ || (version == planned_ && planned.effective != planned_tick_)) {
-    const absl::Status announced = region.Announce(planned.map, planned.effective);
+    const absl::Status announced = region_.Announce(planned.map, planned.effective);
     if (announced.ok()) {
       spdlog::info("map announced version={} effective={}", version.value(), planned.effective.value());
       planned_ = version;
@@ -89,11 +88,11 @@ void MapFollower::Plan(const OrderedMap& planned) {
       return;
     }
   }
-  if (!planned.committed || planned_ != version || refused_ == version || region.committed()) return;
-  const absl::Status committed = region.Commit(version);
+  if (!planned.committed || planned_ != version || refused_ == version || region_.committed()) return;
+  const absl::Status committed = region_.Commit(version);
   if (committed.ok()) {
     spdlog::info("map committed version={} effective={} tick={}", version.value(), planned.effective.value(),
-                 region.tick().value());
+                 region_.tick().value());
   } else {
     spdlog::warn("map refused version={} reason={}", version.value(), Reason(committed));
     refused_ = version;
@@ -101,19 +100,19 @@ void MapFollower::Plan(const OrderedMap& planned) {
 }
 
 bool MapFollower::MapInForce() {
-  const MapVersion version = ticks_.region().map().version();
+  const MapVersion version = region_.map().version();
   if (version == shown_) return false;
   shown_ = version;
   links_.SetMapVersion(version);
   if (next_ && next_->version() <= version) next_.reset();
-  spdlog::info("map in force version={} tick={}", version.value(), ticks_.region().tick().value());
+  spdlog::info("map in force version={} tick={}", version.value(), region_.tick().value());
   return true;
 }
 
 std::vector<RegionId> MapFollower::Partners(const Order& order) const {
   std::set<RegionId> all;
   const auto add = [&](std::span<const RegionId> regions) { all.insert(regions.begin(), regions.end()); };
-  add(ticks_.region().neighbors());
+  add(region_.neighbors());
   if (next_) add(next_->Neighbors(self_.region));
   // A failover's map is in force only after its resolution; the links are there by then.
   if (inventory_ && order.map) add(order.map->Neighbors(self_.region));
@@ -131,6 +130,6 @@ std::optional<v1::Inventory> MapFollower::InventoryAt(TimePoint now) const {
   });
 }
 
-MapVersion MapFollower::planned() const { return std::max(planned_, ticks_.region().map().version()); }
+MapVersion MapFollower::planned() const { return std::max(planned_, region_.map().version()); }
 
 }  // namespace tessera::worker

@@ -6,19 +6,20 @@
 //   resolution  the region takes its part and goes on
 //   planned     the map is announced; `committed`: it is to come into force, or the refusal is reported
 //
-//   MapFollower follower(self, ticks, links, wards);
+//   MapFollower follower(self, region, links, wards, [&](const auto& resolution) { return ticks.Resume(...); });
 //   follower.Follow(order);              // for each order
 //   if (follower.MapInForce()) tell clients   // each round
 //
 // Thread rule: one thread.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
+#include "core/region/region.h"
+#include "region_worker/link_port.h"
 #include "region_worker/order.h"
-#include "region_worker/region_links.h"
-#include "region_worker/tick_loop.h"
 #include "region_worker/wards.h"
 #include "tessera/v1/failover.pb.h"
 
@@ -26,7 +27,11 @@ namespace tessera::worker {
 
 class MapFollower {
  public:
-  MapFollower(Identity self, TickLoop& ticks, RegionLinks& links, Wards& wards);
+  // Of a resolution: makes the region go on by it, with the copies of the dead.
+  using OnResume =
+      std::function<absl::Status(const region::Resolution& resolution, std::span<const region::Standby* const> dead)>;
+
+  MapFollower(Identity self, region::Region& region, LinkPort& links, Wards& wards, OnResume resume);
 
   // An error is a contradiction that this worker cannot live with: it holds what others must not have twice.
   absl::Status Follow(const Order& order);
@@ -49,9 +54,10 @@ class MapFollower {
 
   Identity self_;
   bool outranked_ = false;
-  TickLoop& ticks_;
-  RegionLinks& links_;
+  region::Region& region_;
+  LinkPort& links_;
   Wards& wards_;
+  OnResume resume_;
   MapVersion shown_;  // that clients were told of
   MapVersion begun_;  // of the newest failover
   std::optional<region::Inventory> inventory_;

@@ -32,6 +32,7 @@
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "region_worker/link_message.h"
+#include "region_worker/link_port.h"
 #include "region_worker/order.h"
 #include "region_worker/tick_pacer.h"
 #include "region_worker/worker_metrics.h"
@@ -45,7 +46,7 @@ struct LinkIdentity {
   net::InstanceKey key;
 };
 
-class RegionLinks {
+class RegionLinks final : public LinkPort {
  public:
   using OnLinkMessage = std::function<void(RegionId from, const LinkMessage& message)>;
 
@@ -62,22 +63,19 @@ class RegionLinks {
 
   // From now on hellos are answered and partners dialled. Once.
   void Open(LinkIdentity identity);
-  void SetMapVersion(MapVersion version) { identity_->map_version = version; }
+  void SetMapVersion(MapVersion version) override { identity_->map_version = version; }
   // Where regions are. A region of a higher incarnation than the one that is linked is another worker: it is dialled.
   void SetPeers(std::span<const PeerAddress> peers);
   // With whom this region needs a link. Others that this side dialled are ended.
   void SetPartners(std::span<const RegionId> partners);
-  // This life of the region has ended, or is taken to have ended: its link is cut, and it is let in no more.
-  void Outrank(RegionId region, Incarnation incarnation);
+  void Outrank(RegionId region, Incarnation incarnation) override;
 
   // Frames: sends to those that are linked, and keeps for those that are not.
   void Send(std::vector<region::OutgoingFrame> frames);
   // The last frame once more to each that is linked: the first may have come before its map was known there.
   void SendAgain();
-  // What is of use only at once. False: not linked, or the link takes no more.
-  bool SendNow(RegionId to, std::span<const std::uint8_t> message);
-  // Changes with each new link to that region; PeerHandle() while there is none.
-  net::PeerHandle LinkTo(RegionId region) const;
+  bool SendNow(RegionId to, std::span<const std::uint8_t> message) override;
+  net::PeerHandle LinkTo(RegionId region) const override;
   // When something last came from that region; the time of linking at first.
   std::optional<TimePoint> HeardFrom(RegionId region) const;
   // An error once a frame was too large to be sent: its neighbour will wait for it in vain.

@@ -17,7 +17,8 @@
 #include <vector>
 
 #include "core/region/standby.h"
-#include "region_worker/region_links.h"
+#include "region_worker/link_message.h"
+#include "region_worker/link_port.h"
 #include "region_worker/tick_pacer.h"
 #include "region_worker/worker_metrics.h"
 
@@ -38,7 +39,7 @@ class Wards {
     TimePoint may_ask_at{};
   };
 
-  Wards(RegionLinks& links, const region::Catalog& catalog, WorkerMetrics& metrics)
+  Wards(LinkPort& links, const region::Catalog& catalog, WorkerMetrics& metrics)
       : links_(links), catalog_(catalog), metrics_(metrics) {}
 
   // Whole state. Copies of dead ones stay.
@@ -58,7 +59,7 @@ class Wards {
  private:
   void Take(RegionId from, Ward& ward, TimePoint now);
 
-  RegionLinks& links_;
+  LinkPort& links_;
   const region::Catalog& catalog_;
   WorkerMetrics& metrics_;
   std::map<RegionId, Ward> wards_;

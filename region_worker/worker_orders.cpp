@@ -49,7 +49,15 @@ absl::Status Worker::Build() {
   ticks_.emplace(*std::move(config), order_.snapshot_rate_hz, replication::SettingsFor(*scene_), *links_, *game_,
                  metrics_);
   wards_.emplace(*links_, ticks_->region().catalog(), metrics_);
-  follower_.emplace(options_.identity, *ticks_, *links_, *wards_);
+  follower_.emplace(options_.identity, ticks_->region(), *links_, *wards_,
+                    [this](const region::Resolution& resolution, std::span<const region::Standby* const> dead) {
+                      // The last tick that any live region had stepped; resume_tick leaves one out.
+                      const std::uint64_t newest = resolution.resume_tick.value() - 2;
+                      for (const region::Standby* ward : dead) {
+                        ticks_->NoteTakeover(newest - std::min(newest, ward->tick().value()));
+                      }
+                      return ticks_->Resume(resolution, dead);
+                    });
   malloc_trim(0);  // what parsing the scene took
   return absl::OkStatus();
 }
