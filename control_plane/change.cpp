@@ -126,7 +126,9 @@ class Planner {
     if (!*changed) {
       const auto scaled = Scale();
       if (!scaled.ok()) return scaled.status();
-      if (!*scaled && record_.balance() && Imbalance(loads_) > kBalanceAbove) {
+      const auto spread = *scaled ? absl::StatusOr<bool>(true) : SpreadOne();
+      if (!spread.ok()) return spread.status();
+      if (!*spread && record_.balance() && Imbalance(loads_) > kBalanceAbove) {
         tree_.Balance(loads_, spreads_, kBalanceStep);
       }
     }
@@ -192,6 +194,30 @@ class Planner {
       return true;
     }
     return false;
+  }
+
+  // Hosts die and come back; what took the place of their regions stayed with the others. From the fullest host of this
+  // instance to its emptiest, or to one that it has nothing on while it is all on one: heirs are to live elsewhere. One
+  // at a time, and only if that makes it more even.
+  absl::StatusOr<bool> SpreadOne() {
+    std::map<std::string, int> here;
+    for (const RegionFacts& region : facts_) ++here[region.host_id];
+    const bool on_one = here.size() == 1;
+    const FreeHost* to = nullptr;
+    for (const FreeHost& host : hosts_) {
+      if (host.free == 0 || (!on_one && !here.contains(host.id))) continue;
+      if (to == nullptr || here[host.id] < here[to->id]) to = &host;
+    }
+    if (to == nullptr) return false;
+    const RegionFacts* from = nullptr;
+    for (const RegionFacts& region : facts_) {
+      if (from == nullptr || here[region.host_id] > here[from->host_id]) from = &region;
+    }
+    if (from == nullptr || here[from->host_id] < here[to->id] + 2) return false;
+    const auto newcomer = AddRegion(to->id);
+    if (!newcomer.ok()) return newcomer.status();
+    tree_.Replace(RegionId(from->region), *newcomer);
+    return true;
   }
 
   absl::StatusOr<bool> Scale() {

@@ -100,6 +100,29 @@ TEST(ChangeTest, ADrainedHostIsEmptiedWithoutAHalt) {
   EXPECT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
 }
 
+TEST(ChangeTest, AHostThatComesBackGetsItsShareAgain) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  auto& beta = harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  ASSERT_EQ(alpha.fake.workers.size(), 2u);
+  v1::DrainHostRequest drain;
+  drain.set_name("beta");
+  ASSERT_TRUE(harness.cluster().DrainHost(harness.now, drain).ok());
+  harness.Run(seconds(15));
+  ASSERT_EQ(alpha.fake.workers.size(), 4u);
+  drain.set_undo(true);
+  ASSERT_TRUE(harness.cluster().DrainHost(harness.now, drain).ok());
+  harness.Run(seconds(15));
+  EXPECT_EQ(alpha.fake.workers.size(), 2u);
+  EXPECT_EQ(beta.fake.workers.size(), 2u);
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+  const auto version = harness.Get(id).map().version();
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).map().version(), version) << "then it stays";
+}
+
 TEST(ChangeTest, WorkersAreReplacedOneAfterTheOther) {
   ClusterHarness harness;
   auto& alpha = harness.AddHost("alpha", 8);
