@@ -3,9 +3,11 @@
 // Thread rule: none of its own. Time is passed in.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <deque>
+#include <utility>
 
 #include "core/world/ids.h"
 #include "region_worker/tick_pacer.h"
@@ -46,6 +48,38 @@ class RateMeter {
     Tick tick;
   };
   std::deque<Sample> samples_;
+};
+
+// What went into the time from one step to the next.
+struct TickLength {
+  Duration whole{0};
+  Duration worked{0};    // CPU time of the thread that steps, whatever it did
+  Duration stepping{0};  // of the whole, by the clock
+  Duration waiting{0};   // for neighbours' frames, by the clock
+};
+
+// The longest of the last one to two spans. Whole and worked have each their own: where processors are shared, a tick
+// that is long may have been worked on for no longer than others.
+class LongestTick {
+ public:
+  static constexpr Duration kSpan = std::chrono::seconds(5);
+
+  void Add(TimePoint at, const TickLength& tick) {
+    if (at > span_ends_) {
+      before_ = std::exchange(now_, {});
+      span_ends_ = at + kSpan;
+    }
+    now_ = Longer(now_, tick);
+  }
+  TickLength longest() const { return Longer(now_, before_); }  // its whole and worked alone mean something
+
+ private:
+  static TickLength Longer(const TickLength& a, const TickLength& b) {
+    return {.whole = std::max(a.whole, b.whole), .worked = std::max(a.worked, b.worked)};
+  }
+
+  TickLength now_, before_;
+  TimePoint span_ends_{};
 };
 
 }  // namespace tessera::worker

@@ -57,5 +57,18 @@ TEST(RateMeterTest, FallsWhileNothingHappens) {
   EXPECT_EQ(RateMeter().rate_hz(now), 0);
 }
 
+TEST(LongestTickTest, IsKeptForOneSpanMoreThanItsOwn) {
+  LongestTick longest;
+  TimePoint now{};
+  longest.Add(now += milliseconds(1), {.whole = milliseconds(40), .worked = milliseconds(3)});
+  longest.Add(now += LongestTick::kSpan, {.whole = milliseconds(16), .worked = milliseconds(5)});
+  EXPECT_EQ(longest.longest().whole, milliseconds(40));
+  EXPECT_EQ(longest.longest().worked, milliseconds(5)) << "of another tick";
+  longest.Add(now += milliseconds(1), {.whole = milliseconds(17)});
+  EXPECT_EQ(longest.longest().whole, milliseconds(40)) << "of the span before";
+  longest.Add(now += LongestTick::kSpan + milliseconds(1), {.whole = milliseconds(18)});
+  EXPECT_EQ(longest.longest().whole, milliseconds(18));
+}
+
 }  // namespace
 }  // namespace tessera::worker

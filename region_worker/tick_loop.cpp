@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 
+#include "core/region/standby.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
@@ -10,9 +12,17 @@ namespace tessera::worker {
 namespace {
 
 constexpr Duration kLogDistance = std::chrono::seconds(1);
-constexpr Duration kLongestSpan = std::chrono::seconds(5);
+constexpr int kLongTick = 3;  // times as long as it should be: told in the log
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+std::int64_t Ms(Duration duration) { return std::chrono::duration_cast<std::chrono::milliseconds>(duration).count(); }
+
+Duration CpuTimeOfThread() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return std::chrono::seconds(now.tv_sec) + std::chrono::nanoseconds(now.tv_nsec);
+}
 
 }  // namespace
 
@@ -100,7 +110,8 @@ bool TickLoop::Advance() {
     CareForNeighbors(now);
     return false;
   }
-  metrics_.frame_wait.Observe(waiting_since_ ? Seconds(now - *waiting_since_) : 0);
+  since_step_.waiting = waiting_since_ ? now - *waiting_since_ : Duration(0);
+  metrics_.frame_wait.Observe(Seconds(since_step_.waiting));
   pacer_.Began(now);
   waiting_since_.reset();
   StepOnce(now);
@@ -143,7 +154,7 @@ void TickLoop::CloseSilent(TimePoint now, bool stood_still) {
     const TimePoint heard = std::max(since, links_.HeardFrom(neighbor).value_or(TimePoint()));
     if (now - heard < kSilence && now - since < kStuck) continue;
     spdlog::warn("border closed region={} tick={} silent_ms={}", neighbor.value(), region_.tick().value(),
-                 std::chrono::duration_cast<std::chrono::milliseconds>(now - heard).count());
+                 Ms(now - heard));
     metrics_.borders_closed.Increment();
     region_.Close(neighbor);
     missing_since_.erase(neighbor);
@@ -154,7 +165,7 @@ void TickLoop::StepOnce(TimePoint begin) {
   RemoveLeft();
   region::StepResult result = TimedStep();
   if (std::exchange(resumed_, false)) {
-    const auto gap = std::chrono::duration_cast<std::chrono::milliseconds>(begin - stepped_at_).count();
+    const auto gap = Ms(begin - stepped_at_);
     counts_.last_gap_ms = static_cast<std::uint64_t>(gap);
     metrics_.failover_gap.Set(static_cast<double>(gap) * 1e-3);
     spdlog::info("moving again tick={} gap_ms={}", region_.tick().value(), gap);
@@ -166,6 +177,7 @@ void TickLoop::StepOnce(TimePoint begin) {
   Publish(std::move(result), begin);
 
   const TimePoint end = Clock::now();
+  since_step_.stepping = end - begin;
   rate_.Observe(end, region_.tick());
   const Duration whole = end - begin + std::exchange(receive_time_, Duration(0));
   step_times_.Add(whole);
@@ -182,13 +194,17 @@ bool TickLoop::IsInMap() const {
 }
 
 void TickLoop::NoteTickLength(TimePoint now) {
+  const Duration worked = CpuTimeOfThread();
+  since_step_.worked = worked - std::exchange(worked_until_, worked);
+  const TickLength tick = std::exchange(since_step_, {});
   if (!stepped_) return;
-  if (now > span_ends_) {
-    longest_before_ = std::exchange(longest_, Duration(0));
-    span_ends_ = now + kLongestSpan;
-  }
-  longest_ = std::max(longest_, now - stepped_at_);
-  metrics_.longest_tick.Set(Seconds(std::max(longest_, longest_before_)));
+  longest_tick_.Add(now, {.whole = now - stepped_at_, .worked = tick.worked});
+  metrics_.longest_tick.Set(Seconds(longest_tick_.longest().whole));
+  metrics_.longest_tick_cpu.Set(Seconds(longest_tick_.longest().worked));
+  if (now - stepped_at_ <= kLongTick * pacer_.tick_length() || now < may_log_long_at_) return;
+  may_log_long_at_ = now + kLogDistance;
+  spdlog::info("long tick={} ms={} cpu_ms={} stepping_ms={} waiting_ms={}", region_.tick().value(),
+               Ms(now - stepped_at_), Ms(tick.worked), Ms(tick.stepping), Ms(tick.waiting));
 }
 
 void TickLoop::Publish(region::StepResult result, TimePoint now) {
@@ -204,6 +220,13 @@ void TickLoop::Publish(region::StepResult result, TimePoint now) {
 absl::Status TickLoop::Resume(const region::Resolution& resolution, std::span<const region::Standby* const> wards) {
   absl::StatusOr<region::StepResult> result = region_.Resume(resolution, wards);
   if (!result.ok()) return result.status();
+  // The last tick that any live region had stepped; resume_tick leaves one out.
+  const std::uint64_t newest = resolution.resume_tick.value() - 2;
+  std::uint64_t age_ticks = 0;
+  for (const region::Standby* ward : wards) {
+    age_ticks = std::max(age_ticks, newest - std::min(newest, ward->tick().value()));
+  }
+  NoteTakeover(age_ticks);
   const TimePoint now = Clock::now();
   metrics_.failovers.Increment();
   Publish(*std::move(result), now);

@@ -118,9 +118,10 @@ class TickLoop {
   bool left_out_ = false;  // the map in force has no place for it: it waits for its end
   TimePoint stepped_at_{}, care_at_{};
   std::map<RegionId, TimePoint> missing_since_;  // neighbours that are waited for
-  // The longest time from step to step, of this span and of the one before.
-  Duration longest_{0}, longest_before_{0};
-  TimePoint span_ends_{};
+  LongestTick longest_tick_;
+  TickLength since_step_;     // until the next one
+  Duration worked_until_{0};  // CPU time of this thread when the last step began
+  TimePoint may_log_long_at_{};
   Duration receive_time_{0};
   std::optional<TimePoint> waiting_since_;  // for frames
   TimePoint may_log_drop_at_{};

@@ -117,6 +117,9 @@ WorkerMetrics::WorkerMetrics()
                          "How far behind the newest tick the state was that the last failover took up here.")),
       longest_tick(Gauge(*registry_, "tessera_region_longest_tick_seconds",
                          "The longest time from one step to the next, of the last 10 s.")),
+      longest_tick_cpu(
+          Gauge(*registry_, "tessera_region_longest_tick_cpu_seconds",
+                "The most CPU time of the thread that steps, from one step to the next, of the last 10 s.")),
       standby_bytes(Counter(*registry_, "tessera_region_standby_bytes_total", "Bytes of log sent to the heir.")),
       standby_gaps(Counter(*registry_, "tessera_region_standby_gaps_total",
                            "Messages of a ward's log that could not be used: a whole state was asked for.")),

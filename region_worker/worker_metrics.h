@@ -72,7 +72,7 @@ class WorkerMetrics {
   prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late;
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
-  prometheus::Gauge &unprotected, &paused, &failover_gap, &takeover_age, &longest_tick;
+  prometheus::Gauge &unprotected, &paused, &failover_gap, &takeover_age, &longest_tick, &longest_tick_cpu;
   prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &borders_closed;
   DoorMetrics game_door, link_door;
 
