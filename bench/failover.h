@@ -1,6 +1,6 @@
 // The suite failover: what the death of processes costs a world of four regions on two hosts of this machine, and what
-// it costs to change who runs it. The whole suite takes about an hour, of which the faults of the control plane take
-// half; `--only` selects.
+// it costs to change who runs it. The whole suite takes about 50 minutes, of which the faults of the control plane take
+// half; `--only` selects, and `--csv` keeps what is known after each run.
 //
 //   fault=worker   kill -9 of a worker, of each region in turn
 //   fault=pair     kill -9 of both workers of a host, whose agent lives
@@ -15,8 +15,10 @@
 //   restore        a checkpoint is started by another cluster
 //   standby        what the heir's copy costs
 //
-// Each run of a fault starts a cluster and a world with players, waits until every region's heir has its log, strikes,
-// and plays on until all is well again and two further censuses were complete.
+// A fault strikes one world again and again. Each time all regions must run, each with an heir that follows it on
+// another host, and nothing be under way; then it strikes, others carry on, what was killed is started anew, and two
+// further censuses must be complete. A run of which any of that is not so within two minutes has failed, and is counted
+// as that.
 //
 // gap_ms is what a player sees: from the last state of the dead regions' bodies by their old owners to the first by the
 // new ones, so it holds a snapshot's interval.

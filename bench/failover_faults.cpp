@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <iostream>
+#include <memory>
 
 namespace tessera::bench {
 namespace {
@@ -17,13 +19,14 @@ absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
                            const std::function<absl::Status()>& strike, Outcome& outcome) {
   std::set<RegionId> regions;
   for (const Worker& victim : victims) regions.insert(victim.region);
+  const std::uint64_t before = stage.run().Latest().failovers();
   stage.WatchRegions(regions);
   if (absl::Status status = stage.PlayFor(kBeforeFault_s); !status.ok()) return status;
   if (absl::Status status = strike(); !status.ok()) return status;
   const absl::Status carried_on = stage.PlayUntil("carried on by others", [&] {
     const v1::Instance instance = stage.run().Latest();
-    return instance.failovers() > 0 && instance.state() == v1::INSTANCE_STATE_RUNNING &&
-           stage.watch().found() * 2 > stage.watch().watched();
+    return instance.failovers() > before && instance.state() == v1::INSTANCE_STATE_RUNNING &&
+           stage.watch().found_most();
   });
   if (!carried_on.ok()) return carried_on;
   outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
@@ -59,7 +62,9 @@ absl::Status KillHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
     stage.run().cluster().agent(run % 2).Signal(SIGKILL);
     return SignalAll(victims, SIGKILL);
   };
-  return StrikeWorkers(stage, victims, strike, outcome);
+  const absl::Status struck = StrikeWorkers(stage, victims, strike, outcome);
+  stage.run().cluster().RestartAgent(run % 2);
+  return struck;
 }
 
 // Those who were taken for dead may go on only to hear that they are outranked.
@@ -146,22 +151,50 @@ std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* netwo
   return faults;
 }
 
-absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report) {
-  Outcome outcome;
-  for (std::uint32_t run = 0; run < size.runs; ++run) {
-    std::cerr << fmt::format("failover: {} {} of {}\n", fault.name, run + 1, size.runs);
-    local::RunOptions options = StageOptions(size);
-    if (fault.prepare) fault.prepare(options);
-    Stage stage(options);
-    absl::Status status = stage.PlayUntilWell();
-    if (status.ok()) status = fault.strike(stage, run, outcome);
-    if (status.ok()) status = stage.PlayOn();
-    if (!status.ok()) return absl::InternalError(fmt::format("{}: {}", fault.name, std::string(status.message())));
-    stage.TakeCensus(outcome);
-    ++outcome.runs;
+namespace {
+
+constexpr double kMostFailed = 5;  // then what is wrong is not the chance of a run
+
+// The world as it is, or a new one.
+absl::Status StrikeOnce(const Fault& fault, const FailoverSize& size, std::uint32_t run, std::unique_ptr<Stage>& stage,
+                        Outcome& outcome) {
+  try {
+    if (stage == nullptr) {
+      local::RunOptions options = StageOptions(size);
+      if (fault.prepare) fault.prepare(options);
+      stage = std::make_unique<Stage>(options);
+    }
+    absl::Status status = stage->PlayUntilWell();
+    if (status.ok()) status = fault.strike(*stage, run, outcome);
+    if (status.ok()) status = stage->PlayOn();
+    stage->TakeCensus(outcome);
+    return status;
+  } catch (const std::exception& error) {  // a program could not be started
+    return absl::InternalError(error.what());
   }
-  outcome.Tell(fault.name, report);
-  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report) {
+  using Clock = std::chrono::steady_clock;
+  Outcome outcome;
+  std::unique_ptr<Stage> stage;
+  for (std::uint32_t run = 0; run < size.runs && outcome.runs_failed < kMostFailed; ++run) {
+    const auto begin = Clock::now();
+    const absl::Status status = StrikeOnce(fault, size, run, stage, outcome);
+    ++(status.ok() ? outcome.runs : outcome.runs_failed);
+    std::cerr << fmt::format("failover: {} {} of {}: {:.0f} s{}{}, lost {}, doubled {}\n", fault.name, run + 1,
+                             size.runs, std::chrono::duration<double>(Clock::now() - begin).count(),
+                             outcome.gaps_ms.empty() ? "" : fmt::format(", gap {:.0f} ms", outcome.gaps_ms.back()),
+                             status.ok() ? "" : ", failed: " + std::string(status.message()), outcome.lost,
+                             outcome.duplicated);
+    if (!status.ok()) stage.reset();
+    outcome.Tell(fault.name, report);
+    if (absl::Status saved = report.Save(); !saved.ok()) return saved;
+  }
+  if (outcome.runs_failed < kMostFailed) return absl::OkStatus();
+  return absl::InternalError(fmt::format("{}: too many runs failed", fault.name));
 }
 
 }  // namespace tessera::bench

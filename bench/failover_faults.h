@@ -20,7 +20,8 @@ struct Fault {
 // In order of what they take; `network` is null where hosts cannot have links of their own.
 std::vector<Fault> AllFaults(const FailoverSize& size, local::HostNetwork* network);
 
-// `size.runs` worlds, each struck once.
+// One world, struck `size.runs` times, each time when it is well again; a new one after a run that failed. Figures are
+// in the report and its file after each run.
 absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& report);
 
 }  // namespace tessera::bench

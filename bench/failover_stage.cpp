@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "bench/scrape.h"
 #include "telemetry/http_get.h"
@@ -14,7 +15,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::seconds kPatience{120};
 constexpr std::uint64_t kCensusesAfter = 2;
-constexpr std::uint64_t kFollowedTicks = 120;
+constexpr std::chrono::seconds kFollowed{1};
 
 std::vector<double> SamplesOf(const std::vector<Worker>& workers, const std::string& name) {
   std::vector<double> values;
@@ -53,17 +54,40 @@ absl::Status Stage::PlayFor(double seconds) {
   return PlayUntil("time passed", [end] { return Clock::now() > end; });
 }
 
+bool Stage::IsWell() {
+  const v1::Instance instance = run_.Latest();
+  const auto regions = static_cast<int>(regions_);
+  if (instance.state() != v1::INSTANCE_STATE_RUNNING || !instance.changes().empty() ||
+      !instance.unprotected_regions().empty() || instance.map().regions_size() != regions ||
+      instance.region_status_size() != regions) {
+    return false;
+  }
+  std::map<std::uint32_t, std::string> host_of;
+  std::map<std::string, int> on_host;
+  for (const v1::RegionStatus& status : instance.region_status()) {
+    const v1::WorkerReport& report = status.report();
+    if (report.phase() != v1::WORKER_PHASE_RUNNING || report.unprotected() || report.acknowledged_tick() == 0 ||
+        report.map_version() != instance.map().version()) {
+      return false;
+    }
+    host_of[status.region()] = status.host();
+    ++on_host[status.host()];
+  }
+  const auto [least, most] = std::ranges::minmax_element(on_host, {}, [](const auto& entry) { return entry.second; });
+  return most->second <= least->second + 1 && std::ranges::all_of(instance.map().regions(), [&](const auto& region) {
+           return region.heir() != 0 && host_of[region.id()] != host_of[region.heir()];
+         });
+}
+
 absl::Status Stage::PlayUntilWell() {
-  const std::size_t regions = static_cast<std::size_t>(run_.Latest().regions());
+  std::optional<Clock::time_point> since;
   return PlayUntil("every region is protected", [&] {
-    const v1::Instance instance = run_.Latest();
-    return instance.state() == v1::INSTANCE_STATE_RUNNING && instance.changes().empty() &&
-           instance.unprotected_regions().empty() &&
-           static_cast<std::size_t>(instance.region_status_size()) >= regions &&
-           std::ranges::all_of(instance.region_status(), [](const auto& status) {
-             return status.report().phase() == v1::WORKER_PHASE_RUNNING &&
-                    status.report().acknowledged_tick() > kFollowedTicks;
-           });
+    if (!IsWell()) {
+      since.reset();
+      return false;
+    }
+    if (!since) since = Clock::now();
+    return Clock::now() - *since >= kFollowed;
   });
 }
 
@@ -74,13 +98,18 @@ absl::Status Stage::PlayOn() {
 }
 
 void Stage::TakeCensus(Outcome& outcome) {
+  const auto add_new = [](double now, double& before, double& sum) {
+    sum += std::max(now - before, 0.0);
+    before = now;
+  };
   if (const auto found = run_.conservation()) {
-    outcome.lost += static_cast<double>(found->lost);
-    outcome.duplicated += static_cast<double>(found->duplicated);
+    add_new(static_cast<double>(found->lost), lost_, outcome.lost);
+    add_new(static_cast<double>(found->duplicated), duplicated_, outcome.duplicated);
   }
-  for (local::Bot* bot : run_.bots()) {
-    if (bot->client().state() != client::ClientState::kPlaying) ++outcome.clients_dropped;
-  }
+  const std::vector<local::Bot*> bots = run_.bots();
+  const auto dropped = std::ranges::count_if(
+      bots, [](local::Bot* bot) { return bot->client().state() != client::ClientState::kPlaying; });
+  add_new(static_cast<double>(dropped), dropped_, outcome.clients_dropped);
 }
 
 std::vector<Worker> Stage::Workers() {
@@ -114,17 +143,18 @@ double HighestOf(const std::vector<Worker>& workers, const std::string& sample) 
 }
 
 void Outcome::TellKept(const std::string& scene, const std::string& config, Report& report) const {
-  report.Add(scene, kFailoverEngine, config, "bodies_lost", lost, "1");
-  report.Add(scene, kFailoverEngine, config, "bodies_duplicated", duplicated, "1");
-  report.Add(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
+  report.Set(scene, kFailoverEngine, config, "bodies_lost", lost, "1");
+  report.Set(scene, kFailoverEngine, config, "bodies_duplicated", duplicated, "1");
+  report.Set(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
 }
 
 void Outcome::Tell(const std::string& fault, Report& report) const {
   const std::string config = "fault=" + fault;
   const auto add = [&](const char* metric, double value, const char* unit) {
-    report.Add("plaza", kFailoverEngine, config, metric, value, unit);
+    report.Set("plaza", kFailoverEngine, config, metric, value, unit);
   };
   add("runs", runs, "1");
+  add("runs_failed", runs_failed, "1");
   TellKept("plaza", config, report);
   if (fault == "agent") add("workers_lost", workers_lost, "1");
   if (fault == "control") {

@@ -44,9 +44,11 @@ struct Worker {
 // What all runs of a fault came to.
 struct Outcome {
   std::vector<double> gaps_ms;
-  double runs = 0, lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
+  double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
+  double lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
   double late_before = 0, late_ticks = 0, server_gap_ms = 0;
 
+  // Anew after each run.
   void Tell(const std::string& fault, Report& report) const;
   // What is to be 0 whatever happened: bodies lost and doubled, clients dropped.
   void TellKept(const std::string& scene, const std::string& config, Report& report) const;
@@ -57,16 +59,17 @@ local::RunOptions StageOptions(const FailoverSize& size);
 
 class Stage {
  public:
-  explicit Stage(const local::RunOptions& options) : run_(options) {}
+  explicit Stage(const local::RunOptions& options) : run_(options), regions_(options.regions) {}
 
   // An error, with the state of the instance, when the world or a player ended or time is up.
   absl::Status PlayUntil(const std::string& what, const std::function<bool()>& holds);
   absl::Status PlayFor(double seconds);
-  // It runs, nothing is being changed, and every heir has followed its region for two seconds.
+  // It runs with all its regions, as evenly on its hosts as they go, nothing is being changed, and for a second now
+  // every region's heir has been following it on another host.
   absl::Status PlayUntilWell();
   // Until further censuses were complete.
   absl::Status PlayOn();
-  // Adds what the world lost, doubled or dropped.
+  // Adds what the world lost, doubled or dropped since the last time.
   void TakeCensus(Outcome& outcome);
 
   std::vector<Worker> Workers();
@@ -76,8 +79,12 @@ class Stage {
   local::WorldRun& run() { return run_; }
 
  private:
+  bool IsWell();
+
   local::WorldRun run_;
+  std::uint32_t regions_;
   std::optional<GapWatch> watch_;
+  double lost_ = 0, duplicated_ = 0, dropped_ = 0;  // as of the last census that was taken
 };
 
 // One sample of each worker that answers: their sum, or the highest.

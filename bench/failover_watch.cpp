@@ -8,6 +8,7 @@ GapWatch::GapWatch(std::set<RegionId> regions, std::vector<local::Bot*> bots)
     : regions_(std::move(regions)), bots_(std::move(bots)) {}
 
 void GapWatch::Look(Clock::time_point now) {
+  if (found_most()) return;
   for (local::Bot* bot : bots_) {
     for (const auto& [id, body] : bot->client().World()) {
       if (!regions_.contains(body.region)) {

@@ -25,7 +25,9 @@ class GapWatch {
 
   GapWatch(std::set<RegionId> regions, std::vector<local::Bot*> bots);
 
+  // Until most are found; what comes after that, as that a new worker of the old name takes its place, does not count.
   void Look(Clock::time_point now);
+  bool found_most() const { return found() * 2 > watched(); }
   std::size_t watched() const { return newest_.size(); }
   std::size_t found() const { return shown_again_.size(); }  // shown by another owner since
   double gap_s() const;                                      // 0 while nothing was found

@@ -22,6 +22,16 @@ void Report::Add(const std::string& scene, const std::string& engine, const std:
   figures_.push_back({suite_, scene, engine, config, metric, value, unit});
 }
 
+void Report::Set(const std::string& scene, const std::string& engine, const std::string& config,
+                 const std::string& metric, double value, const std::string& unit) {
+  const auto known = std::find_if(figures_.begin(), figures_.end(), [&](const Figure& f) {
+    return f.scene == scene && f.engine == engine && f.config == config && f.metric == metric;
+  });
+  if (known == figures_.end()) return Add(scene, engine, config, metric, value, unit);
+  known->value = value;
+  known->unit = unit;
+}
+
 std::string Report::Table() const {
   std::vector<std::string> scenes;
   for (const Figure& figure : figures_) AddUnique(scenes, figure.scene);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -21,6 +22,12 @@ class Report {
   explicit Report(std::string suite) : suite_(std::move(suite)) {}
   void Add(const std::string& scene, const std::string& engine, const std::string& config, const std::string& metric,
            double value, const std::string& unit);
+  // The same, in place of what was said of it before.
+  void Set(const std::string& scene, const std::string& engine, const std::string& config, const std::string& metric,
+           double value, const std::string& unit);
+  // What is known at each Save is in this file, so that a run that is cut short keeps it. Empty: none.
+  void SaveTo(std::string path) { path_ = std::move(path); }
+  absl::Status Save() const { return path_.empty() ? absl::OkStatus() : WriteCsv(path_); }
   const std::vector<Figure>& figures() const { return figures_; }
 
   // Rows are metrics, columns are configs, of each engine if there are several; one block a scene.
@@ -29,7 +36,7 @@ class Report {
   absl::Status WriteCsv(const std::string& path) const;
 
  private:
-  std::string suite_;
+  std::string suite_, path_;
   std::vector<Figure> figures_;
 };
 

@@ -21,6 +21,16 @@ TEST(ReportTest, TableHasARowAMetricAndAColumnAConfig) {
             "bodies      -    12\n");
 }
 
+TEST(ReportTest, WhatIsSetAgainReplacesWhatWasSaid) {
+  Report report("suite");
+  report.Set("scene", "tessera", "n=1", "runs", 1, "1");
+  report.Set("scene", "tessera", "n=2", "runs", 7, "1");
+  report.Set("scene", "tessera", "n=1", "runs", 2, "1");
+  ASSERT_EQ(report.figures().size(), 2u);
+  EXPECT_EQ(report.figures()[0].value, 2);
+  EXPECT_EQ(report.figures()[1].value, 7);
+}
+
 TEST(ReportTest, EnginesHaveColumnsOfTheirOwn) {
   Report report("suite");
   report.Add("scene", "tessera", "n=1", "step", 1, "s");
