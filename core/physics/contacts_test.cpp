@@ -158,6 +158,46 @@ Vec3d AngularMomentum(const World& world, BodyId id) {
   return Rotate(q, {inertia.x * local.x, inertia.y * local.y, inertia.z * local.z});
 }
 
+// About the world's origin, as bodies of several shapes fly into each other off centre, slide along each other and
+// part.
+TEST(MomentumTest, OfTurningIsKeptInCollisionsOffCentre) {
+  const ShapePtr shapes[] = {Cube(0.5), Ball(0.5), MakeShapePtr(CapsuleShape{0.4, 0.3}),
+                             MakeShapePtr(CylinderShape{0.4, 0.5})};
+  for (const ShapePtr& shape_a : shapes) {
+    for (const ShapePtr& shape_b : shapes) {
+      for (const double restitution : {0.0, 0.7}) {
+        World world({.gravity_m_s2 = {}, .sleep = false});
+        BodyDef a = Dynamic(1, shape_a, {-2, 1, 0}, 1);
+        BodyDef b = Dynamic(2, shape_b, {2, 1.3, 0.4}, 3);
+        a.initial.linear_velocity = {0.8f, 0.1f, 0};
+        b.initial.linear_velocity = {-0.5f, 0, 0.1f};
+        for (BodyDef* body : {&a, &b}) {
+          body->inertia_kg_m2 = Vec3d{0.2, 0.2, 0.2} * body->mass_kg;
+          body->material = {.friction = 0.5, .restitution = restitution};
+        }
+        AddAll(world, {a, b});
+        double scale = 0;
+        const auto momentum = [&] {
+          Vec3d sum;
+          scale = 0;
+          for (const BodyDef* body : {&a, &b}) {
+            const BodyState state = world.StateOf(body->id);
+            const Vec3d p = Vec3d(state.linear_velocity) * body->mass_kg;
+            sum += Cross(state.position, p) + AngularMomentum(world, body->id);
+            scale += Length(p);
+          }
+          return sum;
+        };
+        const Vec3d before = momentum();
+        Simulate(world, 4);
+        EXPECT_GT(Length(world.StateOf(a.id).angular_velocity), 0.05f);  // they met
+        EXPECT_LT(Length(momentum() - before), 1e-5 * scale)
+            << &shape_a - shapes << " against " << &shape_b - shapes << ", e = " << restitution;
+      }
+    }
+  }
+}
+
 struct Impulses {
   Vec3d linear, angular;
 };

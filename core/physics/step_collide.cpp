@@ -204,6 +204,7 @@ void World::Impl::CollideFast(Pair& pair) {
   const Vec3f low_turned(low.turned_rad * impact->fraction), high_turned(high.turned_rad * impact->fraction);
   pair.swept = true;
   for (Manifold& manifold : pair.manifolds) {
+    manifold.ahead_m = moved;
     for (int i = 0; i < manifold.count; ++i) {
       ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
       const Vec3f way = moved + Cross(high_turned, point.r_b) - Cross(low_turned, point.r_a);

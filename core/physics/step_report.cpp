@@ -46,6 +46,8 @@ class PairSum {
     impulse_ += manifold.total_friction;
     angular_a_ += Cross(manifold.friction_r_a, -manifold.total_friction) - manifold.total_rolling;
     angular_b_ += Cross(manifold.friction_r_b, manifold.total_friction) + manifold.total_rolling;
+    angular_a_ += manifold.turn_on_a;
+    angular_b_ += manifold.turn_on_b;
   }
 
   const Pair& pair_;
@@ -62,6 +64,13 @@ float ImpulseOf(const Pair& pair) {
   return sum;
 }
 
+// One that was pushed with while bodies moved within the step, and let go again, has turned them all the same.
+bool Acted(const Pair& pair) {
+  return ImpulseOf(pair) > 0 || std::any_of(pair.manifolds.begin(), pair.manifolds.end(), [](const Manifold& manifold) {
+           return manifold.turn_on_a != Vec3f() || manifold.turn_on_b != Vec3f();
+         });
+}
+
 }  // namespace
 
 // Points are where they were at the start of the step; what pushed in it touched, however far away it began.
@@ -72,7 +81,7 @@ void World::Impl::ReportContacts() {
   for (const Touch& touch : touching) {
     const Pair& pair = *touch.pair;
     if (pair.low == nullptr || !pair.responds()) continue;
-    if (pair.live || ImpulseOf(pair) > 0) contacts.push_back(PairSum(pair).Told());
+    if (pair.live || Acted(pair)) contacts.push_back(PairSum(pair).Told());
   }
 }
 

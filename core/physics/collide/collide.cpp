@@ -110,7 +110,7 @@ struct Outlet {
     const Vec3f normal = pair.at_a.rotation * from.normal;
     to->normal = pair.flipped ? -normal : normal;
     to->key = from.key;
-    to->total_friction = to->total_rolling = {};
+    to->total_friction = to->total_rolling = to->ahead_m = to->turn_on_a = to->turn_on_b = {};
   }
 };
 

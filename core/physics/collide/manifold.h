@@ -35,6 +35,8 @@ struct Manifold {
   Vec3f friction_r_a, friction_r_b;  // from each centre of mass to where the solver let friction act, m
   Vec3f total_friction;              // summed over the last step, N s on b
   Vec3f total_rolling;               // N m s on b
+  Vec3f ahead_m;                     // by which b must yet move against a to be where the points were found
+  Vec3f turn_on_a, turn_on_b;        // N m s over the last step, for what the points lagged behind the bodies
   // Last: most manifolds have one or two, and leave the rest of the memory alone.
   std::array<ManifoldPoint, kManifoldPoints> points;
 };

@@ -120,6 +120,7 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
   }
   manifold.friction_impulse = manifold.total_friction = {};
   manifold.rolling_impulse = manifold.total_rolling = {};
+  manifold.turn_on_a = manifold.turn_on_b = {};
   if constexpr (Block::kHasFriction) {
     manifold.friction_impulse = Take(block.friction.tangent, block.friction.impulse, lane);
     manifold.total_friction = Take(block.friction.tangent, block.friction.total, lane);
@@ -138,6 +139,41 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
     manifold.rolling_impulse += Take(block.friction.tangent, block.rolling.impulse, lane);
     manifold.total_rolling += Take(block.friction.tangent, block.rolling.total, lane);
   }
+}
+
+// How easily a body turns, 1 / (kg m^2).
+float Ease(const SolvedMass& mass) {
+  const float* q = mass.root_inertia;
+  return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + 2 * (q[3] * q[3] + q[4] * q[4] + q[5] * q[5]);
+}
+
+void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
+  const float* q = mass.root_inertia;
+  const Vec3f spin = SymMat3f{q[0], q[1], q[2], q[3], q[4], q[5]} * by;
+  state.spin[0] += spin.x;
+  state.spin[1] += spin.y;
+  state.spin[2] += spin.z;
+}
+
+// An impulse that acts `apart` from where its counterpart does turns the two together, and what it made so is taken
+// again. A round surface is touched under its middle wherever it goes: then the contact has moved over the other body,
+// which has to bear it. Of two equals the heavier to turn bears more.
+template <class Block>
+void MakeGood(const ContactConstraint& contact, const Block& block, int lane, SolvedState* states,
+              const SolvedMass* masses) {
+  Manifold& manifold = *contact.manifold;
+  Vec3f impulse = manifold.total_friction;
+  for (int i = 0; i < manifold.count; ++i) impulse += manifold.normal * block.points[i].total.f[lane];
+  const LagLanes& lag = block.lag;
+  const Vec3f made{lag.made[0].f[lane], lag.made[1].f[lane], lag.made[2].f[lane]};
+  const Vec3f lacks = Cross(manifold.ahead_m, impulse) - made;
+  const bool round_a = manifold.round_a_m > 0, round_b = manifold.round_b_m > 0;
+  const float ease_a = Ease(masses[contact.a]), ease_b = Ease(masses[contact.b]);
+  const float share_a = round_a == round_b ? ease_b / (ease_a + ease_b) : round_a ? 0.0f : 1.0f;
+  manifold.turn_on_a = lacks * share_a;
+  manifold.turn_on_b = lacks - manifold.turn_on_a;
+  Turn(states[contact.a], masses[contact.a], manifold.turn_on_a);
+  Turn(states[contact.b], masses[contact.b], manifold.turn_on_b);
 }
 
 std::size_t LanesOf(int kind) {
@@ -219,11 +255,18 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
   }
 }
 
-void ContactBlocks::Store(std::span<const ContactConstraint> contacts) {
+void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
+                          std::span<const SolvedMass> masses) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (i + kAhead < contacts.size()) AskFor(*contacts[i + kAhead].manifold);
     const ContactPlace& place = places_[i];
-    Visit(place, [&](auto& block) { StoreLane(block, place.lane, *contacts[i].manifold); });
+    Visit(place, [&](auto& block) {
+      const ContactConstraint& contact = contacts[i];
+      StoreLane(block, place.lane, *contact.manifold);
+      if (contact.a != kStatic && contact.b != kStatic) {
+        MakeGood(contact, block, place.lane, states.data(), masses.data());
+      }
+    });
   }
 }
 

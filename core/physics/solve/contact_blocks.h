@@ -65,7 +65,9 @@ class ContactBlocks {
   // `nobody`: index of the body that stands for the world.
   void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody, float h);
   // Writes impulses and totals to the manifolds.
-  void Store(std::span<const ContactConstraint> contacts);
+  // Gives the bodies the turn that they lack because impulses acted where the contacts were at the start of the step.
+  void Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
+             std::span<const SolvedMass> masses);
 
   std::span<const ContactRun> runs() const { return runs_; }  // by color, what is left over last
   void* BlocksOf(const ContactRun& run) { return &memory_[run.offset]; }

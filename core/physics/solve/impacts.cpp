@@ -78,8 +78,28 @@ struct Striking {
       sum += impulses[i];
     }
     if constexpr (Block::kHasFriction) block.friction.impact.f[lane] += sum;
+    NoteLag(Cross(Get(b.moved) - Get(a.moved), normal * sum));
   }
 
+  // Puts the two apart along the normal, their middle of mass staying where it is.
+  void PutApart(float by_m) {
+    const float m_a = inverse_root_mass_a * inverse_root_mass_a, m_b = inverse_root_mass_b * inverse_root_mass_b;
+    const float share = by_m / (m_a + m_b);
+    Add(a.moved, normal * (-share * m_a));
+    Add(b.moved, normal * (share * m_b));
+    const Vec3f relative = Get(b.velocity) * inverse_root_mass_b - Get(a.velocity) * inverse_root_mass_a;
+    NoteLag(Cross(normal * share, relative));
+    for (int k = 0; k < 3; ++k) block.lag.apart[k].f[lane] += block.head.normal[k].f[lane] * by_m;
+  }
+
+ private:
+  void NoteLag(Vec3f made) {
+    block.lag.made[0].f[lane] += made.x;
+    block.lag.made[1].f[lane] += made.y;
+    block.lag.made[2].f[lane] += made.z;
+  }
+
+ public:
   Block& block;
   const int lane;
   SolvedState &a, &b;
@@ -135,11 +155,7 @@ bool FirstStrike(Striking<Block> contact, Vec3f shift, float h) {
   contact.Strike(hits, targets);
   // What drifting will make of the velocity, against where the bounce ends.
   const float drifts = h * first.velocity + Dot(contact.normal, shift);
-  const float m_a = contact.inverse_root_mass_a * contact.inverse_root_mass_a;
-  const float m_b = contact.inverse_root_mass_b * contact.inverse_root_mass_b;
-  const float aside = (first.separation - first_distance - drifts) / (m_a + m_b);
-  Add(contact.a.moved, contact.normal * (-aside * m_a));
-  Add(contact.b.moved, contact.normal * (aside * m_b));
+  contact.PutApart(first.separation - first_distance - drifts);
   return true;
 }
 

@@ -89,6 +89,13 @@ struct RollingLanes {
   Lanes impulse[2], total[2];
 };
 
+// What impulses did to the angular momentum of both bodies together because they act, all step long, where the contact
+// was at its start, though the bodies have moved on against each other since.
+struct LagLanes {
+  Lanes apart[3];  // how far b has moved against a: before this substep
+  Lanes made[3];   // angular momentum that came of it so far
+};
+
 struct NoLanes {};
 
 template <int kPoints, Tangent kTangent>
@@ -106,6 +113,7 @@ struct ContactBlock {
   [[no_unique_address]] std::conditional_t<kHasFriction, FrictionLanes, NoLanes> friction;
   [[no_unique_address]] std::conditional_t<kHasTwist, TwistLanes<kPoints>, NoLanes> twist;
   [[no_unique_address]] std::conditional_t<kHasRolling, RollingLanes, NoLanes> rolling;
+  LagLanes lag;
 };
 
 inline constexpr int kPointKinds = 3;  // 1, 2 or 4 points

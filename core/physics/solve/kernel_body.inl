@@ -140,6 +140,9 @@ struct ContactLoops {
       }
     }
     if constexpr (Block::kHasFriction) PrepareFriction(block, mass_a, mass_b, n, offset, linear);
+    const V none{Wide(0), Wide(0), Wide(0)};
+    Store(block.lag.apart, none);
+    Store(block.lag.made, none);
   }
 
   // Velocities of both bodies, and what constraints do to them.
@@ -204,17 +207,33 @@ struct ContactLoops {
     const F half = Wide(0.5f);
     return Cross(n, turned) + turned * (half * Dot(n, turned)) - n * (half * Dot(turned, turned));
   }
-  static TESSERA_INLINE void Measure(Block& block, SolvedBodies bodies) {
+  // Returns how far b has moved against a.
+  static TESSERA_INLINE V Measure(Block& block, SolvedBodies bodies) {
     const Motion a = GatherMoved(bodies.states, block.head.a), b = GatherMoved(bodies.states, block.head.b);
     const V n = Load(block.head.normal);
     const V turn_a = TurnOf(n, a.w), turn_b = TurnOf(n, b.w);
     // A round surface turns without coming nearer or going away: of it, only its middle is carried along.
     const F rounds = Dot(turn_b, n) * Load(block.head.round_b) + Dot(turn_a, n) * Load(block.head.round_a);
-    const F shared = Dot(n, b.v - a.v) - Dot(turn_b, Load(block.head.offset)) + rounds;
+    const V apart = b.v - a.v;
+    const F shared = Dot(n, apart) - Dot(turn_b, Load(block.head.offset)) + rounds;
     const V turn = turn_b - turn_a;
     for (PointLanes& point : block.points) {
       Store(point.separation, Load(point.start_separation) + (shared + Dot(turn, Load(point.r_a))));
     }
+    return apart;
+  }
+
+  // All that is pushed with now.
+  static TESSERA_INLINE V Impulse(const Block& block) {
+    F sum = Load(block.points[0].impulse);
+    for (int i = 1; i < kPoints; ++i) sum = sum + Load(block.points[i].impulse);
+    V impulse = Load(block.head.normal) * sum;
+    if constexpr (Block::kHasFriction) {
+      for (int k = 0; k < 2; ++k) {
+        impulse = impulse + Load(block.friction.tangent[k]) * Load(block.friction.impulse[k]);
+      }
+    }
+    return impulse;
   }
 
   // The impulse at a point that brings its velocity to where it should be.
@@ -331,16 +350,37 @@ struct ContactLoops {
     }
   }
 
+  struct Lag {
+    V apart;   // how far b has moved against a
+    F far;     // where that is far enough to count
+    V biased;  // of the substep's impulse, what acted before they moved; the rest acts after it
+    bool any;
+  };
+  static TESSERA_INLINE void NoteLag(Block& block, const Lag& lag) {
+    const V made = Cross(Load(block.lag.apart), lag.biased) + Cross(lag.apart, Impulse(block) - lag.biased);
+    Store(block.lag.made, Load(block.lag.made) + And(lag.far, made));
+    Store(block.lag.apart, And(lag.far, lag.apart));
+  }
+
   template <bool kRelax>
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
-    if constexpr (kRelax) Measure(block, bodies);
+    [[maybe_unused]] Lag lag;
+    if constexpr (kRelax) {
+      lag.apart = Measure(block, bodies);
+      lag.far = Positive(Dot(lag.apart, lag.apart) - Wide(kLag_m * kLag_m));
+      lag.any = Bits(lag.far) != 0;
+      lag.biased = lag.any ? Impulse(block) : V{Wide(0), Wide(0), Wide(0)};
+    }
     Both both = Fetch(block, bodies.states);
     // Normals come after friction: no overlap matters more than no sliding. When relaxing, friction has another go by
     // what they have come to: with bias they carry less while a body sinks in, and it would slide.
     if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
     if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
-    if constexpr (kRelax) AddToTotals(block);
+    if constexpr (kRelax) {
+      AddToTotals(block);
+      if (lag.any) NoteLag(block, lag);
+    }
     PutBack(block, bodies, both);
   }
 

@@ -152,8 +152,8 @@ void Solver::Solve(const SolveBatch& batch) {
   for (const ContactRun& run : impl.contacts.runs()) impl.Run(&ContactKernels::prepare, run);
   impl.impacts.Fill(batch.contacts, impl.count);
   impl.Substeps(batch.substeps);
+  impl.contacts.Store(batch.contacts, impl.states, impl.masses);
   impl.StoreBodies(batch.bodies);
-  impl.contacts.Store(batch.contacts);
   impl.joints.Store(batch.joints);
 }
 

@@ -143,7 +143,8 @@ TEST(SolverTest, KeepsLinearMomentum) {
   }
 }
 
-// Angular momentum about a point, of two bodies with one contact whose arms meet in one place.
+// Angular momentum about a point, of two bodies with one contact whose arms meet in one place, though they slide along
+// each other while they are in touch.
 TEST(SolverTest, KeepsAngularMomentum) {
   Solver solver;
   Scene scene;
@@ -158,7 +159,7 @@ TEST(SolverTest, KeepsAngularMomentum) {
     Vec3f sum;
     for (const auto& [body, x] : {std::pair(scene.bodies[0], x_a), std::pair(scene.bodies[1], x_b)}) {
       const Vec3f w = body.angular_velocity, i = body.inertia_kg_m2;
-      sum += Cross(x, body.velocity) * body.mass_kg + Vec3f{i.x * w.x, i.y * w.y, i.z * w.z};
+      sum += Cross(x + body.moved_m, body.velocity) * body.mass_kg + Vec3f{i.x * w.x, i.y * w.y, i.z * w.z};
     }
     return sum;
   };

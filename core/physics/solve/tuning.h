@@ -43,6 +43,11 @@ inline constexpr float kBounce_m_s = 0.2f;
 // Points that lie this much deeper than the others, m, carry a new contact alone until it has impulses to tell by.
 inline constexpr float kTouching_m = 0.002f;
 
+// Bodies that have moved by less than this against each other since the start of a step, m, are taken to touch where
+// they did then. Smaller, and piles that lie tremble by millimetres a second, because what turns them comes a step
+// late; larger, and impacts lose angular momentum: this times their impulse.
+inline constexpr float kLag_m = 2e-5f;
+
 // The fewest substeps an island gets, as a power of two. With 1 a pyramid trembles and sinks by centimetres; 2 hold it.
 inline constexpr int kFewestLevel = 1;
 // And what it starts with: with 2 a box put on a slope it can stand on slips by millimetres first.

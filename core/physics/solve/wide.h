@@ -80,6 +80,7 @@ TESSERA_INLINE void Store(Lanes (&to)[3], V v) {
 TESSERA_INLINE V operator+(V a, V b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 TESSERA_INLINE V operator-(V a, V b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 TESSERA_INLINE V operator*(V a, F s) { return {a.x * s, a.y * s, a.z * s}; }
+TESSERA_INLINE V And(F mask, V v) { return {And(mask, v.x), And(mask, v.y), And(mask, v.z)}; }
 TESSERA_INLINE F Dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 TESSERA_INLINE V Cross(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
