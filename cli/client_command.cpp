@@ -26,6 +26,10 @@ struct Options {
   std::uint64_t seed = 1;
   bool leave = true;
   std::string player_file;
+  std::string record_file;
+  std::uint64_t record_mb = 1024;
+  std::string play_file;
+  bool events = false;
 };
 
 // What is in the player's file; empty if there is none yet.
@@ -43,33 +47,58 @@ void WritePlayer(const std::string& path, const std::vector<std::uint8_t>& token
   if (!out.flush()) throw local::CommandError(path + " cannot be written");
 }
 
-void Run(const Globals& globals, const Options& options) {
+bool Tables(const Globals& globals) { return globals.format == Format::kTable || globals.format == Format::kWide; }
+
+void Check(const char* what, const absl::Status& status) {
+  if (!status.ok()) throw local::CommandError(what + std::string(status.message()));
+}
+
+// Until the time is over, somebody stops it, or the client ends.
+void Watch(const Globals& globals, const Options& options, local::Bot& bot) {
   StopSignal stop;
-  const bool has_file = !options.player_file.empty();
-  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed,
-                                 has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>());
-  if (!joined.ok()) throw local::CommandError("client: " + std::string(joined.status().message()));
-  local::Bot& bot = **joined;
-  if (has_file) WritePlayer(options.player_file, bot.client().return_token());
-  const bool table = globals.format == Format::kTable || globals.format == Format::kWide;
-  if (table)
-    std::cout << fmt::format("joined {} as player {}\n", options.instance, bot.client().player().value()) << std::flush;
   const auto start = client::Clock::now();
   auto next_line = start + 1s;
   bool going = true;
   while (going && !stop.Wait(kFrameTime)) {
     const auto now = client::Clock::now();
     going = bot.Frame(now);
-    if (table && now >= next_line) {
+    for (const client::ClientEvent& event : bot.events()) {
+      const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;
+      if (options.events || must) (must ? std::cerr : std::cout) << EventLine(bot.client(), event) << std::flush;
+    }
+    if (Tables(globals) && now >= next_line) {
       next_line += 1s;
       std::cout << ClientLine(bot) << std::flush;
     }
     if (options.seconds > 0 && now - start >= std::chrono::duration<double>(options.seconds)) break;
   }
-  if (!going && !bot.client().reason().ok())
-    throw local::CommandError("client: " + std::string(bot.client().reason().message()));
+  if (!going) Check("client: ", bot.client().reason());
   if (globals.format == Format::kJson) std::cout << ClientJson(bot).dump(2) << "\n";
-  if (table) std::cout << "\n" << ClientReport(bot);
+  if (Tables(globals)) std::cout << "\n" << ClientReport(bot);
+}
+
+void Play(const Globals& globals, const Options& options) {
+  auto playing = local::Bot::Play(options.play_file);
+  Check("client: ", playing.status());
+  if (Tables(globals)) std::cout << fmt::format("playing {}\n", options.play_file) << std::flush;
+  Watch(globals, options, **playing);
+}
+
+void Run(const Globals& globals, const Options& options) {
+  if (!options.play_file.empty()) return Play(globals, options);
+  const bool has_file = !options.player_file.empty();
+  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed,
+                                 has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>());
+  Check("client: ", joined.status());
+  local::Bot& bot = **joined;
+  if (has_file) WritePlayer(options.player_file, bot.client().return_token());
+  if (!options.record_file.empty()) {
+    Check("client: --record: ", bot.client().Record(options.record_file, options.record_mb * 1'000'000));
+  }
+  if (Tables(globals))
+    std::cout << fmt::format("joined {} as player {}\n", options.instance, bot.client().player().value()) << std::flush;
+  Watch(globals, options, bot);
+  Check("client: --record: ", bot.client().StopRecording());
   if (options.leave) {
     if (const absl::Status left = bot.client().Leave(); !left.ok())
       throw local::CommandError("client: " + std::string(left.message()));
@@ -82,7 +111,7 @@ void Run(const Globals& globals, const Options& options) {
 void AddClientCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<Options>();
   CLI::App* client = app.add_subcommand("client", "Join a world as a bot that wanders, and report what it sees");
-  client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it")->required();
+  CLI::Option* id = client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it");
   client->add_option("--name", options->name, "Name of the player")->capture_default_str();
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
       ->check(CLI::NonNegativeNumber);
@@ -92,7 +121,19 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
   client->add_flag("!--stay", options->leave, "Leave the player's body in the world at the end");
   client->add_option("--player-file", options->player_file,
                      "Keep in this file who the player is, and come back as the one in it, wherever its body is now");
-  client->callback([&globals, options] { Run(globals, *options); });
+  CLI::Option* record = client->add_option("--record", options->record_file, "Write what it is told into this file");
+  client->add_option("--record-mb", options->record_mb, "At most so large, megabytes")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000))
+      ->needs(record);
+  client->add_option("--play", options->play_file, "Instead of joining, play what such a file holds")
+      ->excludes(id)
+      ->excludes(record);
+  client->add_flag("--events", options->events, "Print each event: contacts, triggers, bodies that come and go");
+  client->callback([&globals, options, id] {
+    if (id->count() == 0 && options->play_file.empty()) throw CLI::RequiredError("id, or --play");
+    Run(globals, *options);
+  });
 }
 
 }  // namespace tessera::cli

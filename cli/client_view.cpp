@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 namespace tessera::cli {
@@ -24,6 +25,16 @@ Row DurationRow(const std::string& name, const DurationSummary& d) {
           FormatMillis(d.max_s)};
 }
 
+// By its name in the scene, where it has one.
+std::string BodyName(const client::Client& client, BodyId id) {
+  if (IsPlayerBody(id)) return fmt::format("player {}", PlayerOf(id).value());
+  const auto& bodies = client.scene().bodies;
+  const auto found = std::lower_bound(bodies.begin(), bodies.end(), id,
+                                      [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
+  const bool named = found != bodies.end() && found->id == id && !found->name.empty();
+  return named ? fmt::format("body {} ({})", id.value(), found->name) : fmt::format("body {}", id.value());
+}
+
 }  // namespace
 
 std::string StateName(ClientState state) {
@@ -40,11 +51,51 @@ std::string StateName(ClientState state) {
   return "?";
 }
 
+std::string EventLine(const client::Client& client, const client::ClientEvent& event) {
+  using Kind = client::ClientEvent::Kind;
+  const auto what = [&]() -> std::string {
+    const std::string body = BodyName(client, event.body);
+    const std::string pair = body + " and " + BodyName(client, event.other);
+    switch (event.kind) {
+      case Kind::kAppeared:
+        return body + " appeared";
+      case Kind::kVanished:
+        return body + " vanished";
+      case Kind::kStarted:
+        return "the world moves";
+      case Kind::kInputRefused:
+        return fmt::format("input {} refused: {}", event.input_number, event.detail);
+      case Kind::kRegionLost:
+        return "lost";
+      case Kind::kRegionBack:
+        return "back";
+      case Kind::kMapChanged:
+        return fmt::format("map {}", client.map().version().value());
+      case Kind::kEnded:
+        return "ended: " + event.detail;
+      case Kind::kContactBegan:
+        return pair + " touch";
+      case Kind::kContactEnded:
+        return pair + " part";
+      case Kind::kTriggerEntered:
+        return pair + " overlap: trigger entered";
+      case Kind::kTriggerLeft:
+        return pair + " do not overlap any more: trigger left";
+      case Kind::kRecordingEnded:
+        return "recording ended: " + event.detail;
+    }
+    return "?";
+  };
+  const std::string region = event.region == RegionId() ? "" : fmt::format("region {}: ", event.region.value());
+  return fmt::format("tick {}: {}{}\n", client.tick().value(), region, what());
+}
+
 std::string ClientLine(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
-  return fmt::format("{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated\n", StateName(bot.client().state()),
-                     bot.client().tick().value(), stats.bodies, FormatBytes(stats.bytes_in_per_s),
-                     FormatMillis(stats.snapshot_delay_s), stats.extrapolations);
+  return fmt::format("{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated, {} pairs begun, {} ended\n",
+                     StateName(bot.client().state()), bot.client().tick().value(), stats.bodies,
+                     FormatBytes(stats.bytes_in_per_s), FormatMillis(stats.snapshot_delay_s), stats.extrapolations,
+                     bot.pairs_begun(), bot.pairs_ended());
 }
 
 std::string ClientTable(const std::vector<local::Bot*>& bots) {
@@ -95,6 +146,8 @@ nlohmann::ordered_json ClientJson(local::Bot& bot) {
           {"delta_records", stats.delta_records},
           {"inputs_refused", stats.inputs_refused},
           {"region_changes", bot.region_changes()},
+          {"pairs_begun", bot.pairs_begun()},
+          {"pairs_ended", bot.pairs_ended()},
           {"last_applied_input", bot.client().last_applied_input()},
           {"frame_time", Json(stats.frame_time)},
           {"network_time", Json(stats.network_time)},

@@ -45,7 +45,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options)
 }
 
 Client::Client(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-Client::~Client() = default;
+Client::~Client() { (void)impl_->EndRecording(); }
 
 std::vector<ClientEvent> Client::Poll(TimePoint now) {
   Impl& me = *impl_;
@@ -53,6 +53,11 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   const TimePoint begin = Clock::now();
   if (me.last_poll.has_value()) me.frame_time.Add(now - *me.last_poll);
   me.last_poll = now;
+  if (me.replay) {
+    me.PlayBack(now);
+    me.MeasureRates(now);
+    return std::exchange(me.events, {});
+  }
   me.Receive(now);
   me.Correct();
   if (me.state != ClientState::kEnded) {
@@ -66,6 +71,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.SendInputs(now);
   }
   me.wire.Flush();
+  me.RecordEvents(now);
   me.MeasureRates(now);
   me.network_time.Add(Clock::now() - begin);
   return std::exchange(me.events, {});
@@ -87,9 +93,14 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
 }
 
 absl::Status Client::Leave(std::chrono::milliseconds deadline) {
+  if (impl_->replay) {
+    impl_->End(absl::OkStatus(), "left");
+    return absl::OkStatus();
+  }
   const absl::Status status = LeaveInstance(impl_->options.control_address, impl_->options.instance_id,
                                             impl_->session.credentials.token, deadline);
   impl_->End(absl::OkStatus(), "left");
+  (void)impl_->EndRecording();  // who wants to hear of it has asked before
   impl_->wire.Flush();
   return status;
 }

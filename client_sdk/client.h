@@ -74,7 +74,9 @@ struct ClientEvent {
     kContactEnded,    // body, other, region
     kTriggerEntered,  // body, other, region: one of them is a trigger
     kTriggerLeft,     // body, other, region
+    kRecordingEnded,  // detail: why it could not go on; nothing after StopRecording
   };
+  static constexpr Kind kLastKind = Kind::kRecordingEnded;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`
@@ -110,6 +112,11 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
+  // A recording, as if it were played again now: the world and its events come by Poll as they came then, states of
+  // motion included; there is nobody to move, and no token. Ends with the file. Errors: NOT_FOUND, INVALID_ARGUMENT
+  // (not a recording), DATA_LOSS (damaged); each begins with the file's name.
+  static absl::StatusOr<std::unique_ptr<Client>> Play(const std::string& file);
+
   // Takes in what has come, sends what is due. Call at least 30 times a second.
   std::vector<ClientEvent> Poll(TimePoint now);
   ClientState state() const;
@@ -144,6 +151,16 @@ class Client {
 
   // Tells the control plane, which has the body removed, and ends. Waits up to `deadline`.
   absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));
+
+  // From now on, and with all that is known now, what this client is told goes into a file of at most `max_bytes`; what
+  // is there under that name is replaced. Where it cannot go on, an event says why. Errors: UNAVAILABLE (cannot be
+  // written), FAILED_PRECONDITION (there is a recording under way, or the client has ended or is a recording itself).
+  absl::Status Record(const std::string& file, std::uint64_t max_bytes = kDefaultRecording_bytes);
+  // A file that is not ended, by this or with the client, cannot be played. OK if there is no recording.
+  absl::Status StopRecording();
+  bool recording() const;
+  // Hours of a busy world.
+  static constexpr std::uint64_t kDefaultRecording_bytes = std::uint64_t{1} << 30;
 
   ClientStats Stats() const;
   // From now on the network is so.

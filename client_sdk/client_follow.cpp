@@ -22,6 +22,7 @@ void Client::Impl::AdoptMap(RegionLink& from, const v1::PartitionMap& proto) {
   if (!map.ok()) return from.CountError();
   session.map = *std::move(map);
   follow_due = true;
+  if (recorder) recorder->Map(*last_poll, proto.SerializeAsString());
   events.push_back({.kind = ClientEvent::Kind::kMapChanged});
 }
 
@@ -43,7 +44,7 @@ void Client::Impl::Follow(TimePoint now) {
   if (!follow_due && (interest_radius_m <= 0 || !started)) return;
   follow_due = false;
   DropGone(now);
-  DropFar();
+  DropFar(now);
   MoveLinks(now);
   AddMissing();
 }
@@ -54,18 +55,18 @@ void Client::Impl::DropGone(TimePoint now) {
       ++link;
       continue;
     }
-    world.RegionGone(now, link->region());
+    RegionChanged(now, link->region(), RegionEntry::Change::kGone);
     link = LetGo(link);
   }
 }
 
-void Client::Impl::DropFar() {
+void Client::Impl::DropFar(TimePoint now) {
   for (auto link = links.begin(); link != links.end();) {
     if (Near(link->region(), kLetGoBeyond * interest_radius_m)) {
       ++link;
       continue;
     }
-    world.RegionOutOfSight(link->region(), events);
+    RegionChanged(now, link->region(), RegionEntry::Change::kOutOfSight);
     link = LetGo(link);
   }
 }

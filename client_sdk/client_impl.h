@@ -11,7 +11,9 @@
 #include "client_sdk/input_clock.h"
 #include "client_sdk/playout_clock.h"
 #include "client_sdk/predictor.h"
+#include "client_sdk/recorder.h"
 #include "client_sdk/region_link.h"
+#include "client_sdk/replay.h"
 #include "client_sdk/session.h"
 #include "client_sdk/wire.h"
 #include "client_sdk/world_view.h"
@@ -28,8 +30,8 @@ struct Client::Impl {
   void OnDisconnected(TimePoint now, RegionLink& link);
   void OnControl(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome);
-  void OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal);
-  void OnStopping(RegionLink& link, const std::string& why);
+  void OnRefusal(TimePoint now, RegionLink& link, const v1::RegionRefusal& refusal);
+  void OnStopping(TimePoint now, RegionLink& link, const std::string& why);
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
   void OnPass(RegionLink& link, const v1::RegionPass& pass);
@@ -43,7 +45,7 @@ struct Client::Impl {
   void AdoptDoors(RegionLink& from, const google::protobuf::RepeatedPtrField<v1::RegionDoor>& doors);
   void Follow(TimePoint now);
   void DropGone(TimePoint now);
-  void DropFar();
+  void DropFar(TimePoint now);
   void MoveLinks(TimePoint now);
   void AddMissing();
   bool Named(RegionId region) const;  // by the map
@@ -52,6 +54,14 @@ struct Client::Impl {
   std::vector<RegionLink>::iterator LetGo(std::vector<RegionLink>::iterator link);
   void CheckProgress(TimePoint now);
   void End(absl::Status why, std::string detail);
+
+  // What is recorded, and played back (client_recording.cpp).
+  void RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change);
+  void RecordAllKnown(TimePoint now);
+  void RecordEvents(TimePoint now);
+  absl::Status EndRecording();
+  void PlayBack(TimePoint now);
+  void PlayStep(Replay::Step step);
 
   // What goes out (client_input.cpp).
   void MakeInputs(TimePoint now);
@@ -104,6 +114,9 @@ struct Client::Impl {
   };
   std::optional<Applied> applied, correct_to;
   std::optional<Predictor> predictor;
+
+  std::optional<Recorder> recorder;
+  std::optional<Replay> replay;  // instead of regions
 
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;

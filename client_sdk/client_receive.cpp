@@ -78,7 +78,7 @@ void Client::Impl::OnDisconnected(TimePoint now, RegionLink& link) {
   const bool lost = link.welcomed();
   link.Disconnected(now);
   if (!lost) return;
-  world.RegionLost(link.region());
+  RegionChanged(now, link.region(), RegionEntry::Change::kLost);
   events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = link.region()});
 }
 
@@ -89,7 +89,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     case v1::RegionControl::kWelcome:
       return OnWelcome(now, link, control.welcome());
     case v1::RegionControl::kRefusal:
-      return OnRefusal(link, control.refusal());
+      return OnRefusal(now, link, control.refusal());
     case v1::RegionControl::kStarted:
       return Start();
     case v1::RegionControl::kMap:
@@ -106,7 +106,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
       return;
     }
     case v1::RegionControl::kStopping:
-      return OnStopping(link, control.stopping().reason());
+      return OnStopping(now, link, control.stopping().reason());
     case v1::RegionControl::kPass:
       return OnPass(link, control.pass());
     case v1::RegionControl::kPairEvents:
@@ -125,7 +125,7 @@ void Client::Impl::OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWe
   }
   const bool again = state != ClientState::kJoining;
   link.Welcomed();
-  world.RegionBegins(now, link.region());
+  RegionChanged(now, link.region(), RegionEntry::Change::kBegins);
   if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = link.region()});
   AdoptDoors(link, welcome.doors());
   AdoptMap(link, welcome.map());
@@ -139,8 +139,8 @@ void Client::Impl::Start() {
   events.push_back({.kind = ClientEvent::Kind::kStarted});
 }
 
-void Client::Impl::OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal) {
-  if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(link, refusal.detail());
+void Client::Impl::OnRefusal(TimePoint now, RegionLink& link, const v1::RegionRefusal& refusal) {
+  if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, link, refusal.detail());
   const absl::string_view word = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
   End(absl::Status(CodeOf(refusal.reason()), absl::StrCat(link.Where(), " refuses: ", word, ": ", refusal.detail())),
       "");
@@ -151,7 +151,7 @@ void Client::Impl::OnRefusal(RegionLink& link, const v1::RegionRefusal& refusal)
 void Client::Impl::OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal) {
   const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kExpired ||
                         refusal.reason == net::Refused::kStopping;
-  if (state == ClientState::kJoining || for_good) return OnRefusal(link, ToProto(refusal));
+  if (state == ClientState::kJoining || for_good) return OnRefusal(now, link, ToProto(refusal));
   link.Failed(refusal.detail);
   OnDisconnected(now, link);
 }
@@ -173,9 +173,9 @@ void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {
   session.credentials = {.token = {token.begin(), token.end()}, .key = *key};
 }
 
-void Client::Impl::OnStopping(RegionLink& link, const std::string& why) {
+void Client::Impl::OnStopping(TimePoint now, RegionLink& link, const std::string& why) {
   link.Stop(wire);
-  world.RegionLost(link.region());
+  RegionChanged(now, link.region(), RegionEntry::Change::kLost);
   // Others that the map names may be too far away to have been listened to: they are asked.
   const bool all = std::all_of(links.begin(), links.end(),
                                [](const RegionLink& l) { return l.state() == RegionLink::State::kStopped; });
@@ -200,6 +200,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes&
     input_clock.Stop();
   }
   playout.Arrived(now, snapshot->tick);
+  if (recorder) recorder->Snapshot(now, link.region(), *snapshot);
   world.Take(now, link.region(), *snapshot, events);
   NoteApplied(now, link, *snapshot);
   if (link.AcknowledgementUrgent()) Sent(link.Send(now, wire, {}));

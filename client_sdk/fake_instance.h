@@ -96,6 +96,22 @@ class FakeRegion {
     message.mutable_pass()->set_session_key(pass.key.data(), pass.key.size());
     TellAll(message);
   }
+  struct Pair {
+    BodyId a, b;
+    bool trigger = false, begin = true;
+  };
+  void TellPairs(Tick tick, const std::vector<Pair>& pairs) {
+    v1::RegionControl message;
+    message.mutable_pair_events()->set_tick(tick.value());
+    for (const Pair& pair : pairs) {
+      v1::PairEvent& event = *message.mutable_pair_events()->add_events();
+      event.set_body_a(pair.a.value());
+      event.set_body_b(pair.b.value());
+      event.set_trigger(pair.trigger);
+      event.set_begin(pair.begin);
+    }
+    TellAll(message);
+  }
   v1::RegionDoor Door() const {
     v1::RegionDoor door;
     door.set_region(self_.value());
@@ -233,6 +249,7 @@ class FakeInstance : public v1::SessionService::Service {
         net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}}, key_);
     for (const auto& region : regions) region->TellPass(pass);
   }
+  const std::string& written_scene() const { return scene_bytes_; }
   void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
   void Service() {
     for (const auto& region : regions) region->Service();

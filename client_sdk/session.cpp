@@ -21,9 +21,14 @@ constexpr int kMaxSceneBytes = 256 * 1024 * 1024;
 constexpr std::uint32_t kMaxRateHz = 1000;
 constexpr std::size_t kMaxHostBytes = 255;  // of a name, by RFC 1035
 
+struct FetchedScene {
+  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const std::string> written;
+};
+
 struct SceneCache {
   std::mutex mutex;
-  std::map<std::string, std::shared_ptr<const Scene>> scenes;  // by hash
+  std::map<std::string, FetchedScene> scenes;  // by hash
 };
 
 SceneCache& Scenes() {
@@ -56,8 +61,8 @@ absl::Status BadAnswer(const std::string& what) {
   return absl::InternalError(absl::StrCat("the control plane's answer: ", what));
 }
 
-absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::string& hash, Deadline deadline,
-                                                        const std::string& address, const std::string& instance_id) {
+absl::StatusOr<FetchedScene> FetchScene(Stub& stub, const std::string& hash, Deadline deadline,
+                                        const std::string& address, const std::string& instance_id) {
   {
     const std::lock_guard lock(Scenes().mutex);
     if (const auto found = Scenes().scenes.find(hash); found != Scenes().scenes.end()) return found->second;
@@ -76,11 +81,11 @@ absl::StatusOr<std::shared_ptr<const Scene>> FetchScene(Stub& stub, const std::s
   if (!written.ParseFromString(response.scene())) return BadAnswer("scene: not a scene");
   if (SceneHash(written) != hash) return BadAnswer(absl::StrCat("scene: its hash is not ", hash));
   absl::StatusOr<std::shared_ptr<const Scene>> scene = ResolveScene(written, "scene");
-  if (scene.ok()) {
-    const std::lock_guard lock(Scenes().mutex);
-    Scenes().scenes.emplace(hash, *scene);
-  }
-  return scene;
+  if (!scene.ok()) return scene.status();
+  FetchedScene fetched{*std::move(scene), std::make_shared<const std::string>(std::move(*response.mutable_scene()))};
+  const std::lock_guard lock(Scenes().mutex);
+  Scenes().scenes.emplace(hash, fetched);
+  return fetched;
 }
 
 absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& session) {
@@ -140,12 +145,14 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
                   .map = *std::move(map),
                   .regions = {},
                   .scene = nullptr,
+                  .written_scene = nullptr,
                   .tick_rate_hz = response.tick_rate_hz(),
                   .snapshot_rate_hz = std::min(response.snapshot_rate_hz(), response.tick_rate_hz())};
   if (absl::Status status = TakeRegions(response, session); !status.ok()) return status;
   auto scene = FetchScene(*stub, response.scene_hash(), until, control_address, instance_id);
   if (!scene.ok()) return scene.status();
-  session.scene = *std::move(scene);
+  session.scene = std::move(scene->scene);
+  session.written_scene = std::move(scene->written);
   return session;
 }
 

@@ -30,6 +30,7 @@ struct Session {
   PartitionMap map;
   std::vector<RegionEndpoint> regions;  // one for each region of the map, ascending
   std::shared_ptr<const Scene> scene;
+  std::shared_ptr<const std::string> written_scene;  // tessera.v1.Scene that it was made of
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
 };
 

@@ -19,8 +19,19 @@ absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const std::string& control_addres
   return std::unique_ptr<Bot>(new Bot(*std::move(client), name, seed));
 }
 
+absl::StatusOr<std::unique_ptr<Bot>> Bot::Play(const std::string& file) {
+  auto client = client::Client::Play(file);
+  if (!client.ok()) return client.status();
+  return std::unique_ptr<Bot>(new Bot(*std::move(client), "recording", 1));
+}
+
 bool Bot::Frame(client::TimePoint now) {
-  client_->Poll(now);
+  using Kind = client::ClientEvent::Kind;
+  events_ = client_->Poll(now);
+  for (const client::ClientEvent& event : events_) {
+    if (event.kind == Kind::kContactBegan || event.kind == Kind::kTriggerEntered) ++pairs_begun_;
+    if (event.kind == Kind::kContactEnded || event.kind == Kind::kTriggerLeft) ++pairs_ended_;
+  }
   if (client_->state() == client::ClientState::kEnded) return false;
   const auto self = client_->World().find(client_->own_body());
   if (self != client_->World().end()) {

@@ -22,10 +22,18 @@ class Bot {
                                                    const std::string& name, std::uint64_t seed,
                                                    const std::vector<std::uint8_t>& returning = {});
 
+  // Watches a recording; errors: those of Client::Play.
+  static absl::StatusOr<std::unique_ptr<Bot>> Play(const std::string& file);
+
   // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.
   bool Frame(client::TimePoint now);
 
   client::Client& client() { return *client_; }
+  // Of the last frame.
+  const std::vector<client::ClientEvent>& events() const { return events_; }
+  // Contacts and triggers so far: began or entered, ended or left.
+  std::uint64_t pairs_begun() const { return pairs_begun_; }
+  std::uint64_t pairs_ended() const { return pairs_ended_; }
   const std::string& name() const { return name_; }
   std::uint64_t region_changes() const { return region_changes_; }  // of its own body
 
@@ -40,6 +48,8 @@ class Bot {
   std::uint64_t random_;
   std::optional<Vec3d> waypoint_;
   RegionId region_;
+  std::vector<client::ClientEvent> events_;
+  std::uint64_t pairs_begun_ = 0, pairs_ended_ = 0;
   std::uint64_t region_changes_ = 0;
 };
 

@@ -1,6 +1,9 @@
 // The C interface against a fake instance, and what it does with arguments that make no sense.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <functional>
 #include <thread>
 
@@ -137,6 +140,41 @@ TEST_F(CApiTest, ABadNetworkCanBeHadForTheAsking) {
   ASSERT_EQ(tessera_simulate_network(client, &network), TESSERA_OK);
   instance.regions[0]->Snapshot(Tick(6), bodies);
   EXPECT_TRUE(Until([&] { return tessera_tick(client) == 6; }));
+}
+
+TEST_F(CApiTest, RecordsAndPlays) {
+  const std::string file = testing::TempDir() + "c_api_test_" + std::to_string(::getpid()) + ".tsr";
+  EXPECT_EQ(tessera_record(client, nullptr, 0), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_record(client, "/no/such/folder/x.tsr", 0), TESSERA_UNAVAILABLE);
+  ASSERT_EQ(tessera_record(client, file.c_str(), 0), TESSERA_OK) << tessera_last_error();
+  Play();
+  ShowTwo();
+  ASSERT_EQ(tessera_stop_recording(client), TESSERA_OK);
+
+  tessera_client* playing = nullptr;
+  ASSERT_EQ(tessera_play(file.c_str(), &playing), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(tessera_own_body(playing), tessera_own_body(client));
+  EXPECT_EQ(tessera_return_token(playing, nullptr, 0), 0u);
+  EXPECT_EQ(tessera_poll(playing, now), TESSERA_OK);
+  EXPECT_EQ(tessera_poll(playing, now + 1'000'000'000), TESSERA_OK);
+  tessera_body body = TESSERA_BODY;
+  ASSERT_EQ(tessera_find_body(playing, 1, &body), TESSERA_OK);
+  EXPECT_NEAR(body.position[2], 3, 1e-3);
+  EXPECT_NEAR(body.linear_velocity[0], 4, 0.02);
+  int appeared = 0, started = 0;
+  tessera_event event = TESSERA_EVENT;
+  while (tessera_next_event(playing, &event) != 0) {
+    appeared += event.kind == TESSERA_EVENT_APPEARED ? 1 : 0;
+    started += event.kind == TESSERA_EVENT_STARTED ? 1 : 0;
+  }
+  EXPECT_EQ(appeared, 2);
+  EXPECT_EQ(started, 1);
+  EXPECT_EQ(tessera_get_state(playing), TESSERA_ENDED);
+  EXPECT_EQ(tessera_leave(playing, 1000), TESSERA_OK);
+  tessera_close(playing);
+  std::remove(file.c_str());
+  EXPECT_EQ(tessera_play(file.c_str(), &playing), TESSERA_NOT_FOUND);
+  EXPECT_EQ(playing, nullptr);
 }
 
 TEST_F(CApiTest, TellsTheSceneAndItsShapes) {

@@ -132,7 +132,8 @@ enum {
   TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region: of players' bodies */
   TESSERA_EVENT_CONTACT_ENDED = 9,
   TESSERA_EVENT_TRIGGER_ENTERED = 10, /* body, other, region: one of them is a trigger */
-  TESSERA_EVENT_TRIGGER_LEFT = 11
+  TESSERA_EVENT_TRIGGER_LEFT = 11,
+  TESSERA_EVENT_RECORDING_ENDED = 12 /* detail: why it could not go on; nothing after tessera_stop_recording */
 };
 
 typedef struct tessera_event {
@@ -149,6 +150,18 @@ typedef struct tessera_event {
 
 /* 1 and the next event since the last tessera_poll, 0 when there is none. */
 TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
+
+/* --- Recordings --------------------------------------------------------------------------------------------------- */
+
+/* From now on, and with all that is known now, what this client is told goes into a file of at most `max_bytes` (0: 1
+ * GiB); what is there under that name is replaced. TESSERA_UNAVAILABLE where it cannot be written. */
+TESSERA_API tessera_code tessera_record(tessera_client* client, const char* file, uint64_t max_bytes);
+/* A file that is not ended, by this or by tessera_close, cannot be played. TESSERA_OK if there is no recording. */
+TESSERA_API tessera_code tessera_stop_recording(tessera_client* client);
+/* Gives a client that is told what the recorded one was, as if it were played again now: poll it, take its events, draw
+ * its bodies. It ends with the file. TESSERA_NOT_FOUND, TESSERA_INVALID_ARGUMENT (not a recording), TESSERA_DATA_LOSS
+ * (damaged or cut short); tessera_last_error names the file. */
+TESSERA_API tessera_code tessera_play(const char* file, tessera_client** client);
 
 /* --- The world ---------------------------------------------------------------------------------------------------- */
 

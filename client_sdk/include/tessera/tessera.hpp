@@ -81,6 +81,19 @@ class Client {
     return Error::Of(tessera_leave(get(), static_cast<std::uint32_t>(deadline.count())));
   }
 
+  // A recording, as if it were played again now.
+  Error Play(const std::string& file) {
+    tessera_client* playing = nullptr;
+    const Error error = Error::Of(tessera_play(file.c_str(), &playing));
+    client_.reset(playing);
+    return error;
+  }
+  // `max_bytes` 0: 1 GiB.
+  Error Record(const std::string& file, std::uint64_t max_bytes = 0) {
+    return Error::Of(tessera_record(get(), file.c_str(), max_bytes));
+  }
+  Error StopRecording() { return Error::Of(tessera_stop_recording(get())); }
+
   // Makes whoever has it this player, for a day. Secret.
   std::vector<std::uint8_t> ReturnToken() const {
     std::vector<std::uint8_t> token(TESSERA_MAX_TOKEN);

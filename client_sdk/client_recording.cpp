@@ -1,0 +1,145 @@
+// A client that records, and one that is a recording.
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "client_sdk/client_impl.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::client {
+namespace {
+
+// What the world's view says of itself when it is played back, or what does not belong to the world.
+bool FollowsFromTheWorld(ClientEvent::Kind kind) {
+  using Kind = ClientEvent::Kind;
+  return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kEnded || kind == Kind::kRecordingEnded;
+}
+
+}  // namespace
+
+void Client::Impl::RegionChanged(TimePoint now, RegionId region, RegionEntry::Change change) {
+  if (recorder) recorder->Region(now, region, change);
+  switch (change) {
+    case RegionEntry::Change::kBegins:
+      return world.RegionBegins(now, region);
+    case RegionEntry::Change::kLost:
+      return world.RegionLost(region);
+    case RegionEntry::Change::kGone:
+      return world.RegionGone(now, region);
+    case RegionEntry::Change::kOutOfSight:
+      return world.RegionOutOfSight(region, events);
+  }
+}
+
+absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
+  Impl& me = *impl_;
+  if (me.recorder) return absl::FailedPreconditionError("a recording is under way");
+  if (me.replay) return absl::FailedPreconditionError("this is a recording itself");
+  if (me.state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  const RecordingHeader header{.instance_id = me.options.instance_id,
+                               .player = me.session.player,
+                               .tick_rate_hz = me.session.tick_rate_hz,
+                               .snapshot_rate_hz = me.session.snapshot_rate_hz,
+                               .started = me.started,
+                               .map = ToProto(me.session.map).SerializeAsString(),
+                               .scene = *me.session.written_scene};
+  absl::StatusOr<RecordingWriter> writer = RecordingWriter::Create(file, header, max_bytes);
+  if (!writer.ok()) return writer.status();
+  me.recorder.emplace(*std::move(writer), *me.session.scene);
+  if (me.last_poll) me.RecordAllKnown(*me.last_poll);
+  return absl::OkStatus();
+}
+
+absl::Status Client::StopRecording() { return impl_->EndRecording(); }
+bool Client::recording() const { return impl_->recorder.has_value(); }
+
+// As if the regions had just begun to tell, in the order of their ids.
+void Client::Impl::RecordAllKnown(TimePoint now) {
+  std::map<RegionId, replication::ReceivedSnapshot> known;
+  for (const auto& [id, body] : world.bodies()) {
+    replication::ReceivedSnapshot& told = known[body.region];
+    told.tick = std::max(told.tick, body.tick);
+    told.bodies.push_back({id, body.epoch, body.state});
+  }
+  for (const RegionLink& link : links) {
+    if (link.welcomed()) known.try_emplace(link.region());
+  }
+  for (const auto& [region, told] : known) {
+    const auto link =
+        std::find_if(links.begin(), links.end(), [&](const RegionLink& l) { return l.region() == region; });
+    recorder->Region(now, region, RegionEntry::Change::kBegins);
+    if (!told.bodies.empty()) recorder->Snapshot(now, region, told);
+    if (link == links.end() || !link->welcomed()) recorder->Region(now, region, RegionEntry::Change::kLost);
+  }
+}
+
+void Client::Impl::RecordEvents(TimePoint now) {
+  if (!recorder) return;
+  for (const ClientEvent& event : events) {
+    if (!FollowsFromTheWorld(event.kind)) recorder->Event(now, event);
+  }
+  absl::Status status = recorder->Flush(now);
+  if (status.ok() && state != ClientState::kEnded) return;
+  const absl::Status closed = EndRecording();
+  if (status.ok()) status = closed;
+  if (status.ok()) return;
+  events.push_back({.kind = ClientEvent::Kind::kRecordingEnded, .detail = std::string(status.message())});
+}
+
+absl::Status Client::Impl::EndRecording() {
+  if (!recorder) return absl::OkStatus();
+  const absl::Status status = recorder->Close();
+  recorder.reset();
+  return status;
+}
+
+absl::StatusOr<std::unique_ptr<Client>> Client::Play(const std::string& file) {
+  absl::StatusOr<Replay> replay = Replay::Open(file);
+  if (!replay.ok()) return replay.status();
+  JoinOptions options;
+  options.instance_id = replay->header().instance_id;
+  auto impl = std::make_unique<Impl>(options, replay->session(), nullptr);
+  impl->state = ClientState::kWaiting;
+  if (replay->header().started) {
+    impl->started = true;
+    impl->state = ClientState::kPlaying;
+  }
+  impl->replay.emplace(*std::move(replay));
+  return std::unique_ptr<Client>(new Client(std::move(impl)));
+}
+
+void Client::Impl::PlayBack(TimePoint now) {
+  for (;;) {
+    absl::StatusOr<std::optional<Replay::Step>> step = replay->Next(now);
+    if (!step.ok()) return End(step.status(), "");
+    if (!step->has_value()) break;
+    PlayStep(**std::move(step));
+  }
+  world.Expire(now, events);
+  if (replay->ended()) End(absl::OkStatus(), "the recording ends");
+}
+
+// Each at its own time, however rarely Poll is called.
+void Client::Impl::PlayStep(Replay::Step step) {
+  world.Expire(step.at, events);
+  if (auto* told = std::get_if<Replay::Snapshot>(&step.what)) {
+    newest_tick = std::max(newest_tick, told->told.tick);
+    last_applied_input = std::max(last_applied_input, told->told.last_input);
+    full_records += told->told.full_records;
+    delta_records += told->told.bodies.size() - told->told.full_records;
+    playout.Arrived(step.at, told->told.tick);
+    world.Take(step.at, told->region, told->told, events);
+  } else if (const auto* change = std::get_if<RegionEntry>(&step.what)) {
+    RegionChanged(step.at, change->region, change->change);
+  } else if (auto* map = std::get_if<PartitionMap>(&step.what)) {
+    session.map = std::move(*map);
+  } else {
+    auto& event = std::get<ClientEvent>(step.what);
+    if (event.kind == ClientEvent::Kind::kStarted) {
+      started = true;
+      state = ClientState::kPlaying;
+    }
+    events.push_back(std::move(event));
+  }
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,152 @@
+#include "client_sdk/recorder.h"
+
+#include <algorithm>
+
+namespace tessera::client {
+
+using replication::DepartureRecord;
+using replication::QuantizedState;
+
+Recorder::Recorder(RecordingWriter writer, const Scene& scene)
+    : writer_(std::move(writer)),
+      quantizer_(scene.bounds, replication::SettingsFor(scene)),
+      codec_(replication::MakeDenseCodec(scene.bounds, replication::SettingsFor(scene), scene.gravity_m_s2.y)) {}
+
+// Frames of a region wait in the order of their ticks, in whatever order their datagrams come.
+Recorder::OpenFrame& Recorder::FrameOf(TimePoint now, RegionId region, Tick tick) {
+  auto before = waiting_.end();  // the oldest one that is younger
+  for (auto at = waiting_.end(); at != waiting_.begin();) {
+    --at;
+    if (const auto* change = std::get_if<RegionEntry>(&at->what); change != nullptr && change->region == region) break;
+    auto* frame = std::get_if<OpenFrame>(&at->what);
+    if (frame == nullptr || frame->region != region) continue;
+    if (frame->tick == tick) return *frame;
+    if (frame->tick < tick) break;
+    before = at;
+  }
+  if (!begin_) begin_ = now;
+  newest_ = std::max(newest_, now);
+  const TimePoint time = before == waiting_.end() ? now : before->at;
+  OpenFrame fresh;
+  fresh.region = region;
+  fresh.tick = tick;
+  return std::get<OpenFrame>(waiting_.insert(before, {time, std::move(fresh)})->what);
+}
+
+void Recorder::Snapshot(TimePoint now, RegionId region, const replication::ReceivedSnapshot& snapshot) {
+  OpenFrame& frame = FrameOf(now, region, snapshot.tick);
+  frame.last_input = std::max(frame.last_input, snapshot.last_input);
+  for (const replication::BodyRecord& body : snapshot.bodies) {
+    const Told told{snapshot.tick, body.epoch, quantizer_.Quantize(body.state)};
+    const auto [at, fresh] = frame.bodies.try_emplace(body.id, told);
+    if (!fresh && told.epoch > at->second.epoch) at->second = told;
+    if (body.properties != nullptr) frame.properties[body.id] = {snapshot.tick, body.properties};
+  }
+  frame.departures.insert(frame.departures.end(), snapshot.departures.begin(), snapshot.departures.end());
+}
+
+void Recorder::Region(TimePoint now, RegionId region, RegionEntry::Change change) {
+  Wait({now, RegionEntry{region, change}});
+}
+void Recorder::Map(TimePoint now, std::string map) { Wait({now, MapEntry{std::move(map)}}); }
+void Recorder::Event(TimePoint now, const ClientEvent& event) { Wait({now, event}); }
+
+std::chrono::microseconds Recorder::Since(TimePoint at) const {
+  if (!begin_) return {};
+  return std::max(std::chrono::duration_cast<std::chrono::microseconds>(at - *begin_), std::chrono::microseconds(0));
+}
+
+void Recorder::Wait(Waiting waiting) {
+  if (!begin_) begin_ = waiting.at;
+  newest_ = std::max(newest_, waiting.at);
+  waiting_.push_back(std::move(waiting));
+}
+
+absl::Status Recorder::Flush(TimePoint now) {
+  if (!begin_) begin_ = now;
+  newest_ = now;
+  return WriteWaiting(now);
+}
+
+// An entry that is left out would leave those after it without what they refer to, so the first fault is the end.
+absl::Status Recorder::WriteWaiting(std::optional<TimePoint> now) {
+  while (!waiting_.empty() && !failed_) {
+    const bool open = std::holds_alternative<OpenFrame>(waiting_.front().what);
+    if (open && now && *now - waiting_.front().at < kHold) break;
+    Waiting due = std::move(waiting_.front());
+    waiting_.pop_front();
+    if (absl::Status status = Write(std::move(due)); !status.ok()) {
+      failed_ = true;
+      return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Recorder::Close() {
+  absl::Status status = WriteWaiting(std::nullopt);
+  // What is written stays whole, whatever was the matter.
+  const absl::Status closed = writer_.Close(Since(newest_));
+  return status.ok() ? closed : status;
+}
+
+absl::Status Recorder::Write(Waiting waiting) {
+  RecordedEntry entry{Since(waiting.at), RegionEntry()};
+  if (auto* frame = std::get_if<OpenFrame>(&waiting.what)) {
+    entry.what = Encode(std::move(*frame));
+  } else if (auto* change = std::get_if<RegionEntry>(&waiting.what)) {
+    if (BeginsAnew(change->change)) streams_.erase(change->region);
+    entry.what = *change;
+  } else if (auto* map = std::get_if<MapEntry>(&waiting.what)) {
+    entry.what = std::move(*map);
+  } else {
+    entry.what = std::get<ClientEvent>(std::move(waiting.what));
+  }
+  return writer_.Write(entry);
+}
+
+void Recorder::Bring(Stream& stream, OpenFrame& frame) {
+  const auto older = [](const auto& a, const auto& b) {
+    return a.epoch < b.epoch || (a.epoch == b.epoch && a.tick < b.tick);
+  };
+  for (const DepartureRecord& departure : frame.departures) {
+    const Gone gone{frame.tick, departure.epoch};
+    const auto [at, fresh] = stream.gone.try_emplace(departure.id, gone);
+    if (!fresh && older(at->second, gone)) at->second = gone;
+    const auto body = stream.bodies.find(departure.id);
+    if (body != stream.bodies.end() && !older(gone, body->second)) stream.bodies.erase(body);
+  }
+  for (const auto& [id, told] : frame.bodies) {
+    if (const auto gone = stream.gone.find(id); gone != stream.gone.end()) {
+      if (older(told, gone->second)) continue;
+      stream.gone.erase(gone);
+    }
+    const auto [at, fresh] = stream.bodies.try_emplace(id, told);
+    if (!fresh && !older(told, at->second)) at->second = told;
+  }
+  // What went and came back within a tick has not been away.
+  std::erase_if(frame.departures, [&](const DepartureRecord& d) { return stream.bodies.contains(d.id); });
+}
+
+FrameEntry Recorder::Encode(OpenFrame frame) {
+  Stream& stream = streams_[frame.region];
+  Bring(stream, frame);
+  FrameEntry entry{.region = frame.region, .last_input = frame.last_input};
+  entry.departures = std::move(frame.departures);
+  for (auto& [id, told] : frame.properties) {
+    if (stream.bodies.contains(id)) entry.properties.emplace_back(id, std::move(told.second));
+  }
+  // One that is later than the next belongs to the next: the states that are newer stay.
+  stream.written = std::max(frame.tick, stream.written + 1);
+  replication::Frame<QuantizedState> whole{.tick = stream.written, .bodies = {}, .departures = {}};
+  whole.bodies.reserve(stream.bodies.size());
+  for (const auto& [id, told] : stream.bodies) whole.bodies.push_back({id, told.epoch, told.state});
+  auto encoded = codec_.Encode(std::move(whole), stream.frames);
+  entry.frame = std::move(encoded.bytes);
+  stream.frames = {.base = std::move(encoded.kept),
+                   .older = std::move(stream.frames.base),
+                   .oldest = std::move(stream.frames.older)};
+  return entry;
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,181 @@
+#include "client_sdk/recording.h"
+
+#include <fstream>
+
+#include "absl/strings/str_cat.h"
+#include "client_sdk/recording_format.h"
+#include "core/region/wire.h"
+#include "core/replication/codec/checksum.h"
+
+namespace tessera::client {
+namespace {
+
+using replication::Bytes;
+
+constexpr std::uint64_t kPreambleBytes = 8;
+// An entry that ends a file: when, and how many there are before it.
+constexpr std::uint64_t kEndBytes = kSealBytes + 1 + 10 + 10;
+
+void PutWord(Bytes& out, std::uint32_t word) {
+  for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
+}
+
+std::uint32_t WordAt(const std::uint8_t* bytes) {
+  std::uint32_t word = 0;
+  for (int i = 0; i < 4; ++i) word |= std::uint32_t{bytes[i]} << (8 * i);
+  return word;
+}
+
+bool PutAll(std::ostream& out, std::span<const std::uint8_t> bytes) {
+  return static_cast<bool>(
+      out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
+}
+
+bool TakeAll(std::istream& in, std::span<std::uint8_t> bytes) {
+  return static_cast<bool>(in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
+}
+
+}  // namespace
+
+absl::StatusOr<RecordingWriter> RecordingWriter::Create(const std::string& file, const RecordingHeader& header,
+                                                        std::uint64_t max_bytes) {
+  auto out = std::make_unique<std::ofstream>(file, std::ios::binary | std::ios::trunc);
+  if (!*out) return absl::UnavailableError(absl::StrCat(file, ": cannot be written"));
+  RecordingWriter writer(std::move(out), file, max_bytes);
+  if (absl::Status status = writer.Begin(header); !status.ok()) return status;
+  return writer;
+}
+
+RecordingWriter::RecordingWriter(std::unique_ptr<std::ostream> out, std::string name, std::uint64_t max_bytes)
+    : out_(std::move(out)), name_(std::move(name)), max_bytes_(max_bytes) {}
+
+absl::Status RecordingWriter::Begin(const RecordingHeader& header) {
+  Bytes preamble;
+  PutWord(preamble, kRecordingMagic);
+  PutWord(preamble, kRecordingFormat);
+  bytes_ = preamble.size();
+  if (!PutAll(*out_, preamble)) return absl::UnavailableError(absl::StrCat(name_, ": cannot be written"));
+  return Put(EncodeHeader(header), kEndBytes);
+}
+
+absl::Status RecordingWriter::Put(std::span<const std::uint8_t> payload, std::uint64_t spare) {
+  const std::size_t most = entries_ == 0 ? kMaxHeaderBytes : kMaxEntryBytes;
+  if (payload.size() > most) return absl::ResourceExhaustedError(absl::StrCat(name_, ": an entry is too large"));
+  if (bytes_ + kSealBytes + payload.size() + spare > max_bytes_) {
+    return absl::ResourceExhaustedError(absl::StrCat(name_, ": full, at ", max_bytes_, " bytes"));
+  }
+  Bytes seal;
+  PutWord(seal, static_cast<std::uint32_t>(payload.size()));
+  PutWord(seal, replication::Crc32c(payload, entries_));
+  if (!PutAll(*out_, seal) || !PutAll(*out_, payload)) {
+    return absl::UnavailableError(absl::StrCat(name_, ": cannot be written, at byte ", bytes_));
+  }
+  bytes_ += seal.size() + payload.size();
+  ++entries_;
+  return absl::OkStatus();
+}
+
+absl::Status RecordingWriter::Write(const RecordedEntry& entry) { return Put(EncodeEntry(entry), kEndBytes); }
+
+absl::Status RecordingWriter::Close(std::chrono::microseconds at) {
+  if (out_ == nullptr) return absl::OkStatus();
+  region::Writer end;
+  end.U8(static_cast<std::uint8_t>(EntryKind::kEnd));
+  end.Varint(static_cast<std::uint64_t>(at.count()));
+  end.Varint(entries_);
+  absl::Status status = Put(end.Take(), 0);
+  if (status.ok() && !out_->flush()) status = absl::UnavailableError(absl::StrCat(name_, ": cannot be written"));
+  out_.reset();
+  return status;
+}
+
+absl::StatusOr<RecordingReader> RecordingReader::Open(const std::string& file) {
+  auto in = std::make_unique<std::ifstream>(file, std::ios::binary);
+  if (!*in) return absl::NotFoundError(absl::StrCat(file, ": cannot be read"));
+  return Open(std::move(in), file);
+}
+
+absl::StatusOr<RecordingReader> RecordingReader::Open(std::unique_ptr<std::istream> in, std::string name) {
+  RecordingReader reader(std::move(in), std::move(name));
+  if (absl::Status status = reader.Check(); !status.ok()) return status;
+  return reader;
+}
+
+RecordingReader::RecordingReader(std::unique_ptr<std::istream> in, std::string name)
+    : in_(std::move(in)), name_(std::move(name)) {
+  in_->seekg(0, std::ios::end);
+  const auto end = in_->tellg();
+  size_ = end > 0 ? static_cast<std::uint64_t>(end) : 0;
+  in_->seekg(0);
+}
+
+absl::Status RecordingReader::Damaged(absl::string_view what) const {
+  return absl::DataLossError(absl::StrCat(name_, ": damaged at byte ", at_, ": ", what));
+}
+
+absl::StatusOr<std::vector<std::uint8_t>> RecordingReader::Take(std::uint64_t max_bytes) {
+  std::array<std::uint8_t, kSealBytes> seal{};
+  if (size_ - at_ < seal.size() || !TakeAll(*in_, seal)) return Damaged("the end is missing");
+  const std::uint32_t length = WordAt(seal.data()), checksum = WordAt(seal.data() + 4);
+  if (length > max_bytes || length == 0) return Damaged("length");
+  if (length > size_ - at_ - seal.size()) return Damaged("the end is missing");
+  std::vector<std::uint8_t> payload(length);
+  if (!TakeAll(*in_, payload)) return Damaged("cannot be read");
+  if (replication::Crc32c(payload, entries_) != checksum) return Damaged("checksum");
+  at_ += seal.size() + length;
+  ++entries_;
+  return payload;
+}
+
+// Goes through all of it once, and back to where the header ends.
+absl::Status RecordingReader::Check() {
+  std::array<std::uint8_t, kPreambleBytes> preamble{};
+  if (size_ < preamble.size() || !TakeAll(*in_, preamble) || WordAt(preamble.data()) != kRecordingMagic) {
+    return absl::InvalidArgumentError(absl::StrCat(name_, ": is not a recording"));
+  }
+  if (const std::uint32_t format = WordAt(preamble.data() + 4); format != kRecordingFormat) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(name_, ": has format ", format, ", this library reads ", kRecordingFormat));
+  }
+  at_ = preamble.size();
+  auto payload = Take(kMaxHeaderBytes);
+  if (!payload.ok()) return payload.status();
+  absl::StatusOr<RecordingHeader> header = DecodeHeader(*payload);
+  if (!header.ok()) return Damaged(header.status().message());
+  header_ = *std::move(header);
+  const std::uint64_t first = at_;
+  for (;;) {
+    payload = Take(kMaxEntryBytes);
+    if (!payload.ok()) return payload.status();
+    region::Reader in(*payload);
+    const bool last = in.U8() == static_cast<std::uint8_t>(EntryKind::kEnd);
+    const std::uint64_t at_us = in.Varint();
+    if (!in.ok() || at_us > kMaxTime_us || std::chrono::microseconds(at_us) < length_) return Damaged("time");
+    length_ = std::chrono::microseconds(at_us);
+    if (!last) continue;
+    if (in.Varint() != entries_ - 1 || !in.ok() || in.remaining() > 0) return Damaged("the count of entries");
+    break;
+  }
+  if (at_ != size_) return Damaged("goes on after its end");
+  in_->seekg(static_cast<std::streamoff>(first));
+  at_ = first;
+  entries_ = 1;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::optional<RecordedEntry>> RecordingReader::Next() {
+  auto payload = Take(kMaxEntryBytes);
+  if (!payload.ok()) return payload.status();
+  if (payload->front() == static_cast<std::uint8_t>(EntryKind::kEnd)) {
+    // Asked again, it is there again.
+    at_ -= kSealBytes + payload->size();
+    --entries_;
+    in_->seekg(static_cast<std::streamoff>(at_));
+    return std::optional<RecordedEntry>();
+  }
+  absl::StatusOr<RecordedEntry> entry = DecodeEntry(*payload);
+  if (!entry.ok()) return Damaged(entry.status().message());
+  return std::optional<RecordedEntry>(*std::move(entry));
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,132 @@
+// Recording: what a client was told, as a file that can be played back.
+//
+//   auto writer = RecordingWriter::Create("match.tsr", header, kDefaultMaxBytes);
+//   writer->Write({.at = 33ms, .what = FrameEntry{...}});
+//   writer->Close();
+//   ...
+//   auto reader = RecordingReader::Open("match.tsr");    // all of it is checked here
+//   while (auto entry = *reader->Next()) ...
+//
+// A file is a magic number, a format, and entries, each sealed with a checksum that counts its place: an entry that is
+// changed, missing, doubled or moved is found, and so is a file that is cut short, since the last entry says so. What
+// passes that and is malformed still is an error too; nothing in a file is trusted (docs/protocol.md has the layout).
+// Thread rule: one thread at a time for each object.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <iosfwd>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "client_sdk/client.h"
+#include "core/replication/snapshot.h"
+
+namespace tessera::client {
+
+// What a file begins with: all that stays as it is while a client plays. No secrets.
+struct RecordingHeader {
+  std::string instance_id{};
+  PlayerNumber player{};
+  std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
+  bool started = false;  // the world moved when the recording began
+  std::string map{};     // tessera.v1.PartitionMap
+  std::string scene{};   // tessera.v1.Scene
+  friend bool operator==(const RecordingHeader&, const RecordingHeader&) = default;
+};
+
+// A tick of a region: all of it that the client knew then.
+struct FrameEntry {
+  RegionId region;
+  std::uint32_t last_input = 0;
+  std::vector<replication::DepartureRecord> departures{};
+  // By body, of those that were told in this tick.
+  std::vector<std::pair<BodyId, std::shared_ptr<const replication::Bytes>>> properties{};
+  replication::Bytes frame{};  // of DenseCodec, against the region's frames before it
+};
+
+struct RegionEntry {
+  enum class Change : std::uint8_t { kBegins, kLost, kGone, kOutOfSight };  // as of WorldView
+  RegionId region;
+  Change change = Change::kBegins;
+  friend bool operator==(const RegionEntry&, const RegionEntry&) = default;
+};
+
+// The next frame of the region refers to none before it.
+constexpr bool BeginsAnew(RegionEntry::Change change) { return change != RegionEntry::Change::kLost; }
+
+struct MapEntry {
+  std::string map;  // tessera.v1.PartitionMap
+};
+
+// What happened, as the game was told; what follows from frames is not written.
+struct RecordedEntry {
+  std::chrono::microseconds at{};  // since the beginning; never goes back
+  std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent> what;
+};
+
+// Errors of decoding: DATA_LOSS that says what makes no sense.
+replication::Bytes EncodeHeader(const RecordingHeader& header);
+absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> payload);
+replication::Bytes EncodeEntry(const RecordedEntry& entry);
+absl::StatusOr<RecordedEntry> DecodeEntry(std::span<const std::uint8_t> payload);
+
+class RecordingWriter {
+ public:
+  // What is there under that name is replaced. Errors: UNAVAILABLE (cannot be written), RESOURCE_EXHAUSTED.
+  static absl::StatusOr<RecordingWriter> Create(const std::string& file, const RecordingHeader& header,
+                                                std::uint64_t max_bytes);
+  // Onto any stream; `name` is what errors begin with.
+  RecordingWriter(std::unique_ptr<std::ostream> out, std::string name, std::uint64_t max_bytes);
+  absl::Status Begin(const RecordingHeader& header);
+  // RESOURCE_EXHAUSTED where the file would have more than it may: then it is not written, and Close still makes a file
+  // that is whole.
+  absl::Status Write(const RecordedEntry& entry);
+  absl::Status Close(std::chrono::microseconds at);  // when it was over
+  std::uint64_t bytes() const { return bytes_; }
+
+ private:
+  absl::Status Put(std::span<const std::uint8_t> payload, std::uint64_t spare);
+
+  std::unique_ptr<std::ostream> out_;
+  std::string name_;
+  std::uint64_t max_bytes_;
+  std::uint64_t bytes_ = 0;
+  std::uint32_t entries_ = 0;
+};
+
+class RecordingReader {
+ public:
+  // Errors: NOT_FOUND (no such file), INVALID_ARGUMENT (not a recording, or of a format that this library does not
+  // know), DATA_LOSS (damaged or cut short). Each begins with the file's name.
+  static absl::StatusOr<RecordingReader> Open(const std::string& file);
+  static absl::StatusOr<RecordingReader> Open(std::unique_ptr<std::istream> in, std::string name);
+
+  const RecordingHeader& header() const { return header_; }
+  std::chrono::microseconds length() const { return length_; }
+  // Nothing at the end.
+  absl::StatusOr<std::optional<RecordedEntry>> Next();
+
+ private:
+  RecordingReader(std::unique_ptr<std::istream> in, std::string name);
+  absl::StatusOr<std::vector<std::uint8_t>> Take(std::uint64_t max_bytes);
+  absl::Status Check();
+  absl::Status Damaged(absl::string_view what) const;
+
+  std::unique_ptr<std::istream> in_;
+  std::string name_;
+  std::uint64_t size_ = 0, at_ = 0;
+  std::uint32_t entries_ = 0;
+  RecordingHeader header_;
+  std::chrono::microseconds length_{};
+};
+
+}  // namespace tessera::client

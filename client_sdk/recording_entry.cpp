@@ -1,0 +1,203 @@
+// Entries of a recording to bytes and back.
+#include "absl/strings/str_cat.h"
+#include "client_sdk/recording.h"
+#include "client_sdk/recording_format.h"
+#include "core/region/wire.h"
+#include "core/replication/codec/frame_codec.h"
+#include "core/world/limits.h"
+
+namespace tessera::client {
+namespace {
+
+using region::Reader;
+using region::Writer;
+using replication::Bytes;
+using replication::DepartureRecord;
+using Payload = std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent>;
+
+constexpr std::size_t kMaxText = 1024;          // of an event's line, or a name
+constexpr std::size_t kMaxMapBytes = 64 << 20;  // far more than kMaxCells cells take
+constexpr std::size_t kMaxPropertyBytes = 1 << 16;
+
+absl::Status Bad(absl::string_view what) { return absl::DataLossError(what); }
+
+void PutBytes(Writer& out, std::span<const std::uint8_t> bytes) {
+  out.Varint(bytes.size());
+  for (const std::uint8_t byte : bytes) out.U8(byte);
+}
+void PutText(Writer& out, std::string_view text) {
+  PutBytes(out, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+}
+
+// Fails the reader beyond `most`.
+std::span<const std::uint8_t> TakeBytes(Reader& in, std::size_t most) {
+  const std::size_t size = in.Count(1);
+  if (size > most) in.Fail();
+  if (!in.ok()) return {};
+  const std::span<const std::uint8_t> bytes = in.rest().first(size);
+  in.Skip(size);
+  return bytes;
+}
+std::string TakeText(Reader& in, std::size_t most) {
+  const std::span<const std::uint8_t> bytes = TakeBytes(in, most);
+  return {bytes.begin(), bytes.end()};
+}
+
+void Put(Writer& out, const FrameEntry& entry) {
+  out.Varint(entry.region.value());
+  out.Varint(entry.last_input);
+  out.Varint(entry.departures.size());
+  for (const DepartureRecord& departure : entry.departures) {
+    out.Varint(departure.id.value());
+    out.Varint(departure.epoch.value());
+    out.U8(static_cast<std::uint8_t>(departure.why));
+    out.Varint(departure.to.value());
+  }
+  out.Varint(entry.properties.size());
+  for (const auto& [id, bytes] : entry.properties) {
+    out.Varint(id.value());
+    PutBytes(out, *bytes);
+  }
+  PutBytes(out, entry.frame);
+}
+
+absl::StatusOr<Payload> TakeFrame(Reader& in) {
+  FrameEntry entry;
+  entry.region = RegionId(in.Varint32());
+  entry.last_input = in.Varint32();
+  for (std::size_t n = in.Count(4); n > 0 && in.ok(); --n) {
+    DepartureRecord departure;
+    departure.id = BodyId(in.Varint());
+    departure.epoch = Epoch(in.Varint32());
+    const std::uint8_t why = in.U8();
+    departure.to = RegionId(in.Varint32());
+    if (why > static_cast<std::uint8_t>(DepartureRecord::Why::kOutOfInterest)) return Bad("departure: unknown reason");
+    departure.why = static_cast<DepartureRecord::Why>(why);
+    if ((departure.why == DepartureRecord::Why::kHandedOver) != (departure.to != RegionId())) {
+      return Bad("departure: new owner");
+    }
+    entry.departures.push_back(departure);
+  }
+  for (std::size_t n = in.Count(2); n > 0 && in.ok(); --n) {
+    const BodyId id(in.Varint());
+    const std::span<const std::uint8_t> bytes = TakeBytes(in, kMaxPropertyBytes);
+    if (!entry.properties.empty() && entry.properties.back().first >= id) return Bad("properties: ids do not ascend");
+    entry.properties.emplace_back(id, std::make_shared<const Bytes>(bytes.begin(), bytes.end()));
+  }
+  const std::span<const std::uint8_t> frame = TakeBytes(in, kMaxEntryBytes);
+  entry.frame.assign(frame.begin(), frame.end());
+  if (in.ok() && entry.region == RegionId()) return Bad("region: is 0");
+  return entry;
+}
+
+void Put(Writer& out, const RegionEntry& entry) {
+  out.Varint(entry.region.value());
+  out.U8(static_cast<std::uint8_t>(entry.change));
+}
+
+absl::StatusOr<Payload> TakeRegion(Reader& in) {
+  RegionEntry entry;
+  entry.region = RegionId(in.Varint32());
+  const std::uint8_t change = in.U8();
+  if (change > static_cast<std::uint8_t>(RegionEntry::Change::kOutOfSight)) return Bad("region: unknown change");
+  if (in.ok() && entry.region == RegionId()) return Bad("region: is 0");
+  entry.change = static_cast<RegionEntry::Change>(change);
+  return entry;
+}
+
+void Put(Writer& out, const MapEntry& entry) { PutText(out, entry.map); }
+absl::StatusOr<Payload> TakeMap(Reader& in) { return MapEntry{TakeText(in, kMaxMapBytes)}; }
+
+void Put(Writer& out, const ClientEvent& event) {
+  out.U8(static_cast<std::uint8_t>(event.kind));
+  out.Varint(event.body.value());
+  out.Varint(event.other.value());
+  out.Varint(event.region.value());
+  out.Varint(event.input_number);
+  PutText(out, std::string_view(event.detail).substr(0, kMaxText));
+}
+
+absl::StatusOr<Payload> TakeEvent(Reader& in) {
+  ClientEvent event;
+  const std::uint8_t kind = in.U8();
+  if (kind > static_cast<std::uint8_t>(ClientEvent::kLastKind)) return Bad("event: unknown kind");
+  event.kind = static_cast<ClientEvent::Kind>(kind);
+  event.body = BodyId(in.Varint());
+  event.other = BodyId(in.Varint());
+  event.region = RegionId(in.Varint32());
+  event.input_number = in.Varint32();
+  event.detail = TakeText(in, kMaxText);
+  return event;
+}
+
+// In the order of the variant, from EntryKind::kFrame on.
+absl::StatusOr<Payload> TakePayload(Reader& in, std::uint8_t kind) {
+  switch (static_cast<EntryKind>(kind)) {
+    case EntryKind::kFrame:
+      return TakeFrame(in);
+    case EntryKind::kRegion:
+      return TakeRegion(in);
+    case EntryKind::kMap:
+      return TakeMap(in);
+    case EntryKind::kEvent:
+      return TakeEvent(in);
+    default:
+      return Bad(absl::StrCat("unknown kind ", kind));
+  }
+}
+
+}  // namespace
+
+Bytes EncodeHeader(const RecordingHeader& header) {
+  Writer out;
+  out.U8(static_cast<std::uint8_t>(EntryKind::kHeader));
+  PutText(out, header.instance_id);
+  out.Varint(header.player.value());
+  out.Varint(header.tick_rate_hz);
+  out.Varint(header.snapshot_rate_hz);
+  out.U8(header.started ? 1 : 0);
+  PutText(out, header.map);
+  PutText(out, header.scene);
+  return out.Take();
+}
+
+absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> payload) {
+  Reader in(payload);
+  if (in.U8() != static_cast<std::uint8_t>(EntryKind::kHeader)) return Bad("header: is not the first");
+  RecordingHeader header;
+  header.instance_id = TakeText(in, kMaxText);
+  header.player = PlayerNumber(in.Varint32());
+  header.tick_rate_hz = in.Varint32();
+  header.snapshot_rate_hz = in.Varint32();
+  const std::uint8_t started = in.U8();
+  header.started = started != 0;
+  header.map = TakeText(in, kMaxMapBytes);
+  header.scene = TakeText(in, kMaxHeaderBytes);
+  if (!in.ok() || in.remaining() > 0) return Bad("header: its length");
+  if (started > 1) return Bad("header: started");
+  if (header.player == PlayerNumber()) return Bad("header: player 0");
+  if (header.tick_rate_hz < kMinTickRateHz || header.tick_rate_hz > kMaxTickRateHz) return Bad("header: tick rate");
+  if (header.snapshot_rate_hz < 1 || header.snapshot_rate_hz > header.tick_rate_hz) return Bad("header: snapshot rate");
+  return header;
+}
+
+Bytes EncodeEntry(const RecordedEntry& entry) {
+  Writer out;
+  out.U8(static_cast<std::uint8_t>(static_cast<std::size_t>(EntryKind::kFrame) + entry.what.index()));
+  out.Varint(static_cast<std::uint64_t>(entry.at.count()));
+  std::visit([&](const auto& what) { Put(out, what); }, entry.what);
+  return out.Take();
+}
+
+absl::StatusOr<RecordedEntry> DecodeEntry(std::span<const std::uint8_t> payload) {
+  Reader in(payload);
+  const std::uint8_t kind = in.U8();
+  const std::uint64_t at_us = in.Varint();
+  if (at_us > kMaxTime_us) return Bad("time");
+  absl::StatusOr<Payload> what = TakePayload(in, kind);
+  if (!what.ok()) return what.status();
+  if (!in.ok() || in.remaining() > 0) return Bad("its length");
+  return RecordedEntry{std::chrono::microseconds(at_us), *std::move(what)};
+}
+
+}  // namespace tessera::client

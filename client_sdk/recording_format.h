@@ -1,0 +1,21 @@
+// Numbers of a recording's file format (docs/protocol.md). Not for others.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::client {
+
+inline constexpr std::uint32_t kRecordingMagic = 0x43525354;  // "TSRC", low byte first
+inline constexpr std::uint32_t kRecordingFormat = 1;
+
+enum class EntryKind : std::uint8_t { kEnd = 0, kHeader = 1, kFrame = 2, kRegion = 3, kMap = 4, kEvent = 5 };
+
+// Length and checksum before each payload.
+inline constexpr std::size_t kSealBytes = 8;
+// A scene may have 256 MB on the wire. A frame of a million bodies takes about 40.
+inline constexpr std::size_t kMaxHeaderBytes = std::size_t{320} << 20, kMaxEntryBytes = std::size_t{64} << 20;
+// Thirty years.
+inline constexpr std::uint64_t kMaxTime_us = 1'000'000'000'000'000;
+
+}  // namespace tessera::client

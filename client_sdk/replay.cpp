@@ -1,0 +1,137 @@
+#include "client_sdk/replay.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+#include "core/world/partition_io.h"
+#include "core/world/scene_io.h"
+
+namespace tessera::client {
+namespace {
+
+using replication::FrameBody;
+using replication::QuantizedState;
+
+absl::StatusOr<PartitionMap> MapFrom(const std::string& bytes) {
+  v1::PartitionMap written;
+  if (!written.ParseFromString(bytes)) return absl::DataLossError("not a map");
+  return FromProto(written);
+}
+
+// The moment that ends a recording is still shown.
+constexpr std::chrono::milliseconds kLastFrame{1};
+
+absl::Status Named(const std::string& name, absl::string_view what) {
+  return absl::DataLossError(absl::StrCat(name, ": ", what));
+}
+
+}  // namespace
+
+absl::StatusOr<Replay> Replay::Open(const std::string& file) {
+  absl::StatusOr<RecordingReader> reader = RecordingReader::Open(file);
+  if (!reader.ok()) return reader.status();
+  return Open(*std::move(reader), file);
+}
+
+absl::StatusOr<Replay> Replay::Open(RecordingReader reader, const std::string& name) {
+  const RecordingHeader& header = reader.header();
+  v1::Scene written;
+  if (!written.ParseFromString(header.scene)) return Named(name, "scene: not a scene");
+  auto scene = ResolveScene(written, "scene");
+  if (!scene.ok()) return Named(name, scene.status().message());
+  absl::StatusOr<PartitionMap> map = MapFrom(header.map);
+  if (!map.ok()) return Named(name, absl::StrCat("map: ", map.status().message()));
+  Session session{.player = header.player,
+                  .credentials = {},
+                  .map = *std::move(map),
+                  .regions = {},
+                  .scene = *std::move(scene),
+                  .written_scene = std::make_shared<const std::string>(header.scene),
+                  .tick_rate_hz = header.tick_rate_hz,
+                  .snapshot_rate_hz = header.snapshot_rate_hz};
+  return Replay(std::move(reader), name, std::move(session));
+}
+
+Replay::Replay(RecordingReader reader, std::string name, Session session)
+    : reader_(std::move(reader)),
+      name_(std::move(name)),
+      session_(std::move(session)),
+      quantizer_(session_.scene->bounds, replication::SettingsFor(*session_.scene)),
+      codec_(replication::MakeDenseCodec(session_.scene->bounds, replication::SettingsFor(*session_.scene),
+                                         session_.scene->gravity_m_s2.y)) {}
+
+absl::StatusOr<std::optional<Replay::Step>> Replay::Next(TimePoint now) {
+  if (!begin_) begin_ = now;
+  if (ended_) return std::optional<Step>();
+  if (!next_) {
+    absl::StatusOr<std::optional<RecordedEntry>> read = reader_.Next();
+    if (!read.ok()) return read.status();
+    next_ = *std::move(read);
+    if (!next_) {
+      ended_ = now - *begin_ > reader_.length() + kLastFrame;
+      return std::optional<Step>();
+    }
+  }
+  if (now - *begin_ < next_->at) return std::optional<Step>();
+  absl::StatusOr<Step> step = StepOf(*std::exchange(next_, std::nullopt));
+  if (!step.ok()) return Named(name_, step.status().message());
+  return std::optional<Step>(*std::move(step));
+}
+
+absl::StatusOr<Replay::Step> Replay::StepOf(RecordedEntry entry) {
+  const TimePoint at = *begin_ + entry.at;
+  if (const auto* frame = std::get_if<FrameEntry>(&entry.what)) {
+    absl::StatusOr<Snapshot> snapshot = Decode(*frame);
+    if (!snapshot.ok()) return snapshot.status();
+    return Step{at, *std::move(snapshot)};
+  }
+  if (const auto* change = std::get_if<RegionEntry>(&entry.what)) {
+    if (BeginsAnew(change->change)) frames_.erase(change->region);
+    return Step{at, *change};
+  }
+  if (const auto* written = std::get_if<MapEntry>(&entry.what)) {
+    absl::StatusOr<PartitionMap> map = MapFrom(written->map);
+    if (!map.ok()) return absl::DataLossError(absl::StrCat("map: ", map.status().message()));
+    return Step{at, *std::move(map)};
+  }
+  return Step{at, std::get<ClientEvent>(std::move(entry.what))};
+}
+
+// As the region told it: only what is new, or differs from the frame before.
+absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
+  if (frames_.size() >= kMaxRegions && !frames_.contains(entry.region)) return absl::DataLossError("too many regions");
+  replication::DenseCodec::References& known = frames_[entry.region];
+  auto kept = codec_.Decode(entry.frame, [&](Tick tick) -> replication::DenseCodec::KeptPtr {
+    for (const auto& frame : {known.base, known.older, known.oldest}) {
+      if (frame != nullptr && frame->frame.tick == tick) return frame;
+    }
+    return nullptr;
+  });
+  if (!kept.ok()) return kept.status();
+  const replication::Frame<QuantizedState>& frame = (*kept)->frame;
+  if (known.base != nullptr && frame.tick <= known.base->frame.tick)
+    return absl::DataLossError("frame: tick goes back");
+  Snapshot snapshot{entry.region, {}};
+  snapshot.told.tick = frame.tick;
+  snapshot.told.last_input = entry.last_input;
+  snapshot.told.departures = entry.departures;
+  const std::vector<FrameBody<QuantizedState>> none;
+  const auto& before = known.base != nullptr ? known.base->frame.bodies : none;
+  auto old = before.begin();
+  auto properties = entry.properties.begin();
+  for (const FrameBody<QuantizedState>& body : frame.bodies) {
+    while (old != before.end() && old->id < body.id) ++old;
+    while (properties != entry.properties.end() && properties->first < body.id) ++properties;
+    const bool same = old != before.end() && *old == body;
+    const bool told = properties != entry.properties.end() && properties->first == body.id;
+    if (same && !told) continue;
+    if (old == before.end() || old->id != body.id) ++snapshot.told.full_records;
+    snapshot.told.bodies.push_back(
+        {body.id, body.epoch, quantizer_.Dequantize(body.state), told ? properties->second : nullptr});
+  }
+  known = {.base = *std::move(kept), .older = std::move(known.base), .oldest = std::move(known.older)};
+  return snapshot;
+}
+
+}  // namespace tessera::client
