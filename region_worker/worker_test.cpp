@@ -13,8 +13,6 @@
 namespace tessera::worker {
 namespace {
 
-using testing::Test;
-
 std::vector<std::string> Alone(std::uint16_t base, const std::string& scene = ScenePath("minimal")) {
   return {"--scene", scene, "--regions", "1", "--region", "1", "--base-port", std::to_string(base)};
 }
