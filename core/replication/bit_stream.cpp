@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 namespace tessera::replication {
 namespace {
@@ -13,23 +14,14 @@ constexpr std::uint64_t LowBits(int bits) { return bits >= 64 ? ~std::uint64_t{0
 void BitWriter::FlushWord() {
   std::array<std::uint8_t, 8> word{};
   for (std::size_t i = 0; i < word.size(); ++i) word[i] = static_cast<std::uint8_t>(pending_ >> (8 * i));
-  bytes_.insert(bytes_.end(), word.begin(), word.end());
+  const std::size_t at = bytes_.size();
+  bytes_.resize(at + word.size());
+  std::memcpy(bytes_.data() + at, word.data(), word.size());
 }
 
 void BitWriter::WriteVarint(std::uint64_t value) {
   for (; value >= 0x80; value >>= 7) Write((value & 0x7f) | 0x80, 8);
   Write(value, 8);
-}
-
-void BitWriter::WriteBanded(std::uint64_t value, Bands bands) {
-  for (std::size_t i = 0; i < bands.size(); ++i) {
-    const std::uint64_t size = std::uint64_t{1} << bands[i];
-    const int prefix_bits = static_cast<int>(i) + 1;  // i ones and a zero
-    if (value < size) return Write((value << prefix_bits) | LowBits(static_cast<int>(i)), prefix_bits + bands[i]);
-    value -= size;
-  }
-  Write(LowBits(static_cast<int>(bands.size())), static_cast<int>(bands.size()));
-  WriteVarint(value);
 }
 
 void BitWriter::Rewind(const Mark& mark) {

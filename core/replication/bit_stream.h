@@ -55,7 +55,16 @@ class BitWriter {
   }
   void WriteBit(bool bit) { Write(bit ? 1 : 0, 1); }
   void WriteVarint(std::uint64_t value);  // 8 bits for each 7 that it has
-  void WriteBanded(std::uint64_t value, Bands bands);
+  void WriteBanded(std::uint64_t value, Bands bands) {
+    for (std::size_t i = 0; i < bands.size(); ++i) {
+      const std::uint64_t size = std::uint64_t{1} << bands[i];
+      const std::uint64_t prefix = (std::uint64_t{1} << i) - 1;  // i ones and a zero
+      if (value < size) return Write(value << (i + 1) | prefix, static_cast<int>(i) + 1 + bands[i]);
+      value -= size;
+    }
+    Write((std::uint64_t{1} << bands.size()) - 1, static_cast<int>(bands.size()));
+    WriteVarint(value);
+  }
 
   std::size_t bit_count() const { return bytes_.size() * 8 + static_cast<std::size_t>(pending_bits_); }
   Mark mark() const { return {bytes_.size(), pending_, pending_bits_}; }

@@ -22,9 +22,13 @@ constexpr double kBurst_s = 0.1;
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Samples further apart than this predict nothing; they are counted in 8 bits.
 constexpr std::uint64_t kMaxGap_ticks = 32;
+// Where interest has no radius, what distances are measured by.
+constexpr double kUnlimitedRadius_m = 100;
 // Shares of the radius of interest, and with which of the snapshots bodies within them and beyond are told.
 constexpr double kNear = 0.25, kMiddle = 0.5;
 constexpr std::uint32_t kNearPeriod = 1, kMiddlePeriod = 2, kFarPeriod = 4;
+static_assert(std::has_single_bit(kNearPeriod) && std::has_single_bit(kMiddlePeriod) &&
+              std::has_single_bit(kFarPeriod));
 // Out of turn is told what has waited longer than its period by so much.
 constexpr float kOverdue = 2;
 // Ahead of what is known already, a body that the client does not know counts as having waited so many snapshots.
@@ -38,6 +42,19 @@ constexpr std::size_t kMaxSent = 4096;
 constexpr std::size_t kAhead = 8;
 
 }  // namespace
+
+Eye::Eye(const ClientView& view, const Settings& settings)
+    : own(view.own),
+      centre(view.centre.value_or(Vec3d())),
+      per_radius_squared(1 / (settings.interest_radius_m > 0 ? settings.interest_radius_m * settings.interest_radius_m
+                                                             : kUnlimitedRadius_m * kUnlimitedRadius_m)),
+      placed(view.centre.has_value()),
+      limited(placed && settings.interest_radius_m > 0) {}
+
+std::uint32_t Eye::Period(double shares) const {
+  if (!limited || shares <= kNear * kNear) return kNearPeriod;
+  return shares <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod;
+}
 
 // --- What is seen ----------------------------------------------------------------------------------------------------
 
@@ -60,13 +77,20 @@ void SnapshotSender::Impl::Follow(const History& history, const ClientView& view
     std::set_symmetric_difference(before.begin(), before.end(), window.cells().begin(), window.cells().end(),
                                   std::back_inserter(other));
     ConsiderMembers(history, other);
-    for (const std::uint32_t cell : before) {  // what has just left a cell that is not seen any more
-      for (const SlotIndex slot : history.cells[cell].news) Consider(history, slot);
+    ConsiderNews(history, before);  // what has just left a cell that is not seen any more
+  }
+  ConsiderNews(history, window.cells());
+}
+
+void SnapshotSender::Impl::ConsiderNews(const History& history, std::span<const std::uint32_t> cells) {
+  fresh.clear();
+  for (const std::uint32_t cell : cells) {
+    for (const SlotIndex slot : history.cells[cell].news) {
+      by_slot.prefetch(slot);
+      fresh.push_back(slot);
     }
   }
-  for (const std::uint32_t cell : window.cells()) {
-    for (const SlotIndex slot : history.cells[cell].news) Consider(history, slot);
-  }
+  for (const SlotIndex slot : fresh) Consider(history, slot);
 }
 
 void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells) {
@@ -137,7 +161,7 @@ void SnapshotSender::Impl::Activate(std::uint32_t index) {
   if (known[index].active) return;
   known[index].active = true;
   known[index].priority = std::max(known[index].priority, kOverdue);  // at once
-  active.push_back(index);
+  active.push_back({known[index].id, index, known[index].slot});
 }
 
 // --- What is due -----------------------------------------------------------------------------------------------------
@@ -146,7 +170,7 @@ std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
   return static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
 }
 
-bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, Known& body, float& score) const {
+bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, Known& body, double& shares) const {
   const SlotFace& face = history.faces[body.slot];
   const bool whole = body.acked == Tick();
   if (body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent) {
@@ -154,33 +178,37 @@ bool SnapshotSender::Impl::Due(const History& history, const ClientView& view, K
     const bool repeat = !whole && body.repeats < 1;
     if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
   }
-  std::uint32_t period = kNearPeriod;
-  double shares = 0;  // of the radius, squared; without one, of 100 m: only for the order
-  if (view.centre.has_value()) {
-    const double radius_m = settings.interest_radius_m > 0 ? settings.interest_radius_m : 100;
-    shares = LengthSquared(Vec3d(face.position) - *view.centre) / (radius_m * radius_m);
-    if (settings.interest_radius_m > 0) {
-      period = shares <= kNear * kNear ? kNearPeriod : shares <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod;
-    }
-  }
-  body.priority += 1.0f / static_cast<float>(period);
+  shares = eye.Shares(face);
+  const std::uint32_t period = eye.Period(shares);
+  body.priority += period == kNearPeriod     ? 1.0f / kNearPeriod
+                   : period == kMiddlePeriod ? 1.0f / kMiddlePeriod
+                                             : 1.0f / kFarPeriod;
   // All who see a body at one distance are told of it at the same ticks, so that one record serves them.
-  const bool in_turn = (history.pushes + body.slot) % period == 0;
+  const bool in_turn = ((history.pushes + body.slot) & (period - 1)) == 0;
   const bool due = body.priority >= 1 && (in_turn || body.priority >= kOverdue);
-  if (!due && !whole && body.id != view.own) return false;
-  score = body.id == view.own ? std::numeric_limits<float>::max()
-                              : body.priority / static_cast<float>(0.1 + std::sqrt(shares));
-  return true;
+  return due || whole || body.id == eye.own;
+}
+
+// Puts what began to be active where its id belongs.
+void SnapshotSender::Impl::MergeActive() {
+  const auto by_id = [](const Active& a, const Active& b) { return a.id < b.id; };
+  const auto newest = active.begin() + static_cast<std::ptrdiff_t>(sorted_active);
+  std::sort(newest, active.end(), by_id);
+  std::inplace_merge(active.begin(), newest, active.end(), by_id);
 }
 
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
+  const Eye eye(view, settings);
+  MergeActive();
   candidates.clear();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < active.size(); ++i) {
     // A client's part of this memory was last touched many clients ago.
-    if (i + 2 * kAhead < active.size()) __builtin_prefetch(&known[active[i + 2 * kAhead]]);
-    if (i + kAhead < active.size()) __builtin_prefetch(&history.faces[known[active[i + kAhead]].slot]);
-    const std::uint32_t index = active[i];
+    if (i + kAhead < active.size()) {
+      __builtin_prefetch(&known[active[i + kAhead].known]);
+      __builtin_prefetch(&history.faces[active[i + kAhead].slot]);
+    }
+    const std::uint32_t index = active[i].known;
     Known& body = known[index];
     if (!body.used) {  // gone since
       body.active = false;
@@ -192,13 +220,14 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
       body.active = false;  // the client has this very state
       continue;
     }
-    active[kept++] = index;
-    float score = 0;
-    if (!Due(history, view, body, score)) continue;
-    candidates.push_back({index, score, KeyFor(history, body)});
+    active[kept++] = active[i];
+    double shares = 0;
+    if (!Due(history, eye, body, shares)) continue;
+    candidates.push_back({index, shares, KeyFor(history, body)});
     history.records.Prefetch(candidates.back().key);
   }
   active.resize(kept);
+  sorted_active = kept;
 }
 
 RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Known& body) {
@@ -224,17 +253,30 @@ void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& 
 
 // --- What is told ----------------------------------------------------------------------------------------------------
 
+// Those that matter most first: by distance, and by how long they have waited.
+void SnapshotSender::Impl::SortByScore(BodyId own) {
+  std::vector<std::pair<float, std::uint32_t>> order;  // score, and which
+  order.reserve(candidates.size());
+  for (const Candidate& candidate : candidates) {
+    const Known& body = known[candidate.known];
+    const float score = body.id == own ? std::numeric_limits<float>::max()
+                                       : body.priority / static_cast<float>(0.1 + std::sqrt(candidate.shares));
+    order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
+  }
+  std::sort(order.begin(), order.end());
+  std::vector<Candidate> sorted;
+  sorted.reserve(candidates.size());
+  for (const auto& place : order) sorted.push_back(candidates[place.second]);
+  candidates = std::move(sorted);
+}
+
 // The candidates that the budget holds, those that matter most first; then in the order of their ids.
 void SnapshotSender::Impl::Choose(History& history, const ClientView& view, WrittenSnapshot& result) {
   chosen.clear();
   const double usable = 1 - kOverheadBytes / (kOverheadBytes + static_cast<double>(settings.max_datagram_bytes));
   double bits_left = std::max(0.0, (allowance_bytes - kOverheadBytes - 24) * 8 * usable);
   constexpr double kLikelyBits = 120;
-  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) {
-    std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return a.score != b.score ? a.score > b.score : a.known < b.known;
-    });
-  }
+  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore(view.own);
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     Known& body = known[candidates[i].known];

@@ -43,6 +43,22 @@ struct SentDatagram {
   std::vector<BodyId> departures;
 };
 
+// Where a client looks from.
+struct Eye {
+  Eye(const ClientView& view, const Settings& settings);
+  // Of the radius of interest, squared; without one, of 100 m: only for the order.
+  double Shares(const SlotFace& face) const {
+    return placed ? LengthSquared(Vec3d(face.position) - centre) * per_radius_squared : 0;
+  }
+  // With which of the snapshots what is there is told.
+  std::uint32_t Period(double shares) const;
+
+  BodyId own;
+  Vec3d centre;
+  double per_radius_squared;
+  bool placed, limited;
+};
+
 struct SnapshotSender::Impl {
   using History = SnapshotHistory::Impl;
 
@@ -53,20 +69,23 @@ struct SnapshotSender::Impl {
 
   // What is seen.
   void Follow(const History& history, const ClientView& view);
+  void ConsiderNews(const History& history, std::span<const std::uint32_t> cells);
   void ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells);
   void Consider(const History& history, SlotIndex slot);
   void Appear(const History& history, SlotIndex slot);
   void Depart(const History& history, std::uint32_t index);
   void Activate(std::uint32_t index);
+  void MergeActive();
 
   // What is told.
   struct Candidate {
     std::uint32_t known;
-    float score;
+    double shares;  // Eye::Shares
     RecordCache::Key key;
   };
   void FindCandidates(const History& history, const ClientView& view);
-  bool Due(const History& history, const ClientView& view, Known& body, float& score) const;
+  bool Due(const History& history, const Eye& eye, Known& body, double& shares) const;
+  void SortByScore(BodyId own);
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
   static RecordCache::Key KeyFor(const History& history, const Known& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
@@ -85,8 +104,16 @@ struct SnapshotSender::Impl {
   std::vector<Known> known;
   std::vector<std::uint32_t> unused;  // of `known`
   absl::flat_hash_map<SlotIndex, std::uint32_t> by_slot;
-  std::vector<std::uint32_t> active;  // of `known`: those with something to tell, or in doubt
-  std::vector<Gone> gone;             // ascending by id
+  // Of `known`, those with something to tell, or in doubt: ascending by id but for the newest, which stand at the end.
+  // Their slots stand here too, so that both are asked for before either is looked at.
+  struct Active {
+    BodyId id;
+    std::uint32_t known;
+    SlotIndex slot;
+  };
+  std::vector<Active> active;
+  std::size_t sorted_active = 0;  // so many of them are in order
+  std::vector<Gone> gone;         // ascending by id
 
   std::deque<SentDatagram> sent;  // the last one has the sequence next_sequence - 1
   // The newest acknowledgement: what it said needs no second look.
@@ -103,6 +130,7 @@ struct SnapshotSender::Impl {
   // Room used again and again.
   std::vector<Candidate> candidates;
   std::vector<std::uint32_t> seen_before;  // cells
+  std::vector<SlotIndex> fresh;
   struct Chosen {
     BodyId id;
     std::uint32_t known;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cassert>
 
 namespace tessera::replication {
 namespace {
@@ -27,8 +26,10 @@ void AppendGolomb(PackedRecord& record, std::int64_t residual, int k) {
   const std::uint64_t shifted = ZigZag(residual) + (std::uint64_t{1} << k);
   const int bits = static_cast<int>(std::bit_width(shifted)) - 1;  // k + n
   const int n = bits - k;
-  record.Append((std::uint64_t{1} << n) - 1, n + 1);  // ones, and a zero above them
-  record.Append(shifted - (std::uint64_t{1} << bits), bits);
+  const std::uint64_t ones = (std::uint64_t{1} << n) - 1, rest = shifted - (std::uint64_t{1} << bits);
+  if (n + 1 + bits <= 64) return record.Append(ones | rest << (n + 1), n + 1 + bits);  // a zero is above the ones
+  record.Append(ones, n + 1);
+  record.Append(rest, bits);
 }
 
 bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) {
@@ -39,17 +40,6 @@ bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual) 
   const std::uint64_t shifted = reader.Read(k + n) + (std::uint64_t{1} << (k + n));
   residual = UnZigZag(shifted - (std::uint64_t{1} << k));
   return true;
-}
-
-void PackedRecord::Append(std::uint64_t value, int count) {
-  assert(count >= 0 && count <= 64 && bits + count <= static_cast<int>(kMaxWords * 64));
-  assert(count == 64 || value >> count == 0);
-  if (count == 0) return;
-  const auto word = static_cast<std::size_t>(bits / 64);
-  const int shift = bits % 64;
-  words[word] |= value << shift;
-  if (shift + count > 64) words[word + 1] |= value >> (64 - shift);
-  bits += count;
 }
 
 void PackedView::AppendTo(BitWriter& writer) const {

@@ -22,6 +22,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 
 #include "core/replication/bit_stream.h"
 #include "core/replication/codec/predict.h"
@@ -44,7 +45,16 @@ struct PackedRecord {
   std::array<std::uint64_t, kMaxWords> words{};
   int bits = 0;
 
-  void Append(std::uint64_t value, int count);
+  void Append(std::uint64_t value, int count) {
+    assert(count >= 0 && count <= 64 && bits + count <= static_cast<int>(kMaxWords * 64));
+    assert(count == 64 || value >> count == 0);
+    if (count == 0) return;
+    const auto word = static_cast<std::size_t>(bits / 64);
+    const int shift = bits % 64;
+    words[word] |= value << shift;
+    if (shift + count > 64) words[word + 1] |= value >> (64 - shift);
+    bits += count;
+  }
   void AppendTo(BitWriter& writer) const { view().AppendTo(writer); }
   PackedView view() const { return {words.data(), bits}; }
 };
