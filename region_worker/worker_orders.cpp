@@ -51,11 +51,6 @@ absl::Status Worker::Build() {
   wards_.emplace(*links_, ticks_->region().catalog(), metrics_);
   follower_.emplace(options_.identity, ticks_->region(), *links_, *wards_,
                     [this](const region::Resolution& resolution, std::span<const region::Standby* const> dead) {
-                      // The last tick that any live region had stepped; resume_tick leaves one out.
-                      const std::uint64_t newest = resolution.resume_tick.value() - 2;
-                      for (const region::Standby* ward : dead) {
-                        ticks_->NoteTakeover(newest - std::min(newest, ward->tick().value()));
-                      }
                       return ticks_->Resume(resolution, dead);
                     });
   malloc_trim(0);  // what parsing the scene took
@@ -241,13 +236,19 @@ void Worker::KeepCheckpoint() {
   if (tick < wanted) return;
   saving_ = wanted;
   checkpoint_failure_.clear();
-  if (tick == wanted && !state_writer_.busy() && !ticks_->region().halted()) {
-    state_writer_.Begin(tick, order_.checkpoint->path, ticks_->region().SaveState());
+  const region::Region& region = ticks_->region();
+  const auto neighbors = region.neighbors();
+  const bool all_open =
+      std::all_of(neighbors.begin(), neighbors.end(), [&](RegionId neighbor) { return region.IsOpen(neighbor); });
+  // Over a closed border a body may be granted and not taken in: in the states of that tick nobody would own it.
+  if (tick == wanted && !state_writer_.busy() && !region.halted() && all_open) {
+    state_writer_.Begin(tick, order_.checkpoint->path, region.SaveState());
     return;
   }
-  checkpoint_failure_ = tick > wanted
-                            ? absl::StrCat("tick ", wanted.value(), " has passed: it is ", tick.value())
-                            : std::string("the one before is still being written, or a failover is under way");
+  checkpoint_failure_ =
+      tick > wanted
+          ? absl::StrCat("tick ", wanted.value(), " has passed: it is ", tick.value())
+          : std::string("the one before is still being written, a failover is under way, or a border is closed");
   spdlog::warn("checkpoint missed tick={} reason={}", wanted.value(), telemetry::LogValue(checkpoint_failure_));
 }
 

@@ -155,15 +155,28 @@ TEST_F(LogTest, ARegionBeginsWithASavedState) {
 TEST_F(LogTest, ASavedStateIsSharedOutAmongAnyNumberOfRegions) {
   for (int t = 0; t < 50; ++t) (void)StepOnce();
   const RegionState saved = *DecodeState(region.SaveState(), region.catalog());
+  const RegionState merged = *MergeStates({&saved, 1});
   std::size_t owned = 0;
   for (std::uint32_t id = 1; id <= 3; ++id) {
     Config config = MakeConfig(scene);
     config.self = RegionId(id);
     config.map = *MakeGridMap(scene->ground(), 3);
-    config.initial = std::make_shared<const RegionState>(saved);
+    config.initial = std::make_shared<const RegionState>(merged);
     owned += Region(config).owned_count();
   }
   EXPECT_EQ(owned, region.owned_count());
+}
+
+// A body stays with its owner until it is well beyond its cells: a checkpoint has it in the owner's state alone.
+TEST_F(LogTest, ARegionTakesAllOfItsOwnStateWhereverItsBodiesLie) {
+  for (int t = 0; t < 50; ++t) (void)StepOnce();
+  const RegionState saved = *DecodeState(region.SaveState(), region.catalog());
+  ASSERT_EQ(saved.region, region.id());
+  Config config = MakeConfig(scene);
+  config.self = saved.region;
+  config.map = *MakeGridMap(scene->ground(), 3);
+  config.initial = std::make_shared<const RegionState>(saved);
+  EXPECT_EQ(Region(config).owned_count(), region.owned_count());
 }
 
 TEST_F(LogTest, StatesOfDifferentTicksAreNotOneWorld) {

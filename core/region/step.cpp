@@ -75,7 +75,9 @@ void RegionStep::OwnInitial() {
     for (const BodyId id : catalog.AssemblyOf(body.id)) {
       if (anchor == nullptr) anchor = initial.Find(id);
     }
-    if (config.map.OwnerOf(anchor->state.position) != config.self) continue;
+    // A state of this region alone is taken whole: what lies a little beyond its cells is in nobody else's.
+    const bool mine = initial.region == config.self || config.map.OwnerOf(anchor->state.position) == config.self;
+    if (!mine) continue;
     bodies.Own(body.id, body.epoch, body.state);
     if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), initial.controls.at(PlayerOf(body.id)));
   }
