@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "CLI/CLI.hpp"
+#include "spdlog/spdlog.h"
+#include "tests/simulation/deployment_scenario.h"
 #include "tests/simulation/scenario.h"
 
 namespace tessera::simulation {
@@ -81,6 +83,18 @@ DrawOptions OptionsOf(const Flags& flags) {
   return options;
 }
 
+// Of the seeds that are not asked for a world, every eighth is one of a deployment.
+constexpr std::uint64_t kSeedsPerDeployment = 8;
+constexpr char kDeployment[] = "deployment";
+
+bool IsDeployment(const Flags& flags, std::uint64_t seed) {
+  return flags.world == kDeployment || (flags.world.empty() && flags.faults && seed % kSeedsPerDeployment == 0);
+}
+
+std::string DescribeSeed(const Flags& flags, std::uint64_t seed) {
+  return IsDeployment(flags, seed) ? Describe(DrawDeployment(seed)) : Describe(DrawScenario(seed, OptionsOf(flags)));
+}
+
 std::string Replay(const Flags& flags, std::uint64_t seed) {
   return "./dev sim --seed " + std::to_string(seed) + (flags.world.empty() ? "" : " --world " + flags.world) +
          (flags.faults ? "" : " --no-faults");
@@ -93,6 +107,7 @@ void CompareNetworks(const Scenario& scenario, Outcome& outcome) {
 }
 
 Outcome RunSeed(const Flags& flags, std::uint64_t seed) {
+  if (IsDeployment(flags, seed)) return Run(DrawDeployment(seed));
   const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
   Outcome outcome = Run(scenario);
   if (scenario.faults.empty() && scenario.players == 0) CompareNetworks(scenario, outcome);
@@ -100,8 +115,7 @@ Outcome RunSeed(const Flags& flags, std::uint64_t seed) {
 }
 
 void Report(const Flags& flags, std::uint64_t seed, const Outcome& outcome) {
-  const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
-  std::printf("seed %lu FAILED: %s\n", static_cast<unsigned long>(seed), Describe(scenario).c_str());
+  std::printf("seed %lu FAILED: %s\n", static_cast<unsigned long>(seed), DescribeSeed(flags, seed).c_str());
   for (const std::string& problem : outcome.problems) std::printf("  %s\n", problem.c_str());
   std::printf("  replay: %s\n", Replay(flags, seed).c_str());
   std::fflush(stdout);
@@ -132,8 +146,7 @@ void WriteCsv(const std::string& path, const Sums& sums) {
 }
 
 int RunOne(const Flags& flags) {
-  const Scenario scenario = DrawScenario(flags.seed, OptionsOf(flags));
-  std::printf("seed %lu: %s\n", static_cast<unsigned long>(flags.seed), Describe(scenario).c_str());
+  std::printf("seed %lu: %s\n", static_cast<unsigned long>(flags.seed), DescribeSeed(flags, flags.seed).c_str());
   const Outcome outcome = RunSeed(flags, flags.seed);
   Sums sums;
   sums.Add(outcome);
@@ -184,20 +197,21 @@ int main(int argc, char** argv) {
   using tessera::simulation::kWorldNames;
   using tessera::simulation::World;
   Flags flags;
+  std::vector<std::string> worlds(kWorldNames.begin(), kWorldNames.end());
+  worlds.emplace_back(tessera::simulation::kDeployment);
   CLI::App app{"Runs whole instances in virtual time, each from one seed, under faults drawn from it."};
   app.add_option("--seeds", flags.seeds, "how many seeds (1000, unless --minutes is given)");
   app.add_option("--minutes", flags.minutes, "stop after so many minutes");
   app.add_option("--first", flags.first, "the first seed")->capture_default_str();
   app.add_option("--seed", flags.seed, "run this seed alone and tell all of it");
-  app.add_option("--world", flags.world, "only worlds of this kind")
-      ->check(CLI::IsMember(
-          std::vector<std::string>(tessera::simulation::kWorldNames.begin(), tessera::simulation::kWorldNames.end())));
+  app.add_option("--world", flags.world, "only worlds of this kind")->check(CLI::IsMember(worlds));
   app.add_flag("--figure", flags.figure,
                "worlds of the kind stream until a million handovers of all kinds are made, or --minutes are up");
   app.add_flag("!--no-faults", flags.faults, "without faults");
   app.add_option("--jobs", flags.jobs, "threads")->capture_default_str();
   app.add_option("--csv", flags.csv, "write the counts there, in the form of the benchmarks");
   CLI11_PARSE(app, argc, argv);
+  spdlog::set_level(spdlog::level::off);  // workers, agents and control planes say what they do
   if (flags.figure && flags.world.empty()) flags.world = kWorldNames[static_cast<std::size_t>(World::kStream)];
   if (flags.seed != 0) return tessera::simulation::RunOne(flags);
   if (flags.seeds == 0 && flags.minutes == 0 && !flags.figure) flags.seeds = 1000;

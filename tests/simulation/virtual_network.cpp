@@ -29,8 +29,7 @@ void VirtualNetwork::Leave(Node node) {
     if (!connection.up || (ends.first != node && ends.second != node)) continue;
     const std::uint64_t session = connection.session;
     timeline_.In(kBreakAfter, [this, ends = ends, session] {
-      const Connection& then = connections_.at(ends);
-      if (then.up && then.session == session) Break(ends.first, ends.second);
+      if (Session(ends.first, ends.second) == session) Break(ends.first, ends.second);
     });
   }
 }
@@ -41,9 +40,9 @@ void VirtualNetwork::Link(Node a, Node b) {
 
 void VirtualNetwork::Unlink(Node a, Node b) { connections_.erase(Pair(a, b)); }
 
-bool VirtualNetwork::Connected(Node a, Node b) const {
+std::uint64_t VirtualNetwork::Session(Node a, Node b) const {
   const auto found = connections_.find(Pair(a, b));
-  return found != connections_.end() && found->second.up;
+  return found != connections_.end() && found->second.up ? found->second.session : 0;
 }
 
 void VirtualNetwork::Cut(Node a, Node b, bool cut) {
@@ -52,6 +51,24 @@ void VirtualNetwork::Cut(Node a, Node b, bool cut) {
   } else {
     cuts_.erase(Pair(a, b));
   }
+}
+
+void VirtualNetwork::CutPlace(std::uint32_t place, bool cut) {
+  if (cut) {
+    cut_places_.insert(place);
+  } else {
+    cut_places_.erase(place);
+  }
+}
+
+bool VirtualNetwork::IsCut(Node a, Node b) const {
+  if (cuts_.contains(Pair(a, b))) return true;
+  if (cut_places_.empty()) return false;
+  const auto at = [this](Node node) {
+    const auto found = places_.find(node);
+    return found == places_.end() ? 0 : found->second;
+  };
+  return at(a) != at(b) && (cut_places_.contains(at(a)) || cut_places_.contains(at(b)));
 }
 
 bool VirtualNetwork::IsStalled(Node node) const {
@@ -194,7 +211,7 @@ void VirtualNetwork::Dial(Ends ends, Micros after) {
 void VirtualNetwork::Open(Ends ends) {
   Connection& connection = connections_.at(ends);
   connection.up = true;
-  ++connection.session;
+  connection.session = ++sessions_;
   connection.streams = {};
   for (const auto& [node, peer] : {ends, Ends(ends.second, ends.first)}) {
     const auto state = nodes_.find(node);

@@ -62,7 +62,8 @@ class VirtualNetwork {
   // From now on there is to be a connection between the two, whenever both have joined.
   void Link(Node a, Node b);
   void Unlink(Node a, Node b);
-  bool Connected(Node a, Node b) const;
+  bool Connected(Node a, Node b) const { return Session(a, b) != 0; }
+  std::uint64_t Session(Node a, Node b) const;  // of their connection, each another number; 0: there is none
 
   // Runs `action` in the process: at once, or when it goes on; never if it has ended. What its timers do goes this way.
   void InProcess(Node node, std::function<void()> action);
@@ -73,8 +74,14 @@ class VirtualNetwork {
   // --- Faults.
   Weather& weather() { return weather_; }
   void Cut(Node a, Node b, bool cut);  // no packet passes
-  void ClearCuts() { cuts_.clear(); }
-  bool IsCut(Node a, Node b) const { return cuts_.contains(Pair(a, b)); }
+  void ClearCuts() {
+    cuts_.clear();
+    cut_places_.clear();
+  }
+  bool IsCut(Node a, Node b) const;
+  // A place is a machine. One that is cut off is heard by nobody elsewhere; what is there goes on hearing each other.
+  void SetPlace(Node node, std::uint32_t place) { places_[node] = place; }
+  void CutPlace(std::uint32_t place, bool cut);
   void Break(Node a, Node b);                // their connection, at once
   void SetStalled(Node node, bool stalled);  // it runs no code; what comes waits for it
   bool IsStalled(Node node) const;
@@ -121,7 +128,9 @@ class VirtualNetwork {
   std::map<Node, NodeState> nodes_;
   std::map<Ends, Connection> connections_;
   std::set<Ends> cuts_;
-  std::uint64_t lives_ = 0;
+  std::map<Node, std::uint32_t> places_;
+  std::set<std::uint32_t> cut_places_;
+  std::uint64_t lives_ = 0, sessions_ = 0;
   NetworkTotals totals_;
 };
 

@@ -4,10 +4,12 @@
 
 namespace tessera::simulation {
 
-Worker::Worker(Timeline& timeline, VirtualNetwork& network, region::Config config)
+Worker::Worker(Timeline& timeline, VirtualNetwork& network, region::Config config, Node life)
     : timeline_(timeline),
       network_(network),
       region_(std::make_unique<region::Region>(config)),
+      node_(NodeOf(config.self, life)),
+      links_itself_(life == 0),
       period_(1'000'000 / config.scene->tick_rate_hz) {}
 
 Worker::~Worker() {
@@ -21,7 +23,7 @@ void Worker::Start() {
   Send(region_->Start());
   network_.Join(node(), {.on_connected =
                              [this](Node peer) {
-                               const auto found = peers_.find(RegionId(peer));
+                               const auto found = peers_.find(RegionAt(peer));
                                if (found == peers_.end()) return;
                                for (const region::Bytes& frame : found->second.kept) SendFrame(found->first, frame);
                              },
@@ -31,9 +33,16 @@ void Worker::Start() {
                              [this](Node from, const Bytes& bytes) {
                                if (on_datagram) on_datagram(from, bytes);
                              }});
-  for (const RegionId neighbor : region_->neighbors()) network_.Link(node(), neighbor.value());
+  if (links_itself_) {
+    for (const RegionId neighbor : region_->neighbors()) network_.Link(node(), neighbor.value());
+  }
   WakeAt(due_);
   Care(timeline_.now() + kCare);
+}
+
+Node Worker::AddressOf(RegionId region) const {
+  const auto found = addresses_.find(region);
+  return found == addresses_.end() ? region.value() : found->second;
 }
 
 void Worker::SendFrame(RegionId to, const region::Bytes& frame) {
@@ -41,7 +50,7 @@ void Worker::SendFrame(RegionId to, const region::Bytes& frame) {
   message.reserve(frame.size() + 1);
   message.push_back(kFrameKind);
   message.insert(message.end(), frame.begin(), frame.end());
-  (void)network_.Send(node(), to.value(), std::move(message));
+  (void)network_.Send(node(), AddressOf(to), std::move(message));
 }
 
 bool Worker::SendOther(Node to, std::uint8_t kind, const Bytes& bytes) {
@@ -62,17 +71,18 @@ void Worker::Send(std::vector<region::OutgoingFrame> frames) {
 }
 
 void Worker::OnMessage(Node from, const Bytes& message) {
-  if (message.empty()) return;
+  if (message.empty() || (admits && !admits(from))) return;
   const std::span<const std::uint8_t> payload = std::span(message).subspan(1);
   if (message[0] != kFrameKind) {
     if (on_other) on_other(*this, from, message[0], payload);
     return;
   }
-  peers_[RegionId(from)].heard = timeline_.now();
-  const absl::Status status = region_->Receive(RegionId(from), payload);
+  const RegionId region = RegionAt(from);
+  peers_[region].heard = timeline_.now();
+  const absl::Status status = region_->Receive(region, payload);
   if (!status.ok()) {
     ++totals_.refused[std::string(status.message())];
-    if (on_refused) on_refused(*this, RegionId(from), status);
+    if (on_refused) on_refused(*this, region, status);
   }
   Advance();
 }
@@ -125,17 +135,18 @@ void Worker::Care(Micros due) {
   const std::vector<RegionId> missing = region_->WaitingFor();
   const bool stepped = last_step_ + kCare > now;
   const bool stood_still = now > due + kCare;  // then what is silent was only not listened to
+  const bool cares = !may_care || may_care();
   for (auto& [id, peer] : peers_) {
     const bool waited = std::find(missing.begin(), missing.end(), id) != missing.end();
     if (!waited || !peer.waited || stood_still || stepped) peer.waited_since = now;
     peer.waited = waited;
     // One that joins waits for the tick from which its neighbours know it.
     const bool silent = now - std::max(peer.heard, peer.waited_since) >= kSilence;
-    if (waited && stepped_ && (silent || now - peer.waited_since >= kStuck)) {
+    if (waited && stepped_ && cares && !region_->halted() && (silent || now - peer.waited_since >= kStuck)) {
       ++totals_.closings;
       region_->Close(id);
     }
-    if (now - last_step_ >= kCare && !peer.kept.empty()) SendFrame(id, peer.kept.back());
+    if (cares && now - last_step_ >= kCare && !peer.kept.empty()) SendFrame(id, peer.kept.back());
   }
   timeline_.In(kCare, [this, alive = alive_, due = now + kCare] {
     if (!*alive) return;

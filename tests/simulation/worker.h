@@ -22,6 +22,11 @@ struct WorkerTotals {
   std::map<std::string, std::uint64_t> refused;  // frames, by what was said of them
 };
 
+// Where a life of a region is: several lives of one may be there at once. The first is a node of the region's number.
+constexpr Node kNodesOfALife = 4096;
+constexpr Node NodeOf(RegionId region, Node life) { return life * kNodesOfALife + region.value(); }
+constexpr RegionId RegionAt(Node node) { return RegionId(node % kNodesOfALife); }
+
 class Worker {
  public:
   static constexpr Micros kSilence = Milliseconds(250);  // of a neighbour that is waited for, until its border closes
@@ -33,7 +38,8 @@ class Worker {
 
   using OnStep = std::function<void(Worker&, const region::StepResult&)>;
 
-  Worker(Timeline& timeline, VirtualNetwork& network, region::Config config);
+  // With a life, whom it links to is the caller's care, and so is telling it by `SetAddress` where others are.
+  Worker(Timeline& timeline, VirtualNetwork& network, region::Config config, Node life = 0);
   ~Worker();
 
   // Joins the network and sends the frames of the region's present tick.
@@ -50,11 +56,18 @@ class Worker {
   std::function<void(Worker&, RegionId from, const absl::Status&)> on_refused;
   std::function<void(Node from, const Bytes&)> on_datagram;
   std::function<bool()> may_step;     // false: paused, e.g. without a lease
+  std::function<bool()> may_care;     // false: says nothing to anybody and gives nobody up
+  std::function<bool(Node)> admits;   // false: what comes from there is not heard
   std::function<void()> before_step;  // e.g. to queue inputs
 
   region::Region& region() { return *region_; }
+  const region::Region& region() const { return *region_; }
   RegionId id() const { return region_->id(); }
-  Node node() const { return region_->id().value(); }
+  Node node() const { return node_; }
+  void SetAddress(RegionId region, Node node) { addresses_[region] = node; }
+  Node AddressOf(RegionId region) const;
+  // That life has ended: its frames are not for the next one.
+  void DropKept(RegionId region) { peers_[region].kept.clear(); }
   const WorkerTotals& totals() const { return totals_; }
   // A step takes so long: a tick that takes longer than its share slows the instance down.
   void set_step_time(Micros time) { step_time_ = time; }
@@ -77,6 +90,9 @@ class Worker {
   Timeline& timeline_;
   VirtualNetwork& network_;
   std::unique_ptr<region::Region> region_;
+  Node node_;
+  bool links_itself_;
+  std::map<RegionId, Node> addresses_;
   std::map<RegionId, Peer> peers_;
   Micros period_, due_ = 0, step_time_ = 0, busy_until_ = 0, last_step_ = 0;
   std::optional<Micros> wake_;

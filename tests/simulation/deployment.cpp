@@ -1,0 +1,330 @@
+#include "tests/simulation/deployment.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/partition_change.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr std::uint64_t kStepsBetweenChecks = 32;
+constexpr Micros kPatience = Milliseconds(30'000);
+constexpr std::uint64_t kTicksSettling = 10;
+constexpr int kFreezes = 20;
+
+// A ledger knows owners by number: that of a life.
+RegionId LifeOf(const DeployedWorker& worker) { return RegionId(worker.node()); }
+
+std::string Name(const DeployedWorker& worker) {
+  return absl::StrCat("region ", worker.identity().region.value(), "#", worker.identity().incarnation.value(),
+                      " on host ", worker.place());
+}
+
+}  // namespace
+
+Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptions& options)
+    : around_(options.seed, std::move(scene)),
+      control_(around_.timeline, around_.network, options.seed + 1),
+      map_(*MakeGridMap(around_.scene->ground(), options.regions)),
+      ledger_(std::make_unique<Ledger>(*around_.scene)),
+      regions_(options.regions) {
+  around_.settings = options.settings;
+  around_.on_step = [this](DeployedWorker& worker, const region::StepResult& result) { Stepped(worker, result); };
+  around_.on_takeover = [this](DeployedWorker& worker, const worker::OrderedFailover& failover) {
+    TakenOver(worker, failover);
+  };
+  around_.on_failure = [this](DeployedWorker& worker, const std::string& what) {
+    ledger_->Problem(tick(), absl::StrCat(Name(worker), " failed: ", what));
+  };
+  Begin(options);
+}
+
+Deployment::~Deployment() = default;
+
+void Deployment::Begin(const DeploymentOptions& options) {
+  control_.Start();
+  for (std::uint32_t i = 1; i <= options.hosts; ++i) {
+    v1::AddHostRequest request;
+    request.set_name(absl::StrCat("host", i));
+    const auto added =
+        control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.AddHost(now, request); });
+    hosts_.push_back(std::make_unique<DeployedHost>(around_, control_, i, options.capacity, added->join_token()));
+    hosts_.back()->on_ending = [this](DeployedWorker& worker) { Ending(worker); };
+    hosts_.back()->on_started = [](DeployedWorker&) {};
+    hosts_.back()->StartAgent();
+  }
+  RunUntil(kPatience, [&] { return std::ranges::all_of(hosts_, [](const auto& host) { return host->admitted(); }); });
+  control::InstancePlan plan;
+  plan.scene_name = "simulated";
+  plan.scene_hash = std::string(64, '0');
+  plan.scene_bytes = "scene";
+  plan.tick_rate_hz = around_.scene->tick_rate_hz;
+  plan.snapshot_rate_hz = 30;
+  plan.start_deadline = std::chrono::seconds(30);
+  plan.checkpoint_interval = options.checkpoint_interval;
+  plan.map = map_;
+  for (const BodyId id : ledger_->expected()) plan.bodies.push_back(id);
+  if (around_.scene->player) plan.spawn_points = around_.scene->player->spawn_points;
+  const auto made = control_.Call(
+      [&](control::Cluster& cluster, control::Moment now) { return cluster.CreateInstance(now, plan, false); });
+  if (!made.ok()) return ledger_->Problem(Tick(), std::string(made.status().message()));
+  id_ = made->id();
+}
+
+void Deployment::RunFor(Micros time) {
+  const Micros end = around_.timeline.now() + time;
+  while (!around_.timeline.empty() && around_.timeline.next() <= end) around_.timeline.RunNext();
+  around_.timeline.AdvanceTo(end);
+  if (!control_.alive()) return;
+  const auto seen =
+      control_.Call([this](control::Cluster& cluster, control::Moment) { return cluster.GetInstance(id_); });
+  if (seen.ok()) last_seen_ = *seen;
+}
+
+v1::Instance Deployment::instance() const { return last_seen_; }
+
+std::vector<DeployedWorker*> Deployment::Workers() const {
+  std::vector<DeployedWorker*> all;
+  for (const auto& host : hosts_) {
+    for (DeployedWorker* worker : host->workers()) all.push_back(worker);
+  }
+  return all;
+}
+
+DeployedWorker* Deployment::Find(RegionId region) {
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->identity().region == region && Counts(*worker)) return worker;
+  }
+  return nullptr;
+}
+
+void Deployment::Kill(RegionId region) {
+  DeployedWorker* worker = Find(region);
+  const worker::Identity& identity = worker->identity();
+  host(worker->place()).KillWorker({identity.instance_id, identity.region.value(), identity.incarnation.value()});
+}
+
+bool Deployment::Calm() const {
+  return control_.alive() && last_seen_.state() == v1::INSTANCE_STATE_RUNNING && Still();
+}
+
+bool Deployment::Still() const {
+  const std::vector<DeployedWorker*> workers = Workers();
+  if (workers.size() != regions_) return false;
+  const MapVersion version =
+      workers.front()->worker() ? workers.front()->worker()->region().map().version() : MapVersion();
+  return std::ranges::all_of(workers, [&](const DeployedWorker* worker) {
+    if (!worker->Moves() || !worker->whole() || !Counts(*worker)) return false;
+    const region::Region& region = worker->worker()->region();
+    return region.map().version() == version && region.announced() == MapVersion() && !InTransition(region.map()) &&
+           region.map().version().value() == last_seen_.map().version();
+  });
+}
+
+bool Deployment::AwaitCalm(Micros patience) {
+  return RunUntil(patience, [this] { return Calm(); });
+}
+
+void Deployment::Settle() {
+  around_.network.weather() = {};
+  around_.network.ClearCuts();
+  if (!control_.alive()) control_.Start();
+  for (const auto& host : hosts_) {
+    if (!host->agent_alive()) host->StartAgent();
+  }
+  if (!AwaitCalm(kPatience)) return ledger_->Problem(tick(), "it does not come to rest:" + Standing());
+  RunFor(Milliseconds(500));
+  if (!AwaitCalm(kPatience)) return ledger_->Problem(tick(), "it does not stay at rest:" + Standing());
+  if (!Freeze()) return ledger_->Problem(tick(), "there is no end to changes:" + Standing());
+  const Tick end = tick() + kTicksSettling;
+  for (DeployedWorker* worker : Workers()) worker->worker()->set_target(end);
+  const auto there = [&] {
+    return std::ranges::all_of(Workers(),
+                               [&](DeployedWorker* worker) { return worker->worker()->region().tick() >= end; });
+  };
+  if (!RunUntil(kPatience, there)) return ledger_->Problem(tick(), "ticks differ at the end:" + Standing());
+  std::vector<BodyId> owned;
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->worker()->region().tick() != end) ledger_->Problem(tick(), "ticks differ at the end");
+    for (const region::OwnedBody& body : worker->worker()->region().owned()) owned.push_back(body.def->id);
+    worker->worker()->set_target(Tick(~Tick::rep{0} >> 1));
+  }
+  ledger_->CheckOwners(end, owned);
+  CheckCopies();
+  control_.Start();
+  for (const auto& host : hosts_) {
+    for (const auto& [key, count] : host->starts()) {
+      if (count > 1) ledger_->Problem(end, absl::StrCat(key.ToString(), " was started ", count, " times"));
+    }
+  }
+}
+
+// Without a control plane nothing is changed any more, unless it had begun to.
+bool Deployment::Freeze() {
+  for (int i = 0; i < kFreezes; ++i) {
+    control_.Kill();
+    RunFor(Milliseconds(200));
+    if (Still()) return true;
+    control_.Start();
+    if (!AwaitCalm(kPatience)) return false;
+  }
+  return false;
+}
+
+// --- What is checked.
+
+Tick Deployment::tick() const {
+  Tick newest;
+  for (const auto& [node, tick] : last_step_) newest = std::max(newest, tick);
+  return newest;
+}
+
+void Deployment::Stepped(DeployedWorker& worker, const region::StepResult& result) {
+  ++totals_.steps;
+  totals_.handovers += result.handed_out;
+  if (before_.contains(worker.node())) return;
+  if (!Counts(worker)) {
+    return ledger_->Problem(result.tick, Name(worker) + " steps though its place was taken");
+  }
+  ledger_->Stepped(LifeOf(worker), result.tick, worker.worker()->region().owned(), result);
+  last_step_[worker.node()] = result.tick;
+  CheckOthers(worker);
+  if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
+}
+
+void Deployment::CheckOthers(DeployedWorker& worker) {
+  const region::Region& region = worker.worker()->region();
+  for (DeployedWorker* other : Workers()) {
+    if (other == &worker || !other->Moves() || before_.contains(other->node())) continue;
+    if (other->identity().region == worker.identity().region) {
+      ledger_->Problem(region.tick(), absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
+    }
+    const region::Region& its = other->worker()->region();
+    if (its.tick() != region.tick()) continue;
+    for (const region::OwnedBody& body : region.owned()) {
+      if (!its.Owns(body.def->id)) continue;
+      ledger_->Problem(region.tick(), absl::StrCat("body ", body.def->id.value(), " is owned by ", Name(worker),
+                                                   " and ", Name(*other)));
+    }
+  }
+}
+
+// Whoever is declared dead owns nothing any more, and may not step again.
+void Deployment::TakenOver(DeployedWorker& worker, const worker::OrderedFailover& failover) {
+  for (const worker::DeadRegion& dead : failover.dead) {
+    const Node node = NodeOf(dead.region, static_cast<Node>(dead.incarnation.value()));
+    if (!taken_over_.insert(node).second) continue;
+    ++totals_.takeovers;
+    for (DeployedWorker* other : Workers()) {
+      if (other->node() != node || !other->Moves()) continue;
+      ledger_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
+    }
+    ledger_->Died(RegionId(node));
+  }
+}
+
+void Deployment::Ending(DeployedWorker& worker) {
+  if (!Counts(worker)) ++totals_.outranked;
+  ledger_->Died(LifeOf(worker));
+}
+
+void Deployment::CheckCopies() {
+  std::vector<BodyId> held;
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->worker() == nullptr || !Counts(*worker)) continue;
+    for (const region::OwnedBody& body : worker->worker()->region().owned()) held.push_back(body.def->id);
+    for (const BodyId kept : worker->worker()->region().KeptBodies()) held.push_back(kept);
+    for (const auto& [region, ward] : worker->wards()->all()) {
+      if (!ward.copy.whole()) continue;
+      for (const region::StateBody& body : ward.copy.state().bodies) held.push_back(body.id);
+      for (const auto& [key, grant] : ward.copy.state().grants) held.push_back(key.first);
+    }
+  }
+  ledger_->CheckCopies(tick(), held);
+}
+
+RegionId Deployment::OwnerOf(BodyId id) const {
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->worker() != nullptr && Counts(*worker) && worker->worker()->region().Owns(id)) {
+      return worker->identity().region;
+    }
+  }
+  return RegionId();
+}
+
+std::size_t Deployment::bodies() const {
+  std::size_t count = 0;
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->worker() != nullptr && Counts(*worker)) count += worker->worker()->region().owned_count();
+  }
+  return count;
+}
+
+void Deployment::ExcuseAll() {
+  for (const BodyId id : ledger_->expected()) ledger_->Excuse(id);
+}
+
+// Lives of the world before are stopped by their agents; what they still do is not of this one.
+void Deployment::Restored() {
+  for (DeployedWorker* worker : Workers()) before_.insert(worker->node());
+  problems_ = problems();
+  ledger_ = std::make_unique<Ledger>(*around_.scene);
+}
+
+std::vector<std::string> Deployment::problems() const {
+  std::vector<std::string> all = problems_;
+  all.insert(all.end(), ledger_->problems().begin(), ledger_->problems().end());
+  return all;
+}
+
+// --- Players.
+
+std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
+  if (!control_.alive()) return std::nullopt;
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(id_);
+  request.set_player_name(name);
+  const auto joined =
+      control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Join(now, request); });
+  if (!joined.ok()) return std::nullopt;
+  tokens_[joined->response.player()] = joined->response.connect_token();
+  ledger_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
+  return joined->response.player();
+}
+
+void Deployment::Leave(std::uint32_t player) {
+  if (!control_.alive()) return;
+  v1::LeaveInstanceRequest request;
+  request.set_instance_id(id_);
+  request.set_connect_token(tokens_.at(player));
+  ledger_->Removing(PlayerBodyId(PlayerNumber(player)));
+  (void)control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Leave(now, request); });
+}
+
+// --- For a person.
+
+std::string Deployment::Standing() const {
+  std::string text = absl::StrCat("\n  control plane ", control_.alive() ? "lives" : "is dead", ", ",
+                                  v1::InstanceState_Name(last_seen_.state()), " ", last_seen_.reason(), ", map ",
+                                  last_seen_.map().version());
+  for (DeployedWorker* worker : Workers()) {
+    absl::StrAppend(&text, "\n  ", Name(*worker));
+    if (!Counts(*worker)) absl::StrAppend(&text, ", outranked");
+    if (worker->worker() == nullptr) continue;
+    const region::Region& region = worker->worker()->region();
+    absl::StrAppend(&text, ": tick ", region.tick().value(), ", map ", region.map().version().value(),
+                    worker->running() ? "" : ", does not run", worker->paused() ? ", paused" : "",
+                    region.halted() ? ", halted" : "", worker->whole() ? "" : ", unprotected", ", heir ",
+                    worker->order().heir.value(), ", waits for");
+    for (const RegionId other : region.WaitingFor()) absl::StrAppend(&text, " ", other.value());
+    for (const auto& [what, count] : worker->worker()->totals().refused)
+      absl::StrAppend(&text, "; ", what, " x", count);
+  }
+  const auto& log = control_.log();
+  for (std::size_t i = log.size() > 12 ? log.size() - 12 : 0; i < log.size(); ++i)
+    absl::StrAppend(&text, "\n  ", log[i]);
+  return text;
+}
+
+}  // namespace tessera::simulation

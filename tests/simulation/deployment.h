@@ -1,0 +1,122 @@
+// Deployment: a whole Tessera in one process, from one seed, in virtual time: the control plane, hosts with agents, the
+// workers of one instance, and what goes wrong with them: processes that are killed and come back, machines that are
+// cut off or crash, a control plane that dies between storing and telling.
+//
+//   Deployment deployment(scene, {.hosts = 2, .regions = 4});
+//   deployment.AwaitCalm();                        // it runs, and every region is protected
+//   deployment.Cut(2, true);                       // nobody hears the second machine any more
+//   deployment.RunFor(Milliseconds(3000));
+//   deployment.Cut(2, false);
+//   deployment.Settle();                           // all must come right
+//   EXPECT_THAT(deployment.problems(), IsEmpty());
+//
+// Checked after each step, beside what the ledger does: nobody steps a life whose place has been taken; no two lives of
+// a region move at one time; no two that move own one body at one tick. Thread rule: one thread at a time.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/deployed_host.h"
+#include "tests/simulation/ledger.h"
+
+namespace tessera::simulation {
+
+struct DeploymentOptions {
+  std::uint64_t seed = 1;
+  std::uint32_t hosts = 2, regions = 4;
+  std::uint32_t capacity = 16;  // workers a host
+  region::Settings settings = {};
+  std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
+};
+
+struct DeploymentTotals {
+  std::uint64_t steps = 0, handovers = 0, takeovers = 0;  // takeovers: lives declared dead whose place was taken
+  std::uint64_t pauses = 0, outranked = 0, adopted_by_agents = 0;
+  std::int64_t max_age_ticks = 0;  // of what went on: from what the dead had stepped last to what the heir had
+  Micros longest_gap = 0;          // from one step of the instance's slowest region to its next
+};
+
+class Deployment {
+ public:
+  Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptions& options);
+  ~Deployment();
+
+  void RunFor(Micros time);
+  template <class Condition>
+  bool RunUntil(Micros patience, Condition condition) {
+    const Micros end = around_.timeline.now() + patience;
+    while (!condition() && around_.timeline.now() < end) RunFor(Milliseconds(1));
+    return condition();
+  }
+  // Runs, by a map that all run by, and each region's heir has a copy.
+  bool Calm() const;
+  // The same, as far as workers go.
+  bool Still() const;
+  bool AwaitCalm(Micros patience = Milliseconds(20'000));
+  // Ends all faults, brings back what is dead, waits until all is calm and checks that each body has one owner.
+  void Settle();
+
+  // --- Faults. Hosts from 1.
+  void Cut(std::uint32_t host, bool cut) { around_.network.CutPlace(host, cut); }
+  DeployedHost& host(std::uint32_t number) { return *hosts_.at(number - 1); }
+  DeployedControl& control() { return control_; }
+  VirtualNetwork& network() { return around_.network; }
+  Timeline& timeline() { return around_.timeline; }
+  // The life of the region that is in the control plane's orders; null if none runs.
+  DeployedWorker* Find(RegionId region);
+  void Kill(RegionId region);
+  std::vector<DeployedWorker*> Workers() const;
+
+  v1::Instance instance() const;  // as the control plane told it last
+  const PartitionMap& map() const { return map_; }
+  RegionId OwnerOf(BodyId id) const;
+  std::size_t bodies() const;  // that somebody who counts owns
+  // They are lost rightly: their region and its heir are.
+  void Excuse(BodyId id) { ledger_->Excuse(id); }
+  void ExcuseAll();
+  // The world is to begin again from a checkpoint: what was before counts no more.
+  void Restored();
+
+  // --- Players, by the control plane's Join and Leave.
+  std::optional<std::uint32_t> Join(const std::string& name);
+  void Leave(std::uint32_t player);
+
+  Ledger& ledger() { return *ledger_; }
+  std::vector<std::string> problems() const;
+  const DeploymentTotals& totals() const { return totals_; }
+  Tick tick() const;  // the newest of any
+  std::uint64_t hash() const { return ledger_->hash(); }
+  std::string Standing() const;
+
+ private:
+  void Begin(const DeploymentOptions& options);
+  void Stepped(DeployedWorker& worker, const region::StepResult& result);
+  void TakenOver(DeployedWorker& worker, const worker::OrderedFailover& failover);
+  void Ending(DeployedWorker& worker);
+  void CheckOthers(DeployedWorker& worker);
+  void CheckCopies();
+  bool Freeze();
+  bool Counts(const DeployedWorker& worker) const {
+    return !taken_over_.contains(worker.node()) && !before_.contains(worker.node());
+  }
+
+  Surroundings around_;
+  DeployedControl control_;
+  std::vector<std::unique_ptr<DeployedHost>> hosts_;
+  PartitionMap map_;
+  std::unique_ptr<Ledger> ledger_;
+  std::vector<std::string> problems_;  // of the worlds before
+  std::string id_;
+  v1::Instance last_seen_;
+  std::set<Node> taken_over_;
+  std::set<Node> before_;  // lives of a world that was lost
+  std::map<Node, Tick> last_step_;
+  std::map<std::uint32_t, std::string> tokens_;
+  std::uint32_t regions_ = 0;
+  DeploymentTotals totals_;
+};
+
+}  // namespace tessera::simulation

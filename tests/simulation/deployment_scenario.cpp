@@ -1,0 +1,191 @@
+#include "tests/simulation/deployment_scenario.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::simulation {
+namespace {
+
+constexpr Micros kLongest = Milliseconds(4000);     // of a fault
+constexpr Micros kPatience = Milliseconds(12'000);  // until another region may be taken from the world
+
+bool TakesRegions(DeploymentFaultKind kind) { return kind >= DeploymentFaultKind::kWorkerDies; }
+
+class Runner {
+ public:
+  explicit Runner(const DeploymentScenario& scenario)
+      : scenario_(scenario), deployment_(scenario.scene, scenario.options), hosts_(scenario.options.hosts) {}
+
+  Outcome Run();
+
+ private:
+  void Begin(const DeploymentFault& fault);
+  void AtEnd(const DeploymentFault& fault, std::function<void()> action);
+  bool Safe(const DeploymentFault& fault);
+  void SetStalled(std::uint32_t host, bool stalled);
+  void PlayerComesOrLeaves(std::uint32_t number);
+
+  const DeploymentScenario& scenario_;
+  Deployment deployment_;
+  std::uint32_t hosts_;
+  int active_ = 0;  // of those that take regions
+  std::vector<std::uint32_t> players_;
+};
+
+// Everybody moves, and has an heir with a copy that the fault does not strike as well.
+bool Runner::Safe(const DeploymentFault& fault) {
+  if (active_ > 0) return false;
+  const std::vector<DeployedWorker*> workers = deployment_.Workers();
+  if (workers.size() < 2) return false;
+  const MapVersion version =
+      workers.front()->worker() == nullptr ? MapVersion() : workers.front()->worker()->region().map().version();
+  const bool one_host = fault.kind != DeploymentFaultKind::kWorkerDies;
+  return std::ranges::all_of(workers, [&](DeployedWorker* worker) {
+    if (!worker->Moves() || !worker->whole() || worker->worker()->region().map().version() != version) return false;
+    DeployedWorker* heir = deployment_.Find(worker->order().heir);
+    return heir != nullptr && (!one_host || heir->place() != worker->place());
+  });
+}
+
+void Runner::AtEnd(const DeploymentFault& fault, std::function<void()> action) {
+  deployment_.timeline().In(fault.lasts, std::move(action));
+}
+
+void Runner::SetStalled(std::uint32_t host, bool stalled) {
+  deployment_.network().SetStalled(AgentNode(host), stalled);
+  for (DeployedWorker* worker : deployment_.host(host).workers()) {
+    deployment_.network().SetStalled(worker->node(), stalled);
+  }
+}
+
+void Runner::PlayerComesOrLeaves(std::uint32_t number) {
+  if (scenario_.scene->player == std::nullopt) return;
+  if (!players_.empty() && number % 3 == 0) {
+    deployment_.Leave(players_.back());
+    players_.pop_back();
+  } else if (const auto joined = deployment_.Join(absl::StrCat("player ", number))) {
+    players_.push_back(*joined);
+  }
+}
+
+void Runner::Begin(const DeploymentFault& fault) {
+  const std::uint32_t host = fault.whom % hosts_ + 1;
+  DeployedControl& control = deployment_.control();
+  const auto start_control = [this] {
+    if (!deployment_.control().alive()) deployment_.control().Start();
+  };
+  const auto start_agent = [this, host] {
+    if (!deployment_.host(host).agent_alive()) deployment_.host(host).StartAgent();
+  };
+  const auto over = [this] { --active_; };
+  if (TakesRegions(fault.kind)) ++active_;
+  switch (fault.kind) {
+    case DeploymentFaultKind::kAgentDies:
+      deployment_.host(host).KillAgent();
+      return AtEnd(fault, start_agent);
+    case DeploymentFaultKind::kControlDies:
+      if (control.alive()) control.Kill();
+      return AtEnd(fault, start_control);
+    case DeploymentFaultKind::kControlDiesStored:
+      control.on_died = [this, start_control, lasts = fault.lasts] { deployment_.timeline().In(lasts, start_control); };
+      return control.DieAfterStores(1 + static_cast<int>(fault.strength * 8));
+    case DeploymentFaultKind::kControlStandsStill:
+      deployment_.network().SetStalled(kControlNode, true);
+      return AtEnd(fault, [this] { deployment_.network().SetStalled(kControlNode, false); });
+    case DeploymentFaultKind::kWeather:
+      deployment_.network().weather() = {.loss = fault.strength * 0.06,
+                                         .delay = 300 + static_cast<Micros>(fault.strength * 3000),
+                                         .jitter = static_cast<Micros>(fault.strength * 4000),
+                                         .reorder = fault.strength * 0.05,
+                                         .duplicate = fault.strength * 0.05};
+      return AtEnd(fault, [this] { deployment_.network().weather() = {}; });
+    case DeploymentFaultKind::kPlayer:
+      return PlayerComesOrLeaves(fault.whom);
+    case DeploymentFaultKind::kWorkerDies: {
+      const std::vector<DeployedWorker*> workers = deployment_.Workers();
+      deployment_.Kill(workers[fault.whom % workers.size()]->identity().region);
+      return AtEnd(fault, over);
+    }
+    case DeploymentFaultKind::kHostCrashes:
+      deployment_.host(host).Crash();
+      return AtEnd(fault, [start_agent, over] { start_agent(), over(); });
+    case DeploymentFaultKind::kHostCutOff:
+      deployment_.Cut(host, true);
+      return AtEnd(fault, [this, host, over] { deployment_.Cut(host, false), over(); });
+    case DeploymentFaultKind::kHostStandsStill:
+      SetStalled(host, true);
+      return AtEnd(fault, [this, host, over] { SetStalled(host, false), over(); });
+  }
+}
+
+Outcome Runner::Run() {
+  Outcome outcome;
+  if (!deployment_.AwaitCalm()) {
+    outcome.problems = {"it does not start:" + deployment_.Standing()};
+    return outcome;
+  }
+  for (const DeploymentFault& fault : scenario_.faults) {
+    deployment_.RunFor(fault.after);
+    if (TakesRegions(fault.kind) && !deployment_.RunUntil(kPatience, [&] { return Safe(fault); })) continue;
+    Begin(fault);
+  }
+  deployment_.RunFor(kLongest);
+  deployment_.control().on_died = {};
+  deployment_.control().DieAfterStores(0);
+  deployment_.Settle();
+  if (deployment_.instance().lost_bodies() > 0) {
+    deployment_.ledger().Problem(deployment_.tick(),
+                                 absl::StrCat(deployment_.instance().lost_bodies(), " bodies lost"));
+  }
+  outcome.problems = deployment_.problems();
+  if (!outcome.problems.empty()) outcome.problems.push_back("in the end:" + deployment_.Standing());
+  outcome.totals.steps = deployment_.totals().steps;
+  outcome.totals.handovers = deployment_.totals().handovers;
+  outcome.totals.kills = deployment_.totals().takeovers;
+  outcome.network = deployment_.network().totals();
+  outcome.lost = deployment_.ledger().lost();
+  outcome.doubled = deployment_.ledger().doubled();
+  outcome.hash = deployment_.hash();
+  return outcome;
+}
+
+}  // namespace
+
+DeploymentScenario DrawDeployment(std::uint64_t seed) {
+  const Scenario world = DrawScenario(seed, {.world = {}, .faults = false});
+  Chance chance(seed ^ 0xdeb107);
+  DeploymentScenario scenario;
+  scenario.seed = seed;
+  scenario.scene = world.scene;
+  scenario.options.seed = seed;
+  scenario.options.settings = world.settings;
+  scenario.options.hosts = static_cast<std::uint32_t>(2 + chance.Below(3));
+  scenario.options.regions = static_cast<std::uint32_t>(2 + chance.Below(5));
+  const std::uint64_t faults = 1 + chance.Below(5);
+  for (std::uint64_t i = 0; i < faults; ++i) {
+    DeploymentFault& fault = scenario.faults.emplace_back();
+    fault.kind = static_cast<DeploymentFaultKind>(chance.Below(kDeploymentFaultKinds));
+    fault.after = chance.Happens(0.3) ? chance.Below(Milliseconds(20)) : chance.Below(Milliseconds(1500));
+    fault.lasts = chance.Happens(0.5) ? chance.Below(Milliseconds(800)) : chance.Below(kLongest);
+    fault.whom = static_cast<std::uint32_t>(chance.Below(1000));
+    fault.strength = chance.Unit();
+  }
+  return scenario;
+}
+
+std::string Describe(const DeploymentScenario& scenario) {
+  std::string text = absl::StrCat("deployment of ", scenario.scene->bodies.size(), " bodies, ",
+                                  scenario.options.regions, " regions on ", scenario.options.hosts, " hosts:");
+  const char* separator = " ";
+  for (const DeploymentFault& fault : scenario.faults) {
+    absl::StrAppend(&text, separator, kDeploymentFaultNames[static_cast<std::size_t>(fault.kind)], " (+",
+                    fault.after / 1000, " ms, for ", fault.lasts / 1000, " ms)");
+    separator = ", ";
+  }
+  return text;
+}
+
+Outcome Run(const DeploymentScenario& scenario) { return Runner(scenario).Run(); }
+
+}  // namespace tessera::simulation

@@ -1,0 +1,64 @@
+// DeploymentScenario: a deployment and what goes wrong with it, drawn from one seed, and what came of running it.
+//
+//   const DeploymentScenario scenario = DrawDeployment(17);
+//   const Outcome outcome = Run(scenario);
+//
+// Of these faults none may cost a body: those that take a region from the world come one at a time, when its heir is
+// elsewhere and has a copy; the others come at any time. Thread rule: free functions on values.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "tests/simulation/deployment.h"
+#include "tests/simulation/scenario.h"
+
+namespace tessera::simulation {
+
+enum class DeploymentFaultKind : std::uint8_t {
+  kAgentDies,          // and comes back
+  kControlDies,        // and comes back
+  kControlDiesStored,  // right after something that it stores, before anybody is told
+  kControlStandsStill,
+  kWeather,  // everywhere
+  kPlayer,   // comes, or leaves
+  // Those that take regions from the world.
+  kWorkerDies,
+  kHostCrashes,  // and comes back empty
+  kHostCutOff,
+  kHostStandsStill,
+};
+inline constexpr std::size_t kDeploymentFaultKinds = 10;
+inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFaultNames = {
+    "agent dies",
+    "control plane dies",
+    "control plane dies after storing",
+    "control plane stands still",
+    "weather",
+    "player",
+    "worker dies",
+    "host crashes",
+    "host cut off",
+    "host stands still"};
+
+struct DeploymentFault {
+  DeploymentFaultKind kind = DeploymentFaultKind::kAgentDies;
+  Micros after = 0;  // the one before has begun
+  Micros lasts = 0;
+  std::uint32_t whom = 0;  // a host, or a region, by a number to be taken modulo how many there are
+  double strength = 0;
+};
+
+struct DeploymentScenario {
+  std::uint64_t seed = 0;
+  std::shared_ptr<const Scene> scene;
+  DeploymentOptions options;
+  std::vector<DeploymentFault> faults;
+};
+
+DeploymentScenario DrawDeployment(std::uint64_t seed);
+std::string Describe(const DeploymentScenario& scenario);
+Outcome Run(const DeploymentScenario& scenario);
+
+}  // namespace tessera::simulation

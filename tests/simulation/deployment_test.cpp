@@ -1,0 +1,263 @@
+// A whole deployment under faults: the control plane, agents, hosts and workers as they decide in the product.
+#include "tests/simulation/deployment.h"
+
+#include <gmock/gmock.h>
+
+#include "spdlog/spdlog.h"
+#include "tests/simulation/instance.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr double kHalf = 20;  // of the ground, m
+
+class DeploymentTest : public testing::Test {
+ protected:
+  DeploymentTest() { spdlog::set_level(spdlog::level::off); }
+};
+
+struct Deployed {
+  explicit Deployed(DeploymentOptions options = {}, int balls = 60)
+      : bodies(static_cast<std::size_t>(balls)), deployment(Swarm(kHalf, balls).Build(), options) {
+    EXPECT_TRUE(deployment.AwaitCalm()) << deployment.Standing();
+    deployment.RunFor(Milliseconds(300));
+  }
+  // After faults of which none may cost a body.
+  void ExpectWhole() {
+    deployment.Settle();
+    EXPECT_THAT(deployment.problems(), IsEmpty());
+    EXPECT_EQ(deployment.bodies(), bodies);
+    EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
+  }
+  Tick TickOf(std::uint32_t region) { return deployment.Find(RegionId(region))->worker()->region().tick(); }
+  bool PausedOn(std::uint32_t host) {
+    const std::vector<DeployedWorker*> workers = deployment.host(host).workers();
+    return std::ranges::all_of(workers, [](const DeployedWorker* worker) { return worker->paused(); });
+  }
+
+  std::size_t bodies;
+  Deployment deployment;
+};
+
+TEST_F(DeploymentTest, AnInstanceStartsAndEveryRegionIsProtected) {
+  Deployed run;
+  run.ExpectWhole();
+  EXPECT_GT(run.deployment.totals().steps, 100U);
+}
+
+TEST_F(DeploymentTest, AWorkerThatDiesIsTakenUpAndReplaced) {
+  Deployed run;
+  run.deployment.Kill(RegionId(2));
+  run.deployment.RunFor(Milliseconds(200));  // its end was seen: nobody waits for a lease
+  EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
+// --- Agents.
+
+TEST_F(DeploymentTest, WorkersOutliveTheirAgentAndAreAdoptedByTheNext) {
+  Deployed run;
+  const Tick before = run.TickOf(1);
+  run.deployment.host(1).KillAgent();
+  run.deployment.RunFor(Milliseconds(3000));
+  EXPECT_GE(run.TickOf(1) - before, 175);  // 3 s at 60 Hz
+  run.deployment.host(1).StartAgent();
+  run.deployment.RunFor(Milliseconds(1000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.ExpectWhole();  // nothing was started twice
+}
+
+TEST_F(DeploymentTest, AWorkerThatDiesWhileNoAgentRunsIsFoundMissing) {
+  for (const Micros back_after : {Milliseconds(200), Milliseconds(4000)}) {
+    Deployed run;
+    const std::uint32_t place = run.deployment.Find(RegionId(2))->place();
+    run.deployment.host(place).KillAgent();
+    run.deployment.Kill(RegionId(2));
+    run.deployment.RunFor(back_after);
+    run.deployment.host(place).StartAgent();
+    run.deployment.RunFor(Milliseconds(1000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << back_after;
+    run.ExpectWhole();
+  }
+}
+
+// --- The control plane.
+
+TEST_F(DeploymentTest, WithoutAControlPlaneTheWorldRunsOn) {
+  Deployed run;
+  const Tick before = run.TickOf(1);
+  run.deployment.control().Kill();
+  run.deployment.RunFor(Milliseconds(10'000));
+  EXPECT_GE(run.TickOf(1) - before, 595);
+  run.deployment.control().Start();
+  run.deployment.RunFor(Milliseconds(3000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.ExpectWhole();
+}
+
+TEST_F(DeploymentTest, ADeathWhileThereIsNoControlPlaneIsDealtWithByTheNext) {
+  Deployed run;
+  run.deployment.control().Kill();
+  run.deployment.Kill(RegionId(3));
+  run.deployment.RunFor(Milliseconds(2000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.deployment.control().Start();
+  run.deployment.RunFor(Milliseconds(1000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
+// At each thing that is stored for a failover and for the new worker thereafter: stored, and nobody told.
+TEST_F(DeploymentTest, KilledBetweenStoringAndSendingTheControlPlaneGoesOnWhereItWas) {
+  int died = 0;
+  for (int writes = 1; writes <= 10; ++writes) {
+    Deployed run;
+    run.deployment.control().DieAfterStores(writes);
+    run.deployment.Kill(RegionId(2));
+    run.deployment.RunUntil(Milliseconds(6000), [&] { return !run.deployment.control().alive(); });
+    if (!run.deployment.control().alive()) {
+      ++died;
+      run.deployment.RunFor(Milliseconds(300));
+      run.deployment.control().Start();
+    }
+    run.ExpectWhole();
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << writes;
+  }
+  EXPECT_GE(died, 7);
+}
+
+// Told, and it hears of nothing that comes of it.
+TEST_F(DeploymentTest, KilledBetweenSendingAndHearingTheControlPlaneGoesOnWhereItWas) {
+  for (Micros after = 500; after < 30'000; after += 1500) {
+    Deployed run;
+    run.deployment.Kill(RegionId(2));
+    run.deployment.RunFor(after);
+    run.deployment.control().Kill();
+    run.deployment.RunFor(Milliseconds(100));
+    run.deployment.control().Start();
+    run.ExpectWhole();
+    EXPECT_EQ(run.deployment.totals().takeovers, 1U) << after;
+  }
+}
+
+TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDead) {
+  Deployed run;
+  run.deployment.network().SetStalled(kControlNode, true);
+  run.deployment.RunFor(Milliseconds(4000));
+  run.deployment.network().SetStalled(kControlNode, false);
+  run.deployment.RunFor(Milliseconds(2000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
+// --- Machines.
+
+// It pauses before its heirs start (checked at each takeover), and ends when it hears that it is outranked.
+TEST_F(DeploymentTest, AMachineThatIsCutOffPausesIsTakenUpAndEndsItsWorkers) {
+  Deployed run;
+  run.deployment.Cut(2, true);
+  ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(1500), [&] { return run.PausedOn(2); }))
+      << run.deployment.Standing();
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.deployment.RunFor(Milliseconds(2500));
+  EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
+  EXPECT_TRUE(run.PausedOn(2));
+  run.deployment.Cut(2, false);
+  run.deployment.RunFor(Milliseconds(2000));
+  EXPECT_EQ(run.deployment.totals().outranked, 2U);
+  run.ExpectWhole();
+}
+
+TEST_F(DeploymentTest, AShortCutIsOutlivedByBothSides) {
+  Deployed run;
+  run.deployment.Cut(2, true);
+  run.deployment.RunFor(Milliseconds(600));
+  run.deployment.Cut(2, false);
+  run.deployment.RunFor(Milliseconds(2000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
+// Nobody took over, for there was nobody to say so: it goes on.
+TEST_F(DeploymentTest, AMachineThatWasCutOffGoesOnIfNobodyTookOver) {
+  Deployed run;
+  run.deployment.control().Kill();
+  run.deployment.Cut(2, true);
+  run.deployment.RunFor(Milliseconds(3000));
+  EXPECT_TRUE(run.PausedOn(2)) << run.deployment.Standing();
+  run.deployment.Cut(2, false);
+  run.deployment.RunFor(Milliseconds(1500));
+  EXPECT_FALSE(run.PausedOn(2)) << run.deployment.Standing();
+  run.deployment.control().Start();
+  run.deployment.RunFor(Milliseconds(1500));
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
+TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
+  for (const Micros down : {Milliseconds(300), Milliseconds(5000)}) {
+    Deployed run;
+    run.deployment.host(1).Crash();
+    run.deployment.RunFor(down);
+    run.deployment.host(1).StartAgent();
+    run.deployment.RunFor(Milliseconds(2000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
+    run.ExpectWhole();
+  }
+}
+
+// --- Lost together.
+
+TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherComeBackFromTheCheckpointAsALossOfTime) {
+  DeploymentOptions options;
+  options.checkpoint_interval = std::chrono::milliseconds(5000);
+  Deployed run(options);
+  ASSERT_TRUE(
+      run.deployment.RunUntil(Milliseconds(9000), [&] { return run.deployment.instance().checkpoints_size() > 0; }));
+  const std::uint64_t saved = run.deployment.instance().checkpoints(0).tick();
+  run.deployment.RunFor(Milliseconds(1000));
+  const Tick last = run.TickOf(2);
+  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  run.deployment.Kill(RegionId(2));
+  run.deployment.Kill(heir);
+  run.deployment.Restored();
+  run.deployment.RunFor(Milliseconds(3000));
+  EXPECT_NEAR(static_cast<double>(run.deployment.instance().lost_ticks()), static_cast<double>(last.value() - saved),
+              60);
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.ExpectWhole();
+}
+
+TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherWithoutACheckpointAreNeverASuccess) {
+  Deployed run;
+  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  run.deployment.Kill(RegionId(2));
+  run.deployment.Kill(heir);
+  run.deployment.ExcuseAll();
+  run.deployment.RunFor(Milliseconds(1000));
+  EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(run.deployment.instance().reason(), testing::HasSubstr("lost together with its heir"));
+}
+
+TEST_F(DeploymentTest, AnHeirThatDiesDuringTheTakeoverCostsTheTimeSinceTheCheckpoint) {
+  DeploymentOptions options;
+  options.checkpoint_interval = std::chrono::milliseconds(5000);
+  Deployed run(options);
+  ASSERT_TRUE(
+      run.deployment.RunUntil(Milliseconds(9000), [&] { return run.deployment.instance().checkpoints_size() > 0; }));
+  run.deployment.RunFor(Milliseconds(500));
+  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  run.deployment.Kill(RegionId(2));
+  run.deployment.RunFor(1200);  // the failover has been stored and ordered
+  EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+  run.deployment.Kill(heir);
+  run.deployment.Restored();
+  run.deployment.RunFor(Milliseconds(3000));
+  EXPECT_GT(run.deployment.instance().lost_ticks(), 0U);
+  run.ExpectWhole();
+}
+
+}  // namespace
+}  // namespace tessera::simulation
