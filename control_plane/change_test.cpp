@@ -177,6 +177,35 @@ TEST(ChangeTest, ANewcomerThatDiesTakesThePlanWithItAndAnotherIsTried) {
   ExpectEachBodyOnce(harness, 2);
 }
 
+TEST(ChangeTest, NothingIsPlacedOnAHostThatHasJustDied) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  auto& beta = harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  beta.fake.workers.clear();
+  beta.silent = true;
+  harness.Run(milliseconds(4500));  // it is not lost yet
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  EXPECT_EQ(alpha.fake.workers.size(), 4u) << harness.Get(id).DebugString();
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+}
+
+TEST(ChangeTest, ANewcomerWhoseHostDiesBeforeItStartsIsWaitedForNoLonger) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 2);
+  auto& beta = harness.AddHost("beta", 8);  // has fewest of this world: what is new goes there
+  beta.silent = true;
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  ASSERT_FALSE(harness.Get(id).changes().empty());
+  ASSERT_EQ(alpha.fake.workers.size(), 2u);
+  harness.Run(seconds(10));
+  ExpectSettled(harness, id, 3);
+  EXPECT_EQ(alpha.fake.workers.size(), 3u);
+  ExpectEachBodyOnce(harness, 2);
+}
+
 TEST(ChangeTest, ADeathAmidAChangeIsCarriedOnAndTheChangeDone) {
   for (int step = 0; step < 12; ++step) {
     SCOPED_TRACE(step);

@@ -180,6 +180,8 @@ class Cluster {
   v1::HostState StateOf(const HostEntry& host) const;
   v1::Host View(const HostEntry& host) const;
   std::vector<FreeHost> FreeHosts(const InstanceEntry* without) const;
+  std::vector<FreeHost> HeardHosts(Moment now, const InstanceEntry* without) const;
+  absl::StatusOr<PlacementPlan> PlaceAnew(Moment now, const PartitionMap& map, const InstanceEntry* without) const;
   void MarkDesired(HostEntry& host);
   void Heard(Moment now, HostEntry& host);
   void MarkLost(Moment now, HostEntry& host);

@@ -77,7 +77,7 @@ absl::StatusOr<v1::Instance> Cluster::ScaleInstance(Moment now, const v1::ScaleI
   records::Instance next = instance.record;
   next.set_wanted_regions(request.regions());
   if (AtRest(next)) {  // else it is tried once that is over
-    const auto planned = PlanChange(next, ChangeFacts(now, instance), FreeHosts(nullptr));
+    const auto planned = PlanChange(next, ChangeFacts(now, instance), HeardHosts(now, nullptr));
     if (!planned.ok()) return planned.status();
   }
   if (request.validate_only() || next.wanted_regions() == instance.record.wanted_regions()) return View(instance, true);
@@ -151,7 +151,7 @@ std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& 
   const bool all_run = AllRunByMap(instance);
   if (!AtRest(record) || !all_run || now.steady < instance.change_after) return std::nullopt;
   for (std::size_t i = 0; i < facts.size(); ++i) facts[i].step_s = SmoothedStep(instance.workers[i]);
-  auto planned = PlanChange(record, facts, FreeHosts(nullptr));
+  auto planned = PlanChange(record, facts, HeardHosts(now, nullptr));
   if (!planned.ok()) {
     instance.change_after = now.steady + kChangeRetry;
     NoteTrouble(instance, "change cannot be made for now", planned.status());

@@ -157,7 +157,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Moment now, const std::string& id,
   }
   const auto map = FromProto(manifest.map());
   if (!map.ok()) return map.status();
-  const auto placed = Place(*map, FreeHosts(instance));
+  const auto placed = PlaceAnew(now, *map, instance);
   if (!placed.ok()) return placed.status();
   if (validate_only) return View(*instance, true);
   records::Instance next = instance->record;

@@ -83,7 +83,8 @@ bool Cluster::Silent(Moment now, const InstanceEntry& instance, std::size_t inde
 }
 
 // Those that have ended; and those that are silent while another, whose voice we hear, has a whole copy to go on with.
-// A silent one without that may well run on, and is left alone.
+// A silent one without that may well run on, and is left alone. A newcomer that is silent before its map is committed
+// has nothing to lose, and all the others wait for it.
 std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) const {
   std::vector<Death> deaths;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
@@ -91,6 +92,10 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
     if (worker.gone) {
       deaths.push_back({worker.region, worker.incarnation, true});
     } else if (Silent(now, instance, i)) {
+      if (instance.record.placements(static_cast<int>(i)).joins() && !instance.record.planned().committed()) {
+        deaths.push_back({worker.region, worker.incarnation, false});
+        continue;
+      }
       for (std::size_t heir = 0; heir < instance.workers.size(); ++heir) {
         const WorkerEntry& other = instance.workers[heir];
         const bool copied =

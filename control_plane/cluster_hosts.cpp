@@ -165,4 +165,21 @@ std::vector<FreeHost> Cluster::FreeHosts(const InstanceEntry* without) const {
   return free;
 }
 
+// Those of them that are not silent: what is placed on a host that has just died waits for it in vain until it counts
+// as lost.
+std::vector<FreeHost> Cluster::HeardHosts(Moment now, const InstanceEntry* without) const {
+  std::vector<FreeHost> heard = FreeHosts(without);
+  std::erase_if(heard, [&](const FreeHost& host) {
+    return now.steady - hosts_.at(NumberOf(host.id, "host-")).last_heard > settings_.failover_after;
+  });
+  return heard;
+}
+
+// On hosts that are not silent, if they have room: a busy machine is silent for a moment, too.
+absl::StatusOr<PlacementPlan> Cluster::PlaceAnew(Moment now, const PartitionMap& map,
+                                                 const InstanceEntry* without) const {
+  auto placed = Place(map, HeardHosts(now, without));
+  return placed.ok() ? std::move(placed) : Place(map, FreeHosts(without));
+}
+
 }  // namespace tessera::control

@@ -100,7 +100,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Moment now, const InstanceP
   if (!plan.request_id.empty()) {
     if (auto made = FindByRequestId(plan.request_id); made.ok()) return made;
   }
-  const auto placed = Place(plan.map, FreeHosts(nullptr));
+  const auto placed = PlaceAnew(now, plan.map, nullptr);
   if (!placed.ok()) return placed.status();
   InstanceEntry draft;
   draft.record = MakeRecord(now, plan, *placed);
@@ -292,7 +292,7 @@ void Cluster::StepPlacing(Moment now, const InstanceEntry& instance, records::In
         return host != hosts_.end() && StateOf(host->second) == v1::HOST_STATE_READY;
       });
   if (!usable) {
-    const auto placed = Place(instance.map, FreeHosts(&instance));
+    const auto placed = PlaceAnew(now, instance.map, &instance);
     if (!placed.ok()) {
       const bool late = now.steady - instance.state_since >= settings_.start_timeout;
       if (late) next.set_state(v1::INSTANCE_STATE_FAILED);
