@@ -45,8 +45,12 @@ absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool(
     return holds();
   };
   if (run_.PlayUntil(look, kPatience)) return absl::OkStatus();
-  return absl::InternalError(
-      fmt::format("the world or a player ended, or never: {}; {}", what, run_.Latest().ShortDebugString()));
+  std::string ended;
+  for (local::Bot* bot : run_.bots()) {
+    if (bot->client().state() != client::ClientState::kEnded) continue;
+    ended += fmt::format("{} ended: {}; ", bot->name(), bot->client().reason().ToString());
+  }
+  return absl::InternalError(fmt::format("{}never: {}; {}", ended, what, run_.Latest().ShortDebugString()));
 }
 
 absl::Status Stage::PlayFor(double seconds) {

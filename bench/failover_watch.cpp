@@ -1,6 +1,7 @@
 #include "bench/failover_watch.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace tessera::bench {
 
@@ -9,6 +10,8 @@ GapWatch::GapWatch(std::set<RegionId> regions, std::vector<local::Bot*> bots)
 
 void GapWatch::Look(Clock::time_point now) {
   if (found_most()) return;
+  const Clock::time_point before = std::exchange(looked_, now);
+  const bool first = before == Clock::time_point();
   for (local::Bot* bot : bots_) {
     for (const auto& [id, body] : bot->client().World()) {
       if (!regions_.contains(body.region)) {
@@ -18,7 +21,7 @@ void GapWatch::Look(Clock::time_point now) {
       Tick& newest = newest_[id];
       if (body.tick <= newest) continue;
       newest = body.tick;
-      last_ = now;
+      last_ = first ? now : before;
       shown_again_.erase(id);  // it was handed over and came back
     }
   }
