@@ -47,7 +47,7 @@ void Bury(const records::Instance& before, const Death& death, records::Instance
     return p.region() == death.region && p.incarnation() == death.incarnation;
   });
   if (placed == placements.end()) return;
-  if (InMap(BaseMap(before), death.region)) {  // else it had no part in the world yet
+  if (InMap(BaseMap(before), death.region)) {  // else it has no part in the world yet, or any more
     records::Dead& dead = *next.mutable_failover()->add_dead();
     dead.set_region(death.region);
     dead.set_incarnation(death.incarnation);
@@ -110,9 +110,10 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
     Bury(record, death, next);
     if (InMap(BaseMap(record), death.region)) dead.emplace_back(death.region);
   }
-  if (dead.empty()) {  // only newcomers
+  if (dead.empty()) {
     if (next.failover().dead().empty()) next.clear_failover();
-    next.clear_planned();
+    if (record.planned().committed()) return next;  // it leaves them out: they owned nothing any more
+    next.clear_planned();                           // they were newcomers
     DropUnmapped(next);
     return next;
   }

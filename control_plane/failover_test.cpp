@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "control_plane/cluster_harness.h"
+#include "core/world/partition_io.h"
 
 namespace tessera::control {
 namespace {
@@ -282,6 +283,27 @@ TEST(FailoverTest, AControlPlaneThatDiesAtAnyCallBringsItToAnEnd) {
     if (n > 150) break;  // the rest is peace
   }
   EXPECT_GT(n, 100);
+}
+
+// It has handed over all that it had: the map that says so is committed, and not in force yet.
+TEST(FailoverTest, WhoACommittedMapLeavesOutMayDieBeforeThatIsInForce) {
+  records::Instance record;
+  *record.mutable_map() = ToProto(*MakeGridMap({0, 0, 100, 100}, 3));
+  *record.mutable_planned()->mutable_map() = ToProto(*MakeGridMap({0, 0, 100, 100}, 2));
+  record.mutable_planned()->mutable_map()->set_version(2);
+  record.mutable_planned()->set_committed(true);
+  for (std::uint32_t region = 1; region <= 3; ++region) {
+    records::Placement& placement = *record.add_placements();
+    placement.set_region(region);
+    placement.set_incarnation(region);
+  }
+  const auto host_of = [](RegionId) { return std::string("host-1"); };
+  const std::vector<Death> deaths = {{3, 3, true}};
+  const auto next = BeginFailover(record, deaths, host_of, {});
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_TRUE(next->planned().committed());  // the others go by it: it cannot be taken back
+  EXPECT_FALSE(next->has_failover());
+  EXPECT_EQ(next->placements_size(), 2);
 }
 
 TEST(LeaseTest, IsRenewedForWhoIsToRunAndForNobodyElse) {
