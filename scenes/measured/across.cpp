@@ -174,6 +174,29 @@ Scene RainInBox(int count) {
   return make.Take();
 }
 
+Scene FloatingBox(int count) {
+  constexpr double kHalf = 6, kThick = 0.5, kMass_kg = 2000;
+  Builder make("floating box");
+  make.Gravity(0);
+  const Material material{.friction = 0.5, .restitution = 0.3};
+  CompoundShape box;
+  for (const double side : {-1.0, 1.0}) {
+    const double at = side * (kHalf + kThick), over = kHalf + 2 * kThick;
+    box.children.push_back({{{at, 0, 0}, {}}, BoxOf(kThick, over, over)});
+    box.children.push_back({{{0, at, 0}, {}}, BoxOf(kHalf, kThick, over)});
+    box.children.push_back({{{0, 0, at}, {}}, BoxOf(kHalf, kHalf, kThick)});
+  }
+  make.Dynamic(std::make_shared<const Shape>(Shape{std::move(box)}), {0.3, 1 + kHalf, 0.2}, kMass_kg, material);
+  Random random(5);
+  const ShapePtr shapes[] = {BallOf(0.4), BoxOf(0.35, 0.35, 0.35), CapsuleOf(0.3, 0.3), CylinderOf(0.35, 0.3)};
+  for (int i = 0; i < count; ++i) {
+    const Vec3d place{-4.5 + i % 7 * 1.5, 2.5 + i / 49 * 1.5, -4.5 + i / 7 % 7 * 1.5};
+    BodyDef& body = make.Dynamic(shapes[i % 4], place, 0.5 + i % 5, material);
+    body.initial.linear_velocity = Vec3f(Vec3d{random.Between(-3, 3), -5, random.Between(-3, 3)});
+  }
+  return make.Take();
+}
+
 Scene DominoRow(int count) {
   constexpr double kThin = 0.05, kHigh = 0.8, kWide = 0.2, kPitch = 0.5, kPush = 1;
   Builder make("domino row");

@@ -45,6 +45,9 @@ Scene Bridge();
 // Bodies of four shapes in a closed box of 12 x 12 m, which rain down and come to lie; restitution .3. Bodies 1 to 5
 // are floor and walls.
 Scene RainInBox(int count);
+// The same shapes fly about in a closed box that floats without gravity, a body itself, wider than a region: nothing
+// acts from outside.
+Scene FloatingBox(int count);
 // `count` tiles along x, the middle of the row at x = 0; the first is pushed over. Tile i is body i + 2.
 Scene DominoRow(int count);
 // A cart with four driven wheels that goes along x with a crate on its bed, over two sills.
