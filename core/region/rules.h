@@ -1,0 +1,21 @@
+// Rules: what two regions must have in common, beside the scene, for a border between them to be none: the settings
+// that say what is shown and handed over, and the version of the engine. Servers with different physics settings were a
+// known way for such worlds to come apart; here each tells the other its rules before the first frame.
+//
+// Thread rule: free function on values.
+#pragma once
+
+#include <cstdint>
+
+#include "core/region/settings.h"
+
+namespace tessera::region {
+
+// Of the physics, frames and exchange: grows with every change after which two versions come to other states, as
+// core/physics/golden.txt shows it.
+inline constexpr std::uint32_t kEngineVersion = 2;
+
+// The same number on every host. Never 0, which is what one who tells no rules would tell.
+std::uint64_t RulesOf(const Settings& settings);
+
+}  // namespace tessera::region
