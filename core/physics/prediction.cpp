@@ -13,9 +13,9 @@ namespace {
 //   v(t) = v e^(-k t) + a s(t),   p(t) = p + v s(t) + a (t - s(t)) / k,   s(t) = (1 - e^(-k t)) / k,
 //
 // and Algorithm 1 itself where k = 0. A body loses the share d of its velocity in a second: k = -ln(1 - d).
-class Damping {
+class DampedMotion {
  public:
-  explicit Damping(double share_a_second) : k_(-std::log1p(-std::clamp(share_a_second, 0.0, 1.0))) {}
+  explicit DampedMotion(double share_a_second) : k_(-std::log1p(-std::clamp(share_a_second, 0.0, 1.0))) {}
 
   double Kept(double t) const { return k_ == 0 || t == 0 ? 1 : std::exp(-k_ * t); }
   double S(double t) const {
@@ -46,7 +46,7 @@ std::array<double, 3> Array(Vec3d v) { return {v.x, v.y, v.z}; }
 
 BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forces, double dt_s) {
   if (state.asleep || def.motion == Motion::kStatic || dt_s <= 0) return state;
-  const Damping linear(def.linear_damping), angular(def.angular_damping);
+  const DampedMotion linear(def.linear_damping), angular(def.angular_damping);
   const Vec3d v(state.linear_velocity), w(state.angular_velocity);
   BodyState result = state;
   result.position = state.position + v * linear.S(dt_s) + forces.acceleration_m_s2 * linear.Q(dt_s);
@@ -67,7 +67,7 @@ Aabb SweptBounds(const BodyDef& def, const BodyState& state, const Forces& force
   const Aabb first{start, start}, last{end, end};
   Aabb path = first.United(last);
   if (state.asleep || def.motion == Motion::kStatic) return path.Expanded(radius_m);
-  const Damping damping(def.linear_damping);
+  const DampedMotion damping(def.linear_damping);
   const auto v = Array(Vec3d(state.linear_velocity)), a = Array(forces.acceleration_m_s2);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double turn = damping.Turn(v[axis], a[axis]);
