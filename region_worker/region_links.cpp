@@ -205,6 +205,7 @@ void RegionLinks::OnHello(net::PeerHandle peer, std::span<const std::uint8_t> by
                             ? CheckHello(hello, caller.region, incarnation)
                             : absl::InvalidArgumentError("the hello is malformed");
   if (!status.ok()) {
+    (absl::IsAborted(status) ? metrics_.links_of_other_rules : metrics_.links_refused).Increment();
     Drop(peer, std::string(status.message()));
     if (outgoing) OnDisconnected(peer, now);  // an endpoint tells nothing of a peer that it was told to drop
     return;
@@ -234,6 +235,7 @@ void RegionLinks::SendHello(net::PeerHandle peer) {
   hello.set_region(self.region.value());
   hello.set_incarnation(self.incarnation.value());
   hello.set_map_version(identity_->map_version.value());
+  hello.set_rules(identity_->rules);
   (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(hello.SerializeAsString()));
 }
 
@@ -258,6 +260,11 @@ absl::Status RegionLinks::CheckHello(const v1::LinkHello& hello, RegionId region
   if (address != addresses_.end() && incarnation < address->second.incarnation) {
     return absl::FailedPreconditionError(
         absl::StrCat("incarnation ", incarnation.value(), " is outranked by ", address->second.incarnation.value()));
+  }
+  if (hello.rules() != identity_->rules) {
+    return absl::AbortedError(absl::StrCat("region ", region.value(),
+                                           " computes by other rules (engine version or border settings): ",
+                                           absl::Hex(hello.rules()), ", here ", absl::Hex(identity_->rules)));
   }
   return absl::OkStatus();
 }

@@ -29,6 +29,7 @@
 #include <vector>
 
 #include "core/region/region.h"
+#include "core/region/rules.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "region_worker/link_message.h"
@@ -44,6 +45,7 @@ struct LinkIdentity {
   Identity self;
   MapVersion map_version;
   net::InstanceKey key;
+  std::uint64_t rules = region::RulesOf(region::Settings());  // of which partners must have the same
 };
 
 class RegionLinks final : public LinkPort {

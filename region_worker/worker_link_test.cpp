@@ -1,5 +1,5 @@
 // The link between regions: this test is the neighbour, with a region of its own, of a worker that is the real program.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <ctime>
 #include <deque>
@@ -46,6 +46,7 @@ v1::LinkHello HelloOf(std::uint32_t region) {
   hello.set_region(region);
   hello.set_incarnation(1);
   hello.set_map_version(1);
+  hello.set_rules(region::RulesOf(region::Settings()));
   return hello;
 }
 
@@ -298,6 +299,15 @@ TEST_F(StrangerTest, HelloOfAnotherThanTheTokensIsRefused) {
   v1::LinkHello hello = HelloOf(1);
   hello.set_incarnation(2);
   ExpectRefused(hello, "its token region 1 incarnation 1");
+}
+
+TEST_F(StrangerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
+  region::Settings deeper;
+  deeper.ghost_depth = 1;
+  v1::LinkHello hello = HelloOf(1);
+  hello.set_rules(region::RulesOf(deeper));
+  ExpectRefused(hello, "computes by other rules");
+  EXPECT_THAT(MetricsOf(2), testing::HasSubstr("tessera_region_links_refused_total{reason=\"rules\"} 1"));
 }
 
 // Maps come into force at both ends, not at the same moment.

@@ -30,6 +30,8 @@ constexpr char kBodies[] = "tessera_region_bodies", kBodiesHelp[] = "Bodies by s
 constexpr char kHandovers[] = "tessera_region_handovers_total", kHandoversHelp[] = "Bodies handed over.";
 constexpr char kFrameBytes[] = "tessera_region_frame_bytes_total";
 constexpr char kFrameBytesHelp[] = "Bytes of frames to and from neighbours.";
+constexpr char kLinksRefused[] = "tessera_region_links_refused_total",
+               kLinksRefusedHelp[] = "Hellos of regions that were refused.";
 constexpr char kInputs[] = "tessera_region_inputs_total", kInputsHelp[] = "Inputs of clients by what came of them.";
 
 }  // namespace
@@ -107,6 +109,8 @@ WorkerMetrics::WorkerMetrics()
       inputs_applied(Counter(*registry_, kInputs, kInputsHelp, {{"result", "applied"}})),
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
+      links_of_other_rules(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "rules"}})),
+      links_refused(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "stranger"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
                                "Bodies taken out because their state was not a number.")),
       unprotected(Gauge(*registry_, "tessera_region_unprotected", "1 while the heir does not have a whole tick.")),

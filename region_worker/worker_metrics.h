@@ -70,6 +70,7 @@ class WorkerMetrics {
   prometheus::Counter& snapshot_bytes;
   prometheus::Gauge& clients;
   prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late;
+  prometheus::Counter &links_of_other_rules, &links_refused;
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
   prometheus::Gauge &unprotected, &paused, &failover_gap, &takeover_age, &longest_tick, &longest_tick_cpu;
