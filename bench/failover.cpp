@@ -33,7 +33,8 @@ std::vector<Part> Parts(const FailoverSize& size, local::HostNetwork* network, R
 }  // namespace
 
 absl::Status RunFailover(const SuiteOptions& options, Report& report) {
-  const FailoverSize& size = options.quick ? kQuick : kFull;
+  FailoverSize size = options.quick ? kQuick : kFull;
+  if (options.runs > 0) size.runs = options.runs;
   // Before gRPC makes threads, which would stay in the old one.
   const absl::Status own = local::EnterOwnNetwork();
   absl::StatusOr<std::unique_ptr<local::HostNetwork>> network =

@@ -32,8 +32,7 @@ absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
   outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
   const std::vector<Worker> workers = stage.Workers();
   outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_takeover_age_ticks"));
-  outcome.server_gap_ms =
-      std::max(outcome.server_gap_ms, 1e3 * HighestOf(workers, "tessera_region_failover_gap_seconds"));
+  outcome.server_gaps_ms.push_back(1e3 * HighestOf(workers, "tessera_region_failover_gap_seconds"));
   return absl::OkStatus();
 }
 
@@ -190,7 +189,7 @@ absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& repo
                              status.ok() ? "" : ", failed: " + std::string(status.message()), outcome.lost,
                              outcome.duplicated);
     if (!status.ok()) stage.reset();
-    outcome.Tell(fault.name, report);
+    outcome.Tell(fault.name, size, report);
     if (absl::Status saved = report.Save(); !saved.ok()) return saved;
   }
   if (outcome.runs_failed < kMostFailed) return absl::OkStatus();

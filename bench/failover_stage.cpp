@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bench/scrape.h"
+#include "bench/statistics.h"
 #include "telemetry/http_get.h"
 
 namespace tessera::bench {
@@ -152,11 +153,13 @@ void Outcome::TellKept(const std::string& scene, const std::string& config, Repo
   report.Set(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
 }
 
-void Outcome::Tell(const std::string& fault, Report& report) const {
+void Outcome::Tell(const std::string& fault, const FailoverSize& size, Report& report) const {
   const std::string config = "fault=" + fault;
   const auto add = [&](const char* metric, double value, const char* unit) {
     report.Set("plaza", kFailoverEngine, config, metric, value, unit);
   };
+  add("bodies", size.bodies, "1");
+  add("players", size.bots, "1");
   add("runs", runs, "1");
   add("runs_failed", runs_failed, "1");
   TellKept("plaza", config, report);
@@ -166,11 +169,10 @@ void Outcome::Tell(const std::string& fault, Report& report) const {
     add("late_ticks_added", std::max(late_ticks, 0.0), "1");
   }
   if (gaps_ms.empty()) return;
-  std::vector<double> gaps = gaps_ms;
-  std::ranges::sort(gaps);
-  add("gap_ms_p50", gaps[(gaps.size() - 1) / 2], "ms");
-  add("gap_ms_max", gaps.back(), "ms");
-  add("gap_without_a_step_ms_max", server_gap_ms, "ms");
+  add("gap_ms_p50", Median(gaps_ms), "ms");
+  add("gap_ms_max", std::ranges::max(gaps_ms), "ms");
+  add("gap_without_a_step_ms_p50", Median(server_gaps_ms), "ms");
+  add("gap_without_a_step_ms_max", std::ranges::max(server_gaps_ms), "ms");
   add("state_age_ticks_max", age_ticks, "1");
 }
 

@@ -43,13 +43,13 @@ struct Worker {
 
 // What all runs of a fault came to.
 struct Outcome {
-  std::vector<double> gaps_ms;
+  std::vector<double> gaps_ms, server_gaps_ms;
   double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
   double lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
-  double late_before = 0, late_ticks = 0, server_gap_ms = 0;
+  double late_before = 0, late_ticks = 0;
 
   // Anew after each run.
-  void Tell(const std::string& fault, Report& report) const;
+  void Tell(const std::string& fault, const FailoverSize& size, Report& report) const;
   // What is to be 0 whatever happened: bodies lost and doubled, clients dropped.
   void TellKept(const std::string& scene, const std::string& config, Report& report) const;
 };
