@@ -258,6 +258,37 @@ TEST(BorderTest, ABodyLargerThanARegionMeetsBodiesFarInside) {
   EXPECT_THAT(four.problems(), IsEmpty());
 }
 
+// A beam over three regions, of which the outer two are no neighbours: the middle one owns it, and balls that fall on
+// its ends belong to the outer ones. The same for one that an outer region owns and that reaches through the middle
+// one.
+TEST(BorderTest, ABodyWiderThanARegionMeetsBodiesOfRegionsThatAreNoNeighbours) {
+  for (const double middle : {0.0, -7.5}) {
+    SceneBuilder builder(kHalf);
+    builder.Gravity().Floor();
+    builder.Add(MakeShape(BoxShape{{middle == 0 ? 17.0 : 11.5, 0.3, 0.5}}), {middle, 0.3, 0}, {}, 300);
+    builder.Add(Ball(0.4), {-16, 2, 0.1}, {}, 20);
+    builder.Add(Ball(0.4), {middle == 0 ? 16.0 : 3.5, 2, -0.1}, {}, 20);
+    Cluster one = Make(builder, 1), nine = Make(builder, 9);
+    one.RunTo(Tick(240));
+    nine.RunTo(Tick(240));
+    EXPECT_LT(LargestDistance(one, nine), 0.01) << "beam at " << middle;
+    EXPECT_THAT(nine.problems(), IsEmpty());
+  }
+}
+
+// A column that stands exactly where four regions meet stays with one of them, and stands as in one world.
+TEST(BorderTest, AStackExactlyOnTheCornerOfFourStands) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor(0.6);
+  for (int i = 0; i < 6; ++i) builder.Add(Box(0.5), {0, 0.5 + i, 0});
+  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  one.RunTo(Tick(300));
+  four.RunTo(Tick(300));
+  EXPECT_LT(LargestDistance(one, four), 1e-3);
+  EXPECT_EQ(four.totals().handovers, 0U);
+  EXPECT_THAT(four.problems(), IsEmpty());
+}
+
 TEST(BorderTest, ContactEventsAreReportedOnceAndNotByHandovers) {
   SceneBuilder builder(kHalf);
   builder.Floor(0.0);
