@@ -156,7 +156,7 @@ LeanPair EncodingWithoutSubscribers(const Counter& counter) {
   const auto shell = std::make_shared<Shell>(*std::move(endpoint));
   return {Ticking(counter, {Start(Heaps(Halves::kLeft), 1)}), Ticking(counter, [shell] {
             shell->instance.Tick();
-            shell->broadcast.AfterTick(shell->instance.first(), {}, shell->port);
+            shell->broadcast.AfterTick(shell->instance.first(), {}, nullptr, shell->port);
           })};
 }
 

@@ -29,6 +29,9 @@ std::optional<LinkMessage> ReadLinkMessage(std::span<const std::uint8_t> bytes) 
       if (rest.size() != kNumberBytes) return std::nullopt;
       for (std::size_t i = 0; i < kNumberBytes; ++i) message.number |= static_cast<std::uint64_t>(rest[i]) << (8 * i);
       return message;
+    case Kind::kPlaces:
+      message.bytes = rest;
+      return message;
     case Kind::kLogAgain:
     case Kind::kAlive:
       if (!rest.empty()) return std::nullopt;

@@ -8,6 +8,7 @@
 //   kAlive                             the sender waits, and is well
 //   kLeaseAsk  u64 number              of a ward: may it go on?
 //   kLeaseGiven u64 number             of the heir, which has not been told that the ward is dead
+//   kPlaces    player_places.h         where players' bodies are, for all neighbours
 //
 // Thread rule: free functions on values.
 #pragma once
@@ -26,12 +27,13 @@ enum class LinkMessageKind : std::uint8_t {
   kLogAgain = 66,
   kAlive = 67,
   kLeaseAsk = 68,
-  kLeaseGiven = 69
+  kLeaseGiven = 69,
+  kPlaces = 70
 };
 
 struct LinkMessage {
   LinkMessageKind kind = LinkMessageKind::kFrame;
-  std::span<const std::uint8_t> bytes;  // of a frame: all; of a log: the piece
+  std::span<const std::uint8_t> bytes;  // of a frame: all; of a log: the piece; of places: the rest
   bool last = false;                    // kLog
   std::uint64_t number = 0;             // kLogTaken (the tick), kLeaseAsk, kLeaseGiven
 };

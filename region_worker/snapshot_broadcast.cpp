@@ -25,7 +25,7 @@ SnapshotBroadcast::SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_
       metrics_(metrics) {}
 
 void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const region::Departure> departures,
-                                  GamePort& port) {
+                                  const PlayerPlaces* places, GamePort& port) {
   if (port.clients().empty()) {
     // A client that comes later gets all that there is then.
     history_.reset();
@@ -38,7 +38,7 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   const TimePoint begin = Clock::now();
   Push(region);
   bool full = false;
-  const auto view = [&](const Client& client) { return ViewOf(region, client); };
+  const auto view = [&](const Client& client) { return ViewOf(region, places, client); };
   const auto write = [&](Client& client, const replication::ClientView& seen) {
     replication::WrittenSnapshot written =
         client.sender.Write(*history_, seen, region.LastInput(client.player), client.input_margin_ticks);
@@ -92,18 +92,24 @@ void SnapshotBroadcast::Push(const region::Region& region) {
   departures_.clear();
 }
 
-// Around the body where it is owned here; a client never says where it looks from. A region that does not have the body
-// shows all that it has, within a smaller share of what the client may be sent: half goes to where the body is.
-replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const Client& client) const {
+// Around the body: as it is here, or where its owner says that it is; a client never says where it looks from. As long
+// as nobody has said it, a region shows all that it has. Half of what the client may be sent goes to where the body is.
+replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const PlayerPlaces* places,
+                                                  const Client& client) const {
   replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
   const auto by_id = [](const Pushed& body, BodyId id) { return body.id < id; };
   const auto own = std::lower_bound(pushed_.begin(), pushed_.end(), view.own, by_id);
-  if (own != pushed_.end() && own->id == view.own) view.centre = own->state.position;
+  const bool here = own != pushed_.end() && own->id == view.own;
+  if (here) {
+    view.centre = own->state.position;
+  } else if (places != nullptr) {
+    view.centre = places->At(client.player, region.tick());
+  }
   const auto regions = static_cast<double>(region.map().regions().size());
   if (settings_.interest_radius_m <= 0) {
     view.budget_share = 1 / regions;
   } else if (regions > 1) {
-    view.budget_share = view.centre.has_value() ? kShareOfOwner : (1 - kShareOfOwner) / (regions - 1);
+    view.budget_share = here ? kShareOfOwner : (1 - kShareOfOwner) / (regions - 1);
   }
   return view;
 }

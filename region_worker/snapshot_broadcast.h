@@ -11,6 +11,7 @@
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
 #include "region_worker/game_port.h"
+#include "region_worker/player_places.h"
 #include "region_worker/worker_metrics.h"
 
 namespace tessera::worker {
@@ -20,14 +21,16 @@ class SnapshotBroadcast {
   SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_rate_hz, const replication::Settings& settings,
                     WorkerMetrics& metrics);
 
-  // After each tick; sends if a snapshot falls on it.
-  void AfterTick(const region::Region& region, std::span<const region::Departure> departures, GamePort& port);
+  // After each tick; sends if a snapshot falls on it. `places`: of players whose bodies others own; null: not asked
+  // for.
+  void AfterTick(const region::Region& region, std::span<const region::Departure> departures,
+                 const PlayerPlaces* places, GamePort& port);
 
  private:
   bool FallsOn(Tick tick) const;
   void Gather(std::span<const region::Departure> departures);
   void Push(const region::Region& region);
-  replication::ClientView ViewOf(const region::Region& region, const Client& client) const;
+  replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places, const Client& client) const;
 
   // Of a body, at the last Push.
   struct Pushed {

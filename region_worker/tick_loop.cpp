@@ -37,6 +37,7 @@ TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const 
       scene_has_players_(config.scene->player.has_value()),
       pacer_(tick_rate_hz_),
       broadcast_(*config.scene, snapshot_rate_hz, replication, metrics) {
+  if (scene_has_players_ && replication.interest_radius_m > 0) places_.emplace(tick_rate_hz_);
   links_.Send(region_.Start());
   KeepCensus();
   ShowBodies();
@@ -57,13 +58,22 @@ void TickLoop::SetPlayers(std::span<const OrderedPlayer> players, bool joins) {
 }
 
 void TickLoop::OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now) {
-  const absl::Status status = region_.Receive(from, bytes);
-  if (status.ok()) return;
+  if (const absl::Status status = region_.Receive(from, bytes); !status.ok()) NoteDropped("frame", from, status, now);
+}
+
+void TickLoop::OnPlaces(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now) {
+  if (!places_) return;
+  if (const absl::Status status = places_->Hear(bytes, region_.tick()); !status.ok()) {
+    NoteDropped("places", from, status, now);
+  }
+}
+
+void TickLoop::NoteDropped(std::string_view what, RegionId from, const absl::Status& status, TimePoint now) {
   metrics_.CountDropped(ReasonOf(status));
   ++drops_unlogged_;
   if (now < may_log_drop_at_) return;
   may_log_drop_at_ = now + kLogDistance;
-  spdlog::warn("frame dropped from={} reason={} since_last_line={}", from.value(),
+  spdlog::warn("{} dropped from={} reason={} since_last_line={}", what, from.value(),
                telemetry::LogValue(std::string(status.message())), std::exchange(drops_unlogged_, 0));
 }
 
@@ -211,10 +221,19 @@ void TickLoop::Publish(region::StepResult result, TimePoint now) {
   left_out_ = !IsInMap();
   links_.Send(std::move(result.frames));
   heir_log_.Send(result.log, result.tick, now);
-  broadcast_.AfterTick(region_, result.departures, game_);
+  TellPlaces();
+  broadcast_.AfterTick(region_, result.departures, places_ ? &*places_ : nullptr, game_);
   game_.TellPairs(region_.tick(), result.events);
   Count(result);
   if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
+}
+
+void TickLoop::TellPlaces() {
+  if (!places_) return;
+  places_->Follow(region_.tick(), region_.owned());
+  const std::vector<std::uint8_t> news = places_->Tell(region_.tick());
+  if (news.empty()) return;
+  for (const RegionId neighbor : region_.neighbors()) links_.SendNow(neighbor, news);
 }
 
 absl::Status TickLoop::Resume(const region::Resolution& resolution, std::span<const region::Standby* const> wards) {

@@ -22,6 +22,7 @@
 #include "region_worker/heir_log.h"
 #include "region_worker/lease.h"
 #include "region_worker/order.h"
+#include "region_worker/player_places.h"
 #include "region_worker/region_links.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "region_worker/step_times.h"
@@ -53,6 +54,7 @@ class TickLoop {
   // worker is only about to join the world; who is said to be made by its region was made by an earlier life of it.
   void SetPlayers(std::span<const OrderedPlayer> players, bool joins);
   void OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
+  void OnPlaces(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
   void OnInput(const ClientInput& input, TimePoint now);
   // Time that the caller spent on what came for this region since the last tick: part of the whole tick.
   void AddReceiveTime(Duration spent) { receive_time_ += spent; }
@@ -86,6 +88,8 @@ class TickLoop {
   bool MayStep(TimePoint now);
   void StepOnce(TimePoint begin);
   void Publish(region::StepResult result, TimePoint now);
+  void TellPlaces();
+  void NoteDropped(std::string_view what, RegionId from, const absl::Status& status, TimePoint now);
   void CareForNeighbors(TimePoint now);
   void CloseSilent(TimePoint now, bool stood_still);
   void NoteTickLength(TimePoint now);
@@ -106,6 +110,7 @@ class TickLoop {
   std::uint32_t tick_rate_hz_;
   bool scene_has_players_;
   TickPacer pacer_;
+  std::optional<PlayerPlaces> places_;  // where views have a radius
   SnapshotBroadcast broadcast_;
   StepTimes step_times_;
   RateMeter rate_;

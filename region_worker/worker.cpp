@@ -141,6 +141,8 @@ void Worker::OnLinkMessage(RegionId from, const LinkMessage& message, TimePoint 
     case LinkMessageKind::kLeaseGiven:
       if (from == ticks_->heir_log().heir()) ticks_->lease().Answered(message.number, Lease::kTtl);
       return;
+    case LinkMessageKind::kPlaces:
+      return ticks_->OnPlaces(from, message.bytes, now);
     case LinkMessageKind::kAlive:
       return;  // that something came is all
   }

@@ -1,14 +1,17 @@
 // Clients of the real program: who enters, what they see, what they may do.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <csignal>
 #include <cstring>
 #include <ctime>
 #include <limits>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
 #include "region_worker/by_hand.h"
+#include "region_worker/player_places.h"
 #include "region_worker/scene_file.h"
 #include "region_worker/test_client.h"
 #include "region_worker/worker_process.h"
@@ -40,8 +43,9 @@ constexpr std::size_t kBalls = 40;
 // Workers of one world, one a region.
 class Cluster {
  public:
-  explicit Cluster(std::uint32_t regions, std::vector<std::string> more = {}) : base_(FreeBasePort(regions)) {
-    const std::string file = WriteTestFile("tray.textproto", kTray);
+  explicit Cluster(std::uint32_t regions, std::vector<std::string> more = {}, const std::string& scene = kTray)
+      : base_(FreeBasePort(regions)) {
+    const std::string file = WriteTestFile("world.textproto", scene);
     scene_ = *LoadSceneFile(file);
     for (std::uint32_t region = 1; region <= regions; ++region) {
       std::vector<std::string> arguments = {"--scene",     file,
@@ -101,6 +105,82 @@ TEST(WorkerClientTest, TwoRegionsShowAllBodiesOnceTheWorldRuns) {
   EXPECT_TRUE(Until({one.get(), two.get()}, [&] {
     return Metric(cluster.metrics_port(1), "tessera_region_handovers_total{direction=\"out\"}") > 0;
   }));
+}
+
+// A street of posts along x, 10 m apart, over both regions; who plays starts in region 1, 7 m from the border at x = 0.
+// Seen is what is in cells of 5 m within 20 m.
+std::string Street() {
+  std::string street = R"(
+    name: "street"
+    bounds { min { x: -100 y: -2 z: -100 } max { x: 100 y: 10 z: 100 } }
+    bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+    view { radius: 20 }
+    player {
+      body { name: "player" mass: 80 shape { sphere { radius: 0.5 } } never_sleeps: true }
+      spawn_points { x: -7 y: 0.5 z: 2.5 }
+      max_force: 2000
+      max_speed: 6
+    }
+  )";
+  for (int post = 0; post < 20; ++post) {
+    street += absl::StrCat("bodies { id: ", 100 + post, " mass: 1 shape { box { half_extents { x: .5 y: .5 z: .5 } } }",
+                           " pose { position { x: ", -97.5 + 10 * post, " y: 0.5 z: -2.5 } } }\n");
+  }
+  return street;
+}
+
+// Posts that a client is shown, by where they stand.
+std::set<double> PostsOf(const TestClient& client) {
+  std::set<double> posts;
+  for (const auto& [body, state] : client.bodies) {
+    if (!IsPlayerBody(body)) posts.insert(std::round(state.position.x * 2) / 2);
+  }
+  return posts;
+}
+
+TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverAClientSays) {
+  Cluster cluster(2, {"--players", "1"}, Street());
+  const auto one = cluster.Join(1, 1);
+  const auto two = cluster.Join(2, 1);
+  const BodyId own = PlayerBodyId(PlayerNumber(1));
+  const auto until = [&](const std::function<bool()>& done) { return Until({one.get(), two.get()}, done); };
+  const std::set<double> near = {2.5, 12.5};
+  ASSERT_TRUE(until([&] {
+    return one->bodies.contains(own) && PostsOf(*one).contains(-17.5) && PostsOf(*two) == near;
+  })) << testing::PrintToString(PostsOf(*one))
+      << testing::PrintToString(PostsOf(*two));
+
+  // Lies: as an input of its body here, and as what only regions may say, by either way.
+  PlayerPlaces lies(60);
+  BodyDef body;
+  body.id = own;
+  region::OwnedBody lie{.def = &body, .epoch = Epoch(1000), .state = {}};
+  lie.state.position = {80, 1, 0};
+  lies.Follow(Tick(100), std::span(&lie, 1));
+  const std::vector<std::uint8_t> said = lies.Tell(Tick(100));
+  two->SayReliably(std::string(said.begin(), said.end()));
+  two->SendDatagram(said);
+  two->SendInput({.number = 1, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}});
+  const Tick then = two->tick;
+  ASSERT_TRUE(until([&] { return PostsOf(*two) != near || two->tick > then + 180; }));
+  EXPECT_EQ(PostsOf(*two), near);
+
+  // The body walks into region 2, and what both show goes with it.
+  std::uint32_t number = 1;
+  Tick last;
+  const auto walk = [&] {
+    if (std::exchange(last, std::max(one->tick, two->tick)) == last) return;
+    const replication::InputCommand east{
+        .number = ++number, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}};
+    one->SendInput(east);
+    two->SendInput(east);
+  };
+  EXPECT_TRUE(until([&] {
+    walk();
+    return two->bodies.contains(own) && PostsOf(*two).contains(32.5) && !PostsOf(*one).contains(-17.5);
+  })) << testing::PrintToString(PostsOf(*one))
+      << testing::PrintToString(PostsOf(*two));
+  EXPECT_FALSE(PostsOf(*two).contains(92.5));
 }
 
 TEST(WorkerClientTest, DeltasFollowWhatIsAcknowledged) {
