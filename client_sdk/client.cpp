@@ -63,6 +63,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
   if (me.state != ClientState::kEnded) {
     me.world.Expire(now, me.events);
     me.Follow(now);
+    me.SettlePairs(now);
     me.CheckProgress(now);
   }
   if (me.state != ClientState::kEnded) {

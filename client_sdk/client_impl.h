@@ -9,6 +9,7 @@
 
 #include "client_sdk/client.h"
 #include "client_sdk/input_clock.h"
+#include "client_sdk/pair_book.h"
 #include "client_sdk/playout_clock.h"
 #include "client_sdk/predictor.h"
 #include "client_sdk/recorder.h"
@@ -35,7 +36,9 @@ struct Client::Impl {
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
   void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
   void OnPass(RegionLink& link, const v1::RegionPass& pass);
-  void OnPairEvents(const RegionLink& link, const v1::PairEvents& told);
+  void OnPairEvents(TimePoint now, RegionLink& link, const v1::PairEvents& told);
+  bool IsStatic(BodyId body) const;
+  void SettlePairs(TimePoint now);
   void Start();
   RegionLink* LinkOf(net::PeerHandle peer);
   bool AllWelcomed() const;
@@ -98,6 +101,7 @@ struct Client::Impl {
   std::vector<ClientEvent> events;  // of the Poll under way
 
   WorldView world;
+  PairBook pairs;
   PlayoutClock playout;
   Tick newest_tick;
   std::uint32_t last_applied_input = 0;

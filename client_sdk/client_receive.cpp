@@ -110,7 +110,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     case v1::RegionControl::kPass:
       return OnPass(link, control.pass());
     case v1::RegionControl::kPairEvents:
-      return OnPairEvents(link, control.pair_events());
+      return OnPairEvents(now, link, control.pair_events());
     case v1::RegionControl::KIND_NOT_SET:
       return link.CountError();
   }
@@ -156,14 +156,35 @@ void Client::Impl::OnDoorRefusal(TimePoint now, RegionLink& link, const net::Ref
   OnDisconnected(now, link);
 }
 
-void Client::Impl::OnPairEvents(const RegionLink& link, const v1::PairEvents& told) {
-  using Kind = ClientEvent::Kind;
-  for (const v1::PairEvent& pair : told.events()) {
-    const Kind kind = pair.trigger() ? (pair.begin() ? Kind::kTriggerEntered : Kind::kTriggerLeft)
-                                     : (pair.begin() ? Kind::kContactBegan : Kind::kContactEnded);
-    events.push_back(
-        {.kind = kind, .body = BodyId(pair.body_a()), .other = BodyId(pair.body_b()), .region = link.region()});
+void Client::Impl::OnPairEvents(TimePoint now, RegionLink& link, const v1::PairEvents& told) {
+  const Tick tick(told.tick());
+  std::vector<BodyPair> whole;
+  for (const v1::PairEvent& event : told.events()) {
+    const BodyPair pair{BodyId(event.body_a()), BodyId(event.body_b()), event.trigger()};
+    if (pair.a >= pair.b || (told.whole() && !event.begin())) return link.CountError();
+    if (told.whole()) {
+      whole.push_back(pair);
+    } else {
+      pairs.Told(now, link.region(), tick, pair, event.begin());
+    }
   }
+  if (!told.whole()) return;
+  pairs.ToldAll(now, link.region(), tick, whole, [&](const BodyPair& pair) {
+    const std::optional<RegionId> owner = world.OwnerOf(IsStatic(pair.a) ? pair.b : pair.a);
+    return owner.has_value() && *owner != link.region();
+  });
+}
+
+bool Client::Impl::IsStatic(BodyId body) const {
+  const std::vector<BodyDef>& bodies = session.scene->bodies;
+  const auto found =
+      std::lower_bound(bodies.begin(), bodies.end(), body, [](const BodyDef& def, BodyId id) { return def.id < id; });
+  return found != bodies.end() && found->id == body && found->motion != Motion::kDynamic;
+}
+
+void Client::Impl::SettlePairs(TimePoint now) {
+  pairs.Settle(
+      now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(body); }, events);
 }
 
 void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {

@@ -100,9 +100,10 @@ class FakeRegion {
     BodyId a, b;
     bool trigger = false, begin = true;
   };
-  void TellPairs(Tick tick, const std::vector<Pair>& pairs) {
+  void TellPairs(Tick tick, const std::vector<Pair>& pairs, bool whole = false) {
     v1::RegionControl message;
     message.mutable_pair_events()->set_tick(tick.value());
+    message.mutable_pair_events()->set_whole(whole);
     for (const Pair& pair : pairs) {
       v1::PairEvent& event = *message.mutable_pair_events()->add_events();
       event.set_body_a(pair.a.value());

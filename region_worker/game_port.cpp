@@ -19,6 +19,45 @@ std::span<const std::uint8_t> AsBytes(const std::string& text) {
 // Beyond this a margin tells nothing more.
 constexpr std::int64_t kMaxMargin_ticks = 1000;
 
+// Pairs are told of this much further than bodies are: cells and hysteresis reach beyond the radius, and bodies have a
+// size. A client that sees less hears less by itself.
+constexpr double kPairReach = 2;
+
+std::optional<Vec3d> PlaceOf(const region::Region& region, BodyId id) {
+  const std::span<const region::OwnedBody> owned = region.owned();
+  const auto at = std::lower_bound(owned.begin(), owned.end(), id,
+                                   [](const region::OwnedBody& body, BodyId wanted) { return body.def->id < wanted; });
+  if (at == owned.end() || at->def->id != id) return std::nullopt;
+  return at->state.position;
+}
+
+struct PlacedPair {
+  physics::PairEvent event;
+  std::optional<Vec3d> place;  // nothing: its body has just gone
+};
+
+// Those that clients are told of.
+template <class Place>
+std::vector<PlacedPair> Placed(std::span<const physics::PairEvent> events, const Place& place_of) {
+  std::vector<PlacedPair> placed;
+  placed.reserve(events.size());
+  for (const physics::PairEvent& event : events) {
+    // Players have the highest ids.
+    if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
+    const std::optional<Vec3d> place = place_of(event.body_a);
+    placed.push_back({event, place ? place : place_of(event.body_b)});
+  }
+  return placed;
+}
+
+void PutPair(const physics::PairEvent& event, v1::PairEvents& told) {
+  v1::PairEvent& pair = *told.add_events();
+  pair.set_body_a(event.body_a.value());
+  pair.set_body_b(event.body_b.value());
+  pair.set_trigger(event.trigger);
+  pair.set_begin(event.begin);
+}
+
 }  // namespace
 
 GamePort::GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics)
@@ -233,22 +272,29 @@ void GamePort::TellStarted(Tick tick) {
   endpoint_->Flush();
 }
 
-void GamePort::TellPairs(Tick tick, std::span<const physics::PairEvent> events) {
+void GamePort::TellPairs(const region::Region& region, std::span<const physics::PairEvent> events) {
   if (clients_.empty()) return;
-  v1::RegionControl message;
-  v1::PairEvents& told = *message.mutable_pair_events();
-  for (const physics::PairEvent& event : events) {
-    // Players have the highest ids.
-    if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
-    v1::PairEvent& pair = *told.add_events();
-    pair.set_body_a(event.body_a.value());
-    pair.set_body_b(event.body_b.value());
-    pair.set_trigger(event.trigger);
-    pair.set_begin(event.begin);
+  const double reach_m = kPairReach * rules_->replication.interest_radius_m;
+  const auto place_of = [&](BodyId body) { return PlaceOf(region, body); };
+  std::optional<std::vector<PlacedPair>> all, now;
+  for (auto& [peer, client] : clients_) {
+    const bool whole = !std::exchange(client.knows_pairs, true);
+    std::optional<std::vector<PlacedPair>>& pairs = whole ? all : now;
+    if (!pairs) pairs = whole ? Placed(region.touching(), place_of) : Placed(events, place_of);
+    const BodyId own = PlayerBodyId(client.player);
+    const std::optional<Vec3d> centre = reach_m > 0 ? place_of(own) : std::nullopt;
+    v1::RegionControl message;
+    v1::PairEvents& told = *message.mutable_pair_events();
+    for (const PlacedPair& pair : *pairs) {
+      const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
+                            Length(*pair.place - *centre) <= reach_m;
+      if (concerns) PutPair(pair.event, told);
+    }
+    if (told.events().empty() && !whole) continue;
+    told.set_tick(region.tick().value());
+    told.set_whole(whole);
+    Tell(peer, message);
   }
-  if (told.events().empty()) return;
-  told.set_tick(tick.value());
-  for (const auto& [peer, client] : clients_) Tell(peer, message);
 }
 
 void GamePort::TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "core/physics/world.h"
+#include "core/region/region.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 #include "net/connect_token.h"
@@ -52,6 +53,7 @@ struct Client {
   std::int32_t input_margin_ticks = 0;
   TimePoint may_refuse_at{};  // InputRefused are this rare
   TimePoint renew_at{};       // its pass
+  bool knows_pairs = false;   // that had begun before it came
 };
 
 struct ClientInput {
@@ -89,8 +91,9 @@ class GamePort {
   std::uint64_t Broadcast(TimePoint now, const std::function<replication::ClientView(const Client&)>& view,
                           const std::function<std::vector<net::Bytes>(Client&, const replication::ClientView&)>& write);
   void TellStarted(Tick tick);
-  // What began and ended in the step that led to `tick`: of players' bodies and triggers, to all.
-  void TellPairs(Tick tick, std::span<const physics::PairEvent> events);
+  // What began and ended in the region's last step, of players' bodies and triggers, to all that are near enough; to
+  // those that are new, all that touches.
+  void TellPairs(const region::Region& region, std::span<const physics::PairEvent> events);
   // The map in force and the doors; told to all, if it is news.
   void SetMap(const v1::RegionMap& map);
   void TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,

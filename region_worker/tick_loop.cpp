@@ -223,7 +223,7 @@ void TickLoop::Publish(region::StepResult result, TimePoint now) {
   heir_log_.Send(result.log, result.tick, now);
   TellPlaces();
   broadcast_.AfterTick(region_, result.departures, places_ ? &*places_ : nullptr, game_);
-  game_.TellPairs(region_.tick(), result.events);
+  game_.TellPairs(region_, result.events);
   Count(result);
   if (region::DueAt(region_.tick(), tick_rate_hz_)) KeepCensus();
 }

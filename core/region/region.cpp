@@ -120,6 +120,15 @@ std::vector<BodyId> Region::KeptBodies() const {
   return kept;
 }
 bool Region::Owns(BodyId body) const { return impl_->bodies.Owns(body); }
+std::vector<physics::PairEvent> Region::touching() const {
+  const std::vector<TouchingPair> all = impl_->reports.All();
+  std::vector<physics::PairEvent> touching;
+  touching.reserve(all.size());
+  for (const TouchingPair& pair : all) {
+    touching.push_back({pair.body_a, pair.body_b, pair.trigger, true});
+  }
+  return touching;
+}
 std::span<const OwnedBody> Region::owned() const { return impl_->bodies.owned(); }
 const physics::World& Region::world() const { return impl_->bodies.world(); }
 

@@ -193,6 +193,8 @@ class Region {
   std::size_t unconfirmed_grants() const;  // bodies handed over whose new owner has not told yet that it has them
   std::vector<BodyId> KeptBodies() const;  // those: this region keeps them until then
   bool Owns(BodyId body) const;
+  // The pairs that this region reports of that touch, or overlap, now: begun and not ended; ascending.
+  std::vector<physics::PairEvent> touching() const;
   // All that this region owns, ascending by id; valid until the next call that changes the region.
   std::span<const OwnedBody> owned() const;
   const physics::World& world() const;
