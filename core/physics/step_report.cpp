@@ -85,6 +85,18 @@ void World::Impl::ReportContacts() {
   }
 }
 
+std::span<const Contact> World::Impl::ReportContactsOf(std::span<const BodyId> ids) {
+  asked_contacts.clear();
+  for (const BodyId id : ids) At(id).asked = true;
+  for (const Touch& touch : touching) {
+    const Pair& pair = *touch.pair;
+    if (pair.low == nullptr || !pair.responds() || !(pair.low->asked || pair.high->asked)) continue;
+    if (pair.live || ImpulseOf(pair) > 0) asked_contacts.push_back(PairSum(pair).Told());
+  }
+  for (const BodyId id : ids) At(id).asked = false;
+  return asked_contacts;
+}
+
 void World::Impl::ReportEvents() {
   std::swap(events, ended);
   ended.clear();

@@ -87,6 +87,7 @@ void World::Impl::WeighIslands() {
     demand.last = std::max(demand.last, touch.substeps);
     if (!touch.live) continue;
     island.solved = true;
+    if (PropsMeet(touch)) continue;
     if (island.laden) NoteSupport(touch, up, pull);
     auto lighter = static_cast<float>(burdens[touch.one()].tied_kg);
     if (touch.both()) {
@@ -116,13 +117,22 @@ void World::Impl::WeighIslands() {
   }
 }
 
+// Both lean on what is not here: what they do to each other is reckoned with where that is.
+bool World::Impl::PropsMeet(const Touch& touch) const {
+  const auto propped = [this](std::uint32_t body) { return body == kAsleep || awake[body]->propped; };
+  return propped(touch.low) && propped(touch.high);
+}
+
 // Which body of a pair that may push stands on the other, if either does. `up`: against gravity.
 void World::Impl::NoteSupport(const Touch& touch, Vec3d up, double pull) {
   constexpr float kUnder = 0.3f;  // cosine of how far a support may lie to the side
   const float lift = Dot(touch.normal, Vec3f(up));
   if (std::abs(lift) <= kUnder) return;
   const std::uint32_t upper = lift > 0 ? touch.high : touch.low, lower = lift > 0 ? touch.low : touch.high;
-  if (upper != kAsleep) supports.push_back({upper, lower, ScaleOf(touch.inner_m, pull)});
+  if (upper == kAsleep) return;
+  // What it stands on besides is not all here: what it was seen to press with is what it presses with.
+  const double borne_kg = awake[upper]->propped ? touch.load_ns / (Length(settings.gravity_m_s2) * dt_s) : -1;
+  supports.push_back({upper, lower, ScaleOf(touch.inner_m, pull), borne_kg});
 }
 
 // Those of one body side by side, in the order of their pairs; and the bodies from the top down.
@@ -149,12 +159,13 @@ void World::Impl::PassLoadsDown() {
   for (const auto& [height_m, upper] : uppers) {
     const Burden& burden = burdens[upper];
     const std::uint32_t first = first_supports[upper], last = first_supports[upper + 1];
-    const double share = burden.carried_kg / (last - first);
-    const double column = last - first == 1 ? kColumnLoad : 1;
+    const double equal_share = burden.carried_kg / (last - first);
+    const double column = last - first == 1 && !awake[upper]->propped ? kColumnLoad : 1;
     IslandDemand& demand = islands.Of(upper).demand;
     for (std::uint32_t i = first; i < last; ++i) {
       const Support& support = grouped[i];
       const bool firm = support.lower == kAsleep;
+      const double share = support.borne_kg < 0 ? equal_share : support.borne_kg;
       const double lighter = firm ? burden.tied_kg : std::min(burdens[support.lower].tied_kg, burden.tied_kg);
       const double load = column * support.scale * share / lighter;
       demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(load));

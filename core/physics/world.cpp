@@ -50,6 +50,8 @@ Aabb World::BoundsOf(BodyId id) const {
 double World::MassOf(BodyId id) const { return impl_->At(id).mass_kg(); }
 Vec3d World::InertiaOf(BodyId id) const { return impl_->At(id).inertia(); }
 
+void World::SetPropped(BodyId id, bool propped) { impl_->At(id).propped = propped; }
+
 // --- Forces
 // ------------------------------------------------------------------------------------------------------------------
 
@@ -110,6 +112,13 @@ std::span<const Contact> World::contacts() const {
   impl_->ReportContacts();
   return impl_->contacts;
 }
+std::span<const Contact> World::ContactsOf(std::span<const BodyId> ids) const { return impl_->ReportContactsOf(ids); }
+
+void World::AddNear(BodyId id, std::vector<BodyId>* near) const {
+  const RigidBody& body = impl_->At(id);
+  for (const Pair* pair : body.pairs) near->push_back(pair->Other(body).id());
+}
+
 std::span<const PairEvent> World::events() const { return impl_->events; }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 

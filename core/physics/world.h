@@ -94,6 +94,10 @@ class World {
   // Wakes a body and, in the next step, all that it touches.
   void Wake(BodyId id);
 
+  // Of a body that rests on, or bears, what is not in this world, for which a force stands: what lies on what it
+  // touches is then told by what it pressed with, not by what is seen to stand on it.
+  void SetPropped(BodyId id, bool propped);
+
   // --- Forces: act in the next step, then are forgotten. Wake the body, unless they are 0.
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);
   // Impulses act at once.
@@ -104,6 +108,10 @@ class World {
   // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order
   // does not depend on how the world was built.
   std::span<const Contact> contacts() const;
+  // Those of them that one of these bodies has part in; valid until this is called again, and as above.
+  std::span<const Contact> ContactsOf(std::span<const BodyId> ids) const;
+  // Adds those whose bounds, with some margin and looking ahead, are about those of this one, in no order.
+  void AddNear(BodyId id, std::vector<BodyId>* near) const;
   std::span<const PairEvent> events() const;
   // Bodies that came to be non-finite, or absurdly fast, in the last step: they take no part any more, and wait to be
   // removed. Ascending only by chance.

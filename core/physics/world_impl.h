@@ -64,6 +64,7 @@ struct Burden {
 struct Support {
   std::uint32_t upper, lower;  // awake_index; `lower` may be kAsleep
   double scale;                // of loads, see step_weigh.cpp
+  double borne_kg;             // what is known to rest on the lower one by this; negative: to be reckoned
 };
 
 struct World::Impl {
@@ -103,6 +104,7 @@ struct World::Impl {
   void BuildIslands();
   void WeighIslands();
   void WeighAssemblies();
+  bool PropsMeet(const Touch& touch) const;
   void NoteSupport(const Touch& touch, Vec3d up, double pull);
   void GroupSupports();
   void PassLoadsDown();
@@ -127,6 +129,7 @@ struct World::Impl {
   void NoteStillness(RigidBody& body);
   void FallAsleep();
   void ReportContacts();
+  std::span<const Contact> ReportContactsOf(std::span<const BodyId> ids);
   void ReportEvents();
   void Isolate(RigidBody& body);
   void Park(RigidBody& body);
@@ -187,7 +190,7 @@ struct World::Impl {
   std::vector<RigidBody*> candidates, waking;
   std::vector<RigidBody*> failing;  // will be isolated at the end of the step
 
-  std::vector<Contact> contacts;
+  std::vector<Contact> contacts, asked_contacts;
   bool contacts_told = true;             // `contacts` are those of the last step; reckoned only when asked for
   std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
   std::vector<BodyId> isolated;

@@ -14,28 +14,51 @@ Bodies::Bodies(const Catalog& catalog, const physics::Settings& settings) : cata
 }
 
 std::ptrdiff_t Bodies::IndexOf(BodyId id) const {
+  if (places_noted_) {
+    const std::ptrdiff_t place = PlaceOf(id);
+    return place < std::ssize(owned_) ? place : -1;
+  }
   const auto it = std::lower_bound(owned_.begin(), owned_.end(), id,
                                    [](const OwnedBody& b, BodyId wanted) { return b.def->id < wanted; });
   return it != owned_.end() && it->def->id == id ? it - owned_.begin() : -1;
 }
 
 const Ghost* Bodies::FindGhost(BodyId id) const {
+  if (places_noted_) {
+    const std::ptrdiff_t place = PlaceOf(id) - std::ssize(owned_);
+    return place >= 0 ? &ghosts_[static_cast<std::size_t>(place)] : nullptr;
+  }
   const auto it = std::lower_bound(ghosts_.begin(), ghosts_.end(), id,
                                    [](const Ghost& g, BodyId wanted) { return g.record.id < wanted; });
   return it != ghosts_.end() && it->record.id == id ? &*it : nullptr;
 }
 
 std::ptrdiff_t Bodies::PlaceOf(BodyId id) const {
+  if (places_noted_) {
+    const auto it = places_.find(id);
+    return it == places_.end() ? -1 : static_cast<std::ptrdiff_t>(it->second);
+  }
   if (const std::ptrdiff_t index = IndexOf(id); index >= 0) return index;
   const Ghost* ghost = FindGhost(id);
-  return ghost == nullptr ? -1 : static_cast<std::ptrdiff_t>(owned_.size()) + (ghost - ghosts_.data());
+  return ghost == nullptr ? -1 : std::ssize(owned_) + (ghost - ghosts_.data());
+}
+
+void Bodies::NotePlaces() {
+  if (places_noted_) return;
+  places_.clear();
+  std::uint32_t place = 0;
+  for (const OwnedBody& body : owned_) places_.emplace(body.def->id, place++);
+  for (const Ghost& ghost : ghosts_) places_.emplace(ghost.record.id, place++);
+  places_noted_ = true;
 }
 
 void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   assert(!Owns(id));
+  places_noted_ = false;
   const BodyDef* def = DefOf(id);
   if (const Ghost* ghost = FindGhost(id); ghost != nullptr) {
     ghosts_.erase(ghosts_.begin() + (ghost - ghosts_.data()));
+    world_.SetPropped(id, false);
     Write(id, state);
   } else {
     AddToWorld(*def, state);
@@ -48,19 +71,10 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id)});
 }
 
-void Bodies::Kick(BodyId id, Vec3f impulse_ns, Vec3f angular_nms) {
-  const BodyState before = world_.StateOf(id);
-  world_.ApplyImpulse(id, impulse_ns, angular_nms);
-  if (!IsSane(world_.StateOf(id))) world_.SetState(id, before);
-  const std::ptrdiff_t index = IndexOf(id);
-  if (index < 0) return;
-  owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
-  extras_[static_cast<std::size_t>(index)].field_known = false;
-}
-
 void Bodies::BecomeGhost(const GhostRecord& record, RegionId owner) {
   const std::ptrdiff_t index = IndexOf(record.id);
   assert(index >= 0);
+  places_noted_ = false;
   Ghost ghost{record, owner, owned_[static_cast<std::size_t>(index)].def, true};
   owned_.erase(owned_.begin() + index);
   extras_.erase(extras_.begin() + index);
@@ -72,6 +86,7 @@ void Bodies::BecomeGhost(const GhostRecord& record, RegionId owner) {
 void Bodies::RemoveOwned(BodyId id) {
   const std::ptrdiff_t index = IndexOf(id);
   assert(index >= 0);
+  places_noted_ = false;
   owned_.erase(owned_.begin() + index);
   extras_.erase(extras_.begin() + index);
   RemoveFromWorld(id);
@@ -104,8 +119,11 @@ bool Bodies::PlaceGhosts(std::span<const Ghost> shown) {
       placed.back().def = DefOf(id);
       AddToWorld(*placed.back().def, ghost.record.state);
     }
+    world_.SetPropped(id, ghost.record.load_ns != Vec3f() || ghost.record.load_nms != Vec3f());
   }
   while (old != ghosts_.end()) pass_over();
+  const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };
+  if (!std::equal(placed.begin(), placed.end(), ghosts_.begin(), ghosts_.end(), same)) places_noted_ = false;
   ghosts_ = std::move(placed);
   return any_left;
 }
@@ -140,6 +158,7 @@ std::vector<std::pair<BodyId, Epoch>> Bodies::ReadBack() {
   for (const auto& [id, epoch] : lost) RemoveOwned(id);
   std::erase_if(ghosts_, [&](const Ghost& ghost) {
     if (!absurd(ghost.record.id, world_.StateOf(ghost.record.id))) return false;
+    places_noted_ = false;
     RemoveFromWorld(ghost.record.id);
     return true;
   });

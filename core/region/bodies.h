@@ -5,6 +5,8 @@
 // where both sides agree. Thread rule: one thread at a time.
 #pragma once
 
+#include <absl/container/flat_hash_map.h>
+
 #include <map>
 #include <span>
 #include <utility>
@@ -49,11 +51,11 @@ class Bodies {
   const Ghost* FindGhost(BodyId id) const;
   // Index into owned(), or owned().size() and the index into ghosts(); or -1.
   std::ptrdiff_t PlaceOf(BodyId id) const;
+  // Makes these three quick, until what is owned or shown changes.
+  void NotePlaces();
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);
-  // An impulse on an owned body or a ghost; nothing if it would be absurd after it. Restarts no wait for sleep.
-  void Kick(BodyId id, Vec3f impulse_ns, Vec3f angular_nms);
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);
@@ -82,6 +84,8 @@ class Bodies {
   std::vector<OwnedBody> owned_;
   std::vector<OwnedExtra> extras_;
   std::vector<Ghost> ghosts_;
+  absl::flat_hash_map<BodyId, std::uint32_t> places_;  // by PlaceOf; only looked up
+  bool places_noted_ = false;                          // they are as they are now
   std::map<BodyId, BodyDef> player_defs_;
   std::vector<BodyId> untied_;
 };

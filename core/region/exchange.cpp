@@ -49,13 +49,19 @@ std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
     return std::tuple(x.a, x.b, !x.by_owner_of_a) < std::tuple(y.a, y.b, !y.by_owner_of_a);
   });
   std::vector<PairCorrection> corrections;
+  corrections.reserve(solutions.size());
   for (std::size_t i = 0; i < solutions.size();) {
     const BodyId a = solutions[i].a, b = solutions[i].b;
     Solution of_a, of_b;
+    RegionId owner_of_a, owner_of_b;
     for (; i < solutions.size() && solutions[i].a == a && solutions[i].b == b; ++i) {
       (solutions[i].by_owner_of_a ? of_a : of_b) = solutions[i];
+      if (solutions[i].owner_of_a != RegionId()) owner_of_a = solutions[i].owner_of_a;
+      if (solutions[i].owner_of_b != RegionId()) owner_of_b = solutions[i].owner_of_b;
     }
     corrections.push_back(Blend(a, b, of_a, of_b, mass_of(a), mass_of(b)));
+    corrections.back().owner_of_a = owner_of_a;
+    corrections.back().owner_of_b = owner_of_b;
   }
   return corrections;
 }

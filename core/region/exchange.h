@@ -22,6 +22,7 @@ struct Solution {
   bool by_owner_of_a = false;
   Vec3f impulse_on_b;  // N s; a received the opposite
   Vec3f angular_on_a, angular_on_b;
+  RegionId owner_of_a{}, owner_of_b{};  // then; 0: not told here
 };
 
 Solution ToSolution(const ImpulseRecord& record);
@@ -31,6 +32,7 @@ struct PairCorrection {
   BodyId a, b;
   Vec3d impulse_on_a, impulse_on_b;  // N s
   Vec3d angular_on_a, angular_on_b;  // about each one's centre of mass, N m s
+  RegionId owner_of_a{}, owner_of_b{};
 };
 
 // Pairs ascending by (a, b). `solutions` in any order, at most one a side: a side that is missing found no contact.

@@ -8,13 +8,13 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 3;
+constexpr std::uint8_t kFormat = 4;
 
 // Flags of a header.
 constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
 // Flags of a state.
-constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;  // kAtRest: both velocities are +0
-constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16;         // without: +0
+constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
+constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -69,6 +69,7 @@ const GhostRecord* FindGhost(std::span<const GhostRecord> ghosts, BodyId id) {
 
 bool Unchanged(const GhostRecord& ghost, std::span<const GhostRecord> previous) {
   if (!ghost.state.asleep || !Zero(ghost.force_n) || !Zero(ghost.torque_nm)) return false;
+  if (!Zero(ghost.load_ns) || !Zero(ghost.load_nms)) return false;
   const GhostRecord* before = FindGhost(previous, ghost.id);
   return before != nullptr && before->epoch == ghost.epoch && SameBits(before->state, ghost.state);
 }
@@ -96,10 +97,15 @@ void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<con
     out.Varint(ghost->id.value() - last);
     last = ghost->id.value();
     out.Varint(ghost->epoch.value());
-    WriteState(out, ghost->state, force ? kHasForce : std::uint8_t{0});
+    const bool load = !Zero(ghost->load_ns) || !Zero(ghost->load_nms);
+    WriteState(out, ghost->state, static_cast<std::uint8_t>((force ? kHasForce : 0) | (load ? kHasLoad : 0)));
     if (force) {
       out.V(ghost->force_n);
       out.V(ghost->torque_nm);
+    }
+    if (load) {
+      out.V(ghost->load_ns);
+      out.V(ghost->load_nms);
     }
   }
 }
@@ -122,7 +128,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     const GhostRecord* before = FindGhost(previous, BodyId(last));
     if (before == nullptr) return Malformed("unchanged ghosts: not in the frame before");
     ghosts.push_back(*before);
-    ghosts.back().force_n = ghosts.back().torque_nm = Vec3f();
+    ghosts.back().force_n = ghosts.back().torque_nm = ghosts.back().load_ns = ghosts.back().load_nms = Vec3f();
   }
   last = 0;
   const std::size_t changed = in.Count(kMinGhostBytes);
@@ -131,9 +137,14 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     if (!NextId(in, last)) return Malformed("ghosts: ids do not ascend");
     ghost.id = BodyId(last);
     ghost.epoch = Epoch(in.Varint32());
-    if ((ReadState(in, ghost.state) & kHasForce) != 0) {
+    const std::uint8_t flags = ReadState(in, ghost.state);
+    if ((flags & kHasForce) != 0) {
       ghost.force_n = in.V3f();
       ghost.torque_nm = in.V3f();
+    }
+    if ((flags & kHasLoad) != 0) {
+      ghost.load_ns = in.V3f();
+      ghost.load_nms = in.V3f();
     }
     ghosts.push_back(ghost);
   }

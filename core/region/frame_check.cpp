@@ -105,6 +105,8 @@ absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
     if (absl::Status state = CheckState(ghost.id, ghost.state); !state.ok()) return state;
     if (ghost.epoch.value() == 0) return Bad(ghost.id, ": epoch 0");
     if (absl::Status push = CheckPush(ghost.id, ghost.force_n, ghost.torque_nm, catalog); !push.ok()) return push;
+    if (absl::Status load = CheckImpulse(ghost.id, ghost.load_ns); !load.ok()) return load;
+    if (absl::Status load = CheckAngularImpulse(ghost.id, ghost.load_nms); !load.ok()) return load;
   }
   if (absl::Status status = CheckImpulses(frame, catalog); !status.ok()) return status;
   std::vector<BodyId> granted;

@@ -30,9 +30,9 @@ Frame MakeFrame() {
   frame.tick = Tick(1'000'000);
   frame.sender = RegionId(3);
   frame.map_version = MapVersion(7);
-  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}},
-                  {BodyId(5), Epoch(200), State(2, true), {}, {}},
-                  {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}}};
+  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}},
+                  {BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}},
+                  {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}, {}, {}}};
   frame.impulses = {{BodyId(1), BodyId(9), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
   Grant grant;
   grant.bodies = {{BodyId(20), Epoch(2), State(4)}, {BodyId(21), Epoch(3), State(5)}};
@@ -61,6 +61,8 @@ TEST(FrameTest, ComesBackWithoutLoss) {
     EXPECT_EQ(back->ghosts[i].epoch, frame.ghosts[i].epoch);
     EXPECT_TRUE(SameBits(back->ghosts[i].state, frame.ghosts[i].state));
     EXPECT_EQ(back->ghosts[i].force_n, frame.ghosts[i].force_n);
+    EXPECT_EQ(back->ghosts[i].load_ns, frame.ghosts[i].load_ns);
+    EXPECT_EQ(back->ghosts[i].load_nms, frame.ghosts[i].load_nms);
     EXPECT_EQ(back->ghosts[i].torque_nm, frame.ghosts[i].torque_nm);
   }
   EXPECT_EQ(back->impulses[0].angular_on_other, frame.impulses[0].angular_on_other);
@@ -76,7 +78,7 @@ TEST(FrameTest, ComesBackWithoutLoss) {
 
 TEST(FrameTest, ASleeperThatDidNotChangeCostsTwoBytesAtMost) {
   Frame frame;
-  frame.ghosts = {{BodyId(5), Epoch(200), State(2, true), {}, {}}};
+  frame.ghosts = {{BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}}};
   const std::size_t empty = Encode(Frame(), {}).size();
   const std::vector<std::uint8_t> bytes = Encode(frame, frame.ghosts);
   EXPECT_LE(bytes.size(), empty + 2);
@@ -97,8 +99,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 3, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{3, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  // Format 4, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{4, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 
@@ -119,7 +121,7 @@ class FrameCheckTest : public ::testing::Test {
     joint.kind = PointJoint{};
     scene->joints.push_back(joint);
     catalog = std::make_unique<Catalog>(scene);
-    frame.ghosts = {{BodyId(4), Epoch(1), State(1), {}, {}}};
+    frame.ghosts = {{BodyId(4), Epoch(1), State(1), {}, {}, {}, {}}};
     Grant grant;
     grant.bodies = {{BodyId(2), Epoch(2), State(1)}, {BodyId(3), Epoch(2), State(1)}};
     frame.grants = {grant};
@@ -191,6 +193,16 @@ TEST_F(FrameCheckTest, NamesEveryNumberOfAStateThatIsAbsurd) {
   EXPECT_EQ(Error(), "body 4: still_s must be a finite number, got nan");
 }
 
+TEST_F(FrameCheckTest, LoadsAreFinite) {
+  frame.ghosts[0].load_ns = {0, std::nanf(""), 0};
+  EXPECT_NE(Error(), "");
+  frame.ghosts[0].load_ns = {};
+  frame.ghosts[0].load_nms = {0, 0, 1e30F};
+  EXPECT_NE(Error(), "");
+  frame.ghosts[0].load_nms = {0, 0, 1};
+  EXPECT_EQ(Error(), "");
+}
+
 TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {
   frame.ghosts[0].force_n = {0, 1, 0};
   EXPECT_EQ(Error(), "body 4 is pushed and is no player's");
@@ -200,7 +212,7 @@ TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {
   scene.player.emplace().max_force_n = 100;
   catalog = std::make_unique<Catalog>(std::make_shared<const Scene>(scene));
   const BodyId player = PlayerBodyId(PlayerNumber(1));
-  GhostRecord ghost{player, Epoch(1), State(1), {0, 100, 0}, {0, 50, 0}};
+  GhostRecord ghost{player, Epoch(1), State(1), {0, 100, 0}, {0, 50, 0}, {}, {}};
   frame.ghosts = {ghost};
   EXPECT_EQ(Error(), "");
   frame.ghosts[0].force_n.y = 101;

@@ -27,7 +27,7 @@ class LinkTest : public ::testing::Test {
     frame.tick = tick;
     frame.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
     if (!asleep) {
-      GhostRecord ghost{BodyId(1), Epoch(1), {}, {}, {}};
+      GhostRecord ghost{BodyId(1), Epoch(1), {}, {}, {}, {}, {}};
       ghost.state.linear_velocity = {1, 0, 0};
       frame.ghosts.push_back(ghost);
     }

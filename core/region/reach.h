@@ -29,6 +29,11 @@ class Reach {
             double radius_m);
   void Show(std::size_t body, std::size_t neighbor) { seen_[body * neighbors_.size() + neighbor] = 1; }
   bool Shows(std::size_t body, std::size_t neighbor) const { return seen_[body * neighbors_.size() + neighbor] != 0; }
+  bool ShowsAny(std::size_t body) const {
+    const auto first = seen_.begin() + static_cast<std::ptrdiff_t>(body * neighbors_.size());
+    return std::find(first, first + static_cast<std::ptrdiff_t>(neighbors_.size()), 1) !=
+           first + static_cast<std::ptrdiff_t>(neighbors_.size());
+  }
   bool ShowsAnything() const { return std::find(seen_.begin(), seen_.end(), 1) != seen_.end(); }
   // What one of these bodies is shown to, all are.
   void Unite(std::span<const std::size_t> bodies);

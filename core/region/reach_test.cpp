@@ -21,7 +21,7 @@ class ReachTest : public ::testing::Test {
   const PartitionMap map = *MakeGridMap({-50, -50, 50, 50}, 2);
   const std::vector<RegionId> neighbors = map.Neighbors(RegionId(1));
   const BodyDef def{};
-  Reach reach{map, RegionId(1), neighbors, Settings(), 1.0 / 60};
+  Reach reach{map, RegionId(1), neighbors, Settings{.aura_m = 1}, 1.0 / 60};
   bool looked = false;
 };
 

@@ -7,22 +7,23 @@
 namespace tessera::region {
 
 struct Settings {
-  // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells. Less, and
-  // bodies that overhang their owner's cells meet nothing; more, and ghosts cost what bodies cost.
-  double aura_m = 1.0;
+  // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells; so is what
+  // comes near a body of the neighbour's, wherever that is. Less than what contacts are watched from, and a body comes
+  // upon another unseen; more, and ghosts cost what bodies cost.
+  double aura_m = 0.1;
   // How far ahead the swept bounds look, ticks. At least 2: a frame is used one tick after it was made.
   std::uint32_t lookahead_ticks = 4;
   // For how many ticks a region vouches that nothing of it but sleepers is near a border. More, and a border that
   // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
   // never.
   std::uint32_t vouch_ticks = 8;
-  // Of a pile, what is so many contacts away from what the aura reaches is shown as well. Each layer more brings its
-  // border nearer to one world, and costs what its bodies cost, twice.
+  // Of a pile, what is so many contacts away from what the aura reaches is shown as well. 0 is enough while ghosts bear
+  // the loads of what is not shown; each layer more costs what its bodies cost, twice.
   std::uint32_t ghost_depth = 0;
-  // What hangs together by contacts is shown as a whole if one of it is, and a region has no more of it than so many
-  // bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost once per
-  // region.
-  std::uint32_t whole_up_to = 64;
+  // What hangs together, by contacts or nearly, is shown as a whole if one of it is, and a region has no more of it
+  // than so many bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost
+  // once per region.
+  std::uint32_t whole_up_to = 32;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
   // Bodies that one region hands over in one tick, at most; an assembly goes whole. What a new map moves goes in

@@ -104,6 +104,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   TakeIn(frames, result);
   PlaceGhosts(frames);
   bodies.TieJoints();
+  bodies.NotePlaces();
   ExchangeImpulses(frames);
   UpdatePlayers(result);
   ApplyForces();
@@ -225,7 +226,8 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
     // Of a closed border: they go on by what this region made of them.
     for (const Ghost& ghost : bodies.ghosts()) {
       if (ghost.owner != neighbors[i]) continue;
-      const GhostRecord record{ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}};
+      const GhostRecord record{
+          ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}, {}, {}};
       shown.push_back({record, neighbors[i], nullptr, false});
     }
   }
@@ -281,13 +283,18 @@ void RegionStep::ApplyForces() {
     if (!fields.empty() && !body.state.asleep) force += Vec3f(FieldOn(i) * body.def->mass_kg);
     bodies.world().ApplyForce(id, force, torque);
   }
+  const auto per_tick = static_cast<float>(1 / tick_s);
   for (const Ghost& ghost : bodies.ghosts()) {
-    Vec3f force = ghost.record.force_n;
-    if (!fields.empty()) {
-      const BodyState state = bodies.world().StateOf(ghost.record.id);
-      if (!state.asleep) force += Vec3f(FieldAcceleration(fields, state) * ghost.def->mass_kg);
+    const GhostRecord& told = ghost.record;
+    Vec3f force = told.force_n, torque = told.torque_nm;
+    // One that came to rest here a tick before it does with its owner is not woken by what it carries.
+    const BodyState state = bodies.world().StateOf(told.id);
+    if (!state.asleep) {
+      force += told.load_ns * per_tick;
+      torque += told.load_nms * per_tick;
+      if (!fields.empty()) force += Vec3f(FieldAcceleration(fields, state) * ghost.def->mass_kg);
     }
-    bodies.world().ApplyForce(ghost.record.id, force, ghost.record.torque_nm);
+    bodies.world().ApplyForce(told.id, force, torque);
   }
 }
 

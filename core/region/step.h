@@ -6,6 +6,7 @@
 // What each part is, its own header says. Behind Region; thread rule as there.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <vector>
@@ -109,14 +110,17 @@ class RegionStep {
   void ApplyForces();
   void ReadBack(StepResult& result);
   void NoteContacts();
+  std::span<const physics::Contact> ContactsNearBorders() const;
+  void NoteTouching(std::span<const physics::Contact> contacts);
   void Predict();
   void MeasurePrediction(StepResult& result) const;
   void CommitInputs();
   void DecideHandovers();
   void GrantTo(RegionId to, std::span<const std::size_t> assembly);
-  void ShowTouching();
+  void ShowNear();
   void ShowDeeper();
   void ShowWhole();
+  void AddLoads(Frame& frame, std::size_t neighbor) const;
   void ShowSleepers();
   std::vector<OutgoingFrame> MakeFrames();
   Frame MakeFrame(std::size_t neighbor);
@@ -144,11 +148,11 @@ class RegionStep {
     Vec3d impulse, angular;
     void operator+=(const Kick& more) { impulse += more.impulse, angular += more.angular; }
   };
-  using Kicks = std::map<BodyId, Kick>;
+  using Kicks = std::vector<std::pair<BodyId, Kick>>;  // as they come
   void TakeLateCorrections(const Frames& frames, Kicks& kicks);
-  std::vector<Solution> GatherSolutions(const Frames& frames, std::map<BodyId, RegionId>& owner_then) const;
+  std::vector<Solution> GatherSolutions(const Frames& frames) const;
   bool Slept(const Frames& frames, BodyId id) const;
-  void KickBodies(const Kicks& kicks);
+  void KickBodies(Kicks kicks);
 
   void OwnInitial();
   void ChangeMapIfDue();
@@ -162,7 +166,14 @@ class RegionStep {
 
   std::vector<Outbox> outboxes_;
   LogWriter log_;
-  std::vector<std::pair<BodyId, BodyId>> touching_;  // pairs of the last step
+  // A pair of the last step, and what it did in the last two: of each component the lesser, 0 if they differ in sign.
+  // So a blow, which is over, is not told as a load.
+  struct Touch {
+    BodyId a, b;
+    Vec3f impulse_on_b, angular_on_a, angular_on_b;
+    std::array<Vec3f, 3> now;  // the same, in the last alone
+  };
+  std::vector<Touch> touching_, touched_before_;  // near borders, ascending by (a, b)
 };
 
 }  // namespace tessera::region

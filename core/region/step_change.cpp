@@ -179,6 +179,7 @@ absl::StatusOr<StepResult> RegionStep::Resume(const Resolution& resolution, std:
   taken_in.clear();
   border.clear();
   touching_.clear();
+  touched_before_.clear();
   bodies.ForgetGrants();
   bodies.TieJoints();
   const PartitionMap map = *std::exchange(failover, std::nullopt);

@@ -39,12 +39,12 @@ bool Sane(const physics::Contact& contact) {
 
 void RegionStep::NoteContacts() {
   border.clear();
-  touching_.clear();
   if (neighbors.empty()) return;
-  for (const physics::Contact& contact : bodies.world().contacts()) {
+  const std::span<const physics::Contact> contacts = ContactsNearBorders();
+  NoteTouching(contacts);
+  if (bodies.ghosts().empty()) return;
+  for (const physics::Contact& contact : contacts) {
     const BodyId a = contact.body_a, b = contact.body_b;
-    touching_.emplace_back(a, b);
-    if (bodies.ghosts().empty()) continue;
     const Ghost *ghost_a = bodies.FindGhost(a), *ghost_b = bodies.FindGhost(b);
     if ((ghost_a == nullptr) == (ghost_b == nullptr)) continue;
     if (!OpenTo((ghost_a == nullptr ? ghost_b : ghost_a)->owner)) continue;
@@ -57,13 +57,25 @@ void RegionStep::NoteContacts() {
   }
 }
 
+// Those of ghosts, and of bodies that were shown to anyone: what happens in the middle of a region is nobody else's.
+std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
+  if (config.settings.ghost_depth > 0) return bodies.world().contacts();
+  std::vector<BodyId> near;
+  near.reserve(bodies.ghosts().size());
+  for (const Ghost& ghost : bodies.ghosts()) near.push_back(ghost.record.id);
+  for (const Outbox& box : outboxes_) {
+    for (const GhostRecord& told : box.told) {
+      if (bodies.world().Has(told.id)) near.push_back(told.id);
+    }
+  }
+  return bodies.world().ContactsOf(near);
+}
+
 void RegionStep::ExchangeImpulses(const Frames& frames) {
   Kicks kicks;
   TakeLateCorrections(frames, kicks);
-  std::map<BodyId, RegionId> owner_then;
-  std::vector<Solution> solutions = GatherSolutions(frames, owner_then);
   const auto mass_of = [this](BodyId id) { return catalog.MassOf(id); };
-  for (const PairCorrection& pair : CorrectionsOf(std::move(solutions), mass_of)) {
+  for (const PairCorrection& pair : CorrectionsOf(GatherSolutions(frames), mass_of)) {
     // A sleeper is not solved by its owner: there is nothing to balance.
     if (Slept(frames, pair.a) || Slept(frames, pair.b)) continue;
     const bool a_here = WasOwned(pair.a), b_here = WasOwned(pair.b);
@@ -78,13 +90,13 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
         if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
         if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
       } else if (bodies.world().Has(id) && !(between_others && bodies.Owns(id))) {
-        kicks[id] += share;
+        kicks.emplace_back(id, share);
       }
     };
-    settle(pair.a, a_here, owner_then[pair.b], {pair.impulse_on_a, pair.angular_on_a});
-    settle(pair.b, b_here, owner_then[pair.a], {pair.impulse_on_b, pair.angular_on_b});
+    settle(pair.a, a_here, pair.owner_of_b, {pair.impulse_on_a, pair.angular_on_a});
+    settle(pair.b, b_here, pair.owner_of_a, {pair.impulse_on_b, pair.angular_on_b});
   }
-  KickBodies(kicks);
+  KickBodies(std::move(kicks));
 }
 
 // Sent on to whom the body has gone since.
@@ -94,25 +106,26 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
         if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
       } else if (bodies.Owns(late.id)) {
-        kicks[late.id] += {Vec3d(late.impulse_ns), Vec3d(late.angular_nms)};
+        kicks.emplace_back(late.id, Kick{Vec3d(late.impulse_ns), Vec3d(late.angular_nms)});
       }
     }
   }
 }
 
 // This region's and the neighbours'; with who owned the bodies of others when they touched.
-std::vector<Solution> RegionStep::GatherSolutions(const Frames& frames, std::map<BodyId, RegionId>& owner_then) const {
+std::vector<Solution> RegionStep::GatherSolutions(const Frames& frames) const {
   std::vector<Solution> solutions;
+  solutions.reserve(3 * border.size());
   for (const BorderContact& contact : border) {
     if (!OpenTo(contact.other_owner)) continue;  // it has closed since
     solutions.push_back(contact.solution);
-    owner_then[contact.other] = contact.other_owner;
+    (contact.solution.by_owner_of_a ? solutions.back().owner_of_b : solutions.back().owner_of_a) = contact.other_owner;
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const ImpulseRecord& record : frames[i].impulses) {
       if (WasOwned(record.own)) continue;
       solutions.push_back(ToSolution(record));
-      owner_then[record.own] = neighbors[i];
+      (solutions.back().by_owner_of_a ? solutions.back().owner_of_a : solutions.back().owner_of_b) = neighbors[i];
     }
   }
   return solutions;
@@ -127,9 +140,21 @@ bool RegionStep::Slept(const Frames& frames, BodyId id) const {
   return told != nullptr && told->asleep;
 }
 
-void RegionStep::KickBodies(const Kicks& kicks) {
-  for (const auto& [id, kick] : kicks) {
-    if (!bodies.world().StateOf(id).asleep) bodies.Kick(id, Vec3f(kick.impulse), Vec3f(kick.angular));
+// Over the whole tick, as a force: what lies in a pile would be thrown off its support by a blow, and a pile that is
+// thrown about in every tick asks for twice the substeps.
+void RegionStep::KickBodies(Kicks kicks) {
+  const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
+  std::stable_sort(kicks.begin(), kicks.end(), before);
+  for (std::size_t i = 0; i < kicks.size();) {
+    const BodyId id = kicks[i].first;
+    Kick kick;
+    for (; i < kicks.size() && kicks[i].first == id; ++i) kick += kicks[i].second;
+    BodyState state = bodies.world().StateOf(id);
+    if (state.asleep) continue;
+    state.linear_velocity += Vec3f(kick.impulse / bodies.world().MassOf(id));
+    state.angular_momentum += Vec3f(kick.angular);
+    if (!IsSane(state)) continue;
+    bodies.world().ApplyForce(id, Vec3f(kick.impulse / tick_s), Vec3f(kick.angular / tick_s));
   }
 }
 

@@ -79,7 +79,7 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
     const OwnedBody& body = bodies.owned()[index];
     const BodyId id = body.def->id;
     const Epoch epoch(body.epoch.value() + 1);
-    GhostRecord record{id, epoch, body.state, {}, {}};
+    GhostRecord record{id, epoch, body.state, {}, {}, {}, {}};
     if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       record.force_n = control->force_n;
       record.torque_nm = control->torque_nm;
@@ -108,7 +108,7 @@ void RegionStep::Predict() {
       extra.predicted_position = physics::Predict(*body.def, body.state, forces, tick_s).position;
     }
   }
-  ShowTouching();
+  ShowNear();
   ShowDeeper();
   ShowWhole();
   ShowSleepers();
@@ -117,24 +117,6 @@ void RegionStep::Predict() {
     if (catalog.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
     const std::vector<std::size_t> members = OwnedAssembly(i);
     if (members.front() == i) reach.Unite(members);
-  }
-}
-
-// What touches a neighbour's body, or one that becomes the neighbour's, is shown whatever its place: bodies larger than
-// the aura meet each other deep in one's cells.
-void RegionStep::ShowTouching() {
-  if (bodies.ghosts().empty() && handed_out.empty()) return;
-  const auto show = [this](BodyId own, BodyId other) {
-    RegionId to;
-    if (const HandedOut* out = FindHandedOut(other); out != nullptr) to = out->to;
-    if (const Ghost* ghost = bodies.FindGhost(other); ghost != nullptr) to = ghost->owner;
-    const std::ptrdiff_t neighbor = to == RegionId() ? -1 : NeighborIndex(to);
-    const std::ptrdiff_t index = neighbor < 0 ? -1 : bodies.IndexOf(own);
-    if (index >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(neighbor));
-  };
-  for (const auto& [a, b] : touching_) {
-    show(a, b);
-    show(b, a);
   }
 }
 
@@ -202,13 +184,14 @@ Frame RegionStep::MakeFrame(std::size_t neighbor) {
     const OwnedBody& body = bodies.owned()[i];
     const BodyId id = body.def->id;
     if (!reach.Shows(i, neighbor) || granted(id)) continue;
-    GhostRecord record{id, body.epoch, body.state, {}, {}};
+    GhostRecord record{id, body.epoch, body.state, {}, {}, {}, {}};
     if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       record.force_n = control->force_n;
       record.torque_nm = control->torque_nm;
     }
     frame.ghosts.push_back(record);
   }
+  AddLoads(frame, neighbor);
   for (const BorderContact& contact : border) {
     const std::ptrdiff_t index = bodies.IndexOf(contact.own);
     if (index < 0) continue;

@@ -1,10 +1,65 @@
-// What of a pile is shown to a neighbour beyond what reaches it: so many contacts deep, and all of it if it is small.
+// What of a pile is shown to a neighbour beyond what reaches it: what may touch what is the neighbour's, so many
+// contacts deep, and all of it if it is small; and, for each body, what those that are not shown do to it.
 #include <algorithm>
-#include <numeric>
+#include <cmath>
+#include <tuple>
 
 #include "core/region/step.h"
+#include "core/world/state_check.h"
 
 namespace tessera::region {
+namespace {
+
+// Of two successive ticks, what lasts.
+float Lasting(float before, float now) {
+  if ((before > 0) != (now > 0)) return 0;
+  return std::abs(before) < std::abs(now) ? before : now;
+}
+Vec3f Lasting(Vec3f before, Vec3f now) {
+  return {Lasting(before.x, now.x), Lasting(before.y, now.y), Lasting(before.z, now.z)};
+}
+
+}  // namespace
+
+void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
+  std::swap(touching_, touched_before_);
+  touching_.clear();
+  touching_.reserve(contacts.size());
+  auto before = touched_before_.begin();
+  const auto behind = [](const Touch& touch, const physics::Contact& contact) {
+    return std::tie(touch.a, touch.b) < std::tie(contact.body_a, contact.body_b);
+  };
+  for (const physics::Contact& contact : contacts) {
+    while (before != touched_before_.end() && behind(*before, contact)) ++before;
+    const BodyId a = contact.body_a, b = contact.body_b;
+    const std::array now{contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
+    Touch& touch = touching_.emplace_back(Touch{a, b, {}, {}, {}, now});
+    if (before == touched_before_.end() || before->a != a || before->b != b) continue;
+    touch.impulse_on_b = Lasting(before->now[0], now[0]);
+    touch.angular_on_a = Lasting(before->now[1], now[1]);
+    touch.angular_on_b = Lasting(before->now[2], now[2]);
+  }
+}
+
+// What may soon touch a neighbour's body, or one that becomes the neighbour's, is shown to it whatever its place; so it
+// is to whom the body lies with, if that is another.
+void RegionStep::ShowNear() {
+  std::vector<BodyId> near;
+  const auto show_about = [&](BodyId id, RegionId owner) {
+    const std::ptrdiff_t to = NeighborIndex(owner);
+    const std::ptrdiff_t at = NeighborIndex(config.map.OwnerOf(bodies.world().StateOf(id).position));
+    near.clear();
+    bodies.world().AddNear(id, &near);
+    for (const BodyId other : near) {
+      const std::ptrdiff_t index = bodies.IndexOf(other);
+      if (index < 0) continue;
+      if (to >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(to));
+      if (at >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(at));
+    }
+  };
+  for (const Ghost& ghost : bodies.ghosts()) show_about(ghost.record.id, ghost.owner);
+  for (const HandedOut& out : handed_out) show_about(out.record.id, out.to);
+}
 
 // Layer by layer.
 void RegionStep::ShowDeeper() {
@@ -12,8 +67,8 @@ void RegionStep::ShowDeeper() {
   for (std::uint32_t layer = 0; layer < config.settings.ghost_depth; ++layer) {
     for (std::size_t n = 0; n < neighbors.size(); ++n) {
       found.clear();
-      for (const auto& [a, b] : touching_) {
-        const std::ptrdiff_t i = bodies.IndexOf(a), j = bodies.IndexOf(b);
+      for (const Touch& touch : touching_) {
+        const std::ptrdiff_t i = bodies.IndexOf(touch.a), j = bodies.IndexOf(touch.b);
         if (i < 0 || j < 0) continue;
         const auto one = static_cast<std::size_t>(i), other = static_cast<std::size_t>(j);
         if (reach.Shows(one, n) != reach.Shows(other, n)) found.push_back(reach.Shows(one, n) ? other : one);
@@ -23,41 +78,78 @@ void RegionStep::ShowDeeper() {
   }
 }
 
-// What touches hangs together, be it through bodies of others; so do the bodies of an assembly. A region that has
-// little of it shows it all to whom it shows any: then all solve the same, and come to the same.
+// Whose bounds are about each other's hang together, be it through bodies of others; so do the bodies of an assembly. A
+// region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. The
+// search ends where it has found too many, or comes to what hangs together with too many.
 void RegionStep::ShowWhole() {
+  if (config.settings.whole_up_to < 2 || !reach.ShowsAnything()) return;
   const std::size_t own = bodies.owned().size();
-  if (config.settings.whole_up_to < 2 || touching_.empty() || !reach.ShowsAnything()) return;
-  std::vector<std::size_t> parent(own + bodies.ghosts().size());  // as by Bodies::PlaceOf
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
-  const auto root = [&](std::size_t node) {
-    while (parent[node] != node) node = parent[node] = parent[parent[node]];
-    return node;
-  };
-  const auto unite = [&](std::size_t a, std::size_t b) {
-    const std::size_t one = root(a), other = root(b);
-    parent[std::max(one, other)] = std::min(one, other);
-  };
-  for (const auto& [a, b] : touching_) {
-    const std::ptrdiff_t i = bodies.PlaceOf(a), j = bodies.PlaceOf(b);
-    if (i >= 0 && j >= 0) unite(static_cast<std::size_t>(i), static_cast<std::size_t>(j));
-  }
-  if (!config.scene->joints.empty()) {
-    for (std::size_t i = 0; i < own; ++i) {
-      const std::ptrdiff_t anchor = bodies.IndexOf(catalog.AssemblyOf(bodies.owned()[i].def->id).front());
-      if (anchor >= 0) unite(i, static_cast<std::size_t>(anchor));
+  enum : std::uint8_t { kUnknown, kFound, kTooMany };
+  std::vector<std::uint8_t> known(own + bodies.ghosts().size(), kUnknown);  // by Bodies::PlaceOf
+  std::vector<std::size_t> found, whole;
+  std::vector<BodyId> near;
+  for (std::size_t first = 0; first < own; ++first) {
+    if (known[first] != kUnknown || !reach.ShowsAny(first)) continue;
+    found.assign(1, first);
+    whole.clear();
+    known[first] = kFound;
+    bool too_many = false;
+    for (std::size_t next = 0; next < found.size() && !too_many; ++next) {
+      const std::size_t body = found[next];
+      const BodyId id = body < own ? bodies.owned()[body].def->id : bodies.ghosts()[body - own].record.id;
+      if (body < own) whole.push_back(body);
+      near.assign(catalog.AssemblyOf(id).begin(), catalog.AssemblyOf(id).end());
+      bodies.world().AddNear(id, &near);
+      for (const BodyId other : near) {
+        const std::ptrdiff_t index = bodies.PlaceOf(other);
+        if (index < 0 || known[static_cast<std::size_t>(index)] == kFound) continue;
+        too_many = too_many || known[static_cast<std::size_t>(index)] == kTooMany;
+        known[static_cast<std::size_t>(index)] = kFound;
+        found.push_back(static_cast<std::size_t>(index));
+      }
+      too_many = too_many || whole.size() > config.settings.whole_up_to;
+    }
+    if (too_many) {
+      for (const std::size_t index : found) known[index] = kTooMany;
+    } else {
+      reach.Unite(whole);
     }
   }
-  // Own ones of each, in order; the lowest of what hangs together is its root, and an own one if it has any.
-  std::vector<std::size_t> count(own, 0);
-  for (std::size_t i = 0; i < own; ++i) ++count[root(i)];
-  std::vector<std::vector<std::size_t>> parts(own);
-  for (std::size_t i = 0; i < own; ++i) {
-    const std::size_t of = root(i);
-    if (count[of] > 1 && count[of] <= config.settings.whole_up_to) parts[of].push_back(i);
+}
+
+// A static body is everywhere. Whether a third region shows its body to this neighbour is not known here: it is taken
+// to, if the body reaches the neighbour's cells.
+void RegionStep::AddLoads(Frame& frame, std::size_t neighbor) const {
+  if (frame.ghosts.empty()) return;
+  const auto find = [&](BodyId id) {
+    const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id,
+                                     [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; });
+    return it != frame.ghosts.end() && it->id == id ? &*it : nullptr;
+  };
+  const auto sees = [&](BodyId id, const GhostRecord* shown) {
+    if (shown != nullptr) return true;
+    if (bodies.Owns(id)) {
+      const HandedOut* out = FindHandedOut(id);
+      return out != nullptr && out->to == neighbors[neighbor];
+    }
+    const Ghost* ghost = bodies.FindGhost(id);
+    return ghost == nullptr || ghost->owner == neighbors[neighbor] ||
+           config.map.Reaches(neighbors[neighbor], bodies.world().BoundsOf(id).Expanded(config.settings.aura_m));
+  };
+  for (const Touch& touch : touching_) {
+    GhostRecord *a = find(touch.a), *b = find(touch.b);
+    if (a != nullptr && !sees(touch.b, b)) {
+      a->load_ns -= touch.impulse_on_b;
+      a->load_nms += touch.angular_on_a;
+    }
+    if (b != nullptr && !sees(touch.a, a)) {
+      b->load_ns += touch.impulse_on_b;
+      b->load_nms += touch.angular_on_b;
+    }
   }
-  for (const std::vector<std::size_t>& part : parts) {
-    if (!part.empty()) reach.Unite(part);
+  for (GhostRecord& ghost : frame.ghosts) {
+    if (!ghost.state.asleep && IsSaneImpulse(ghost.load_ns) && IsSaneAngularImpulse(ghost.load_nms)) continue;
+    ghost.load_ns = ghost.load_nms = Vec3f();
   }
 }
 
