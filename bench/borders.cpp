@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chrono>
 #include <iostream>
 #include <stdexcept>
 
@@ -40,12 +41,16 @@ void BorderStage::Progress(const std::string& what) { std::cerr << fmt::format("
 absl::Status RunBorders(const SuiteOptions& options, Report& report) {
   BorderStage stage(options.quick, report);
   bool any = false;
+  const auto begun = std::chrono::steady_clock::now();
   for (const auto& checks : {PairChecks(), MomentumChecks(), OutcomeChecks(), BorderCostChecks(), PredictorChecks()}) {
     for (const BorderCheck& check : checks) {
       if (check.name.find(options.only) == std::string::npos) continue;
-      BorderStage::Progress(check.name);
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begun;
+      BorderStage::Progress(fmt::format("{}, after {:.0f} s", check.name, passed.count()));
       check.run(stage);
       any = true;
+      // A whole run takes long: what it has is kept should it be broken off.
+      if (absl::Status saved = report.Save(); !saved.ok()) return saved;
     }
   }
   if (!any) return absl::InvalidArgumentError(fmt::format("no scene of borders is called '{}'", options.only));

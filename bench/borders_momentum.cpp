@@ -143,6 +143,7 @@ void Rain(BorderStage& stage) {
 // What the first ball brings arrives beyond the border.
 void Cradle(BorderStage& stage) {
   const Scene scene = scenes::BallRow(1, 0);
+  Measure(stage, "cradle", scene, {1, 2, 4}, false, WatchedSeconds(stage));
   for (const std::uint32_t regions : {1U, 2U, 4U}) {
     const Manner manner = Regions(regions);
     const auto instance = Start(CutBy(scene, regions, kCell_m), manner);
