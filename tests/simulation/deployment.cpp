@@ -321,6 +321,7 @@ std::string Deployment::Standing() const {
     for (const auto& [what, count] : worker->worker()->totals().refused)
       absl::StrAppend(&text, "; ", what, " x", count);
   }
+  for (const v1::InstanceEvent& event : last_seen_.events()) absl::StrAppend(&text, "\n  event: ", event.text());
   const auto& log = control_.log();
   for (std::size_t i = log.size() > 12 ? log.size() - 12 : 0; i < log.size(); ++i)
     absl::StrAppend(&text, "\n  ", log[i]);

@@ -170,6 +170,20 @@ TEST_F(DeploymentTest, AMachineThatIsCutOffPausesIsTakenUpAndEndsItsWorkers) {
   run.ExpectWhole();
 }
 
+// Silent as it was already, it is declared dead sooner after the cut than its leases run out: these are waited for.
+TEST_F(DeploymentTest, AMachineWithoutAnAgentThatIsCutOffHasPausedBeforeItsHeirsStart) {
+  for (int i = 0; i < 5; ++i) {
+    Deployed run;
+    run.deployment.host(2).KillAgent();
+    run.deployment.RunFor(Milliseconds(3000) + static_cast<Micros>(i) * Milliseconds(110));
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);  // their heirs hear them
+    run.deployment.Cut(2, true);
+    run.deployment.RunFor(Milliseconds(3000));
+    EXPECT_EQ(run.deployment.totals().takeovers, 2U) << run.deployment.Standing();
+    run.ExpectWhole();
+  }
+}
+
 TEST_F(DeploymentTest, AShortCutIsOutlivedByBothSides) {
   Deployed run;
   run.deployment.Cut(2, true);
