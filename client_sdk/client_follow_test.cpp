@@ -52,6 +52,19 @@ TEST_F(ClientFollowTest, AnotherRegionTakesTheGoneOnesPlaceUnseen) {
   EXPECT_EQ(client->Stats().regions.size(), 2u);
 }
 
+// Who hears late hears all at once: the map by which another has the last region's place, and that this one ends.
+TEST_F(ClientFollowTest, TheEndOfTheLastRegionItKnewIsNotTheEndOfTheWorld) {
+  Make(1);
+  Join();
+  Play();
+  FakeRegion& second = instance->Add(RegionId(2));
+  second.started = true;
+  instance->regions[0]->TellMap(Handed(instance->map, RegionId(1), RegionId(2)), {second.Door()});
+  instance->regions[0]->Stop("the instance ends");
+  ASSERT_TRUE(Until([&] { return second.clients() == 1; }));
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+}
+
 TEST_F(ClientFollowTest, WhatNobodyTakesOverVanishesAfterAWhile) {
   Make(2);
   Join();

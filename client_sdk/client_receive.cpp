@@ -197,15 +197,20 @@ void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {
 void Client::Impl::OnStopping(TimePoint now, RegionLink& link, const std::string& why) {
   link.Stop(wire);
   RegionChanged(now, link.region(), RegionEntry::Change::kLost);
-  // Others that the map names may be too far away to have been listened to: they are asked.
-  const bool all = std::all_of(links.begin(), links.end(),
-                               [](const RegionLink& l) { return l.state() == RegionLink::State::kStopped; });
-  if (all && links.size() >= session.map.regions().size()) {
-    End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
-  } else if (all) {
-    interest_radius_m = 0;
-    follow_due = true;
+  const auto stopped = [](const RegionLink& l) { return l.state() == RegionLink::State::kStopped; };
+  if (!std::all_of(links.begin(), links.end(), stopped)) return;
+  // The map may name others: some that have come in the place of these, and were heard of in the same breath; some that
+  // are too far away to have been listened to. They are asked.
+  bool any_new = false, any_near = false;
+  for (const MapRegion& region : session.map.regions()) {
+    const auto is_it = [&](const RegionLink& l) { return l.region() == region.id; };
+    if (std::any_of(links.begin(), links.end(), is_it)) continue;
+    any_new = true;
+    any_near = any_near || Near(region.id, 0);
   }
+  if (!any_new) return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
+  if (!any_near) interest_radius_m = 0;
+  follow_due = true;
 }
 
 void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes) {
