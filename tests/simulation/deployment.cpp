@@ -215,7 +215,7 @@ void Deployment::TakenOver(DeployedWorker& worker, const worker::OrderedFailover
   for (const worker::DeadRegion& dead : failover.dead) {
     const Node node = NodeOf(dead.region, static_cast<Node>(dead.incarnation.value()));
     if (!taken_over_.insert(node).second) continue;
-    ++totals_.takeovers;
+    if (totals_.takeovers++ == 0) totals_.first_takeover_at = around_.timeline.now();
     for (DeployedWorker* other : Workers()) {
       if (other->node() != node || !other->Moves()) continue;
       ledger_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));

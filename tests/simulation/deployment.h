@@ -33,10 +33,10 @@ struct DeploymentOptions {
 };
 
 struct DeploymentTotals {
-  std::uint64_t steps = 0, handovers = 0, takeovers = 0;  // takeovers: lives declared dead whose place was taken
-  std::uint64_t pauses = 0, outranked = 0, adopted_by_agents = 0;
-  std::int64_t max_age_ticks = 0;  // of what went on: from what the dead had stepped last to what the heir had
-  Micros longest_gap = 0;          // from one step of the instance's slowest region to its next
+  std::uint64_t steps = 0, handovers = 0;
+  std::uint64_t takeovers = 0;   // lives declared dead whose place was taken
+  std::uint64_t outranked = 0;   // of those, that ended thereafter
+  Micros first_takeover_at = 0;  // 0: there was none
 };
 
 class Deployment {
