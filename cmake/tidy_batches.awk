@@ -2,7 +2,7 @@
 #
 #   printf '%s\n' net/door.cpp net/channel.cpp | awk -v root=/repo/ -f cmake/tidy_batches.awk build/dev/compile_commands.json -
 #
-# For the sources on the standard input, paths from `root`, it prints lines "flags<TAB>source<TAB>source...": up to 24 sources and
+# For the sources on the standard input, paths from `root`, it prints lines "flags<TAB>source<TAB>source...": up to 12 sources and
 # the compiler flags of all of them. No two of a batch say the same name at the start of a line; most of what could not stand
 # together is so kept apart. A source with a using-declaration or an alias that it seems not to need stands alone, for another
 # source of its batch might use it.
@@ -58,7 +58,7 @@ function name_at_start(line) {
 }
 
 function place(source,    batch, n, i, words, name) {
-  for (batch = 1; batch <= batches; batch++) if (!alone && !closed[batch] && size[batch] < 24 && fits(batch)) break
+  for (batch = 1; batch <= batches; batch++) if (!alone && !closed[batch] && size[batch] < 12 && fits(batch)) break
   if (batch > batches) {
     batches = batch
     closed[batch] = alone
