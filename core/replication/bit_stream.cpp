@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 namespace tessera::replication {
 namespace {
@@ -14,9 +13,7 @@ constexpr std::uint64_t LowBits(int bits) { return bits >= 64 ? ~std::uint64_t{0
 void BitWriter::FlushWord() {
   std::array<std::uint8_t, 8> word{};
   for (std::size_t i = 0; i < word.size(); ++i) word[i] = static_cast<std::uint8_t>(pending_ >> (8 * i));
-  const std::size_t at = bytes_.size();
-  bytes_.resize(at + word.size());
-  std::memcpy(bytes_.data() + at, word.data(), word.size());
+  bytes_.insert(bytes_.end(), word.begin(), word.end());
 }
 
 void BitWriter::WriteVarint(std::uint64_t value) {
