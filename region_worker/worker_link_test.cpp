@@ -34,7 +34,7 @@ constexpr char kCrowd[] = R"(
   bounds { min { x: -10 y: -10 z: -10 } max { x: 10 y: 200 z: 10 } }
   gravity { x: 0 y: 0 z: 0 }
   scatters {
-    first_id: 1 count: 9000
+    first_id: 1 count: 14000
     area { min { x: -0.8 y: 0 z: -9 } max { x: 0.8 y: 180 z: 9 } }
     spacing: 0.4
     templates { mass: 1 linear_velocity { y: 0.1 } never_sleeps: true shape { sphere { radius: 0.1 } } }
