@@ -42,6 +42,7 @@ struct Client::Impl {
   void Start();
   RegionLink* LinkOf(net::PeerHandle peer);
   bool AllWelcomed() const;
+  bool IsWelcomed(RegionId region) const;
 
   // Which regions to be connected to (client_follow.cpp).
   void AdoptMap(RegionLink& from, const v1::PartitionMap& map);

@@ -64,12 +64,15 @@ void Client::Impl::RecordAllKnown(TimePoint now) {
     if (link.welcomed()) known.try_emplace(link.region());
   }
   for (const auto& [region, told] : known) {
-    const auto link =
-        std::find_if(links.begin(), links.end(), [&](const RegionLink& l) { return l.region() == region; });
     recorder->Region(now, region, RegionEntry::Change::kBegins);
     if (!told.bodies.empty()) recorder->Snapshot(now, region, told);
-    if (link == links.end() || !link->welcomed()) recorder->Region(now, region, RegionEntry::Change::kLost);
+    if (!IsWelcomed(region)) recorder->Region(now, region, RegionEntry::Change::kLost);
   }
+}
+
+bool Client::Impl::IsWelcomed(RegionId region) const {
+  return std::any_of(links.begin(), links.end(),
+                     [&](const RegionLink& link) { return link.region() == region && link.welcomed(); });
 }
 
 void Client::Impl::RecordEvents(TimePoint now) {
