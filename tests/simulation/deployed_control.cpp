@@ -177,18 +177,10 @@ absl::StatusOr<Bytes> DeployedControl::StateFile(const v1::FetchStateRequest& re
   return found->second.files.at(control::RegionFileName(request.region()));
 }
 
-void DeployedControl::DamageNewestCheckpoint() {
-  for (auto it = checkpoints_.rbegin(); it != checkpoints_.rend(); ++it) {
-    if (!it->second.whole) continue;
-    it->second.damaged = true;
-    return;
-  }
-}
-
 void DeployedControl::Restore(const std::string& id) {
   const Checkpoint* newest = nullptr;
   for (const auto& [tick, checkpoint] : checkpoints_) {
-    if (checkpoint.whole && !checkpoint.damaged) newest = &checkpoint;
+    if (checkpoint.whole) newest = &checkpoint;
   }
   (void)Call([&](control::Cluster& cluster, control::Moment now) {
     if (newest != nullptr) {

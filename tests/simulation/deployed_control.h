@@ -74,11 +74,8 @@ class DeployedControl {
   // --- Checkpoints: an agent's upload and fetch. Nothing while it is dead.
   absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const Bytes& bytes);
   absl::StatusOr<Bytes> StateFile(const v1::FetchStateRequest& request);
-  // A file of the newest checkpoint is damaged.
-  void DamageNewestCheckpoint();
 
   const std::vector<std::string>& log() const { return log_; }
-  std::vector<std::string>& mutable_log() { return log_; }
 
  private:
   void Publish();
@@ -93,7 +90,7 @@ class DeployedControl {
   struct Checkpoint {
     control::records::Manifest manifest;
     std::map<std::string, Bytes> files;
-    bool whole = false, damaged = false;
+    bool whole = false;
   };
 
   Timeline& timeline_;

@@ -182,7 +182,6 @@ void DeployedHost::Do(const agent::SpawnWorker& action) {
   process.worker->ended = [this, key](int code) {
     around_.timeline.In(kCall, [this, key, code] { Ended(key, {true, code, 0}); });
   };
-  on_started(*process.worker);
   supervisor_->Spawned(key, static_cast<pid_t>(process.pid), static_cast<std::uint64_t>(process.pid), "log",
                        around_.Now());
   saved_ = supervisor_->State(absl::StrCat(boot_));

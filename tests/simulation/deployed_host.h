@@ -43,7 +43,6 @@ class DeployedHost {
   const std::map<agent::WorkerKey, int>& starts() const { return starts_; }
   // Before a worker ends, whatever it ends of.
   std::function<void(DeployedWorker&)> on_ending;
-  std::function<void(DeployedWorker&)> on_started;
 
  private:
   struct Process {

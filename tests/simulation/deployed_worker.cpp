@@ -206,7 +206,7 @@ void DeployedWorker::FollowMaps() {
 
 void DeployedWorker::Publish(const region::StepResult& result) {
   left_out_ = !HasRegion(worker_->region().map(), identity_.region);
-  if (!log_held_) heir_log_->Send(result.log, result.tick, around_.Now());
+  heir_log_->Send(result.log, result.tick, around_.Now());
   around_.on_step(*this, result);
   KeepCheckpoint();
 }

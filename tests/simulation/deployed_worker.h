@@ -78,8 +78,6 @@ class DeployedWorker final : public worker::LinkPort {
   const worker::Wards* wards() const { return wards_ ? &*wards_ : nullptr; }
   const worker::Order& order() const { return order_; }
   bool Admits(Node node) const;
-  // Its log does not go out any more, or does again.
-  void HoldLog(bool held) { log_held_ = held; }
 
   // --- LinkPort.
   net::PeerHandle LinkTo(RegionId region) const override;
@@ -129,7 +127,7 @@ class DeployedWorker final : public worker::LinkPort {
   std::set<RegionId> partners_;
   std::map<RegionId, Incarnation> addresses_, outranked_;
   std::set<PlayerNumber> asked_to_spawn_, left_;
-  bool stepped_ = false, left_out_ = false, inventory_told_ = false, log_held_ = false, over_ = false;
+  bool stepped_ = false, left_out_ = false, over_ = false;
   std::string failure_;
   std::optional<Tick> saving_;
   Tick checkpoint_tick_;

@@ -51,7 +51,6 @@ void Deployment::Begin(const DeploymentOptions& options) {
         control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.AddHost(now, request); });
     hosts_.push_back(std::make_unique<DeployedHost>(around_, control_, i, options.capacity, added->join_token()));
     hosts_.back()->on_ending = [this](DeployedWorker& worker) { Ending(worker); };
-    hosts_.back()->on_started = [](DeployedWorker&) {};
     hosts_.back()->StartAgent();
   }
   RunUntil(kPatience, [&] { return std::ranges::all_of(hosts_, [](const auto& host) { return host->admitted(); }); });

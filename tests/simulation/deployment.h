@@ -74,8 +74,7 @@ class Deployment {
   const PartitionMap& map() const { return map_; }
   RegionId OwnerOf(BodyId id) const;
   std::size_t bodies() const;  // that somebody who counts owns
-  // They are lost rightly: their region and its heir are.
-  void Excuse(BodyId id) { ledger_->Excuse(id); }
+  // All bodies are lost rightly: a region and its heir are.
   void ExcuseAll();
   // The world is to begin again from a checkpoint: what was before counts no more.
   void Restored();
