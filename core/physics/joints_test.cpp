@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/physics/test_bodies.h"
+#include "scenes/measured/across.h"
 #include "scenes/measured/linkages.h"
 
 namespace tessera::physics {
@@ -188,6 +189,24 @@ TEST(JointTest, AFigureThatLandsStaysTogether) {
       ASSERT_LT(scenes::GapOf(joint, world.StateOf(joint.body_a), &b), 0.015) << "step " << i;
     }
   }
+}
+
+// Held at both ends: what a sweep puts right along it must not be missing at the far end.
+TEST(JointTest, ABridgeThatIsBombardedStaysWhole) {
+  const Scene scene = scenes::Bridge();
+  World world({.gravity_m_s2 = scene.gravity_m_s2});
+  for (const BodyDef& body : scene.bodies) world.Add(body, body.initial);
+  for (const JointDef& joint : scene.joints) world.AddJoint(joint);
+  double widest = 0;
+  for (int i = 0; i < 480; ++i) {
+    world.Step(kDt);
+    for (const JointDef& joint : scene.joints) {
+      const BodyState a = world.StateOf(joint.body_a);
+      const BodyState b = joint.body_b != BodyId() ? world.StateOf(joint.body_b) : BodyState();
+      widest = std::max(widest, scenes::GapOf(joint, a, joint.body_b != BodyId() ? &b : nullptr));
+    }
+  }
+  EXPECT_LT(widest, 0.1);
 }
 
 TEST(FixedTest, HoldsABeamAgainstGravity) {

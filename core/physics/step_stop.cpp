@@ -36,14 +36,22 @@ struct World::Impl::StoppedJoint {
   }
 };
 
+// By awake_index.
+struct World::Impl::Anchors {
+  // Which one of each assembly stays where its sweep ended: that which was stopped first, and none of what hangs on
+  // something that holds still.
+  std::vector<bool> placed;
+  std::vector<bool> ring;  // there is more than one way from one of its bodies, or from what holds still, to another
+};
+
 void World::Impl::MoveStopped() {
   const auto has_joints = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
   const bool any_jointed = std::any_of(stopped.begin(), stopped.end(), has_joints);
-  std::vector<bool> placed;
+  Anchors anchors;
   std::vector<StoppedJoint> held;
   if (any_jointed) {
-    placed = StopJointed();
-    held = ListStopped();
+    anchors = StopJointed();
+    held = ListStopped(anchors);
   }
   for (const auto& [index, share] : stopped) {
     Motion& motion = motions[index];
@@ -51,14 +59,12 @@ void World::Impl::MoveStopped() {
     motion.position = from.position + (motion.position - from.position) * share;
     motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * share);
   }
-  if (any_jointed) Rejoin(held, placed);
+  if (any_jointed) Rejoin(held, anchors.placed);
   stopped.clear();
 }
 
-// What hangs on a body that was stopped stops with it: a link that is held back alone tears its joints open. Tells, by
-// awake_index, which one of each assembly stays where its sweep ended: that which was stopped first, and none of what
-// hangs on something that holds still.
-std::vector<bool> World::Impl::StopJointed() {
+// What hangs on a body that was stopped stops with it: a link that is held back alone tears its joints open.
+World::Impl::Anchors World::Impl::StopJointed() {
   // The assemblies, and what is tied to nothing, each by itself.
   std::vector<std::uint32_t> group_of(awake.size());
   std::iota(group_of.begin(), group_of.end(), static_cast<std::uint32_t>(assemblies.all().size()));
@@ -74,7 +80,10 @@ std::vector<bool> World::Impl::StopJointed() {
     first[group] = body;
   }
   std::vector<bool> hangs(shares.size(), false);
+  std::vector<std::uint32_t> spare(shares.size(), 0);  // bodies less joints
+  for (std::uint32_t i = 0; i < awake.size(); ++i) ++spare[group_of[i]];
   for (const Joint* joint : awake_joints) {
+    --spare[group_of[(joint->a->awake() ? joint->a : joint->b)->awake_index]];
     for (const RigidBody* body : {joint->a, joint->b}) {
       const RigidBody* other = body == joint->a ? joint->b : joint->a;
       if (body != nullptr && body->awake() && (other == nullptr || !other->awake())) {
@@ -82,19 +91,20 @@ std::vector<bool> World::Impl::StopJointed() {
       }
     }
   }
-  std::vector<bool> placed(awake.size(), false);
+  Anchors anchors{std::vector<bool>(awake.size(), false), std::vector<bool>(awake.size(), false)};
   stopped.clear();
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     const std::uint32_t group = group_of[i];
     if (first[group] == nullptr) continue;
     stopped.emplace_back(i, shares[group]);
-    placed[i] = first[group] == awake[i] && !hangs[group];
+    anchors.placed[i] = first[group] == awake[i] && !hangs[group];
+    anchors.ring[i] = spare[group] != (hangs[group] ? 0 : 1);
   }
-  return placed;
+  return anchors;
 }
 
 // Before any of them is moved back. Ascending by id.
-std::vector<World::Impl::StoppedJoint> World::Impl::ListStopped() {
+std::vector<World::Impl::StoppedJoint> World::Impl::ListStopped(const Anchors& anchors) {
   std::vector<double> shares(awake.size(), 1.0);
   for (const auto& [index, share] : stopped) shares[index] = share;
   std::vector<StoppedJoint> held;
@@ -103,8 +113,9 @@ std::vector<World::Impl::StoppedJoint> World::Impl::ListStopped() {
     const JointRows& rows = joint_rows[i];
     RigidBody* a = joint.b != nullptr ? joint.a : nullptr;
     RigidBody* b = joint.b != nullptr ? joint.b : joint.a;
-    const double share = shares[(b->awake() ? b : a)->awake_index];
-    if (share == 1) continue;
+    const std::uint32_t one = (b->awake() ? b : a)->awake_index;
+    const double share = shares[one];
+    if (share == 1 || anchors.ring[one]) continue;
     StoppedJoint& stop = held.emplace_back();
     stop.arm_a = Vec3d(rows.arm_a);
     stop.arm_b = Vec3d(rows.arm_b);
@@ -122,7 +133,8 @@ std::vector<World::Impl::StoppedJoint> World::Impl::ListStopped() {
 }
 
 // Bodies that turn go along arcs, and were moved back along their chords. From what holds still, or from the
-// body that was stopped first, one after the other is put where its joint has it. A cycle is left open where it closes.
+// body that was stopped first, one after the other is put where its joint has it. Not so in a ring, or where several
+// ends are held: all that was put right along the way would be missing where it closes, and a bridge tears there.
 void World::Impl::Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed) {
   const auto is_placed = [&](const RigidBody* body) { return body == nullptr || placed[body->awake_index]; };
   for (bool any = true; any;) {

@@ -121,9 +121,10 @@ struct World::Impl {
   bool GoesThrough(const Pair& pair) const;
   void NoteWay(RigidBody& body);
   struct StoppedJoint;
+  struct Anchors;
   void MoveStopped();
-  std::vector<bool> StopJointed();
-  std::vector<StoppedJoint> ListStopped();
+  Anchors StopJointed();
+  std::vector<StoppedJoint> ListStopped(const Anchors& anchors);
   void Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed);
   void MoveBodies();
   void NoteStillness(RigidBody& body);

@@ -120,6 +120,7 @@ class RegionStep {
   void ShowNear();
   void ShowDeeper();
   void ShowWhole();
+  void ShowAround(std::span<const std::size_t> whole);
   void AddLoads(Frame& frame, std::size_t neighbor) const;
   void ShowSleepers();
   std::vector<OutgoingFrame> MakeFrames();

@@ -78,6 +78,17 @@ void RegionStep::ShowDeeper() {
   }
 }
 
+// To whom any of it comes near, so that around a corner and over a narrow region all who have part in it see all of it.
+void RegionStep::ShowAround(std::span<const std::size_t> whole) {
+  constexpr double kAround_m = 1;  // more than bodies overhang their owners' cells, as a rule
+  for (const std::size_t body : whole) {
+    const Aabb box = bodies.world().BoundsOf(bodies.owned()[body].def->id).Expanded(kAround_m);
+    for (std::size_t n = 0; n < neighbors.size(); ++n) {
+      if (!reach.Shows(body, n) && config.map.Reaches(neighbors[n], box)) reach.Show(body, n);
+    }
+  }
+}
+
 // Whose bounds are about each other's hang together, be it through bodies of others; so do the bodies of an assembly. A
 // region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. The
 // search ends where it has found too many, or comes to what hangs together with too many.
@@ -112,6 +123,7 @@ void RegionStep::ShowWhole() {
     if (too_many) {
       for (const std::size_t index : found) known[index] = kTooMany;
     } else {
+      ShowAround(whole);
       reach.Unite(whole);
     }
   }
