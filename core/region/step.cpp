@@ -110,6 +110,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   ApplyForces();
   enter(Phase::kPhysics);
   bodies.world().Step(tick_s);
+  stepped_ = true;
   ++tick;
   result.tick = tick;
   ReadBack(result);

@@ -117,7 +117,9 @@ class RegionStep {
   void CommitInputs();
   void DecideHandovers();
   void GrantTo(RegionId to, std::span<const std::size_t> assembly);
+  void ShowFirst();
   void ShowNear();
+  void AddNear(BodyId id, std::vector<BodyId>* near) const;
   void ShowDeeper();
   void ShowWhole();
   void ShowAround(std::span<const std::size_t> whole);
@@ -167,6 +169,7 @@ class RegionStep {
 
   std::vector<Outbox> outboxes_;
   LogWriter log_;
+  bool stepped_ = false;  // at least once
   // A pair of the last step, and what it did in the last two: of each component the lesser, 0 if they differ in sign.
   // So a blow, which is over, is not told as a load.
   struct Touch {
@@ -174,6 +177,7 @@ class RegionStep {
     Vec3f impulse_on_b, angular_on_a, angular_on_b;
     std::array<Vec3f, 3> now;  // the same, in the last alone
   };
+  std::vector<bool> whole_;                       // by owned body: shown with all that it hangs together with
   std::vector<Touch> touching_, touched_before_;  // near borders, ascending by (a, b)
 };
 

@@ -108,6 +108,7 @@ void RegionStep::Predict() {
       extra.predicted_position = physics::Predict(*body.def, body.state, forces, tick_s).position;
     }
   }
+  if (!stepped_) ShowFirst();
   ShowNear();
   ShowDeeper();
   ShowWhole();

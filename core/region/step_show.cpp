@@ -2,6 +2,7 @@
 // contacts deep, and all of it if it is small; and, for each body, what those that are not shown do to it.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 
 #include "core/region/step.h"
@@ -41,6 +42,15 @@ void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
   }
 }
 
+// What is about it; before the first step nothing has been looked for yet.
+void RegionStep::AddNear(BodyId id, std::vector<BodyId>* near) const {
+  constexpr double kAbout_m = 0.1;
+  const physics::World& world = bodies.world();
+  if (stepped_) return world.AddNear(id, near);
+  const std::vector<BodyId> found = world.Overlapping(world.BoundsOf(id).Expanded(kAbout_m));
+  near->insert(near->end(), found.begin(), found.end());
+}
+
 // What may soon touch a neighbour's body, or one that becomes the neighbour's, is shown to it whatever its place; so it
 // is to whom the body lies with, if that is another.
 void RegionStep::ShowNear() {
@@ -49,7 +59,7 @@ void RegionStep::ShowNear() {
     const std::ptrdiff_t to = NeighborIndex(owner);
     const std::ptrdiff_t at = NeighborIndex(config.map.OwnerOf(bodies.world().StateOf(id).position));
     near.clear();
-    bodies.world().AddNear(id, &near);
+    AddNear(id, &near);
     for (const BodyId other : near) {
       const std::ptrdiff_t index = bodies.IndexOf(other);
       if (index < 0) continue;
@@ -89,10 +99,23 @@ void RegionStep::ShowAround(std::span<const std::size_t> whole) {
   }
 }
 
+// Before the first step nobody has told what lies between this region's bodies: they may hang together by others. A few
+// are all shown, of more what is near a border.
+void RegionStep::ShowFirst() {
+  std::vector<std::size_t> all(bodies.owned().size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  ShowAround(all);
+  constexpr std::size_t kFew = 256;
+  for (std::size_t n = 0; all.size() <= kFew && n < neighbors.size(); ++n) {
+    for (const std::size_t body : all) reach.Show(body, n);
+  }
+}
+
 // Whose bounds are about each other's hang together, be it through bodies of others; so do the bodies of an assembly. A
 // region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. The
 // search ends where it has found too many, or comes to what hangs together with too many.
 void RegionStep::ShowWhole() {
+  whole_.assign(bodies.owned().size(), false);
   if (config.settings.whole_up_to < 2 || !reach.ShowsAnything()) return;
   const std::size_t own = bodies.owned().size();
   enum : std::uint8_t { kUnknown, kFound, kTooMany };
@@ -110,7 +133,7 @@ void RegionStep::ShowWhole() {
       const BodyId id = body < own ? bodies.owned()[body].def->id : bodies.ghosts()[body - own].record.id;
       if (body < own) whole.push_back(body);
       near.assign(catalog.AssemblyOf(id).begin(), catalog.AssemblyOf(id).end());
-      bodies.world().AddNear(id, &near);
+      AddNear(id, &near);
       for (const BodyId other : near) {
         const std::ptrdiff_t index = bodies.PlaceOf(other);
         if (index < 0 || known[static_cast<std::size_t>(index)] == kFound) continue;
@@ -125,6 +148,7 @@ void RegionStep::ShowWhole() {
     } else {
       ShowAround(whole);
       reach.Unite(whole);
+      for (const std::size_t body : whole) whole_[body] = true;
     }
   }
 }
@@ -148,7 +172,12 @@ void RegionStep::AddLoads(Frame& frame, std::size_t neighbor) const {
     return ghost == nullptr || ghost->owner == neighbors[neighbor] ||
            config.map.Reaches(neighbors[neighbor], bodies.world().BoundsOf(id).Expanded(config.settings.aura_m));
   };
+  const auto is_whole = [this](BodyId id) {
+    const std::ptrdiff_t index = bodies.IndexOf(id);
+    return index >= 0 && whole_[static_cast<std::size_t>(index)];
+  };
   for (const Touch& touch : touching_) {
+    if (is_whole(touch.a) || is_whole(touch.b)) continue;  // so all of it is seen, whoever shows it
     GhostRecord *a = find(touch.a), *b = find(touch.b);
     if (a != nullptr && !sees(touch.b, b)) {
       a->load_ns -= touch.impulse_on_b;
