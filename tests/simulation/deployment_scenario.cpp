@@ -35,14 +35,13 @@ class Runner {
 
 // Everybody moves, and has an heir with a copy that the fault does not strike as well.
 bool Runner::Safe(const DeploymentFault& fault) {
-  if (active_ > 0) return false;
+  // In the middle of a change a newcomer is not protected yet.
+  if (active_ > 0 || !deployment_.Still()) return false;
   const std::vector<DeployedWorker*> workers = deployment_.Workers();
   if (workers.size() < 2) return false;
-  const MapVersion version =
-      workers.front()->worker() == nullptr ? MapVersion() : workers.front()->worker()->region().map().version();
   const bool one_host = fault.kind != DeploymentFaultKind::kWorkerDies;
   return std::ranges::all_of(workers, [&](DeployedWorker* worker) {
-    if (!worker->Moves() || !worker->whole() || worker->worker()->region().map().version() != version) return false;
+    if (!worker->Moves() || !worker->whole()) return false;
     DeployedWorker* heir = deployment_.Find(worker->order().heir);
     return heir != nullptr && (!one_host || heir->place() != worker->place());
   });
