@@ -47,9 +47,10 @@ struct Config {
   std::shared_ptr<const Scene> scene;
   PartitionMap map;
   Settings settings;
-  // What the region begins with instead of the scene at tick 0: a restored one with the bodies of the instance's
-  // checkpoint (MergeStates in log.h), of which it takes those that the map gives it; one that joins a running
-  // instance with a state of no bodies and the tick before its map comes into force.
+  // What the region begins with instead of the scene at tick 0: a restored one with its own state of the instance's
+  // checkpoint, all of it, or with the bodies of all regions (MergeStates in region_state.h), of which it takes those
+  // that the map gives it; one that joins a running instance with a state of no bodies and the tick before its map
+  // comes into force.
   std::shared_ptr<const RegionState> initial = nullptr;
 };
 
