@@ -12,7 +12,7 @@ namespace tessera::worker {
 namespace {
 
 constexpr Duration kLogDistance = std::chrono::seconds(1);
-constexpr int kLongTick = 3;  // times as long as it should be: told in the log
+constexpr int kLongTick = 2;  // times as long as it should be: told in the log
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 

@@ -12,6 +12,7 @@
 #include "core/world/partition_io.h"
 #include "net/protocol.h"
 #include "region_worker/by_hand.h"
+#include "region_worker/priority.h"
 #include "region_worker/scene_file.h"
 #include "spdlog/fmt/ranges.h"
 #include "spdlog/spdlog.h"
@@ -162,7 +163,14 @@ void Worker::Progress() {
     ticks_->Run(running_since_);
     phase_ = v1::WORKER_PHASE_RUNNING;
     spdlog::info("running");
+    if (!options_.by_hand) TakePriority();
   }
+}
+
+// Only now: what loads a scene yields to those that step. One that is started by hand stays as its shell wants it.
+void Worker::TakePriority() {
+  const absl::Status first = GoFirst();
+  if (!first.ok()) spdlog::info("steps without priority reason={}", telemetry::LogValue(std::string(first.message())));
 }
 
 bool Worker::StartIsDue() const {

@@ -60,6 +60,7 @@ class Worker {
   void KeepLease(TimePoint now);
   void KeepCheckpoint();
   void Progress();
+  void TakePriority();
   bool StartIsDue() const;
   void Report(TimePoint now);
   void PrintStatus(TimePoint now);
