@@ -32,24 +32,25 @@ class Lease {
   static constexpr Duration kAskDistance = std::chrono::milliseconds(100);
 
   // From now on it is needed. The first one has to be asked for too: the order that says so may have been long on its
-  // way. Repeating it does nothing.
-  void Require() {
-    if (!expiry_) expiry_ = TimePoint();
-  }
+  // way. Whoever knows that it will be needed asks in advance, and does not stand still then. Repeating it does
+  // nothing.
+  void Require() { required_ = true; }
   void Release() {
-    expiry_.reset();
+    required_ = false;
+    expiry_ = {};
     asked_.clear();
   }
+  // By the heir: while none is needed there is none, and what an earlier one said counts no more.
   void Renewed(TimePoint asked_at) {
-    if (expiry_) expiry_ = std::max(*expiry_, asked_at + kTtl);
+    if (required_) Extend(asked_at);
   }
-  bool Held(TimePoint now) const { return !expiry_ || now < *expiry_; }
-  bool required() const { return expiry_.has_value(); }
-  std::optional<TimePoint> expiry() const { return expiry_; }
+  bool Held(TimePoint now) const { return !required_ || now < expiry_; }
+  bool required() const { return required_; }
+  TimePoint expiry() const { return expiry_; }
 
   // The number of a request that is to go out now, if one is.
-  std::optional<std::uint64_t> Ask(TimePoint now) {
-    if (!expiry_ || now + kAskBelow <= *expiry_ || now < next_ask_) return std::nullopt;
+  std::optional<std::uint64_t> Ask(TimePoint now, bool in_advance = false) {
+    if ((!required_ && !in_advance) || now + kAskBelow <= expiry_ || now < next_ask_) return std::nullopt;
     next_ask_ = now + kAskDistance;
     asked_[++number_] = now;
     if (asked_.size() > kAskedKept) asked_.erase(asked_.begin());
@@ -59,14 +60,17 @@ class Lease {
   void Answered(std::uint64_t number, Duration ttl) {
     const auto asked = asked_.find(number);
     if (asked == asked_.end()) return;
-    Renewed(asked->second + std::min(ttl, kTtl) - kTtl);
+    Extend(asked->second + std::min(ttl, kTtl) - kTtl);
     asked_.erase(asked_.begin(), std::next(asked));
     next_ask_ = {};
   }
 
  private:
+  void Extend(TimePoint asked_at) { expiry_ = std::max(expiry_, asked_at + kTtl); }
+
   static constexpr std::size_t kAskedKept = 32;  // older ones would renew nothing
-  std::optional<TimePoint> expiry_;              // empty: not required
+  bool required_ = false;
+  TimePoint expiry_{};
   TimePoint next_ask_{};
   std::uint64_t number_ = 0;
   std::map<std::uint64_t, TimePoint> asked_;

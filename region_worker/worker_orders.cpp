@@ -211,9 +211,11 @@ void Worker::KeepLease(TimePoint now) {
       lease.Answered(renewal->number(), std::chrono::milliseconds(renewal->ttl_ms()));
     }
   }
-  const std::optional<std::uint64_t> number = lease.Ask(now);
+  // A region that joins gets its heir right after its first tick: to stand still then would hold up its neighbours.
+  const std::optional<std::uint64_t> number =
+      lease.Ask(now, order_.joins_running && phase_ == v1::WORKER_PHASE_RUNNING);
   if (!number) return;
-  links_->SendNow(ticks_->heir_log().heir(), Numbered(LinkMessageKind::kLeaseAsk, *number));
+  if (lease.required()) links_->SendNow(ticks_->heir_log().heir(), Numbered(LinkMessageKind::kLeaseAsk, *number));
   v1::LeaseRequest request;
   *request.mutable_identity() = ToProto(options_.identity);
   request.set_number(*number);
