@@ -7,6 +7,7 @@
 #include <map>
 
 #include "bench/scrape.h"
+#include "local_cluster/connection.h"
 #include "telemetry/http_get.h"
 
 namespace tessera::bench {

@@ -5,6 +5,7 @@
 
 #include "bench/failover_growth.h"
 #include "local_cluster/checkpoint_file.h"
+#include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
 #include "local_cluster/local_cluster.h"
 

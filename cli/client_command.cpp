@@ -12,7 +12,7 @@
 #include "cli/commands.h"
 #include "cli/signals.h"
 #include "local_cluster/bot.h"
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 
 namespace tessera::cli {
 namespace {

@@ -13,6 +13,7 @@
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/signals.h"
+#include "local_cluster/command_error.h"
 #include "local_cluster/world_run.h"
 
 namespace tessera::cli {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "cli/commands.h"
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 
 #ifndef TESSERA_VERSION
 #define TESSERA_VERSION "unknown"

@@ -8,7 +8,7 @@
 
 #include "cli/commands.h"
 #include "core/world/scene_io.h"
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 #include "local_cluster/scene_file.h"
 
 namespace tessera::cli {

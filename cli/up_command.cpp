@@ -10,7 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/signals.h"
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 #include "local_cluster/local_cluster.h"
 
 namespace tessera::cli {

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "local_cluster/connection.h"
+
 namespace tessera::local {
 namespace {
 

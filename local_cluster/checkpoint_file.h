@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <string>
 
-#include "local_cluster/connection.h"
+#include "tessera/v1/instance.pb.h"
 
 namespace tessera::local {
+
+class Connection;
 
 // Writes a checkpoint of the instance to `path`, which appears whole or not at all. `tick` 0: the newest that is whole.
 // CommandError.

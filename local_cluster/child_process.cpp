@@ -17,7 +17,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 
 namespace tessera::local {
 namespace {

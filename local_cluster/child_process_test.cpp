@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 #include "local_cluster/local_cluster.h"
 
 namespace tessera::local {

@@ -1,26 +1,20 @@
 // Connection: the stubs of one control plane, and how its errors become the command line's.
 //
-// Every call has a deadline. A failed one throws CommandError with the one line a person needs; main prints it and
-// exits 1.
+// Every call has a deadline. A failed one throws CommandError with the one line a person needs. Of this header gRPC's
+// come in, which take seconds to compile: headers name Connection without it.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
+#include "local_cluster/command_error.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
 
 namespace tessera::local {
-
-// What a command could not do, in one line. Caught in main alone.
-class CommandError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 class Connection {
  public:

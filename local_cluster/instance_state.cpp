@@ -4,6 +4,8 @@
 
 #include <functional>
 
+#include "local_cluster/connection.h"
+
 namespace tessera::local {
 namespace {
 

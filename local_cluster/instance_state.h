@@ -4,10 +4,11 @@
 #include <chrono>
 #include <string>
 
-#include "local_cluster/connection.h"
 #include "tessera/v1/instance.pb.h"
 
 namespace tessera::local {
+
+class Connection;
 
 std::string InstanceStateName(const v1::Instance& instance);
 

@@ -1,24 +1,35 @@
 #include "local_cluster/instance_watch.h"
 
+#include <grpcpp/grpcpp.h>
+
+#include <utility>
+
+#include "local_cluster/connection.h"
+
 namespace tessera::local {
+
+struct InstanceWatch::Stream {
+  grpc::ClientContext context;
+  std::unique_ptr<grpc::ClientReader<v1::WatchInstanceResponse>> reader;
+};
 
 InstanceWatch::InstanceWatch(Connection& connection, const std::string& id,
                              std::function<void(const v1::Instance&)> on_change)
-    : on_change_(std::move(on_change)) {
+    : stream_(std::make_unique<Stream>()), on_change_(std::move(on_change)) {
   v1::WatchInstanceRequest request;
   request.set_id(id);
-  stream_ = connection.instances().WatchInstance(&context_, request);
+  stream_->reader = connection.instances().WatchInstance(&stream_->context, request);
   thread_ = std::thread([this] { Run(); });
 }
 
 InstanceWatch::~InstanceWatch() {
-  context_.TryCancel();
+  stream_->context.TryCancel();
   thread_.join();
 }
 
 void InstanceWatch::Run() {
   v1::WatchInstanceResponse response;
-  while (stream_->Read(&response)) {
+  while (stream_->reader->Read(&response)) {
     if (on_change_) on_change_(response.instance());
     {
       const std::lock_guard lock(mutex_);
@@ -27,7 +38,7 @@ void InstanceWatch::Run() {
     }
     changed_.notify_all();
   }
-  stream_->Finish();
+  stream_->reader->Finish();
   {
     const std::lock_guard lock(mutex_);
     over_ = true;

@@ -3,16 +3,20 @@
 // Thread rule: any thread; `Latest` copies.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 
-#include "local_cluster/connection.h"
+#include "tessera/v1/instance.pb.h"
 
 namespace tessera::local {
+
+class Connection;
 
 class InstanceWatch {
  public:
@@ -32,8 +36,8 @@ class InstanceWatch {
  private:
   void Run();
 
-  grpc::ClientContext context_;
-  std::unique_ptr<grpc::ClientReader<v1::WatchInstanceResponse>> stream_;
+  struct Stream;
+  std::unique_ptr<Stream> stream_;
   std::function<void(const v1::Instance&)> on_change_;
   std::mutex mutex_;
   std::condition_variable changed_;

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "core/world/scene_io.h"
-#include "local_cluster/connection.h"
+#include "local_cluster/command_error.h"
 
 namespace tessera::local {
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "local_cluster/connection.h"
 #include "local_cluster/instance_state.h"
 
 namespace tessera::local {

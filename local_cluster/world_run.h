@@ -10,20 +10,25 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "local_cluster/bot.h"
-#include "local_cluster/connection.h"
 #include "local_cluster/conservation.h"
 #include "local_cluster/instance_watch.h"
 #include "local_cluster/local_cluster.h"
 #include "local_cluster/scene_file.h"
+#include "tessera/v1/instance.pb.h"
 
 namespace tessera::local {
+
+class Connection;
 
 struct RunOptions {
   std::string scene;  // path

@@ -5,7 +5,6 @@
 
 #include <fstream>
 
-#include "local_cluster/connection.h"
 #include "local_cluster/local_cluster.h"
 #include "tests/support/run_program.h"
 

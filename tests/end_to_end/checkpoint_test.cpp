@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "local_cluster/checkpoint_file.h"
+#include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
 #include "tests/end_to_end/world_fixture.h"
 

@@ -1,4 +1,5 @@
 // Worlds whose regions are added, moved, evened out and replaced while players play.
+#include "local_cluster/connection.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {
