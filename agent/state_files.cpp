@@ -35,14 +35,6 @@ bool Helps(const absl::Status& status) {
          !absl::IsInternal(status) && !absl::IsUnauthenticated(status);
 }
 
-v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
-  v1::WorkerIdentity identity;
-  identity.set_instance_id(key.instance_id);
-  identity.set_region(key.region);
-  identity.set_incarnation(key.incarnation);
-  return identity;
-}
-
 }  // namespace
 
 std::string Sha256Hex(const std::string& bytes) {

@@ -23,14 +23,6 @@ bool IsIdCharacter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
 }
 
-v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
-  v1::WorkerIdentity identity;
-  identity.set_instance_id(key.instance_id);
-  identity.set_region(key.region);
-  identity.set_incarnation(key.incarnation);
-  return identity;
-}
-
 v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
   v1::WorkerExited exited;
   *exited.mutable_identity() = IdentityOf(key);
@@ -53,6 +45,14 @@ std::string WorkerKey::ToString() const { return absl::StrCat(instance_id, "/", 
 
 WorkerKey KeyOf(const v1::WorkerIdentity& identity) {
   return {identity.instance_id(), identity.region(), identity.incarnation()};
+}
+
+v1::WorkerIdentity IdentityOf(const WorkerKey& key) {
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(key.instance_id);
+  identity.set_region(key.region);
+  identity.set_incarnation(key.incarnation);
+  return identity;
 }
 
 absl::Status CheckOrder(const v1::WorkerOrder& order) {

@@ -42,6 +42,7 @@ struct WorkerKey {
   std::string ToString() const;  // "inst-7/2#31": instance, region, incarnation
 };
 WorkerKey KeyOf(const v1::WorkerIdentity& identity);
+v1::WorkerIdentity IdentityOf(const WorkerKey& key);
 
 // --- Actions ---------------------------------------------------------------------------------------------------------
 

@@ -87,7 +87,7 @@ bool DenseModel::CodeVelocities(Coder& coder, const State& base, State& state) {
 }
 
 template <class Coder>
-bool DenseModel::CodeState(Coder& coder, const Setup& setup, const History& history, State& state) {
+bool DenseModel::CodeState(Coder& coder, const Setup& setup, const BodyHistory<State>& history, State& state) {
   const State& base = *history.base;
   const Prediction prediction = setup.predictor.PredictWithFit({.base = history.base,
                                                                 .older = history.older,

@@ -16,14 +16,6 @@ class DenseModel {
     std::uint32_t fingerprint = 0;
     std::uint8_t format = 1;
   };
-  // What predicts one body: its states in the frames referred to, null where it was not there.
-  struct History {
-    BodyId id;
-    const State* base = nullptr;
-    const State* older = nullptr;
-    const State* oldest = nullptr;
-    std::uint64_t ticks = 0, gap = 0, gap2 = 0;
-  };
 
   explicit DenseModel(const Setup& setup) : pose_(setup.predictor.orientation_limit()) {}
 
@@ -32,7 +24,7 @@ class DenseModel {
   static State Told(const Setup& setup, const State& state);
   // False: beyond all range.
   template <class Coder>
-  bool CodeState(Coder& coder, const Setup& setup, const History& history, State& state);
+  bool CodeState(Coder& coder, const Setup& setup, const BodyHistory<State>& history, State& state);
   // A body that the base does not have; `beside`: the one told before it, or a default.
   template <class Coder>
   bool CodeArrival(Coder& coder, const Setup& setup, const State& beside, State& state);

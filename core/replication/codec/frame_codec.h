@@ -43,6 +43,17 @@ struct Frame {
   std::vector<DepartureRecord> departures;  // ascending by id; since the base
 };
 
+// What predicts one body: its states in the frames referred to, null where it was not there, and the ticks from the
+// frame to the base, from there to the older one, and on to the oldest.
+template <class State>
+struct BodyHistory {
+  BodyId id;
+  const State* base = nullptr;
+  const State* older = nullptr;
+  const State* oldest = nullptr;
+  std::uint64_t ticks = 0, gap = 0, gap2 = 0;
+};
+
 namespace frame_codec_detail {
 template <class Model>
 struct Learnt;

@@ -128,7 +128,7 @@ class FramePass {
     Cursor<State> older_at(older), oldest_at(oldest);
     auto now = frame.bodies.begin();
     std::vector<FrameBody<State>> stayed;
-    typename Model::History history;
+    BodyHistory<State> history;
     history.ticks = static_cast<std::uint64_t>(frame.tick - base.tick);
     if (older != nullptr) history.gap = static_cast<std::uint64_t>(base.tick - older->tick);
     if (oldest != nullptr) history.gap2 = static_cast<std::uint64_t>(older->tick - oldest->tick);

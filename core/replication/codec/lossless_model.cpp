@@ -108,7 +108,7 @@ void LosslessModel::CodeWords(Coder& coder, const Words& predicted, std::array<W
 }
 
 template <class Coder>
-bool LosslessModel::CodeState(Coder& coder, const Setup&, const History& history, State& state) {
+bool LosslessModel::CodeState(Coder& coder, const Setup&, const BodyHistory<State>& history, State& state) {
   const Words base = ToWords(*history.base);
   Words words = ToWords(state);
   bool same = words == base && state.asleep == history.base->asleep;

@@ -17,20 +17,13 @@ class LosslessModel {
     std::uint32_t fingerprint = 0;
     std::uint8_t format = 2;
   };
-  struct History {
-    BodyId id;
-    const State* base = nullptr;
-    const State* older = nullptr;
-    const State* oldest = nullptr;
-    std::uint64_t ticks = 0, gap = 0, gap2 = 0;
-  };
 
   explicit LosslessModel(const Setup&) {}
 
   void BeginFrame() { moved_ = false; }
   static State Told(const Setup&, const State& state) { return state; }
   template <class Coder>
-  bool CodeState(Coder& coder, const Setup& setup, const History& history, State& state);
+  bool CodeState(Coder& coder, const Setup& setup, const BodyHistory<State>& history, State& state);
   template <class Coder>
   bool CodeArrival(Coder& coder, const Setup& setup, const State& beside, State& state);
 
