@@ -1,0 +1,64 @@
+// A neighbour's message at a link, and what it says of where players' bodies are. What is refused changes nothing; what
+// is taken is sane, is passed on in full to the next region, and does not come round again.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <vector>
+
+#include "core/world/limits.h"
+#include "region_worker/link_message.h"
+#include "region_worker/player_places.h"
+
+namespace {
+
+using namespace tessera;
+using namespace tessera::worker;
+
+constexpr std::uint32_t kRate_hz = 60;
+constexpr Tick kNow(1000), kLater(1000 + kRate_hz / 2);
+
+// A region that owns the body of player 2 and has heard of nobody else.
+PlayerPlaces MakePlaces() {
+  PlayerPlaces places(kRate_hz);
+  BodyDef def;
+  def.id = PlayerBodyId(PlayerNumber(2));
+  region::OwnedBody body{.def = &def, .epoch = Epoch(3), .state = {}};
+  body.state.position = {1, 2, 3};
+  places.Follow(kNow, std::span(&body, 1));
+  return places;
+}
+
+std::vector<std::uint8_t> ToldBy(PlayerPlaces places) { return places.Tell(kNow); }
+
+bool IsSane(double c) { return std::isfinite(c) && std::abs(c) <= kMaxStatePosition_m; }
+
+void CheckPlaces(const PlayerPlaces& places) {
+  for (std::uint32_t player = 0; player <= kMaxPlayers + 1; ++player) {
+    const auto place = places.At(PlayerNumber(player), kNow);
+    if (!place.has_value()) continue;
+    if (player == 0 || player > kMaxPlayers) std::abort();
+    if (!IsSane(place->x) || !IsSane(place->y) || !IsSane(place->z)) std::abort();
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto message = ReadLinkMessage(std::span(data, size));
+  if (!message.has_value() || message->kind != LinkMessageKind::kPlaces) return 0;
+  PlayerPlaces places = MakePlaces();
+  const auto before = ToldBy(places);
+  const bool taken = places.Hear(message->bytes, kNow).ok();
+  const auto told = ToldBy(places);
+  if (!taken && told != before) std::abort();
+  CheckPlaces(places);
+  if (places.Hear(message->bytes, kNow).ok() != taken || ToldBy(places) != told) std::abort();
+
+  PlayerPlaces next(kRate_hz);
+  if (places.Tell(kNow) != told || !next.Hear(std::span(told).subspan(1), kNow).ok()) std::abort();
+  if (ToldBy(next) != told) std::abort();
+  if (!places.Hear(std::span(told).subspan(1), kNow).ok() || !places.Tell(kLater).empty()) std::abort();
+  return 0;
+}
