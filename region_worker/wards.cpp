@@ -17,11 +17,17 @@ constexpr Duration kAskDistance = std::chrono::milliseconds(250);
 void Wards::Set(std::span<const RegionId> wards) {
   for (auto& [region, ward] : wards_) ward.wanted = false;
   for (const RegionId region : wards) {
-    const auto [ward, is_new] = wards_.try_emplace(region, region::Standby(region, catalog_));
-    if (is_new) spdlog::info("ward region={}", region.value());
-    ward->second.wanted = true;
+    if (!wards_.contains(region)) Add(region);
+    wards_.at(region).wanted = true;
   }
   std::erase_if(wards_, [](const auto& entry) { return !entry.second.wanted && !entry.second.dead; });
+}
+
+// Its log may have come before this order did, went nowhere, and its sender may have given up sending.
+void Wards::Add(RegionId region) {
+  wards_.try_emplace(region, region::Standby(region, catalog_));
+  spdlog::info("ward region={}", region.value());
+  links_.SendNow(region, Bare(LinkMessageKind::kLogAgain));
 }
 
 void Wards::OnLog(RegionId from, const LinkMessage& message, TimePoint now) {
@@ -84,7 +90,7 @@ void Wards::Forget() {
       const bool wanted = it->second.wanted;
       const RegionId region = it->first;
       wards_.erase(it);
-      if (wanted) wards_.try_emplace(region, region::Standby(region, catalog_));
+      if (wanted) Add(region);
     }
     it = next;
   }

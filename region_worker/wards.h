@@ -57,6 +57,7 @@ class Wards {
   const std::map<RegionId, Ward>& all() const { return wards_; }
 
  private:
+  void Add(RegionId region);
   void Take(RegionId from, Ward& ward, TimePoint now);
 
   LinkPort& links_;

@@ -43,16 +43,15 @@ Ledger::Ledger(const Scene& scene) : scene_(scene) {
   }
 }
 
-// What it did last nobody may have heard of: others may go on from before, at the same ticks and epochs.
+// What it did last nobody may have heard of: others may go on from before, at the same ticks and epochs. Two that die
+// together may even have handed a body to and fro, and come to epochs that nobody else knows.
 void Ledger::Died(RegionId region) {
   for (auto& [id, life] : lives_) {
     const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),
                                             [](const Reign& a, const Reign& b) { return a.epoch < b.epoch; });
     if (newest.region == region) life.gone = false;  // it may come back to be removed again
     for (Reign& reign : life.reigns) {
-      if (reign.region != region) continue;
-      reign.region = RegionId();
-      reign.last = reign.first;
+      if (reign.region == region) reign = {};
     }
   }
 }
@@ -107,9 +106,6 @@ void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
   }
   if (reign.epoch != body.epoch) {
     reign = {region, body.epoch, tick, tick};
-  } else if (reign.region == RegionId()) {
-    reign.region = region;
-    reign.first = tick;
   } else if (reign.region != region) {
     doubled_.insert(id);
     Problem(tick, absl::StrCat("body ", id.value(), " has two owners of epoch ", body.epoch.value(), ": regions ",
@@ -128,8 +124,7 @@ void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
 }
 
 void Ledger::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
-  // The dead own nothing any more, and what they owned last may go on from before, under an earlier label.
-  if (lower.region == RegionId() || lower.last < higher.first) return;
+  if (lower.last < higher.first) return;
   if (!doubled_.insert(id).second) return;
   Problem(lower.last,
           absl::StrCat("body ", id.value(), " has two owners: region ", lower.region.value(), " by epoch ",
