@@ -206,6 +206,7 @@ class Cluster {
   HostEntry* HostAt(const InstanceEntry& instance, std::size_t index);
   const HostEntry* HostAt(const InstanceEntry& instance, std::size_t index) const;
   bool Silent(Moment now, const InstanceEntry& instance, std::size_t index) const;
+  bool Outlives(const InstanceEntry& instance, std::size_t heir, std::size_t other) const;
   std::vector<Death> Deaths(Moment now, const InstanceEntry& instance) const;
   std::optional<records::Instance> NextFailover(Moment now, InstanceEntry& instance);
   std::optional<records::Instance> BuryAndBegin(Moment now, InstanceEntry& instance, const std::vector<Death>& deaths);

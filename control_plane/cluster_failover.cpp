@@ -82,6 +82,15 @@ bool Cluster::Silent(Moment now, const InstanceEntry& instance, std::size_t inde
                              now.steady - worker.witnessed_at > settings_.failover_after);
 }
 
+// Whether the heir was heard when the other had been silent for long. Where both fall silent at one time it is not
+// known whom to believe, and the one whose last word is a little older may be the one that lives.
+bool Cluster::Outlives(const InstanceEntry& instance, std::size_t heir, std::size_t other) const {
+  const HostEntry *heirs = HostAt(instance, heir), *others = HostAt(instance, other);
+  if (heirs == nullptr || others == nullptr) return heirs != nullptr;
+  const Steady last_sign = std::max(others->last_heard, instance.workers[other].witnessed_at);
+  return heirs->last_heard - last_sign >= settings_.failover_after / 2;
+}
+
 // Those that have ended; and those that are silent while another, whose voice we hear, has a whole copy to go on with.
 // A silent one without that may well run on, and is left alone. A newcomer that is silent before its map is committed
 // has nothing to lose, and all the others wait for it.
@@ -101,7 +110,7 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
         const bool copied =
             std::any_of(other.report.standbys().begin(), other.report.standbys().end(),
                         [&](const v1::StandbyStatus& standby) { return standby.incarnation() == worker.incarnation; });
-        if (!copied || other.gone || Silent(now, instance, heir)) continue;
+        if (!copied || other.gone || Silent(now, instance, heir) || !Outlives(instance, heir, i)) continue;
         deaths.push_back({worker.region, worker.incarnation, false});
         break;
       }

@@ -169,6 +169,34 @@ TEST(FailoverTest, AHeirWhoseCopyGrowsIsAWitnessThatTheRegionLives) {
   EXPECT_THAT(harness.Get(id).reason(), HasSubstr("host beta is silent"));
 }
 
+TEST(FailoverTest, OfTwoHostsThatFallSilentTogetherNeitherIsDeclaredDeadBeforeOneIsHeard) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  beta.silent = true;  // its agent is away; its workers are not
+  for (int i = 0; i < 8; ++i) {
+    for (auto& [key, worker] : alpha.fake.workers) {
+      for (v1::StandbyStatus& standby : *worker.report.mutable_standbys()) standby.set_tick(standby.tick() + 15);
+    }
+    harness.Run(milliseconds(250));
+  }
+  harness.Run(milliseconds(250));  // alpha's last word tells nothing new of beta
+  alpha.silent = true;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).map().version(), 1u);
+  beta.silent = false;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  const v1::Instance now = harness.Get(id);
+  for (const auto& worker : beta.fake.workers) {
+    const std::uint32_t region = worker.first.second;
+    EXPECT_TRUE(std::any_of(now.map().regions().begin(), now.map().regions().end(),
+                            [region](const v1::MapRegion& in_map) { return in_map.id() == region; }));
+  }
+  ExpectNoIncarnationTwice(harness);
+}
+
 TEST(FailoverTest, AControlPlaneThatStoodStillBlamesNobody) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);
