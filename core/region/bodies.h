@@ -24,6 +24,7 @@ struct OwnedExtra {
   double radius_m = 0;  // bound of the shape about its centre of mass
   Vec3d field_m_s2;     // what the scene's fields do to it in the next step
   bool field_known = false;
+  std::uint8_t stirred = 0;  // for how many more ticks it counts as moving
   bool predicted = false;    // near a border and awake:
   Vec3d predicted_position;  // for the next tick
 };

@@ -17,8 +17,10 @@ struct Settings {
   // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
   // never.
   std::uint32_t vouch_ticks = 8;
-  // Of a pile, what is so many contacts away from what the aura reaches is shown as well. 0 is enough while ghosts bear
-  // the loads of what is not shown; each layer more costs what its bodies cost, twice.
+  // Of a pile that moves, what lies so many bodies further in than what the aura reaches is shown as well; of one at
+  // rest nothing, for its ghosts bear the loads of what is not shown. A pile of 204 boxes that falls together across
+  // two borders spreads 1.3 times as far as in one world with 0, not at all further with 1; of one of 1240 it makes no
+  // difference. Each layer costs what its bodies cost, twice.
   std::uint32_t ghost_depth = 0;
   // What hangs together, by contacts or nearly, is shown as a whole if one of it is, and a region has no more of it
   // than so many bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost

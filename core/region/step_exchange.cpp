@@ -59,7 +59,6 @@ void RegionStep::NoteContacts() {
 
 // Those of ghosts, and of bodies that were shown to anyone: what happens in the middle of a region is nobody else's.
 std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
-  if (config.settings.ghost_depth > 0) return bodies.world().contacts();
   std::vector<BodyId> near;
   near.reserve(bodies.ghosts().size());
   for (const Ghost& ghost : bodies.ghosts()) near.push_back(ghost.record.id);

@@ -11,6 +11,10 @@
 namespace tessera::region {
 namespace {
 
+// What share of a load is told. All of it comes back a tick later as the answer to itself, and a pile of 1240 boxes at
+// rest then trembles by .1 m/s for ever; with this by .01.
+constexpr float kBorne = 0.7f;
+
 // Of two successive ticks, what lasts.
 float Lasting(float before, float now) {
   if ((before > 0) != (now > 0)) return 0;
@@ -36,9 +40,9 @@ void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
     const std::array now{contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
     Touch& touch = touching_.emplace_back(Touch{a, b, {}, {}, {}, now});
     if (before == touched_before_.end() || before->a != a || before->b != b) continue;
-    touch.impulse_on_b = Lasting(before->now[0], now[0]);
-    touch.angular_on_a = Lasting(before->now[1], now[1]);
-    touch.angular_on_b = Lasting(before->now[2], now[2]);
+    touch.impulse_on_b = Lasting(before->now[0], now[0]) * kBorne;
+    touch.angular_on_a = Lasting(before->now[1], now[1]) * kBorne;
+    touch.angular_on_b = Lasting(before->now[2], now[2]) * kBorne;
   }
 }
 
@@ -71,19 +75,44 @@ void RegionStep::ShowNear() {
   for (const HandedOut& out : handed_out) show_about(out.record.id, out.to);
 }
 
-// Layer by layer.
+// Layer by layer, from what moves: what lies still is held by the loads that are told of it.
 void RegionStep::ShowDeeper() {
-  std::vector<std::size_t> found;
-  for (std::uint32_t layer = 0; layer < config.settings.ghost_depth; ++layer) {
-    for (std::size_t n = 0; n < neighbors.size(); ++n) {
-      found.clear();
-      for (const Touch& touch : touching_) {
-        const std::ptrdiff_t i = bodies.IndexOf(touch.a), j = bodies.IndexOf(touch.b);
-        if (i < 0 || j < 0) continue;
-        const auto one = static_cast<std::size_t>(i), other = static_cast<std::size_t>(j);
-        if (reach.Shows(one, n) != reach.Shows(other, n)) found.push_back(reach.Shows(one, n) ? other : one);
+  if (config.settings.ghost_depth == 0 || !reach.ShowsAnything()) return;
+  constexpr float kMoves_m_s = 0.05f;
+  constexpr std::uint8_t kCalm = 30;  // ticks; a body that comes and goes costs more than one that stays
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const BodyState& state = bodies.owned()[i].state;
+    OwnedExtra& extra = bodies.extras()[i];
+    const float rim_m_s = Length(state.angular_velocity) * static_cast<float>(extra.radius_m);
+    if (Length(state.linear_velocity) + rim_m_s > kMoves_m_s) {
+      extra.stirred = kCalm;
+    } else if (extra.stirred > 0) {
+      --extra.stirred;
+    }
+  }
+  const auto moves = [this](std::size_t body) {
+    return bodies.extras()[body].stirred > 0 && !bodies.owned()[body].state.asleep;
+  };
+  std::vector<std::size_t> edge, next;
+  std::vector<BodyId> near;
+  for (std::size_t n = 0; n < neighbors.size(); ++n) {
+    edge.clear();
+    for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+      if (reach.Shows(i, n) && moves(i)) edge.push_back(i);
+    }
+    for (std::uint32_t layer = 0; layer < config.settings.ghost_depth && !edge.empty(); ++layer) {
+      next.clear();
+      for (const std::size_t body : edge) {
+        near.clear();
+        AddNear(bodies.owned()[body].def->id, &near);
+        for (const BodyId other : near) {
+          const std::ptrdiff_t index = bodies.IndexOf(other);
+          if (index < 0 || reach.Shows(static_cast<std::size_t>(index), n)) continue;
+          reach.Show(static_cast<std::size_t>(index), n);
+          if (moves(static_cast<std::size_t>(index))) next.push_back(static_cast<std::size_t>(index));
+        }
       }
-      for (const std::size_t index : found) reach.Show(index, n);
+      std::swap(edge, next);
     }
   }
 }
