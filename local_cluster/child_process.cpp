@@ -146,7 +146,8 @@ std::string LastLines(const std::string& file, int count) {
 
 bool IsAlive(std::int64_t pid) {
   std::ifstream in(fmt::format("/proc/{}/stat", pid));
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::string text;
+  std::getline(in, text, '\0');  // fails, and does not throw, where the process ends between opening and reading
   const auto name_ends = text.rfind(')');  // proc(5): the state comes after the name in parentheses
   return name_ends != std::string::npos && text.size() > name_ends + 2 && text[name_ends + 2] != 'Z';
 }
