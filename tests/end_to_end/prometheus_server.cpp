@@ -2,10 +2,12 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
+#include <poll.h>
+#include <sys/inotify.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <chrono>
+#include <array>
 #include <fstream>
 #include <regex>
 #include <stdexcept>
@@ -54,7 +56,7 @@ local::ChildProcess Start(const std::string& address, const std::string& discove
 }  // namespace
 
 PrometheusServer::PrometheusServer(const std::string& discovery_address, const std::string& folder)
-    : address_(FreeAddress()), process_(Start(address_, discovery_address, folder)) {
+    : address_(FreeAddress()), log_folder_(folder + "/data/wal"), process_(Start(address_, discovery_address, folder)) {
   const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
   while (true) {
     const auto answer = telemetry::HttpGet(address_, "/-/ready");
@@ -77,6 +79,26 @@ nlohmann::json PrometheusServer::Api(const std::string& path_and_query) const {
 
 nlohmann::json PrometheusServer::Query(const std::string& expression) const {
   return Api("/api/v1/query?query=" + telemetry::UrlEncode(expression)).at("result");
+}
+
+bool PrometheusServer::Until(const std::function<bool()>& holds, std::chrono::seconds patience) const {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  const int events = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
+  if (inotify_add_watch(events, log_folder_.c_str(), IN_MODIFY | IN_CREATE) < 0) {
+    close(events);
+    throw std::runtime_error("cannot watch " + log_folder_);
+  }
+  bool held = false;
+  while (!(held = holds())) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    pollfd watch{events, POLLIN, 0};
+    if (left.count() <= 0 || poll(&watch, 1, static_cast<int>(left.count())) <= 0) break;
+    std::array<char, 4096> ignored;
+    while (read(events, ignored.data(), ignored.size()) > 0) {
+    }
+  }
+  close(events);
+  return held;
 }
 
 }  // namespace tessera::end_to_end

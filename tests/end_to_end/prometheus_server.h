@@ -5,6 +5,8 @@
 // from the file that operators install. Destruction ends it. Thread rule: one thread.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -23,9 +25,13 @@ class PrometheusServer {
   nlohmann::json Api(const std::string& path_and_query) const;
   // `data.result` of an instant query.
   nlohmann::json Query(const std::string& expression) const;
+  // True as soon as `holds` is, which is asked anew whenever Prometheus has written down what it scraped; false when it
+  // did not become so within `patience`, which only a failing test waits out.
+  bool Until(const std::function<bool()>& holds, std::chrono::seconds patience = std::chrono::seconds(90)) const;
 
  private:
   std::string address_;
+  std::string log_folder_;  // where it writes ahead
   local::ChildProcess process_;
 };
 

@@ -6,7 +6,6 @@
 #include "prometheus/counter.h"
 #include "prometheus/registry.h"
 #include "telemetry/metrics_server.h"
-#include "tests/support/eventually.h"
 
 namespace tessera::end_to_end {
 namespace {
@@ -26,11 +25,12 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
   const local::TemporaryFolder folder;
   const PrometheusServer prometheus((*server)->address(), folder.path());
   nlohmann::json result;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (result.empty() && std::chrono::steady_clock::now() < deadline) {
+  const auto scraped = [&] {
     result =
         prometheus.Query(R"(tessera_region_ticks_total{component="region", host="h1", instance_id="i1", region="2"})");
-  }
+    return !result.empty();
+  };
+  ASSERT_TRUE(prometheus.Until(scraped));
   ASSERT_EQ(result.size(), 1u);
   EXPECT_EQ(result[0].at("value").at(1), "42");
   EXPECT_EQ(prometheus.Query(R"(up{job="tessera"} == 1)").size(), 1u);

@@ -14,7 +14,6 @@
 #include "local_cluster/local_cluster.h"
 #include "tests/end_to_end/dashboard.h"
 #include "tests/end_to_end/prometheus_server.h"
-#include "tests/support/eventually.h"
 #include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
@@ -53,8 +52,8 @@ class PrometheusTest : public ::testing::Test {
         "tessera", {"--control", world->cluster->control_address(), "instance", "checkpoint", world->instance_id});
     ASSERT_EQ(kept.exit_code, 0) << kept.err;
     // The client comes when Prometheus has looked once, so that it sees the full snapshot as an increase.
-    ASSERT_TRUE(
-        support::Eventually([&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
+    ASSERT_TRUE(world->prometheus->Until(
+        [&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
     world->client = std::make_unique<local::ChildProcess>(
         std::vector<std::string>{support::BinaryPath("tessera"), "--control", world->cluster->control_address(),
                                  "client", world->instance_id, "--seconds", "600"},
@@ -93,7 +92,7 @@ TEST_F(PrometheusTest, FindsEveryProcessAndKnowsWhichItIs) {
     for (const auto& target : targets) up[target.at("labels").at("component")] += target.at("health") == "up";
     return up == std::map<std::string, int>{{"control", 1}, {"agent", 1}, {"region", kRegions}};
   };
-  ASSERT_TRUE(support::Eventually(all_up)) << targets.dump(1);
+  ASSERT_TRUE(prometheus().Until(all_up)) << targets.dump(1);
   std::set<std::string> regions;
   for (const auto& target : targets) {
     const auto& labels = target.at("labels");
@@ -117,7 +116,7 @@ TEST_F(PrometheusTest, EveryListedMetricIsExported) {
     }
     return missing.empty();
   };
-  EXPECT_TRUE(support::Eventually(none_missing)) << "not exported: " << ::testing::PrintToString(missing);
+  EXPECT_TRUE(prometheus().Until(none_missing)) << "not exported: " << ::testing::PrintToString(missing);
 }
 
 TEST_F(PrometheusTest, NoMetricIsExportedThatIsNotListed) {
@@ -143,7 +142,7 @@ TEST_F(PrometheusTest, EveryQueryOfTheDashboardReturnsData) {
                   [](const DashboardQuery& query) { return HasFiniteSample(prometheus().Query(query.expression)); });
     return open.empty();
   };
-  if (support::Eventually(all_answered)) return;
+  if (prometheus().Until(all_answered)) return;
   for (const DashboardQuery& query : open) ADD_FAILURE() << "no data: " << query.panel << ": " << query.expression;
 }
 
@@ -153,7 +152,7 @@ TEST_F(PrometheusTest, EvaluatesEveryAlertAndNoneOfThemIsAboutAFault) {
     rules = prometheus().Api("/api/v1/rules").at("groups").at(0).at("rules");
     return std::all_of(rules.begin(), rules.end(), [](const auto& rule) { return rule.at("health") == "ok"; });
   };
-  ASSERT_TRUE(support::Eventually(all_evaluated)) << rules.dump(1);
+  ASSERT_TRUE(prometheus().Until(all_evaluated)) << rules.dump(1);
   for (const auto& rule : rules) {
     // A loaded machine may well make these two true; they are about speed.
     if (rule.at("name") == "TesseraTickRateLow" || rule.at("name") == "TesseraRegionBusy") continue;
