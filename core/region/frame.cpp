@@ -8,13 +8,14 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 4;
+constexpr std::uint8_t kFormat = 5;
 
 // Flags of a header.
 constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
+constexpr std::uint8_t kHasProperties = 64;                              // of a granted body
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -175,7 +176,8 @@ void WriteGrant(Writer& out, const Grant& grant) {
   for (const GrantedBody& body : grant.bodies) {
     out.Varint(body.id.value());
     out.Varint(body.epoch.value());
-    WriteState(out, body.state, 0);
+    WriteState(out, body.state, body.properties.empty() ? std::uint8_t{0} : kHasProperties);
+    if (!body.properties.empty()) WriteProperties(out, body.properties);
   }
   const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
   if (player) WriteControl(out, grant.control);
@@ -192,7 +194,8 @@ void ReadGrant(Reader& in, Grant& grant) {
   for (GrantedBody& body : grant.bodies) {
     body.id = BodyId(in.Varint());
     body.epoch = Epoch(in.Varint32());
-    ReadState(in, body.state);
+    const std::uint8_t flags = ReadState(in, body.state);
+    if ((flags & kHasProperties) != 0) ReadProperties(in, body.properties);
   }
   const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
   if (player) ReadControl(in, grant.control);
@@ -246,6 +249,20 @@ void ReadControl(Reader& in, PlayerControl& control) {
   control.torque_nm = in.V3f();
   control.queue.resize(in.Count(kMinInputBytes));
   for (QueuedInput& input : control.queue) ReadInput(in, input);
+}
+
+void WriteProperties(Writer& out, const CarriedProperties& properties) {
+  out.Varint(properties.change);
+  out.Varint(properties.bytes.size());
+  for (const std::uint8_t byte : properties.bytes) out.U8(byte);
+}
+
+void ReadProperties(Reader& in, CarriedProperties& properties) {
+  properties.change = in.Varint();
+  const std::size_t size = in.Count(1);
+  const std::span<const std::uint8_t> bytes = in.rest().first(size);
+  properties.bytes.assign(bytes.begin(), bytes.end());
+  in.Skip(size);
 }
 
 bool SameBits(const BodyState& a, const BodyState& b) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/region/property_table.h"
 #include "core/world/ids.h"
 #include "core/world/scene.h"
 
@@ -71,6 +72,7 @@ struct GrantedBody {
   BodyId id;
   Epoch epoch;  // of the new ownership
   BodyState state;
+  CarriedProperties properties = {};
 };
 
 // One assembly changes hands: from the step to frame.tick + 1 on, the receiver owns it.
@@ -130,9 +132,11 @@ struct Frame {
   std::vector<ForwardedInput> inputs;
 };
 
-// The part of a grant that the log has too.
+// The parts of a grant that the log has too.
 void WriteControl(Writer& out, const PlayerControl& control);
 void ReadControl(Reader& in, PlayerControl& control);
+void WriteProperties(Writer& out, const CarriedProperties& properties);
+void ReadProperties(Reader& in, CarriedProperties& properties);
 
 bool SameBits(const BodyState& a, const BodyState& b);
 

@@ -66,6 +66,7 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
     if (absl::Status state = CheckState(body.id, body.state); !state.ok()) return state;
     if (body.id <= last) return Bad(body.id, ": granted bodies do not ascend");
     if (body.epoch.value() < 2) return Bad(body.id, ": a grant's epoch is at least 2");
+    if (absl::Status status = CheckProperties(body.id, body.properties, catalog); !status.ok()) return status;
     last = body.id;
   }
   const std::span<const BodyId> assembly = catalog.AssemblyOf(grant.bodies[0].id);

@@ -99,8 +99,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 4, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{4, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  // Format 5, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{5, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 

@@ -105,7 +105,23 @@ class MessageReader {
       std::vector<PairChange> pairs;
       if (absl::Status status = ReadPairs(pairs); !status.ok()) return status;
       for (const PairChange& pair : pairs) grant.touching.push_back(pair.pair);
+      ReadProperties(in_, grant.properties);
+      if (absl::Status status = CheckProperties(id, grant.properties, catalog_); !status.ok()) return status;
       if (!grants.emplace(std::pair(id, epoch), std::move(grant)).second) return Bad("grants: one twice");
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadAllProperties(std::map<BodyId, CarriedProperties>& properties) {
+    std::uint64_t last = 0;
+    const std::size_t count = in_.Count(3);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!NextId(in_, last)) return Bad("properties: ids do not ascend");
+      CarriedProperties& entry = properties[BodyId(last)];
+      ReadProperties(in_, entry);
+      if (!in_.ok()) return Bad("truncated");
+      if (entry.empty()) return Bad(absl::StrCat("properties: body ", last, " has none"));
+      if (absl::Status status = CheckProperties(BodyId(last), entry, catalog_); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -162,6 +178,7 @@ struct Changes {
   std::vector<PairChange> pairs;
   KeptGrants granted;
   std::vector<std::pair<BodyId, Epoch>> settled;
+  std::map<BodyId, CarriedProperties> properties;
 };
 
 absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
@@ -184,11 +201,23 @@ absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& 
     epoch = Epoch(in.Varint32());
     if (!state.grants.contains({id, epoch})) return Bad(absl::StrCat("settled: body ", id.value(), " was not granted"));
   }
+  if (absl::Status status = reader.ReadAllProperties(changes.properties); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   // A body that is gone cannot have changed.
   for (const BodyId id : changes.gone) {
     const auto it = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
     if (it != changes.bodies.end() && it->id == id) return Bad(absl::StrCat("body ", id.value(), " is gone and told"));
+  }
+  return absl::OkStatus();
+}
+
+// Of bodies that are there after the changes.
+absl::Status CheckPlaces(const Changes& changes, const RegionState& state) {
+  for (const auto& [id, properties] : changes.properties) {
+    const auto told = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
+    if (told != changes.bodies.end() && told->id == id) continue;
+    const bool gone = std::binary_search(changes.gone.begin(), changes.gone.end(), id);
+    if (gone || state.Find(id) == nullptr) return Bad(absl::StrCat("properties: body ", id.value(), " is not there"));
   }
   return absl::OkStatus();
 }
@@ -269,6 +298,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadSpawned(state.spawned); !status.ok()) return status;
   if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
+  if (absl::Status status = reader.ReadAllProperties(state.properties); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
@@ -299,6 +329,7 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   }
   Changes changes;
   if (absl::Status status = ReadChanges(in, catalog, state, changes); !status.ok()) return status;
+  if (absl::Status status = CheckPlaces(changes, state); !status.ok()) return status;
   std::map<PlayerNumber, PlayerControl> controls = state.controls;
   if (absl::Status status = ApplyControls(changes, state, controls); !status.ok()) return status;
   state.tick = header->tick;
@@ -311,6 +342,8 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   ApplyPairs(changes.pairs, state.touching);
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
+  for (const BodyId id : changes.gone) state.properties.erase(id);
+  for (auto& [id, properties] : changes.properties) state.properties.insert_or_assign(id, std::move(properties));
   return absl::OkStatus();
 }
 

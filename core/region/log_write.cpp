@@ -67,6 +67,7 @@ void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGran
   if (IsPlayerBody(key.first)) WriteControl(out, grant.control);
   out.Varint(grant.touching.size());
   for (const TouchingPair& pair : grant.touching) WritePair(out, pair, true);
+  WriteProperties(out, grant.properties);
 }
 
 // Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
@@ -114,6 +115,13 @@ Bytes EncodeState(const RegionState& state) {
   for (const TouchingPair& pair : state.touching) WritePair(out, pair, true);
   out.Varint(state.grants.size());
   for (const auto& [key, grant] : state.grants) WriteGrant(out, key, grant);
+  out.Varint(state.properties.size());
+  last = 0;
+  for (const auto& [id, properties] : state.properties) {
+    out.Varint(id.value() - last);
+    last = id.value();
+    WriteProperties(out, properties);
+  }
   return Sealed(out);
 }
 
@@ -130,8 +138,12 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
   last_.spawned = now.spawned;
   last_.grants = *now.grants;
   last_.touching.assign(touching.begin(), touching.end());
+  for (const ChangedProperties& entry : now.properties) {
+    last_.properties[entry.body] = {entry.change, *entry.bytes};
+  }
   Bytes bytes = EncodeState(last_);
   last_.touching.clear();
+  last_.properties.clear();
   return bytes;
 }
 
@@ -181,6 +193,13 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   out.Varint(now.pair_changes.size());
   for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
   WriteGrants(out, *now.grants, last_.grants);
+  out.Varint(now.properties.size());
+  last = 0;
+  for (const ChangedProperties& entry : now.properties) {
+    out.Varint(entry.body.value() - last);
+    last = entry.body.value();
+    WriteProperties(out, {entry.change, *entry.bytes});
+  }
 
   last_.tick = now.tick;
   if (more || !gone.empty()) {

@@ -77,6 +77,11 @@ std::size_t Region::QueuedInputs(PlayerNumber player) const {
   return control == nullptr ? 0 : control->queue.size();
 }
 
+absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyValue value, std::uint64_t change) {
+  return impl_->SetProperty(body, name, std::move(value), change);
+}
+std::span<const ChangedProperties> Region::properties() const { return impl_->properties.all(); }
+
 void Region::SetStandby(bool on) { impl_->SetStandby(on); }
 void Region::LogAcknowledged(Tick tick) { impl_->LogAcknowledged(tick); }
 Tick Region::acknowledged() const { return impl_->acknowledged; }

@@ -22,11 +22,13 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/physics/world.h"
+#include "core/region/property_table.h"
 #include "core/region/settings.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
@@ -148,6 +150,15 @@ class Region {
   // Number of the last input that moved this player's body, carried along by handovers; 0 if none or not owned here.
   std::uint32_t LastInput(PlayerNumber player) const;
   std::size_t QueuedInputs(PlayerNumber player) const;  // that wait; how many ticks early the newest came
+
+  // Sets one of the properties that the scene declares, of a body that is owned here. Changes are numbered from 1 on by
+  // whoever orders them: one whose number is not above that of the body's last change does nothing, so it may be
+  // ordered again until it is seen to have been applied (properties()), by whichever region owns the body then. Errors:
+  // NOT_FOUND "body 7 is not owned here" or "... is being handed over", and those of PropertySet::Set.
+  absl::Status SetProperty(BodyId body, std::string_view name, PropertyValue value, std::uint64_t change);
+  // Of the owned bodies those whose properties were changed, ascending; valid until the next call that changes the
+  // region.
+  std::span<const ChangedProperties> properties() const;
 
   // --- Standby: the heir's copy.
   // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call

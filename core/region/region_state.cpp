@@ -32,6 +32,11 @@ const StateBody* RegionState::Find(BodyId id) const {
   return it != bodies.end() && it->id == id ? &*it : nullptr;
 }
 
+CarriedProperties RegionState::PropertiesOf(BodyId id) const {
+  const auto it = properties.find(id);
+  return it == properties.end() ? CarriedProperties() : it->second;
+}
+
 absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) {
   BodyId last;
   for (const StateBody& body : state.bodies) {
@@ -40,6 +45,11 @@ absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) 
     if (absl::Status status = CheckKnown(body.id, catalog); !status.ok()) return status;
     if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", body.id.value(), ": epoch 0"));
     if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
+  }
+  for (const auto& [id, changed] : state.properties) {
+    if (state.Find(id) == nullptr) return Bad(absl::StrCat("properties: body ", id.value(), " is not there"));
+    if (changed.empty()) return Bad(absl::StrCat("properties: body ", id.value(), " has none"));
+    if (absl::Status status = CheckProperties(id, changed, catalog); !status.ok()) return status;
   }
   return CheckControls(state);
 }
@@ -66,6 +76,8 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   merged.bodies.reserve(bodies.size());
   for (const auto& [id, entry] : bodies) {
     merged.bodies.push_back(entry.first);
+    CarriedProperties properties = entry.second->PropertiesOf(id);
+    if (!properties.empty()) merged.properties.emplace(id, std::move(properties));
     if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
   }
   merged.spawned.assign(spawned.begin(), spawned.end());

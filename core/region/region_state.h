@@ -32,6 +32,7 @@ struct KeptGrant {
   BodyState state;
   PlayerControl control;               // of a player's body
   std::vector<TouchingPair> touching;  // whose events its owner reports
+  CarriedProperties properties = {};
   friend bool operator==(const KeptGrant&, const KeptGrant&) = default;
 };
 using KeptGrants = std::map<std::pair<BodyId, Epoch>, KeptGrant>;  // epoch: of the ownership that was granted
@@ -46,9 +47,11 @@ struct RegionState {
   std::vector<PlayerNumber> spawned;               // ascending: whose bodies it has made
   std::vector<TouchingPair> touching;              // ascending: begun and told, not ended
   KeptGrants grants;
+  std::map<BodyId, CarriedProperties> properties;  // of bodies among them, where changed
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;
+  CarriedProperties PropertiesOf(BodyId id) const;  // empty where nothing was changed
 };
 
 // INVALID_ARGUMENT naming the body: one that is not of the scene, a state that is not sane, lists out of order.

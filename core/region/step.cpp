@@ -80,6 +80,7 @@ void RegionStep::OwnInitial() {
     if (!mine) continue;
     bodies.Own(body.id, body.epoch, body.state);
     if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), initial.controls.at(PlayerOf(body.id)));
+    properties.Adopt(body.id, initial.PropertiesOf(body.id));
   }
   for (const PlayerNumber player : initial.spawned) players.MarkSpawned(player);
   const auto reported_here = [&](const TouchingPair& pair) { return bodies.Owns(reports.ReporterOf(pair)); };
@@ -152,6 +153,16 @@ absl::Status RegionStep::CheckClaims(const Frame& frame) const {
   return absl::OkStatus();
 }
 
+// What a grant has told already cannot be changed any more; the new owner is to be asked.
+absl::Status RegionStep::SetProperty(BodyId id, std::string_view name, PropertyValue value,
+                                     std::uint64_t change_number) {
+  if (!bodies.Owns(id)) return absl::NotFoundError(absl::StrCat("body ", id.value(), " is not owned here"));
+  if (FindHandedOut(id) != nullptr) {
+    return absl::NotFoundError(absl::StrCat("body ", id.value(), " is being handed over"));
+  }
+  return properties.Set(id, config.scene->properties, name, std::move(value), change_number);
+}
+
 RegionStep::Frames RegionStep::TakeFrames() {
   Frames frames;
   frames.reserve(neighbors.size());
@@ -186,6 +197,7 @@ void RegionStep::HandOut(StepResult& result) {
     reports.Release(id);
     result.departures.push_back({id, Epoch(out.record.epoch.value() - 1), DepartureReason::kHandedOver, out.to});
     bodies.BecomeGhost(out.record, out.to);
+    properties.Release(id);
     ++result.handed_out;
   }
 }
@@ -206,6 +218,7 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
         taken_in.push_back(body.id);
         due_confirmations.push_back({body.id, body.epoch, neighbors[i], tick + 1});
         if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), grant.control);
+        properties.Adopt(body.id, body.properties);
         ++result.handed_in;
       }
       if (news) reports.Adopt(grant.touching);
@@ -249,6 +262,7 @@ void RegionStep::UpdatePlayers(StepResult& result) {
     const Epoch epoch = bodies.owned()[static_cast<std::size_t>(index)].epoch;
     result.departures.push_back({id, epoch, DepartureReason::kRemoved, RegionId()});
     players.Release(player);
+    properties.Release(id);
     bodies.RemoveOwned(id);
     reports.BodyLeft();
   }
@@ -315,6 +329,7 @@ void RegionStep::ReadBack(StepResult& result) {
     result.departures.push_back({id, epoch, DepartureReason::kRemoved, RegionId()});
     result.nonfinite.push_back(id);
     if (IsPlayerBody(id)) players.Release(PlayerOf(id));
+    properties.Release(id);
     std::erase_if(border, [lost = id](const BorderContact& contact) { return contact.own == lost; });
     reports.BodyLeft();
   }

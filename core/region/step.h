@@ -9,6 +9,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "core/region/bodies.h"
@@ -20,6 +21,7 @@
 #include "core/region/map_change.h"
 #include "core/region/pair_reports.h"
 #include "core/region/players.h"
+#include "core/region/property_table.h"
 #include "core/region/reach.h"
 #include "core/region/region.h"
 #include "core/region/resolve.h"
@@ -39,6 +41,7 @@ class RegionStep {
   void Close(RegionId neighbor);
   bool OpenTo(RegionId region) const;
   // Standby, maps and failover: see Region.
+  absl::Status SetProperty(BodyId id, std::string_view name, PropertyValue value, std::uint64_t change_number);
   void SetStandby(bool on);
   void LogAcknowledged(Tick up_to);
   RegionState State() const;
@@ -76,6 +79,7 @@ class RegionStep {
   Players players;
   Inbox inbox;
   PairReports reports;
+  PropertyTable properties;  // of the bodies that are owned
   Reach reach;
   Tick tick;
   std::vector<HandedOut> handed_out;  // decided in the last step, ascending by body; true from the next on

@@ -57,7 +57,7 @@ void RegionStep::SayAgain(std::size_t neighbor) {
     // It went on here meanwhile.
     const Ghost* ghost = bodies.FindGhost(id);
     const bool went_on = ghost != nullptr && ghost->owner == kept.to && ghost->record.epoch == epoch;
-    const GrantedBody body{id, epoch, went_on ? bodies.world().StateOf(id) : kept.state};
+    const GrantedBody body{id, epoch, went_on ? bodies.world().StateOf(id) : kept.state, kept.properties};
     const BodyId anchor = catalog.AssemblyOf(id).front();
     const auto of_assembly = [&](const Grant& grant) {
       return catalog.AssemblyOf(grant.bodies.front().id).front() == anchor;

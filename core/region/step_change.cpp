@@ -134,6 +134,7 @@ absl::Status RegionStep::FindCopies(const Resolution& resolution, std::span<cons
     KeptGrant& copy = copies[takeover.body];
     copy.tick = state->tick;
     copy.state = body->state;
+    copy.properties = state->PropertiesOf(takeover.body);
     if (IsPlayerBody(takeover.body)) copy.control = state->controls.at(PlayerOf(takeover.body));
     const auto reported_by = [&](const TouchingPair& pair) { return reports.ReporterOf(pair) == takeover.body; };
     std::copy_if(state->touching.begin(), state->touching.end(), std::back_inserter(copy.touching), reported_by);
@@ -186,6 +187,7 @@ absl::StatusOr<StepResult> RegionStep::Resume(const Resolution& resolution, std:
   AdoptMap(map, true);
   log_.Restart();
   reports.TakeChanges();
+  properties.TakeNews();
   acknowledged = Tick();
   Predict();
   ReleaseConfirmations();
@@ -202,6 +204,7 @@ void RegionStep::LetGo(BodyId id, RegionId to, const std::map<BodyId, KeptGrant>
   if (!copies.contains(id)) result.departures.push_back({id, epoch, DepartureReason::kHandedOver, to});
   if (IsPlayerBody(id)) players.Release(PlayerOf(id));
   reports.Release(id);
+  properties.Release(id);
   bodies.RemoveOwned(id);
   reports.BodyLeft();
 }
@@ -209,6 +212,7 @@ void RegionStep::LetGo(BodyId id, RegionId to, const std::map<BodyId, KeptGrant>
 void RegionStep::TakeUp(const Takeover& takeover, const KeptGrant& copy) {
   bodies.Own(takeover.body, takeover.epoch, copy.state);
   if (IsPlayerBody(takeover.body)) players.Adopt(PlayerOf(takeover.body), copy.control);
+  properties.Adopt(takeover.body, copy.properties);
   reports.Adopt(copy.touching);
 }
 

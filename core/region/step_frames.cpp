@@ -85,11 +85,11 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
       record.torque_nm = control->torque_nm;
       grant.control = players.MakeGrant(PlayerOf(id));
     }
-    grant.bodies.push_back({id, epoch, body.state});
+    grant.bodies.push_back({id, epoch, body.state, properties.Of(id)});
     std::vector<TouchingPair> touching = reports.Pairs(id);
     grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
     handed_out.push_back({record, to});
-    unconfirmed[{id, epoch}] = {to, tick, body.state, grant.control, std::move(touching)};
+    unconfirmed[{id, epoch}] = {to, tick, body.state, grant.control, std::move(touching), properties.Of(id)};
   }
   OutboxTo(to)->grants.push_back(std::move(grant));
 }

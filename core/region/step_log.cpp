@@ -10,6 +10,7 @@ void RegionStep::SetStandby(bool on) {
   acknowledged = Tick();
   reports.KeepChanges(on);
   reports.TakeChanges();
+  properties.KeepNews(on);
   log_.Restart();
 }
 
@@ -28,13 +29,18 @@ RegionState RegionStep::State() const {
   state.spawned.assign(players.spawned().begin(), players.spawned().end());
   state.touching = reports.All();
   state.grants = unconfirmed;
+  for (const ChangedProperties& entry : properties.all()) {
+    state.properties[entry.body] = {entry.change, *entry.bytes};
+  }
   return state;
 }
 
 void RegionStep::WriteLog(StepResult& result) {
   if (!standby_on) return;
   const std::vector<PairChange> changes = reports.TakeChanges();
-  LogView view{config.self, config.incarnation, tick, bodies.owned(), {}, {}, changes, &unconfirmed};
+  LogView view{config.self, config.incarnation, tick, bodies.owned(), {}, {}, changes, &unconfirmed, {}};
+  const std::vector<ChangedProperties> news = properties.TakeNews();
+  view.properties = log_.whole() ? properties.all() : std::span<const ChangedProperties>(news);
   if (config.scene->player.has_value()) {
     view.controls = players.Controls();
     view.spawned.assign(players.spawned().begin(), players.spawned().end());
