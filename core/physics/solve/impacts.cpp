@@ -92,14 +92,12 @@ struct Striking {
     for (int k = 0; k < 3; ++k) block.lag.apart[k].f[lane] += block.head.normal[k].f[lane] * by_m;
   }
 
- private:
   void NoteLag(Vec3f made) {
     block.lag.made[0].f[lane] += made.x;
     block.lag.made[1].f[lane] += made.y;
     block.lag.made[2].f[lane] += made.z;
   }
 
- public:
   Block& block;
   const int lane;
   SolvedState &a, &b;
