@@ -105,6 +105,15 @@ struct Onward : Flight {
     simulation().RunTo(Tick(4));
     control().HoldLog(RegionId(2), true);  // it confirms nothing, and its heir has nothing of the ball
   }
+  // Until 4 has it, and neither it nor 2 has confirmed.
+  void RunUntilNobodyHasConfirmed() {
+    control().HoldLog(RegionId(4), true);
+    RunUntilOwnedBy(2);
+    RunUntilOwnedBy(4);
+    simulation().RunFor(Milliseconds(100));
+    ASSERT_TRUE(Keeps(1));
+    ASSERT_TRUE(Keeps(2));
+  }
 };
 
 TEST(HandoverDeathTest, WhatWasGrantedOnwardToAThirdStaysThere) {
@@ -120,12 +129,7 @@ TEST(HandoverDeathTest, WhatWasGrantedOnwardToAThirdStaysThere) {
 
 TEST(HandoverDeathTest, WhatWasGrantedOnwardIsRevivedByTheSecondIfTheThirdDies) {
   Onward flight;
-  flight.control().HoldLog(RegionId(4), true);
-  flight.RunUntilOwnedBy(2);
-  flight.RunUntilOwnedBy(4);
-  flight.simulation().RunFor(Milliseconds(100));
-  ASSERT_TRUE(flight.Keeps(1));
-  ASSERT_TRUE(flight.Keeps(2));
+  flight.RunUntilNobodyHasConfirmed();
   flight.control().HoldLog(RegionId(2), false);
   flight.simulation().Kill(RegionId(4));
   flight.RunUntilOwnedBy(2);
@@ -135,11 +139,7 @@ TEST(HandoverDeathTest, WhatWasGrantedOnwardIsRevivedByTheSecondIfTheThirdDies) 
 
 TEST(HandoverDeathTest, WhatWasGrantedOnwardIsRevivedByTheFirstIfBothOthersDieTogether) {
   Onward flight;
-  flight.control().HoldLog(RegionId(4), true);
-  flight.RunUntilOwnedBy(2);
-  flight.RunUntilOwnedBy(4);
-  flight.simulation().RunFor(Milliseconds(100));
-  ASSERT_TRUE(flight.Keeps(1));
+  flight.RunUntilNobodyHasConfirmed();
   flight.simulation().Kill(RegionId(2));
   flight.simulation().Kill(RegionId(4));
   flight.ExpectOne(1);
