@@ -206,6 +206,25 @@ TEST(ChangeTest, ANewcomerWhoseHostDiesBeforeItStartsIsWaitedForNoLonger) {
   ExpectEachBodyOnce(harness, 2);
 }
 
+TEST(ChangeTest, ANewcomerHasAnHeirBeforeItsMapIsInForce) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 8);
+  auto& beta = harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 2);
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Exchange();
+  auto& home = harness.AgentOf(id, 3);
+  const v1::WorkerOrder& order = home.fake.workers.at({id, 3}).order;
+  ASSERT_TRUE(order.joins_running());
+  ASSERT_NE(order.heir(), 0U);
+  EXPECT_EQ(harness.Get(id).map().version(), 1U);
+  auto& heirs = harness.AgentOf(id, order.heir());
+  EXPECT_NE(&heirs, &home);
+  EXPECT_TRUE(&heirs == &alpha || &heirs == &beta);
+  const auto& wards = heirs.fake.workers.at({id, order.heir()}).order.wards();
+  EXPECT_EQ(std::count(wards.begin(), wards.end(), 3U), 1);
+}
+
 TEST(ChangeTest, ADeathAmidAChangeIsCarriedOnAndTheChangeDone) {
   for (int step = 0; step < 12; ++step) {
     SCOPED_TRACE(step);

@@ -170,13 +170,21 @@ absl::Status Cluster::StoreInstance(InstanceEntry& instance, const records::Inst
   return absl::OkStatus();
 }
 
-void Cluster::HandleTimer(Moment now) {
-  // Whoever stood still itself has heard nobody: that is no silence of theirs.
-  const Steady paused = last_timer_.count() == 0 ? Steady(0) : now.steady - last_timer_;
-  last_timer_ = now.steady;
-  if (paused > kOwnPause) {
-    for (auto& [number, host] : hosts_) host.last_heard = std::min(now.steady, host.last_heard + paused);
+// Whoever stood still itself has heard nobody: that is no silence of theirs. Noted before anything is made of what came
+// meanwhile, of which the first may be old.
+void Cluster::NoteTime(Moment now) {
+  const Steady paused = last_call_.count() == 0 ? Steady(0) : now.steady - last_call_;
+  last_call_ = now.steady;
+  if (paused <= kOwnPause) return;
+  const auto later = [&](Steady& time) { time = std::min(now.steady, time + paused); };
+  for (auto& [number, host] : hosts_) later(host.last_heard);
+  for (auto& [number, instance] : instances_) {
+    for (WorkerEntry& worker : instance.workers) later(worker.witnessed_at);
   }
+}
+
+void Cluster::HandleTimer(Moment now) {
+  NoteTime(now);
   for (auto& [number, host] : hosts_) {
     const bool admitted = !host.record.secret_hash().empty();
     if (admitted && !host.lost && now.steady - host.last_heard > settings_.lost_after) MarkLost(now, host);

@@ -183,6 +183,7 @@ class Cluster {
   std::vector<FreeHost> HeardHosts(Moment now, const InstanceEntry* without) const;
   absl::StatusOr<PlacementPlan> PlaceAnew(Moment now, const PartitionMap& map, const InstanceEntry* without) const;
   void MarkDesired(HostEntry& host);
+  void NoteTime(Moment now);
   void Heard(Moment now, HostEntry& host);
   void MarkLost(Moment now, HostEntry& host);
   absl::Status HandleHeartbeat(Moment now, HostEntry& host, const v1::AgentHeartbeat& heartbeat);
@@ -264,7 +265,7 @@ class Cluster {
   std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
   std::map<SessionId, std::uint64_t> sessions_;       // to the host's number
   SessionId last_session_ = 0;
-  Steady last_timer_{0};             // 0: not yet
+  Steady last_call_{0};              // of agents or the timer; 0: not yet
   std::uint64_t last_revision_ = 0;  // of orders and desired sets; the upper half is the number of this life
   Effects effects_;
 };

@@ -80,6 +80,7 @@ absl::Status Cluster::CheckHostSecret(const std::string& host_id, const std::str
 }
 
 absl::StatusOr<Cluster::Admission> Cluster::HandleHello(Moment now, const v1::AgentHello& hello) {
+  NoteTime(now);
   if (absl::Status status = CheckHello(hello); !status.ok()) return status;
   const auto authenticated = Authenticate(hello);
   if (!authenticated.ok()) return authenticated.status();
@@ -134,6 +135,7 @@ absl::Status Cluster::HandleAgentMessage(Moment now, SessionId session, const v1
   const auto found = HostOf(session);
   if (!found.ok()) return found.status();
   HostEntry& host = **found;
+  NoteTime(now);
   Heard(now, host);
   std::set<std::uint64_t> touched;
   switch (message.kind_case()) {

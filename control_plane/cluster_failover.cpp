@@ -59,12 +59,14 @@ void Cluster::NoticeDeadExited(const v1::WorkerExited& exited, std::set<std::uin
   }
 }
 
-// An heir whose copy of a region grows is a witness that the region lives, whatever its own agent says.
+// An heir whose copy of a region grows, or who is asked for leases while all stand still for a failover, is a witness
+// that the region lives, whatever its own agent says.
 void Cluster::Witness(Moment now, InstanceEntry& instance, const v1::WorkerReport& before,
                       const v1::WorkerReport& report) {
   for (const v1::StandbyStatus& standby : report.standbys()) {
     const bool grown = std::none_of(before.standbys().begin(), before.standbys().end(), [&](const auto& old) {
-      return old.incarnation() == standby.incarnation() && old.tick() >= standby.tick();
+      return old.incarnation() == standby.incarnation() && old.tick() >= standby.tick() &&
+             old.signs() >= standby.signs();
     });
     if (!grown) continue;
     for (WorkerEntry& worker : instance.workers) {
@@ -93,7 +95,8 @@ bool Cluster::Outlives(const InstanceEntry& instance, std::size_t heir, std::siz
 
 // Those that have ended; and those that are silent while another, whose voice we hear, has a whole copy to go on with.
 // A silent one without that may well run on, and is left alone. A newcomer that is silent before its map is committed
-// has nothing to lose, and all the others wait for it.
+// has nothing to lose, one that is silent thereafter has confirmed nothing that its heir lacks; all the others wait for
+// either.
 std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) const {
   std::vector<Death> deaths;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
@@ -101,7 +104,8 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
     if (worker.gone) {
       deaths.push_back({worker.region, worker.incarnation, true});
     } else if (Silent(now, instance, i)) {
-      if (instance.record.placements(static_cast<int>(i)).joins() && !instance.record.planned().committed()) {
+      const bool newcomer = instance.record.placements(static_cast<int>(i)).joins();
+      if (newcomer && !instance.record.planned().committed()) {
         deaths.push_back({worker.region, worker.incarnation, false});
         continue;
       }
@@ -110,7 +114,9 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
         const bool copied =
             std::any_of(other.report.standbys().begin(), other.report.standbys().end(),
                         [&](const v1::StandbyStatus& standby) { return standby.incarnation() == worker.incarnation; });
-        if (!copied || other.gone || Silent(now, instance, heir) || !Outlives(instance, heir, i)) continue;
+        const bool heir_of_newcomer = newcomer && HeirOf(instance.record, worker.region) == other.region;
+        if (!(copied || heir_of_newcomer) || other.gone || Silent(now, instance, heir) || !Outlives(instance, heir, i))
+          continue;
         deaths.push_back({worker.region, worker.incarnation, false});
         break;
       }

@@ -19,12 +19,6 @@ const v1::PartitionMap& BaseMap(const records::Instance& record) {
   return record.planned().committed() ? record.planned().map() : record.map();
 }
 
-std::uint32_t HeirOf(const v1::PartitionMap& map, std::uint32_t region) {
-  const auto found = std::find_if(map.regions().begin(), map.regions().end(),
-                                  [region](const v1::MapRegion& r) { return r.id() == region; });
-  return found == map.regions().end() ? 0 : found->heir();
-}
-
 bool InMap(const v1::PartitionMap& map, std::uint32_t region) {
   return std::any_of(map.regions().begin(), map.regions().end(),
                      [region](const v1::MapRegion& r) { return r.id() == region; });
@@ -53,7 +47,8 @@ void Bury(const records::Instance& before, const Death& death, records::Instance
     dead.set_incarnation(death.incarnation);
     dead.set_host_id(placed->host_id());
     dead.set_exit_seen(death.exit_seen);
-    dead.set_heir(HeirOf(before.map(), death.region));
+    dead.set_heir(HeirOf(before, death.region));
+    dead.set_newcomer(placed->joins());
   }
   auto& kept = *next.mutable_placements();
   kept.erase(std::remove_if(kept.begin(), kept.end(),
@@ -82,6 +77,15 @@ void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, c
   }
 }
 
+// Whether the world can go on although nobody has a copy of these. A newcomer confirms nothing before its heir has a
+// copy, so all that it was granted is still with those who granted it.
+bool HadNothingOfItsOwn(const records::Failover& failover, std::span<const RegionId> regions) {
+  return std::all_of(regions.begin(), regions.end(), [&](RegionId region) {
+    const records::Dead* dead = FindDead(failover, region.value());
+    return dead != nullptr && dead->newcomer();
+  });
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths) {
@@ -90,7 +94,7 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
     for (const records::Dead& dead : record.failover().dead()) heir_of[dead.region()] = dead.heir();
   }
   for (const Death& death : deaths) {
-    if (InMap(record.map(), death.region)) heir_of[death.region] = HeirOf(record.map(), death.region);
+    if (InMap(BaseMap(record), death.region)) heir_of[death.region] = HeirOf(record, death.region);
   }
   std::vector<std::uint32_t> beyond;
   for (const auto& [region, heir] : heir_of) {
@@ -190,7 +194,9 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
   for (const records::Dead& entry : record.failover().dead()) dead.emplace_back(entry.region());
   const auto resolution = region::Resolve(*map, dead, inventories, ToIds(record.bodies()));
   if (!resolution.ok()) return resolution.status();
-  if (!resolution->without_standby.empty()) {
+  const bool nothing_missing =
+      resolution->lost.empty() && HadNothingOfItsOwn(record.failover(), resolution->without_standby);
+  if (!resolution->without_standby.empty() && !nothing_missing) {
     return absl::DataLossError(
         absl::StrCat("no region has a whole copy of region ",
                      absl::StrJoin(resolution->without_standby, ", ",

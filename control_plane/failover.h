@@ -55,7 +55,8 @@ std::string WaitsFor(const records::Instance& record, const FailoverWatch& watch
 absl::StatusOr<bool> TakeInventory(const records::Instance& record, std::uint32_t region,
                                    const v1::Inventory& inventory, Moment now, FailoverWatch& watch);
 
-// With the resolution. DATA_LOSS names the regions of which no copy was found.
+// With the resolution. DATA_LOSS names the regions of which no copy was found; a newcomer that died before its heir had
+// one is none of them, unless a body is missing.
 absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const FailoverWatch& watch);
 
 // The region that has the player's spawn point. Requires a spawn point.

@@ -39,6 +39,16 @@ void ExpectNoIncarnationTwice(const ClusterHarness& harness) {
   }
 }
 
+// Time passes in quarter seconds; what the agent's workers hold of their wards grows with it.
+void RunWhileCopiesGrow(ClusterHarness& harness, ClusterHarness::Agent& agent, int quarters) {
+  for (int i = 0; i < quarters; ++i) {
+    for (auto& [key, worker] : agent.fake.workers) {
+      for (v1::StandbyStatus& standby : *worker.report.mutable_standbys()) standby.set_tick(standby.tick() + 15);
+    }
+    harness.Run(milliseconds(250));
+  }
+}
+
 bool Joined(const std::vector<v1::InstanceEvent>& events, const std::string& text) {
   return std::any_of(events.begin(), events.end(),
                      [&](const v1::InstanceEvent& event) { return event.text().find(text) != std::string::npos; });
@@ -158,12 +168,7 @@ TEST(FailoverTest, AHeirWhoseCopyGrowsIsAWitnessThatTheRegionLives) {
   auto& beta = harness.AddHost("beta", 4);
   const std::string id = Start(harness, 4);
   beta.silent = true;  // its agent is away; its workers are not
-  for (int i = 0; i < 40; ++i) {
-    for (auto& [key, worker] : alpha.fake.workers) {
-      for (v1::StandbyStatus& standby : *worker.report.mutable_standbys()) standby.set_tick(standby.tick() + 15);
-    }
-    harness.Run(milliseconds(250));
-  }
+  RunWhileCopiesGrow(harness, alpha, 40);
   EXPECT_EQ(harness.Get(id).failovers(), 0u);
   EXPECT_EQ(harness.Get(id).map().version(), 1u);
   EXPECT_THAT(harness.Get(id).reason(), HasSubstr("host beta is silent"));
@@ -175,12 +180,7 @@ TEST(FailoverTest, OfTwoHostsThatFallSilentTogetherNeitherIsDeclaredDeadBeforeOn
   auto& beta = harness.AddHost("beta", 4);
   const std::string id = Start(harness, 4);
   beta.silent = true;  // its agent is away; its workers are not
-  for (int i = 0; i < 8; ++i) {
-    for (auto& [key, worker] : alpha.fake.workers) {
-      for (v1::StandbyStatus& standby : *worker.report.mutable_standbys()) standby.set_tick(standby.tick() + 15);
-    }
-    harness.Run(milliseconds(250));
-  }
+  RunWhileCopiesGrow(harness, alpha, 8);
   harness.Run(milliseconds(250));  // alpha's last word tells nothing new of beta
   alpha.silent = true;
   harness.Run(seconds(5));
@@ -332,6 +332,70 @@ TEST(FailoverTest, WhoACommittedMapLeavesOutMayDieBeforeThatIsInForce) {
   EXPECT_TRUE(next->planned().committed());  // the others go by it: it cannot be taken back
   EXPECT_FALSE(next->has_failover());
   EXPECT_EQ(next->placements_size(), 2);
+}
+
+// Regions 1 and 2, which have a body each, are to be joined by 3, whose map is committed; it dies, and its heir 1 has
+// nothing of it.
+struct Newcomer {
+  Newcomer() {
+    *record.mutable_map() = ToProto(*MakeGridMap({0, 0, 100, 100}, 2));
+    *record.mutable_planned()->mutable_map() = ToProto(*MakeGridMap({0, 0, 100, 100}, 3));
+    record.mutable_planned()->mutable_map()->set_version(2);
+    for (v1::MapRegion& region : *record.mutable_planned()->mutable_map()->mutable_regions()) {
+      region.set_heir(region.id() % 3 + 1);
+    }
+    record.mutable_planned()->set_committed(true);
+    for (std::uint32_t region = 1; region <= 3; ++region) {
+      records::Placement& placement = *record.add_placements();
+      placement.set_region(region);
+      placement.set_incarnation(region);
+      placement.set_joins(region == 3);
+    }
+    records::IdRange& bodies = *record.add_bodies();
+    bodies.set_first(1);
+    bodies.set_last(2);
+  }
+  absl::StatusOr<records::Instance> Fail() const {
+    const auto begun = BeginFailover(record, {{3, 3, true}}, [](RegionId) { return std::string("host-1"); }, {});
+    if (!begun.ok()) return begun.status();
+    FailoverWatch watch;
+    for (std::uint32_t region = 1; region <= 2; ++region) {
+      v1::Inventory& inventory = watch.inventories[region];
+      inventory.set_version(begun->map().version());
+      inventory.set_region(region);
+      inventory.set_tick(100);
+      inventory.mutable_owned()->add_bodies(region);
+      inventory.mutable_owned()->add_epochs(1);
+    }
+    return ResolveFailover(*begun, watch);
+  }
+
+  records::Instance record;
+};
+
+TEST(FailoverTest, ANewcomerThatDiesBeforeItsHeirHasACopyHadNothingThatNobodyElseHas) {
+  const auto next = Newcomer().Fail();
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_EQ(next->failover().dead(0).heir(), 1U);
+  EXPECT_EQ(next->lost_bodies(), 0U);
+}
+
+TEST(FailoverTest, OfANewcomerNobodyHasACopyAndABodyIsMissing) {
+  Newcomer setup;
+  setup.record.mutable_bodies(0)->set_last(3);
+  EXPECT_EQ(setup.Fail().status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(FailoverTest, OfWhoIsNoNewcomerThereMustBeACopy) {
+  Newcomer setup;
+  setup.record.mutable_placements(2)->set_joins(false);
+  EXPECT_EQ(setup.Fail().status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(FailoverTest, ANewcomerThatDiesTogetherWithItsHeirIsBeyondFailover) {
+  const Newcomer setup;
+  EXPECT_TRUE(BeyondFailover(setup.record, {{3, 3, true}}).empty());
+  EXPECT_THAT(BeyondFailover(setup.record, {{1, 1, true}, {3, 3, true}}), testing::Contains(3U));
 }
 
 TEST(LeaseTest, IsRenewedForWhoIsToRunAndForNobodyElse) {

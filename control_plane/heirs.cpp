@@ -28,7 +28,19 @@ std::vector<Candidate> Candidates(const PartitionMap& map, std::size_t self, con
   return candidates;
 }
 
+const v1::MapRegion* Find(const v1::PartitionMap& map, std::uint32_t region) {
+  const auto found = std::find_if(map.regions().begin(), map.regions().end(),
+                                  [region](const v1::MapRegion& r) { return r.id() == region; });
+  return found == map.regions().end() ? nullptr : &*found;
+}
+
 }  // namespace
+
+std::uint32_t HeirOf(const records::Instance& record, std::uint32_t region) {
+  const v1::MapRegion* found = Find(record.map(), region);
+  if (found == nullptr) found = Find(record.planned().map(), region);
+  return found == nullptr ? 0 : found->heir();
+}
 
 absl::StatusOr<PartitionMap> WithHeirs(const PartitionMap& map, const HostOfRegion& host_of) {
   std::vector<MapRegion> regions(map.regions().begin(), map.regions().end());

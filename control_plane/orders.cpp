@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "control_plane/heirs.h"
 #include "control_plane/settings.h"
 
 namespace tessera::control {
@@ -22,9 +23,9 @@ void SetFailover(const records::Instance& record, v1::WorkerOrder& order) {
 }
 
 void SetHeirs(const records::Instance& record, v1::WorkerOrder& order) {
-  for (const v1::MapRegion& region : record.map().regions()) {
-    if (region.id() == order.region()) order.set_heir(region.heir());
-    if (region.heir() == order.region()) order.add_wards(region.id());
+  order.set_heir(HeirOf(record, order.region()));
+  for (const records::Placement& placement : record.placements()) {
+    if (HeirOf(record, placement.region()) == order.region()) order.add_wards(placement.region());
   }
   // The copies of the dead are what is taken up.
   for (const records::Dead& dead : record.failover().dead()) {

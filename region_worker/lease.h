@@ -32,8 +32,7 @@ class Lease {
   static constexpr Duration kAskDistance = std::chrono::milliseconds(100);
 
   // From now on it is needed. The first one has to be asked for too: the order that says so may have been long on its
-  // way. Whoever knows that it will be needed asks in advance, and does not stand still then. Repeating it does
-  // nothing.
+  // way. Repeating it does nothing.
   void Require() { required_ = true; }
   void Release() {
     required_ = false;
@@ -49,8 +48,8 @@ class Lease {
   TimePoint expiry() const { return expiry_; }
 
   // The number of a request that is to go out now, if one is.
-  std::optional<std::uint64_t> Ask(TimePoint now, bool in_advance = false) {
-    if ((!required_ && !in_advance) || now + kAskBelow <= expiry_ || now < next_ask_) return std::nullopt;
+  std::optional<std::uint64_t> Ask(TimePoint now) {
+    if (!required_ || now + kAskBelow <= expiry_ || now < next_ask_) return std::nullopt;
     next_ask_ = now + kAskDistance;
     asked_[++number_] = now;
     if (asked_.size() > kAskedKept) asked_.erase(asked_.begin());

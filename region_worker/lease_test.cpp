@@ -27,17 +27,6 @@ TEST(LeaseTest, WithoutAnHeirNoneIsNeeded) {
   EXPECT_TRUE(lease.Held(kStart + std::chrono::hours(1)));
 }
 
-TEST(LeaseTest, OneThatWasAskedForInAdvanceIsHeldOnceItIsNeeded) {
-  Lease lease;
-  const auto number = lease.Ask(kStart, true);
-  ASSERT_TRUE(number.has_value());
-  lease.Answered(*number, Lease::kTtl);
-  EXPECT_FALSE(lease.Ask(kStart, true).has_value()) << "it lasts";
-  lease.Require();
-  EXPECT_TRUE(lease.Held(kStart + Lease::kTtl - milliseconds(1)));
-  EXPECT_FALSE(lease.Held(kStart + Lease::kTtl));
-}
-
 TEST(LeaseTest, AnHeirThatIsNoneAnyMoreRenewsNothing) {
   Lease lease = HeldLease();
   lease.Release();

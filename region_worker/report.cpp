@@ -65,16 +65,6 @@ void AddSpread(const region::Region& region, v1::WorkerReport& report) {
   AddQuantiles(z, *report.mutable_spread_z());
 }
 
-void AddWards(const Wards& wards, v1::WorkerReport& report) {
-  for (const auto& [region, ward] : wards.all()) {
-    if (!ward.copy.whole()) continue;
-    v1::StandbyStatus& out = *report.add_standbys();
-    out.set_region(region.value());
-    out.set_incarnation(ward.copy.incarnation().value());
-    out.set_tick(ward.copy.tick().value());
-  }
-}
-
 }  // namespace
 
 v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& address, const ReportedState& state,
@@ -102,7 +92,7 @@ v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& addre
     AddTicks(*ticks, report);
     AddSpread(ticks->region(), report);
   }
-  if (wards != nullptr) AddWards(*wards, report);
+  if (wards != nullptr) wards->Report(report);
   return report;
 }
 

@@ -50,6 +50,7 @@ void Wards::Take(RegionId from, Ward& ward, TimePoint now) {
   ward.partial.clear();
   if (taken.ok()) {
     ward.acknowledged_at = now;
+    ++ward.signs;
     links_.SendNow(from, Numbered(LinkMessageKind::kLogTaken, ward.copy.tick().value()));
     return;
   }
@@ -60,10 +61,12 @@ void Wards::Take(RegionId from, Ward& ward, TimePoint now) {
   links_.SendNow(from, Bare(LinkMessageKind::kLogAgain));
 }
 
+// Not before there is a copy: when a lease was given is told with that.
 void Wards::OnLeaseAsk(RegionId from, std::uint64_t number, TimePoint now) {
   const auto ward = wards_.find(from);
-  if (ward == wards_.end() || ward->second.dead) return;
+  if (ward == wards_.end() || ward->second.dead || !ward->second.copy.whole()) return;
   ward->second.acknowledged_at = now;
+  ++ward->second.signs;
   links_.SendNow(from, Numbered(LinkMessageKind::kLeaseGiven, number));
 }
 
@@ -80,6 +83,17 @@ std::vector<const region::Standby*> Wards::Dead() const {
     if (ward.dead && ward.copy.whole()) copies.push_back(&ward.copy);
   }
   return copies;
+}
+
+void Wards::Report(v1::WorkerReport& report) const {
+  for (const auto& [region, ward] : wards_) {
+    if (!ward.copy.whole()) continue;
+    v1::StandbyStatus& standby = *report.add_standbys();
+    standby.set_region(region.value());
+    standby.set_incarnation(ward.copy.incarnation().value());
+    standby.set_tick(ward.copy.tick().value());
+    standby.set_signs(ward.signs);
+  }
 }
 
 // A region that is wanted again is another life: it begins with a whole state.

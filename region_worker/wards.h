@@ -21,6 +21,7 @@
 #include "region_worker/link_port.h"
 #include "region_worker/tick_pacer.h"
 #include "region_worker/worker_metrics.h"
+#include "tessera/v1/worker_link.pb.h"
 
 namespace tessera::worker {
 
@@ -35,6 +36,7 @@ class Wards {
     region::Bytes partial;   // pieces of the message that is coming in
     net::PeerHandle link{};  // over which they come
     bool dead = false, wanted = true;
+    std::uint64_t signs = 0;  // of life
     TimePoint acknowledged_at{};
     TimePoint may_ask_at{};
   };
@@ -53,6 +55,8 @@ class Wards {
   std::vector<const region::Standby*> Dead() const;  // ascending; those that hold a whole tick
   // What became of the dead is settled.
   void Forget();
+  // Adds what it holds whole copies of.
+  void Report(v1::WorkerReport& report) const;
 
   const std::map<RegionId, Ward>& all() const { return wards_; }
 

@@ -211,11 +211,9 @@ void Worker::KeepLease(TimePoint now) {
       lease.Answered(renewal->number(), std::chrono::milliseconds(renewal->ttl_ms()));
     }
   }
-  // A region that joins gets its heir right after its first tick: to stand still then would hold up its neighbours.
-  const std::optional<std::uint64_t> number =
-      lease.Ask(now, order_.joins_running && phase_ == v1::WORKER_PHASE_RUNNING);
+  const std::optional<std::uint64_t> number = lease.Ask(now);
   if (!number) return;
-  if (lease.required()) links_->SendNow(ticks_->heir_log().heir(), Numbered(LinkMessageKind::kLeaseAsk, *number));
+  links_->SendNow(ticks_->heir_log().heir(), Numbered(LinkMessageKind::kLeaseAsk, *number));
   v1::LeaseRequest request;
   *request.mutable_identity() = ToProto(options_.identity);
   request.set_number(*number);

@@ -384,13 +384,7 @@ v1::WorkerReport DeployedWorker::MakeReport() const {
   report.set_paused(state.paused);
   report.set_unprotected(state.unprotected);
   report.set_acknowledged_tick(heir_log_->acknowledged().value());
-  for (const auto& [ward, held] : wards_->all()) {
-    if (!held.copy.whole()) continue;
-    v1::StandbyStatus& status = *report.add_standbys();
-    status.set_region(ward.value());
-    status.set_incarnation(held.copy.incarnation().value());
-    status.set_tick(held.copy.tick().value());
-  }
+  wards_->Report(report);
   return report;
 }
 

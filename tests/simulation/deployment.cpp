@@ -98,10 +98,29 @@ DeployedWorker* Deployment::Find(RegionId region) {
   return nullptr;
 }
 
-void Deployment::Kill(RegionId region) {
-  DeployedWorker* worker = Find(region);
-  const worker::Identity& identity = worker->identity();
-  host(worker->place()).KillWorker({identity.instance_id, identity.region.value(), identity.incarnation.value()});
+void Deployment::Kill(RegionId region) { Kill(*Find(region)); }
+
+void Deployment::Kill(const DeployedWorker& worker) {
+  const worker::Identity& identity = worker.identity();
+  host(worker.place()).KillWorker({identity.instance_id, identity.region.value(), identity.incarnation.value()});
+}
+
+DeployedWorker* Deployment::Newcomer() const {
+  for (DeployedWorker* worker : Workers()) {
+    if (worker->order().joins_running && Counts(*worker)) return worker;
+  }
+  return nullptr;
+}
+
+bool Deployment::Scale(std::uint32_t regions) {
+  if (!control_.alive()) return false;
+  v1::ScaleInstanceRequest request;
+  request.set_id(id_);
+  request.set_regions(regions);
+  const auto taken = control_.Call(
+      [&](control::Cluster& cluster, control::Moment now) { return cluster.ScaleInstance(now, request); });
+  if (taken.ok()) regions_ = regions;
+  return taken.ok();
 }
 
 bool Deployment::Calm() const {
@@ -110,13 +129,13 @@ bool Deployment::Calm() const {
 
 bool Deployment::Still() const {
   const std::vector<DeployedWorker*> workers = Workers();
-  if (workers.size() != regions_) return false;
+  if (workers.size() != regions_ || (control_.alive() && last_seen_.changes_size() > 0)) return false;
   const MapVersion version =
       workers.front()->worker() ? workers.front()->worker()->region().map().version() : MapVersion();
   return std::ranges::all_of(workers, [&](const DeployedWorker* worker) {
     if (!worker->Moves() || !worker->whole() || !Counts(*worker)) return false;
     const region::Region& region = worker->worker()->region();
-    return region.map().version() == version && region.announced() == MapVersion() && !InTransition(region.map()) &&
+    return region.map().version() == version && !region.committed() && !InTransition(region.map()) &&
            region.map().version().value() == last_seen_.map().version();
   });
 }

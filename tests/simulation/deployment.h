@@ -68,10 +68,16 @@ class Deployment {
   // The life of the region that is in the control plane's orders; null if none runs.
   DeployedWorker* Find(RegionId region);
   void Kill(RegionId region);
+  void Kill(const DeployedWorker& worker);
+  // The life that came while the world ran and whose map is not known to be in force; null if there is none.
+  DeployedWorker* Newcomer() const;
+  // Whether the control plane takes it on.
+  bool Scale(std::uint32_t regions);
   std::vector<DeployedWorker*> Workers() const;
 
-  v1::Instance instance() const;  // as the control plane told it last
-  const PartitionMap& map() const { return map_; }
+  v1::Instance instance() const;                      // as the control plane told it last
+  const PartitionMap& map() const { return map_; }    // the first
+  std::uint32_t regions() const { return regions_; }  // wanted
   RegionId OwnerOf(BodyId id) const;
   std::size_t bodies() const;  // that somebody who counts owns
   // All bodies are lost rightly: a region and its heir are.

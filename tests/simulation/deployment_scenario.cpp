@@ -7,8 +7,10 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kLongest = Milliseconds(4000);     // of a fault
-constexpr Micros kPatience = Milliseconds(12'000);  // until another region may be taken from the world
+constexpr Micros kLongest = Milliseconds(4000);        // of a fault
+constexpr Micros kPatience = Milliseconds(12'000);     // until another region may be taken from the world
+constexpr double kNewcomersYouth = Milliseconds(600);  // in which it may be struck; its map is in force then
+constexpr std::uint32_t kMostRegions = 7;
 
 bool TakesRegions(DeploymentFaultKind kind) { return kind >= DeploymentFaultKind::kWorkerDies; }
 
@@ -29,13 +31,15 @@ class Runner {
   const DeploymentScenario& scenario_;
   Deployment deployment_;
   std::uint32_t hosts_;
-  int active_ = 0;  // of those that take regions
+  bool settling_ = false;  // it is stopped and started as the deployment's own checks need
+  int active_ = 0;         // of those that take regions
   std::vector<std::uint32_t> players_;
 };
 
 // Everybody moves, and has an heir with a copy that the fault does not strike as well.
 bool Runner::Safe(const DeploymentFault& fault) {
-  // In the middle of a change a newcomer is not protected yet.
+  if (fault.kind == DeploymentFaultKind::kNewcomerDies) return active_ == 0 && deployment_.control().alive();
+  // In the middle of a change a newcomer's heir may have no copy yet.
   if (active_ > 0 || !deployment_.Still()) return false;
   const std::vector<DeployedWorker*> workers = deployment_.Workers();
   if (workers.size() < 2) return false;
@@ -72,7 +76,7 @@ void Runner::Begin(const DeploymentFault& fault) {
   const std::uint32_t host = fault.whom % hosts_ + 1;
   DeployedControl& control = deployment_.control();
   const auto start_control = [this] {
-    if (!deployment_.control().alive()) deployment_.control().Start();
+    if (!settling_ && !deployment_.control().alive()) deployment_.control().Start();
   };
   const auto start_agent = [this, host] {
     if (!deployment_.host(host).agent_alive()) deployment_.host(host).StartAgent();
@@ -101,6 +105,16 @@ void Runner::Begin(const DeploymentFault& fault) {
       return AtEnd(fault, [this] { deployment_.network().weather() = {}; });
     case DeploymentFaultKind::kPlayer:
       return PlayerComesOrLeaves(fault.whom);
+    case DeploymentFaultKind::kScale:
+      deployment_.Scale(1 + fault.whom % kMostRegions);
+      return;
+    case DeploymentFaultKind::kNewcomerDies:
+      deployment_.Scale(deployment_.regions() % kMostRegions + 1);
+      if (deployment_.RunUntil(kPatience, [this] { return deployment_.Newcomer() != nullptr; })) {
+        deployment_.RunFor(static_cast<Micros>(fault.strength * kNewcomersYouth));
+        if (const DeployedWorker* newcomer = deployment_.Newcomer()) deployment_.Kill(*newcomer);
+      }
+      return AtEnd(fault, over);
     case DeploymentFaultKind::kWorkerDies: {
       const std::vector<DeployedWorker*> workers = deployment_.Workers();
       deployment_.Kill(workers[fault.whom % workers.size()]->identity().region);
@@ -132,6 +146,7 @@ Outcome Runner::Run() {
   deployment_.RunFor(kLongest);
   deployment_.control().on_died = {};
   deployment_.control().DieAfterStores(0);
+  settling_ = true;
   deployment_.Settle();
   if (deployment_.instance().lost_bodies() > 0) {
     deployment_.ledger().Problem(deployment_.tick(),

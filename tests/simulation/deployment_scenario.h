@@ -23,13 +23,15 @@ enum class DeploymentFaultKind : std::uint8_t {
   kControlStandsStill,
   kWeather,  // everywhere
   kPlayer,   // comes, or leaves
+  kScale,
   // Those that take regions from the world.
   kWorkerDies,
   kHostCrashes,  // and comes back empty
   kHostCutOff,
   kHostStandsStill,
+  kNewcomerDies,  // of a world that is scaled up for that
 };
-inline constexpr std::size_t kDeploymentFaultKinds = 10;
+inline constexpr std::size_t kDeploymentFaultKinds = 12;
 inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFaultNames = {
     "agent dies",
     "control plane dies",
@@ -37,10 +39,12 @@ inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFault
     "control plane stands still",
     "weather",
     "player",
+    "scale",
     "worker dies",
     "host crashes",
     "host cut off",
-    "host stands still"};
+    "host stands still",
+    "newcomer dies"};
 
 struct DeploymentFault {
   DeploymentFaultKind kind = DeploymentFaultKind::kAgentDies;

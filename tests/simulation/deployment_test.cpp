@@ -83,6 +83,19 @@ TEST_F(DeploymentTest, AWorkerThatDiesWhileNoAgentRunsIsFoundMissing) {
   }
 }
 
+// All stand still and no copy grows; that its workers still ask for leases is what shows that they live.
+TEST_F(DeploymentTest, AnAgentThatDiesDuringAFailoverIsNoDeathOfItsWorkers) {
+  Deployed run;
+  const std::uint32_t place = run.deployment.Find(RegionId(2))->place();
+  run.deployment.Kill(RegionId(2));
+  run.deployment.host(3 - place).KillAgent();
+  run.deployment.RunFor(Milliseconds(3000));
+  run.deployment.host(3 - place).StartAgent();
+  run.deployment.RunFor(Milliseconds(1000));
+  EXPECT_EQ(run.deployment.totals().takeovers, 1U) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
 // --- The control plane.
 
 TEST_F(DeploymentTest, WithoutAControlPlaneTheWorldRunsOn) {
@@ -150,6 +163,22 @@ TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDead) {
   run.deployment.RunFor(Milliseconds(2000));
   EXPECT_EQ(run.deployment.totals().takeovers, 0U) << run.deployment.Standing();
   run.ExpectWhole();
+}
+
+// Of the workers of an agent that is dead it knows through their heirs, and of them nothing while it stood still.
+TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDeadWhoseAgentIs) {
+  for (const Micros stood : {Milliseconds(600), Milliseconds(2000), Milliseconds(4000)}) {
+    Deployed run;
+    run.deployment.host(1).KillAgent();
+    run.deployment.RunFor(Milliseconds(2000));
+    run.deployment.network().SetStalled(kControlNode, true);
+    run.deployment.RunFor(stood);
+    run.deployment.network().SetStalled(kControlNode, false);
+    run.deployment.RunFor(Milliseconds(2000));
+    run.deployment.host(1).StartAgent();
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U) << stood << run.deployment.Standing();
+    run.ExpectWhole();
+  }
 }
 
 // --- Machines.
@@ -224,14 +253,79 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
   }
 }
 
+// --- Newcomers.
+
+struct Growing : Deployed {
+  explicit Growing(DeploymentOptions options) : Deployed(options) {
+    EXPECT_TRUE(deployment.Scale(5));
+    EXPECT_TRUE(deployment.RunUntil(Milliseconds(2000), [&] { return deployment.Newcomer() != nullptr; }));
+  }
+  const DeployedWorker& newcomer() { return *deployment.Newcomer(); }
+  bool Joined() {
+    const DeployedWorker* worker = deployment.Newcomer();
+    return worker != nullptr && worker->worker() != nullptr && worker->order().planned->committed &&
+           worker->worker()->region().tick() >= worker->order().planned->effective;
+  }
+  void KillNewcomer() {
+    deployment.Kill(newcomer());
+    deployment.RunFor(Milliseconds(2000));
+    ExpectWhole();
+  }
+};
+
+TEST_F(DeploymentTest, ANewcomerMayDieBeforeItsMapIsInForce) {
+  for (Micros after = 0; after < Milliseconds(250); after += Milliseconds(10)) {
+    Growing run({.seed = after + 1});
+    run.deployment.RunFor(after);
+    ASSERT_FALSE(run.Joined());
+    run.KillNewcomer();
+    if (HasFailure()) FAIL() << after << run.deployment.Standing();
+  }
+}
+
+// At each moment of its first ticks, with and without what it owns and with and without a copy of that.
+TEST_F(DeploymentTest, ANewcomerMayDieInItsFirstTicks) {
+  int unprotected = 0, owners = 0, carried_on = 0;
+  for (Micros after = 0; after < Milliseconds(60); after += Milliseconds(1)) {
+    Growing run({.seed = after + 1});
+    ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(5000), [&] { return run.Joined(); }));
+    run.deployment.RunFor(after);
+    if (run.deployment.Newcomer() == nullptr) break;  // the map is known to be in force
+    unprotected += run.newcomer().whole() ? 0 : 1;
+    owners += run.newcomer().worker()->region().owned().empty() ? 0 : 1;
+    run.KillNewcomer();
+    carried_on += run.deployment.totals().takeovers > 0 ? 1 : 0;
+    if (HasFailure()) FAIL() << after << run.deployment.Standing();
+  }
+  EXPECT_GT(unprotected, 0);
+  EXPECT_GT(owners, 0);
+  EXPECT_GT(carried_on, 0);
+}
+
+TEST_F(DeploymentTest, AMachineWithANewcomerMayBeCutOffAtAnyTime) {
+  for (Micros after = 0; after < Milliseconds(700); after += Milliseconds(50)) {
+    Growing run({.seed = after + 1, .hosts = 3});
+    const std::uint32_t place = run.newcomer().place();
+    run.deployment.RunFor(after);
+    run.deployment.Cut(place, true);
+    run.deployment.RunFor(Milliseconds(4000));
+    run.deployment.Cut(place, false);
+    run.deployment.RunFor(Milliseconds(2000));
+    run.ExpectWhole();
+    if (HasFailure()) FAIL() << after << run.deployment.Standing();
+  }
+}
+
 // --- Lost together.
 
+struct Checkpointed : Deployed {
+  Checkpointed() : Deployed({.checkpoint_interval = std::chrono::milliseconds(5000)}) {
+    EXPECT_TRUE(deployment.RunUntil(Milliseconds(9000), [&] { return deployment.instance().checkpoints_size() > 0; }));
+  }
+};
+
 TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherComeBackFromTheCheckpointAsALossOfTime) {
-  DeploymentOptions options;
-  options.checkpoint_interval = std::chrono::milliseconds(5000);
-  Deployed run(options);
-  ASSERT_TRUE(
-      run.deployment.RunUntil(Milliseconds(9000), [&] { return run.deployment.instance().checkpoints_size() > 0; }));
+  Checkpointed run;
   const std::uint64_t saved = run.deployment.instance().checkpoints(0).tick();
   run.deployment.RunFor(Milliseconds(1000));
   const Tick last = run.TickOf(2);
@@ -258,11 +352,7 @@ TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherWithoutACheckpointAreNeverAS
 }
 
 TEST_F(DeploymentTest, AnHeirThatDiesDuringTheTakeoverCostsTheTimeSinceTheCheckpoint) {
-  DeploymentOptions options;
-  options.checkpoint_interval = std::chrono::milliseconds(5000);
-  Deployed run(options);
-  ASSERT_TRUE(
-      run.deployment.RunUntil(Milliseconds(9000), [&] { return run.deployment.instance().checkpoints_size() > 0; }));
+  Checkpointed run;
   run.deployment.RunFor(Milliseconds(500));
   const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
   run.deployment.Kill(RegionId(2));
