@@ -37,7 +37,8 @@ struct Settings {
 inline constexpr std::chrono::milliseconds kLeaseTtl{1000};
 // How much slower than ours a worker's clock may run within a TTL: 1 in 20, far beyond any quartz.
 inline constexpr std::chrono::milliseconds kLeaseDrift{50};
-// From one message or look at the deadlines to the next, beyond which it is this process that has stood still, not its hosts.
+// From one message or look at the deadlines to the next, beyond which it is this process that has stood still, not its
+// hosts.
 inline constexpr std::chrono::milliseconds kOwnPause{500};
 inline constexpr int kMaxEvents = 32;  // of an instance
 

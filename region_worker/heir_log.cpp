@@ -12,8 +12,10 @@ void HeirLog::SetHeir(RegionId heir) {
   jammed_ = false;
   if (heir_ == RegionId()) {
     lease_.Release();
+    region_.SetStandby(false);
   } else {
     lease_.Require();
+    Begin();
   }
   spdlog::info("heir region={}", heir_.value());
 }
@@ -25,8 +27,7 @@ void HeirLog::Begin() {
 }
 
 void HeirLog::End() {
-  if (std::exchange(link_, {}) == net::PeerHandle()) return;
-  region_.SetStandby(false);
+  link_ = {};
   sent_.clear();
   taken_.reset();
 }
@@ -42,7 +43,6 @@ void HeirLog::Follow(TimePoint now) {
   }
   if (!jammed_ && !sent_.empty() && now - sent_.front().at > kJam) {
     spdlog::warn("heir takes nothing region={} tick={}", heir_.value(), sent_.front().tick.value());
-    region_.SetStandby(false);
     taken_.reset();
     jammed_ = true;
   }

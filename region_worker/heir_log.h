@@ -1,8 +1,9 @@
 // HeirLog: this region's tick log on its way to the heir, and what the heir has of it.
 //
 // Follows the link: whenever there is a new one, or the heir has a gap, the log begins anew with a whole state. An heir
-// that takes nothing for kJam is not waited for: the log is turned off, the region goes on unprotected, and it begins
-// anew once the heir has caught up.
+// that takes nothing for kJam is not waited for: nothing more is sent, the region goes on unprotected, and it begins
+// anew once the heir has caught up. As long as there is an heir, the region confirms nothing that the heir lacks: its
+// copy, however old, is all that there is if the region dies.
 //
 //   HeirLog log(links, region, lease, metrics);
 //   log.SetHeir(RegionId(2));
@@ -33,9 +34,9 @@ class HeirLog {
   // RegionId(): none; then no lease is needed.
   void SetHeir(RegionId heir);
   RegionId heir() const { return heir_; }
-  // Turns the log on and off as the link comes and goes.
+  // Begins as the link comes, and ends as it goes.
   void Follow(TimePoint now);
-  // The log of the tick that was just stepped; empty while it is off.
+  // The log of the tick that was just stepped; empty without an heir.
   void Send(std::span<const std::uint8_t> log, Tick tick, TimePoint now);
   // What the heir says.
   void OnTaken(RegionId from, Tick tick);
@@ -59,7 +60,7 @@ class HeirLog {
   Lease& lease_;
   WorkerMetrics& metrics_;
   RegionId heir_{};
-  net::PeerHandle link_{};  // over which the log goes; PeerHandle(): it is off
+  net::PeerHandle link_{};  // over which the log goes; PeerHandle(): nowhere
   bool jammed_ = false;
   std::deque<Sent> sent_;  // not taken, oldest first
   std::optional<Tick> taken_;

@@ -253,6 +253,26 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
   }
 }
 
+// What the heir has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it still.
+TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsHeirHeardOfItLosesNoBody) {
+  for (std::uint32_t region = 1; region <= 4; ++region) {
+    for (const Micros deaf : {Milliseconds(700), Milliseconds(2500), Milliseconds(5000)}) {
+      Deployed run({.seed = region});
+      const DeployedWorker& worker = *run.deployment.Find(RegionId(region));
+      const Node heir = run.deployment.Find(worker.order().heir)->node();
+      run.deployment.network().Cut(worker.node(), heir, true);
+      run.deployment.RunFor(deaf);
+      EXPECT_EQ(worker.whole(), deaf < Milliseconds(2000));
+      EXPECT_FALSE(worker.paused());  // the control plane hears it
+      run.deployment.Kill(RegionId(region));
+      run.deployment.RunFor(Milliseconds(1000));
+      run.deployment.network().Cut(worker.node(), heir, false);
+      run.ExpectWhole();
+      if (HasFailure()) FAIL() << region << " " << deaf << run.deployment.Standing();
+    }
+  }
+}
+
 // --- Newcomers.
 
 struct Growing : Deployed {
