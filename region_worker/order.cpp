@@ -4,6 +4,7 @@
 #include "core/region/failover_io.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
+#include "core/world/proto_math.h"
 
 namespace tessera::worker {
 namespace {
@@ -109,6 +110,21 @@ void ReadStates(const v1::WorkerOrder& message, Order& order) {
   order.joins_running = message.joins_running();
 }
 
+// Names and types are the scene's affair.
+absl::Status ReadProperties(const v1::WorkerOrder& message, Order& order) {
+  for (int i = 0; i < message.property_changes_size(); ++i) {
+    const v1::PropertyChange& change = message.property_changes(i);
+    const std::uint64_t last = order.properties.empty() ? 0 : order.properties.back().number;
+    if (change.number() <= last) {
+      return absl::InvalidArgumentError(absl::StrCat("property_changes[", i, "].number: ", change.number()));
+    }
+    std::optional<PropertyValue> value = FromProto(change.property());
+    if (!value) return absl::InvalidArgumentError(absl::StrCat("property_changes[", i, "].property: has no value"));
+    order.properties.push_back({change.number(), BodyId(change.body()), change.property().name(), *std::move(value)});
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity& self) {
@@ -134,6 +150,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   ReadStates(message, order);
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadProperties(message, order); !status.ok()) return status;
   return order;
 }
 

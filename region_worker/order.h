@@ -13,6 +13,7 @@
 #include "core/region/resolve.h"
 #include "core/world/partition_map.h"
 #include "net/connect_token.h"
+#include "region_worker/property_orders.h"
 #include "region_worker/tick_pacer.h"
 #include "region_worker/worker_options.h"
 #include "tessera/v1/worker_link.pb.h"
@@ -75,6 +76,7 @@ struct Order {
   std::vector<RegionId> wards;
   std::optional<StateFile> checkpoint, initial_state;
   bool joins_running = false;
+  std::vector<PropertyOrder> properties;  // ascending by number
 };
 
 // Errors: FAILED_PRECONDITION if it is not meant for `self`, INVALID_ARGUMENT naming the field.

@@ -88,6 +88,11 @@ v1::WorkerReport MakeReport(const Identity& self, const v1::RegionAddress& addre
   report.set_unprotected(state.unprotected);
   report.set_checkpoint_tick(state.checkpoint_tick.value());
   report.set_checkpoint_failure(state.checkpoint_failure);
+  for (const PropertyAnswer& answer : state.property_answers) {
+    v1::PropertyAnswer& out = *report.add_property_answers();
+    out.set_number(answer.number);
+    out.set_refused(answer.refused);
+  }
   if (ticks != nullptr) {
     AddTicks(*ticks, report);
     AddSpread(ticks->region(), report);

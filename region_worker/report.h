@@ -25,6 +25,7 @@ struct ReportedState {
   bool paused = false, unprotected = false;
   Tick checkpoint_tick{};
   std::string checkpoint_failure;
+  std::vector<PropertyAnswer> property_answers{};
   friend bool operator==(const ReportedState&, const ReportedState&) = default;
 };
 

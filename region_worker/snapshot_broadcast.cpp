@@ -5,12 +5,6 @@
 namespace tessera::worker {
 namespace {
 
-// To who watches it; how long it has been still does not show.
-bool LooksDifferent(const BodyState& a, const BodyState& b) {
-  return !(a.position == b.position && a.orientation == b.orientation && a.linear_velocity == b.linear_velocity &&
-           a.angular_velocity == b.angular_velocity && a.asleep == b.asleep);
-}
-
 // Of what a client may be sent, where not all is of interest.
 constexpr double kShareOfOwner = 0.5;
 
@@ -29,14 +23,14 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   if (port.clients().empty()) {
     // A client that comes later gets all that there is then.
     history_.reset();
-    pushed_.clear();
-    departures_.clear();
+    feed_.Clear();
     return;
   }
-  Gather(departures);
+  feed_.Note(departures);
   if (!FallsOn(region.tick())) return;
   const TimePoint begin = Clock::now();
-  Push(region);
+  if (!history_) history_.emplace(scene_.bounds, settings_);
+  feed_.Push(region, *history_);
   bool full = false;
   const auto view = [&](const Client& client) { return ViewOf(region, places, client); };
   const auto write = [&](Client& client, const replication::ClientView& seen) {
@@ -57,52 +51,14 @@ bool SnapshotBroadcast::FallsOn(Tick tick) const {
   return tick.value() == 0 || due(tick.value()) != due(tick.value() - 1);
 }
 
-void SnapshotBroadcast::Gather(std::span<const region::Departure> departures) {
-  for (const region::Departure& departure : departures) {
-    const RegionId to = departure.reason == region::DepartureReason::kHandedOver ? departure.to : RegionId();
-    departures_.push_back({departure.body, departure.epoch, to});
-  }
-}
-
-void SnapshotBroadcast::Push(const region::Region& region) {
-  if (!history_) history_.emplace(scene_.bounds, settings_);
-  changed_.clear();
-  pushing_.clear();
-  auto before = pushed_.begin();
-  // Bodies do not leave without a departure; should one ever, its viewers must not keep it.
-  const auto drop = [&] {
-    const BodyId id = (before++)->id;
-    const auto named = [&](const replication::DepartureRecord& d) { return d.id == id; };
-    if (std::any_of(departures_.begin(), departures_.end(), named)) return;
-    departures_.push_back({id, (before - 1)->epoch, RegionId()});
-  };
-  for (const region::OwnedBody& body : region.owned()) {
-    const BodyId id = body.def->id;
-    while (before != pushed_.end() && before->id < id) drop();
-    const bool known = before != pushed_.end() && before->id == id;
-    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state)) {
-      changed_.push_back({id, body.epoch, body.state});
-    }
-    if (known) ++before;
-    pushing_.push_back({id, body.epoch, body.state});
-  }
-  while (before != pushed_.end()) drop();
-  history_->PushChanges(region.tick(), changed_, departures_);
-  pushed_.swap(pushing_);
-  departures_.clear();
-}
-
 // Around the body: as it is here, or where its owner says that it is; a client never says where it looks from. As long
 // as nobody has said it, a region shows all that it has. Half of what the client may be sent goes to where the body is.
 replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const PlayerPlaces* places,
                                                   const Client& client) const {
   replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
-  const auto by_id = [](const Pushed& body, BodyId id) { return body.id < id; };
-  const auto own = std::lower_bound(pushed_.begin(), pushed_.end(), view.own, by_id);
-  const bool here = own != pushed_.end() && own->id == view.own;
-  if (here) {
-    view.centre = own->state.position;
-  } else if (places != nullptr) {
+  view.centre = feed_.PlaceOf(view.own);
+  const bool here = view.centre.has_value();
+  if (!here && places != nullptr) {
     view.centre = places->At(client.player, region.tick());
   }
   const auto regions = static_cast<double>(region.map().regions().size());

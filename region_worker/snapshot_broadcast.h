@@ -6,10 +6,11 @@
 #pragma once
 
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
+#include "region_worker/body_feed.h"
 #include "region_worker/game_port.h"
 #include "region_worker/player_places.h"
 #include "region_worker/worker_metrics.h"
@@ -28,26 +29,14 @@ class SnapshotBroadcast {
 
  private:
   bool FallsOn(Tick tick) const;
-  void Gather(std::span<const region::Departure> departures);
-  void Push(const region::Region& region);
   replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places, const Client& client) const;
 
-  // Of a body, at the last Push.
-  struct Pushed {
-    BodyId id;
-    Epoch epoch;
-    BodyState state;
-  };
   const Scene& scene_;
   replication::Settings settings_;
   std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
   WorkerMetrics& metrics_;
-  std::optional<replication::SnapshotHistory> history_;   // while there are clients
-  std::vector<Pushed> pushed_;                            // ascending by id
-  std::vector<replication::DepartureRecord> departures_;  // since the last Push
-  // Room used again and again.
-  std::vector<Pushed> pushing_;
-  std::vector<replication::BodyRecord> changed_;
+  std::optional<replication::SnapshotHistory> history_;  // while there are clients
+  BodyFeed feed_;
 };
 
 }  // namespace tessera::worker

@@ -173,6 +173,7 @@ void TickLoop::CloseSilent(TimePoint now, bool stood_still) {
 
 void TickLoop::StepOnce(TimePoint begin) {
   RemoveLeft();
+  property_orders_.Apply(region_);
   region::StepResult result = TimedStep();
   if (std::exchange(resumed_, false)) {
     const auto gap = Ms(begin - stepped_at_);

@@ -53,6 +53,11 @@ class TickLoop {
   // Whole state: players that are new are spawned, those that left are removed, the parked stand still. `joins`: this
   // worker is only about to join the world; who is said to be made by its region was made by an earlier life of it.
   void SetPlayers(std::span<const OrderedPlayer> players, bool joins);
+  // Changes of properties that all regions are told to make; made before each step.
+  void SetPropertyOrders(std::vector<PropertyOrder> orders) { property_orders_.Set(std::move(orders)); }
+  std::vector<PropertyAnswer> PropertyAnswers() const {
+    return property_orders_.Answers(region_, heir_log_.heir() != RegionId());
+  }
   void OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
   void OnPlaces(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now);
   void OnInput(const ClientInput& input, TimePoint now);
@@ -132,6 +137,7 @@ class TickLoop {
   TimePoint may_log_drop_at_{};
   std::uint64_t drops_unlogged_ = 0;
   std::set<PlayerNumber> asked_to_spawn_, left_;
+  PropertyOrders property_orders_;
   std::vector<PlayerNumber> spawning_;  // asked for, not seen yet
 };
 

@@ -191,6 +191,7 @@ ReportedState Worker::State() const {
     state.refused = follower_->refused();
     state.paused = ticks_->paused();
     state.unprotected = ticks_->heir_log().unprotected();
+    state.property_answers = ticks_->PropertyAnswers();
   }
   return state;
 }

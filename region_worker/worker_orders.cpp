@@ -135,6 +135,7 @@ void Worker::ApplyOrder() {
   }
   links_->SetPeers(order_.peers);
   ticks_->SetPlayers(order_.players, order_.joins_running);
+  ticks_->SetPropertyOrders(order_.properties);
   // First what is to become of the dead: an order that declares one dead names it a ward no more.
   if (const absl::Status followed = follower_->Follow(order_); !followed.ok()) return Fail(followed);
   if (follower_->outranked()) return Stop("outranked: another region has taken its place");

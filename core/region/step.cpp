@@ -80,7 +80,10 @@ void RegionStep::OwnInitial() {
     if (!mine) continue;
     bodies.Own(body.id, body.epoch, body.state);
     if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), initial.controls.at(PlayerOf(body.id)));
-    properties.Adopt(body.id, initial.PropertiesOf(body.id));
+    // Whoever orders changes from here on counts anew: the state may be another cluster's.
+    CarriedProperties changed = initial.PropertiesOf(body.id);
+    changed.change = std::min<std::uint64_t>(changed.change, 1);
+    properties.Adopt(body.id, changed);
   }
   for (const PlayerNumber player : initial.spawned) players.MarkSpawned(player);
   const auto reported_here = [&](const TouchingPair& pair) { return bodies.Owns(reports.ReporterOf(pair)); };

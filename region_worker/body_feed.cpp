@@ -1,0 +1,85 @@
+#include "region_worker/body_feed.h"
+
+#include <algorithm>
+
+namespace tessera::worker {
+namespace {
+
+// To who watches it; how long it has been still does not show.
+bool LooksDifferent(const BodyState& a, const BodyState& b) {
+  return !(a.position == b.position && a.orientation == b.orientation && a.linear_velocity == b.linear_velocity &&
+           a.angular_velocity == b.angular_velocity && a.asleep == b.asleep);
+}
+
+const auto kById = [](const auto& body, BodyId id) { return body.id < id; };
+
+}  // namespace
+
+void BodyFeed::Note(std::span<const region::Departure> departures) {
+  for (const region::Departure& departure : departures) {
+    const RegionId to = departure.reason == region::DepartureReason::kHandedOver ? departure.to : RegionId();
+    departures_.push_back({departure.body, departure.epoch, to});
+  }
+}
+
+void BodyFeed::Clear() {
+  pushed_.clear();
+  properties_.clear();
+  departures_.clear();
+}
+
+void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& history) {
+  changed_.clear();
+  pushing_.clear();
+  auto before = pushed_.begin();
+  // Bodies do not leave without a departure; should one ever, its viewers must not keep it.
+  const auto drop = [&] {
+    const BodyId id = (before++)->id;
+    const auto named = [&](const replication::DepartureRecord& d) { return d.id == id; };
+    if (std::any_of(departures_.begin(), departures_.end(), named)) return;
+    departures_.push_back({id, (before - 1)->epoch, RegionId()});
+  };
+  for (const region::OwnedBody& body : region.owned()) {
+    const BodyId id = body.def->id;
+    while (before != pushed_.end() && before->id < id) drop();
+    const bool known = before != pushed_.end() && before->id == id;
+    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state)) {
+      changed_.push_back({id, body.epoch, body.state});
+    }
+    if (known) ++before;
+    pushing_.push_back({id, body.epoch, body.state});
+  }
+  while (before != pushed_.end()) drop();
+  pushed_.swap(pushing_);
+  AddProperties(region.properties());
+  history.PushChanges(region.tick(), changed_, departures_);
+  departures_.clear();
+}
+
+// To each body that is pushed, because it may be new to the history; and bodies that are as they were but for them.
+void BodyFeed::AddProperties(std::span<const region::ChangedProperties> properties) {
+  const auto moved = changed_.size();
+  bool news = properties.size() != properties_.size();
+  auto before = properties_.begin();
+  for (const region::ChangedProperties& now : properties) {
+    while (before != properties_.end() && before->body < now.body) ++before;
+    const bool same = before != properties_.end() && before->body == now.body && before->bytes == now.bytes;
+    news = news || !same;
+    const auto end = changed_.begin() + static_cast<std::ptrdiff_t>(moved);
+    if (const auto at = std::lower_bound(changed_.begin(), end, now.body, kById); at != end && at->id == now.body) {
+      at->properties = now.bytes;
+    } else if (!same) {
+      const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), now.body, kById);
+      changed_.push_back({body->id, body->epoch, body->state, now.bytes});
+    }
+  }
+  if (news) properties_.assign(properties.begin(), properties.end());
+}
+
+std::optional<Vec3d> BodyFeed::PlaceOf(BodyId id) const {
+  const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), id, kById);
+  if (body == pushed_.end() || body->id != id) return std::nullopt;
+  return body->state.position;
+}
+
+}  // namespace tessera::worker
