@@ -1,5 +1,7 @@
 #include "client_sdk/client.h"
 
+#include <algorithm>
+
 #include "client_sdk/client_impl.h"
 
 namespace tessera::client {
@@ -116,6 +118,25 @@ const PartitionMap& Client::map() const { return impl_->session.map; }
 Tick Client::tick() const { return impl_->newest_tick; }
 std::uint32_t Client::last_applied_input() const { return impl_->last_applied_input; }
 const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bodies(); }
+const BodyDef* Client::DefOf(BodyId body) const {
+  const Scene& scene = *impl_->session.scene;
+  if (IsPlayerBody(body)) return scene.player ? &scene.player->body : nullptr;
+  const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), body,
+                                      [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
+  return found == scene.bodies.end() || found->id != body ? nullptr : &*found;
+}
+std::optional<PropertyValue> Client::PropertyOf(BodyId body, std::string_view name) const {
+  const Scene& scene = *impl_->session.scene;
+  const auto& world = impl_->world.bodies();
+  const auto seen = world.find(body);
+  PropertySet changed;
+  if (seen != world.end() && seen->second.properties != nullptr) {
+    absl::StatusOr<PropertySet> told = PropertySet::Decode(*seen->second.properties, scene.properties);
+    if (told.ok()) changed = *std::move(told);
+  }
+  const BodyDef* def = DefOf(body);
+  return def == nullptr ? std::nullopt : ValueOf(scene.properties, def->properties, changed, name);
+}
 ClientStats Client::Stats() const { return impl_->Stats(); }
 void Client::SimulateNetwork(const NetworkConditions& conditions) { impl_->wire.Simulate(conditions); }
 

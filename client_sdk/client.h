@@ -21,7 +21,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -29,6 +31,7 @@
 #include "client_sdk/network_conditions.h"
 #include "client_sdk/stats.h"
 #include "core/world/partition_map.h"
+#include "core/world/properties.h"
 #include "core/world/scene.h"
 
 namespace tessera::client {
@@ -69,14 +72,15 @@ struct ClientEvent {
     kRegionLost,    // region: the connection is gone, it is dialled again; its bodies stand still
     kRegionBack,    // region
     kMapChanged,
-    kEnded,           // detail
-    kContactBegan,    // body, other, region: of players' bodies
-    kContactEnded,    // body, other, region
-    kTriggerEntered,  // body, other, region: one of them is a trigger
-    kTriggerLeft,     // body, other, region
-    kRecordingEnded,  // detail: why it could not go on; nothing after StopRecording
+    kEnded,              // detail
+    kContactBegan,       // body, other, region: of players' bodies
+    kContactEnded,       // body, other, region
+    kTriggerEntered,     // body, other, region: one of them is a trigger
+    kTriggerLeft,        // body, other, region
+    kRecordingEnded,     // detail: why it could not go on; nothing after StopRecording
+    kPropertiesChanged,  // body, region: of one that has appeared; PropertyOf tells what they are now
   };
-  static constexpr Kind kLastKind = Kind::kRecordingEnded;
+  static constexpr Kind kLastKind = Kind::kPropertiesChanged;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`
@@ -92,6 +96,8 @@ struct SeenBody {
   Epoch epoch;      // of the ownership
   Tick tick;        // that `state` is of; older than the world's where nothing has changed since
   BodyState state;
+  // PropertySet::Encode of those that differ from what the scene gives it; null where none do.
+  std::shared_ptr<const std::vector<std::uint8_t>> properties = nullptr;
 };
 
 // A body as it is to be drawn.
@@ -128,6 +134,8 @@ class Client {
   // What makes whoever has it this player, for a day: to be kept where a later process of the game finds it. Secret.
   std::vector<std::uint8_t> return_token() const;
   const Scene& scene() const;
+  // Of one of the scene's bodies or, the same for all, of a player's; null if the scene has none of that id.
+  const BodyDef* DefOf(BodyId body) const;
   const PartitionMap& map() const;
   // The newest tick that any region told.
   Tick tick() const;
@@ -136,6 +144,9 @@ class Client {
 
   // All bodies, as new as they are known; ascending by id.
   const std::map<BodyId, SeenBody>& World() const;
+  // One of the properties that the scene declares, as its owner told it last; of a static body, and of one that is not
+  // in sight, as the scene gives it. Nothing if the scene has no such body, or declares no such property.
+  std::optional<PropertyValue> PropertyOf(BodyId body, std::string_view name) const;
   // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
   // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. With
   // JoinOptions::predict, the own body and what it touches are ahead of that. Ascending by id.

@@ -11,7 +11,8 @@ namespace {
 // What the world's view says of itself when it is played back, or what does not belong to the world.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
   using Kind = ClientEvent::Kind;
-  return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kEnded || kind == Kind::kRecordingEnded;
+  return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertiesChanged ||
+         kind == Kind::kEnded || kind == Kind::kRecordingEnded;
 }
 
 }  // namespace
@@ -58,7 +59,7 @@ void Client::Impl::RecordAllKnown(TimePoint now) {
   for (const auto& [id, body] : world.bodies()) {
     replication::ReceivedSnapshot& told = known[body.region];
     told.tick = std::max(told.tick, body.tick);
-    told.bodies.push_back({id, body.epoch, body.state});
+    told.bodies.push_back({id, body.epoch, body.state, body.properties});
   }
   for (const RegionLink& link : links) {
     if (link.welcomed()) known.try_emplace(link.region());

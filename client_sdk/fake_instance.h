@@ -212,7 +212,8 @@ class FakeInstance : public v1::SessionService::Service {
   explicit FakeInstance(std::uint32_t count, const std::string& more = "") {
     const auto written =
         ParseScene(more + R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
-      bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } }
+      properties { name: "health" number: 100 } properties { name: "team" text: "none" }
+      bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } properties { name: "team" text: "red" } }
       player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
                    "plaza.textproto");
     EXPECT_TRUE(written.ok()) << written.status();

@@ -24,6 +24,12 @@ Pose Ahead(const BodyState& state, double seconds) {
   return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * state.orientation)};
 }
 
+// What is told of it says so.
+bool PropertiesDiffer(const SeenBody& seen, const replication::BodyRecord& told) {
+  if (told.properties == nullptr) return told.epoch > seen.epoch && seen.properties != nullptr;
+  return seen.properties == nullptr || *seen.properties != *told.properties;
+}
+
 double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
 
 }  // namespace
@@ -51,9 +57,15 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
   Track& track = tracks_[body.id];
   AddSample(track, tick, body.state, new_owner);
   track.expires.reset();
+  const bool changed = !fresh && PropertiesDiffer(seen, body);
+  // What is first told of an ownership has all its properties; thereafter they come where they are new.
+  auto properties = new_owner || body.properties != nullptr ? body.properties : std::move(seen.properties);
   if (fresh || new_owner || tick > seen.tick) seen = {body.id, from, body.epoch, tick, body.state};
+  seen.properties = std::move(properties);
   if (fresh) {
     events.push_back({.kind = ClientEvent::Kind::kAppeared, .body = body.id, .region = from});
+  } else if (changed) {
+    events.push_back({.kind = ClientEvent::Kind::kPropertiesChanged, .body = body.id, .region = from});
   }
 }
 

@@ -26,6 +26,23 @@ struct WorldViewTest : testing::Test {
     snapshot.bodies.push_back({kBall, Epoch(epoch), state});
     view.Take(kNow, from, snapshot, events);
   }
+  void Properties(RegionId from, std::uint64_t tick, std::uint32_t epoch, std::uint8_t value) {
+    ReceivedSnapshot snapshot;
+    snapshot.tick = Tick(tick);
+    snapshot.bodies.push_back(
+        {kBall, Epoch(epoch), {}, std::make_shared<const replication::Bytes>(replication::Bytes{0, value})});
+    view.Take(kNow, from, snapshot, events);
+  }
+  // 0: none.
+  int Value() const {
+    const auto& properties = view.bodies().at(kBall).properties;
+    return properties == nullptr ? 0 : properties->at(1);
+  }
+  int Changes() const {
+    return static_cast<int>(std::count_if(events.begin(), events.end(), [](const ClientEvent& event) {
+      return event.kind == ClientEvent::Kind::kPropertiesChanged;
+    }));
+  }
   void Departs(RegionId from, std::uint64_t tick, std::uint32_t epoch, RegionId to) {
     ReceivedSnapshot snapshot;
     snapshot.tick = Tick(tick);
@@ -45,6 +62,28 @@ struct WorldViewTest : testing::Test {
   WorldView view{60, 2};
   std::vector<ClientEvent> events;
 };
+
+TEST_F(WorldViewTest, PropertiesStayUntilOthersAreTold) {
+  Body(kWest, 10, 1, StateAt(0));
+  EXPECT_EQ(Value(), 0);
+  Properties(kWest, 12, 1, 5);
+  Body(kWest, 14, 1, StateAt(1));
+  EXPECT_EQ(Value(), 5);
+  EXPECT_EQ(Changes(), 1);
+  Properties(kEast, 16, 2, 5);
+  EXPECT_EQ(Changes(), 1) << "the next owner tells the same";
+  Properties(kWest, 18, 1, 9);
+  EXPECT_EQ(Value(), 5) << "an ownership that has ended";
+}
+
+// An heir that had not heard of the last change goes on without it.
+TEST_F(WorldViewTest, ANewOwnerThatTellsOfNoPropertiesHasNone) {
+  Properties(kWest, 10, 1, 5);
+  EXPECT_EQ(Changes(), 0) << "it appeared so";
+  Body(kEast, 14, 2, StateAt(0));
+  EXPECT_EQ(Value(), 0);
+  EXPECT_EQ(Changes(), 1);
+}
 
 TEST_F(WorldViewTest, TheHigherEpochCountsThenTheLaterTick) {
   Body(kWest, 10, 1, StateAt(1));

@@ -50,6 +50,46 @@ struct CApiTest : testing::Test {
   std::int64_t now = std::int64_t{3600} * 1'000'000'000;
 };
 
+// As the scene declares them, as it gives them to a body, and as they are changed.
+TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
+  Play();
+  ShowTwo();
+  const auto read = [&](std::uint64_t body, const char* name) {
+    tessera_property property = TESSERA_PROPERTY;
+    EXPECT_EQ(tessera_get_property(client, body, name, &property), TESSERA_OK) << tessera_last_error();
+    return property;
+  };
+  EXPECT_EQ(read(1, "health").type, TESSERA_PROPERTY_INT);
+  EXPECT_EQ(read(1, "health").integer, 100);
+  EXPECT_STREQ(read(1, "team").text, "red");
+  EXPECT_STREQ(read(tessera_own_body(client), "team").text, "none");
+
+  tessera_event event = TESSERA_EVENT;
+  while (tessera_next_event(client, &event) != 0) {
+  }
+  PropertySet changed;
+  ASSERT_TRUE(changed.Set(instance.scene->properties, "health", std::int64_t{-5}).ok());
+  ASSERT_TRUE(changed.Set(instance.scene->properties, "team", std::string(63, 'x')).ok());
+  const std::vector<replication::BodyRecord> bodies = {
+      {BodyId(1), Epoch(1), {}, std::make_shared<const replication::Bytes>(changed.Encode())}};
+  instance.regions[0]->Snapshot(Tick(4), bodies);
+  ASSERT_TRUE(Until([&] { return tessera_tick(client) == 4; }));
+  bool told = false;
+  while (tessera_next_event(client, &event) != 0) {
+    told = told || (event.kind == TESSERA_EVENT_PROPERTIES_CHANGED && event.body == 1 && event.region == 1);
+  }
+  EXPECT_TRUE(told);
+  EXPECT_EQ(read(1, "health").integer, -5);
+  EXPECT_EQ(read(1, "team").text, std::string(63, 'x'));
+
+  tessera_property property = TESSERA_PROPERTY;
+  EXPECT_EQ(tessera_get_property(client, 1, "mana", &property), TESSERA_NOT_FOUND);
+  EXPECT_STREQ(tessera_last_error(), "name: the scene declares no such property");
+  EXPECT_EQ(tessera_get_property(client, 77, "health", &property), TESSERA_NOT_FOUND);
+  EXPECT_EQ(tessera_get_property(client, 1, nullptr, &property), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_get_property(nullptr, 1, "health", &property), TESSERA_INVALID_ARGUMENT);
+}
+
 TEST_F(CApiTest, JoinsPlaysSeesAndLeaves) {
   Play();
   ShowTwo();

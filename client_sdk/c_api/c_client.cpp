@@ -26,7 +26,8 @@ static_assert(TESSERA_EVENT_CONTACT_ENDED == static_cast<int>(ClientEvent::Kind:
 static_assert(TESSERA_EVENT_TRIGGER_ENTERED == static_cast<int>(ClientEvent::Kind::kTriggerEntered));
 static_assert(TESSERA_EVENT_TRIGGER_LEFT == static_cast<int>(ClientEvent::Kind::kTriggerLeft));
 static_assert(TESSERA_EVENT_RECORDING_ENDED == static_cast<int>(ClientEvent::Kind::kRecordingEnded));
-static_assert(TESSERA_EVENT_RECORDING_ENDED == static_cast<int>(ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_PROPERTIES_CHANGED == static_cast<int>(ClientEvent::Kind::kPropertiesChanged));
+static_assert(TESSERA_EVENT_PROPERTIES_CHANGED == static_cast<int>(ClientEvent::kLastKind));
 static_assert(TESSERA_JOINING == static_cast<int>(client::ClientState::kJoining));
 static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting));
 static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));

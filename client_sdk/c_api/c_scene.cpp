@@ -7,6 +7,9 @@ using namespace tessera::c_api;
 namespace tessera::c_api {
 namespace {
 
+static_assert(kMaxPropertyText == TESSERA_MAX_PROPERTY_TEXT);
+static_assert(std::variant_size_v<PropertyValue> == TESSERA_PROPERTY_TEXT + 1);
+
 const tessera_shape* HandleOf(const Shape& shape) { return reinterpret_cast<const tessera_shape*>(&shape); }
 const Shape& ShapeOf(const tessera_shape* handle) { return *reinterpret_cast<const Shape*>(handle); }
 
@@ -103,20 +106,30 @@ tessera_code tessera_scene_body(const tessera_client* handle, size_t index, tess
 
 tessera_code tessera_body_of(const tessera_client* handle, uint64_t id, tessera_body_info* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
-  const Scene& scene = handle->client->scene();
-  if (IsPlayerBody(BodyId(id)) && scene.player) {
-    tessera_body_info info = InfoOf(scene.player->body);
-    info.id = id;
-    GiveOut(info, out);
-    return TESSERA_OK;
-  }
-  const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), BodyId(id),
-                                      [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
-  if (found == scene.bodies.end() || found->id != BodyId(id)) {
-    return Report(absl::NotFoundError("body: the scene has none of that id"));
-  }
-  GiveOut(InfoOf(*found), out);
+  const BodyDef* def = handle->client->DefOf(BodyId(id));
+  if (def == nullptr) return Report(absl::NotFoundError("body: the scene has none of that id"));
+  tessera_body_info info = InfoOf(*def);
+  info.id = id;
+  GiveOut(info, out);
   return TESSERA_OK;
+}
+
+tessera_code tessera_get_property(const tessera_client* handle, uint64_t id, const char* name, tessera_property* out) {
+  if (handle == nullptr || name == nullptr || out == nullptr) return Refuse("client, name or property: is NULL");
+  return Guarded([&] {
+    const client::Client& client = *handle->client;
+    if (client.DefOf(BodyId(id)) == nullptr) return Report(absl::NotFoundError("body: the scene has none of that id"));
+    const std::optional<PropertyValue> value = client.PropertyOf(BodyId(id), name);
+    if (!value) return Report(absl::NotFoundError("name: the scene declares no such property"));
+    tessera_property property = TESSERA_PROPERTY;
+    property.type = static_cast<tessera_property_type>(value->index());
+    if (const bool* flag = std::get_if<bool>(&*value)) property.integer = *flag ? 1 : 0;
+    if (const std::int64_t* number = std::get_if<std::int64_t>(&*value)) property.integer = *number;
+    if (const double* number = std::get_if<double>(&*value)) property.real = *number;
+    if (const std::string* text = std::get_if<std::string>(&*value)) text->copy(property.text, kMaxPropertyText);
+    GiveOut(property, out);
+    return tessera_code{TESSERA_OK};
+  });
 }
 
 tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* out) {

@@ -26,6 +26,14 @@ void Draw(tessera::Client& client) {
   std::printf("\n");
 }
 
+// In scenes that declare it.
+void ShowHealth(const tessera::Client& client, std::uint64_t body) {
+  const auto health = client.PropertyOf(body, "health");
+  if (!health || !std::holds_alternative<std::int64_t>(*health)) return;
+  std::printf("%s has health %lld\n", body == client.own_body() ? "my body" : "a body",
+              static_cast<long long>(std::get<std::int64_t>(*health)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -45,6 +53,7 @@ int main(int argc, char** argv) {
     if (const auto error = client.Poll()) return Fail(error);
     for (const tessera::Event& event : client.TakeEvents()) {
       if (!event.detail.empty()) std::printf("%s\n", event.detail.c_str());
+      if (event.kind == TESSERA_EVENT_PROPERTIES_CHANGED) ShowHealth(client, event.body);
     }
     const double angle = static_cast<double>(tessera_now() - start) / kSecond;
     const double force = scene.player_max_force_n;

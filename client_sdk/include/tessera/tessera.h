@@ -133,7 +133,8 @@ enum {
   TESSERA_EVENT_CONTACT_ENDED = 9,
   TESSERA_EVENT_TRIGGER_ENTERED = 10, /* body, other, region: one of them is a trigger */
   TESSERA_EVENT_TRIGGER_LEFT = 11,
-  TESSERA_EVENT_RECORDING_ENDED = 12 /* detail: why it could not go on; nothing after tessera_stop_recording */
+  TESSERA_EVENT_RECORDING_ENDED = 12,   /* detail: why it could not go on; nothing after tessera_stop_recording */
+  TESSERA_EVENT_PROPERTIES_CHANGED = 13 /* body, region: of one that has appeared; see tessera_get_property */
 };
 
 typedef struct tessera_event {
@@ -190,6 +191,26 @@ TESSERA_API size_t tessera_bodies(tessera_client* client, int64_t now_ns, tesser
                                   size_t capacity);
 /* The newest state known of one body: TESSERA_NOT_FOUND if it is not in sight. */
 TESSERA_API tessera_code tessera_find_body(const tessera_client* client, uint64_t id, tessera_body* body);
+
+typedef int32_t tessera_property_type; /* one of: */
+enum { TESSERA_PROPERTY_BOOL = 0, TESSERA_PROPERTY_INT = 1, TESSERA_PROPERTY_REAL = 2, TESSERA_PROPERTY_TEXT = 3 };
+enum { TESSERA_MAX_PROPERTY_TEXT = 63 };
+typedef struct tessera_property {
+  uint32_t size;
+  tessera_property_type type; /* which of these is set: */
+  int64_t integer;            /* bool: 0 or 1 */
+  double real;
+  char text[TESSERA_MAX_PROPERTY_TEXT + 1]; /* ends in 0 */
+} tessera_property;
+#define TESSERA_PROPERTY                     \
+  {                                          \
+    sizeof(tessera_property), 0, 0, 0, { 0 } \
+  }
+
+/* A property of a body by its name, as the body's owner told it last; of a static body, and of one that is not in
+ * sight, as the scene gives it. TESSERA_NOT_FOUND if the scene has no such body, or declares no such property. */
+TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint64_t body, const char* name,
+                                              tessera_property* property);
 
 TESSERA_API uint32_t tessera_player(const tessera_client* client);
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);

@@ -20,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "tessera.h"
@@ -52,6 +53,8 @@ struct Event {
   std::string detail{};
   std::uint64_t other = 0;
 };
+
+using Property = std::variant<bool, std::int64_t, double, std::string>;
 
 using Body = tessera_body;
 using Stats = tessera_stats;
@@ -126,6 +129,22 @@ class Client {
     Body body = TESSERA_BODY;
     if (tessera_find_body(get(), id, &body) != TESSERA_OK) return std::nullopt;
     return body;
+  }
+  // A property that the scene declares, as it is now; nothing if there is no such body or property.
+  //   if (auto health = client.PropertyOf(id, "health")) Draw(std::get<std::int64_t>(*health));
+  std::optional<Property> PropertyOf(std::uint64_t body, const std::string& name) const {
+    tessera_property told = TESSERA_PROPERTY;
+    if (tessera_get_property(get(), body, name.c_str(), &told) != TESSERA_OK) return std::nullopt;
+    switch (told.type) {
+      case TESSERA_PROPERTY_BOOL:
+        return Property(told.integer != 0);
+      case TESSERA_PROPERTY_INT:
+        return Property(told.integer);
+      case TESSERA_PROPERTY_REAL:
+        return Property(told.real);
+      default:
+        return Property(std::string(told.text));
+    }
   }
   std::uint32_t player() const { return tessera_player(get()); }
   std::uint64_t own_body() const { return tessera_own_body(get()); }
