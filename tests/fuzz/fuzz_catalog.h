@@ -1,4 +1,5 @@
-// The scene that fuzzed frames are checked against: bodies 1 to 40, two of them jointed, and players.
+// The scene that fuzzed frames are checked against: bodies 1 to 40, two of them jointed, players, and a
+// property of each type.
 #pragma once
 
 #include <memory>
@@ -20,6 +21,7 @@ inline region::Catalog MakeCatalog() {
   joint.body_b = BodyId(21);
   scene->joints.push_back(joint);
   scene->player.emplace().max_force_n = 100;
+  scene->properties = {{"armed", false}, {"health", std::int64_t{100}}, {"speed", 1.5}, {"team", std::string("none")}};
   return region::Catalog(scene);
 }
 

@@ -25,6 +25,7 @@ Catalog MakeCatalog() {
     scene->bodies.push_back(def);
   }
   scene->player.emplace().max_force_n = 100;
+  scene->properties = {{"armed", false}, {"health", std::int64_t{100}}, {"speed", 1.5}, {"team", std::string("none")}};
   return Catalog(scene);
 }
 
@@ -47,6 +48,8 @@ RegionState MakeState() {
   KeptGrant& grant = state.grants[{BodyId(20), Epoch(4)}];
   grant.to = RegionId(2);
   grant.tick = Tick(6);
+  grant.properties = {2, {1, 160, 1}};  // health 80
+  state.properties[BodyId(6)] = {3, {0, 1, 3, 3, 'r', 'e', 'd'}};
   return state;
 }
 
