@@ -35,6 +35,18 @@ std::string BodyName(const client::Client& client, BodyId id) {
   return named ? fmt::format("body {} ({})", id.value(), found->name) : fmt::format("body {}", id.value());
 }
 
+// ": health 80, team red", of all that the scene declares.
+std::string PropertiesText(const client::Client& client, BodyId body) {
+  std::string text;
+  for (const PropertyDef& def : client.scene().properties) {
+    const std::optional<PropertyValue> value = client.PropertyOf(body, def.name);
+    if (!value) continue;
+    text += text.empty() ? ": " : ", ";
+    text += std::visit([&](const auto& is) { return fmt::format("{} {}", def.name, is); }, *value);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string StateName(ClientState state) {
@@ -83,6 +95,8 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return pair + " do not overlap any more: trigger left";
       case Kind::kRecordingEnded:
         return "recording ended: " + event.detail;
+      case Kind::kPropertiesChanged:
+        return body + PropertiesText(client, event.body);
     }
     return "?";
   };
