@@ -1,4 +1,4 @@
-// tessera instance scale | restart-workers | checkpoint | checkpoints | restore | export | import
+// tessera instance scale | restart-workers | set-property | checkpoint | checkpoints | restore | export | import
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +16,8 @@ namespace tessera::cli {
 namespace {
 
 struct Options {
-  std::string id, file, request_id;
+  std::string id, file, request_id, property, value;
+  std::uint64_t body = 0;
   std::uint32_t regions = 0;
   std::uint64_t tick = 0;
   double timeout_s = 60;
@@ -82,6 +83,55 @@ void RestartWorkers(const Globals& globals, const Options& options) {
   }
   PrintChange(globals, "instance", options.id, options.wait ? "workers replaced" : "replacing workers", options.dry_run,
               response.instance());
+}
+
+// Of the type that the scene declares.
+v1::Property ReadProperty(const v1::Instance& instance, const std::string& name, const std::string& value) {
+  const auto& declared = instance.properties();
+  const auto found = std::find_if(declared.begin(), declared.end(), [&](const auto& p) { return p.name() == name; });
+  if (found == declared.end()) {
+    std::string names;
+    for (const v1::Property& property : declared) names += (names.empty() ? "" : ", ") + property.name();
+    throw local::CommandError(fmt::format("KEY: the scene declares no property \"{}\"; it declares: {}", name,
+                                          names.empty() ? "none" : names));
+  }
+  v1::Property property;
+  property.set_name(name);
+  const auto read = [&](auto number, const char* what) {
+    if (!CLI::detail::lexical_cast(value, number)) {
+      throw local::CommandError(fmt::format("VALUE: property \"{}\" is {}, not \"{}\"", name, what, value));
+    }
+    return number;
+  };
+  if (found->has_text()) {
+    property.set_text(value);
+  } else if (found->has_number()) {
+    property.set_number(read(std::int64_t{0}, "a whole number"));
+  } else if (found->has_real()) {
+    property.set_real(read(0.0, "a number"));
+  } else if (value == "true" || value == "false") {
+    property.set_flag(value == "true");
+  } else {
+    throw local::CommandError(fmt::format("VALUE: property \"{}\" is true or false, not \"{}\"", name, value));
+  }
+  return property;
+}
+
+void SetProperty(const Globals& globals, const Options& options) {
+  local::Connection connection(globals.control);
+  v1::GetInstanceRequest get;
+  get.set_id(options.id);
+  const auto got =
+      connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::GetInstance, get);
+  v1::SetPropertyRequest request;
+  request.set_id(options.id);
+  request.set_body(options.body);
+  *request.mutable_property() = ReadProperty(got.instance(), options.property, options.value);
+  request.set_validate_only(options.dry_run);
+  connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::SetProperty, request,
+                  Patience(options));
+  PrintChange(globals, "instance", options.id,
+              fmt::format("body {}: {} = {}", options.body, options.property, options.value), options.dry_run, request);
 }
 
 void Checkpoint(const Globals& globals, const Options& options) {
@@ -180,6 +230,13 @@ void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
   restart->add_flag("--wait", options->wait, "Return only when it is done");
   add_dry_run(restart);
   restart->callback([&globals, options] { RestartWorkers(globals, *options); });
+
+  CLI::App* set = add("set-property", "Change a property of a body while the world runs; returns when it is safe");
+  set->add_option("body", options->body, "Id of the body, of the scene or a player's")->required();
+  set->add_option("key", options->property, "Name of the property, as the scene declares it")->required();
+  set->add_option("value", options->value, "true or false, a number or a text, as the scene declares it")->required();
+  add_dry_run(set);
+  set->callback([&globals, options] { SetProperty(globals, *options); });
 
   CLI::App* checkpoint = add("checkpoint", "Keep the state of all regions at one tick; returns when it is on disk");
   add_dry_run(checkpoint);

@@ -114,6 +114,11 @@ class Cluster {
   // The work follows; GetInstance tells of it. FAILED_PRECONDITION unless it runs.
   absl::StatusOr<v1::Instance> ScaleInstance(Moment now, const v1::ScaleInstanceRequest& request);
   absl::StatusOr<v1::Instance> RestartWorkers(Moment now, const v1::RestartWorkersRequest& request);
+  // --- Properties. The number of the change, which is told to the workers until `PropertyOutcome` is something and
+  // `ForgetProperty` is called; 0: only checked.
+  absl::StatusOr<std::uint64_t> SetProperty(const v1::SetPropertyRequest& request);
+  std::optional<absl::Status> PropertyOutcome(const std::string& id, std::uint64_t number) const;
+  void ForgetProperty(const std::string& id, std::uint64_t number);
   // --- Checkpoints. Files are the caller's; here is what they are for.
   // The tick of the one that is being made from here on, or was already.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Moment now, const std::string& id);
@@ -195,6 +200,7 @@ class Cluster {
   // Null if it is not a worker that this host is to run, or one of an earlier incarnation.
   std::pair<InstanceEntry*, WorkerEntry*> FindWorker(const HostEntry& host, const v1::WorkerIdentity& identity);
   void TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& report, std::set<std::uint64_t>& touched);
+  static void TakePropertyAnswers(InstanceEntry& instance, const v1::WorkerReport& report);
   void NoteTakenOut(InstanceEntry& instance, const v1::WorkerReport& report);
   bool Holds(const HostEntry& host) const;
   void RenewLease(Moment now, SessionId session, HostEntry& host, const v1::LeaseRequest& request);

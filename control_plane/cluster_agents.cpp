@@ -235,6 +235,7 @@ void Cluster::TakeReport(Moment now, HostEntry& host, const v1::WorkerReport& re
   worker->missed = 0;
   Witness(now, *instance, before, report);
   NoteTakenOut(*instance, report);
+  TakePropertyAnswers(*instance, report);
   v1::RegionAddress& address = *worker->report.mutable_address();
   if (!ValidPorts(address)) address.Clear();
   address.set_region(worker->region);

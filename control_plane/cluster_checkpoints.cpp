@@ -176,6 +176,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Moment now, const std::string& id,
   instance->restore_wanted.clear();
   instance->withdrawn = false;
   instance->checkpoint.reset();
+  instance->property_changes.clear();  // of the world before
   instance->failover = {};
   Assign(*instance);
   Entered(now, *instance, state);

@@ -55,6 +55,7 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   *record.mutable_bodies() = ToRanges(plan.bodies);
   SetPlan(placed, record);
   record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
+  *record.mutable_properties() = {plan.properties.begin(), plan.properties.end()};
   for (const Vec3d& point : plan.spawn_points) {
     v1::Vec3& stored = *record.add_spawn_points();
     stored.set_x(point.x);
@@ -396,6 +397,7 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   *view.mutable_checkpoints() = record.checkpoints();
   *view.mutable_map() = record.map();
   *view.mutable_player_list() = record.players();
+  *view.mutable_properties() = record.properties();
   for (int i = 0; i < record.placements_size(); ++i) {
     const auto index = static_cast<std::size_t>(i);
     if (index < instance.workers.size() && instance.workers[index].gone) continue;

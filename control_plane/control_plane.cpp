@@ -148,6 +148,28 @@ absl::Status ControlPlane::WatchInstance(const std::string& id, const std::funct
   }
 }
 
+absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, const std::function<bool()>& given_up) {
+  Lock lock(mutex_);
+  Watch watch(*this, request.id());
+  const auto number = cluster_->SetProperty(request);
+  Publish();
+  if (!number.ok() || *number == 0) return number.status();
+  const Clock::time_point patience = Clock::now() + kPropertyTimeout;
+  std::optional<absl::Status> outcome;
+  while (!(outcome = cluster_->PropertyOutcome(request.id(), *number)).has_value()) {
+    if (Clock::now() >= patience) {
+      outcome = absl::DeadlineExceededError(
+          absl::StrCat("body: no region has answered for body ", request.body(), "; it may have left the world"));
+    } else if (absl::Status status = WaitFor(lock, watch, patience, given_up); !status.ok()) {
+      outcome = status;
+    }
+    if (outcome) break;
+  }
+  cluster_->ForgetProperty(request.id(), *number);
+  Publish();
+  return *outcome;
+}
+
 absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
   const bool used = Call([&](Cluster& cluster, Moment) { return cluster.SceneInUse(hash); });
   // Read outside the lock: it can be large.

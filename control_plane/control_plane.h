@@ -54,6 +54,9 @@ class ControlPlane {
   // OK after ENDED, FAILED or when it is forgotten, or when `sink` returns false.
   absl::Status WatchInstance(const std::string& id, const std::function<bool(const v1::Instance&)>& sink,
                              const std::function<bool()>& given_up);
+  // Waits until the body's owner has made the change and its heir knows of it. kDeadlineExceeded: nobody has said so in
+  // kPropertyTimeout; it may come about still.
+  absl::Status SetProperty(const v1::SetPropertyRequest& request, const std::function<bool()>& given_up);
   // Waits until all workers are bound, then until they know of the player.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
                                                 const std::function<bool()>& given_up);

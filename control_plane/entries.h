@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "control_plane/control_records.pb.h"
 #include "control_plane/failover.h"
 #include "control_plane/life.h"
@@ -62,6 +63,12 @@ struct CheckpointDraft {
   std::map<std::uint32_t, records::ManifestFile> files;  // by region: those that are on the disk
 };
 
+// A change of a property that somebody waits for. Not stored: who waits asks again.
+struct PropertyChangeEntry {
+  v1::PropertyChange change;
+  std::optional<absl::Status> outcome;
+};
+
 struct InstanceEntry {
   std::uint64_t number = 0;
   records::Instance record;
@@ -76,8 +83,9 @@ struct InstanceEntry {
   FailoverWatch failover;      // of the failover under way, if there is one
   std::string restore_wanted;  // why the world has to be taken from a checkpoint; empty: it has not
   std::optional<CheckpointDraft> checkpoint;
-  Steady next_checkpoint{0};                   // 0: not yet reckoned
-  Steady change_after{0};                      // no planned map before
+  Steady next_checkpoint{0};                          // 0: not yet reckoned
+  Steady change_after{0};                             // no planned map before
+  std::vector<PropertyChangeEntry> property_changes;  // ascending by number
   bool withdrawn = false;                      // the grace of stopping is over: its workers are in no desired set
   std::map<std::uint32_t, Steady> gone_since;  // players without a connection; not stored: counted anew by a new life
   std::map<std::uint32_t, std::pair<std::uint64_t, Steady>> left;  // player -> (mark, when): see Cluster::AllKnow

@@ -180,6 +180,12 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
                   response->mutable_instance());
     });
   }
+  grpc::Status SetProperty(grpc::ServerContext* context, const v1::SetPropertyRequest* request,
+                           v1::SetPropertyResponse*) override {
+    const std::string subject = absl::StrCat(request->id(), " body ", request->body(), " ", request->property().name());
+    return Answer(context, "InstanceService/SetProperty", Kind::kCommand, subject,
+                  [&] { return plane_.SetProperty(*request, [context] { return context->IsCancelled(); }); });
+  }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
     return Answer(context, "InstanceService/DeleteInstance", Kind::kCommand, request->id(), [&] {

@@ -114,6 +114,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.start_deadline = *deadline;
   plan.lazy = spec.lazy();
   plan.map = *std::move(map);
+  plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
   if ((*scene)->player) plan.spawn_points = (*scene)->player->spawn_points;
   for (const BodyDef& body : (*scene)->bodies) {
     if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);

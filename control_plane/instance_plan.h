@@ -31,6 +31,7 @@ struct InstancePlan {
   std::chrono::milliseconds leaver_grace{0};
   PartitionMap map;                           // the grid
   std::optional<records::Manifest> restored;  // the checkpoint that it starts from
+  std::vector<v1::Property> properties;       // that the scene declares
   std::vector<Vec3d> spawn_points;            // empty: nobody can join
   std::vector<BodyId> bodies;                 // dynamic, of the scene; ascending
 };

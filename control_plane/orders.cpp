@@ -71,6 +71,9 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   SetFailover(record, order);
   SetHeirs(record, order);
   if (instance.checkpoint) order.mutable_checkpoint()->set_tick(instance.checkpoint->tick);
+  for (const PropertyChangeEntry& entry : instance.property_changes) {
+    if (!entry.outcome) *order.add_property_changes() = entry.change;
+  }
   SetInitialState(record, placement, order);
   return order;
 }

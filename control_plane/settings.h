@@ -40,6 +40,8 @@ inline constexpr std::chrono::milliseconds kLeaseDrift{50};
 // From one message or look at the deadlines to the next, beyond which it is this process that has stood still, not its
 // hosts.
 inline constexpr std::chrono::milliseconds kOwnPause{500};
+// Changes of properties of one instance that wait for an answer: each is in the orders of all its workers.
+inline constexpr std::size_t kMaxPropertyChanges = 1000;
 inline constexpr int kMaxEvents = 32;  // of an instance
 
 // From the announcement of a planned map to its tick, beside the ticks of its flood: two messages to the slowest worker
@@ -93,6 +95,8 @@ inline constexpr std::chrono::milliseconds kWatchInterval{100};
 // How long JoinInstance waits until the workers know the new player, so that its client is not refused by a region that
 // has not heard. After that the answer goes out; the client then has to try again where it is refused.
 inline constexpr std::chrono::milliseconds kPlayerKnownTimeout{2000};
+// How long a change of a property waits for the owner of its body: longer than a failover takes.
+inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
 // How often deadlines are looked at. Not in the path of any command.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
