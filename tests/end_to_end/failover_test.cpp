@@ -6,12 +6,27 @@
 namespace tessera::end_to_end {
 namespace {
 
-using FailoverTest = WorldTest;
+class FailoverTest : public WorldTest {
+ protected:
+  // Of the first player's body, by the command line; until every player sees it.
+  testing::AssertionResult SetHealth(const std::string& health) {
+    const auto done = Tessera({"instance", "set-property", run_->instance_id(), BodyOfFirst(), "health", health});
+    if (done.exit_code != 0) return testing::AssertionFailure() << done.err;
+    return PlayUntil("health " + health, [&] { return AllSeeHealth(std::stoll(health)); });
+  }
+  bool AllSeeHealth(std::int64_t health) {
+    return std::ranges::all_of(run_->bots(), [&](local::Bot* bot) {
+      return bot->client().PropertyOf(PlayerBodyId(PlayerNumber(1)), "health") == PropertyValue(health);
+    });
+  }
+  static std::string BodyOfFirst() { return std::to_string(PlayerBodyId(PlayerNumber(1)).value()); }
+};
 
 TEST_F(FailoverTest, ANeighbourCarriesAKilledWorkersAreaOn) {
   Start(4, 2);
   ASSERT_TRUE(PlayUntilProtected());
   ASSERT_TRUE(PlayOn(1));
+  ASSERT_TRUE(SetHealth("80"));
   const v1::WorkerReport victim = ReportOf(1);  // made the first player's body
   ASSERT_EQ(kill(static_cast<pid_t>(victim.identity().pid()), SIGKILL), 0);
   ASSERT_TRUE(PlayUntilFailedOver());
@@ -24,6 +39,8 @@ TEST_F(FailoverTest, ANeighbourCarriesAKilledWorkersAreaOn) {
     });
   };
   ASSERT_TRUE(PlayUntil("clients with the new map", follow));
+  EXPECT_TRUE(AllSeeHealth(80)) << "as before the death";
+  ASSERT_TRUE(SetHealth("-5"));
   ExpectAllIsThere();
 }
 
