@@ -134,6 +134,30 @@ TEST_F(BadInputTest, AnUnknownInstanceIsNamedByEveryCommand) {
   ExpectOneLine(Tessera({"client", "inst-404", "--seconds", "1"}), 1, "inst-404");
 }
 
+TEST_F(BadInputTest, APropertyThatCannotBeIsRefusedByItsField) {
+  const std::string file = SceneFile("properties", std::string(kBounds) + R"(
+      properties { name: "health" number: 100 } properties { name: "armed" flag: false }
+      bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }
+      bodies { id: 2 mass: 1 shape { sphere { radius: 1 } } pose { position { y: 1 } } })");
+  const support::RunResult made =
+      Tessera({"-o", "name", "instance", "create", "--scene", file, "--regions", "1", "--wait"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string id = made.out.substr(made.out.find('/') + 1, made.out.find('\n') - made.out.find('/') - 1);
+  const auto set = [&](const std::string& body, const std::string& key, const std::string& value) {
+    return Tessera({"instance", "set-property", id, body, key, value});
+  };
+  ExpectOneLine(set("2", "mana", "1"), 1, "KEY: the scene declares no property \"mana\"; it declares: health, armed");
+  ExpectOneLine(set("2", "health", "full"), 1, "VALUE: property \"health\" is a whole number, not \"full\"");
+  ExpectOneLine(set("2", "armed", "1"), 1, "VALUE: property \"armed\" is true or false");
+  ExpectOneLine(set("1", "health", "5"), 1, "body: " + id + " has no dynamic body 1");
+  ExpectOneLine(set("99", "health", "5"), 1, "body: " + id + " has no dynamic body 99");
+  const support::RunResult done = set("2", "health", "5");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(done.out, "instance/" + id + " body 2: health = 5\n");
+  EXPECT_EQ(Tessera({"instance", "delete", id, "--wait"}).exit_code, 0);
+  ExpectNothingLeftBehind();
+}
+
 TEST_F(BadInputTest, AnAddressWhereNobodyListensIsNamed) {
   const support::RunResult result = support::RunProgram("tessera", {"--control", "127.0.0.1:1", "host", "list"});
   ExpectOneLine(result, 1, "127.0.0.1:1");

@@ -127,6 +127,7 @@ void DeployedWorker::WireWorker() {
     for (const PlayerNumber player : left_) {
       if (worker_->region().Owns(PlayerBodyId(player))) worker_->region().RemovePlayer(player);
     }
+    property_orders_.Apply(worker_->region());
   };
 }
 
@@ -163,6 +164,7 @@ void DeployedWorker::Apply() {
     worker_->SetAddress(peer.region, NodeOf(peer.region, static_cast<Node>(known.value())));
   }
   SetPlayers();
+  property_orders_.Set(order_.properties);
   if (const absl::Status followed = follower_->Follow(order_); !followed.ok()) return Fail(followed);
   if (follower_->outranked()) return End(worker::kExitOk);
   wards_->Set(order_.wards);
@@ -357,6 +359,7 @@ worker::ReportedState DeployedWorker::State() const {
     state.refused = follower_->refused();
     state.paused = paused();
     state.unprotected = heir_log_->unprotected();
+    state.property_answers = property_orders_.Answers(worker_->region(), heir_log_->heir() != RegionId());
   }
   return state;
 }
@@ -371,6 +374,11 @@ v1::WorkerReport DeployedWorker::MakeReport() const {
   report.set_failure(failure_);
   report.set_checkpoint_tick(checkpoint_tick_.value());
   report.set_checkpoint_failure(checkpoint_failure_);
+  for (const worker::PropertyAnswer& answer : state.property_answers) {
+    v1::PropertyAnswer& out = *report.add_property_answers();
+    out.set_number(answer.number);
+    out.set_refused(answer.refused);
+  }
   if (!worker_) return report;
   const region::Region& region = worker_->region();
   report.set_tick(region.tick().value());

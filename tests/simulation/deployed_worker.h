@@ -127,6 +127,7 @@ class DeployedWorker final : public worker::LinkPort {
   std::set<RegionId> partners_;
   std::map<RegionId, Incarnation> addresses_, outranked_;
   std::set<PlayerNumber> asked_to_spawn_, left_;
+  worker::PropertyOrders property_orders_;
   bool stepped_ = false, left_out_ = false, over_ = false;
   std::string failure_;
   std::optional<Tick> saving_;
