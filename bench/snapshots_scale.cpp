@@ -193,7 +193,10 @@ class Scale {
     history_.PushChanges(Tick(tick_ += kTicks), field_.changed(), {});
     double mark = CpuSeconds();
     parts.push_s += mark - begin;
-    for (const std::uint32_t at : NeighboursInARow(places, kRadius_m)) {
+    const std::vector<std::uint32_t> order = NeighboursInARow(places, kRadius_m);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      if (i + 1 < order.size()) near_[order[i + 1]].sender.Prefetch();
+      const std::uint32_t at = order[i];
       Near& client = near_[at];
       const WrittenSnapshot written = client.sender.Write(history_, {.centre = places[at]}, 0, 0);
       const double wrote = CpuSeconds();

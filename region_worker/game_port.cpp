@@ -243,7 +243,10 @@ std::uint64_t GamePort::Broadcast(
     places.push_back(views.back().centre);
   }
   std::uint64_t bytes = 0;
-  for (const std::uint32_t at : replication::NeighboursInARow(places, rules_->replication.interest_radius_m)) {
+  const std::vector<std::uint32_t> order = replication::NeighboursInARow(places, rules_->replication.interest_radius_m);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + 1 < order.size()) all[order[i + 1]].second->sender.Prefetch();
+    const std::uint32_t at = order[i];
     const net::PeerHandle peer = all[at].first;
     Client& client = *all[at].second;
     const std::vector<net::Bytes> datagrams = write(client, views[at]);

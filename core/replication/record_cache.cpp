@@ -6,7 +6,7 @@ namespace tessera::replication {
 
 void RecordCache::Begin() {
   constexpr std::size_t kFewest = 256;
-  const std::size_t room = std::bit_ceil(std::max(kFewest, 3 * count_));
+  const std::size_t room = std::bit_ceil(std::max(kFewest, 2 * count_));
   if (++begun_ == 0 || table_.size() < room) {
     table_.assign(room, Entry());
     begun_ = 1;
@@ -15,7 +15,7 @@ void RecordCache::Begin() {
   words_.clear();
 }
 
-RecordCache::Entry& RecordCache::Place(const Key& key) {
+RecordCache::Entry& RecordCache::Place(std::uint64_t key) {
   for (std::size_t at = Hash(key);; ++at) {
     Entry& entry = table_[at & (table_.size() - 1)];
     if (entry.begun != begun_ || entry.key == key) return entry;
@@ -23,13 +23,14 @@ RecordCache::Entry& RecordCache::Place(const Key& key) {
 }
 
 RecordCache::Entry& RecordCache::Find(const Key& key) {
-  Entry* entry = &Place(key);
+  const std::uint64_t packed = key.packed();
+  Entry* entry = &Place(packed);
   if (entry->begun == begun_) return *entry;
-  if (2 * ++count_ > table_.size()) {
+  if (3 * ++count_ > 2 * table_.size()) {
     Grow();
-    entry = &Place(key);
+    entry = &Place(packed);
   }
-  *entry = {.key = key, .begun = begun_};
+  *entry = {.key = packed, .begun = begun_};
   return *entry;
 }
 
@@ -41,12 +42,13 @@ void RecordCache::Grow() {
   }
 }
 
-std::uint32_t RecordCache::Store(const PackedRecord& record) {
-  const auto at = static_cast<std::uint32_t>(words_.size());
-  // One at least, so that what has no bits still lies somewhere.
-  const auto words = static_cast<std::size_t>(std::max(1, (record.bits + 63) / 64));
-  words_.insert(words_.end(), record.words.begin(), record.words.begin() + static_cast<std::ptrdiff_t>(words));
-  return at;
+RecordCache::Record RecordCache::Store(const PackedRecord& record) {
+  const auto bits = static_cast<std::uint16_t>(record.bits);
+  if (record.bits <= 64) return {record.words[0], bits};
+  const auto at = words_.size();
+  const auto words = static_cast<std::ptrdiff_t>((record.bits + 63) / 64);
+  words_.insert(words_.end(), record.words.begin(), record.words.begin() + words);
+  return {at, bits};
 }
 
 }  // namespace tessera::replication

@@ -4,11 +4,12 @@
 //   cache.Begin();                                    // forgets all
 //   cache.Prefetch(key);                              // some time before:
 //   RecordCache::Entry& entry = cache.Find(key);      // valid until the next Find
-//   if (!entry.has_pose()) cache.SetPose(entry, packed);
-//   PackedView bits = cache.Pose(entry);              // valid until something is set
+//   if (!entry.pose().here()) entry.set_pose(cache.Store(packed));
+//   RecordCache::Record pose = entry.pose();
+//   PackedView bits = cache.View(pose);               // valid while `pose` is, and until the next Store
 //
 // A thousand clients look up tens of thousands of records a snapshot, each at random, so what counts is how much memory
-// one of them touches: an entry is half a cache line, its bits lie together with those of others.
+// one of them touches: an entry is half a cache line, and as most records fit a word they lie in it.
 // Thread rule: one thread at a time.
 #pragma once
 
@@ -22,51 +23,66 @@ namespace tessera::replication {
 
 class RecordCache {
  public:
-  // A slot's present state against its states at three ticks.
+  // A slot's present state against its states at three ticks. Fits 64 bits.
   struct Key {
+    static constexpr int kSlotBits = 24, kTickBits = 28, kGapBits = 6;
     std::uint32_t slot = 0;
     std::uint32_t ticks = 0;         // back to the base; 0: whole
     std::uint8_t gap = 0, gap2 = 0;  // 0: there is none
-    friend bool operator==(const Key&, const Key&) = default;
+    std::uint64_t packed() const {
+      return std::uint64_t{slot} << 40 | std::uint64_t{ticks} << 12 | std::uint64_t{gap} << 6 | gap2;
+    }
+  };
+  struct Record {
+    static constexpr std::uint16_t kNone = 0xffff;
+    bool here() const { return bits != kNone; }
+    std::uint64_t word = 0;  // all of it, or where among the words it lies
+    std::uint16_t bits = kNone;
   };
   struct alignas(32) Entry {
-    bool has_pose() const { return pose_bits != kNone; }
-    bool has_velocities() const { return velocity_bits != kNone; }
-
-    static constexpr std::uint16_t kNone = 0xffff;
-    Key key;
+    std::uint64_t key = 0;
+    std::uint64_t pose_word = 0, velocity_word = 0;
     std::uint32_t begun = 0;  // the Begin of which it is; of others it is empty
-    std::uint32_t pose_at = 0, velocities_at = 0;
-    std::uint16_t pose_bits = kNone, velocity_bits = kNone;
+    std::uint16_t pose_bits = Record::kNone, velocity_bits = Record::kNone;
+
+    Record pose() const { return {pose_word, pose_bits}; }
+    Record velocities() const { return {velocity_word, velocity_bits}; }
+    void set_pose(const Record& record) {
+      pose_word = record.word;
+      pose_bits = record.bits;
+    }
+    void set_velocities(const Record& record) {
+      velocity_word = record.word;
+      velocity_bits = record.bits;
+    }
   };
+  static_assert(sizeof(Entry) == 32);
 
   void Begin();
   void Prefetch(const Key& key) const {
-    if (!table_.empty()) __builtin_prefetch(&table_[Hash(key) & (table_.size() - 1)]);
+    if (!table_.empty()) __builtin_prefetch(&table_[Hash(key.packed()) & (table_.size() - 1)], 1);
   }
   Entry& Find(const Key& key);
+  // Whether there is one; may say no where it is not in its first place.
+  bool Has(const Key& key) const {
+    const std::uint64_t packed = key.packed();
+    const Entry& entry = table_[Hash(packed) & (table_.size() - 1)];
+    return entry.begun == begun_ && entry.key == packed;
+  }
 
-  void SetPose(Entry& entry, const PackedRecord& pose) {
-    entry.pose_at = Store(pose);
-    entry.pose_bits = static_cast<std::uint16_t>(pose.bits);
+  Record Store(const PackedRecord& record);
+  PackedView View(const Record& record) const {
+    return {record.bits <= 64 ? &record.word : words_.data() + record.word, record.bits};
   }
-  void SetVelocities(Entry& entry, const PackedRecord& velocities) {
-    entry.velocities_at = Store(velocities);
-    entry.velocity_bits = static_cast<std::uint16_t>(velocities.bits);
-  }
-  PackedView At(std::uint32_t at, std::uint16_t bits) const { return {words_.data() + at, bits}; }
-  void PrefetchWords(std::uint32_t at) const { __builtin_prefetch(words_.data() + at); }
 
  private:
-  static std::uint64_t Hash(const Key& key) {
-    std::uint64_t hash = std::uint64_t{key.slot} << 32 | key.ticks;
-    hash = (hash ^ (std::uint64_t{key.gap} << 24) ^ (std::uint64_t{key.gap2} << 16)) * 0x9e3779b97f4a7c15;
+  static std::uint64_t Hash(std::uint64_t key) {
+    std::uint64_t hash = key * 0x9e3779b97f4a7c15;
     hash = (hash ^ (hash >> 32)) * 0x94d049bb133111eb;
     return hash ^ (hash >> 29);
   }
-  Entry& Place(const Key& key);
+  Entry& Place(std::uint64_t key);
   void Grow();
-  std::uint32_t Store(const PackedRecord& record);
 
   std::vector<Entry> table_;  // a power of two of them
   std::vector<std::uint64_t> words_;

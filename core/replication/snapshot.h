@@ -106,6 +106,9 @@ class SnapshotSender {
     return Write(history, ClientView(), last_input, input_margin_ticks);
   }
   absl::Status Acknowledge(std::span<const std::uint8_t> ack);
+  // Asks for the memory that Write will look at. Of the next of many clients, before writing to the one before it: what
+  // was last touched many clients ago takes as long to come as all the rest of Write.
+  void Prefetch() const;
 
  private:
   struct Impl;

@@ -53,6 +53,7 @@ void SnapshotHistory::Impl::Leave(SlotIndex index) {
 
 SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedState& state) {
   if (free.empty()) {
+    assert(slots.size() < std::size_t{1} << RecordCache::Key::kSlotBits);
     free.push_back(static_cast<SlotIndex>(slots.size()));
     slots.emplace_back();
     faces.emplace_back();
@@ -140,11 +141,11 @@ void SnapshotHistory::Impl::RemoveUnseen() {
 
 const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key& key, bool with_velocities) {
   RecordCache::Entry& entry = records.Find(key);
-  const bool whole = key.ticks == 0, here = entry.has_pose();
-  if (here && (whole || !with_velocities || entry.has_velocities())) return entry;
+  const bool whole = key.ticks == 0, here = entry.pose().here();
+  if (here && (whole || !with_velocities || entry.velocities().here())) return entry;
   const Slot& slot = slots[key.slot];
   if (whole) {
-    records.SetPose(entry, PackWhole(quantizer, slot.epoch, slot.now()));
+    entry.set_pose(records.Store(PackWhole(quantizer, slot.epoch, slot.now())));
     return entry;
   }
   const std::uint64_t now = tick.value(), base_tick = now - key.ticks;
@@ -159,13 +160,13 @@ const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key
                          .gap = key.gap,
                          .gap2 = key.gap2});
   const std::int32_t limit = quantizer.orientation_limit();
-  if (!here) records.SetPose(entry, PackPose(prediction, *base, slot.now(), limit));
+  if (!here) entry.set_pose(records.Store(PackPose(prediction, *base, slot.now(), limit)));
   if (!with_velocities) return entry;
   PackedRecord packed;
   if (!slot.now().asleep) {
     packed = PackVelocities(velocities.From(*base, slot.now(), prediction, key.ticks, limit), slot.now());
   }
-  records.SetVelocities(entry, packed);
+  entry.set_velocities(records.Store(packed));
   return entry;
 }
 

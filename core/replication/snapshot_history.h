@@ -76,6 +76,19 @@ struct SnapshotHistory::Impl {
   // Packed if it is not yet; valid until the next call. Requires that the slot keeps the states at those ticks
   // (faces[slot].oldest).
   const RecordCache::Entry& RecordOf(const RecordCache::Key& key, bool with_velocities);
+  // Before RecordOf: ask for what it will look at if it has to pack. The slot first, some time later its states.
+  void PrefetchSlot(const RecordCache::Key& key) const {
+    if (records.Has(key)) return;
+    const auto* at = reinterpret_cast<const char*>(&slots[key.slot]);
+    __builtin_prefetch(at);
+    __builtin_prefetch(at + 64);
+  }
+  void PrefetchStates(const RecordCache::Key& key) const {
+    if (records.Has(key)) return;
+    const Slot& slot = slots[key.slot];
+    __builtin_prefetch(&slot.ticks[slot.newest]);
+    __builtin_prefetch(&slot.states[slot.newest]);
+  }
 
   Settings settings;
   Quantizer quantizer;

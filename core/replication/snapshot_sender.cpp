@@ -124,17 +124,15 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
   const std::uint32_t place = unused.back();
   unused.pop_back();
   known[place] = {.id = slot.id,
+                  .acked = {},
+                  .properties = {},
                   .epoch = slot.epoch,
                   .slot = index,
                   .generation = history.faces[index].generation,
-                  .first_sequence = next_sequence,
-                  .acked = {},
-                  .properties = {},
-                  .sent = {},
-                  .priority = kNewcomer,
                   .used = true};
   by_slot[index] = place;
   Activate(place);
+  busy[known[place].busy].priority = kNewcomer;
 }
 
 void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
@@ -148,7 +146,8 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   }
   by_slot.erase(body.slot);
   body.used = false;
-  if (!body.active) unused.push_back(index);  // else once it is out of `active`
+  if (body.busy != Known::kNowhere) busy[body.busy].gone = true;
+  unused.push_back(index);
   // It is back already, in another slot.
   const auto other = history.by_id.find(body.id);
   if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
@@ -158,10 +157,35 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
 }
 
 void SnapshotSender::Impl::Activate(std::uint32_t index) {
-  if (known[index].active) return;
-  known[index].active = true;
-  known[index].priority = std::max(known[index].priority, kOverdue);  // at once
-  active.push_back({known[index].id, index, known[index].slot});
+  Known& body = known[index];
+  if (body.busy != Known::kNowhere) return;
+  if (idle.empty()) {
+    idle.push_back(static_cast<std::uint32_t>(busy.size()));
+    busy.emplace_back();
+  }
+  body.busy = idle.back();
+  idle.pop_back();
+  busy[body.busy] = {.id = body.id,
+                     .acked = body.acked,
+                     .properties = body.properties,
+                     .sent = {},
+                     .slot = body.slot,
+                     .known = index,
+                     .first_sequence = next_sequence,
+                     .priority = kOverdue,  // at once
+                     .unanswered = body.unanswered,
+                     .used = true};
+  active.push_back({body.id, body.busy, body.slot});
+}
+
+// The client has its present state. What it did before says nothing of what it will do when it wakes.
+void SnapshotSender::Impl::Rest(std::uint32_t place) {
+  const Busy& told = busy[place];
+  Known& body = known[told.known];
+  body.acked = told.acked;
+  body.properties = told.properties;
+  body.unanswered = told.unanswered;
+  body.busy = Known::kNowhere;
 }
 
 // --- What is due -----------------------------------------------------------------------------------------------------
@@ -170,7 +194,7 @@ std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
   return static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
 }
 
-bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, Known& body, double& shares) const {
+bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, Busy& body, double& shares) const {
   const SlotFace& face = history.faces[body.slot];
   const bool whole = body.acked == Tick();
   if (body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent) {
@@ -197,45 +221,43 @@ void SnapshotSender::Impl::MergeActive() {
   std::inplace_merge(active.begin(), newest, active.end(), by_id);
 }
 
+void SnapshotSender::Impl::Prefetch() const {
+  for (const Active& body : active) __builtin_prefetch(&busy[body.busy], 1);
+}
+
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
   const Eye eye(view, settings);
   MergeActive();
   candidates.clear();
   std::size_t kept = 0;
   for (std::size_t i = 0; i < active.size(); ++i) {
-    // A client's part of this memory was last touched many clients ago.
-    if (i + kAhead < active.size()) {
-      __builtin_prefetch(&known[active[i + kAhead].known]);
-      __builtin_prefetch(&history.faces[active[i + kAhead].slot]);
-    }
-    const std::uint32_t index = active[i].known;
-    Known& body = known[index];
-    if (!body.used) {  // gone since
-      body.active = false;
-      unused.push_back(index);
-      continue;
-    }
+    if (i + kAhead < active.size()) __builtin_prefetch(&history.faces[active[i + kAhead].slot]);
+    const std::uint32_t place = active[i].busy;
+    Busy& body = busy[place];
     const SlotFace& face = history.faces[body.slot];
-    if (body.acked != Tick() && face.since <= body.acked && face.properties_since <= body.properties) {
-      body.active = false;  // the client has this very state
+    const bool had = body.acked != Tick() && face.since <= body.acked && face.properties_since <= body.properties;
+    if (body.gone || had) {
+      if (!body.gone) Rest(place);
+      body.used = false;
+      idle.push_back(place);
       continue;
     }
     active[kept++] = active[i];
     double shares = 0;
     if (!Due(history, eye, body, shares)) continue;
-    candidates.push_back({index, shares, KeyFor(history, body)});
+    candidates.push_back({place, shares, KeyFor(history, body)});
     history.records.Prefetch(candidates.back().key);
   }
   active.resize(kept);
   sorted_active = kept;
 }
 
-RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Known& body) {
+RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Busy& body) {
   const RecordCache::Key whole{.slot = body.slot};
   const Tick oldest = history.faces[body.slot].oldest;
   if (body.acked == Tick() || body.acked < oldest || body.unanswered >= kMaxUnanswered) return whole;
   const auto ticks = static_cast<std::uint64_t>(history.tick - body.acked);
-  if (ticks > std::numeric_limits<std::uint32_t>::max()) return whole;
+  if (ticks >> RecordCache::Key::kTickBits != 0) return whole;
   RecordCache::Key key{.slot = body.slot, .ticks = static_cast<std::uint32_t>(ticks)};
   if (body.gap == 0 || body.acked < oldest + body.gap) return key;
   key.gap = body.gap;
@@ -258,7 +280,7 @@ void SnapshotSender::Impl::SortByScore(BodyId own) {
   std::vector<std::pair<float, std::uint32_t>> order;  // score, and which
   order.reserve(candidates.size());
   for (const Candidate& candidate : candidates) {
-    const Known& body = known[candidate.known];
+    const Busy& body = busy[candidate.busy];
     const float score = body.id == own ? std::numeric_limits<float>::max()
                                        : body.priority / static_cast<float>(0.1 + std::sqrt(candidate.shares));
     order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
@@ -279,13 +301,14 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore(view.own);
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    Known& body = known[candidates[i].known];
+    if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
+    if (i + kAhead / 2 < candidates.size()) history.PrefetchStates(candidates[i + kAhead / 2].key);
+    Busy& body = busy[candidates[i].busy];
     const SlotFace& face = history.faces[body.slot];
     const RecordCache::Key& key = candidates[i].key;
     const bool velocities = key.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
                                                LengthSquared(Vec3d(face.position) - *view.centre) <= near);
     const RecordCache::Entry& record = history.RecordOf(key, velocities);
-    history.records.PrefetchWords(record.pose_at);
     const Bytes* properties =
         face.properties_since > body.properties ? history.slots[body.slot].properties.get() : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
@@ -294,8 +317,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({body.id, candidates[i].known, record.pose_at, record.velocities_at, record.pose_bits,
-                      record.velocity_bits, velocities, key, properties});
+    chosen.push_back({body.id, candidates[i].busy, velocities, key, record.pose(), record.velocities(), properties});
     body.repeats = body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent
                        ? static_cast<std::uint8_t>(body.repeats | 1)
                        : 0;
@@ -335,7 +357,7 @@ void SnapshotSender::Impl::Remember(std::span<WrittenDatagram> datagrams, Tick t
 }
 
 void SnapshotSender::Impl::ForgetOldest() {
-  std::vector<std::uint32_t>& known_in_it = sent.front().known;
+  std::vector<std::uint32_t>& known_in_it = sent.front().told;
   if (known_in_it.capacity() > 0 && spare.size() < 8) {
     known_in_it.clear();
     spare.push_back(std::move(known_in_it));
@@ -346,6 +368,7 @@ void SnapshotSender::Impl::ForgetOldest() {
 WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& view, std::uint32_t last_input,
                                             std::int32_t margin) {
   WrittenSnapshot result;
+  Prefetch();
   Follow(history, view);
   FindCandidates(history, view);
   const std::vector<DepartureRecord> departures = DueDepartures(history);
@@ -368,9 +391,8 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
   for (const Chosen& body : chosen) {
     const SampleTicks samples{body.key.ticks, body.key.gap, body.key.gap2};
     all_whole = all_whole && samples.ticks == 0;
-    writer.Body({body.id, body.known, samples, history.records.At(body.pose_at, body.pose_bits),
-                 body.velocities ? history.records.At(body.velocities_at, body.velocity_bits) : PackedView(),
-                 body.properties});
+    writer.Body({body.id, body.busy, samples, history.records.View(body.pose),
+                 body.velocities ? history.records.View(body.velocity) : PackedView(), body.properties});
   }
   result.full = all_whole;
   result.bodies = static_cast<std::uint32_t>(chosen.size());
@@ -381,7 +403,7 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
 // --- What was heard --------------------------------------------------------------------------------------------------
 
 void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Tick tick) {
-  Known& body = known[told & ~kToldProperties];
+  Busy& body = busy[told & ~kToldProperties];
   if (!body.used || sequence < body.first_sequence) return;
   if ((told & kToldProperties) != 0) body.properties = std::max(body.properties, tick);
   if (tick <= body.acked) return;
@@ -397,17 +419,15 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   const std::uint32_t age = next_sequence - sequence;  // 1: the newest
   if (age > sent.size()) return;
   SentDatagram& datagram = sent[sent.size() - age];
-  const std::vector<std::uint32_t>& told = datagram.known;
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    if (i + kAhead < told.size()) __builtin_prefetch(&known[told[i + kAhead] & ~kToldProperties], 1);
-    AcknowledgeBody(told[i], sequence, datagram.tick);
-  }
+  const std::vector<std::uint32_t>& told = datagram.told;
+  for (const std::uint32_t place : told) __builtin_prefetch(&busy[place & ~kToldProperties], 1);
+  for (const std::uint32_t place : told) AcknowledgeBody(place, sequence, datagram.tick);
   for (const BodyId id : datagram.departures) {
     const auto at =
         std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });
     if (at != gone.end() && at->record.id == id && sequence >= at->first_sequence) gone.erase(at);
   }
-  datagram.known.clear();
+  datagram.told.clear();
   datagram.departures.clear();
 }
 
@@ -429,7 +449,7 @@ absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64
   const std::uint32_t age = next_sequence - newest;
   if (age <= sent.size() && told_tick.has_value()) {
     const SentDatagram& datagram = sent[sent.size() - age];
-    if (!datagram.known.empty()) {
+    if (!datagram.told.empty()) {
       round_trip_ticks += (static_cast<double>(*told_tick - datagram.tick) - round_trip_ticks) / 8;
     }
   }
@@ -457,6 +477,8 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& history, const Clie
   assert(history.impl_->pushes > 0);
   return impl_->Write(*history.impl_, view, last_input, input_margin_ticks);
 }
+
+void SnapshotSender::Prefetch() const { impl_->Prefetch(); }
 
 absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
   if (ack.empty()) return absl::OkStatus();  // nothing has come yet

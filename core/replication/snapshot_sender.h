@@ -11,24 +11,38 @@
 
 namespace tessera::replication {
 
-// A body that the client is told of.
-// A cache line, because by the time that a client's turn comes again others have filled the caches with theirs.
-struct alignas(64) Known {
+// A body that the client is told of: what is left of it while the client has its present state.
+struct Known {
+  static constexpr std::uint32_t kNowhere = 0xffffffff;
+
   BodyId id;
+  Tick acked;       // the newest acknowledged; 0: none
+  Tick properties;  // tick of the newest acknowledged that told them; 0: none
   Epoch epoch;
   SlotIndex slot = 0;
-  std::uint32_t generation = 0;      // of the slot's body
+  std::uint32_t generation = 0;   // of the slot's body
+  std::uint32_t busy = kNowhere;  // its place among the busy; there what was acknowledged goes on
+  std::uint8_t unanswered = 0;    // records since the last acknowledgement
+  bool used = false;
+};
+
+// One of which there is something to tell, or in doubt.
+// By the time that a client's turn comes again others have filled the caches with theirs. So those that are looked at
+// each time are one line each and stand together, apart from the many more that rest.
+struct alignas(64) Busy {
+  BodyId id;
+  Tick acked, properties;  // as in Known
+  Tick sent;               // tick at which it was written last
+  SlotIndex slot = 0;
+  std::uint32_t known = 0;
   std::uint32_t first_sequence = 0;  // acknowledgements of earlier datagrams are about another
-  Tick acked;                        // the newest acknowledged; 0: none
-  Tick properties;                   // tick of the newest acknowledged that told them; 0: none
-  Tick sent;                         // tick at which it was written last
   float priority = 0;
   std::uint8_t gap = 0, gap2 = 0;  // from `acked` to the one acknowledged before, and from that; 0: none of use
-  std::uint8_t unanswered = 0;     // records since the last acknowledgement
-  std::uint8_t repeats = 0;        // of the present state
-  bool used = false, active = false;
+  std::uint8_t unanswered = 0;
+  std::uint8_t repeats = 0;         // of the present state
+  bool used = false, gone = false;  // gone: from what the client sees
 };
-static_assert(sizeof(Known) == 64);
+static_assert(sizeof(Busy) == 64);
 
 // A body that the client must learn is not there any more.
 struct Gone {
@@ -39,7 +53,7 @@ struct Gone {
 
 struct SentDatagram {
   Tick tick;
-  std::vector<std::uint32_t> known;
+  std::vector<std::uint32_t> told;  // of the busy
   std::vector<BodyId> departures;
 };
 
@@ -66,6 +80,7 @@ struct SnapshotSender::Impl {
 
   WrittenSnapshot Write(History& history, const ClientView& view, std::uint32_t last_input, std::int32_t margin);
   absl::Status Acknowledge(std::uint32_t newest, std::uint64_t mask);
+  void Prefetch() const;
 
   // What is seen.
   void Follow(const History& history, const ClientView& view);
@@ -75,19 +90,20 @@ struct SnapshotSender::Impl {
   void Appear(const History& history, SlotIndex slot);
   void Depart(const History& history, std::uint32_t index);
   void Activate(std::uint32_t index);
+  void Rest(std::uint32_t place);
   void MergeActive();
 
   // What is told.
   struct Candidate {
-    std::uint32_t known;
+    std::uint32_t busy;
     double shares;  // Eye::Shares
     RecordCache::Key key;
   };
   void FindCandidates(const History& history, const ClientView& view);
-  bool Due(const History& history, const Eye& eye, Known& body, double& shares) const;
+  bool Due(const History& history, const Eye& eye, Busy& body, double& shares) const;
   void SortByScore(BodyId own);
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
-  static RecordCache::Key KeyFor(const History& history, const Known& body);
+  static RecordCache::Key KeyFor(const History& history, const Busy& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
   void Remember(std::span<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result);
   void EarnBudget(const History& history, const ClientView& view);
@@ -104,11 +120,13 @@ struct SnapshotSender::Impl {
   std::vector<Known> known;
   std::vector<std::uint32_t> unused;  // of `known`
   absl::flat_hash_map<SlotIndex, std::uint32_t> by_slot;
-  // Of `known`, those with something to tell, or in doubt: ascending by id but for the newest, which stand at the end.
-  // Their slots stand here too, so that both are asked for before either is looked at.
+  std::vector<Busy> busy;
+  std::vector<std::uint32_t> idle;  // of `busy`, not used
+  // Of `busy`, those used: ascending by id but for the newest, which stand at the end. Their slots stand here too, so
+  // that both are asked for before either is looked at.
   struct Active {
     BodyId id;
-    std::uint32_t known;
+    std::uint32_t busy;
     SlotIndex slot;
   };
   std::vector<Active> active;
@@ -133,11 +151,10 @@ struct SnapshotSender::Impl {
   std::vector<SlotIndex> fresh;
   struct Chosen {
     BodyId id;
-    std::uint32_t known;
-    std::uint32_t pose_at, velocities_at;
-    std::uint16_t pose_bits, velocity_bits;
+    std::uint32_t busy;
     bool velocities;
     RecordCache::Key key;
+    RecordCache::Record pose, velocity;
     const Bytes* properties;  // null: not told
   };
   std::vector<Chosen> chosen;
