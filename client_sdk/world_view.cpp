@@ -59,7 +59,8 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
   track.expires.reset();
   const bool changed = !fresh && PropertiesDiffer(seen, body);
   // What is first told of an ownership has all its properties; thereafter they come where they are new.
-  auto properties = new_owner || body.properties != nullptr ? body.properties : std::move(seen.properties);
+  auto properties = body.properties;
+  if (properties == nullptr && !new_owner) properties = std::move(seen.properties);
   if (fresh || new_owner || tick > seen.tick) seen = {body.id, from, body.epoch, tick, body.state};
   seen.properties = std::move(properties);
   if (fresh) {
