@@ -5,6 +5,7 @@ function(tessera_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPS" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC tessera_options ${arg_DEPS})
+  set_property(GLOBAL APPEND PROPERTY tessera_libraries ${name})
 endfunction()
 
 # tessera_program(NAME OUTPUT sources... DEPS target... [NO_INSTALL]): an executable called OUTPUT in <build>/bin. What only
@@ -34,11 +35,14 @@ function(tessera_test name)
   endif()
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE tessera_options ${arg_DEPS} GTest::gmock_main)
+  target_compile_options(${name} PRIVATE ${TESSERA_TEST_OPTIONS})
+  set_property(GLOBAL APPEND PROPERTY tessera_tests ${name})
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                              TESSERA_BINARY_DIR="${CMAKE_BINARY_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT})
+  # What may take longest begins first.
+  set_tests_properties(${name} PROPERTIES LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} COST ${arg_TIMEOUT})
 endfunction()
 
 # tessera_fuzzer(NAME sources... [DEPS target...]): a libFuzzer program in <build>/fuzzers; only the preset `fuzz` builds it.
