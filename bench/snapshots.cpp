@@ -23,7 +23,10 @@ using namespace replication;
 constexpr double kRate_hz = 60;
 constexpr std::size_t kAge = 6;             // ticks from a snapshot to its baseline: 100 ms of round trip
 constexpr std::size_t kGap = 2, kGap2 = 3;  // to the older samples that predict
+// The dense coder's: the newest motion, and one so old that what rounding does to it shows.
+constexpr std::size_t kDenseGap = 1, kDenseGap2 = 5;
 constexpr std::size_t kFirst = kAge + kGap + kGap2 + 1;
+static_assert(kAge + kDenseGap + kDenseGap2 <= kFirst);
 constexpr double kGravity_m_s2 = -20;
 
 // As in the reference, rates are of what is told of the cubes: sequence numbers, ticks and checksums come on top, much
@@ -300,8 +303,10 @@ absl::Status RunCubes(const SuiteOptions& options, Report& report) {
   FastPass fast(trace, quantizer, predictor);
   if (absl::Status status = add("coder=fast", fast.Run()); !status.ok()) return status;
   rows.Add("coder=fast", "encode_shared_us_p50", Median(fast.shared_us), "us");
-  if (absl::Status status = add("coder=dense", RunDense(trace, kAge, kGap, kGap2, true)); !status.ok()) return status;
-  if (absl::Status status = add("dense without the scene", RunDense(trace, kAge, kGap, kGap2, false)); !status.ok()) {
+  if (absl::Status status = add("coder=dense", RunDense(trace, kAge, kDenseGap, kDenseGap2, true)); !status.ok())
+    return status;
+  if (absl::Status status = add("dense without the scene", RunDense(trace, kAge, kDenseGap, kDenseGap2, false));
+      !status.ok()) {
     return status;
   }
   if (absl::Status status = add("recording", RunDense(trace, 1, 1, 1, true)); !status.ok()) return status;
@@ -323,7 +328,7 @@ absl::Status RunSeeds(const SuiteOptions& options, Report& report) {
     FastPass pass(trace, quantizer, predictor);
     const absl::StatusOr<Cost> fast = pass.Run();
     if (!fast.ok()) return fast.status();
-    const absl::StatusOr<Cost> dense = RunDense(trace, kAge, kGap, kGap2, true);
+    const absl::StatusOr<Cost> dense = RunDense(trace, kAge, kDenseGap, kDenseGap2, true);
     if (!dense.ok()) return dense.status();
     Rows rows(absl::StrCat("seed ", seed), report);
     rows.Add("bit packer", "kbps_mean", packer->mean_bytes() * 8 * kRate_hz / 1000, "kbit/s");
