@@ -108,6 +108,26 @@ void World::Impl::Step(double dt) {
   ReportEvents();
 }
 
+void World::Rehearse(double dt_s, int times) {
+  assert(dt_s > 0 && times >= 0);
+  impl_->Rehearse(dt_s, times);
+}
+
+void World::Impl::Rehearse(double dt, int times) {
+  if (awake.empty()) return;
+  dt_s = dt;
+  FindPairs();
+  CollidePairs();
+  BuildIslands();
+  motions.resize(awake.size());
+  if (touching.empty() && awake_joints.empty()) return;
+  for (int i = 0; i < times; ++i) {
+    FillBatches();
+    SolveBatches();
+  }
+  for (const Touch& touch : touching) touch.pair->substeps = touch.substeps;
+}
+
 std::span<const Contact> World::contacts() const {
   impl_->ReportContacts();
   return impl_->contacts;

@@ -10,6 +10,10 @@
 namespace tessera::region {
 namespace {
 
+// Of the contacts of bodies that come out of a saved state. A pile of 1240 moves by .13 mm in the next tick then, by
+// .24 after three, by 1.1 after none.
+constexpr int kRehearsals = 6;
+
 double ToGrid(double v) { return std::round(v / kOriginGrid_m) * kOriginGrid_m; }
 
 Vec3d OriginFor(const Config& config) {
@@ -68,6 +72,7 @@ void RegionStep::OwnInitial() {
   }
   const RegionState& initial = *config.initial;
   tick = initial.tick;
+  rehearse_ = true;
   inbox.ChangeMap(config.map.version(), neighbors, true);
   for (const StateBody& body : initial.bodies) {
     // The lowest that is there: others of the assembly may have been taken out.
@@ -113,6 +118,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   UpdatePlayers(result);
   ApplyForces();
   enter(Phase::kPhysics);
+  if (std::exchange(rehearse_, false)) bodies.world().Rehearse(tick_s, kRehearsals);
   bodies.world().Step(tick_s);
   stepped_ = true;
   ++tick;

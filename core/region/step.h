@@ -173,7 +173,8 @@ class RegionStep {
 
   std::vector<Outbox> outboxes_;
   LogWriter log_;
-  bool stepped_ = false;  // at least once
+  bool stepped_ = false;   // at least once
+  bool rehearse_ = false;  // before the next step: bodies are new here whose contacts nobody remembers
   // A pair of the last step, and what it did in the last two: of each component the lesser, 0 if they differ in sign.
   // So a blow, which is over, is not told as a load.
   struct Touch {

@@ -211,6 +211,7 @@ void RegionStep::LetGo(BodyId id, RegionId to, const std::map<BodyId, KeptGrant>
 
 void RegionStep::TakeUp(const Takeover& takeover, const KeptGrant& copy) {
   bodies.Own(takeover.body, takeover.epoch, copy.state);
+  rehearse_ = true;
   if (IsPlayerBody(takeover.body)) players.Adopt(PlayerOf(takeover.body), copy.control);
   properties.Adopt(takeover.body, copy.properties);
   reports.Adopt(copy.touching);

@@ -142,7 +142,8 @@ struct ContactKernels {
   ContactKernel prepare;  // reckons rows and effective masses from normals, points and impulses
   ContactKernel warm;     // applies the impulses at hand
   ContactKernel solve;    // once, with bias
-  ContactKernel relax;    // measures separations anew, solves once without bias, adds to the totals
+  ContactKernel relax;    // measures separations anew, solves once without bias
+  ContactKernel settle;   // solves once more without bias, adds to the totals
   ApproachKernel approach;
 };
 

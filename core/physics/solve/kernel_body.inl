@@ -269,19 +269,15 @@ struct ContactLoops {
     for (int i = 0; i < kPoints; ++i) {
       velocity[i] = linear + both.Spin(block.points[i].angular_a, block.points[i].angular_b);
     }
-    // The points are solved in sequence, against the matrix of how they move each other rather than against the bodies,
-    // so that a second sweep is cheap. Without it a face on four points rocks for ever.
-    constexpr int kSweeps = kPoints > 1 ? 2 : 1;
+    // The points are solved one after the other, against the matrix of how they move each other rather than against the
+    // bodies; once, since the solver comes by here twice, there and back.
     F start[kPoints], impulse[kPoints];
-    for (int i = 0; i < kPoints; ++i) start[i] = impulse[i] = Load(block.points[i].impulse);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      for (int i = 0; i < kPoints; ++i) {
-        const F next = Max(Wanted<kRelax>(block, i, velocity[i], impulse[i], step), Wide(0));
-        const F change = next - impulse[i];
-        impulse[i] = next;
-        for (int j = sweep + 1 < kSweeps ? 0 : i + 1; j < kPoints; ++j) {
-          velocity[j] = velocity[j] + Load(block.coupling[Coupling(i, j, kPoints)]) * change;
-        }
+    for (int i = 0; i < kPoints; ++i) {
+      start[i] = Load(block.points[i].impulse);
+      impulse[i] = Max(Wanted<kRelax>(block, i, velocity[i], start[i], step), Wide(0));
+      const F change = impulse[i] - start[i];
+      for (int j = i + 1; j < kPoints; ++j) {
+        velocity[j] = velocity[j] + Load(block.coupling[Coupling(i, j, kPoints)]) * change;
       }
     }
     F sum = Wide(0);
@@ -350,36 +346,36 @@ struct ContactLoops {
     }
   }
 
-  struct Lag {
-    V apart;   // how far b has moved against a
-    F far;     // where that is far enough to count
-    V biased;  // of the substep's impulse, what acted before they moved; the rest acts after it
-    bool any;
-  };
-  static TESSERA_INLINE void NoteLag(Block& block, const Lag& lag) {
-    const V made = Cross(Load(block.lag.apart), lag.biased) + Cross(lag.apart, Impulse(block) - lag.biased);
-    Store(block.lag.made, Load(block.lag.made) + And(lag.far, made));
-    Store(block.lag.apart, And(lag.far, lag.apart));
+  // Of the substep's impulse, what acted before the bodies moved acted where they were apart as before; what is solved
+  // from here on acts where they are now.
+  static TESSERA_INLINE void NoteMove(Block& block, const V& apart) {
+    const F far = Positive(Dot(apart, apart) - Wide(kLag_m * kLag_m));
+    if (Bits(far) != 0) {
+      const V made = Cross(Load(block.lag.apart) - apart, Impulse(block));
+      Store(block.lag.made, Load(block.lag.made) + And(far, made));
+    }
+    Store(block.lag.apart, And(far, apart));
+  }
+  static TESSERA_INLINE void NoteLag(Block& block) {
+    const V apart = Load(block.lag.apart);
+    if (Bits(Positive(Dot(apart, apart))) == 0) return;
+    Store(block.lag.made, Load(block.lag.made) + Cross(apart, Impulse(block)));
   }
 
-  template <bool kRelax>
+  enum class Stage { kPush, kRelax, kSettle };
+  template <Stage kStage>
   static void SolveBlock(Block& block, SolvedBodies bodies, const StepConstants& step) {
-    [[maybe_unused]] Lag lag;
-    if constexpr (kRelax) {
-      lag.apart = Measure(block, bodies);
-      lag.far = Positive(Dot(lag.apart, lag.apart) - Wide(kLag_m * kLag_m));
-      lag.any = Bits(lag.far) != 0;
-      lag.biased = lag.any ? Impulse(block) : V{Wide(0), Wide(0), Wide(0)};
-    }
+    constexpr bool kRelax = kStage != Stage::kPush;
+    if constexpr (kStage == Stage::kRelax) NoteMove(block, Measure(block, bodies));
     Both both = Fetch(block, bodies.states);
     // Normals come after friction: no overlap matters more than no sliding. When relaxing, friction has another go by
     // what they have come to: with bias they carry less while a body sinks in, and it would slide.
     if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
     if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
-    if constexpr (kRelax) {
+    if constexpr (kStage == Stage::kSettle) {
       AddToTotals(block);
-      if (lag.any) NoteLag(block, lag);
+      NoteLag(block);
     }
     PutBack(block, bodies, both);
   }
@@ -390,9 +386,9 @@ struct ContactLoops {
   static void Warm(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants&) {
     for (std::size_t i = 0; i < count; ++i) WarmBlock(static_cast<Block*>(blocks)[i], bodies);
   }
-  template <bool kRelax>
+  template <Stage kStage>
   static void Solve(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step) {
-    for (std::size_t i = 0; i < count; ++i) SolveBlock<kRelax>(static_cast<Block*>(blocks)[i], bodies, step);
+    for (std::size_t i = 0; i < count; ++i) SolveBlock<kStage>(static_cast<Block*>(blocks)[i], bodies, step);
   }
   static void Approach(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
                        std::uint8_t* lanes) {
@@ -411,7 +407,9 @@ struct ContactLoops {
       lanes[k] = static_cast<std::uint8_t>(Bits(Positive(Wide(-speed) - fastest)));
     }
   }
-  static constexpr ContactKernels Table() { return {&Prepare, &Warm, &Solve<false>, &Solve<true>, &Approach}; }
+  static constexpr ContactKernels Table() {
+    return {&Prepare, &Warm, &Solve<Stage::kPush>, &Solve<Stage::kRelax>, &Solve<Stage::kSettle>, &Approach};
+  }
 };
 
 void Drift(SolvedState* states, const SolvedMass* masses, std::size_t count, float h) {
