@@ -10,6 +10,9 @@ namespace {
 
 // Without any region for so long, the instance counts as lost; shorter than that, a failover may bring it back.
 constexpr std::chrono::seconds kMaxSilence{30};
+// After so long all regions of the map are asked: who has taken the place of those that were near may not be one of
+// them.
+constexpr std::chrono::seconds kSearchAfter{1};
 // Beyond the radius of interest, by shares of it: regions are connected to before anything of them can come into sight,
 // and let go of when nothing of them can have been in it for a while. What the server does at the edge lies between.
 constexpr double kConnectBeyond = 0.25, kLetGoBeyond = 0.5;
@@ -106,9 +109,12 @@ bool Client::Impl::Named(RegionId region) const {
   return std::any_of(regions.begin(), regions.end(), [&](const MapRegion& r) { return r.id == region; });
 }
 
-// Whether something of the region may be within `more_m` of what is of interest.
 bool Client::Impl::Near(RegionId region, double more_m) const {
-  if (interest_radius_m <= 0 || !started) return true;
+  return interest_radius_m <= 0 || !started || searching || Touches(region, more_m);
+}
+
+// Whether something of the region may be within `more_m` of what is of interest.
+bool Client::Impl::Touches(RegionId region, double more_m) const {
   const std::optional<Vec3d> centre = OwnPosition();
   if (!centre.has_value()) return true;
   const double radius = interest_radius_m + more_m;
@@ -138,9 +144,12 @@ void Client::Impl::CheckProgress(TimePoint now) {
   }
   if (std::any_of(links.begin(), links.end(), [](const RegionLink& l) { return l.welcomed(); })) {
     silent_since.reset();
+    const auto found = [this](const RegionLink& l) { return l.welcomed() && Touches(l.region(), 0); };
+    searching = searching && std::none_of(links.begin(), links.end(), found);
     return;
   }
   if (!silent_since.has_value()) silent_since = now;
+  if (now - *silent_since >= kSearchAfter && !searching) searching = follow_due = true;
   if (now - *silent_since >= kMaxSilence && state != ClientState::kJoining) {
     End(absl::UnavailableError(absl::StrCat("instance ", options.instance_id, ": no region answers any more")), "");
   }

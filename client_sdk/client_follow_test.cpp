@@ -148,6 +148,28 @@ TEST_F(ClientFollowTest, OnlyRegionsThatItsInterestTouchesAreListenedTo) {
   EXPECT_EQ(Count(ClientEvent::Kind::kRegionLost), 0);  // nothing was lost
 }
 
+// All that it listens to dies with one machine; who has taken its place is none that it knows to be near.
+TEST_F(ClientFollowTest, WhenAllThatAreNearFallSilentTheOthersAreAsked) {
+  Make(4, "view { radius: 10 } ");
+  Join();
+  Play();
+  const auto own = [&] {
+    BodyState state = Moving(-25, 0);
+    state.position.z = -25;
+    return std::vector<BodyRecord>{{client->own_body(), Epoch(1), state}};
+  };
+  Advance([&](Tick t) { instance->regions[0]->Snapshot(t, own()); });
+  const auto clients = [&](std::size_t i) { return instance->regions[i]->clients(); };
+  ASSERT_TRUE(Until([&] { return clients(0) == 1 && clients(1) + clients(2) + clients(3) == 0; }));
+  const PartitionMap next = Handed(instance->map, RegionId(1), RegionId(4));
+  instance->regions.erase(instance->regions.begin());  // 2, 3 and 4 are left
+  ASSERT_TRUE(Until([&] { return clients(0) == 1 && clients(1) == 1 && clients(2) == 1; }, true));
+  for (const auto& region : instance->regions) region->TellMap(next);
+  ASSERT_TRUE(Until([&] { return clients(0) + clients(1) == 0; }, true));
+  EXPECT_EQ(clients(2), 1U);
+  EXPECT_EQ(client->state(), ClientState::kPlaying);
+}
+
 // Everything dies at once, and what comes in its place accepts only the renewed pass.
 TEST_F(ClientFollowTest, ComesBackAsTheSamePlayerAfterTheLossOfAllLinks) {
   Make(2);

@@ -54,6 +54,7 @@ struct Client::Impl {
   void AddMissing();
   bool Named(RegionId region) const;  // by the map
   bool Near(RegionId region, double more_m) const;
+  bool Touches(RegionId region, double more_m) const;
   std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionLink>::iterator LetGo(std::vector<RegionLink>::iterator link);
   void CheckProgress(TimePoint now);
@@ -98,6 +99,7 @@ struct Client::Impl {
   double interest_radius_m;                  // 0: all of the world
   ClientState state = ClientState::kJoining;
   bool started = false;
+  bool searching = false;  // no region that is near answers: all of the map are asked
   absl::Status reason;
   std::vector<ClientEvent> events;  // of the Poll under way
 

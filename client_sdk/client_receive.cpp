@@ -209,7 +209,7 @@ void Client::Impl::OnStopping(TimePoint now, RegionLink& link, const std::string
     any_near = any_near || Near(region.id, 0);
   }
   if (!any_new) return End(absl::OkStatus(), absl::StrCat("the instance ends: ", why));
-  if (!any_near) interest_radius_m = 0;
+  searching = searching || !any_near;
   follow_due = true;
 }
 
