@@ -152,6 +152,19 @@ TEST(PointTest, HoldsTogetherAndTurnsFreely) {
 }
 
 // At its centre a joint has nothing to do but to let the body tumble: about its middle axis, which flips it.
+// What a joint bears is nothing that a contact has to learn to.
+TEST(PointTest, WhatHangsAndJustTouchesTheGroundStaysThereWhenRehearsed) {
+  World world({});
+  const BodyDef ground = Static(1, Ground(), {}), box = Dynamic(2, Cube(), {0, 0.5, 0});
+  world.Add(ground, ground.initial);
+  world.Add(box, box.initial);
+  world.AddJoint(ToWorld(2, {}, {{0, 0.5, 0}, {}}, PointJoint{}));
+  world.Rehearse(1.0 / 60, 6);
+  world.Step(1.0 / 60);
+  EXPECT_LT(Length(world.StateOf(BodyId(2)).linear_velocity), 1e-4);
+  for (const Contact& contact : world.contacts()) EXPECT_LT(Length(contact.impulse_on_b), 0.01);  // it weighs .16 N s
+}
+
 TEST(PointTest, LetsABodyHeldAtItsCentreTumble) {
   World world({.gravity_m_s2 = {}});
   BodyDef handle = Awake(Dynamic(1, Cube(), {0, 5, 0}));

@@ -9,10 +9,6 @@
 namespace tessera::physics {
 namespace {
 
-bool Sane(const RigidBody& body) {
-  return IsSane(body.state()) && CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
-}
-
 Course CourseOf(const RigidBody& body, double dt) {
   const Vec3d a = body.Acceleration();
   const Vec3d v(body.state().linear_velocity);
@@ -97,6 +93,10 @@ Touch TouchOf(Pair& pair) {
 }
 
 }  // namespace
+
+bool World::Impl::Sane(const RigidBody& body) {
+  return IsSane(body.state()) && CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
+}
 
 void World::Impl::FindPairs() {
   for (std::size_t i = 0; i < awake.size();) {

@@ -114,8 +114,10 @@ void World::Rehearse(double dt_s, int times) {
 }
 
 void World::Impl::Rehearse(double dt, int times) {
-  if (awake.empty()) return;
+  const auto insane = [](const RigidBody* body) { return !Sane(*body); };
+  if (awake.empty() || std::any_of(awake.begin(), awake.end(), insane)) return;  // the step has to tell of those
   dt_s = dt;
+  ++step;  // joints are listed once in each
   FindPairs();
   CollidePairs();
   BuildIslands();

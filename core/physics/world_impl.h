@@ -96,6 +96,7 @@ struct World::Impl {
   // --- The passes of a step (step_*.cpp).
   void Step(double dt_s);
   void Rehearse(double dt_s, int times);
+  static bool Sane(const RigidBody& body);
   void FindPairs();
   void BeginPairs();
   void CollidePairs();

@@ -141,9 +141,9 @@ using ApproachKernel = void (*)(void* blocks, std::size_t count, const SolvedSta
 struct ContactKernels {
   ContactKernel prepare;  // reckons rows and effective masses from normals, points and impulses
   ContactKernel warm;     // applies the impulses at hand
-  ContactKernel solve;    // once, with bias
-  ContactKernel relax;    // measures separations anew, solves once without bias
-  ContactKernel settle;   // solves once more without bias, adds to the totals
+  ContactKernel solve;    // a sweep with bias
+  ContactKernel relax;    // measures separations anew, a sweep without bias
+  ContactKernel settle;   // another sweep without bias, adds to the totals
   ApproachKernel approach;
 };
 
