@@ -175,6 +175,7 @@ class Planner {
     placement.set_host_id(best->id);
     placement.set_incarnation(next_.last_incarnation() + 1);
     placement.set_joins(true);
+    placement.set_unprotected(true);
     next_.set_last_incarnation(placement.incarnation());
     auto& placements = *next_.mutable_placements();
     *placements.Add() = placement;

@@ -215,6 +215,7 @@ class Cluster {
   bool Silent(Moment now, const InstanceEntry& instance, std::size_t index) const;
   bool Outlives(const InstanceEntry& instance, std::size_t heir, std::size_t other) const;
   std::vector<Death> Deaths(Moment now, const InstanceEntry& instance) const;
+  std::optional<records::Instance> NextProtected(const InstanceEntry& instance) const;
   std::optional<records::Instance> NextFailover(Moment now, InstanceEntry& instance);
   std::optional<records::Instance> BuryAndBegin(Moment now, InstanceEntry& instance, const std::vector<Death>& deaths);
   std::optional<records::Instance> GiveUp(Moment now, InstanceEntry& instance, std::string why);

@@ -104,8 +104,8 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
     if (worker.gone) {
       deaths.push_back({worker.region, worker.incarnation, true});
     } else if (Silent(now, instance, i)) {
-      const bool newcomer = instance.record.placements(static_cast<int>(i)).joins();
-      if (newcomer && !instance.record.planned().committed()) {
+      const records::Placement& placement = instance.record.placements(static_cast<int>(i));
+      if (placement.joins() && !instance.record.planned().committed()) {
         deaths.push_back({worker.region, worker.incarnation, false});
         continue;
       }
@@ -114,7 +114,7 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
         const bool copied =
             std::any_of(other.report.standbys().begin(), other.report.standbys().end(),
                         [&](const v1::StandbyStatus& standby) { return standby.incarnation() == worker.incarnation; });
-        const bool heir_of_newcomer = newcomer && HeirOf(instance.record, worker.region) == other.region;
+        const bool heir_of_newcomer = placement.unprotected() && HeirOf(instance.record, worker.region) == other.region;
         if (!(copied || heir_of_newcomer) || other.gone || Silent(now, instance, heir) || !Outlives(instance, heir, i))
           continue;
         deaths.push_back({worker.region, worker.incarnation, false});
@@ -123,6 +123,24 @@ std::vector<Death> Cluster::Deaths(Moment now, const InstanceEntry& instance) co
     }
   }
   return deaths;
+}
+
+// Newcomers whose heirs have told of a copy.
+std::optional<records::Instance> Cluster::NextProtected(const InstanceEntry& instance) const {
+  std::optional<records::Instance> next;
+  for (int i = 0; i < instance.record.placements_size(); ++i) {
+    const records::Placement& placement = instance.record.placements(i);
+    if (!placement.unprotected()) continue;
+    const bool copied = std::any_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& worker) {
+      return std::any_of(
+          worker.report.standbys().begin(), worker.report.standbys().end(),
+          [&](const v1::StandbyStatus& standby) { return standby.incarnation() == placement.incarnation(); });
+    });
+    if (!copied) continue;
+    if (!next) next = instance.record;
+    next->mutable_placements(i)->set_unprotected(false);
+  }
+  return next;
 }
 
 // --- What follows ---

@@ -250,6 +250,7 @@ std::optional<records::Instance> Cluster::NextRecord(Moment now, InstanceEntry& 
     return next;
   }
   if (record.state() == v1::INSTANCE_STATE_RUNNING) {
+    if (auto next = NextProtected(instance)) return next;
     if (auto next = NextFailover(now, instance)) return next;
     if (auto next = NextChange(now, instance)) return next;
     if (auto next = NextLeavers(now, instance)) return next;

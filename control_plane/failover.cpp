@@ -1,6 +1,7 @@
 #include "control_plane/failover.h"
 
 #include <algorithm>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -48,7 +49,7 @@ void Bury(const records::Instance& before, const Death& death, records::Instance
     dead.set_host_id(placed->host_id());
     dead.set_exit_seen(death.exit_seen);
     dead.set_heir(HeirOf(before, death.region));
-    dead.set_newcomer(placed->joins());
+    dead.set_newcomer(placed->unprotected());
   }
   auto& kept = *next.mutable_placements();
   kept.erase(std::remove_if(kept.begin(), kept.end(),
@@ -90,14 +91,22 @@ bool HadNothingOfItsOwn(const records::Failover& failover, std::span<const Regio
 
 std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths) {
   std::map<std::uint32_t, std::uint32_t> heir_of;
+  std::set<std::uint32_t> newcomers;  // what they were granted is still with who granted it
   if (Unresolved(record)) {
-    for (const records::Dead& dead : record.failover().dead()) heir_of[dead.region()] = dead.heir();
+    for (const records::Dead& dead : record.failover().dead()) {
+      heir_of[dead.region()] = dead.heir();
+      if (dead.newcomer()) newcomers.insert(dead.region());
+    }
+  }
+  for (const records::Placement& placement : record.placements()) {
+    if (placement.unprotected()) newcomers.insert(placement.region());
   }
   for (const Death& death : deaths) {
     if (InMap(BaseMap(record), death.region)) heir_of[death.region] = HeirOf(record, death.region);
   }
   std::vector<std::uint32_t> beyond;
   for (const auto& [region, heir] : heir_of) {
+    if (newcomers.contains(region)) continue;
     if (heir == 0 || heir_of.contains(heir)) beyond.push_back(region);
   }
   return beyond;

@@ -349,7 +349,7 @@ struct Newcomer {
       records::Placement& placement = *record.add_placements();
       placement.set_region(region);
       placement.set_incarnation(region);
-      placement.set_joins(region == 3);
+      placement.set_unprotected(region == 3);
     }
     records::IdRange& bodies = *record.add_bodies();
     bodies.set_first(1);
@@ -388,14 +388,16 @@ TEST(FailoverTest, OfANewcomerNobodyHasACopyAndABodyIsMissing) {
 
 TEST(FailoverTest, OfWhoIsNoNewcomerThereMustBeACopy) {
   Newcomer setup;
-  setup.record.mutable_placements(2)->set_joins(false);
+  setup.record.mutable_placements(2)->set_unprotected(false);
   EXPECT_EQ(setup.Fail().status().code(), absl::StatusCode::kDataLoss);
 }
 
-TEST(FailoverTest, ANewcomerThatDiesTogetherWithItsHeirIsBeyondFailover) {
-  const Newcomer setup;
-  EXPECT_TRUE(BeyondFailover(setup.record, {{3, 3, true}}).empty());
-  EXPECT_THAT(BeyondFailover(setup.record, {{1, 1, true}, {3, 3, true}}), testing::Contains(3U));
+TEST(FailoverTest, ANewcomerMayDieTogetherWithItsHeir) {
+  Newcomer setup;
+  setup.record.mutable_map()->mutable_regions(0)->set_heir(2);
+  EXPECT_TRUE(BeyondFailover(setup.record, {{1, 1, true}, {3, 3, true}}).empty());
+  setup.record.mutable_placements(2)->set_unprotected(false);
+  EXPECT_THAT(BeyondFailover(setup.record, {{1, 1, true}, {3, 3, true}}), testing::ElementsAre(3U));
 }
 
 TEST(LeaseTest, IsRenewedForWhoIsToRunAndForNobodyElse) {

@@ -24,8 +24,11 @@ void SetFailover(const records::Instance& record, v1::WorkerOrder& order) {
 
 void SetHeirs(const records::Instance& record, v1::WorkerOrder& order) {
   order.set_heir(HeirOf(record, order.region()));
+  for (const v1::MapRegion& region : record.map().regions()) {
+    if (region.heir() == order.region()) order.add_wards(region.id());
+  }
   for (const records::Placement& placement : record.placements()) {
-    if (HeirOf(record, placement.region()) == order.region()) order.add_wards(placement.region());
+    if (placement.joins() && HeirOf(record, placement.region()) == order.region()) order.add_wards(placement.region());
   }
   // The copies of the dead are what is taken up.
   for (const records::Dead& dead : record.failover().dead()) {

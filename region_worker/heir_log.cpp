@@ -15,7 +15,7 @@ void HeirLog::SetHeir(RegionId heir) {
     region_.SetStandby(false);
   } else {
     lease_.Require();
-    Begin();
+    region_.SetStandby(true);
   }
   spdlog::info("heir region={}", heir_.value());
 }

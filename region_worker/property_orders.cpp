@@ -41,6 +41,10 @@ void PropertyOrders::Apply(region::Region& region) {
       refused_[order.number] = "no property \"" + order.name + "\"";
       continue;
     }
+    if (!region.Owns(order.body)) {
+      made_.erase(order.number);
+      continue;
+    }
     // A body that went and came back may be an older copy of itself: each time anew.
     const bool news = LastChange(region, order.body) < order.number;
     const absl::Status status = region.SetProperty(order.body, order.name, order.value, order.number);
