@@ -253,7 +253,8 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
   }
 }
 
-// What the heir has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it still.
+// What the heir has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it
+// still.
 TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsHeirHeardOfItLosesNoBody) {
   for (std::uint32_t region = 1; region <= 4; ++region) {
     for (const Micros deaf : {Milliseconds(700), Milliseconds(2500), Milliseconds(5000)}) {
