@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "cli/commands.h"
+#include "cli/instance_view.h"
 #include "cli/table.h"
 #include "local_cluster/checkpoint_file.h"
 #include "local_cluster/connection.h"
@@ -119,14 +120,11 @@ v1::Property ReadProperty(const v1::Instance& instance, const std::string& name,
 
 void SetProperty(const Globals& globals, const Options& options) {
   local::Connection connection(globals.control);
-  v1::GetInstanceRequest get;
-  get.set_id(options.id);
-  const auto got =
-      connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::GetInstance, get);
+  const v1::Instance instance = GetInstance(connection, "instance set-property", options.id);
   v1::SetPropertyRequest request;
   request.set_id(options.id);
   request.set_body(options.body);
-  *request.mutable_property() = ReadProperty(got.instance(), options.property, options.value);
+  *request.mutable_property() = ReadProperty(instance, options.property, options.value);
   request.set_validate_only(options.dry_run);
   connection.Call("instance set-property", connection.instances(), &v1::InstanceService::Stub::SetProperty, request,
                   Patience(options));

@@ -113,11 +113,8 @@ void List(const Globals& globals) {
 
 void Describe(const Globals& globals, const Options& options) {
   local::Connection connection(globals.control);
-  v1::GetInstanceRequest request;
-  request.set_id(options.id);
-  const auto response =
-      connection.Call("instance describe", connection.instances(), &v1::InstanceService::Stub::GetInstance, request);
-  std::cout << (globals.format == Format::kJson ? ToJson(response.instance()) : DescribeInstance(response.instance()));
+  const v1::Instance instance = GetInstance(connection, "instance describe", options.id);
+  std::cout << (globals.format == Format::kJson ? ToJson(instance) : DescribeInstance(instance));
 }
 
 void Watch(const Globals& globals, const Options& options) {

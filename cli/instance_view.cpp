@@ -10,6 +10,12 @@
 
 namespace tessera::cli {
 
+v1::Instance GetInstance(local::Connection& connection, const std::string& command, const std::string& id) {
+  v1::GetInstanceRequest request;
+  request.set_id(id);
+  return connection.Call(command, connection.instances(), &v1::InstanceService::Stub::GetInstance, request).instance();
+}
+
 std::string SummaryLine(const v1::Instance& instance) {
   std::uint64_t tick = 0;
   int running = 0;

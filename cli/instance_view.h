@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "local_cluster/connection.h"
 #include "local_cluster/instance_state.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -13,6 +14,8 @@ inline std::chrono::milliseconds Seconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3));
 }
 
+// For `command`, which its errors name.
+v1::Instance GetInstance(local::Connection& connection, const std::string& command, const std::string& id);
 // "inst-3 RUNNING tick 1200, 4 of 4 regions, 2 players\n"
 std::string SummaryLine(const v1::Instance& instance);
 // One table row a region: rate, step times, owned, ghosts, asleep, handovers.

@@ -8,8 +8,6 @@
 namespace tessera::physics {
 namespace {
 
-constexpr float kStuckKept = 0.9f;  // of its speed, a step
-
 // By how much a body that lay as `from` has been turned, once it lies as `to`.
 Quatd TurnFrom(const Placement& from, Quatd to) { return to * Conjugate(from.orientation); }
 
@@ -47,10 +45,12 @@ struct World::Impl::Anchors {
 };
 
 // What is wedged in so that each sweep stops it where it is, as two bodies that interlock against a wall, is pushed
-// anew in each step and never gets out of the overlap that pushes it: its speed may not grow by that.
+// anew in each step and never gets out of the overlap that pushes it: its speed may not grow by that. What it loses so
+// nobody receives.
 void World::Impl::CalmStuck() {
   constexpr double kNowhere = 0.05;     // of its way
   constexpr std::uint32_t kWedged = 3;  // steps in a row; a blow lasts one
+  constexpr float kKept = 0.9f;         // of its speed, a step; with .5 a jammed turnstile burst in the one run of that
   for (const auto& [index, share] : stopped) {
     RigidBody& body = *awake[index];
     if (share > kNowhere) continue;
@@ -64,8 +64,8 @@ void World::Impl::CalmStuck() {
       if (size > most) now = now * (most / size);
     };
     const float fall = static_cast<float>(Length(body.Acceleration()) * dt_s);
-    limit(motion.velocity, Length(before.linear_velocity) * kStuckKept + fall);
-    limit(motion.angular_momentum, Length(before.angular_momentum) * kStuckKept);
+    limit(motion.velocity, Length(before.linear_velocity) * kKept + fall);
+    limit(motion.angular_momentum, Length(before.angular_momentum) * kKept);
   }
 }
 

@@ -107,8 +107,8 @@ class World {
   void Step(double dt_s);
   // Before the next step, of the same length: finds what contacts and joints have to bear, by solving it `times` times
   // from here without moving anything. For bodies whose contacts nobody remembers, such as those of a saved state: a
-  // pile of them sags by a millimetre otherwise before its contacts have learned what lies on them. Six leave a tenth
-  // of that, at two thirds of the price of as many steps.
+  // pile of them sags by most of a millimetre otherwise before its contacts have learned what lies on them. Six times
+  // leave a sixteenth of that.
   void Rehearse(double dt_s, int times);
   // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order
   // does not depend on how the world was built.

@@ -52,7 +52,7 @@ TEST(FailoverTest, APileThatIsTakenUpHardlySags) {
     furthest = std::max(furthest, Length(state.position - before.at(id).position));
   }
   std::printf("a pile through a failover: furthest moved %.2e m\n", furthest);
-  EXPECT_LT(furthest, 3e-4);  // it was 1e-3 when contacts began to learn only then
+  EXPECT_LT(furthest, 3e-4);
 }
 
 TEST(FailoverTest, EachRegionMayDieInTurnUntilOneIsLeft) {
