@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 
+#include "absl/strings/numbers.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
@@ -98,22 +99,23 @@ v1::Property ReadProperty(const v1::Instance& instance, const std::string& name,
   }
   v1::Property property;
   property.set_name(name);
-  const auto read = [&](auto number, const char* what) {
-    if (!CLI::detail::lexical_cast(value, number)) {
-      throw local::CommandError(fmt::format("VALUE: property \"{}\" is {}, not \"{}\"", name, what, value));
-    }
-    return number;
+  const auto wrong = [&](const char* what) {
+    return local::CommandError(fmt::format("VALUE: property \"{}\" is {}, not \"{}\"", name, what, value));
   };
   if (found->has_text()) {
     property.set_text(value);
   } else if (found->has_number()) {
-    property.set_number(read(std::int64_t{0}, "a whole number"));
+    std::int64_t number = 0;
+    if (!absl::SimpleAtoi(value, &number)) throw wrong("a whole number");
+    property.set_number(number);
   } else if (found->has_real()) {
-    property.set_real(read(0.0, "a number"));
+    double real = 0;
+    if (!absl::SimpleAtod(value, &real)) throw wrong("a number");
+    property.set_real(real);
   } else if (value == "true" || value == "false") {
     property.set_flag(value == "true");
   } else {
-    throw local::CommandError(fmt::format("VALUE: property \"{}\" is true or false, not \"{}\"", name, value));
+    throw wrong("true or false");
   }
   return property;
 }
