@@ -27,9 +27,9 @@ class Writer;
 // A body of the sender's that the receiver must see. `force_n` and `torque_nm` are what a player's input will do to it
 // in the next step (fields are not among them: both sides compute those).
 //
-// `load_ns` and `load_nms` are what bodies that the receiver does not see did to it in the last tick, as far as they
-// did so in the one before as well: what lies on it, and what it lies on. Without them a ghost in a pile would fall in
-// every step, and press on what is solved beside it with a weight that it does not have.
+// `load_ns` and `load_nms` are what bodies that the receiver does not see do to it in a tick, as a mean of about ten:
+// what lies on it, and what it lies on. Without them a ghost in a pile would fall in every step, and press on what is
+// solved beside it with a weight that it does not have.
 struct GhostRecord {
   BodyId id;
   Epoch epoch;

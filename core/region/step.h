@@ -175,8 +175,8 @@ class RegionStep {
   LogWriter log_;
   bool stepped_ = false;   // at least once
   bool rehearse_ = false;  // before the next step: bodies are new here whose contacts nobody remembers
-  // A pair of the last step, and what it did in the last two: of each component the lesser, 0 if they differ in sign.
-  // So a blow, which is over, is not told as a load.
+  // A pair of the last step, and what it does as a load: a mean of its steps, in which the first two count as the
+  // lesser of each component, 0 if they differ in sign. So a blow, which is over, is not told as a load.
   struct Touch {
     BodyId a, b;
     Vec3f impulse_on_b, angular_on_a, angular_on_b;
