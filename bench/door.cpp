@@ -63,7 +63,7 @@ struct Doors {
   }
   Bytes Sealed(std::size_t payload) {
     Bytes datagram(net::kSealHeaderBytes + payload + net::kSealTagBytes, 0x55);
-    guest.Seal(dial, datagram, payload);
+    guest.Seal(dial, net::DatagramKind::kSealed, datagram, payload);
     return datagram;
   }
   bool AtHouse(Bytes& bytes) {
@@ -87,7 +87,7 @@ absl::Status MeasureSealing(bool quick, Report& report) {
   for (int done = 0; done < rounds; done += static_cast<int>(kBatch)) {
     sealed.assign(kBatch, Bytes(1200, 0x55));
     double begin = CpuSeconds();
-    for (Bytes& bytes : sealed) doors.guest.Seal(doors.dial, bytes, kPayloadBytes);
+    for (Bytes& bytes : sealed) doors.guest.Seal(doors.dial, net::DatagramKind::kSealed, bytes, kPayloadBytes);
     sealing_s += CpuSeconds() - begin;
     begin = CpuSeconds();
     for (Bytes& bytes : sealed) {

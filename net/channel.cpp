@@ -4,8 +4,6 @@
 
 #include <cassert>
 
-#include "net/handshake.h"
-
 namespace tessera::net {
 namespace {
 
@@ -62,10 +60,11 @@ std::uint64_t ReplayWindow::Complete(std::uint32_t low) const {
   return newest_ + static_cast<std::uint64_t>(std::int64_t{distance});
 }
 
-std::size_t Channel::Seal(std::uint32_t receiver, std::span<std::uint8_t> datagram, std::size_t payload_bytes) {
+std::size_t Channel::Seal(DatagramKind kind, std::uint32_t receiver, std::span<std::uint8_t> datagram,
+                          std::size_t payload_bytes) {
   assert(receiver <= kMaxSessionNumber && datagram.size() >= kSealHeaderBytes + payload_bytes + kSealTagBytes);
   ++sequence_;
-  Write32(datagram.data(), static_cast<std::uint32_t>(DatagramKind::kSealed) | receiver << 8);
+  Write32(datagram.data(), static_cast<std::uint32_t>(kind) | receiver << 8);
   Write32(datagram.data() + 4, static_cast<std::uint32_t>(sequence_));
   const AeadNonce nonce = NonceOf(sequence_);
   std::uint8_t* payload = datagram.data() + kSealHeaderBytes;

@@ -1,8 +1,8 @@
 // Channel: datagrams between two that share a key for each direction: sealed by ChaCha20-Poly1305, each sequence number
 // used once, each accepted once.
 //
-//   sealed datagram: kind u8 | receiver's session number u24 | low half of the sequence number u32 | ciphertext | tag
-//   16
+//   sealed datagram: kind u8 (sealed or direct) | receiver's session number u24 | low half of the sequence number u32 |
+//   ciphertext | tag 16
 //
 // Promises: what `Open` gives was sealed by the other end of this very channel and was not given before; nothing about
 // order. The header is associated data. A datagram more than kReplayBits behind the newest is refused as if it had been
@@ -15,6 +15,7 @@
 #include <optional>
 #include <span>
 
+#include "net/datagram_kind.h"
 #include "net/secret.h"
 
 namespace tessera::net {
@@ -47,7 +48,8 @@ class Channel {
 
   // In place. `datagram` has room for header and tag around the payload, which begins at kSealHeaderBytes.
   // Returns the bytes to send.
-  std::size_t Seal(std::uint32_t receiver, std::span<std::uint8_t> datagram, std::size_t payload_bytes);
+  std::size_t Seal(DatagramKind kind, std::uint32_t receiver, std::span<std::uint8_t> datagram,
+                   std::size_t payload_bytes);
 
   enum class Fault : std::uint8_t { kNone, kReplayed, kForged };
   // In place; the payload lies within `datagram`, which has at least header and tag. Nothing if it is not genuine.

@@ -20,7 +20,7 @@ Key KeyOf(std::uint8_t byte) {
 Datagram Seal(Channel& from, const Datagram& payload, std::uint32_t receiver = 77) {
   Datagram datagram(kSealHeaderBytes + payload.size() + kSealTagBytes);
   std::copy(payload.begin(), payload.end(), datagram.begin() + kSealHeaderBytes);
-  EXPECT_EQ(from.Seal(receiver, datagram, payload.size()), datagram.size());
+  EXPECT_EQ(from.Seal(DatagramKind::kSealed, receiver, datagram, payload.size()), datagram.size());
   return datagram;
 }
 

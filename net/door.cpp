@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <numeric>
 
 #include "absl/strings/str_cat.h"
 #include "net/door_session.h"
@@ -33,10 +34,16 @@ Refused ReasonOf(const absl::Status& status) {
 }  // namespace
 
 Door::Door(const DoorLimits& limits)
-    : limits_(limits), shares_(kShares), slots_(limits.max_sessions), generations_(limits.max_sessions) {
+    : limits_(limits),
+      shares_(kShares),
+      slots_(limits.max_sessions),
+      generations_(limits.max_sessions),
+      free_(limits.max_sessions),
+      guests_(std::make_unique<GuestBook>()),
+      agenda_(std::make_unique<Agenda>()) {
   assert(limits.max_sessions >= 1 && limits.max_sessions <= kMaxSessions);
   randombytes_buf(share_key_.data(), share_key_.size());
-  for (std::size_t slot = limits.max_sessions; slot > 0; --slot) free_.push_back(static_cast<std::uint32_t>(slot - 1));
+  std::iota(free_.begin(), free_.end(), 0u);
 }
 
 Door::~Door() = default;
@@ -54,8 +61,8 @@ Door::Session* Door::Find(SessionNumber number) const {
 
 Door::Session* Door::Make(const Address& address) {
   if (free_.empty()) return nullptr;
-  const std::uint32_t slot = free_.back();
-  free_.pop_back();
+  const std::uint32_t slot = free_.front();
+  free_.pop_front();
   std::uint16_t& generation = generations_[slot];
   generation = static_cast<std::uint16_t>(generation % kMaxSessions + 1);  // 1 to 4095
   slots_[slot] = std::make_unique<Session>();
@@ -67,24 +74,33 @@ Door::Session* Door::Make(const Address& address) {
 }
 
 void Door::Forget(SessionNumber number) {
-  if (Find(number) == nullptr) return;
+  Session* session = Find(number);
+  if (session == nullptr) return;
+  SetDue(*session, std::nullopt);
+  if (!session->dialled) guests_->Leave(number, session->greeting(), session->token_id);
   const std::uint32_t slot = number.value() & kSlotMask;
   slots_[slot].reset();
-  // To the front: the slot used longest ago comes next.
-  free_.insert(free_.begin(), slot);
+  free_.push_back(slot);
   --live_;
 }
 
-void Door::Settle(SessionNumber session) { Find(session)->due.reset(); }
+void Door::SetDue(Session& session, std::optional<TimePoint> due) { agenda_->Move(session.number, session.due, due); }
+
+void Door::Settle(SessionNumber number) {
+  Session& session = *Find(number);
+  SetDue(session, std::nullopt);
+  if (!session.dialled) guests_->Settle(number, session.token_id);
+}
 bool Door::IsOpen(SessionNumber session) const { return Find(session)->channel.has_value(); }
 bool Door::IsDialled(SessionNumber session) const { return Find(session)->dialled; }
 const Address& Door::AddressOf(SessionNumber session) const { return Find(session)->address; }
 const ConnectToken& Door::TokenOf(SessionNumber session) const { return Find(session)->token; }
 const std::optional<Refusal>& Door::RefusalOf(SessionNumber session) const { return Find(session)->refusal; }
 
-std::size_t Door::Seal(SessionNumber session, std::span<std::uint8_t> datagram, std::size_t payload_bytes) {
+std::size_t Door::Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
+                       std::size_t payload_bytes) {
   Session& to = *Find(session);
-  return to.channel->Seal(to.peer, datagram, payload_bytes);
+  return to.channel->Seal(kind, to.peer, datagram, payload_bytes);
 }
 
 // --- What comes ------------------------------------------------------------------------------------------------------
@@ -92,7 +108,7 @@ std::size_t Door::Seal(SessionNumber session, std::span<std::uint8_t> datagram, 
 Door::Received Door::Receive(TimePoint now, std::uint64_t unix_s, const Address& from,
                              std::span<std::uint8_t> datagram) {
   const auto kind = datagram.empty() ? DatagramKind{} : static_cast<DatagramKind>(datagram[0]);
-  if (kind == DatagramKind::kSealed) return OnSealed(from, datagram);
+  if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(from, datagram);
   stats_.bytes_from_strangers += datagram.size();
   switch (kind) {
     case DatagramKind::kHello:
@@ -106,6 +122,7 @@ Door::Received Door::Receive(TimePoint now, std::uint64_t unix_s, const Address&
     case DatagramKind::kRefusal:
       return OnRefusal(from, datagram);
     case DatagramKind::kSealed:
+    case DatagramKind::kDirect:
       break;
   }
   ++stats_.strange;
@@ -120,6 +137,7 @@ Door::Received Door::OnSealed(const Address& from, std::span<std::uint8_t> datag
     ++stats_.strange;
     return {};
   }
+  const bool direct = datagram[0] == static_cast<std::uint8_t>(DatagramKind::kDirect);
   Channel::Fault fault{};
   const std::optional<std::span<std::uint8_t>> payload = session->channel->Open(datagram, &fault);
   if (!payload) {
@@ -129,7 +147,9 @@ Door::Received Door::OnSealed(const Address& from, std::span<std::uint8_t> datag
   }
   session->heard = true;
   ++stats_.payloads;
-  return {.kind = Received::Kind::kPayload, .session = session->number, .bytes = *payload};
+  return {.kind = direct ? Received::Kind::kDirect : Received::Kind::kPayload,
+          .session = session->number,
+          .bytes = *payload};
 }
 
 Door::Received Door::OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
@@ -168,8 +188,9 @@ Door::Received Door::OnLogin(TimePoint now, std::uint64_t unix_s, const Address&
     return {};
   }
   ++stats_.logins;
-  if (const Session* known = Greeted(from, login->nonce)) {
-    return known->heard ? Received{} : Reply(known->said);  // the acceptance was lost
+  if (const auto known = guests_->GreetedAs({from, login->nonce})) {
+    const Session& session = *Find(*known);
+    return session.heard ? Received{} : Reply(session.said);  // the acceptance was lost
   }
   const auto refuse = [&](Refused reason, std::string_view why) {
     return Refuse(reason, login->session, login->nonce, std::string(why), bytes.size());
@@ -191,7 +212,7 @@ Door::Received Door::OnLogin(TimePoint now, std::uint64_t unix_s, const Address&
   }
   DropUnsettled(login->token);
   if (free_.empty()) return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_sessions, " places are taken"));
-  if (CameFrom(from.host) >= limits_.max_per_address) {
+  if (guests_->CountFrom(from.host) >= limits_.max_per_address) {
     return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_address, " places of one address are taken"));
   }
   return Admit(now, from, *login, key, *std::move(token));
@@ -205,7 +226,8 @@ Door::Received Door::Admit(TimePoint now, const Address& from, const Login& logi
   session.nonce = login.nonce;
   session.token = std::move(token);
   session.token_id = TokenIdOf(login.token);
-  session.due = now + kUnsettled;
+  SetDue(session, now + kUnsettled);
+  guests_->Enter(session.number, session.greeting(), session.token_id);
   Nonce nonce;
   randombytes_buf(nonce.data(), nonce.size());
   const DirectionKeys keys = DeriveKeys(key, plate_->region, plate_->incarnation, login.nonce, nonce);
@@ -230,29 +252,9 @@ Door::Received Door::Refuse(Refused reason, std::uint32_t session, const Nonce& 
                      question_bytes));
 }
 
-Door::Session* Door::Greeted(const Address& from, const Nonce& nonce) const {
-  for (const auto& session : slots_) {
-    if (session != nullptr && !session->dialled && session->address == from && session->nonce == nonce) {
-      return session.get();
-    }
-  }
-  return nullptr;
-}
-
 // A token has one session at a time that leads nowhere yet, so its holder cannot fill the house with such.
 void Door::DropUnsettled(std::span<const std::uint8_t> token) {
-  const TokenId id = TokenIdOf(token);
-  for (const auto& session : slots_) {
-    if (session == nullptr || session->dialled || !session->due || session->token_id != id) continue;
-    Forget(session->number);
-    return;
-  }
-}
-
-std::size_t Door::CameFrom(std::uint32_t host) const {
-  return static_cast<std::size_t>(std::count_if(slots_.begin(), slots_.end(), [&](const auto& session) {
-    return session != nullptr && !session->dialled && session->address.host == host;
-  }));
+  if (const auto number = guests_->UnsettledOf(TokenIdOf(token))) Forget(*number);
 }
 
 bool Door::WithinShare(TimePoint now, const Address& from) {

@@ -10,12 +10,14 @@
 //   for each datagram:  switch (const Received r = door.Receive(now, unix_s, from, bytes); r.kind) ...
 //   now and then:       for (Outgoing& out : door.Due(now)) send(out.to, out.bytes);
 //
+// A datagram is answered in the same time however many are inside (guest_book.h).
 // No socket and no clock: datagrams and time come in. Thread rule: one thread.
 #pragma once
 
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -61,6 +63,9 @@ struct DoorStats {
   std::uint64_t bytes_from_strangers = 0, bytes_to_strangers = 0;
 };
 
+class Agenda;
+class GuestBook;
+
 class Door {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
@@ -88,7 +93,8 @@ class Door {
     enum class Kind : std::uint8_t {
       kNothing,
       kReply,    // bytes: to be sent back
-      kPayload,  // session, bytes: within the datagram
+      kPayload,  // session, bytes: within the datagram; ENet's
+      kDirect,   // the same; a message that went past ENet
       kDialled,  // session: that was dialled is open now
       kRefused,  // session: that was dialled is refused; see RefusalOf. The caller forgets it
     };
@@ -100,7 +106,8 @@ class Door {
   Received Receive(TimePoint now, std::uint64_t unix_s, const Address& from, std::span<std::uint8_t> datagram);
 
   // As Channel::Seal. Requires an open session.
-  std::size_t Seal(SessionNumber session, std::span<std::uint8_t> datagram, std::size_t payload_bytes);
+  std::size_t Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
+                   std::size_t payload_bytes);
 
   struct Outgoing {
     Address to;
@@ -147,9 +154,8 @@ class Door {
   Received OnAccept(const Address& from, std::span<const std::uint8_t> bytes);
   Received OnRefusal(const Address& from, std::span<const std::uint8_t> bytes);
 
-  Session* Greeted(const Address& from, const Nonce& nonce) const;
   void DropUnsettled(std::span<const std::uint8_t> token);
-  std::size_t CameFrom(std::uint32_t host) const;
+  void SetDue(Session& session, std::optional<TimePoint> due);
   bool WithinShare(TimePoint now, const Address& from);
   void SayHello(Session& session);
 
@@ -161,8 +167,10 @@ class Door {
   std::vector<Share> shares_;
   std::vector<std::unique_ptr<Session>> slots_;
   std::vector<std::uint16_t> generations_;
-  std::vector<std::uint32_t> free_;
+  std::deque<std::uint32_t> free_;  // the one used longest ago comes first
   std::size_t live_ = 0;
+  std::unique_ptr<GuestBook> guests_;  // all that came in
+  std::unique_ptr<Agenda> agenda_;     // all that are due
   std::vector<std::uint8_t> reply_;
   DoorStats stats_;
 };

@@ -21,7 +21,7 @@ std::optional<SessionNumber> Door::Dial(TimePoint now, const Address& to, Region
   session->dialled = true;
   session->region = region;
   session->credentials = std::move(credentials);
-  session->due = now;
+  SetDue(*session, now);
   SayHello(*session);
   return session->number;
 }
@@ -55,7 +55,7 @@ Door::Received Door::OnChallenge(TimePoint now, const Address& from, std::span<c
                               .token = session->credentials.token},
                         session->credentials.key);
   session->retry = kFirstRetry;
-  session->due = now + session->retry;
+  SetDue(*session, now + session->retry);
   session->tries = 1;
   return Reply(session->said);
 }
@@ -79,7 +79,7 @@ Door::Received Door::OnAccept(const Address& from, std::span<const std::uint8_t>
   session->channel.emplace(keys.to_door, keys.to_dialler);
   session->credentials = {};
   session->said.clear();
-  session->due.reset();
+  SetDue(*session, std::nullopt);
   return {.kind = Received::Kind::kDialled, .session = session->number, .bytes = {}};
 }
 
@@ -91,36 +91,31 @@ Door::Received Door::OnRefusal(const Address& from, std::span<const std::uint8_t
     return {};
   }
   session->refusal = std::move(refusal);
-  session->due.reset();
+  SetDue(*session, std::nullopt);
   return {.kind = Received::Kind::kRefused, .session = session->number, .bytes = {}};
 }
 
 std::vector<Door::Outgoing> Door::Due(TimePoint now) {
   std::vector<Outgoing> out;
-  if (live_ == 0) return out;
-  for (std::size_t slot = 0; slot < slots_.size(); ++slot) {
-    Session* session = slots_[slot].get();
-    if (session == nullptr || !session->due || now < *session->due) continue;
-    if (!session->dialled) {
-      Forget(session->number);
+  for (auto next = agenda_->first(); next && next->at <= now; next = agenda_->first()) {
+    Session& session = *Find(next->session);
+    if (!session.dialled) {
+      Forget(session.number);
       continue;
     }
-    if (session->tries >= kLoginTries && session->incarnation) SayHello(*session);
-    ++session->tries;
-    stats_.bytes_to_strangers += session->said.size();
-    out.push_back({session->address, session->said});
-    session->due = now + session->retry;
-    session->retry = std::min(session->retry * 2, kMaxRetry);
+    if (session.tries >= kLoginTries && session.incarnation) SayHello(session);
+    ++session.tries;
+    stats_.bytes_to_strangers += session.said.size();
+    out.push_back({session.address, session.said});
+    SetDue(session, now + session.retry);
+    session.retry = std::min(session.retry * 2, kMaxRetry);
   }
   return out;
 }
 
 std::optional<Door::TimePoint> Door::next_due() const {
-  std::optional<TimePoint> next;
-  for (const auto& session : slots_) {
-    if (session != nullptr && session->due && (!next || *session->due < *next)) next = session->due;
-  }
-  return next;
+  const auto next = agenda_->first();
+  return next ? std::optional(next->at) : std::nullopt;
 }
 
 }  // namespace tessera::net

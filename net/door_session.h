@@ -6,10 +6,9 @@
 #include <vector>
 
 #include "net/door.h"
+#include "net/guest_book.h"
 
 namespace tessera::net {
-
-using TokenId = std::array<std::uint8_t, 24>;
 
 // Requires a token that opened.
 TokenId TokenIdOf(std::span<const std::uint8_t> token);
@@ -21,7 +20,7 @@ struct Door::Session {
   std::uint32_t peer = 0;  // how the other end calls it
   Nonce nonce{};           // the dialler's
   // Came in: when it ends unless it is settled. Dialled: when to say again what was said. Nothing: never.
-  std::optional<TimePoint> due;
+  std::optional<TimePoint> due;    // by Door::SetDue alone
   std::vector<std::uint8_t> said;  // the handshake datagram that may have been lost
   std::optional<Channel> channel;
 
@@ -37,6 +36,8 @@ struct Door::Session {
   Duration retry = kFirstRetry;
   int tries = 0;
   std::optional<Refusal> refusal;
+
+  Greeting greeting() const { return {address, nonce}; }
 };
 
 }  // namespace tessera::net

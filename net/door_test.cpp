@@ -68,10 +68,11 @@ class DoorTest : public testing::Test {
     guest_.Forget(dial_);
     return result;
   }
-  static Bytes Sealed(Door& from, SessionNumber session, const Bytes& payload) {
+  static Bytes Sealed(Door& from, SessionNumber session, const Bytes& payload,
+                      DatagramKind kind = DatagramKind::kSealed) {
     Bytes datagram(kSealHeaderBytes + payload.size() + kSealTagBytes);
     std::copy(payload.begin(), payload.end(), datagram.begin() + kSealHeaderBytes);
-    from.Seal(session, datagram, payload.size());
+    from.Seal(session, kind, datagram, payload.size());
     return datagram;
   }
 
@@ -265,6 +266,56 @@ TEST_F(DoorTest, SealedDatagramsOfAnotherAddressAreNotHeard) {
   Enter(Pass());
   Bytes sealed = Sealed(guest_, dial_, {1});
   EXPECT_EQ(AtHouse(sealed, {.host = 9, .port = 9}).kind, Kind::kNothing);
+}
+
+TEST_F(DoorTest, WhatIsInsideIsPartOfTheSeal) {
+  const SessionNumber session = Enter(Pass());
+  Bytes direct = Sealed(guest_, dial_, {1, 2}, DatagramKind::kDirect);
+  Bytes other = direct;
+  other[0] = static_cast<std::uint8_t>(DatagramKind::kSealed);
+  EXPECT_EQ(AtHouse(other).kind, Kind::kNothing);
+  const Door::Received received = AtHouse(direct);
+  EXPECT_EQ(received.kind, Kind::kDirect);
+  EXPECT_EQ(received.session, session);
+  EXPECT_EQ(Copy(received), (Bytes{1, 2}));
+}
+
+// Whoever leaves, in whatever way, leaves nothing behind that counts for an address or a token.
+TEST_F(DoorTest, PlacesComeBackAfterAnyComingAndGoing) {
+  struct Guest {
+    SessionNumber number;
+    std::size_t pass;
+    Door::TimePoint ends;
+  };
+  std::mt19937_64 random(5);
+  const std::vector<Credentials> passes = {Pass(1), Pass(2), Pass(3), Pass(4), Pass(5), Pass(6)};
+  std::vector<Guest> inside;  // as it should be
+  const auto never = Door::TimePoint::max();
+  for (int i = 0; i < 3000; ++i) {
+    now_ += milliseconds(random() % 900);
+    house_.Due(now_);
+    std::erase_if(inside, [&](const Guest& g) { return g.ends <= now_; });
+    if (!inside.empty() && random() % 3 == 0) {
+      Guest& guest = inside[random() % inside.size()];
+      guest.ends = never;
+      house_.Settle(guest.number);
+    }
+    if (!inside.empty() && random() % 4 == 0) {
+      const auto guest = inside.begin() + static_cast<std::ptrdiff_t>(random() % inside.size());
+      house_.Forget(guest->number);
+      inside.erase(guest);
+    }
+    const std::size_t pass = random() % passes.size();
+    Bytes login = LoginOf(passes[pass]);
+    std::erase_if(inside, [&](const Guest& g) { return g.pass == pass && g.ends != never; });
+    const auto accept = ReadAccept(Copy(AtHouse(login)));
+    ASSERT_EQ(accept.has_value(), inside.size() < 4) << i;
+    if (accept) inside.push_back({SessionNumber(accept->peer), pass, now_ + Door::kUnsettled});
+    ASSERT_EQ(house_.sessions(), inside.size()) << i;
+    ASSERT_EQ(house_.next_due().has_value(),
+              std::any_of(inside.begin(), inside.end(), [&](const Guest& g) { return g.ends != never; }));
+    guest_.Forget(dial_);
+  }
 }
 
 // What the wire may make of genuine datagrams, and what a stranger may make up: nothing of it is taken.

@@ -18,7 +18,7 @@
 namespace tessera::net {
 namespace {
 
-constexpr enet_uint8 kReliableChannel = 0, kDatagramChannel = 1;
+constexpr enet_uint8 kChannel = 0;
 constexpr std::size_t kMaxPeers = 4095;  // ENet's ids have 12 bits
 // The system's default of 208 KB holds 90 datagrams: one burst of full snapshots. Capped by net.core.rmem_max and
 // wmem_max unless the process may exceed them.
@@ -112,6 +112,7 @@ Endpoint::Impl::~Impl() {
   if (host == nullptr) return;
   const Call call(*this);
   enet_host_flush(host);
+  if (outbox) outbox->Send();
   for (ENetPeer& peer : std::span(host->peers, host->peerCount)) {
     // To one that has not answered there is nobody to say farewell to.
     if (peer.state == ENET_PEER_STATE_CONNECTING) {
@@ -156,6 +157,7 @@ void Endpoint::Impl::OnDisconnect(ENetPeer& peer, std::vector<Event>& out) {
   peer_gone = true;
   const PeerHandle handle = HandleOf(peer);
   if (handle == PeerHandle()) return;  // this side let go of it before
+  TakePending(out);                    // what it said before
   out.push_back({.kind = Event::Kind::kDisconnected, .peer = handle, .outgoing = peers.at(handle).outgoing});
   Forget(peer);
 }
@@ -163,13 +165,11 @@ void Endpoint::Impl::OnDisconnect(ENetPeer& peer, std::vector<Event>& out) {
 void Endpoint::Impl::OnReceive(const ENetEvent& event, std::vector<Event>& out) {
   const std::span<const std::uint8_t> data(event.packet->data, event.packet->dataLength);
   const PeerHandle handle = HandleOf(*event.peer);
-  // By flag, not by channel: the sender chooses the channel.
-  const bool unsequenced = (event.packet->flags & ENET_PACKET_FLAG_RELIABLE) == 0;
   if (handle != PeerHandle()) {
     peers.at(handle).bytes_received += data.size();
     out.push_back({.kind = Event::Kind::kMessage,
                    .peer = handle,
-                   .delivery = unsequenced ? Delivery::kUnsequenced : Delivery::kReliable,
+                   .delivery = Delivery::kReliable,
                    .bytes = Bytes(data.begin(), data.end())});
   }
   enet_packet_destroy(event.packet);
@@ -221,6 +221,7 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
   ENetAddress bound{};
   if (enet_socket_get_address(host.socket, &bound) != 0) return absl::InternalError("the socket has no address");
   impl->port = bound.port;
+  impl->outbox.emplace(host.socket);
   return std::unique_ptr<Endpoint>(new Endpoint(std::move(impl)));
 }
 
@@ -255,6 +256,14 @@ absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint1
   return handle;
 }
 
+bool Endpoint::Impl::SendReliable(ENetPeer& peer, std::span<const std::uint8_t> bytes) {
+  ENetPacket* packet = enet_packet_create(bytes.data(), bytes.size(), ENET_PACKET_FLAG_RELIABLE);
+  if (packet == nullptr) return false;
+  if (enet_peer_send(&peer, kChannel, packet) == 0) return true;
+  enet_packet_destroy(packet);
+  return false;
+}
+
 absl::Status Endpoint::Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes) {
   const auto found = impl_->peers.find(peer);
   if (found == impl_->peers.end() || !found->second.connected) {
@@ -265,11 +274,7 @@ absl::Status Endpoint::Send(PeerHandle peer, Delivery delivery, std::span<const 
   if (bytes.size() > limit) {
     return absl::InvalidArgumentError(absl::StrCat("message of ", bytes.size(), " bytes; at most ", limit));
   }
-  ENetPacket* packet = enet_packet_create(bytes.data(), bytes.size(),
-                                          reliable ? ENET_PACKET_FLAG_RELIABLE : ENET_PACKET_FLAG_UNSEQUENCED);
-  if (packet == nullptr) return absl::ResourceExhaustedError("no memory for a message");
-  if (enet_peer_send(found->second.enet, reliable ? kReliableChannel : kDatagramChannel, packet) != 0) {
-    enet_packet_destroy(packet);
+  if (!(reliable ? impl_->SendReliable(*found->second.enet, bytes) : impl_->SendDirect(found->second, bytes))) {
     return absl::NotFoundError(absl::StrCat("peer ", peer.value(), " is going away"));
   }
   found->second.bytes_sent += bytes.size();
@@ -278,10 +283,12 @@ absl::Status Endpoint::Send(PeerHandle peer, Delivery delivery, std::span<const 
 
 void Endpoint::Flush() {
   const Impl::Call call(*impl_);
-  enet_host_flush(impl_->host);
+  enet_host_flush(impl_->host);  // first, as what it has may well tell of what the others are about
+  impl_->outbox->Send();
 }
 
 std::vector<Event> Endpoint::Service(std::chrono::milliseconds timeout) {
+  if (!impl_->outbox->empty()) Flush();
   const Impl::Call call(*impl_);
   std::vector<Event> out;
   const Impl::Clock::time_point until = Impl::Clock::now() + std::max(timeout, std::chrono::milliseconds(0));
@@ -293,11 +300,14 @@ std::vector<Event> Endpoint::Service(std::chrono::milliseconds timeout) {
     const bool idle = out.empty() && impl_->pending.empty();
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(wake - now);
     impl_->Take(idle ? std::max(wait, std::chrono::milliseconds(0)) : std::chrono::milliseconds(0), out);
-    out.insert(out.end(), std::make_move_iterator(impl_->pending.begin()),
-               std::make_move_iterator(impl_->pending.end()));
-    impl_->pending.clear();
+    impl_->TakePending(out);
     if (!out.empty() || Impl::Clock::now() >= until) return out;
   }
+}
+
+void Endpoint::Impl::TakePending(std::vector<Event>& out) {
+  out.insert(out.end(), std::make_move_iterator(pending.begin()), std::make_move_iterator(pending.end()));
+  pending.clear();
 }
 
 // What there is, up to a limit; waits for the first datagram.
@@ -310,6 +320,7 @@ void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& ou
     const enet_uint32 before = host->totalReceivedPackets;
     // Limits that nobody has need not be told; a peer that hears of them also cuts its window to ENet's own.
     host->recalculateBandwidthLimits = 0;
+    waiting = wait_ms > 0;
     const int result = enet_host_service(host, &event, std::exchange(wait_ms, 0));
     if (result < 0 && ++failed_rounds <= kMaxFailedRounds) continue;
     if (result < 0) break;
@@ -329,7 +340,7 @@ void Endpoint::Disconnect(PeerHandle peer) {
   const Impl::Call call(*impl_);
   if (found->second.enet == nullptr) {  // nobody has let us in yet
     impl_->ForgetSession(found->second.session);
-    impl_->peers.erase(found);
+    impl_->Erase(peer);
     return;
   }
   ENetPeer& enet = *found->second.enet;

@@ -1,8 +1,9 @@
 // Endpoint: one ENet host behind a door, as a worker's game or link port and as a client's socket.
 //
 // Reliable ordered messages and unsequenced datagrams to peers by handle. Whoever connects has proven who it is, and
-// every datagram is sealed: strangers leave no trace but in the counters of `door_stats`. It hides ENet's traps: limits
-// on sizes and waiting data, the throttle that drops on a LAN, fragments that turn reliable, small socket buffers.
+// every datagram is sealed: strangers leave no trace but in the counters of `door_stats`. Reliable messages are ENet's,
+// whose traps are hidden: limits on sizes and waiting data, small socket buffers. Unsequenced ones go past it, each
+// sealed by itself and many by one system call: a thousand clients' snapshots would be most of what it does.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
 //   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
@@ -36,7 +37,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 enum class Delivery : std::uint8_t {
   kReliable,     // ordered, arrives or the peer is gone; up to EndpointOptions::max_message_bytes
-  kUnsequenced,  // may be lost, doubled or late; at most kMaxDatagramBytes
+  kUnsequenced,  // may be lost or late; at most kMaxDatagramBytes
 };
 
 struct EndpointOptions {

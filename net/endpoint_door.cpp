@@ -15,6 +15,11 @@ namespace {
 // How often peers that ENet let go of are looked for.
 constexpr std::chrono::milliseconds kSweepInterval{50};
 
+// Ends the wait that ENet may be in: `Handle` knows an event of no peer.
+void EndWait(ENetEvent* event) {
+  if (event != nullptr) event->type = ENET_EVENT_TYPE_DISCONNECT;
+}
+
 }  // namespace
 
 thread_local Endpoint::Impl* Endpoint::Impl::current = nullptr;
@@ -46,13 +51,15 @@ bool Endpoint::Impl::TakeDatagram(ENetEvent* event) {
       return false;
     case Door::Received::Kind::kPayload:
       return HandToEnet(received);
+    case Door::Received::Kind::kDirect:
+      TakeDirect(received, event);
+      return false;
     case Door::Received::Kind::kDialled:
       StartEnet(received.session);
       return false;
     case Door::Received::Kind::kRefused:
       EndDial(received.session, door.RefusalOf(received.session));
-      // Ends the wait that ENet may be in: `Handle` knows an event of no peer.
-      if (event != nullptr) event->type = ENET_EVENT_TYPE_DISCONNECT;
+      EndWait(event);
       return false;
   }
   return false;
@@ -75,6 +82,28 @@ bool Endpoint::Impl::HandToEnet(const Door::Received& received) {
   return true;
 }
 
+// A message without a place in any order. Before ENet has told of the connection there is nobody to give it to.
+void Endpoint::Impl::TakeDirect(const Door::Received& received, ENetEvent* event) {
+  const std::optional<PeerHandle> handle = PeerOf(received.session);
+  if (!handle || received.bytes.size() > kMaxDatagramBytes) return;
+  Peer& peer = peers.at(*handle);
+  if (!peer.connected) return;
+  peer.bytes_received += received.bytes.size();
+  pending.push_back({.kind = Event::Kind::kMessage,
+                     .peer = *handle,
+                     .delivery = Delivery::kUnsequenced,
+                     .bytes = Bytes(received.bytes.begin(), received.bytes.end())});
+  if (std::exchange(waiting, false)) EndWait(event);
+}
+
+bool Endpoint::Impl::SendDirect(const Peer& peer, std::span<const std::uint8_t> bytes) {
+  if (!door.Has(peer.session)) return false;
+  const std::span<std::uint8_t> room = outbox->Room();
+  std::copy(bytes.begin(), bytes.end(), room.begin() + kSealHeaderBytes);
+  outbox->Add(door.AddressOf(peer.session), door.Seal(peer.session, DatagramKind::kDirect, room, bytes.size()));
+  return true;
+}
+
 void Endpoint::Impl::Remember(SessionNumber session, std::uint32_t connection, ENetPeer* enet) {
   connections[connection] = {.session = session, .enet = enet};
   connection_of_session[session.value()] = connection;
@@ -89,27 +118,25 @@ void Endpoint::Impl::ForgetSession(SessionNumber session) {
 }
 
 void Endpoint::Impl::StartEnet(SessionNumber session) {
-  const auto dial =
-      std::find_if(peers.begin(), peers.end(), [&](const auto& p) { return p.second.session == session; });
+  const std::optional<PeerHandle> dial = PeerOf(session);
   const Address& to = door.AddressOf(session);
   const ENetAddress address{.host = to.host, .port = to.port};
-  ENetPeer* enet = dial == peers.end() ? nullptr : enet_host_connect(host, &address, kChannels, 0);
+  ENetPeer* enet = dial ? enet_host_connect(host, &address, kChannels, 0) : nullptr;
   if (enet == nullptr) return EndDial(session, std::nullopt);
   enet->packetThrottleInterval = kThrottleInterval_ms;  // the other side puts the same into its answer
   enet->packetThrottleAcceleration = kThrottleAcceleration;
   enet->packetThrottleDeceleration = kThrottleDeceleration;
-  Attach(dial->first, *enet);
+  Attach(*dial, *enet);
   Remember(session, enet->connectID, enet);
 }
 
 void Endpoint::Impl::EndDial(SessionNumber session, std::optional<Refusal> refusal) {
   ForgetSession(session);
-  const auto dial =
-      std::find_if(peers.begin(), peers.end(), [&](const auto& p) { return p.second.session == session; });
-  if (dial == peers.end()) return;
+  const std::optional<PeerHandle> dial = PeerOf(session);
+  if (!dial) return;
   pending.push_back(
-      {.kind = Event::Kind::kDisconnected, .peer = dial->first, .outgoing = true, .refusal = std::move(refusal)});
-  peers.erase(dial);
+      {.kind = Event::Kind::kDisconnected, .peer = *dial, .outgoing = true, .refusal = std::move(refusal)});
+  Erase(*dial);
 }
 
 void Endpoint::Impl::Send(const Address& to, std::span<const std::uint8_t> bytes) const {
@@ -131,7 +158,7 @@ void Endpoint::Impl::Seal() {
     const std::span<std::uint8_t> room(sealed.data() + kSealHeaderBytes,
                                        sealed.size() - kSealHeaderBytes - kSealTagBytes);
     bytes = Gather(buffers, room);
-    if (bytes > 0) bytes = door.Seal(found->second.session, sealed, bytes);
+    if (bytes > 0) bytes = door.Seal(found->second.session, DatagramKind::kSealed, sealed, bytes);
   }
   host->buffers[0].data = sealed.data();
   host->buffers[0].dataLength = bytes;  // 0, of a connection that is no more: an empty datagram

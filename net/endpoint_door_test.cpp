@@ -227,7 +227,7 @@ TEST(EndpointDoorTest, OneThatNeverFinishesDoesNotKeepItsPlace) {
   const std::size_t payload = connect.size();
   connect.insert(connect.begin(), kSealHeaderBytes, 0);
   connect.resize(connect.size() + kSealTagBytes);
-  door.Seal(dial, connect, payload);
+  door.Seal(dial, DatagramKind::kSealed, connect, payload);
   send(connect);
   while (server->connections() == 0 && Clock::now() < limit) server->Service(milliseconds(1));
   ASSERT_EQ(server->connections(), 1u);

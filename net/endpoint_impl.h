@@ -11,12 +11,14 @@
 #include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
 #include "net/door.h"
 #include "net/endpoint.h"
+#include "net/outbox.h"
 
 namespace tessera::net {
 
-inline constexpr std::size_t kChannels = 2;
+inline constexpr std::size_t kChannels = 1;
 
 inline PeerHandle HandleOf(const ENetPeer& peer) { return PeerHandle(reinterpret_cast<std::uintptr_t>(peer.data)); }
 inline void SetHandle(ENetPeer& peer, PeerHandle handle) {
@@ -50,11 +52,14 @@ struct Endpoint::Impl {
   ENetHost* host = nullptr;
   std::uint16_t port = 0;
   std::uint64_t last_handle = 0;
-  std::unordered_map<PeerHandle, Peer> peers;
+  absl::flat_hash_map<PeerHandle, Peer> peers;
+  absl::flat_hash_map<SessionNumber, PeerHandle> handle_of_session;  // of `peers`
   Door door;
   std::unordered_map<std::uint32_t, Connection> connections;  // by ENet's connectID
   std::unordered_map<std::uint32_t, std::uint32_t> connection_of_session;
-  std::vector<Event> pending;  // of dials that failed
+  std::vector<Event> pending;  // that ENet knows nothing of: dials that failed, direct messages
+  bool waiting = false;        // for the first datagram
+  std::optional<Outbox> outbox;
   std::array<std::uint8_t, ENET_PROTOCOL_MAXIMUM_MTU + kSealHeaderBytes + kSealTagBytes> sealed{};
   Clock::time_point sweep_at{};
   bool peer_gone = false;  // since the last sweep
@@ -77,6 +82,7 @@ struct Endpoint::Impl {
   PeerHandle NewHandle(bool outgoing, SessionNumber session) {
     const PeerHandle handle(++last_handle);
     peers[handle] = {.session = session, .outgoing = outgoing};
+    handle_of_session[session] = handle;
     return handle;
   }
   void Attach(PeerHandle handle, ENetPeer& enet) {
@@ -88,14 +94,28 @@ struct Endpoint::Impl {
     const auto timeout_ms = static_cast<enet_uint32>(options.peer_timeout.count());
     enet_peer_timeout(&enet, ENET_PEER_TIMEOUT_LIMIT, timeout_ms, timeout_ms);
   }
+  void Erase(PeerHandle handle) {
+    const auto found = peers.find(handle);
+    if (found == peers.end()) return;
+    handle_of_session.erase(found->second.session);
+    peers.erase(found);
+  }
   void Forget(ENetPeer& peer) {
-    peers.erase(HandleOf(peer));
+    Erase(HandleOf(peer));
     peer.data = nullptr;
+  }
+  std::optional<PeerHandle> PeerOf(SessionNumber session) const {
+    const auto found = handle_of_session.find(session);
+    return found == handle_of_session.end() ? std::nullopt : std::optional(found->second);
   }
 
   // The door's side.
   bool TakeDatagram(ENetEvent* event);
   bool HandToEnet(const Door::Received& received);
+  void TakeDirect(const Door::Received& received, ENetEvent* event);
+  static bool SendReliable(ENetPeer& peer, std::span<const std::uint8_t> bytes);
+  bool SendDirect(const Peer& peer, std::span<const std::uint8_t> bytes);
+  void TakePending(std::vector<Event>& out);
   void StartEnet(SessionNumber session);
   void EndDial(SessionNumber session, std::optional<Refusal> refusal);
   void Send(const Address& to, std::span<const std::uint8_t> bytes) const;

@@ -37,10 +37,6 @@ std::size_t CommandBytes(std::span<const std::uint8_t> rest, std::uint8_t comman
     case ENET_PROTOCOL_COMMAND_SEND_RELIABLE:
       if (rest.size() < sizeof(ENetProtocolSendReliable)) return 0;
       return sizeof(ENetProtocolSendReliable) + Read16(rest.data() + offsetof(ENetProtocolSendReliable, dataLength));
-    case ENET_PROTOCOL_COMMAND_SEND_UNSEQUENCED:
-      if (rest.size() < sizeof(ENetProtocolSendUnsequenced)) return 0;
-      return sizeof(ENetProtocolSendUnsequenced) +
-             Read16(rest.data() + offsetof(ENetProtocolSendUnsequenced, dataLength));
     case ENET_PROTOCOL_COMMAND_SEND_FRAGMENT:
       if (rest.size() < sizeof(ENetProtocolSendFragment)) return 0;
       return sizeof(ENetProtocolSendFragment) + Read16(rest.data() + offsetof(ENetProtocolSendFragment, dataLength));

@@ -58,7 +58,8 @@ TEST(EnetSeamTest, RefusesWhatOurEndpointsNeverSay) {
   EXPECT_EQ(Inspect(Datagram(kNobody, {kPing}), false), Inner::kRefused);
   for (const std::uint8_t command :
        {ENET_PROTOCOL_COMMAND_NONE, ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE, ENET_PROTOCOL_COMMAND_THROTTLE_CONFIGURE,
-        ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE_FRAGMENT, ENET_PROTOCOL_COMMAND_COUNT}) {
+        ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE_FRAGMENT, ENET_PROTOCOL_COMMAND_SEND_UNSEQUENCED,
+        ENET_PROTOCOL_COMMAND_COUNT}) {
     Bytes bytes(64);
     bytes[0] = command;
     EXPECT_EQ(Inspect(Datagram(3, {bytes}), false), Inner::kRefused) << int{command};

@@ -25,6 +25,7 @@
 #include "net/address.h"
 #include "net/channel.h"
 #include "net/connect_token.h"
+#include "net/datagram_kind.h"
 
 namespace tessera::net {
 
@@ -43,8 +44,6 @@ std::string_view WordOf(Refused reason);  // "FULL"
 using Nonce = std::array<std::uint8_t, 16>;
 
 // First byte of a datagram. ENet's own begin with 0x0f, 0x8f and the like, or a peer's number; only sealed ones pass.
-enum class DatagramKind : std::uint8_t { kHello = 0xd1, kChallenge, kLogin, kAccept, kRefusal, kSealed };
-
 struct Hello {
   std::uint32_t protocol = 0;
   std::uint32_t session = 0;  // how the dialler calls it

@@ -7,7 +7,7 @@
 namespace tessera::net {
 
 // Of all that is said over UDP and of the connect token. A hello with another version is refused, naming both.
-inline constexpr std::uint32_t kProtocolVersion = 3;
+inline constexpr std::uint32_t kProtocolVersion = 4;
 
 // Largest UDP payload: ENet's MTU and what sealing adds. With headers 1232 bytes over IPv4 and 1252 over IPv6, it
 // passes every path that carries 1280 bytes of IP, the least IPv6 allows; larger datagrams are dropped by some of them
@@ -15,8 +15,8 @@ inline constexpr std::uint32_t kProtocolVersion = 3;
 inline constexpr std::size_t kMaxUdpBytes = 1204;
 // What ENet may fill. It does not count its checksum field (4), which the seam leaves out on the wire.
 inline constexpr std::size_t kMtuBytes = kMaxUdpBytes - 24;
-// Largest unsequenced message: ENet's MTU less its header (4), its fragment command (24) and checksum (4). A larger one
-// would silently become reliable fragments.
+// Largest unsequenced message. It would fit with 32 bytes more: what ENet needs for its own, so that a datagram may go
+// either way.
 inline constexpr std::size_t kMaxDatagramBytes = kMtuBytes - 32;
 static_assert(kMaxDatagramBytes == 1148, "what snapshots fill");
 // Largest reliable message unless an endpoint says otherwise: a map of 4096 cells has about 200 KB.
