@@ -6,10 +6,16 @@
 #include "core/replication/record_codec.h"
 
 namespace tessera::replication {
+namespace {
+
+// More than a year at 60 ticks a second; and so many are kept when they have run out: almost five hours.
+constexpr std::uint64_t kLastStamp = std::uint64_t{1} << 31, kKeptStamps = std::uint64_t{1} << 20;
+
+}  // namespace
 
 // --- Slots -----------------------------------------------------------------------------------------------------------
 
-const QuantizedState* Slot::At(Tick tick) const {
+const QuantizedState* Slot::At(Stamp tick) const {
   std::size_t at = newest;
   for (std::size_t left = ticks.size(); left > 0; --left) {
     if (ticks[at] <= tick) return &states[at];
@@ -18,14 +24,46 @@ const QuantizedState* Slot::At(Tick tick) const {
   return nullptr;
 }
 
-void SnapshotHistory::Impl::Begin(Tick now) {
-  assert(pushes == 0 || now > tick);
-  previous_tick = tick;
-  tick = now;
+void SnapshotHistory::Impl::Begin(Tick at) {
+  assert(pushes == 0 || at > tick);
+  if (pushes == 0) origin = at.value();
+  tick = at;
+  if (tick.value() - origin > kLastStamp) MoveOrigin();
+  previous = now;
+  now = StampOf(tick);
   ++pushes;
   for (const std::uint32_t cell : noted) cells[cell].news.clear();
   noted.clear();
   records.Begin();
+}
+
+// So that the new tick has a stamp. What is older than kKeptStamps all counts as of then.
+void SnapshotHistory::Impl::MoveOrigin() {
+  const std::uint64_t by = tick.value() - kKeptStamps - origin;
+  const auto move = [by](Stamp& stamp) { stamp = MovedStamp(stamp, by, stamp == 0 ? 0 : 1); };
+  for (SlotFace& face : faces) {
+    for (Stamp* stamp : {&face.since, &face.oldest, &face.properties_since}) move(*stamp);
+  }
+  for (Slot& slot : slots) {
+    for (Stamp& stamp : slot.ticks) move(stamp);
+    move(slot.seen);
+  }
+  now = MovedStamp(now, by, 0);  // nothing counts as of then alone
+  origin += by;
+}
+
+// Whether its last three states are on a parabola. Where they are not, no client is told by its third sample, and more
+// of them share a record.
+bool SnapshotHistory::Impl::Falls(const Slot& slot) const {
+  const std::size_t kept = slot.ticks.size();
+  if (kept < 3) return false;
+  const std::size_t older = (slot.newest + kept - 1) % kept, oldest = (slot.newest + kept - 2) % kept;
+  return predictor.Falls({.base = &slot.states[slot.newest],
+                          .older = &slot.states[older],
+                          .oldest = &slot.states[oldest],
+                          .ticks = 1,
+                          .gap = slot.ticks[slot.newest] - slot.ticks[older],
+                          .gap2 = slot.ticks[older] - slot.ticks[oldest]});
 }
 
 void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
@@ -34,14 +72,14 @@ void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
 }
 
 void SnapshotHistory::Impl::Enter(SlotIndex index, std::uint32_t cell) {
-  faces[index].cell = cell;
+  faces[index].cell = static_cast<std::uint16_t>(cell);
   slots[index].place_in_cell = static_cast<std::uint32_t>(cells[cell].members.size());
   cells[cell].members.push_back(index);
   Note(cell, index);
 }
 
 void SnapshotHistory::Impl::Leave(SlotIndex index) {
-  std::uint32_t& cell = faces[index].cell;
+  std::uint16_t& cell = faces[index].cell;
   const std::uint32_t place = slots[index].place_in_cell;
   std::vector<SlotIndex>& members = cells[cell].members;
   members[place] = members.back();
@@ -61,13 +99,9 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
   const SlotIndex index = free.back();
   free.pop_back();
   slots[index] = {
-      .id = body.id, .epoch = body.epoch, .ticks = {tick}, .states = {state}, .seen = tick, .properties = nullptr};
+      .id = body.id, .epoch = body.epoch, .ticks = {now}, .states = {state}, .seen = now, .properties = nullptr};
   const Vec3d position = quantizer.PositionOf(state);
-  faces[index] = {.since = tick,
-                  .oldest = tick,
-                  .properties_since = {},
-                  .position = Vec3f(position),
-                  .generation = faces[index].generation + 1};
+  faces[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = faces[index].generation + 1};
   by_id[body.id] = index;
   departed.erase(body.id);
   Enter(index, grid.CellAt(position, std::nullopt));
@@ -77,20 +111,21 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
 void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state) {
   Slot& slot = slots[index];
   SlotFace& face = faces[index];
-  const bool had_changed = face.since == previous_tick;
+  const bool had_changed = face.since == previous;
   const std::size_t next = slot.newest + 1;
   if (next == slot.ticks.size() && next < settings.history_ticks) {
-    slot.ticks.push_back(tick);
+    slot.ticks.push_back(now);
     slot.states.push_back(state);
     slot.newest = next;
   } else {
     slot.newest = next % slot.ticks.size();
-    slot.ticks[slot.newest] = tick;
+    slot.ticks[slot.newest] = now;
     slot.states[slot.newest] = state;
     face.oldest = slot.ticks[(slot.newest + 1) % slot.ticks.size()];
   }
   const Vec3d position = quantizer.PositionOf(state);
-  face.since = tick;
+  face.since = now;
+  face.falls = Falls(slot);
   face.position = Vec3f(position);
   const std::uint32_t cell = grid.CellAt(position, face.cell);
   if (cell != face.cell) {
@@ -106,7 +141,7 @@ void SnapshotHistory::Impl::Put(const BodyRecord& body) {
   const auto found = by_id.find(body.id);
   if (found != by_id.end() && slots[found->second].epoch == body.epoch) {
     Slot& slot = slots[found->second];
-    slot.seen = tick;
+    slot.seen = now;
     if (!(slot.now() == state)) Change(found->second, state);
     return PutProperties(found->second, body);
   }
@@ -119,7 +154,7 @@ void SnapshotHistory::Impl::PutProperties(SlotIndex index, const BodyRecord& bod
   if (body.properties == slot.properties || body.properties == nullptr) return;
   if (slot.properties != nullptr && *slot.properties == *body.properties) return;
   slot.properties = body.properties;
-  faces[index].properties_since = tick;
+  faces[index].properties_since = now;
   Note(faces[index].cell, index);
 }
 
@@ -133,7 +168,7 @@ void SnapshotHistory::Impl::Remove(BodyId id) {
 
 void SnapshotHistory::Impl::RemoveUnseen() {
   for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (faces[i].used() && slots[i].seen != tick) Remove(slots[i].id);
+    if (faces[i].used() && slots[i].seen != now) Remove(slots[i].id);
   }
 }
 
@@ -148,14 +183,14 @@ const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key
     entry.set_pose(records.Store(PackWhole(quantizer, slot.epoch, slot.now())));
     return entry;
   }
-  const std::uint64_t now = tick.value(), base_tick = now - key.ticks;
-  const QuantizedState* base = slot.At(Tick(base_tick));
-  const auto before = [&](std::uint64_t gap) { return slot.At(Tick(base_tick - gap)); };
+  const Stamp base_tick = now - key.ticks;
+  const QuantizedState* base = slot.At(base_tick);
+  const auto before = [&](Stamp gap) { return slot.At(base_tick - gap); };
   assert(base != nullptr);
   const Prediction prediction =
       predictor.Predict({.base = base,
                          .older = key.gap != 0 ? before(key.gap) : nullptr,
-                         .oldest = key.gap2 != 0 ? before(std::uint64_t{key.gap} + key.gap2) : nullptr,
+                         .oldest = key.gap2 != 0 ? before(Stamp{key.gap} + key.gap2) : nullptr,
                          .ticks = key.ticks,
                          .gap = key.gap,
                          .gap2 = key.gap2});

@@ -21,6 +21,14 @@
 namespace tessera::replication {
 
 using SlotIndex = std::uint32_t;
+// A tick as a history and its senders keep it: counted from the history's origin, in 32 bits, because what they look at
+// for every body is what they cost. 0: none.
+using Stamp = std::uint32_t;
+
+// The stamp by an origin that is so much later; `before` for what was before it.
+constexpr Stamp MovedStamp(Stamp stamp, std::uint64_t by, Stamp before) {
+  return stamp > by ? static_cast<Stamp>(stamp - by) : before;
+}
 
 struct Slot {
   BodyId id;
@@ -28,31 +36,33 @@ struct Slot {
   std::uint32_t place_in_cell = 0;
   // A ring of what it changed to and when, apart because most of them are only looked past; `newest` is where the last
   // one stands.
-  std::vector<Tick> ticks;
+  std::vector<Stamp> ticks;
   std::vector<QuantizedState> states;
   std::size_t newest = 0;
-  Tick seen;  // of the last Push that named it
+  Stamp seen = 0;  // of the last Push that named it
   std::shared_ptr<const Bytes> properties;
 
   const QuantizedState& now() const { return states[newest]; }
   // Null where it is not kept any more, or was not here.
-  const QuantizedState* At(Tick tick) const;
+  const QuantizedState* At(Stamp tick) const;
 };
 
 // What every client asks of every slot that it watches, at each snapshot: close together, because memory is what that
 // costs.
-struct SlotFace {
-  static constexpr std::uint32_t kNowhere = 0xffffffff;
+struct alignas(32) SlotFace {
+  static constexpr std::uint16_t kNowhere = 0xffff;
 
-  Tick since;                    // of the present state
-  Tick oldest;                   // from which states are kept
-  Tick properties_since;         // 0: there are none
+  Stamp since = 0;               // of the present state
+  Stamp oldest = 0;              // from which states are kept
+  Stamp properties_since = 0;    // 0: there are none
   Vec3f position;                // m
   std::uint32_t generation = 0;  // one more for each body that takes the slot
-  std::uint32_t cell = kNowhere;
+  std::uint16_t cell = kNowhere;
+  bool falls = false;  // freely, by its last states
 
   bool used() const { return cell != kNowhere; }
 };
+static_assert(sizeof(SlotFace) == 32);
 
 struct Cell {
   std::vector<SlotIndex> members;
@@ -69,6 +79,7 @@ struct SnapshotHistory::Impl {
         cells(static_cast<std::size_t>(grid.columns() * grid.rows())) {}
 
   void Begin(Tick tick);
+  Stamp StampOf(Tick at) const { return static_cast<Stamp>(at.value() - origin + 1); }
   void Put(const BodyRecord& body);
   void Remove(BodyId id);
   void RemoveUnseen();
@@ -103,7 +114,11 @@ struct SnapshotHistory::Impl {
   std::unordered_map<BodyId, SlotIndex> by_id;
   RecordCache records;
   std::uint64_t pushes = 0;
-  Tick tick, previous_tick;
+  // The tick whose stamp is 1. It moves on when they run out; senders then move theirs
+  // (SnapshotSender::Impl::MoveOrigin).
+  std::uint64_t origin = 0;
+  Tick tick;
+  Stamp now = 0, previous = 0;  // of this Push and of the one before
   // The last departure of each body that has left and not come back.
   std::unordered_map<BodyId, DepartureRecord> departed;
 
@@ -111,6 +126,8 @@ struct SnapshotHistory::Impl {
   SlotIndex Take(const BodyRecord& body, const QuantizedState& state);
   void Change(SlotIndex index, const QuantizedState& state);
   void PutProperties(SlotIndex index, const BodyRecord& body);
+  void MoveOrigin();
+  bool Falls(const Slot& slot) const;
   void Note(std::uint32_t cell, SlotIndex index);
   void Enter(SlotIndex index, std::uint32_t cell);
   void Leave(SlotIndex index);

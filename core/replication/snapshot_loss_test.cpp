@@ -102,5 +102,32 @@ TEST(SnapshotLossTest, EveryDatagramIsUnderstoodThroughQuietAndUnquietTimes) {
   }
 }
 
+// Worlds that run for years, and clocks that jump: what the sender counts in 32 bits goes on from another tick.
+TEST(SnapshotLossTest, TicksMayGoOnForEver) {
+  MovingBodies world({.count = 30, .kicks_per_s = 0.5, .rest_speed_m_s = 0.8});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds(), {});
+  std::uint64_t tick = 0;
+  std::map<BodyId, BodyState> seen;
+  const Quantizer quantizer(world.bounds(), {});
+  for (int n = 0; n < 600; ++n) {
+    tick += n % 100 != 99 ? 2 : std::uint64_t{1} << (28 + n / 50);  // up to 2^39
+    for (BodyRecord& body : world.bodies()) body.state.asleep = body.state.asleep || n % 150 > 120;
+    world.Step(1.0 / 30);
+    history.Push(Tick(tick), world.bodies(), {});
+    for (const Bytes& datagram : sender.Write(history, 0, 0).datagrams) {
+      const auto got = receiver.Read(datagram);
+      ASSERT_TRUE(got.ok()) << got.status() << " at " << n;
+      for (const BodyRecord& body : got->bodies) seen[body.id] = body.state;
+    }
+    ASSERT_TRUE(sender.Acknowledge(receiver.WriteAck()).ok());
+    for (const BodyRecord& body : world.bodies()) {
+      const BodyState truth = quantizer.Dequantize(quantizer.Quantize(body.state));
+      ASSERT_EQ(seen.at(body.id).position, truth.position) << "body " << body.id << " at " << n;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::replication

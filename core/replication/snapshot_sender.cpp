@@ -24,15 +24,17 @@ constexpr std::uint8_t kMaxUnanswered = 40;
 constexpr std::uint64_t kMaxGap_ticks = 32;
 // Where interest has no radius, what distances are measured by.
 constexpr double kUnlimitedRadius_m = 100;
+// Priorities are whole numbers: so many are one snapshot's wait of a body that is told at each.
+constexpr int kPriorityUnit = 4;
 // Shares of the radius of interest, and with which of the snapshots bodies within them and beyond are told.
-constexpr double kNear = 0.25, kMiddle = 0.5;
+constexpr float kNear = 0.25f, kMiddle = 0.5f;
 constexpr std::uint32_t kNearPeriod = 1, kMiddlePeriod = 2, kFarPeriod = 4;
 static_assert(std::has_single_bit(kNearPeriod) && std::has_single_bit(kMiddlePeriod) &&
-              std::has_single_bit(kFarPeriod));
+              std::has_single_bit(kFarPeriod) && kPriorityUnit % kFarPeriod == 0);
 // Out of turn is told what has waited longer than its period by so much.
-constexpr float kOverdue = 2;
+constexpr int kOverdue = 2;
 // Ahead of what is known already, a body that the client does not know counts as having waited so many snapshots.
-constexpr float kNewcomer = 4;
+constexpr int kNewcomer = 4;
 // Departures a snapshot: they are small, but a client may turn away from a whole town at once.
 constexpr std::size_t kMaxDepartures = 200;
 // Datagrams that wait to be acknowledged, of a client that acknowledges nothing.
@@ -46,12 +48,13 @@ constexpr std::size_t kAhead = 8;
 Eye::Eye(const ClientView& view, const Settings& settings)
     : own(view.own),
       centre(view.centre.value_or(Vec3d())),
-      per_radius_squared(1 / (settings.interest_radius_m > 0 ? settings.interest_radius_m * settings.interest_radius_m
-                                                             : kUnlimitedRadius_m * kUnlimitedRadius_m)),
+      per_radius_squared(static_cast<float>(1 / (settings.interest_radius_m > 0
+                                                     ? settings.interest_radius_m * settings.interest_radius_m
+                                                     : kUnlimitedRadius_m * kUnlimitedRadius_m))),
       placed(view.centre.has_value()),
       limited(placed && settings.interest_radius_m > 0) {}
 
-std::uint32_t Eye::Period(double shares) const {
+std::uint32_t Eye::Period(float shares) const {
   if (!limited || shares <= kNear * kNear) return kNearPeriod;
   return shares <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod;
 }
@@ -124,15 +127,14 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
   const std::uint32_t place = unused.back();
   unused.pop_back();
   known[place] = {.id = slot.id,
-                  .acked = {},
-                  .properties = {},
+                  .answered = {},
                   .epoch = slot.epoch,
                   .slot = index,
                   .generation = history.faces[index].generation,
                   .used = true};
   by_slot[index] = place;
   Activate(place);
-  busy[known[place].busy].priority = kNewcomer;
+  busy[known[place].busy].priority = kNewcomer * kPriorityUnit;
 }
 
 void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
@@ -146,7 +148,7 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   }
   by_slot.erase(body.slot);
   body.used = false;
-  if (body.busy != Known::kNowhere) busy[body.busy].gone = true;
+  if (body.busy != Known::kNowhere) busy[body.busy].use = Busy::Use::kGone;
   unused.push_back(index);
   // It is back already, in another slot.
   const auto other = history.by_id.find(body.id);
@@ -159,66 +161,74 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
 void SnapshotSender::Impl::Activate(std::uint32_t index) {
   Known& body = known[index];
   if (body.busy != Known::kNowhere) return;
-  if (idle.empty()) {
-    idle.push_back(static_cast<std::uint32_t>(busy.size()));
+  if (!idle.Take(body.busy)) {
+    body.busy = static_cast<std::uint32_t>(busy.size());
     busy.emplace_back();
   }
-  body.busy = idle.back();
-  idle.pop_back();
-  busy[body.busy] = {.id = body.id,
-                     .acked = body.acked,
-                     .properties = body.properties,
-                     .sent = {},
+  busy[body.busy] = {.answered = body.answered,
                      .slot = body.slot,
                      .known = index,
                      .first_sequence = next_sequence,
-                     .priority = kOverdue,  // at once
-                     .unanswered = body.unanswered,
-                     .used = true};
+                     .priority = kOverdue * kPriorityUnit,  // at once
+                     .use = Busy::Use::kSeen};
   active.push_back({body.id, body.busy, body.slot});
 }
 
 // The client has its present state. What it did before says nothing of what it will do when it wakes.
 void SnapshotSender::Impl::Rest(std::uint32_t place) {
-  const Busy& told = busy[place];
-  Known& body = known[told.known];
-  body.acked = told.acked;
-  body.properties = told.properties;
-  body.unanswered = told.unanswered;
+  Known& body = known[busy[place].known];
+  body.answered = busy[place].answered;
+  body.answered.gap = body.answered.gap2 = 0;
   body.busy = Known::kNowhere;
+}
+
+// So that stamps are the history's: it counts from another tick now. What was acknowledged before that is forgotten.
+void SnapshotSender::Impl::MoveOrigin(std::uint64_t to) {
+  const std::uint64_t by = to - origin;
+  origin = to;
+  const auto move = [by](Answered& answered) {
+    answered.acked = MovedStamp(answered.acked, by, 0);
+    answered.properties = MovedStamp(answered.properties, by, 0);
+  };
+  for (Known& body : known) move(body.answered);
+  for (Busy& body : busy) {
+    move(body.answered);
+    body.sent = MovedStamp(body.sent, by, 0);
+  }
 }
 
 // --- What is due -----------------------------------------------------------------------------------------------------
 
-std::uint64_t SnapshotSender::Impl::RepeatAfter() const {
-  return static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
-}
-
-bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, Busy& body, double& shares) const {
+bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, BodyId id, Busy& body, float& shares) const {
   const SlotFace& face = history.faces[body.slot];
-  const bool whole = body.acked == Tick();
-  if (body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent) {
+  const bool whole = body.answered.acked == 0;
+  if (body.sent != 0 && std::max(face.since, face.properties_since) <= body.sent) {
     // The client may well have it: what has just come to rest is told twice, then it has time to answer.
-    const bool repeat = !whole && body.repeats < 1;
-    if (!repeat && static_cast<std::uint64_t>(history.tick - body.sent) < RepeatAfter()) return false;
+    const bool repeat = !whole && !body.repeated;
+    if (!repeat && history.now - body.sent < repeat_after) return false;
   }
   shares = eye.Shares(face);
   const std::uint32_t period = eye.Period(shares);
-  body.priority += period == kNearPeriod     ? 1.0f / kNearPeriod
-                   : period == kMiddlePeriod ? 1.0f / kMiddlePeriod
-                                             : 1.0f / kFarPeriod;
+  body.priority =
+      static_cast<std::uint16_t>(std::min(body.priority + kPriorityUnit / static_cast<int>(period), 0xffff));
   // All who see a body at one distance are told of it at the same ticks, so that one record serves them.
   const bool in_turn = ((history.pushes + body.slot) & (period - 1)) == 0;
-  const bool due = body.priority >= 1 && (in_turn || body.priority >= kOverdue);
-  return due || whole || body.id == eye.own;
+  const bool due = body.priority >= (in_turn ? 1 : kOverdue) * kPriorityUnit;
+  return due || whole || id == eye.own;
 }
 
 // Puts what began to be active where its id belongs.
 void SnapshotSender::Impl::MergeActive() {
+  if (sorted_active == active.size()) return;
   const auto by_id = [](const Active& a, const Active& b) { return a.id < b.id; };
-  const auto newest = active.begin() + static_cast<std::ptrdiff_t>(sorted_active);
-  std::sort(newest, active.end(), by_id);
-  std::inplace_merge(active.begin(), newest, active.end(), by_id);
+  fresh_active.assign(active.begin() + static_cast<std::ptrdiff_t>(sorted_active), active.end());
+  std::sort(fresh_active.begin(), fresh_active.end(), by_id);
+  // From the end, where there is room.
+  std::size_t old = sorted_active, to = active.size();
+  for (std::size_t fresh_left = fresh_active.size(); fresh_left > 0;) {
+    const bool take_old = old > 0 && by_id(fresh_active[fresh_left - 1], active[old - 1]);
+    active[--to] = take_old ? active[--old] : fresh_active[--fresh_left];
+  }
 }
 
 void SnapshotSender::Impl::Prefetch() const {
@@ -232,20 +242,22 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
   std::size_t kept = 0;
   for (std::size_t i = 0; i < active.size(); ++i) {
     if (i + kAhead < active.size()) __builtin_prefetch(&history.faces[active[i + kAhead].slot]);
-    const std::uint32_t place = active[i].busy;
-    Busy& body = busy[place];
-    const SlotFace& face = history.faces[body.slot];
-    const bool had = body.acked != Tick() && face.since <= body.acked && face.properties_since <= body.properties;
-    if (body.gone || had) {
-      if (!body.gone) Rest(place);
-      body.used = false;
-      idle.push_back(place);
+    const Active at = active[i];
+    Busy& body = busy[at.busy];
+    const SlotFace& face = history.faces[at.slot];
+    const Answered& answered = body.answered;
+    const bool had =
+        answered.acked != 0 && face.since <= answered.acked && face.properties_since <= answered.properties;
+    if (body.use == Busy::Use::kGone || had) {
+      if (body.use != Busy::Use::kGone) Rest(at.busy);
+      body.use = Busy::Use::kFree;
+      idle.Give(at.busy);
       continue;
     }
-    active[kept++] = active[i];
-    double shares = 0;
-    if (!Due(history, eye, body, shares)) continue;
-    candidates.push_back({place, shares, KeyFor(history, body)});
+    active[kept++] = at;
+    float shares = 0;
+    if (!Due(history, eye, at.id, body, shares)) continue;
+    candidates.push_back({at.id, at.busy, shares, KeyFor(history, body)});
     history.records.Prefetch(candidates.back().key);
   }
   active.resize(kept);
@@ -254,14 +266,15 @@ void SnapshotSender::Impl::FindCandidates(const History& history, const ClientVi
 
 RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Busy& body) {
   const RecordCache::Key whole{.slot = body.slot};
-  const Tick oldest = history.faces[body.slot].oldest;
-  if (body.acked == Tick() || body.acked < oldest || body.unanswered >= kMaxUnanswered) return whole;
-  const auto ticks = static_cast<std::uint64_t>(history.tick - body.acked);
+  const SlotFace& face = history.faces[body.slot];
+  const Answered& had = body.answered;
+  if (had.acked == 0 || had.acked < face.oldest || had.unanswered >= kMaxUnanswered) return whole;
+  const Stamp ticks = history.now - had.acked;
   if (ticks >> RecordCache::Key::kTickBits != 0) return whole;
-  RecordCache::Key key{.slot = body.slot, .ticks = static_cast<std::uint32_t>(ticks)};
-  if (body.gap == 0 || body.acked < oldest + body.gap) return key;
-  key.gap = body.gap;
-  if (body.gap2 != 0 && body.acked >= oldest + body.gap + body.gap2) key.gap2 = body.gap2;
+  RecordCache::Key key{.slot = body.slot, .ticks = ticks};
+  if (had.gap == 0 || had.acked < face.oldest + had.gap) return key;
+  key.gap = had.gap;
+  if (face.falls && had.gap2 != 0 && had.acked >= face.oldest + had.gap + had.gap2) key.gap2 = had.gap2;
   return key;
 }
 
@@ -280,9 +293,8 @@ void SnapshotSender::Impl::SortByScore(BodyId own) {
   std::vector<std::pair<float, std::uint32_t>> order;  // score, and which
   order.reserve(candidates.size());
   for (const Candidate& candidate : candidates) {
-    const Busy& body = busy[candidate.busy];
-    const float score = body.id == own ? std::numeric_limits<float>::max()
-                                       : body.priority / static_cast<float>(0.1 + std::sqrt(candidate.shares));
+    const float score = candidate.id == own ? std::numeric_limits<float>::max()
+                                            : busy[candidate.busy].priority / (0.1f + std::sqrt(candidate.shares));
     order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
   }
   std::sort(order.begin(), order.end());
@@ -303,27 +315,27 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
     if (i + kAhead / 2 < candidates.size()) history.PrefetchStates(candidates[i + kAhead / 2].key);
+    const BodyId id = candidates[i].id;
     Busy& body = busy[candidates[i].busy];
     const SlotFace& face = history.faces[body.slot];
     const RecordCache::Key& key = candidates[i].key;
-    const bool velocities = key.ticks != 0 && (!view.centre.has_value() || body.id == view.own ||
+    const bool velocities = key.ticks != 0 && (!view.centre.has_value() || id == view.own ||
                                                LengthSquared(Vec3d(face.position) - *view.centre) <= near);
     const RecordCache::Entry& record = history.RecordOf(key, velocities);
     const Bytes* properties =
-        face.properties_since > body.properties ? history.slots[body.slot].properties.get() : nullptr;
+        face.properties_since > body.answered.properties ? history.slots[body.slot].properties.get() : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
     bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);
     if (bits_left < 0 && !chosen.empty()) {
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({body.id, candidates[i].busy, velocities, key, record.pose(), record.velocities(), properties});
-    body.repeats = body.sent != Tick() && std::max(face.since, face.properties_since) <= body.sent
-                       ? static_cast<std::uint8_t>(body.repeats | 1)
-                       : 0;
-    body.sent = history.tick;
+    chosen.push_back({id, candidates[i].busy, velocities, key, record.pose(), record.velocities(), properties});
+    body.repeated = body.sent != 0 && std::max(face.since, face.properties_since) <= body.sent;
+    body.sent = history.now;
+    if (key.gap2 == 0) body.answered.gap2 = 0;  // the client lets go of what is not referred to any more
     body.priority = 0;
-    body.unanswered = static_cast<std::uint8_t>(std::min(body.unanswered + 1, 255));
+    body.answered.unanswered = static_cast<std::uint8_t>(std::min(body.answered.unanswered + 1, 255));
   }
   const auto by_id = [](const Chosen& a, const Chosen& b) { return a.id < b.id; };
   if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
@@ -333,7 +345,7 @@ std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& 
   std::vector<DepartureRecord> due;
   for (Gone& body : gone) {
     if (due.size() >= kMaxDepartures) break;
-    if (body.sent.has_value() && static_cast<std::uint64_t>(history.tick - *body.sent) < RepeatAfter()) continue;
+    if (body.sent.has_value() && static_cast<std::uint64_t>(history.tick - *body.sent) < repeat_after) continue;
     body.sent = history.tick;
     due.push_back(body.record);
   }
@@ -369,6 +381,8 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
                                             std::int32_t margin) {
   WrittenSnapshot result;
   Prefetch();
+  if (origin != history.origin) MoveOrigin(history.origin);
+  repeat_after = static_cast<std::uint64_t>(round_trip_ticks * 1.25) + 2;
   Follow(history, view);
   FindCandidates(history, view);
   const std::vector<DepartureRecord> departures = DueDepartures(history);
@@ -402,17 +416,18 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
 
 // --- What was heard --------------------------------------------------------------------------------------------------
 
-void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Tick tick) {
-  Busy& body = busy[told & ~kToldProperties];
-  if (!body.used || sequence < body.first_sequence) return;
-  if ((told & kToldProperties) != 0) body.properties = std::max(body.properties, tick);
-  if (tick <= body.acked) return;
-  const auto gap = static_cast<std::uint64_t>(tick - body.acked);
-  const bool near = body.acked != Tick() && gap <= kMaxGap_ticks;
-  body.unanswered = 0;
-  body.gap2 = near ? body.gap : 0;
-  body.gap = near ? static_cast<std::uint8_t>(gap) : 0;
-  body.acked = tick;
+void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Stamp tick) {
+  const Busy& body = busy[told & ~kToldProperties];
+  if (body.use == Busy::Use::kFree || sequence < body.first_sequence) return;
+  Answered& had = busy[told & ~kToldProperties].answered;
+  if ((told & kToldProperties) != 0) had.properties = std::max(had.properties, tick);
+  if (tick <= had.acked) return;
+  const Stamp gap = tick - had.acked;
+  const bool near = had.acked != 0 && gap <= kMaxGap_ticks;
+  had.unanswered = 0;
+  had.gap2 = near ? had.gap : 0;
+  had.gap = near ? static_cast<std::uint8_t>(gap) : 0;
+  had.acked = tick;
 }
 
 void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
@@ -421,7 +436,10 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   SentDatagram& datagram = sent[sent.size() - age];
   const std::vector<std::uint32_t>& told = datagram.told;
   for (const std::uint32_t place : told) __builtin_prefetch(&busy[place & ~kToldProperties], 1);
-  for (const std::uint32_t place : told) AcknowledgeBody(place, sequence, datagram.tick);
+  // Before the origin: nothing that a record could refer to.
+  const std::uint64_t written = datagram.tick.value();
+  const Stamp tick = written >= origin ? static_cast<Stamp>(written - origin + 1) : 0;
+  for (const std::uint32_t place : told) AcknowledgeBody(place, sequence, tick);
   for (const BodyId id : datagram.departures) {
     const auto at =
         std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });

@@ -58,6 +58,8 @@ bool PosePredictor::Flies(const Samples& s) const {
   return std::abs((differ << kGravityBits) - expected) * 3 < std::abs(expected) && std::abs(expected) > 0;
 }
 
+bool PosePredictor::Falls(const Samples& s) const { return HasPast(s) && HasLongPast(s) && Flies(s); }
+
 Prediction PosePredictor::Predict(const Samples& s) const {
   assert(s.base != nullptr);
   Prediction result{.position = s.base->position};

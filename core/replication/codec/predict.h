@@ -51,6 +51,9 @@ class PosePredictor {
   // Of what both ends must agree on besides the quantiser.
   std::uint32_t fingerprint() const { return static_cast<std::uint32_t>(gravity_); }
 
+  // Whether the three samples lie on a parabola.
+  bool Falls(const Samples& samples) const;
+
  private:
   bool Flies(const Samples& samples) const;
 
