@@ -72,9 +72,7 @@ class alignas(64) RigidBody {
   bool shown = false;             // Bullet's copy is up to date
   bool isolated = false;          // takes no part: it went non-finite, or is parked
   bool parked = false;
-  bool propped = false;     // by what is not here (World::SetPropped)
-  std::uint32_t stuck = 0;  // steps in a row that a sweep let it go nowhere, up to `stuck_step`
-  std::uint64_t stuck_step = 0;
+  bool propped = false;         // by what is not here (World::SetPropped)
   bool asked = false;           // whose contacts are being gathered
   std::uint64_t serial = 0;     // of its adding: names it in a pair
   std::vector<JointId> joints;  // that hold it, in no order

@@ -44,33 +44,7 @@ struct World::Impl::Anchors {
   std::vector<bool> ring;  // there is more than one way from one of its bodies, or from what holds still, to another
 };
 
-// What is wedged in so that each sweep stops it where it is, as two bodies that interlock against a wall, is pushed
-// anew in each step and never gets out of the overlap that pushes it: its speed may not grow by that. What it loses so
-// nobody receives.
-void World::Impl::CalmStuck() {
-  constexpr double kNowhere = 0.05;     // of its way
-  constexpr std::uint32_t kWedged = 3;  // steps in a row; a blow lasts one
-  constexpr float kKept = 0.9f;         // of its speed, a step; with .5 a jammed turnstile burst in the one run of that
-  for (const auto& [index, share] : stopped) {
-    RigidBody& body = *awake[index];
-    if (share > kNowhere) continue;
-    body.stuck = body.stuck_step + 1 == step ? body.stuck + 1 : 1;
-    body.stuck_step = step;
-    if (body.stuck < kWedged) continue;
-    const BodyState& before = body.state();
-    Motion& motion = motions[index];
-    const auto limit = [](Vec3f& now, float most) {
-      const float size = Length(now);
-      if (size > most) now = now * (most / size);
-    };
-    const float fall = static_cast<float>(Length(body.Acceleration()) * dt_s);
-    limit(motion.velocity, Length(before.linear_velocity) * kKept + fall);
-    limit(motion.angular_momentum, Length(before.angular_momentum) * kKept);
-  }
-}
-
 void World::Impl::MoveStopped() {
-  CalmStuck();
   const auto has_joints = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
   const bool any_jointed = std::any_of(stopped.begin(), stopped.end(), has_joints);
   Anchors anchors;

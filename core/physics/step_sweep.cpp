@@ -94,18 +94,12 @@ void World::Impl::SweepBody(std::uint32_t index) {
 bool World::Impl::GoesThrough(const Pair& pair) const {
   if (pair.swept) return true;
   const Way low = WayOf(*pair.low), high = WayOf(*pair.high);
-  const Placement low_end = low.At(1), high_end = high.At(1);
+  const Vec3d low_moved = low.to - low.from, high_moved = high.to - high.from;
   const float inner = kThroughShare * pair.inner_m;
   for (const Manifold& manifold : pair.manifolds) {
     const Vec3d on_low = low.from + Vec3d(manifold.points[0].r_a), on_high = high.from + Vec3d(manifold.points[0].r_b);
-    if (pair.high->awake() &&
-        ReachThrough(high.geometry, high_end, on_low + (low.to - low.from), manifold.normal) > inner) {
-      return true;
-    }
-    if (pair.low->awake() &&
-        ReachThrough(low.geometry, low_end, on_high + (high.to - high.from), -manifold.normal) > inner) {
-      return true;
-    }
+    if (pair.high->awake() && CameThrough(high, on_low, on_low + low_moved, manifold.normal) > inner) return true;
+    if (pair.low->awake() && CameThrough(low, on_high, on_high + high_moved, -manifold.normal) > inner) return true;
   }
   return false;
 }

@@ -125,7 +125,6 @@ struct World::Impl {
   struct StoppedJoint;
   struct Anchors;
   void MoveStopped();
-  void CalmStuck();
   Anchors StopJointed();
   std::vector<StoppedJoint> ListStopped(const Anchors& anchors);
   void Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed);

@@ -165,7 +165,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> ShippedScene(const std::string& nam
   return ResolveScene(*written, path);
 }
 
-// Its dumbbells interlock against the walls; what pushed them anew in each step flung some out at 60 m/s.
+// Dumbbells are driven along the walls in rows, lying in each other's hollows.
 TEST(ClusterTest, NothingIsFlungOutOfACrowd) {
   const auto scene = ShippedScene("plaza", 2000);
   ASSERT_TRUE(scene.ok()) << scene.status();
@@ -178,7 +178,7 @@ TEST(ClusterTest, NothingIsFlungOutOfACrowd) {
     }
   }
   std::printf("the fastest of 2000 bodies in 12.5 s: %.1f m/s\n", fastest);
-  EXPECT_LT(fastest, 40);
+  EXPECT_LT(fastest, 15);
 }
 
 class SceneTest : public ::testing::TestWithParam<const char*> {};

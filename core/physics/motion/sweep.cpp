@@ -152,22 +152,36 @@ std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m) {
   return first;
 }
 
-double ReachThrough(const Geometry& geometry, const Placement& placement, Vec3d point, Vec3f normal) {
-  if (geometry.kind == GeometryKind::kCompound) {
-    double most = -std::numeric_limits<double>::infinity();
-    for (const Geometry::Child& child : geometry.children) {
-      Placement at = placement;
-      at.position += Vec3d(placement.rotation * child.position);
-      at.rotation = placement.rotation * child.rotation;
-      most = std::max(most, ReachThrough(*child.geometry, at, point, normal));
-    }
-    return most;
-  }
-  if (!geometry.convex()) return 0;
-  Core core(AtOrigin(geometry), 0);
+namespace {
+
+double ReachThrough(const Geometry& convex, const Placement& placement, Vec3d point, Vec3f normal) {
+  Core core(AtOrigin(convex), 0);
   const Mat3f& r = placement.rotation;
   core.Place(placement.position - point, {Vec3d(r.x), Vec3d(r.y), Vec3d(r.z)});
   return core.radius() - Dot(core.Support(-Vec3d(normal)), Vec3d(normal));
+}
+
+Placement PartOf(const Placement& whole, const Geometry::Child& child) {
+  Placement part = whole;
+  part.position += Vec3d(whole.rotation * child.position);
+  part.rotation = whole.rotation * child.rotation;
+  return part;
+}
+
+}  // namespace
+
+double CameThrough(const Way& way, Vec3d from, Vec3d to, Vec3f normal) {
+  const Geometry& geometry = way.geometry;
+  const Placement start = way.At(0), end = way.At(1);
+  const auto came = [&](const Geometry& convex, const Placement& before, const Placement& after) {
+    return ReachThrough(convex, after, to, normal) - std::max(0.0, ReachThrough(convex, before, from, normal));
+  };
+  if (geometry.convex()) return came(geometry, start, end);
+  double most = 0;
+  for (const Geometry::Child& child : geometry.children) {
+    most = std::max(most, came(*child.geometry, PartOf(start, child), PartOf(end, child)));
+  }
+  return most;
 }
 
 }  // namespace tessera::physics

@@ -36,8 +36,10 @@ struct Impact {
 // another half of `target_m`. Deep overlaps are left to contacts.
 std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m);
 
-// How far a shape reaches through the plane at `point` with the unit normal `normal`, against it, m. Negative while it
-// is clear. 0 for what is not made of convex parts.
-double ReachThrough(const Geometry& geometry, const Placement& placement, Vec3d point, Vec3f normal);
+// By how much further than at the start of its way a convex part of the shape reaches, at the end, through a plane with
+// the unit normal `normal` that goes from `from` to `to`, against the normal, m; what it had reached through by then
+// does not count: of a dumbbell that is touched at one ball, the other may lie beyond that contact's plane. 0 for what
+// is not made of convex parts.
+double CameThrough(const Way& way, Vec3d from, Vec3d to, Vec3f normal);
 
 }  // namespace tessera::physics

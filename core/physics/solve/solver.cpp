@@ -147,7 +147,8 @@ void Solver::Solve(const SolveBatch& batch) {
   assert(batch.substeps >= 1 && batch.dt_s > 0);
   const float h = batch.dt_s / static_cast<float>(batch.substeps);
   Impl& impl = *impl_;
-  impl.step = {h, 1 / h, kPushOut_m_s};
+  const float share = std::min(1.0f, static_cast<float>(kPushingSubsteps) / static_cast<float>(batch.substeps));
+  impl.step = {h, 1 / h, kPushOut_m_s * share};
   impl.LoadBodies(batch.bodies, h);
   impl.coloring.Color(batch);
   const auto nobody = static_cast<std::uint32_t>(impl.count);

@@ -30,6 +30,9 @@ inline constexpr float kTreeCurvingTurn2 = 1e-4f;
 
 // Overlaps are pushed out no faster than this, m/s, so that bodies placed into each other do not explode.
 inline constexpr float kPushOut_m_s = 3;
+// Where there are more substeps than this, as much slower. What cannot part, such as a slab under the arm of a
+// turnstile, is pushed in each of them anew: at full speed in each of 64, with millions of newtons.
+inline constexpr int kPushingSubsteps = 4;
 
 // Depth at which contacts rest, m, whatever they carry. Towers stand with anything from a millimetre to none; deeper
 // sinks visibly, at 0 a resting point comes and goes.
