@@ -73,6 +73,7 @@ class alignas(64) RigidBody {
   bool isolated = false;          // takes no part: it went non-finite, or is parked
   bool parked = false;
   bool propped = false;         // by what is not here (World::SetPropped)
+  bool stand_in = false;        // see World::SetStandIn
   bool asked = false;           // whose contacts are being gathered
   std::uint64_t serial = 0;     // of its adding: names it in a pair
   std::vector<JointId> joints;  // that hold it, in no order

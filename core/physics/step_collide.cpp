@@ -165,7 +165,8 @@ void World::Impl::CollidePair(Pair& pair) {
   pair.live = pair.swept = false;
   pair.separation_m = std::numeric_limits<float>::max();
   if (pair.jointed && !pair.trigger) return;
-  if (!low.reach.Overlaps(high.reach)) {
+  const bool told = low.stand_in && high.stand_in && !pair.trigger;
+  if (told || !low.reach.Overlaps(high.reach)) {
     pair.manifolds.clear();
     pair.cache = {};
     pair.impulse_ns = pair.load_ns = 0;

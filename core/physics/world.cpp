@@ -51,6 +51,7 @@ double World::MassOf(BodyId id) const { return impl_->At(id).mass_kg(); }
 Vec3d World::InertiaOf(BodyId id) const { return impl_->At(id).inertia(); }
 
 void World::SetPropped(BodyId id, bool propped) { impl_->At(id).propped = propped; }
+void World::SetStandIn(BodyId id, bool stand_in) { impl_->At(id).stand_in = stand_in; }
 
 // --- Forces
 // ------------------------------------------------------------------------------------------------------------------

@@ -97,6 +97,8 @@ class World {
   // Of a body that rests on, or bears, what is not in this world, for which a force stands: what lies on what it
   // touches is then told by what it pressed with, not by what is seen to stand on it.
   void SetPropped(BodyId id, bool propped);
+  // Two that are stand-ins do not touch: what they do to each other is among the forces that act on them.
+  void SetStandIn(BodyId id, bool stand_in);
 
   // --- Forces: act in the next step, then are forgotten. Wake the body, unless they are 0.
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);

@@ -327,6 +327,19 @@ TEST(StateTest, GravityScaleAndDampingAreTheBodysOwn) {
   EXPECT_NEAR(world.StateOf(damped.id).angular_velocity.y, 2 * 0.4, 1e-4);
 }
 
+// A box that lies on another falls through it when both are stand-ins, and lies on it else.
+TEST(StandInTest, TwoDoNotTouchEachOther) {
+  for (const bool both : {false, true}) {
+    World world({});
+    AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0})});
+    world.SetStandIn(BodyId(2), true);
+    world.SetStandIn(BodyId(3), both);
+    Simulate(world, 1);
+    EXPECT_NEAR(world.StateOf(BodyId(2)).position.y, 0.5, 0.01);
+    EXPECT_NEAR(world.StateOf(BodyId(3)).position.y, both ? 0.5 : 1.5, 0.01);
+  }
+}
+
 // --- Sleep
 // ---------------------------------------------------------------------------------------------------------------
 

@@ -59,6 +59,7 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   if (const Ghost* ghost = FindGhost(id); ghost != nullptr) {
     ghosts_.erase(ghosts_.begin() + (ghost - ghosts_.data()));
     world_.SetPropped(id, false);
+    world_.SetStandIn(id, false);
     Write(id, state);
   } else {
     AddToWorld(*def, state);
@@ -120,6 +121,7 @@ bool Bodies::PlaceGhosts(std::span<const Ghost> shown) {
       AddToWorld(*placed.back().def, ghost.record.state);
     }
     world_.SetPropped(id, ghost.record.load_ns != Vec3f() || ghost.record.load_nms != Vec3f());
+    world_.SetStandIn(id, ghost.record.calm);
   }
   while (old != ghosts_.end()) pass_over();
   const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };

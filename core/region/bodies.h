@@ -24,9 +24,9 @@ struct OwnedExtra {
   double radius_m = 0;  // bound of the shape about its centre of mass
   Vec3d field_m_s2;     // what the scene's fields do to it in the next step
   bool field_known = false;
-  std::uint8_t stirred = 0;  // for how many more ticks it counts as moving
-  bool predicted = false;    // near a border and awake:
-  Vec3d predicted_position;  // for the next tick
+  std::uint8_t still_ticks = 0;  // for how many, up to kCalmTicks, it has been shown and hardly moved
+  bool predicted = false;        // near a border and awake:
+  Vec3d predicted_position;      // for the next tick
 };
 
 struct Ghost {

@@ -30,12 +30,16 @@ class Writer;
 // `load_ns` and `load_nms` are what bodies that the receiver does not see do to it in a tick, as a mean of about ten:
 // what lies on it, and what it lies on. Without them a ghost in a pile would fall in every step, and press on what is
 // solved beside it with a weight that it does not have.
+//
+// One that is `calm` has lain still for a while, and its load is also what others do to it that are calm, seen or not,
+// except for the receiver's own: those are not solved against each other there.
 struct GhostRecord {
   BodyId id;
   Epoch epoch;
   BodyState state;
   Vec3f force_n, torque_nm;
   Vec3f load_ns, load_nms;
+  bool calm = false;
 };
 
 // What the sender's solver did in the last step to its body `own`, which touched `other`, a ghost there.

@@ -30,7 +30,7 @@ Frame MakeFrame() {
   frame.tick = Tick(1'000'000);
   frame.sender = RegionId(3);
   frame.map_version = MapVersion(7);
-  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}},
+  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}, true},
                   {BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}},
                   {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}, {}, {}}};
   frame.impulses = {{BodyId(1), BodyId(9), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
@@ -63,6 +63,7 @@ TEST(FrameTest, ComesBackWithoutLoss) {
     EXPECT_EQ(back->ghosts[i].force_n, frame.ghosts[i].force_n);
     EXPECT_EQ(back->ghosts[i].load_ns, frame.ghosts[i].load_ns);
     EXPECT_EQ(back->ghosts[i].load_nms, frame.ghosts[i].load_nms);
+    EXPECT_EQ(back->ghosts[i].calm, frame.ghosts[i].calm);
     EXPECT_EQ(back->ghosts[i].torque_nm, frame.ghosts[i].torque_nm);
   }
   EXPECT_EQ(back->impulses[0].angular_on_other, frame.impulses[0].angular_on_other);
@@ -99,8 +100,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 5, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{5, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  // Format 6, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{6, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 

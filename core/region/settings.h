@@ -36,6 +36,11 @@ struct Settings {
   bool shared_origin = false;
 };
 
+// What lay still for so many ticks, its fastest point slower than so much, m/s, is calm: ghosts that are do not touch
+// each other. Fewer ticks, or more speed, and what still moves is told of by loads, which come late; less speed, and a
+// pile that trembles costs what its ghosts do to each other.
+inline constexpr std::uint8_t kCalmTicks = 30;
+inline constexpr float kCalm_m_s = 0.05f;
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
 // origins are exact in float.
 inline constexpr double kOriginGrid_m = 64;

@@ -203,6 +203,11 @@ void RegionStep::HandOut(StepResult& result) {
         if (Outbox* box = OutboxTo(out.to); box != nullptr) box->inputs.push_back({id, input});
       }
     }
+    if (const auto owed = owed_.find(id); owed != owed_.end()) {
+      const LateCorrection late{id, Vec3f(owed->second.impulse), Vec3f(owed->second.angular)};
+      if (Outbox* box = OutboxTo(out.to); box != nullptr) box->late_corrections.push_back(late);
+      owed_.erase(owed);
+    }
     reports.Release(id);
     result.departures.push_back({id, Epoch(out.record.epoch.value() - 1), DepartureReason::kHandedOver, out.to});
     bodies.BecomeGhost(out.record, out.to);
@@ -250,7 +255,7 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
     for (const Ghost& ghost : bodies.ghosts()) {
       if (ghost.owner != neighbors[i]) continue;
       const GhostRecord record{
-          ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}, {}, {}};
+          ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}, {}, {}, false};
       shown.push_back({record, neighbors[i], nullptr, false});
     }
   }

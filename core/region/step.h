@@ -129,6 +129,8 @@ class RegionStep {
   void ShowAround(std::span<const std::size_t> whole);
   void AddLoads(Frame& frame, std::size_t neighbor) const;
   void ShowSleepers();
+  void NoteStill();
+  bool IsCalm(std::size_t index) const;
   std::vector<OutgoingFrame> MakeFrames();
   Frame MakeFrame(std::size_t neighbor);
   Frame EmptyFrame() const;
@@ -160,6 +162,8 @@ class RegionStep {
   std::vector<Solution> GatherSolutions(const Frames& frames) const;
   bool Slept(const Frames& frames, BodyId id) const;
   void KickBodies(Kicks kicks);
+  bool LiesStill(BodyId id) const;
+  std::map<BodyId, Kick> owed_;  // to be given later to what lies still
 
   void OwnInitial();
   void ChangeMapIfDue();

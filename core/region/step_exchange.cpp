@@ -3,6 +3,7 @@
 // other body and so has both solutions; otherwise the old owner settles and sends the new one what is due, a tick
 // later. So each share acts exactly once.
 #include <algorithm>
+#include <utility>
 
 #include "core/region/step.h"
 #include "core/world/state_check.h"
@@ -139,9 +140,22 @@ bool RegionStep::Slept(const Frames& frames, BodyId id) const {
   return told != nullptr && told->asleep;
 }
 
+bool RegionStep::LiesStill(BodyId id) const {
+  const std::ptrdiff_t index = bodies.IndexOf(id);
+  if (index >= 0) return bodies.extras()[static_cast<std::size_t>(index)].still_ticks >= kCalmTicks;
+  const Ghost* ghost = bodies.FindGhost(id);
+  return ghost != nullptr && ghost->record.calm;
+}
+
 // Over the whole tick, as a force: what lies in a pile would be thrown off its support by a blow, and a pile that is
-// thrown about in every tick asks for twice the substeps.
+// thrown about in every tick asks for twice the substeps. What lies still gets a quarter of what it is due, and of the
+// rest in the next tick: each side answers at once to what it is given, and all of it goes to and fro between them for
+// ever.
 void RegionStep::KickBodies(Kicks kicks) {
+  constexpr double kAtOnce = 0.25, kLeast_m_s = 1e-9;
+  for (const auto& [id, owed] : std::exchange(owed_, {})) {
+    if (bodies.world().Has(id)) kicks.emplace_back(id, owed);
+  }
   const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(kicks.begin(), kicks.end(), before);
   for (std::size_t i = 0; i < kicks.size();) {
@@ -150,6 +164,11 @@ void RegionStep::KickBodies(Kicks kicks) {
     for (; i < kicks.size() && kicks[i].first == id; ++i) kick += kicks[i].second;
     BodyState state = bodies.world().StateOf(id);
     if (state.asleep) continue;
+    if (LiesStill(id) && Length(kick.impulse) > kLeast_m_s * bodies.world().MassOf(id)) {
+      owed_[id] = {kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce)};
+      kick.impulse = kick.impulse * kAtOnce;
+      kick.angular = kick.angular * kAtOnce;
+    }
     state.linear_velocity += Vec3f(kick.impulse / bodies.world().MassOf(id));
     state.angular_momentum += Vec3f(kick.angular);
     if (!IsSane(state)) continue;

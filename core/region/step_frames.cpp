@@ -79,7 +79,7 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
     const OwnedBody& body = bodies.owned()[index];
     const BodyId id = body.def->id;
     const Epoch epoch(body.epoch.value() + 1);
-    GhostRecord record{id, epoch, body.state, {}, {}, {}, {}};
+    GhostRecord record{id, epoch, body.state, {}, {}, {}, {}, false};
     if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       record.force_n = control->force_n;
       record.torque_nm = control->torque_nm;
@@ -113,6 +113,7 @@ void RegionStep::Predict() {
   ShowDeeper();
   ShowWhole();
   ShowSleepers();
+  NoteStill();
   if (config.scene->joints.empty()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     if (catalog.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
@@ -185,7 +186,7 @@ Frame RegionStep::MakeFrame(std::size_t neighbor) {
     const OwnedBody& body = bodies.owned()[i];
     const BodyId id = body.def->id;
     if (!reach.Shows(i, neighbor) || granted(id)) continue;
-    GhostRecord record{id, body.epoch, body.state, {}, {}, {}, {}};
+    GhostRecord record{id, body.epoch, body.state, {}, {}, {}, {}, IsCalm(i)};
     if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       record.force_n = control->force_n;
       record.torque_nm = control->torque_nm;

@@ -85,20 +85,8 @@ void RegionStep::ShowNear() {
 // Layer by layer, from what moves: what lies still is held by the loads that are told of it.
 void RegionStep::ShowDeeper() {
   if (config.settings.ghost_depth == 0 || !reach.ShowsAnything()) return;
-  constexpr float kMoves_m_s = 0.05f;
-  constexpr std::uint8_t kCalm = 30;  // ticks; a body that comes and goes costs more than one that stays
-  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
-    const BodyState& state = bodies.owned()[i].state;
-    OwnedExtra& extra = bodies.extras()[i];
-    const float rim_m_s = Length(state.angular_velocity) * static_cast<float>(extra.radius_m);
-    if (Length(state.linear_velocity) + rim_m_s > kMoves_m_s) {
-      extra.stirred = kCalm;
-    } else if (extra.stirred > 0) {
-      --extra.stirred;
-    }
-  }
   const auto moves = [this](std::size_t body) {
-    return bodies.extras()[body].stirred > 0 && !bodies.owned()[body].state.asleep;
+    return bodies.extras()[body].still_ticks < kCalmTicks && !bodies.owned()[body].state.asleep;
   };
   std::vector<std::size_t> edge, next;
   std::vector<BodyId> near;
@@ -122,6 +110,26 @@ void RegionStep::ShowDeeper() {
       std::swap(edge, next);
     }
   }
+}
+
+void RegionStep::NoteStill() {
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const BodyState& state = bodies.owned()[i].state;
+    OwnedExtra& extra = bodies.extras()[i];
+    const auto moves = [&] {
+      const float rim_m_s = Length(state.angular_velocity) * static_cast<float>(extra.radius_m);
+      return Length(state.linear_velocity) + rim_m_s > kCalm_m_s;
+    };
+    const bool still = reach.ShowsAny(i) && !moves();
+    extra.still_ticks = still ? std::min<std::uint8_t>(extra.still_ticks + 1, kCalmTicks) : std::uint8_t{0};
+  }
+}
+
+// Players start without warning. What is shown as a whole is solved as a whole.
+bool RegionStep::IsCalm(std::size_t index) const {
+  const OwnedBody& body = bodies.owned()[index];
+  return bodies.extras()[index].still_ticks >= kCalmTicks && !body.state.asleep && !whole_[index] &&
+         !IsPlayerBody(body.def->id);
 }
 
 // To whom any of it comes near, so that around a corner and over a narrow region all who have part in it see all of it.
@@ -198,6 +206,11 @@ void RegionStep::AddLoads(Frame& frame, std::size_t neighbor) const {
                                      [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; });
     return it != frame.ghosts.end() && it->id == id ? &*it : nullptr;
   };
+  const auto is_calm = [&](BodyId id, const GhostRecord* shown) {
+    if (shown != nullptr) return shown->calm;
+    const Ghost* ghost = bodies.FindGhost(id);
+    return ghost != nullptr && ghost->record.calm && ghost->owner != neighbors[neighbor];
+  };
   const auto sees = [&](BodyId id, const GhostRecord* shown) {
     if (shown != nullptr) return true;
     if (bodies.Owns(id)) {
@@ -215,11 +228,12 @@ void RegionStep::AddLoads(Frame& frame, std::size_t neighbor) const {
   for (const Touch& touch : touching_) {
     if (is_whole(touch.a) || is_whole(touch.b)) continue;  // so all of it is seen, whoever shows it
     GhostRecord *a = find(touch.a), *b = find(touch.b);
-    if (a != nullptr && !sees(touch.b, b)) {
+    const bool calm = is_calm(touch.a, a) && is_calm(touch.b, b);
+    if (a != nullptr && (calm || !sees(touch.b, b))) {
       a->load_ns -= touch.impulse_on_b;
       a->load_nms += touch.angular_on_a;
     }
-    if (b != nullptr && !sees(touch.a, a)) {
+    if (b != nullptr && (calm || !sees(touch.a, a))) {
       b->load_ns += touch.impulse_on_b;
       b->load_nms += touch.angular_on_b;
     }

@@ -130,5 +130,51 @@ TEST(ExchangeTest, ACradlePassesItsMomentumOn) {
   EXPECT_NEAR(two, one, 0.05);
 }
 
+struct Rest {
+  std::map<BodyId, BodyState> states;
+  double fastest_m_s = 0;
+};
+
+// More boxes than are shown as a whole, none of which may sleep, put where they lie.
+Rest PileAtRest(std::uint32_t regions, std::uint64_t ticks) {
+  constexpr int kLayers = 8;
+  SceneBuilder builder(20);
+  builder.Gravity().Floor();
+  for (int layer = 0; layer < kLayers; ++layer) {
+    const int side = kLayers - layer;
+    for (int i = 0; i < side * side; ++i) {
+      const double x = i % side - (side - 1) / 2.0, z = i / side - (side - 1) / 2.0;
+      builder.Add(Box(0.5), {x * 1.01, 0.5 + layer, z * 1.01}).may_sleep = false;
+    }
+  }
+  const std::shared_ptr<const Scene> scene = builder.Build();
+  Cluster cluster(scene, *MakeGridMap(scene->ground(), regions), {});
+  cluster.RunTo(Tick(ticks));
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+  Rest rest;
+  for (const auto& [id, state] : cluster.States()) {
+    rest.states[id] = state;
+    rest.fastest_m_s = std::max<double>(rest.fastest_m_s, Length(state.linear_velocity));
+  }
+  return rest;
+}
+
+// Ghosts bear what is not shown and what is told for each other, and the two sides do not shake what lies.
+TEST(ExchangeTest, APileAcrossBordersLiesStill) {
+  const Rest one = PileAtRest(1, 300);
+  for (const std::uint32_t regions : {2U, 4U}) {
+    const Rest many = PileAtRest(regions, 300);
+    ASSERT_EQ(many.states.size(), one.states.size());
+    double off_m = 0;
+    for (const auto& [id, state] : many.states) {
+      off_m = std::max(off_m, std::abs(state.position.y - one.states.at(id).position.y));
+    }
+    std::printf("pile of 204, %u regions: fastest %.2e m/s, one world's %.2e; heights off by %.2e m\n", regions,
+                many.fastest_m_s, one.fastest_m_s, off_m);
+    EXPECT_LT(many.fastest_m_s, 0.01);
+    EXPECT_LT(off_m, 4e-3);
+  }
+}
+
 }  // namespace
 }  // namespace tessera::simulation
