@@ -7,6 +7,7 @@
 
 #include "net/door.h"
 #include "net/handshake.h"
+#include "net/protocol.h"
 
 namespace {
 
@@ -57,7 +58,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Door& house = House();
   const Door::TimePoint now{std::chrono::hours(1)};
   if (auto login = ReadLogin(bytes); login && help) {
-    Bytes hello = Write(Hello{.protocol = 3, .session = login->session, .nonce = login->nonce});
+    Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = login->session, .nonce = login->nonce});
     const auto challenge = ReadChallenge(house.Receive(now, 1000, kFrom, hello).bytes);
     Require(challenge.has_value());
     login->cookie = challenge->cookie;
