@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
 #include "prometheus/histogram.h"

@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "control_plane/checkpoint_files.h"
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 
 namespace tessera::control {
 

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "control_plane/fake_workers.h"
+#include "control_plane/cluster/fake_workers.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/sqlite_store.h"
 #include "core/world/scene_io.h"

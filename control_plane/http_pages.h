@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/control_plane.h"
 #include "telemetry/metrics_server.h"
 

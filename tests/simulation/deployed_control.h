@@ -14,7 +14,7 @@
 #include <memory>
 #include <string>
 
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/memory_store.h"
 #include "tests/simulation/virtual_network.h"
 

@@ -1,7 +1,7 @@
 // Workers that die while their world runs, under a virtual clock: what is carried on, by whom, and when.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 #include "core/world/partition_io.h"
 
 namespace tessera::control {

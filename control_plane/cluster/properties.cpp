@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 #include "core/world/proto_math.h"

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "control_plane/checkpoint_files.h"
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

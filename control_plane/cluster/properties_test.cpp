@@ -1,7 +1,7 @@
 // Changes of properties: checked by name at the edge, in the orders of all workers until one answers.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

@@ -1,5 +1,5 @@
 // Loading, storing and the passing of time.
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // Players who join, leave and come back, under a virtual clock.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

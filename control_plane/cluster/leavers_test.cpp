@@ -1,7 +1,7 @@
 // Players who vanish without leaving, under a virtual clock: grace, and what each policy makes of them.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/orders.h"
 #include "core/world/limits.h"
 

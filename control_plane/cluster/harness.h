@@ -8,8 +8,8 @@
 #include <memory>
 #include <string>
 
-#include "control_plane/cluster.h"
-#include "control_plane/fake_workers.h"
+#include "control_plane/cluster/cluster.h"
+#include "control_plane/cluster/fake_workers.h"
 #include "control_plane/memory_store.h"
 
 namespace tessera::control {

@@ -1,7 +1,7 @@
 // Hosts and their agents' admission.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

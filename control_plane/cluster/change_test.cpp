@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/checkpoint_files.h"
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/orders.h"
 #include "core/world/partition_io.h"
 

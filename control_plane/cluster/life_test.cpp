@@ -1,7 +1,7 @@
 // An instance's life under a virtual clock: starts, failures, ends, and a control plane that dies in between.
 #include <gmock/gmock.h>
 
-#include "control_plane/cluster_harness.h"
+#include "control_plane/cluster/harness.h"
 
 namespace tessera::control {
 namespace {

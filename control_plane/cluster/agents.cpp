@@ -4,7 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster.h"
+#include "control_plane/cluster/cluster.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 
