@@ -148,7 +148,7 @@ LeanPair EncodingWithoutSubscribers(const Counter& counter) {
     Instance instance{scene, 1};
     worker::WorkerMetrics metrics;
     worker::GamePort port;
-    worker::SnapshotBroadcast broadcast{*scene, 30, {}, metrics};
+    worker::SnapshotBroadcast broadcast{RegionId(1), *scene, 30, {}, metrics};
     explicit Shell(std::unique_ptr<net::Endpoint> endpoint) : port(std::move(endpoint), metrics) {}
   };
   auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 1});

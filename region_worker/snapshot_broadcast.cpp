@@ -10,9 +10,17 @@ constexpr double kShareOfOwner = 0.5;
 
 }  // namespace
 
-SnapshotBroadcast::SnapshotBroadcast(const Scene& scene, std::uint32_t snapshot_rate_hz,
+// Where the count of snapshots due by then grows, so any pair of rates keeps its mean.
+bool SnapshotFallsOn(Tick tick, RegionId region, std::uint32_t snapshot_rate_hz, std::uint32_t tick_rate_hz) {
+  const auto due = [&](std::uint64_t t) { return t * snapshot_rate_hz / tick_rate_hz; };
+  const std::uint64_t turned = tick.value() + region.value();
+  return tick == Tick() || due(turned) != due(turned - 1);
+}
+
+SnapshotBroadcast::SnapshotBroadcast(RegionId self, const Scene& scene, std::uint32_t snapshot_rate_hz,
                                      const replication::Settings& settings, WorkerMetrics& metrics)
-    : scene_(scene),
+    : self_(self),
+      scene_(scene),
       settings_(settings),
       tick_rate_hz_(scene.tick_rate_hz),
       snapshot_rate_hz_(std::min(snapshot_rate_hz, scene.tick_rate_hz)),
@@ -27,7 +35,7 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
     return;
   }
   feed_.Note(departures);
-  if (!FallsOn(region.tick())) return;
+  if (!SnapshotFallsOn(region.tick(), self_, snapshot_rate_hz_, tick_rate_hz_)) return;
   const TimePoint begin = Clock::now();
   if (!history_) history_.emplace(scene_.bounds, settings_);
   feed_.Push(region, *history_);
@@ -43,12 +51,6 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
   (full ? metrics_.snapshot_full : metrics_.snapshot_delta).Observe(took_s);
-}
-
-// True where the count of snapshots due by then grows, so any pair of rates keeps its mean.
-bool SnapshotBroadcast::FallsOn(Tick tick) const {
-  const auto due = [&](std::uint64_t t) { return t * snapshot_rate_hz_ / tick_rate_hz_; };
-  return tick.value() == 0 || due(tick.value()) != due(tick.value() - 1);
 }
 
 // Around the body: as it is here, or where its owner says that it is; a client never says where it looks from. As long

@@ -36,7 +36,7 @@ TickLoop::TickLoop(region::Config config, std::uint32_t snapshot_rate_hz, const 
       tick_rate_hz_(config.scene->tick_rate_hz),
       scene_has_players_(config.scene->player.has_value()),
       pacer_(tick_rate_hz_),
-      broadcast_(*config.scene, snapshot_rate_hz, replication, metrics) {
+      broadcast_(config.self, *config.scene, snapshot_rate_hz, replication, metrics) {
   if (scene_has_players_ && replication.interest_radius_m > 0) places_.emplace(tick_rate_hz_);
   links_.Send(region_.Start());
   KeepCensus();
