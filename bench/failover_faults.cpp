@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kBeforeFault_s = 0.2;  // that the watch has seen the bodies move
 constexpr double kAgentAway_s = 1;
+constexpr const char* kLateTicks = "tessera_region_late_ticks_total";
 
 // Strikes by `strike` and waits until others carry the victims' areas on, in the players' eyes as well.
 absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
@@ -112,17 +113,19 @@ absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
   return absl::OkStatus();
 }
 
+// The same time twice with it and once without.
 absl::Status KillControl(Stage& stage, double away_s, Outcome& outcome) {
   const std::vector<Worker> workers = stage.Workers();
-  const auto late = [&] { return SumOf(workers, "tessera_region_late_ticks_total"); };
-  const double first = late();
-  if (absl::Status status = stage.PlayFor(away_s); !status.ok()) return status;
-  const double second = late();
-  stage.run().cluster().KillControl();
-  if (absl::Status status = stage.PlayFor(away_s); !status.ok()) return status;
-  const double third = late();
-  outcome.late_before += second - first;
-  outcome.late_ticks += (third - second) - (second - first);
+  std::vector<double> late;
+  for (const bool away : {false, false, true}) {
+    if (away) stage.run().cluster().KillControl();
+    const double before = SumOf(workers, kLateTicks);
+    if (absl::Status status = stage.PlayFor(away_s); !status.ok()) return status;
+    late.push_back(SumOf(workers, kLateTicks) - before);
+  }
+  outcome.late_ticks.push_back({late[0], late[1], late[2]});
+  std::cerr << fmt::format("failover: late ticks {:.0f}, {:.0f}, and without control plane {:.0f}\n", late[0], late[1],
+                           late[2]);
   stage.run().cluster().RestartControl();
   stage.run().WatchAnew();
   return absl::OkStatus();

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iostream>
 #include <map>
+#include <numeric>
 
 #include "bench/scrape.h"
 #include "bench/statistics.h"
@@ -17,6 +19,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kPatience{120};
 constexpr std::uint64_t kCensusesAfter = 2;
 constexpr std::chrono::seconds kFollowed{1};
+constexpr std::chrono::seconds kPlacesApart{1};
 
 std::vector<double> SamplesOf(const std::vector<Worker>& workers, const std::string& name) {
   std::vector<double> values;
@@ -43,6 +46,7 @@ local::RunOptions StageOptions(const FailoverSize& size) {
 absl::Status Stage::PlayUntil(const std::string& what, const std::function<bool()>& holds) {
   const auto look = [&] {
     if (watch_) watch_->Look(Clock::now());
+    NotePlaces();
     return holds();
   };
   if (run_.PlayUntil(look, kPatience)) return absl::OkStatus();
@@ -102,16 +106,48 @@ absl::Status Stage::PlayOn() {
   return PlayUntil("further censuses", [&] { return counted() >= before + kCensusesAfter; });
 }
 
+void Stage::NotePlaces() {
+  if (Clock::now() < look_at_places_) return;
+  look_at_places_ = Clock::now() + kPlacesApart;
+  for (local::Bot* bot : run_.bots()) {
+    for (const auto& [id, body] : bot->client().World()) {
+      const auto [at, first] = seen_.try_emplace(id, body);
+      if (!first && body.tick >= at->second.tick) at->second = body;
+    }
+  }
+}
+
+// Bodies that nobody sees any more: where they were last.
+void Stage::TellMissing() {
+  const std::vector<local::Bot*> bots = run_.bots();
+  for (const auto& [id, body] : seen_) {
+    const auto sees = [&](local::Bot* bot) { return bot->client().World().contains(id); };
+    if (std::ranges::any_of(bots, sees)) continue;
+    const Vec3d at = body.state.position;
+    const Vec3f velocity = body.state.linear_velocity;
+    std::cerr << fmt::format(
+        "failover: body {} was last seen in tick {} of region {} at {:.1f} {:.1f} {:.1f}, {:.1f} m/s\n", id.value(),
+        body.tick.value(), body.region.value(), at.x, at.y, at.z, Length(velocity));
+  }
+}
+
 void Stage::TakeCensus(Outcome& outcome) {
   const auto add_new = [](double now, double& before, double& sum) {
     sum += std::max(now - before, 0.0);
     before = now;
   };
   if (const auto found = run_.conservation()) {
+    if (static_cast<double>(found->lost) > lost_) TellMissing();
+    add_new(static_cast<double>(found->taken_out), taken_out_, outcome.taken_out);
     add_new(static_cast<double>(found->lost), lost_, outcome.lost);
     add_new(static_cast<double>(found->duplicated), duplicated_, outcome.duplicated);
   }
   const std::vector<local::Bot*> bots = run_.bots();
+  const Rect ground = bots.front()->client().scene().ground();
+  outcome.beyond = static_cast<double>(std::ranges::count_if(seen_, [&](const auto& entry) {
+    const Vec3d at = entry.second.state.position;
+    return at.x < ground.min_x || at.x > ground.max_x || at.z < ground.min_z || at.z > ground.max_z;
+  }));
   const auto dropped = std::ranges::count_if(
       bots, [](local::Bot* bot) { return bot->client().state() != client::ClientState::kPlaying; });
   add_new(static_cast<double>(dropped), dropped_, outcome.clients_dropped);
@@ -151,6 +187,32 @@ void Outcome::TellKept(const std::string& scene, const std::string& config, Repo
   report.Set(scene, kFailoverEngine, config, "bodies_lost", lost, "1");
   report.Set(scene, kFailoverEngine, config, "bodies_duplicated", duplicated, "1");
   report.Set(scene, kFailoverEngine, config, "clients_dropped", clients_dropped, "1");
+  report.Set(scene, kFailoverEngine, config, "bodies_taken_out", taken_out, "1");
+  report.Set(scene, kFailoverEngine, config, "bodies_beyond_bounds", beyond, "1");
+}
+
+// What a fault adds is told beside what time itself adds or takes: the same difference between two spans in which
+// nothing happened.
+void Outcome::TellLateTicks(const std::string& config, Report& report) const {
+  const auto add = [&](const std::string& metric, double value) {
+    report.Set("plaza", kFailoverEngine, config, metric, value, "1");
+  };
+  const auto add_all = [&](const std::string& metric, std::vector<double> differences) {
+    add(metric, std::max(std::accumulate(differences.begin(), differences.end(), 0.0), 0.0));
+    add(metric + "_p50", Median(differences));
+    add(metric + "_min", std::ranges::min(differences));
+    add(metric + "_max", std::ranges::max(differences));
+  };
+  double before = 0;
+  std::vector<double> added, added_by_nothing;
+  for (const LateTicks& late : late_ticks) {
+    before += late.second;
+    added.push_back(late.fault - late.second);
+    added_by_nothing.push_back(late.second - late.first);
+  }
+  add("late_ticks_before", before);
+  add_all("late_ticks_added", added);
+  add_all("late_ticks_added_by_nothing", added_by_nothing);
 }
 
 void Outcome::Tell(const std::string& fault, const FailoverSize& size, Report& report) const {
@@ -164,10 +226,7 @@ void Outcome::Tell(const std::string& fault, const FailoverSize& size, Report& r
   add("runs_failed", runs_failed, "1");
   TellKept("plaza", config, report);
   if (fault == "agent") add("workers_lost", workers_lost, "1");
-  if (fault == "control") {
-    add("late_ticks_before", late_before, "1");
-    add("late_ticks_added", std::max(late_ticks, 0.0), "1");
-  }
+  if (!late_ticks.empty()) TellLateTicks(config, report);
   if (gaps_ms.empty()) return;
   add("gap_ms_p50", Median(gaps_ms), "ms");
   add("gap_ms_max", std::ranges::max(gaps_ms), "ms");

@@ -13,6 +13,7 @@
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -21,6 +22,7 @@
 #include "absl/status/status.h"
 #include "bench/failover_watch.h"
 #include "bench/report.h"
+#include "client_sdk/client.h"
 #include "local_cluster/world_run.h"
 
 namespace tessera::bench {
@@ -46,9 +48,16 @@ struct Outcome {
   std::vector<double> gaps_ms, server_gaps_ms;
   double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
   double lost = 0, duplicated = 0, age_ticks = 0, clients_dropped = 0, workers_lost = 0;
-  double late_before = 0, late_ticks = 0;
+  double taken_out = 0;  // by their owners, as not finite or beyond limits: reported, and not lost
+  double beyond = 0;     // outside the bounds of the scene in the end, where they go on as ever
+  // Late ticks in spans of one length: nothing happened in the first two, the fault was there in the third.
+  struct LateTicks {
+    double first = 0, second = 0, fault = 0;
+  };
+  std::vector<LateTicks> late_ticks;
 
   // Anew after each run.
+  void TellLateTicks(const std::string& config, Report& report) const;
   void Tell(const std::string& fault, const FailoverSize& size, Report& report) const;
   // What is to be 0 whatever happened: bodies lost and doubled, clients dropped.
   void TellKept(const std::string& scene, const std::string& config, Report& report) const;
@@ -80,11 +89,16 @@ class Stage {
 
  private:
   bool IsWell();
+  // What players see of it: from time to time.
+  void NotePlaces();
+  void TellMissing();
 
   local::WorldRun run_;
   std::uint32_t regions_;
   std::optional<GapWatch> watch_;
-  double lost_ = 0, duplicated_ = 0, dropped_ = 0;  // as of the last census that was taken
+  double lost_ = 0, duplicated_ = 0, dropped_ = 0, taken_out_ = 0;  // as of the last census that was taken
+  std::map<BodyId, client::SeenBody> seen_;                         // as last seen by anybody
+  std::chrono::steady_clock::time_point look_at_places_{};
 };
 
 // One sample of each worker that answers: their sum, or the highest.

@@ -11,8 +11,7 @@ Conservation::Conservation(std::span<const BodyId> bodies) {
 }
 
 void Conservation::Expect(BodyId body, std::uint64_t from_tick) {
-  ++expected_;
-  checksum_ += region::Mix(body);
+  if (bodies_.insert(body).second) checksum_ += region::Mix(body);
   from_tick_ = std::max(from_tick_, from_tick);
 }
 
@@ -23,20 +22,39 @@ bool Conservation::FollowMap(const v1::Instance& instance) {
   }
   if (in_force_) return true;
   std::set<std::uint32_t> here;
-  std::uint64_t newest = 0;
   for (const v1::RegionStatus& region : instance.region_status()) {
     if (region.report().map_version() >= map_version_) here.insert(region.region());
-    newest = std::max(newest, region.report().tick());
   }
   const auto& regions = instance.map().regions();
   in_force_ =
       std::all_of(regions.begin(), regions.end(), [&](const auto& region) { return here.contains(region.id()); });
-  from_tick_ = std::max(from_tick_, newest + 1);
-  open_.clear();
+  CountFromNow(instance);
   return in_force_;
 }
 
+// What was counted before may or may not have held what is expected now.
+void Conservation::CountFromNow(const v1::Instance& instance) {
+  for (const v1::RegionStatus& region : instance.region_status()) {
+    from_tick_ = std::max(from_tick_, region.report().tick() + 1);
+  }
+  open_.clear();
+}
+
+void Conservation::NoteTakenOut(const v1::Instance& instance) {
+  bool news = false;
+  for (const v1::RegionStatus& region : instance.region_status()) {
+    for (const std::uint64_t id : region.report().nonfinite_ids()) {
+      if (bodies_.erase(BodyId(id)) == 0) continue;
+      checksum_ -= region::Mix(BodyId(id));
+      taken_out_.insert(BodyId(id));
+      news = true;
+    }
+  }
+  if (news) CountFromNow(instance);
+}
+
 void Conservation::Observe(const v1::Instance& instance) {
+  NoteTakenOut(instance);
   if (!FollowMap(instance)) return;
   std::set<std::uint32_t> regions;
   for (const v1::MapRegion& region : instance.map().regions()) regions.insert(region.id());
@@ -64,12 +82,14 @@ void Conservation::Compare(std::uint64_t tick, const Sum& sum) {
   if (!result_) result_.emplace();
   last_compared_ = tick;
   result_->tick = tick;
-  result_->expected = expected_;
+  result_->expected = bodies_.size();
+  result_->taken_out = taken_out_.size();
   result_->found = sum.owned;
   ++result_->censuses;
-  std::uint64_t lost = sum.owned < expected_ ? expected_ - sum.owned : 0;
-  std::uint64_t duplicated = sum.owned > expected_ ? sum.owned - expected_ : 0;
-  if (sum.owned == expected_ && sum.checksum != checksum_) lost = duplicated = 1;
+  const std::uint64_t expected = bodies_.size();
+  std::uint64_t lost = sum.owned < expected ? expected - sum.owned : 0;
+  std::uint64_t duplicated = sum.owned > expected ? sum.owned - expected : 0;
+  if (sum.owned == expected && sum.checksum != checksum_) lost = duplicated = 1;
   result_->lost = lost;
   result_->duplicated = std::max(result_->duplicated, duplicated);
 }

@@ -2,7 +2,8 @@
 //
 // All regions take a census at the same ticks (core/region/census.h). A tick counts once every region of the map has
 // reported it; then the sums must equal the number of bodies and the checksum of their ids. When the map changes, ticks
-// count again from the first that all of its regions step by it.
+// count again from the first that all of its regions step by it. A body that its owner reports to have taken out of the
+// world, because its state was no longer finite or within limits, is not lost: it is counted as that.
 #pragma once
 
 #include <cstdint>
@@ -24,6 +25,7 @@ struct ConservationResult {
   // is missed for a while and back is not lost. If both happen in equal number, each counts at least 1.
   std::uint64_t lost = 0;
   std::uint64_t duplicated = 0;  // the worst: no body may have two owners, ever
+  std::uint64_t taken_out = 0;   // and told of; not expected any more
   std::uint64_t censuses = 0;    // complete ones that were compared
 };
 
@@ -48,8 +50,11 @@ class Conservation {
   void Compare(std::uint64_t tick, const Sum& sum);
   // False while a new map is not in force everywhere.
   bool FollowMap(const v1::Instance& instance);
+  void NoteTakenOut(const v1::Instance& instance);
+  void CountFromNow(const v1::Instance& instance);
 
-  std::uint64_t expected_ = 0, checksum_ = 0, from_tick_ = 0;
+  std::set<BodyId> bodies_, taken_out_;  // expected; not any more
+  std::uint64_t checksum_ = 0, from_tick_ = 0;
   std::map<std::uint64_t, Sum> open_;  // by tick
   std::uint64_t last_compared_ = 0;
   std::uint64_t map_version_ = 0;

@@ -79,6 +79,29 @@ TEST_F(ConservationTest, SeesOneLostAndAnotherDoubled) {
   EXPECT_EQ(conservation_.result()->duplicated, 1u);
 }
 
+TEST_F(ConservationTest, ABodyThatItsOwnerTookOutIsCountedAsThatAndNotAsLost) {
+  AddCensus(instance_, 1, 60, Ids({1, 3}));
+  AddCensus(instance_, 2, 60, Ids({2}));
+  conservation_.Observe(instance_);
+  v1::WorkerReport& report = *instance_.mutable_region_status(0)->mutable_report();
+  report.set_tick(130);
+  report.add_nonfinite_ids(3);
+  AddCensus(instance_, 1, 120, Ids({1, 3}));
+  AddCensus(instance_, 2, 120, Ids({2}));
+  conservation_.Observe(instance_);
+  AddCensus(instance_, 1, 180, Ids({1}));
+  AddCensus(instance_, 2, 180, Ids({2}));
+  conservation_.Observe(instance_);
+  ASSERT_EQ(conservation_.result()->tick, 180u);
+  EXPECT_EQ(conservation_.result()->lost, 0u);
+  EXPECT_EQ(conservation_.result()->duplicated, 0u);
+  EXPECT_EQ(conservation_.result()->taken_out, 1u);
+  AddCensus(instance_, 1, 240, Ids({}));
+  AddCensus(instance_, 2, 240, Ids({2}));
+  conservation_.Observe(instance_);
+  EXPECT_EQ(conservation_.result()->lost, 1u) << "another one";
+}
+
 TEST_F(ConservationTest, APlayersBodyCountsFromItsTickOn) {
   conservation_.Expect(PlayerBodyId(PlayerNumber(1)), 100);
   AddCensus(instance_, 1, 60, Ids({1, 2, 3}));
