@@ -91,7 +91,7 @@ std::span<const Contact> World::Impl::ReportContactsOf(std::span<const BodyId> i
   for (const Touch& touch : touching) {
     const Pair& pair = *touch.pair;
     if (pair.low == nullptr || !pair.responds() || !(pair.low->asked || pair.high->asked)) continue;
-    if (pair.live || ImpulseOf(pair) > 0) asked_contacts.push_back(PairSum(pair).Told());
+    if (pair.live || Acted(pair)) asked_contacts.push_back(PairSum(pair).Told());
   }
   for (const BodyId id : ids) At(id).asked = false;
   return asked_contacts;
