@@ -30,6 +30,12 @@ class Sets {
 }  // namespace
 
 Catalog::Catalog(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
+  for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
+    const BodyId id = scene_->bodies[i].id;
+    const bool goes_on = i > 0 && id.value() == scene_->bodies[i - 1].id.value() + 1;
+    if (!goes_on) runs_.push_back({id, i, i});
+    runs_.back().end = i + 1;
+  }
   Sets sets;
   std::map<BodyId, Assembly> by_root;
   for (const JointDef& joint : scene_->joints) {
@@ -63,14 +69,12 @@ bool Catalog::Known(BodyId id) const {
 }
 
 const BodyDef* Catalog::Find(BodyId id) const {
-  const std::vector<BodyDef>& bodies = scene_->bodies;
-  if (bodies.empty() || id < bodies.front().id) return nullptr;
-  // Ids mostly count up without a gap.
-  const std::uint64_t guess = id.value() - bodies.front().id.value();
-  if (guess < bodies.size() && bodies[guess].id == id) return &bodies[guess];
-  const auto it =
-      std::lower_bound(bodies.begin(), bodies.end(), id, [](const BodyDef& b, BodyId wanted) { return b.id < wanted; });
-  return it != bodies.end() && it->id == id ? &*it : nullptr;
+  const auto after = std::upper_bound(runs_.begin(), runs_.end(), id,
+                                      [](BodyId wanted, const Run& run) { return wanted < run.first; });
+  if (after == runs_.begin()) return nullptr;
+  const Run& run = *(after - 1);
+  const std::uint64_t place = id.value() - run.first.value();
+  return place < run.end - run.begin ? &scene_->bodies[run.begin + place] : nullptr;
 }
 
 double Catalog::MassOf(BodyId id) const {

@@ -38,9 +38,11 @@ class MessageReader {
     for (StateBody& body : bodies) {
       if (!NextId(in_, last)) return Bad("bodies: ids do not ascend");
       body.id = BodyId(last);
-      if (absl::Status status = CheckKnown(body.id, catalog_); !status.ok()) return status;
       while (before != base_.bodies.end() && before->id < body.id) ++before;
       const StateBody* base = before != base_.bodies.end() && before->id == body.id ? &*before : nullptr;
+      if (absl::Status status = base == nullptr ? CheckKnown(body.id, catalog_) : absl::OkStatus(); !status.ok()) {
+        return status;
+      }
       body.epoch = Epoch(in_.Varint32());
       if (body.epoch == Epoch() && base != nullptr) body.epoch = base->epoch;
       if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", last, ": epoch 0"));
