@@ -97,7 +97,22 @@ absl::Status Cluster::LoadScenes() {
   if (!entries.ok()) return entries.status();
   for (const Entry& entry : *entries) {
     const auto use = scenes_.find(entry.key.substr(sizeof(kScenePrefix) - 1));
-    if (use != scenes_.end()) use->second.revision = entry.revision;
+    if (use == scenes_.end()) continue;
+    use->second.revision = entry.revision;
+    if (absl::Status status = TakeProperties(use->first, entry.value); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+// A control plane that knew of no properties kept what a scene says of them, unread; its workers may be replaced by
+// some that know them.
+absl::Status Cluster::TakeProperties(const std::string& scene_hash, const std::string& scene_bytes) {
+  for (auto& [number, instance] : instances_) {
+    if (instance.record.properties_taken() || instance.record.scene_hash() != scene_hash) continue;
+    records::Instance next = instance.record;
+    if (v1::Scene scene; scene.ParseFromString(scene_bytes)) *next.mutable_properties() = scene.properties();
+    next.set_properties_taken(true);
+    if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -173,6 +173,7 @@ class Cluster {
   absl::Status LoadHosts(Moment now);
   absl::Status LoadInstances(Moment now);
   absl::Status LoadScenes();
+  absl::Status TakeProperties(const std::string& scene_hash, const std::string& scene_bytes);
 
   // Storing: memory follows the store, never the other way round.
   absl::Status StoreHost(HostEntry& host, const records::Host& next);

@@ -56,6 +56,7 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   SetPlan(placed, record);
   record.set_wanted_regions(static_cast<std::uint32_t>(record.placements_size()));
   *record.mutable_properties() = {plan.properties.begin(), plan.properties.end()};
+  record.set_properties_taken(true);
   for (const Vec3d& point : plan.spawn_points) {
     v1::Vec3& stored = *record.add_spawn_points();
     stored.set_x(point.x);

@@ -36,6 +36,7 @@ class PropertiesTest : public ::testing::Test {
     request.mutable_property()->set_number(health);
     return request;
   }
+  Entry Stored(const std::string& key) { return *harness_.store.Get(key); }
   std::string Refusal(const v1::SetPropertyRequest& request) {
     const auto number = harness_.cluster().SetProperty(request);
     return number.ok() ? "" : std::string(number.status().message());
@@ -78,6 +79,27 @@ TEST_F(PropertiesTest, AreInAllOrdersUntilOneWorkerAnswers) {
   harness_.cluster().ForgetProperty(id_, *second);
   harness_.Pump();
   for (const std::uint32_t region : {1, 2}) EXPECT_THAT(Ordered(region), IsEmpty());
+}
+
+// Its record is of a control plane that knew of none; the scene that it stored declares them.
+TEST_F(PropertiesTest, OfAnInstanceThatIsOlderThanTheyAreAreThoseOfItsScene) {
+  v1::Scene scene;
+  v1::Property& armour = *scene.add_properties();
+  armour.set_name("armour");
+  armour.set_number(7);
+  ASSERT_TRUE(harness_.store.Put(SceneKey("0123"), scene.SerializeAsString(), Stored(SceneKey("0123")).revision).ok());
+  const std::string key = "instance/1";
+  records::Instance record;
+  ASSERT_TRUE(record.ParseFromString(Stored(key).value));
+  record.clear_properties();
+  record.clear_properties_taken();
+  ASSERT_TRUE(harness_.store.Put(key, record.SerializeAsString(), Stored(key).revision).ok());
+  harness_.Restart();
+  harness_.Run(seconds(2));
+  v1::SetPropertyRequest request = Health(5, 1);
+  EXPECT_NE(Refusal(request), "");
+  request.mutable_property()->set_name("armour");
+  EXPECT_EQ(Refusal(request), "");
 }
 
 TEST_F(PropertiesTest, WrongOnesAreRefusedByTheFieldAndNobodyIsTold) {
