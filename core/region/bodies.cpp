@@ -93,8 +93,7 @@ void Bodies::RemoveOwned(BodyId id) {
   RemoveFromWorld(id);
 }
 
-bool Bodies::PlaceGhosts(std::span<const Ghost> shown) {
-  bool any_left = false;
+void Bodies::PlaceGhosts(std::span<const Ghost> shown) {
   std::vector<Ghost> placed;
   placed.reserve(shown.size());
   auto old = ghosts_.begin();
@@ -104,7 +103,6 @@ bool Bodies::PlaceGhosts(std::span<const Ghost> shown) {
       placed.push_back(*old);
     } else {
       RemoveFromWorld(old->record.id);
-      any_left = true;
     }
     ++old;
   };
@@ -127,7 +125,6 @@ bool Bodies::PlaceGhosts(std::span<const Ghost> shown) {
   const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };
   if (!std::equal(placed.begin(), placed.end(), ghosts_.begin(), ghosts_.end(), same)) places_noted_ = false;
   ghosts_ = std::move(placed);
-  return any_left;
 }
 
 void Bodies::TieJoints() {
@@ -181,6 +178,7 @@ void Bodies::AddToWorld(const BodyDef& def, const BodyState& state) {
 
 void Bodies::RemoveFromWorld(BodyId id) {
   world_.Remove(id);
+  left_.push_back(id);
   player_defs_.erase(id);
 }
 

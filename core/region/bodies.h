@@ -64,9 +64,10 @@ class Bodies {
   void ForgetGrants() {
     for (Ghost& ghost : ghosts_) ghost.just_granted = false;
   }
-  // Makes the ghosts those of `shown` (ascending by id, none owned here) and those just granted. True if any was taken
-  // out.
-  bool PlaceGhosts(std::span<const Ghost> shown);
+  // Makes the ghosts those of `shown` (ascending by id, none owned here) and those just granted.
+  void PlaceGhosts(std::span<const Ghost> shown);
+  // What was taken out of the world since the last call; some may be back.
+  std::vector<BodyId> TakeLeft() { return std::exchange(left_, {}); }
   // Ties bodies that came since the last call.
   void TieJoints();
   // Reads the states of the owned bodies. Those that are not sane are taken out and returned, ascending; ghosts that
@@ -88,6 +89,7 @@ class Bodies {
   absl::flat_hash_map<BodyId, std::uint32_t> places_;  // by PlaceOf; only looked up
   bool places_noted_ = false;                          // they are as they are now
   std::map<BodyId, BodyDef> player_defs_;
+  std::vector<BodyId> left_;  // see TakeLeft
   std::vector<BodyId> untied_;
 };
 

@@ -4,30 +4,48 @@
 
 namespace tessera::region {
 
-std::vector<TouchingPair> PairReports::Pairs(BodyId reporter) const {
-  std::vector<TouchingPair> pairs;
-  for (const TouchingPair& pair : told_) {
-    if (ReporterOf(pair.body_a, pair.body_b) == reporter) pairs.push_back(pair);
+std::vector<TouchingPair> PairReports::Of(const ByBody& pairs, BodyId id) {
+  std::vector<TouchingPair> found;
+  for (auto it = pairs.lower_bound({id, TouchingPair()}); it != pairs.end() && it->first == id; ++it) {
+    found.push_back(it->second);
   }
-  return pairs;
+  return found;
+}
+
+std::vector<TouchingPair> PairReports::Pairs(BodyId reporter) const { return Of(by_reporter_, reporter); }
+
+std::vector<TouchingPair> PairReports::All() const {
+  std::vector<TouchingPair> all;
+  all.reserve(by_reporter_.size());
+  for (const auto& [reporter, pair] : by_reporter_) all.push_back(pair);
+  std::sort(all.begin(), all.end());
+  return all;
 }
 
 void PairReports::Release(BodyId reporter) {
-  std::erase_if(told_, [&](const TouchingPair& pair) {
-    if (ReporterOf(pair.body_a, pair.body_b) != reporter) return false;
-    Note(pair, false);
-    return true;
-  });
+  for (const TouchingPair& pair : Pairs(reporter)) End(pair);
 }
 
 void PairReports::Adopt(std::span<const TouchingPair> pairs) {
-  for (const TouchingPair& pair : pairs) Begin(pair);
-  swept_ = false;
+  for (const TouchingPair& pair : pairs) {
+    Begin(pair);
+    left_.insert(left_.end(), {pair.body_a, pair.body_b});
+  }
 }
 
 bool PairReports::Begin(const TouchingPair& pair) {
-  if (!told_.insert(pair).second) return false;
+  const BodyId reporter = ReporterOf(pair);
+  if (!by_reporter_.emplace(reporter, pair).second) return false;
+  by_other_.emplace(reporter == pair.body_a ? pair.body_b : pair.body_a, pair);
   Note(pair, true);
+  return true;
+}
+
+bool PairReports::End(const TouchingPair& pair) {
+  const BodyId reporter = ReporterOf(pair);
+  if (by_reporter_.erase({reporter, pair}) == 0) return false;
+  by_other_.erase({reporter == pair.body_a ? pair.body_b : pair.body_a, pair});
+  Note(pair, false);
   return true;
 }
 
@@ -38,18 +56,19 @@ std::vector<physics::PairEvent> PairReports::Report(std::span<const physics::Pai
   for (const physics::PairEvent& event : events) {
     if (!owned(ReporterOf(event.body_a, event.body_b))) continue;
     const TouchingPair pair{event.body_a, event.body_b, event.trigger};
-    if (event.begin ? !Begin(pair) : told_.erase(pair) == 0) continue;
-    if (!event.begin) Note(pair, false);
+    if (event.begin ? !Begin(pair) : !End(pair)) continue;
     reports.push_back(event);
   }
-  if (!swept_) {
-    swept_ = true;
-    std::erase_if(told_, [&](const TouchingPair& pair) {
-      if (present(pair.body_a) && present(pair.body_b)) return false;
-      Note(pair, false);
-      reports.push_back({pair.body_a, pair.body_b, pair.trigger, false});
-      return true;
-    });
+  std::sort(left_.begin(), left_.end());
+  left_.erase(std::unique(left_.begin(), left_.end()), left_.end());
+  for (const BodyId id : std::exchange(left_, {})) {
+    if (present(id)) continue;
+    for (const ByBody* pairs : {&by_reporter_, &by_other_}) {
+      for (const TouchingPair& pair : Of(*pairs, id)) {
+        End(pair);
+        reports.push_back({pair.body_a, pair.body_b, pair.trigger, false});
+      }
+    }
   }
   std::stable_sort(reports.begin(), reports.end(), [](const physics::PairEvent& x, const physics::PairEvent& y) {
     return std::pair(x.body_a, x.body_b) < std::pair(y.body_a, y.body_b);

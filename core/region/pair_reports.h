@@ -32,12 +32,12 @@ class PairReports {
   void Release(BodyId reporter);
   void Adopt(std::span<const TouchingPair> pairs);
   // All that are begun and not ended, ascending; and what begun or ended since the last call, in order.
-  std::vector<TouchingPair> All() const { return {told_.begin(), told_.end()}; }
+  std::vector<TouchingPair> All() const;
   std::vector<PairChange> TakeChanges() { return std::exchange(changes_, {}); }
   void KeepChanges(bool on) { keep_changes_ = on; }  // whether somebody takes them
   BodyId ReporterOf(const TouchingPair& pair) const { return ReporterOf(pair.body_a, pair.body_b); }
-  // A body left the world: its pairs end with the next `Report`.
-  void BodyLeft() { swept_ = false; }
+  // A body left the world: its pairs end with the next `Report`, unless it is back by then.
+  void BodyLeft(BodyId id) { left_.push_back(id); }
 
   // The events of a step that are to be told, ascending by pair.
   std::vector<physics::PairEvent> Report(std::span<const physics::PairEvent> events,
@@ -47,7 +47,9 @@ class PairReports {
  private:
   BodyId ReporterOf(BodyId a, BodyId b) const { return catalog_.Known(a) ? a : b; }
 
-  bool Begin(const TouchingPair& pair);  // false if it is told already
+  // False if it is told already; if it is not.
+  bool Begin(const TouchingPair& pair);
+  bool End(const TouchingPair& pair);
   void Note(const TouchingPair& pair, bool begun) {
     if (keep_changes_) changes_.push_back({pair, begun});
   }
@@ -55,8 +57,12 @@ class PairReports {
   const Catalog& catalog_;
   bool keep_changes_ = false;
   std::vector<PairChange> changes_;
-  std::set<TouchingPair> told_;  // begun, not ended
-  bool swept_ = true;            // no pair of `told_` lacks a body
+  // Begun, not ended: by the body that reports it, and by the other one. A region has thousands, and some of them
+  // change hands in every tick.
+  using ByBody = std::set<std::pair<BodyId, TouchingPair>>;
+  static std::vector<TouchingPair> Of(const ByBody& pairs, BodyId id);
+  ByBody by_reporter_, by_other_;
+  std::vector<BodyId> left_;  // since the last report; who came with an adopted pair may be missing too
 };
 
 }  // namespace tessera::region

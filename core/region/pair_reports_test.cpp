@@ -54,9 +54,32 @@ TEST_F(PairReportsTest, APairEndsOnceWhenItsBodyLeavesTheWorld) {
   PairReports reports(*catalog);
   Report(reports, {kBegin});
   present.erase(BodyId(4));
-  reports.BodyLeft();
+  reports.BodyLeft(BodyId(4));
   EXPECT_THAT(Report(reports, {}), ElementsAre(kEnd));
   EXPECT_THAT(Report(reports, {kEnd}), IsEmpty());
+}
+
+TEST_F(PairReportsTest, ABodyThatIsBackInTimeEndsNothing) {
+  PairReports reports(*catalog);
+  Report(reports, {kBegin});
+  reports.BodyLeft(BodyId(4));
+  EXPECT_THAT(Report(reports, {}), IsEmpty());
+  EXPECT_THAT(reports.All(), ElementsAre(TouchingPair{BodyId(2), BodyId(4)}));
+}
+
+TEST_F(PairReportsTest, AnAdoptedPairEndsAtOnceIfItsOtherBodyIsNotHere) {
+  PairReports reports(*catalog);
+  present.erase(BodyId(4));
+  reports.Adopt(std::vector{TouchingPair{BodyId(2), BodyId(4)}, TouchingPair{BodyId(2), BodyId(3)}});
+  EXPECT_THAT(Report(reports, {}), ElementsAre(kEnd));
+  EXPECT_THAT(reports.Pairs(BodyId(2)), ElementsAre(TouchingPair{BodyId(2), BodyId(3)}));
+}
+
+TEST_F(PairReportsTest, AllAreAscendingWhoeverReportsThem) {
+  PairReports reports(*catalog);
+  const TouchingPair a{BodyId(1), BodyId(3)}, b{BodyId(2), BodyId(3)}, c{BodyId(2), BodyId(4)};
+  reports.Adopt(std::vector{c, a, b});
+  EXPECT_THAT(reports.All(), ElementsAre(a, b, c));
 }
 
 }  // namespace

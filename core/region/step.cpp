@@ -265,7 +265,7 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
   });
   const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };
   shown.erase(std::unique(shown.begin(), shown.end(), same), shown.end());
-  if (bodies.PlaceGhosts(shown)) reports.BodyLeft();
+  bodies.PlaceGhosts(shown);
 }
 
 void RegionStep::UpdatePlayers(StepResult& result) {
@@ -278,7 +278,6 @@ void RegionStep::UpdatePlayers(StepResult& result) {
     players.Release(player);
     properties.Release(id);
     bodies.RemoveOwned(id);
-    reports.BodyLeft();
   }
   for (const PlayerNumber player : players.TakeSpawns()) {
     const BodyId id = PlayerBodyId(player);
@@ -293,7 +292,7 @@ void RegionStep::UpdatePlayers(StepResult& result) {
   for (const PlayerNumber player : players.parked()) {
     if (!world.Has(PlayerBodyId(player)) || world.IsParked(PlayerBodyId(player))) continue;
     world.Park(PlayerBodyId(player));
-    reports.BodyLeft();
+    reports.BodyLeft(PlayerBodyId(player));
   }
 }
 
@@ -336,6 +335,7 @@ Vec3d RegionStep::FieldOn(std::size_t index) {
 
 void RegionStep::ReadBack(StepResult& result) {
   NoteContacts();
+  for (const BodyId id : bodies.TakeLeft()) reports.BodyLeft(id);
   result.events = reports.Report(
       bodies.world().events(), [this](BodyId id) { return bodies.Owns(id); },
       [this](BodyId id) { return bodies.world().Has(id); });
@@ -345,7 +345,6 @@ void RegionStep::ReadBack(StepResult& result) {
     if (IsPlayerBody(id)) players.Release(PlayerOf(id));
     properties.Release(id);
     std::erase_if(border, [lost = id](const BorderContact& contact) { return contact.own == lost; });
-    reports.BodyLeft();
   }
 }
 

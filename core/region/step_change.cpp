@@ -206,7 +206,6 @@ void RegionStep::LetGo(BodyId id, RegionId to, const std::map<BodyId, KeptGrant>
   reports.Release(id);
   properties.Release(id);
   bodies.RemoveOwned(id);
-  reports.BodyLeft();
 }
 
 void RegionStep::TakeUp(const Takeover& takeover, const KeptGrant& copy) {
