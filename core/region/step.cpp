@@ -72,7 +72,6 @@ void RegionStep::OwnInitial() {
   }
   const RegionState& initial = *config.initial;
   tick = initial.tick;
-  rehearse_ = true;
   inbox.ChangeMap(config.map.version(), neighbors, true);
   for (const StateBody& body : initial.bodies) {
     // The lowest that is there: others of the assembly may have been taken out.
@@ -84,6 +83,7 @@ void RegionStep::OwnInitial() {
     const bool mine = initial.region == config.self || config.map.OwnerOf(anchor->state.position) == config.self;
     if (!mine) continue;
     bodies.Own(body.id, body.epoch, body.state);
+    rehearse_ = true;
     if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), initial.controls.at(PlayerOf(body.id)));
     // Whoever orders changes from here on counts anew: the state may be another cluster's.
     CarriedProperties changed = initial.PropertiesOf(body.id);
@@ -187,7 +187,12 @@ RegionStep::Frames RegionStep::TakeFrames() {
     });
     for (const Confirmation& confirmation : frames.back().confirmations) {
       const auto grant = unconfirmed.find({confirmation.id, confirmation.epoch});
-      if (grant != unconfirmed.end() && grant->second.to == neighbors[i]) unconfirmed.erase(grant);
+      if (grant == unconfirmed.end() || grant->second.to != neighbors[i]) continue;
+      unconfirmed.erase(grant);
+      // Who granted it here may forget it too, whether or not our heir has ever had it.
+      for (DueConfirmation& due : due_confirmations) {
+        if (due.id == confirmation.id && due.epoch < confirmation.epoch) due.since = Tick();
+      }
     }
   }
   for (std::size_t i = 0; jumped && i < neighbors.size(); ++i) inbox.link(i).Jumped();
@@ -229,6 +234,7 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
         if (bodies.Owns(body.id)) continue;  // two neighbours grant one body: the first counts
         news = true;
         bodies.Own(body.id, body.epoch, body.state);
+        ForgetGrantsBefore(body.id, body.epoch);
         taken_in.push_back(body.id);
         due_confirmations.push_back({body.id, body.epoch, neighbors[i], tick + 1});
         if (IsPlayerBody(body.id)) players.Adopt(PlayerOf(body.id), grant.control);

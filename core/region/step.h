@@ -139,6 +139,8 @@ class RegionStep {
   std::uint32_t VouchFor(std::size_t neighbor, const Frame& frame);
   bool MayGrant(RegionId to) const;
   // A grant that this region has had before; and whether its confirmation is still to be said or heard.
+  // Of a body that came back under this epoch.
+  void ForgetGrantsBefore(BodyId id, Epoch epoch);
   bool IsRepeat(std::size_t neighbor, const GrantedBody& body) const;
   bool Confirms(std::size_t neighbor, const GrantedBody& body) const;
 

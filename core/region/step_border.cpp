@@ -20,6 +20,12 @@ bool RegionStep::MayGrant(RegionId to) const {
   return index >= 0 && inbox.link(static_cast<std::size_t>(index)).Speaks();
 }
 
+// They were kept for the case that who had the body died with it. It is here; until our heir has it, who granted it
+// back keeps it.
+void RegionStep::ForgetGrantsBefore(BodyId id, Epoch epoch) {
+  unconfirmed.erase(unconfirmed.lower_bound({id, Epoch(0)}), unconfirmed.lower_bound({id, epoch}));
+}
+
 // What was taken in is known until the granter has the confirmation: it owns the body, or it has passed it on and still
 // keeps the confirmation.
 bool RegionStep::IsRepeat(std::size_t neighbor, const GrantedBody& body) const {
