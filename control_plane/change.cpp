@@ -74,6 +74,16 @@ HostOfRegion HostsOf(const records::Instance& record) {
   };
 }
 
+CutBetween CutsIn(std::span<const RegionFacts> facts) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> cuts;
+  for (const RegionFacts& region : facts) {
+    for (const std::uint32_t other : region.cut_from) cuts.emplace(region.region, other);
+  }
+  return [cuts = std::move(cuts)](RegionId a, RegionId b) {
+    return cuts.contains({a.value(), b.value()}) || cuts.contains({b.value(), a.value()});
+  };
+}
+
 void SetPlanned(const PartitionMap& map, records::Instance& next) {
   next.set_last_map_version(map.version().value());
   *next.mutable_planned()->mutable_map() = ToProto(map);
@@ -93,8 +103,34 @@ std::optional<records::Instance> Settle(const records::Instance& record, std::sp
   }
   const auto settled = SettledMap(*map, NextVersion(record));
   if (!settled.ok()) return std::nullopt;
-  const auto with_heirs = WithHeirs(*settled, HostsOf(record));
+  const auto with_heirs = WithHeirs(*settled, HostsOf(record), CutsIn(facts));
   if (!with_heirs.ok()) return std::nullopt;
+  records::Instance next = record;
+  SetPlanned(*with_heirs, next);
+  return next;
+}
+
+// A region that its heir does not hear confirms nothing, so bodies on their way to it stay on their way, and a change
+// that moves them would not end.
+std::optional<records::Instance> OtherHeirs(const records::Instance& record, std::span<const RegionFacts> facts) {
+  const auto settled = [&](const RegionFacts& region) {
+    return region.running && region.map_version >= record.map().version();
+  };
+  const auto cut = [](const RegionFacts& region) { return !region.cut_from.empty(); };
+  if (std::none_of(facts.begin(), facts.end(), cut) || !std::all_of(facts.begin(), facts.end(), settled)) {
+    return std::nullopt;
+  }
+  const auto map = FromProto(record.map());
+  if (!map.ok()) return std::nullopt;
+  const auto next_map =
+      PartitionMap::Create(NextVersion(record), map->bounds(), {map->cells().begin(), map->cells().end()},
+                           {map->regions().begin(), map->regions().end()});
+  if (!next_map.ok()) return std::nullopt;
+  const auto with_heirs = WithHeirs(*next_map, HostsOf(record), CutsIn(facts));
+  if (!with_heirs.ok() || std::equal(with_heirs->regions().begin(), with_heirs->regions().end(), map->regions().begin(),
+                                     map->regions().end())) {
+    return std::nullopt;
+  }
   records::Instance next = record;
   SetPlanned(*with_heirs, next);
   return next;
@@ -254,7 +290,7 @@ class Planner {
     if (!wanted.ok()) return wanted.status();
     const auto transition = TransitionMap(map_, *wanted, version);
     if (!transition.ok()) return transition.status();
-    const auto planned = WithHeirs(*transition, HostsOf(next_));
+    const auto planned = WithHeirs(*transition, HostsOf(next_), CutsIn(facts_));
     if (!planned.ok()) return planned.status();
     const bool same_regions =
         std::equal(planned->regions().begin(), planned->regions().end(), map_.regions().begin(), map_.regions().end());
@@ -276,7 +312,10 @@ class Planner {
 }  // namespace
 
 std::optional<records::Instance> StepPlan(const records::Instance& record, std::span<const RegionFacts> facts) {
-  if (!record.has_planned()) return Settle(record, facts);
+  if (!record.has_planned()) {
+    auto settled = Settle(record, facts);
+    return settled ? std::move(settled) : OtherHeirs(record, facts);
+  }
   const v1::PlannedMap& planned = record.planned();
   const std::uint64_t version = planned.map().version(), newest = NewestTick(facts);
   const auto all = [facts](auto&& holds) { return std::all_of(facts.begin(), facts.end(), holds); };

@@ -33,8 +33,9 @@ struct RegionFacts {
   std::uint64_t tick = 0;  // by now, reckoned from its last report
   std::uint64_t map_version = 0, planned_version = 0, refused_version = 0;
   std::uint64_t bodies_outside = 0;
-  double step_s = 0;    // how long a step takes
-  RegionSpread spread;  // of its bodies that are awake; empty: not known
+  std::vector<std::uint32_t> cut_from;  // regions with which it cannot keep up a link, ascending
+  double step_s = 0;                    // how long a step takes
+  RegionSpread spread;                  // of its bodies that are awake; empty: not known
 };
 
 // One step of the change under way; nothing while it has to wait, or if there is none.

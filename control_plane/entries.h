@@ -35,9 +35,10 @@ struct WorkerEntry {
   v1::WorkerOrder order;       // as last given out
   std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end
   Steady reported_at{0};
-  double body_cost_s = 0;  // of a step, smoothed; 0: not measured yet
-  Steady witnessed_at{0};  // when its heir last told of news from it
-  Steady leased_at{0};     // when we last renewed its lease
+  double body_cost_s = 0;       // of a step, smoothed; 0: not measured yet
+  Steady witnessed_at{0};       // when its heir last told of news from it
+  Steady leased_at{0};          // when we last renewed its lease
+  Steady unprotected_since{0};  // by its own word, while its heir's host is heard; 0: it is protected
 
   // Listens, and we know where.
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
@@ -83,8 +84,10 @@ struct InstanceEntry {
   FailoverWatch failover;      // of the failover under way, if there is one
   std::string restore_wanted;  // why the world has to be taken from a checkpoint; empty: it has not
   std::optional<CheckpointDraft> checkpoint;
-  Steady next_checkpoint{0};                          // 0: not yet reckoned
-  Steady change_after{0};                             // no planned map before
+  Steady next_checkpoint{0};  // 0: not yet reckoned
+  Steady change_after{0};     // no planned map before
+  // Pairs of regions, the lower first, whose link failed an heir, and until when they are kept apart. Not stored.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Steady> cuts;
   std::vector<PropertyChangeEntry> property_changes;  // ascending by number
   bool withdrawn = false;                      // the grace of stopping is over: its workers are in no desired set
   std::map<std::uint32_t, Steady> gone_since;  // players without a connection; not stored: counted anew by a new life

@@ -113,7 +113,7 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
 }
 
 absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
-                                                const HostOfRegion& host_of, Moment now) {
+                                                const HostOfRegion& host_of, const CutBetween& cut, Moment now) {
   const auto base = FromProto(BaseMap(record));
   if (!base.ok()) return base.status();
   records::Instance next = record;
@@ -133,7 +133,7 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   const std::uint64_t version = std::max(record.last_map_version(), base->version().value()) + 1;
   const auto map = FailoverMap(*base, dead, MapVersion(version));
   if (!map.ok()) return map.status();
-  const auto with_heirs = WithHeirs(*map, host_of);
+  const auto with_heirs = WithHeirs(*map, host_of, cut);
   if (!with_heirs.ok()) return with_heirs.status();
   *next.mutable_map() = ToProto(*with_heirs);
   next.set_last_map_version(version);

@@ -46,7 +46,7 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
 
 // INVALID_ARGUMENT if none is left.
 absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
-                                                const HostOfRegion& host_of, Moment now);
+                                                const HostOfRegion& host_of, const CutBetween& cut, Moment now);
 
 // What it waits for, for a person: "2 inventories", "region 3 to stand still"; empty when it can be resolved.
 std::string WaitsFor(const records::Instance& record, const FailoverWatch& watch, Moment now);

@@ -49,6 +49,9 @@ inline constexpr int kMaxEvents = 32;  // of an instance
 inline constexpr std::chrono::milliseconds kPlanLead{400};
 // Between two changes of one instance that nobody asked for: step times are those of the last few seconds.
 inline constexpr std::chrono::milliseconds kBalanceInterval{1000};
+// How long a region may be without an heir that takes its log until another one is planned: a new heir has its copy
+// within a second. And how long those two are then kept apart.
+inline constexpr std::chrono::milliseconds kHeirPatience{5000}, kCutKept{60'000};
 // After a change that could not be made, for want of room or because a newcomer died.
 inline constexpr std::chrono::milliseconds kChangeRetry{5000};
 // Of a checkpoint: from its tick's choice until all files are on the disk, and before another try. A region of 10000

@@ -225,6 +225,59 @@ TEST(ChangeTest, ANewcomerHasAnHeirBeforeItsMapIsInForce) {
   EXPECT_EQ(std::count(wards.begin(), wards.end(), 3U), 1);
 }
 
+// It runs, its heir as well, and the two do not hear each other.
+void SetUnprotected(ClusterHarness& harness, const std::string& id, std::uint32_t region, bool unprotected) {
+  v1::WorkerReport& report = harness.AgentOf(id, region).fake.workers.at({id, region}).report;
+  report.set_unprotected(unprotected);
+}
+
+std::uint32_t HeirOf(const v1::Instance& instance, std::uint32_t region) {
+  for (const v1::MapRegion& entry : instance.map().regions()) {
+    if (entry.id() == region) return entry.heir();
+  }
+  return 0;
+}
+
+TEST(ChangeTest, ARegionWhoseHeirTakesNothingIsGivenAnother) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  const std::uint32_t first = HeirOf(harness.Get(id), 1);
+  ASSERT_NE(first, 0U);
+  SetUnprotected(harness, id, 1, true);
+  harness.Run(seconds(3));
+  EXPECT_EQ(HeirOf(harness.Get(id), 1), first) << "it may only be slow";
+  harness.Run(seconds(4));
+  SetUnprotected(harness, id, 1, false);
+  harness.Run(seconds(2));
+  const std::uint32_t second = HeirOf(harness.Get(id), 1);
+  EXPECT_NE(second, first);
+  EXPECT_NE(&harness.AgentOf(id, second), &harness.AgentOf(id, 1)) << "on another host, while there is one";
+  ExpectSettled(harness, id, 4);
+  ExpectEachBodyOnce(harness, 4);
+  const std::uint64_t version = harness.Get(id).map().version();
+  harness.Run(seconds(30));
+  EXPECT_EQ(harness.Get(id).map().version(), version) << "and stays with it";
+}
+
+TEST(ChangeTest, ARegionWithoutAnotherHeirKeepsItsOwnAndAChangeSaysWhomItWaitsFor) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 2);
+  SetUnprotected(harness, id, 1, true);
+  harness.Run(seconds(12));
+  EXPECT_EQ(harness.Get(id).map().version(), 1U);
+  ASSERT_TRUE(Scale(harness, id, 1).ok());
+  harness.AgentOf(id, 2).fake.workers.at({id, 2}).report.set_bodies_outside(7);
+  harness.Run(seconds(3));
+  const v1::Instance instance = harness.Get(id);
+  ASSERT_EQ(instance.changes_size(), 1);
+  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("region 2 has 7 to hand over"));
+  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("region 1 is unprotected and confirms nothing"));
+}
+
 TEST(ChangeTest, ADeathAmidAChangeIsCarriedOnAndTheChangeDone) {
   for (int step = 0; step < 12; ++step) {
     SCOPED_TRACE(step);

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/heirs.h"
 #include "control_plane/orders.h"
 #include "core/world/limits.h"
 
@@ -108,6 +109,45 @@ absl::StatusOr<v1::Instance> Cluster::RestartWorkers(Moment now, const v1::Resta
   return View(instance, true);
 }
 
+// Which regions cannot hear each other: an heir that is there, but takes nothing of its ward's log, or not in time.
+// Once two are kept apart, and only then, a missing link between neighbours prolongs it.
+void Cluster::NoteCuts(Moment now, InstanceEntry& instance) {
+  const auto index_of = [&](std::uint32_t region) {
+    const auto at = std::find_if(instance.workers.begin(), instance.workers.end(),
+                                 [region](const WorkerEntry& worker) { return worker.region == region; });
+    return static_cast<std::size_t>(at - instance.workers.begin());
+  };
+  const auto hears = [&](std::uint32_t region, std::uint32_t other) {
+    const std::size_t index = index_of(region);
+    if (index == instance.workers.size()) return true;
+    const auto& linked = instance.workers[index].report.linked_regions();
+    return std::find(linked.begin(), linked.end(), other) != linked.end();
+  };
+  for (WorkerEntry& worker : instance.workers) {
+    const std::uint32_t heir = HeirOf(instance.record, worker.region);
+    const std::size_t index = index_of(heir);
+    const bool waits = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.report.unprotected() && heir != 0 &&
+                       now.steady - worker.reported_at < settings_.failover_after && index < instance.workers.size() &&
+                       !Silent(now, instance, index);
+    if (!waits) {
+      worker.unprotected_since = Steady(0);
+      continue;
+    }
+    if (worker.unprotected_since.count() == 0) worker.unprotected_since = now.steady;
+    if (now.steady - worker.unprotected_since < kHeirPatience) continue;
+    worker.unprotected_since = now.steady;
+    instance.cuts[std::minmax(worker.region, heir)] = now.steady + kCutKept;
+    effects_.log.push_back(
+        absl::StrCat("heir takes nothing instance=", instance.record.id(), " region=", worker.region, " heir=", heir));
+  }
+  for (auto& [pair, until] : instance.cuts) {
+    const std::vector<RegionId> neighbors = instance.map.Neighbors(RegionId(pair.first));
+    const bool adjoin = std::binary_search(neighbors.begin(), neighbors.end(), RegionId(pair.second));
+    if (now.steady >= until && adjoin && !hears(pair.first, pair.second)) until = now.steady + kCutKept;
+  }
+  std::erase_if(instance.cuts, [&](const auto& entry) { return now.steady >= entry.second; });
+}
+
 std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& instance) const {
   std::vector<RegionFacts> facts;
   facts.reserve(instance.workers.size());
@@ -130,6 +170,11 @@ std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& i
     region.planned_version = report.planned_version();
     region.refused_version = report.refused_version();
     region.bodies_outside = report.bodies_outside();
+    for (const auto& [pair, until] : instance.cuts) {
+      if (pair.first == worker.region) region.cut_from.push_back(pair.second);
+      if (pair.second == worker.region) region.cut_from.push_back(pair.first);
+    }
+    std::sort(region.cut_from.begin(), region.cut_from.end());
     region.step_s = report.step().p50_seconds();
     region.spread = SpreadOf(report);
   }
@@ -139,6 +184,7 @@ std::vector<RegionFacts> Cluster::ChangeFacts(Moment now, const InstanceEntry& i
 std::optional<records::Instance> Cluster::NextChange(Moment now, InstanceEntry& instance) {
   const records::Instance& record = instance.record;
   if (record.has_failover() || !instance.restore_wanted.empty()) return std::nullopt;
+  NoteCuts(now, instance);
   std::vector<RegionFacts> facts = ChangeFacts(now, instance);
   if (auto next = StepPlan(record, facts)) {
     if (AtRest(*next)) {

@@ -222,6 +222,7 @@ class Cluster {
   std::optional<records::Instance> GiveUp(Moment now, InstanceEntry& instance, std::string why);
   bool AllRunByMap(const InstanceEntry& instance) const;
   void WatchFailover(Moment now, InstanceEntry& instance, const records::Instance& next);
+  void NoteCuts(Moment now, InstanceEntry& instance);
   std::vector<RegionFacts> ChangeFacts(Moment now, const InstanceEntry& instance) const;
   std::optional<records::Instance> NextChange(Moment now, InstanceEntry& instance);
   absl::StatusOr<InstanceEntry*> FindRunning(const std::string& id);

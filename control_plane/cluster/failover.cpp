@@ -4,10 +4,18 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/heirs.h"
 #include "control_plane/orders.h"
 #include "core/world/partition_io.h"
 
 namespace tessera::control {
+namespace {
+
+CutBetween CutsOf(const InstanceEntry& instance) {
+  return [&instance](RegionId a, RegionId b) { return instance.cuts.contains(std::minmax(a.value(), b.value())); };
+}
+
+}  // namespace
 
 const HostEntry* Cluster::HostAt(const InstanceEntry& instance, std::size_t index) const {
   const auto host = hosts_.find(NumberOf(instance.record.placements(static_cast<int>(index)).host_id(), "host-"));
@@ -198,7 +206,7 @@ std::optional<records::Instance> Cluster::BuryAndBegin(Moment now, InstanceEntry
   std::map<std::uint32_t, std::string> hosts;
   for (const records::Placement& placement : record.placements()) hosts[placement.region()] = placement.host_id();
   auto begun = BeginFailover(
-      record, deaths, [&](RegionId region) { return hosts[region.value()]; }, now);
+      record, deaths, [&](RegionId region) { return hosts[region.value()]; }, CutsOf(instance), now);
   if (!begun.ok()) return GiveUp(now, instance, std::string(begun.status().message()));
   AddEvent(*begun, now, why);
   if (!begun->has_failover()) instance.change_after = now.steady + kChangeRetry;

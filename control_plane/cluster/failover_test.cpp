@@ -7,6 +7,8 @@
 namespace tessera::control {
 namespace {
 
+const CutBetween kNoCuts = [](RegionId, RegionId) { return false; };
+
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
@@ -327,7 +329,7 @@ TEST(FailoverTest, WhoACommittedMapLeavesOutMayDieBeforeThatIsInForce) {
   }
   const auto host_of = [](RegionId) { return std::string("host-1"); };
   const std::vector<Death> deaths = {{3, 3, true}};
-  const auto next = BeginFailover(record, deaths, host_of, {});
+  const auto next = BeginFailover(record, deaths, host_of, kNoCuts, {});
   ASSERT_TRUE(next.ok()) << next.status();
   EXPECT_TRUE(next->planned().committed());  // the others go by it: it cannot be taken back
   EXPECT_FALSE(next->has_failover());
@@ -356,7 +358,8 @@ struct Newcomer {
     bodies.set_last(2);
   }
   absl::StatusOr<records::Instance> Fail() const {
-    const auto begun = BeginFailover(record, {{3, 3, true}}, [](RegionId) { return std::string("host-1"); }, {});
+    const auto begun =
+        BeginFailover(record, {{3, 3, true}}, [](RegionId) { return std::string("host-1"); }, kNoCuts, {});
     if (!begun.ok()) return begun.status();
     FailoverWatch watch;
     for (std::uint32_t region = 1; region <= 2; ++region) {

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/heirs.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/orders.h"
 #include "control_plane/pages.h"
@@ -22,6 +23,21 @@ std::string Short(v1::InstanceState state) {
   constexpr std::string_view kPrefix = "INSTANCE_STATE_";
   const std::string& name = v1::InstanceState_Name(state);
   return name.size() > kPrefix.size() ? name.substr(kPrefix.size()) : absl::StrCat(static_cast<int>(state));
+}
+
+// By a map whose bodies move: who still has some of another's, and who cannot confirm any.
+std::string WhatIsWaitedFor(const InstanceEntry& instance) {
+  std::string text;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (const std::uint64_t outside = worker.report.bodies_outside(); outside > 0) {
+      absl::StrAppend(&text, "; region ", worker.region, " has ", outside, " to hand over");
+    }
+    if (worker.report.unprotected()) {
+      absl::StrAppend(&text, "; region ", worker.region, " is unprotected and confirms nothing: its heir, region ",
+                      HeirOf(instance.record, worker.region), ", does not take its log");
+    }
+  }
+  return text;
 }
 
 void SetPlan(const PlacementPlan& plan, records::Instance& record) {
@@ -359,7 +375,7 @@ void Cluster::ViewChanges(const InstanceEntry& instance, v1::Instance& view) con
     change.set_version(record.map().version());
   } else if (const std::string plan = DescribePlan(record); !plan.empty()) {
     v1::InstanceChange& change = *view.add_changes();
-    change.set_text(plan);
+    change.set_text(absl::StrCat(plan, WhatIsWaitedFor(instance)));
     change.set_version(record.has_planned() ? record.planned().map().version() : record.map().version());
     change.set_effective_tick(record.planned().effective_tick());
   }
