@@ -64,6 +64,11 @@ void Deployment::Begin(const DeploymentOptions& options) {
   plan.checkpoint_interval = options.checkpoint_interval;
   plan.map = map_;
   for (const BodyId id : ledger_->expected()) plan.bodies.push_back(id);
+  for (const PropertyDef& declared : around_.scene->properties) {
+    v1::Property& property = plan.properties.emplace_back();
+    property.set_name(declared.name);
+    property.set_number(std::get<std::int64_t>(declared.initial));
+  }
   if (around_.scene->player) plan.spawn_points = around_.scene->player->spawn_points;
   const auto made = control_.Call(
       [&](control::Cluster& cluster, control::Moment now) { return cluster.CreateInstance(now, plan, false); });
@@ -79,6 +84,7 @@ void Deployment::RunFor(Micros time) {
   const auto seen =
       control_.Call([this](control::Cluster& cluster, control::Moment) { return cluster.GetInstance(id_); });
   if (seen.ok()) last_seen_ = *seen;
+  TakeAnswers();
 }
 
 v1::Instance Deployment::instance() const { return last_seen_; }
@@ -169,6 +175,7 @@ void Deployment::Settle() {
     worker->worker()->set_target(Tick(~Tick::rep{0} >> 1));
   }
   ledger_->CheckOwners(end, owned);
+  CheckHealths(end);
   CheckCopies();
   control_.Start();
   for (const auto& host : hosts_) {
@@ -288,6 +295,7 @@ void Deployment::Restored() {
   for (DeployedWorker* worker : Workers()) before_.insert(worker->node());
   problems_ = problems();
   ledger_ = std::make_unique<Ledger>(*around_.scene);
+  healths_.clear();
 }
 
 std::vector<std::string> Deployment::problems() const {
@@ -318,6 +326,68 @@ void Deployment::Leave(std::uint32_t player) {
   request.set_connect_token(tokens_.at(player));
   ledger_->Removing(PlayerBodyId(PlayerNumber(player)));
   (void)control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Leave(now, request); });
+}
+
+// --- Properties.
+
+bool Deployment::SetHealth(BodyId body, std::int64_t health) {
+  if (!control_.alive()) return false;
+  v1::SetPropertyRequest request;
+  request.set_id(id_);
+  request.set_body(body.value());
+  request.mutable_property()->set_name("health");
+  request.mutable_property()->set_number(health);
+  const auto number =
+      control_.Call([&](control::Cluster& cluster, control::Moment) { return cluster.SetProperty(request); });
+  if (number.ok()) healths_[body].push_back({*number, health});
+  return number.ok();
+}
+
+// As a caller waits for it.
+void Deployment::TakeAnswers() {
+  for (auto& [body, orders] : healths_) {
+    for (std::size_t i = 0; i < orders.size(); ++i) {
+      const std::uint64_t number = orders[i].number;
+      if (orders[i].answered || orders[i].given_up) continue;
+      const auto outcome = control_.Call([&](control::Cluster& cluster, control::Moment) {
+        auto told = cluster.PropertyOutcome(id_, number);
+        if (told) cluster.ForgetProperty(id_, number);
+        return told;
+      });
+      if (!outcome) continue;
+      orders[i].given_up = !outcome->ok();  // and may have been made all the same
+      if (orders[i].given_up) continue;
+      orders[i].answered = true;
+      ++healths_answered_;
+      orders.erase(orders.begin(), orders.begin() + static_cast<std::ptrdiff_t>(i));
+      i = 0;
+    }
+  }
+}
+
+void Deployment::CheckHealths(Tick end) {
+  std::map<BodyId, std::int64_t> found;
+  for (DeployedWorker* worker : Workers()) {
+    for (const region::ChangedProperties& entry : worker->worker()->region().properties()) {
+      const auto changed = PropertySet::Decode(*entry.bytes, around_.scene->properties);
+      if (!changed.ok()) continue;
+      const auto value = ValueOf(around_.scene->properties, {}, *changed, "health");
+      if (value.has_value()) found[entry.body] = std::get<std::int64_t>(*value);
+    }
+  }
+  for (const auto& [body, orders] : healths_) {
+    if (OwnerOf(body) == RegionId()) continue;  // that is told of elsewhere
+    const auto has = found.find(body);
+    const bool unchanged = has == found.end();
+    const bool may_be_unchanged = !orders.front().answered;
+    const bool ordered = !unchanged && std::ranges::any_of(orders, [&](const HealthOrder& order) {
+      return order.health == has->second;
+    });
+    if (ordered || (unchanged && may_be_unchanged)) continue;
+    ledger_->Problem(end, absl::StrCat("body ", body.value(), " has health ",
+                                       unchanged ? std::string("as it began") : absl::StrCat(has->second), ", and ",
+                                       orders.front().health, " was answered"));
+  }
 }
 
 // --- For a person.

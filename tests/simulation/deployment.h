@@ -14,6 +14,7 @@
 // a region move at one time; no two that move own one body at one tick. Thread rule: one thread at a time.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -89,6 +90,12 @@ class Deployment {
   std::optional<std::uint32_t> Join(const std::string& name);
   void Leave(std::uint32_t player);
 
+  // --- Properties. Has the "health" of a body set, which the scene declares, as a number; told anew by nobody if the
+  // control plane dies before it is answered. False: not taken.
+  bool SetHealth(BodyId body, std::int64_t health);
+  // What was answered, and nothing that was ordered before it, is what the body has in the end.
+  std::size_t healths_answered() const { return healths_answered_; }
+
   Ledger& ledger() { return *ledger_; }
   std::vector<std::string> problems() const;
   const DeploymentTotals& totals() const { return totals_; }
@@ -104,6 +111,8 @@ class Deployment {
   void CheckOthers(DeployedWorker& worker);
   void CheckCopies();
   bool Freeze();
+  void TakeAnswers();
+  void CheckHealths(Tick end);
   bool Counts(const DeployedWorker& worker) const {
     return !taken_over_.contains(worker.node()) && !before_.contains(worker.node());
   }
@@ -122,6 +131,13 @@ class Deployment {
   std::map<std::uint32_t, std::string> tokens_;
   std::uint32_t regions_ = 0;
   DeploymentTotals totals_;
+  struct HealthOrder {
+    std::uint64_t number = 0;
+    std::int64_t health = 0;
+    bool answered = false, given_up = false;
+  };
+  std::map<BodyId, std::vector<HealthOrder>> healths_;  // since the last that was answered
+  std::size_t healths_answered_ = 0;
 };
 
 }  // namespace tessera::simulation

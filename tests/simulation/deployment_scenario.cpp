@@ -11,6 +11,8 @@ constexpr Micros kLongest = Milliseconds(4000);        // of a fault
 constexpr Micros kPatience = Milliseconds(12'000);     // until another region may be taken from the world
 constexpr double kNewcomersYouth = Milliseconds(600);  // in which it may be struck; its map is in force then
 constexpr std::uint32_t kMostRegions = 7;
+constexpr std::uint32_t kChangedAtOnce = 6;  // properties
+constexpr Micros kCutTimes = 3;  // as long as other faults is a cut from an heir, so that some are given another
 
 bool TakesRegions(DeploymentFaultKind kind) { return kind >= DeploymentFaultKind::kWorkerDies; }
 
@@ -27,6 +29,8 @@ class Runner {
   bool Safe(const DeploymentFault& fault);
   void SetStalled(std::uint32_t host, bool stalled);
   void PlayerComesOrLeaves(std::uint32_t number);
+  void ChangeProperties(std::uint32_t number);
+  void CutOffHeir(const DeploymentFault& fault);
 
   const DeploymentScenario& scenario_;
   Deployment deployment_;
@@ -34,6 +38,7 @@ class Runner {
   bool settling_ = false;  // it is stopped and started as the deployment's own checks need
   int active_ = 0;         // of those that take regions
   std::vector<std::uint32_t> players_;
+  std::int64_t last_health_ = 1;
 };
 
 // Everybody moves, and has an heir with a copy that the fault does not strike as well.
@@ -72,6 +77,26 @@ void Runner::PlayerComesOrLeaves(std::uint32_t number) {
   }
 }
 
+// Of some bodies, one of them twice.
+void Runner::ChangeProperties(std::uint32_t number) {
+  const std::vector<BodyDef>& bodies = scenario_.scene->bodies;
+  for (std::uint32_t i = 0; i < kChangedAtOnce; ++i) {
+    const BodyDef& body = bodies[(number + i / 2 * 7) % bodies.size()];
+    if (body.motion == Motion::kDynamic) (void)deployment_.SetHealth(body.id, ++last_health_);
+  }
+}
+
+void Runner::CutOffHeir(const DeploymentFault& fault) {
+  const std::vector<DeployedWorker*> workers = deployment_.Workers();
+  if (workers.empty()) return;
+  const DeployedWorker* worker = workers[fault.whom % workers.size()];
+  const DeployedWorker* heir = deployment_.Find(worker->order().heir);
+  if (heir == nullptr) return;
+  const Node a = worker->node(), b = heir->node();
+  deployment_.network().Cut(a, b, true);
+  deployment_.timeline().In(kCutTimes * fault.lasts, [this, a, b] { deployment_.network().Cut(a, b, false); });
+}
+
 void Runner::Begin(const DeploymentFault& fault) {
   const std::uint32_t host = fault.whom % hosts_ + 1;
   DeployedControl& control = deployment_.control();
@@ -108,6 +133,10 @@ void Runner::Begin(const DeploymentFault& fault) {
     case DeploymentFaultKind::kScale:
       deployment_.Scale(1 + fault.whom % kMostRegions);
       return;
+    case DeploymentFaultKind::kProperty:
+      return ChangeProperties(fault.whom);
+    case DeploymentFaultKind::kHeirCutOff:
+      return CutOffHeir(fault);
     case DeploymentFaultKind::kNewcomerDies:
       deployment_.Scale(deployment_.regions() % kMostRegions + 1);
       if (deployment_.RunUntil(kPatience, [this] { return deployment_.Newcomer() != nullptr; })) {
@@ -171,7 +200,9 @@ DeploymentScenario DrawDeployment(std::uint64_t seed) {
   Chance chance(seed ^ 0xdeb107);
   DeploymentScenario scenario;
   scenario.seed = seed;
-  scenario.scene = world.scene;
+  auto scene = std::make_shared<Scene>(*world.scene);
+  scene->properties = {{"health", std::int64_t{100}}};
+  scenario.scene = std::move(scene);
   scenario.options.seed = seed;
   scenario.options.settings = world.settings;
   scenario.options.hosts = static_cast<std::uint32_t>(2 + chance.Below(3));

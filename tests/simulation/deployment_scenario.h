@@ -24,6 +24,8 @@ enum class DeploymentFaultKind : std::uint8_t {
   kWeather,  // everywhere
   kPlayer,   // comes, or leaves
   kScale,
+  kProperty,    // of a body is changed
+  kHeirCutOff,  // a region and its heir do not hear each other, all others do
   // Those that take regions from the world.
   kWorkerDies,
   kHostCrashes,  // and comes back empty
@@ -31,7 +33,7 @@ enum class DeploymentFaultKind : std::uint8_t {
   kHostStandsStill,
   kNewcomerDies,  // of a world that is scaled up for that
 };
-inline constexpr std::size_t kDeploymentFaultKinds = 12;
+inline constexpr std::size_t kDeploymentFaultKinds = 14;
 inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFaultNames = {
     "agent dies",
     "control plane dies",
@@ -40,6 +42,8 @@ inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFault
     "weather",
     "player",
     "scale",
+    "property",
+    "heir cut off",
     "worker dies",
     "host crashes",
     "host cut off",

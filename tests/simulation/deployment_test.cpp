@@ -337,6 +337,50 @@ TEST_F(DeploymentTest, AMachineWithANewcomerMayBeCutOffAtAnyTime) {
   }
 }
 
+// --- A link that two regions alone have lost.
+
+struct LostHeir : Deployed {
+  explicit LostHeir(DeploymentOptions options) : Deployed(options) {
+    region = deployment.Find(RegionId(1));
+    heir = deployment.Find(region->order().heir);
+    deployment.network().Cut(region->node(), heir->node(), true);
+  }
+  DeployedWorker *region, *heir;
+};
+
+// What is on its way to it could not be confirmed: the change would have no end.
+TEST_F(DeploymentTest, ARegionThatItsHeirAloneDoesNotHearIsGivenAnotherAndAChangeEnds) {
+  for (const std::uint32_t regions : {3U, 6U}) {
+    LostHeir run({.regions = 4});
+    run.deployment.RunFor(Milliseconds(1500));
+    EXPECT_FALSE(run.region->whole());
+    ASSERT_TRUE(run.deployment.Scale(regions));
+    EXPECT_TRUE(run.deployment.AwaitCalm(Milliseconds(25'000))) << run.deployment.Standing();
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);
+    if (DeployedWorker* now = run.deployment.Find(RegionId(1))) {
+      EXPECT_NE(now->order().heir, run.heir->identity().region);
+      EXPECT_TRUE(now->whole());
+    }
+    run.ExpectWhole();
+  }
+}
+
+TEST_F(DeploymentTest, WithoutAnotherHeirAChangeWaitsForTheLinkAndSaysSo) {
+  LostHeir run({.regions = 2});
+  run.deployment.RunFor(Milliseconds(1500));
+  ASSERT_TRUE(run.deployment.Scale(1));
+  run.deployment.RunFor(Milliseconds(12'000));
+  EXPECT_FALSE(run.deployment.Calm());
+  const v1::Instance instance = run.deployment.instance();
+  EXPECT_EQ(instance.unprotected_regions_size(), 2);
+  ASSERT_EQ(instance.changes_size(), 1);
+  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("to hand over"));
+  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("region 1 is unprotected and confirms nothing"));
+  run.deployment.network().Cut(run.region->node(), run.heir->node(), false);
+  EXPECT_TRUE(run.deployment.AwaitCalm()) << run.deployment.Standing();
+  run.ExpectWhole();
+}
+
 // --- Lost together.
 
 struct Checkpointed : Deployed {
