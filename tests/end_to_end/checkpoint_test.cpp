@@ -116,6 +116,26 @@ TEST_F(CheckpointTest, AWorldWhoseWorkersAllDieComesBackFromItsCheckpointAndSays
   ExpectAllIsThere();
 }
 
+// The others run, and have none of what those two had.
+TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsHeirComesBackFromTheCheckpointAsALossOfTime) {
+  Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
+  ASSERT_TRUE(PlayUntilProtected());
+  const std::uint64_t tick = Checkpoint();
+  ASSERT_TRUE(PlayUntil("a second later", [&] { return ReportOf(1).tick() > tick + 60; }));
+  const auto pids = Pids();
+  const v1::Instance before = run_->Latest();
+  const auto region = std::ranges::find(before.map().regions(), 1u, &v1::MapRegion::id);
+  for (const std::uint32_t victim : {1u, region->heir()}) kill(static_cast<pid_t>(pids.at(victim)), SIGKILL);
+  ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
+  const v1::Instance instance = run_->Latest();
+  EXPECT_GE(instance.lost_ticks(), 60u);
+  EXPECT_EQ(instance.lost_bodies(), 0u);
+  EXPECT_EQ(instance.failovers(), 0u) << "that would be told as a success";
+  EXPECT_THAT(instance.events().rbegin()->text(), HasSubstr("restored from the checkpoint of tick"));
+  ASSERT_TRUE(PlayOn(2));
+  ExpectAllIsThere();
+}
+
 TEST_F(CheckpointTest, AnExportedWorldStartsAnewWithAllItsBodies) {
   Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());

@@ -44,6 +44,25 @@ TEST_F(FailoverTest, ANeighbourCarriesAKilledWorkersAreaOn) {
   ExpectAllIsThere();
 }
 
+// They share a border and the corner with the other two, who have the copies of both.
+TEST_F(FailoverTest, TwoNeighboursThatAreKilledTogetherAreCarriedOnByTheOtherTwoOfTheirCorner) {
+  Start(4, 2);
+  ASSERT_TRUE(PlayUntilProtected());
+  ASSERT_TRUE(PlayOn(1));
+  std::vector<pid_t> victims;
+  const v1::Instance before = run_->Latest();
+  for (const v1::RegionStatus& status : before.region_status()) {
+    if (status.host() == "local-1") victims.push_back(static_cast<pid_t>(status.report().identity().pid()));
+  }
+  ASSERT_EQ(victims.size(), 2u);
+  for (const pid_t victim : victims) ASSERT_EQ(kill(victim, SIGKILL), 0);
+  ASSERT_TRUE(PlayUntilFailedOver());
+  EXPECT_EQ(run_->Latest().lost_bodies(), 0u);
+  ASSERT_TRUE(PlayUntil("new workers in their places", [&] { return IsSettled() && run_->Latest().regions() == 4; }));
+  ASSERT_TRUE(PlayOn(2));
+  ExpectAllIsThere();
+}
+
 // In a local cluster workers end with their agent: killing that is what the end of a host is.
 TEST_F(FailoverTest, TheOtherHostCarriesADeadHostsRegionsOn) {
   Start(4, 2);

@@ -10,10 +10,25 @@ namespace {
 
 class PlayerTest : public WorldTest {
  protected:
-  void SetUp() override {
-    Start({.scene = "", .regions = 4, .bots = 1, .hosts = 2, .capacity = 4});
+  void SetUp() override { StartWorld({}); }
+  void StartWorld(std::function<void(v1::InstanceSpec&)> adjust) {
+    Start({.scene = "", .regions = 4, .bots = 1, .hosts = 2, .capacity = 4, .adjust = std::move(adjust)});
     ASSERT_TRUE(PlayUntil("the world runs", [this] { return ReportOf(1).tick() > 120; }));
   }
+  // A game of its own that walks, and is killed; the body of its player is `kGuest`.
+  void LetGuestDieWalking() {
+    local::ChildProcess game({support::BinaryPath("tessera"), "--control", run_->cluster().control_address(), "client",
+                              run_->instance_id(), "--name", "ann", "--player-file", GuestFile()},
+                             folder_.path() + "/log");
+    ASSERT_TRUE(PlayUntil("it walks", [&] {
+      const client::SeenBody* seen = Seen(kGuest);
+      return seen != nullptr && Length(seen->state.linear_velocity) > 2;
+    }));
+    game.Signal(SIGKILL);
+    ASSERT_TRUE(game.Wait(kPatience).has_value());
+  }
+  std::string GuestFile() const { return folder_.path() + "/player"; }
+  std::vector<std::uint8_t> GuestToken() const { return ReadToken(GuestFile()); }
   std::unique_ptr<local::Bot> Join(const std::string& name, const std::vector<std::uint8_t>& returning = {}) {
     auto bot = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), name, 7, returning);
     EXPECT_TRUE(bot.ok()) << bot.status();
@@ -27,12 +42,25 @@ class PlayerTest : public WorldTest {
     const auto found = world.find(body);
     return found == world.end() ? nullptr : &found->second;
   }
-  std::vector<std::uint8_t> ReadToken(const std::string& path) {
+  static std::vector<std::uint8_t> ReadToken(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
   }
 
+  static constexpr BodyId kGuest = PlayerBodyId(PlayerNumber(2));
   local::TemporaryFolder folder_;
+};
+
+// What becomes of a body whose player's process was killed: by the instance's setting.
+class LeaverTest : public PlayerTest {
+ protected:
+  void SetUp() override {}
+  void StartWith(v1::LeaverPolicy policy) {
+    StartWorld([policy](v1::InstanceSpec& spec) {
+      spec.set_leaver_policy(policy);
+      spec.mutable_leaver_grace()->set_seconds(1);
+    });
+  }
 };
 
 TEST_F(PlayerTest, OneWhoJoinsLateSeesAllAndIsSeenAndSteers) {
@@ -47,26 +75,53 @@ TEST_F(PlayerTest, OneWhoJoinsLateSeesAllAndIsSeenAndSteers) {
 }
 
 TEST_F(PlayerTest, OneWhoseProcessWasKilledComesBackAsItselfToItsBody) {
-  const std::string file = folder_.path() + "/player";
-  local::ChildProcess game({support::BinaryPath("tessera"), "--control", run_->cluster().control_address(), "client",
-                            run_->instance_id(), "--name", "ann", "--player-file", file},
-                           folder_.path() + "/log");
-  const BodyId body = PlayerBodyId(PlayerNumber(2));
-  ASSERT_TRUE(PlayUntil("it walks", [&] {
-    const client::SeenBody* seen = Seen(body);
-    return seen != nullptr && Length(seen->state.linear_velocity) > 2;
-  }));
-  game.Signal(SIGKILL);
-  ASSERT_TRUE(game.Wait(kPatience).has_value());
+  ASSERT_NO_FATAL_FAILURE(LetGuestDieWalking());
+  const BodyId body = kGuest;
   ASSERT_TRUE(PlayUntil("it stands about", [&] { return ReportOf(1).tick() > 400 && Seen(body) != nullptr; }));
   const Vec3d left_at = Seen(body)->state.position;
-  const auto back = Join("bob", ReadToken(file));
+  const auto back = Join("bob", GuestToken());
   ASSERT_NE(back, nullptr);
   EXPECT_EQ(back->client().player(), PlayerNumber(2));
   ASSERT_TRUE(PlayWith(*back, "it sees itself", [&] { return back->client().World().contains(body); }));
   EXPECT_LT(Length(back->client().World().at(body).state.position - left_at), 20) << "where the world left it";
   const std::uint32_t before = back->client().last_applied_input();
   ASSERT_TRUE(PlayWith(*back, "it steers", [&] { return back->client().last_applied_input() > before + 30; }));
+  EXPECT_EQ(run_->Latest().players(), 2u);
+}
+
+// It hangs where it was when the grace was over, until the player is back.
+TEST_F(LeaverTest, IsParkedWhereItIsUntilItIsBack) {
+  StartWith(v1::LEAVER_POLICY_PARK);
+  ASSERT_NO_FATAL_FAILURE(LetGuestDieWalking());
+  const auto parked = [&] { return Seen(kGuest) != nullptr && Seen(kGuest)->state.linear_velocity == Vec3f(); };
+  ASSERT_TRUE(PlayUntil("it is parked", parked));
+  const Vec3d at = Seen(kGuest)->state.position;
+  ASSERT_TRUE(PlayOn(2));
+  ASSERT_NE(Seen(kGuest), nullptr);
+  EXPECT_LT(Length(Seen(kGuest)->state.position - at), 1e-3);
+  const auto back = Join("ann", GuestToken());
+  ASSERT_NE(back, nullptr);
+  EXPECT_EQ(back->client().player(), PlayerNumber(2));
+  EXPECT_TRUE(PlayWith(*back, "it walks again", [&] {
+    const client::SeenBody* seen = Seen(kGuest);
+    return seen != nullptr && Length(seen->state.position - at) > 1;
+  }));
+}
+
+TEST_F(LeaverTest, IsRemovedWithItsBodyForGood) {
+  StartWith(v1::LEAVER_POLICY_REMOVE);
+  ASSERT_NO_FATAL_FAILURE(LetGuestDieWalking());
+  ASSERT_TRUE(PlayUntil("its body is gone", [&] { return Seen(kGuest) == nullptr; }));
+  ASSERT_TRUE(PlayUntil("it is no player any more", [&] { return run_->Latest().players() == 1; }));
+  const auto back = local::Bot::Join(run_->cluster().control_address(), run_->instance_id(), "ann", 7, GuestToken());
+  EXPECT_EQ(back.status().code(), absl::StatusCode::kFailedPrecondition) << back.status();
+}
+
+TEST_F(LeaverTest, StaysInTheWorldOtherwise) {
+  StartWith(v1::LEAVER_POLICY_STAY);
+  ASSERT_NO_FATAL_FAILURE(LetGuestDieWalking());
+  ASSERT_TRUE(PlayOn(4));
+  EXPECT_NE(Seen(kGuest), nullptr);
   EXPECT_EQ(run_->Latest().players(), 2u);
 }
 
