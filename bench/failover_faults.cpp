@@ -7,6 +7,7 @@
 #include <csignal>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 namespace tessera::bench {
 namespace {
@@ -23,13 +24,22 @@ absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
   const std::uint64_t before = stage.run().Latest().failovers();
   stage.WatchRegions(regions);
   if (absl::Status status = stage.PlayFor(kBeforeFault_s); !status.ok()) return status;
+  using Clock = std::chrono::steady_clock;
+  const auto struck_at = Clock::now();
+  std::optional<Clock::time_point> over_at;  // the failover, as the control plane tells it
   if (absl::Status status = strike(); !status.ok()) return status;
   const absl::Status carried_on = stage.PlayUntil("carried on by others", [&] {
     const v1::Instance instance = stage.run().Latest();
-    return instance.failovers() > before && instance.state() == v1::INSTANCE_STATE_RUNNING &&
-           stage.watch().found_most();
+    const bool over = instance.failovers() > before && instance.state() == v1::INSTANCE_STATE_RUNNING;
+    if (over && !over_at) over_at = Clock::now();
+    return over && stage.watch().found_most();
   });
   if (!carried_on.ok()) return carried_on;
+  const auto ms = [&](Clock::time_point at) {
+    return std::chrono::duration<double, std::milli>(at - struck_at).count();
+  };
+  std::cerr << fmt::format("failover: struck; over for the control plane after {:.0f} ms, for players after {:.0f}\n",
+                           ms(*over_at), ms(Clock::now()));
   outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
   const std::vector<Worker> workers = stage.Workers();
   outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_takeover_age_ticks"));
