@@ -127,6 +127,7 @@ absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
 absl::Status KillControl(Stage& stage, double away_s, Outcome& outcome) {
   const std::vector<Worker> workers = stage.Workers();
   std::vector<double> late;
+  late.reserve(3);
   for (const bool away : {false, false, true}) {
     if (away) stage.run().cluster().KillControl();
     const double before = SumOf(workers, kLateTicks);

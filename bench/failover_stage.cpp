@@ -120,7 +120,8 @@ void Stage::NotePlaces() {
 // Bodies that nobody sees any more: where they were last.
 void Stage::TellMissing() {
   const std::vector<local::Bot*> bots = run_.bots();
-  for (const auto& [id, body] : seen_) {
+  for (const auto& [body_id, body] : seen_) {
+    const BodyId id = body_id;
     const auto sees = [&](local::Bot* bot) { return bot->client().World().contains(id); };
     if (std::ranges::any_of(bots, sees)) continue;
     const Vec3d at = body.state.position;
@@ -205,6 +206,8 @@ void Outcome::TellLateTicks(const std::string& config, Report& report) const {
   };
   double before = 0;
   std::vector<double> added, added_by_nothing;
+  added.reserve(late_ticks.size());
+  added_by_nothing.reserve(late_ticks.size());
   for (const LateTicks& late : late_ticks) {
     before += late.second;
     added.push_back(late.fault - late.second);
