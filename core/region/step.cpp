@@ -209,7 +209,7 @@ void RegionStep::HandOut(StepResult& result) {
       }
     }
     if (const auto owed = owed_.find(id); owed != owed_.end()) {
-      const LateCorrection late{id, Vec3f(owed->second.impulse), Vec3f(owed->second.angular)};
+      const LateCorrection late{id, Vec3f(owed->second.kick.impulse), Vec3f(owed->second.kick.angular)};
       if (Outbox* box = OutboxTo(out.to); box != nullptr) box->late_corrections.push_back(late);
       owed_.erase(owed);
     }

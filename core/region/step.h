@@ -165,7 +165,12 @@ class RegionStep {
   bool Slept(const Frames& frames, BodyId id) const;
   void KickBodies(Kicks kicks);
   bool LiesStill(BodyId id) const;
-  std::map<BodyId, Kick> owed_;  // to be given later to what lies still
+  // To be given later to what lies still, and where it was due: what acts elsewhere turns all about each other.
+  struct Owed {
+    Kick kick;
+    Vec3d at;
+  };
+  std::map<BodyId, Owed> owed_;
 
   void OwnInitial();
   void ChangeMapIfDue();

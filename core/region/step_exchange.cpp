@@ -153,8 +153,17 @@ bool RegionStep::LiesStill(BodyId id) const {
 // ever.
 void RegionStep::KickBodies(Kicks kicks) {
   constexpr double kAtOnce = 0.25, kLeast_m_s = 1e-9;
+  // A contact acts where bodies are at the start of its step, a force where they are half way through the next.
+  constexpr double kLateTicks = 1.5;
+  for (auto& [id, kick] : kicks) {
+    const Vec3d velocity(bodies.world().StateOf(id).linear_velocity);
+    kick.angular -= Cross(velocity * (kLateTicks * tick_s), kick.impulse);
+  }
   for (const auto& [id, owed] : std::exchange(owed_, {})) {
-    if (bodies.world().Has(id)) kicks.emplace_back(id, owed);
+    if (!bodies.world().Has(id)) continue;
+    Kick due = owed.kick;
+    due.angular += Cross(owed.at - bodies.world().StateOf(id).position, due.impulse);
+    kicks.emplace_back(id, due);
   }
   const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(kicks.begin(), kicks.end(), before);
@@ -165,7 +174,7 @@ void RegionStep::KickBodies(Kicks kicks) {
     BodyState state = bodies.world().StateOf(id);
     if (state.asleep) continue;
     if (LiesStill(id) && Length(kick.impulse) > kLeast_m_s * bodies.world().MassOf(id)) {
-      owed_[id] = {kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce)};
+      owed_[id] = {{kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce)}, state.position};
       kick.impulse = kick.impulse * kAtOnce;
       kick.angular = kick.angular * kAtOnce;
     }
