@@ -70,6 +70,7 @@ void BodyFeed::AddProperties(std::span<const region::ChangedProperties> properti
       at->properties = now.bytes;
     } else if (!same) {
       const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), now.body, kById);
+      if (body == pushed_.end() || body->id != now.body) continue;  // not owned: should one ever be left over
       changed_.push_back({body->id, body->epoch, body->state, now.bytes});
     }
   }

@@ -9,11 +9,8 @@ namespace {
 
 // Number of the last change that a body here has seen.
 std::uint64_t LastChange(const region::Region& region, BodyId body) {
-  const auto all = region.properties();
-  const auto at =
-      std::lower_bound(all.begin(), all.end(), body,
-                       [](const region::ChangedProperties& entry, BodyId wanted) { return entry.body < wanted; });
-  return at == all.end() || at->body != body ? 0 : at->change;
+  const region::ChangedProperties* entry = region.FindProperties(body);
+  return entry == nullptr ? 0 : entry->change;
 }
 
 bool Declares(const Scene& scene, const std::string& name) {

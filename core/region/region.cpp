@@ -81,6 +81,7 @@ absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyVal
   return impl_->SetProperty(body, name, std::move(value), change);
 }
 std::span<const ChangedProperties> Region::properties() const { return impl_->properties.all(); }
+const ChangedProperties* Region::FindProperties(BodyId body) const { return impl_->properties.Find(body); }
 
 void Region::SetStandby(bool on) { impl_->SetStandby(on); }
 void Region::LogAcknowledged(Tick tick) { impl_->LogAcknowledged(tick); }

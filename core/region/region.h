@@ -159,6 +159,7 @@ class Region {
   // Of the owned bodies those whose properties were changed, ascending; valid until the next call that changes the
   // region.
   std::span<const ChangedProperties> properties() const;
+  const ChangedProperties* FindProperties(BodyId body) const;  // null where nothing was changed; valid as above
 
   // --- Standby: the heir's copy.
   // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call
