@@ -64,22 +64,29 @@ void RegionStep::AdoptMap(PartitionMap map, bool anew) {
 }
 
 // What a settled map must not find: bodies, or copies of what was granted, too far from home to be shown to those whom
-// they could touch.
+// they could touch. What crosses a border fast is that far out for a tick or two in any map: in a world of fast bodies
+// there is always one.
 std::size_t RegionStep::AwayCount() const {
+  constexpr double kCrossingTicks = 2;
   const double far = config.settings.hysteresis_m + config.settings.aura_m;
   const Rect& bounds = config.map.bounds();
-  const auto away = [&](Vec3d place) {
+  const auto away = [&](const BodyState& state) {
+    Vec3d place = state.position;
     place = {std::clamp(place.x, bounds.min_x, bounds.max_x), place.y, std::clamp(place.z, bounds.min_z, bounds.max_z)};
-    return config.map.DistanceTo(config.self, place) > far;
+    const double crossing = Length(state.linear_velocity) * tick_s * kCrossingTicks;
+    return config.map.DistanceTo(config.self, place) > far + crossing;
   };
   std::size_t count = 0;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
     const bool tied = catalog.AssemblyOf(body.def->id).size() > 1;
     if (tied && OwnedAssembly(i).front() != i) continue;  // the lowest says where they belong
-    count += away(body.state.position) ? 1 : 0;
+    count += away(body.state) ? 1 : 0;
   }
-  for (const auto& [key, grant] : unconfirmed) count += away(grant.state.position) ? 1 : 0;
+  for (const auto& [key, grant] : unconfirmed) {
+    if (catalog.AssemblyOf(key.first).front() != key.first) continue;
+    count += away(grant.state) ? 1 : 0;
+  }
   return count;
 }
 
