@@ -284,13 +284,24 @@ class Planner {
     return *std::max_element(regions.begin(), regions.end(), [&](RegionId a, RegionId b) { return rank(a) < rank(b); });
   }
 
+  // A region that has not stepped yet carries nobody on: two that join together would be each other's only hope.
+  CutBetween CutsOrJoins() const {
+    std::set<std::uint32_t> joins;
+    for (const records::Placement& placement : next_.placements()) {
+      if (placement.joins()) joins.insert(placement.region());
+    }
+    return [cuts = CutsIn(facts_), joins = std::move(joins)](RegionId region, RegionId heir) {
+      return joins.contains(heir.value()) || cuts(region, heir);
+    };
+  }
+
   absl::StatusOr<std::optional<records::Instance>> Finish() {
     const MapVersion version = NextVersion(record_);
     const auto wanted = tree_.ToMap(version, map_.regions());
     if (!wanted.ok()) return wanted.status();
     const auto transition = TransitionMap(map_, *wanted, version);
     if (!transition.ok()) return transition.status();
-    const auto planned = WithHeirs(*transition, HostsOf(next_), CutsIn(facts_));
+    const auto planned = WithHeirs(*transition, HostsOf(next_), CutsOrJoins());
     if (!planned.ok()) return planned.status();
     const bool same_regions =
         std::equal(planned->regions().begin(), planned->regions().end(), map_.regions().begin(), map_.regions().end());

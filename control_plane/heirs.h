@@ -18,9 +18,9 @@ using HostOfRegion = std::function<std::string(RegionId)>;  // host id; empty: n
 // confirmed to nobody before the heir has it. 0: none.
 std::uint32_t HeirOf(const records::Instance& record, std::uint32_t region);
 
-// The same map with an heir for each region; without one where it is the only region. `cut`: those two cannot hear each
-// other, and are heirs of each other only where nobody else is left.
-using CutBetween = std::function<bool(RegionId, RegionId)>;
+// The same map with an heir for each region; without one where it is the only region. `cut`: the first cannot be
+// carried on by the second, as those two do not hear each other, and is only where nobody else is left.
+using CutBetween = std::function<bool(RegionId region, RegionId heir)>;
 absl::StatusOr<PartitionMap> WithHeirs(const PartitionMap& map, const HostOfRegion& host_of, const CutBetween& cut);
 
 }  // namespace tessera::control

@@ -225,6 +225,20 @@ TEST(ChangeTest, ANewcomerHasAnHeirBeforeItsMapIsInForce) {
   EXPECT_EQ(std::count(wards.begin(), wards.end(), 3U), 1);
 }
 
+TEST(ChangeTest, TwoThatJoinTogetherAreNotEachOthersHeirs) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 2);
+  ASSERT_TRUE(Scale(harness, id, 4).ok());
+  harness.Exchange();
+  for (const std::uint32_t newcomer : {3U, 4U}) {
+    const v1::WorkerOrder& order = harness.AgentOf(id, newcomer).fake.workers.at({id, newcomer}).order;
+    ASSERT_TRUE(order.joins_running());
+    EXPECT_THAT(order.heir(), testing::AnyOf(1U, 2U)) << newcomer;
+  }
+}
+
 // It runs, its heir as well, and the two do not hear each other.
 void SetUnprotected(ClusterHarness& harness, const std::string& id, std::uint32_t region, bool unprotected) {
   v1::WorkerReport& report = harness.AgentOf(id, region).fake.workers.at({id, region}).report;
