@@ -284,14 +284,14 @@ class Planner {
     return *std::max_element(regions.begin(), regions.end(), [&](RegionId a, RegionId b) { return rank(a) < rank(b); });
   }
 
-  // A region that has not stepped yet carries nobody on: two that join together would be each other's only hope.
+  // Two that join together are not each other's heirs: the one that is left has not stepped, and nobody takes it up.
   CutBetween CutsOrJoins() const {
     std::set<std::uint32_t> joins;
     for (const records::Placement& placement : next_.placements()) {
       if (placement.joins()) joins.insert(placement.region());
     }
     return [cuts = CutsIn(facts_), joins = std::move(joins)](RegionId region, RegionId heir) {
-      return joins.contains(heir.value()) || cuts(region, heir);
+      return (joins.contains(region.value()) && joins.contains(heir.value())) || cuts(region, heir);
     };
   }
 
