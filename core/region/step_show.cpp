@@ -16,6 +16,11 @@ namespace {
 // takes as long to tell of a load that has changed.
 constexpr float kLoadTicks = 10;
 
+// And at most so many times what it did in either of the last two: what a blow left of itself in the mean turns bodies
+// long after it. Without, two colliding blocks of 64 in two regions change their angular momentum by 9e-5 of it; with
+// 1, 4e-6, since what trembles is told too small; with 2, 5e-7.
+constexpr float kMostLoad = 2;
+
 // Of two successive ticks, what lasts.
 float Lasting(float before, float now) {
   if ((before > 0) != (now > 0)) return 0;
@@ -28,7 +33,10 @@ Vec3f Lasting(Vec3f before, Vec3f now) {
 // What a contact does as a load, after what it was told to do and what it did in two successive ticks. A new one begins
 // with what lasts.
 Vec3f Load(Vec3f told, Vec3f before, Vec3f now) {
-  return told == Vec3f() ? Lasting(before, now) : told + (now - told) / kLoadTicks;
+  if (told == Vec3f()) return Lasting(before, now);
+  const Vec3f mean = told + (now - told) / kLoadTicks;
+  const float size = Length(mean), most = kMostLoad * std::max(Length(before), Length(now));
+  return size > most ? mean * (most / size) : mean;
 }
 
 }  // namespace
