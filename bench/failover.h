@@ -9,7 +9,8 @@
 //   fault=agent    kill -9 of an agent alone; another one takes its place
 //   fault=link     a host's network is cut until others have taken its regions' place, then mended: hosts are network
 //                  namespaces
-//   fault=control  kill -9 of the control plane; it comes back after a while. Late ticks are counted over as long with it
+//   fault=control  kill -9 of the control plane; it comes back after a while. Late ticks are counted over as long with
+//   it
 //                  twice before, so that what it costs stands beside what nothing costs
 //   scale          from two regions to four and back
 //   hot-spot       four of five bodies run into one corner

@@ -96,8 +96,8 @@ TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
   EXPECT_GT(revived, 0U);
 }
 
-// A body that was granted away and came back, before its first granter heard the first confirmation, is its owner's, and
-// the grant that was never confirmed is forgotten.
+// A body that was granted away and came back, before its first granter heard the first confirmation, is its owner's,
+// and the grant that was never confirmed is forgotten.
 TEST(FailoverTest, AGrantOfABodyThatCameBackIsKeptNoMore) {
   SceneBuilder builder(kHalf);
   BodyDef& wall = builder.Add(MakeShape(BoxShape{{0.5, 3, 3}}), {-2.5, 1, -10});
