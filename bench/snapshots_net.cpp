@@ -24,7 +24,7 @@ namespace {
 
 using namespace replication;
 
-constexpr double kOneWay_ms = 20, kJitter_ms = 50, kTick_ms = 1000.0 / 60, kOverheadBytes = 64;
+constexpr double kOneWay_ms = 20, kJitter_ms = 50, kTick_ms = 1000.0 / 60;
 
 // One direction: each datagram on its own way, late, lost, or after those before it where the line is thin.
 class Way {
@@ -34,7 +34,8 @@ class Way {
 
   void Send(double now_ms, Bytes bytes) {
     free_at_ms_ = std::max(free_at_ms_, now_ms);
-    if (bytes_per_s_ > 0) free_at_ms_ += (static_cast<double>(bytes.size()) + kOverheadBytes) / bytes_per_s_ * 1000;
+    if (bytes_per_s_ > 0)
+      free_at_ms_ += (static_cast<double>(bytes.size()) + kDatagramOverheadBytes) / bytes_per_s_ * 1000;
     if (Uniform() < loss_) return;
     under_way_.emplace((bytes_per_s_ > 0 ? free_at_ms_ : now_ms) + kOneWay_ms + jitter_ms_ * Uniform(),
                        std::move(bytes));
@@ -285,7 +286,7 @@ struct Viewer {
 
   void See(const SnapshotHistory& history, double now_ms, Vec3d place) {
     for (Bytes& datagram : sender.Write(history, {.centre = place}, 0, 0).datagrams) {
-      sent_bytes += static_cast<double>(datagram.size()) + kOverheadBytes;
+      sent_bytes += static_cast<double>(datagram.size()) + kDatagramOverheadBytes;
       down.Send(now_ms, std::move(datagram));
     }
   }

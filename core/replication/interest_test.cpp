@@ -71,7 +71,7 @@ class Walker {
   WrittenSnapshot See(const SnapshotHistory& history, Tick tick, Vec3d at) {
     WrittenSnapshot written = sender_.Write(history, {.centre = at, .own = BodyId(1)}, 0, 0);
     for (const Bytes& datagram : written.datagrams) {
-      bytes += datagram.size() + 64;
+      bytes += datagram.size() + kDatagramOverheadBytes;
       if (std::uniform_real_distribution<double>(0, 1)(random_) >= loss_) down_.emplace_back(tick, datagram);
     }
     while (!down_.empty() && down_.front().first + static_cast<std::uint64_t>(delay_) <= tick) {

@@ -6,22 +6,14 @@
 #include <cmath>
 #include <limits>
 
-#include "absl/strings/str_cat.h"
-
 namespace tessera::replication {
 namespace {
 
-constexpr std::size_t kAckBytes = 12;
-constexpr std::uint32_t kAckMaskBits = 64;
-// Of IPv4, UDP, the door's seal and ENet, a datagram.
-constexpr double kOverheadBytes = 28 + 24 + 12;
 // For how long a client may save up what it was not sent.
 constexpr double kBurst_s = 0.1;
 // A client that acknowledges none of so many records of a body is told it whole again: it may have let go of the
 // baseline (snapshot_receiver.cpp says how many states of one are kept).
 constexpr std::uint8_t kMaxUnanswered = 40;
-// Samples further apart than this predict nothing; they are counted in 8 bits.
-constexpr std::uint64_t kMaxGap_ticks = 32;
 // Where interest has no radius, what distances are measured by.
 constexpr double kUnlimitedRadius_m = 100;
 // Priorities are whole numbers: so many are one snapshot's wait of a body that is told at each.
@@ -307,8 +299,9 @@ void SnapshotSender::Impl::SortByScore(BodyId own) {
 // The candidates that the budget holds, those that matter most first; then in the order of their ids.
 void SnapshotSender::Impl::Choose(History& history, const ClientView& view, WrittenSnapshot& result) {
   chosen.clear();
-  const double usable = 1 - kOverheadBytes / (kOverheadBytes + static_cast<double>(settings.max_datagram_bytes));
-  double bits_left = std::max(0.0, (allowance_bytes - kOverheadBytes - 24) * 8 * usable);
+  const auto most = static_cast<double>(settings.max_datagram_bytes);
+  const double usable = most / (kDatagramOverheadBytes + most);
+  double bits_left = std::max(0.0, (allowance_bytes - kDatagramOverheadBytes - 24) * 8 * usable);
   constexpr double kLikelyBits = 120;
   if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore(view.own);
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
@@ -355,7 +348,7 @@ std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& 
 void SnapshotSender::Impl::Remember(std::span<WrittenDatagram> datagrams, Tick tick, WrittenSnapshot& result) {
   result.datagrams.reserve(datagrams.size());
   for (WrittenDatagram& datagram : datagrams) {
-    allowance_bytes -= static_cast<double>(datagram.bytes.size()) + kOverheadBytes;
+    allowance_bytes -= static_cast<double>(datagram.bytes.size()) + kDatagramOverheadBytes;
     result.datagrams.push_back(std::move(datagram.bytes));
     sent.push_back({tick, std::move(datagram.known), std::move(datagram.departures)});
     datagram.known.clear();
@@ -414,75 +407,6 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
   return result;
 }
 
-// --- What was heard --------------------------------------------------------------------------------------------------
-
-void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t told, std::uint32_t sequence, Stamp tick) {
-  const Busy& body = busy[told & ~kToldProperties];
-  if (body.use == Busy::Use::kFree || sequence < body.first_sequence) return;
-  Answered& had = busy[told & ~kToldProperties].answered;
-  if ((told & kToldProperties) != 0) had.properties = std::max(had.properties, tick);
-  if (tick <= had.acked) return;
-  const Stamp gap = tick - had.acked;
-  const bool near = had.acked != 0 && gap <= kMaxGap_ticks;
-  had.unanswered = 0;
-  had.gap2 = near ? had.gap : 0;
-  had.gap = near ? static_cast<std::uint8_t>(gap) : 0;
-  had.acked = tick;
-}
-
-void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
-  const std::uint32_t age = next_sequence - sequence;  // 1: the newest
-  if (age > sent.size()) return;
-  SentDatagram& datagram = sent[sent.size() - age];
-  const std::vector<std::uint32_t>& told = datagram.told;
-  for (const std::uint32_t place : told) __builtin_prefetch(&busy[place & ~kToldProperties], 1);
-  // Before the origin: nothing that a record could refer to.
-  const std::uint64_t written = datagram.tick.value();
-  const Stamp tick = written >= origin ? static_cast<Stamp>(written - origin + 1) : 0;
-  for (const std::uint32_t place : told) AcknowledgeBody(place, sequence, tick);
-  for (const BodyId id : datagram.departures) {
-    const auto at =
-        std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });
-    if (at != gone.end() && at->record.id == id && sequence >= at->first_sequence) gone.erase(at);
-  }
-  datagram.told.clear();
-  datagram.departures.clear();
-}
-
-// Of the mask, what was not heard before.
-std::uint64_t SnapshotSender::Impl::News(std::uint32_t newest, std::uint64_t mask) {
-  if (newest < heard_newest) return mask;  // it was overtaken
-  const std::uint32_t shift = newest - heard_newest;
-  std::uint64_t old = shift >= kAckMaskBits ? 0 : heard_mask << shift;
-  if (heard_newest != 0 && shift >= 1 && shift <= kAckMaskBits) old |= std::uint64_t{1} << (shift - 1);
-  heard_newest = newest;
-  heard_mask = mask;
-  return mask & ~old;
-}
-
-absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64_t mask) {
-  if (newest == 0 || newest >= next_sequence) {
-    return absl::InvalidArgumentError(absl::StrCat("ack: sequence ", newest, " was never sent"));
-  }
-  const std::uint32_t age = next_sequence - newest;
-  if (age <= sent.size() && told_tick.has_value()) {
-    const SentDatagram& datagram = sent[sent.size() - age];
-    if (!datagram.told.empty()) {
-      round_trip_ticks += (static_cast<double>(*told_tick - datagram.tick) - round_trip_ticks) / 8;
-    }
-  }
-  // Older ones first: what a body was acknowledged at only goes forward.
-  for (std::uint64_t news = News(newest, mask); news != 0;) {
-    const auto i = static_cast<std::uint32_t>(63 - std::countl_zero(news));
-    news &= ~(std::uint64_t{1} << i);
-    if (i + 1 < newest) AcknowledgeOne(newest - 1 - i);
-  }
-  AcknowledgeOne(newest);
-  // What is older can be acknowledged no more.
-  while (sent.size() > age + kAckMaskBits) ForgetOldest();
-  return absl::OkStatus();
-}
-
 // --- Outside ---------------------------------------------------------------------------------------------------------
 
 SnapshotSender::SnapshotSender(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
@@ -497,15 +421,5 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& history, const Clie
 }
 
 void SnapshotSender::Prefetch() const { impl_->Prefetch(); }
-
-absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
-  if (ack.empty()) return absl::OkStatus();  // nothing has come yet
-  if (ack.size() != kAckBytes) {
-    return absl::InvalidArgumentError(absl::StrCat("ack: ", ack.size(), " bytes instead of ", kAckBytes));
-  }
-  BitReader reader(ack);
-  const auto newest = static_cast<std::uint32_t>(reader.Read(32));
-  return impl_->Acknowledge(newest, reader.Read(64));
-}
 
 }  // namespace tessera::replication
