@@ -50,11 +50,14 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
     if (body.epoch <= removed->second) return;
     removed_.erase(removed);
   }
-  const auto [at, fresh] = seen_.try_emplace(body.id, SeenBody{body.id, from, body.epoch, tick, body.state});
-  SeenBody& seen = at->second;
+  const auto [at, fresh] = tracks_.try_emplace(body.id);
+  Track& track = at->second;
+  if (fresh) {
+    track.seen = &seen_.emplace(body.id, SeenBody{body.id, from, body.epoch, tick, body.state}).first->second;
+  }
+  SeenBody& seen = *track.seen;
   if (!fresh && body.epoch < seen.epoch) return;
   const bool new_owner = !fresh && body.epoch > seen.epoch;
-  Track& track = tracks_[body.id];
   AddSample(track, tick, body.state, new_owner);
   track.expires.reset();
   const bool changed = !fresh && PropertiesDiffer(seen, body);
@@ -71,12 +74,12 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
 }
 
 void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const {
-  std::deque<Sample>& samples = track.samples;
+  std::vector<Sample>& samples = track.samples;
   // What an earlier owner told about the new one's time was its guess at best.
   while (new_owner && !samples.empty() && samples.back().tick >= tick) samples.pop_back();
-  const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
-                                   [](const Sample& sample, Tick t) { return sample.tick < t; });
-  if (at != samples.end()) {
+  if (!samples.empty() && samples.back().tick >= tick) {
+    const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
+                                     [](const Sample& sample, Tick t) { return sample.tick < t; });
     if (at->tick != tick) samples.insert(at, {tick, state});
     return;
   }
@@ -87,48 +90,49 @@ void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool 
     samples.push_back({Tick(tick.value() - interval), samples.back().state});
   }
   samples.push_back({tick, state});
-  while (samples.size() > kMaxSamples) samples.pop_front();
+  if (samples.size() > kMaxSamples) samples.erase(samples.begin(), samples.end() - kMaxSamples);
 }
 
 void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord& departure,
                               std::vector<ClientEvent>& events) {
-  const auto found = seen_.find(departure.id);
+  const auto found = tracks_.find(departure.id);
   if (departure.why == replication::DepartureRecord::Why::kOutOfInterest) {
     // It is there still, and may come back as it is.
-    if (found != seen_.end() && found->second.epoch <= departure.epoch) Vanish(departure.id, events);
+    if (found != tracks_.end() && found->second.seen->epoch <= departure.epoch) Vanish(departure.id, events);
     return;
   }
   if (departure.to == RegionId()) {
     Epoch& last = removed_[departure.id];
     last = std::max(last, departure.epoch);
-    if (found != seen_.end() && found->second.epoch <= departure.epoch) Vanish(departure.id, events);
+    if (found != tracks_.end() && found->second.seen->epoch <= departure.epoch) Vanish(departure.id, events);
     return;
   }
-  if (found == seen_.end() || found->second.epoch > departure.epoch) return;  // the next owner has told of it already
-  found->second.region = departure.to;
+  if (found == tracks_.end() || found->second.seen->epoch > departure.epoch)
+    return;  // the next owner has told of it already
+  found->second.seen->region = departure.to;
   const auto link = connected_.find(departure.to);
   // Of an owner that cannot be heard nothing can be expected.
-  if (link != connected_.end() && link->second) tracks_[departure.id].expires = now + kGrace;
+  if (link != connected_.end() && link->second) found->second.expires = now + kGrace;
 }
 
 void WorldView::RegionBegins(TimePoint now, RegionId region) {
   connected_[region] = true;
-  for (auto& [id, body] : seen_) {
-    if (body.region == region) tracks_[id].expires = now + kGrace;
+  for (auto& [id, track] : tracks_) {
+    if (track.seen->region == region) track.expires = now + kGrace;
   }
 }
 
 void WorldView::RegionLost(RegionId region) {
   connected_[region] = false;
-  for (auto& [id, body] : seen_) {
-    if (body.region == region) tracks_[id].expires.reset();
+  for (auto& [id, track] : tracks_) {
+    if (track.seen->region == region) track.expires.reset();
   }
 }
 
 void WorldView::RegionGone(TimePoint now, RegionId region) {
   connected_.erase(region);
-  for (auto& [id, body] : seen_) {
-    if (body.region == region) tracks_[id].expires = now + kOrphaned;
+  for (auto& [id, track] : tracks_) {
+    if (track.seen->region == region) track.expires = now + kOrphaned;
   }
 }
 
@@ -163,14 +167,16 @@ std::optional<RegionId> WorldView::OwnerOf(BodyId body) const {
 
 std::vector<ShownBody> WorldView::At(double tick, double rate_hz) {
   std::vector<ShownBody> shown;
-  shown.reserve(seen_.size());
-  for (const auto& [id, body] : seen_) shown.push_back(Show(id, tracks_.at(id), tick, rate_hz));
+  shown.reserve(tracks_.size());
+  for (auto& [id, track] : tracks_) shown.push_back(Show(id, track, tick, rate_hz));
   return shown;
 }
 
 ShownBody WorldView::Show(BodyId id, Track& track, double tick, double rate_hz) {
-  std::deque<Sample>& samples = track.samples;
-  while (samples.size() > 1 && AsDouble(samples[1].tick) <= tick) samples.pop_front();
+  std::vector<Sample>& samples = track.samples;
+  std::size_t over = 0;
+  while (over + 1 < samples.size() && AsDouble(samples[over + 1].tick) <= tick) ++over;
+  if (over > 0) samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(over));
   const Sample& before = samples.front();
   const double past = tick - AsDouble(before.tick);
   if (past <= 0 || (samples.size() == 1 && AtRest(before.state))) return {id, PoseOf(before.state), false};

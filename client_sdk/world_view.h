@@ -7,12 +7,12 @@
 // Pure: time comes in. Thread rule: one thread at a time.
 #pragma once
 
-#include <deque>
 #include <map>
 #include <optional>
 #include <unordered_map>
 #include <vector>
 
+#include "absl/container/btree_map.h"
 #include "client_sdk/client.h"
 #include "core/replication/snapshot.h"
 
@@ -53,7 +53,8 @@ class WorldView {
     BodyState state;
   };
   struct Track {
-    std::deque<Sample> samples;  // ascending by tick, never empty
+    SeenBody* seen = nullptr;     // among `seen_`
+    std::vector<Sample> samples;  // ascending by tick, never empty
     std::optional<TimePoint> expires;
   };
 
@@ -65,7 +66,7 @@ class WorldView {
 
   const double tick_rate_hz_, snapshot_ticks_;
   std::map<BodyId, SeenBody> seen_;
-  std::unordered_map<BodyId, Track> tracks_;
+  absl::btree_map<BodyId, Track> tracks_;      // of the same bodies
   std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had
   std::unordered_map<RegionId, bool> connected_;
   std::uint64_t extrapolations_ = 0;

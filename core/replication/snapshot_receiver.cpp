@@ -51,6 +51,13 @@ struct Parsed {
   std::vector<ParsedBody> bodies;
 };
 
+// Behind the last one until `tick`. What is looked for is among the newest, whose memory has been asked for just now.
+std::vector<Sample>::const_iterator After(const std::vector<Sample>& samples, Tick tick) {
+  auto at = samples.end();
+  while (at != samples.begin() && std::prev(at)->tick > tick) --at;
+  return at;
+}
+
 absl::Status Malformed(const std::string& what) { return absl::InvalidArgumentError(absl::StrCat("snapshot: ", what)); }
 
 }  // namespace
@@ -112,9 +119,8 @@ absl::Status SnapshotReceiver::Impl::ParseDepartures(BitReader& reader, Parsed& 
 }
 
 const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) const {
-  const auto at = std::lower_bound(body.samples.begin(), body.samples.end(), tick,
-                                   [](const Sample& s, Tick t) { return s.tick < t; });
-  return at != body.samples.end() && at->tick == tick ? &*at : nullptr;
+  const auto after = After(body.samples, tick);
+  return after != body.samples.begin() && std::prev(after)->tick == tick ? &*std::prev(after) : nullptr;
 }
 
 absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told,
@@ -252,10 +258,9 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
   body.told = std::max(body.told, tick);
   std::vector<Sample>& samples = body.samples;
   if (!parsed.whole) LetGo(body, tick, parsed.oldest);
-  const auto at =
-      std::lower_bound(samples.begin(), samples.end(), tick, [](const Sample& s, Tick t) { return s.tick < t; });
-  if (at != samples.end() && at->tick == tick) return &body;  // the same tick written twice
-  samples.insert(at, {tick, parsed.state});
+  const auto after = After(samples, tick);
+  if (after != samples.begin() && std::prev(after)->tick == tick) return &body;  // the same tick written twice
+  samples.insert(after, {tick, parsed.state});
   if (samples.size() > kHistoriesKept * settings.history_ticks) samples.erase(samples.begin());
   return &body;
 }
@@ -280,10 +285,10 @@ void SnapshotReceiver::Impl::LetGo(TrackedBody& body, Tick tick, Tick oldest_use
 BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const {
   BodyState state = quantizer.Dequantize(parsed.state);
   if (parsed.velocities_told) return state;
-  const auto at = std::lower_bound(body.samples.begin(), body.samples.end(), tick,
-                                   [](const Sample& s, Tick t) { return s.tick < t; });
+  auto at = After(body.samples, tick);
+  if (at != body.samples.begin() && std::prev(at)->tick == tick) --at;
   if (at == body.samples.begin()) return state;
-  const Sample& before = *(at - 1);
+  const Sample& before = *std::prev(at);
   const BodyState was = quantizer.Dequantize(before.state);
   const double per_s = settings.tick_rate_hz / static_cast<double>(tick - before.tick);
   state.linear_velocity = Vec3f((state.position - was.position) * per_s);
