@@ -138,9 +138,9 @@ class RegionStep {
   void SayAgain(std::size_t neighbor);
   std::uint32_t VouchFor(std::size_t neighbor, const Frame& frame);
   bool MayGrant(RegionId to) const;
-  // A grant that this region has had before; and whether its confirmation is still to be said or heard.
   // Of a body that came back under this epoch.
   void ForgetGrantsBefore(BodyId id, Epoch epoch);
+  // A grant that this region has had before; and whether its confirmation is still to be said or heard.
   bool IsRepeat(std::size_t neighbor, const GrantedBody& body) const;
   bool Confirms(std::size_t neighbor, const GrantedBody& body) const;
 
@@ -165,12 +165,6 @@ class RegionStep {
   bool Slept(const Frames& frames, BodyId id) const;
   void KickBodies(Kicks kicks);
   bool LiesStill(BodyId id) const;
-  // To be given later to what lies still, and where it was due: what acts elsewhere turns all about each other.
-  struct Owed {
-    Kick kick;
-    Vec3d at;
-  };
-  std::map<BodyId, Owed> owed_;
 
   void OwnInitial();
   void ChangeMapIfDue();
@@ -193,6 +187,12 @@ class RegionStep {
     Vec3f impulse_on_b, angular_on_a, angular_on_b;
     std::array<Vec3f, 3> now;  // the same, in the last alone
   };
+  // To be given later to what lies still, and where it was due: what acts elsewhere turns all about each other.
+  struct Owed {
+    Kick kick;
+    Vec3d at;
+  };
+  std::map<BodyId, Owed> owed_;
   std::vector<bool> whole_;                       // by owned body: shown with all that it hangs together with
   std::vector<Touch> touching_, touched_before_;  // near borders, ascending by (a, b)
 };

@@ -172,7 +172,7 @@ TEST(ExchangeTest, APileAcrossBordersLiesStill) {
     std::printf("pile of 204, %u regions: fastest %.2e m/s, one world's %.2e; heights off by %.2e m\n", regions,
                 many.fastest_m_s, one.fastest_m_s, off_m);
     EXPECT_LT(many.fastest_m_s, 0.01);
-    EXPECT_LT(off_m, 4e-3);
+    EXPECT_LT(off_m, 4e-3);  // in four regions one box lies 2.2 mm off: why is not known
   }
 }
 
