@@ -18,6 +18,8 @@ constexpr std::uint64_t kRate_hz = 10;
 constexpr std::uint64_t kRepeat_s = 1, kLifetime_s = 4;
 // Regions are a few ticks apart; over a closed border some seconds.
 constexpr std::uint64_t kAhead_s = 60;
+// Of as many as may play at one time, and of those who have just left. Their numbers only grow.
+constexpr std::size_t kMaxKnown = 2 * kMaxPlayers;
 // Player, epoch and tick, a byte each, and three floats.
 constexpr std::size_t kMinWordBytes = 3 + 12;
 
@@ -76,7 +78,7 @@ absl::Status PlayerPlaces::Hear(std::span<const std::uint8_t> message, Tick tick
     word.tick = Tick(reader.Varint());
     word.position = Vec3d(reader.V3f());
     if (!reader.ok()) break;
-    if (player == PlayerNumber() || player.value() > kMaxPlayers) return absl::InvalidArgumentError("places: player");
+    if (player == PlayerNumber()) return absl::InvalidArgumentError("places: player");
     if (!IsSane(word.position.x) || !IsSane(word.position.y) || !IsSane(word.position.z)) {
       return absl::InvalidArgumentError(absl::StrCat("places: player ", player.value(), ": position"));
     }
@@ -85,6 +87,7 @@ absl::Status PlayerPlaces::Hear(std::span<const std::uint8_t> message, Tick tick
   if (reader.remaining() != 0) return absl::InvalidArgumentError("places: bytes left over");
   for (const auto& [player, word] : words) {
     if (IsOld(word, tick) || word.tick.value() > tick.value() + kAhead_s * tick_rate_hz_) continue;
+    if (known_.size() >= kMaxKnown && !known_.contains(player)) continue;
     const auto [found, is_new] = known_.try_emplace(player, Known{word, std::nullopt});
     Word& known = found->second.word;
     if (std::pair(word.epoch, word.tick) > std::pair(known.epoch, known.tick)) known = word;

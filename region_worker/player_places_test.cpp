@@ -54,6 +54,16 @@ TEST(PlayerPlacesTest, ComeFromTheOwnerToRegionsThatAreNoNeighboursOfIt) {
   EXPECT_EQ(far.At(PlayerNumber(4), Tick(102)), std::nullopt);
 }
 
+// Numbers are not given again; but of how many it is told at one time has an end.
+TEST(PlayerPlacesTest, PlayersOfAnyNumberAreHeardButNotOfAnyCount) {
+  PlayerPlaces places(kRate_hz);
+  for (std::uint32_t player = 5001; player <= 10'000; ++player) {
+    ASSERT_TRUE(places.Hear(WordOf(player, 1, 100, {1, 2, 3}), Tick(100)).ok());
+  }
+  EXPECT_EQ(places.At(PlayerNumber(5001), Tick(100)), Vec3d(1, 2, 3));
+  EXPECT_EQ(places.At(PlayerNumber(10'000), Tick(100)), std::nullopt);
+}
+
 TEST(PlayerPlacesTest, GoRoundACircleOnce) {
   Owner owner(3);
   owner.Follow(Tick(100), Epoch(2), {1, 2, 3});

@@ -55,6 +55,19 @@ void TickLoop::SetPlayers(std::span<const OrderedPlayer> players, bool joins) {
       spawning_.push_back(player.number);
     }
   }
+  named_.clear();
+  for (const OrderedPlayer& player : players) {
+    named_.insert(player.number);
+    newest_named_ = std::max(newest_named_, player.number);
+  }
+  const auto forgotten = [this](PlayerNumber player) { return !named_.contains(player); };
+  std::erase_if(left_, forgotten);
+  std::erase_if(asked_to_spawn_, forgotten);
+}
+
+// Players are numbered as they come, and an order that names one no more has forgotten that it left.
+bool TickLoop::HasLeft(PlayerNumber player) const {
+  return left_.contains(player) || (player <= newest_named_ && !named_.contains(player));
 }
 
 void TickLoop::OnFrame(RegionId from, std::span<const std::uint8_t> bytes, TimePoint now) {
@@ -306,8 +319,10 @@ void TickLoop::ShowBodies() {
 
 // A body may be on its way from another region when its player leaves, so this is asked again and again.
 void TickLoop::RemoveLeft() {
-  for (const PlayerNumber player : left_) {
-    if (region_.Owns(PlayerBodyId(player))) region_.RemovePlayer(player);
+  const std::span<const region::OwnedBody> owned = region_.owned();
+  // Players' bodies have the highest ids.
+  for (auto body = owned.rbegin(); body != owned.rend() && IsPlayerBody(body->def->id); ++body) {
+    if (HasLeft(PlayerOf(body->def->id))) region_.RemovePlayer(PlayerOf(body->def->id));
   }
 }
 

@@ -103,6 +103,7 @@ class TickLoop {
   void Count(const region::StepResult& result);
   void CountSpawned();
   void KeepCensus();
+  bool HasLeft(PlayerNumber player) const;
   void RemoveLeft();
   void ShowBodies();
 
@@ -136,7 +137,8 @@ class TickLoop {
   std::optional<TimePoint> waiting_since_;  // for frames
   TimePoint may_log_drop_at_{};
   std::uint64_t drops_unlogged_ = 0;
-  std::set<PlayerNumber> asked_to_spawn_, left_;
+  std::set<PlayerNumber> asked_to_spawn_, left_, named_;  // of those that the newest order names
+  PlayerNumber newest_named_;                             // by any order
   PropertyOrders property_orders_;
   std::vector<PlayerNumber> spawning_;  // asked for, not seen yet
 };

@@ -296,6 +296,22 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
 }
 
+// An order that names a player no more says that it left long ago: here it was on its way all that time.
+TEST_F(WorkerAgentTest, BodyOfAForgottenPlayerIsRemoved) {
+  StartWorkers(1);
+  v1::WorkerOrder both = NextOrder(1);
+  both.set_run(true);
+  AddPlayer(both, 1, 1);
+  AddPlayer(both, 2, 1);
+  agent_->Give(both);
+  (void)Wait(1, [](const auto& report) { return report.spawned_bodies() == 2; });
+  v1::WorkerOrder one = NextOrder(1);
+  one.set_run(true);
+  AddPlayer(one, 2, 1);
+  agent_->Give(one);
+  EXPECT_EQ(Wait(1, [](const auto& report) { return report.removed_bodies() == 1; }).owned(), kBalls + 1);
+}
+
 // It hangs where it was made, 3 m up, and falls once it is parked no more.
 TEST_F(WorkerAgentTest, ParkedPlayersBodyHangsWhereItIs) {
   StartWorkers(1);

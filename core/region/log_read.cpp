@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/frame_check.h"
@@ -71,7 +72,9 @@ class MessageReader {
     std::uint64_t last = 0;
     spawned.resize(in_.Count(1));
     for (PlayerNumber& player : spawned) {
-      if (!NextId(in_, last) || last > kMaxPlayers) return Bad("spawned: players do not ascend");
+      if (!NextId(in_, last) || last > std::numeric_limits<std::uint32_t>::max()) {
+        return Bad("spawned: players do not ascend");
+      }
       player = PlayerNumber(static_cast<std::uint32_t>(last));
     }
     return absl::OkStatus();

@@ -8,6 +8,7 @@
 
 #include "core/region/log_wire.h"
 #include "core/region/standby.h"
+#include "core/world/limits.h"
 
 namespace tessera::region {
 namespace {
@@ -80,6 +81,18 @@ TEST_F(LogTest, TheStandbyIsTheRegionToTheBitAtEveryTick) {
   }
   EXPECT_TRUE(standby.state().controls.empty());
   EXPECT_FALSE(standby.state().touching.empty());
+}
+
+// Numbers are not given again, so they grow beyond as many as may play at one time.
+TEST_F(LogTest, PlayersOfAnyNumberAreTold) {
+  region.SpawnPlayer(PlayerNumber(kMaxPlayers + 1));
+  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  region.SpawnPlayer(PlayerNumber(0xffffffff));
+  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  EXPECT_EQ(standby.state().spawned, (std::vector{PlayerNumber(kMaxPlayers + 1), PlayerNumber(0xffffffff)}));
+  region.SetStandby(true);
+  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
 }
 
 TEST_F(LogTest, SleepersCostNothing) {
