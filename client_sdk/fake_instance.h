@@ -269,6 +269,7 @@ class FakeInstance : public v1::SessionService::Service {
       const auto who =
           net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000);
       if (!who.ok()) return {grpc::StatusCode::UNAUTHENTICATED, "connect_token"};
+      if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "session_key"};
       player = who->player;
     }
     const net::Credentials pass =
@@ -298,7 +299,8 @@ class FakeInstance : public v1::SessionService::Service {
   grpc::Status LeaveInstance(grpc::ServerContext*, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
     const std::string& sealed = request->connect_token();
-    if (!net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000).ok()) {
+    if (!net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000).ok() ||
+        !Proves(*request)) {
       return {grpc::StatusCode::UNAUTHENTICATED, "token"};
     }
     ++left;
@@ -314,6 +316,14 @@ class FakeInstance : public v1::SessionService::Service {
   int scenes_fetched = 0, left = 0;
 
  private:
+  template <class Request>
+  bool Proves(const Request& request) const {
+    const std::string& sealed = request.connect_token();
+    const auto shown = net::SessionKeyFrom(request.session_key());
+    return shown.ok() &&
+           *shown == net::SessionKeyOf({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, key_);
+  }
+
   net::InstanceKey key_ = net::MakeInstanceKey();
   std::string scene_bytes_, scene_hash_;
   std::uint32_t players_ = 0;

@@ -114,6 +114,12 @@ absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string&
   return RegionEndpoint{RegionId(region), host, static_cast<std::uint16_t>(port), Incarnation(incarnation)};
 }
 
+std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials) {
+  std::vector<std::uint8_t> both = credentials.token;
+  both.insert(both.end(), credentials.key.data(), credentials.key.data() + credentials.key.size());
+  return both;
+}
+
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
                                      std::chrono::milliseconds deadline) {
@@ -124,7 +130,12 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_id);
   request.set_player_name(player_name);
-  request.set_connect_token(returning.data(), returning.size());
+  if (!returning.empty()) {
+    if (returning.size() <= net::kKeyBytes) return absl::InvalidArgumentError("returning: is no return token");
+    const auto key_at = returning.last(net::kKeyBytes);
+    request.set_connect_token(returning.data(), returning.size() - key_at.size());
+    request.set_session_key(key_at.data(), key_at.size());
+  }
   v1::JoinInstanceResponse response;
   if (const grpc::Status status = stub->JoinInstance(&context, request, &response); !status.ok()) {
     return ToStatus(status, control_address, instance_id);
@@ -157,13 +168,14 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
 }
 
 absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
-                           std::span<const std::uint8_t> connect_token, std::chrono::milliseconds deadline) {
+                           const net::Credentials& credentials, std::chrono::milliseconds deadline) {
   const std::unique_ptr<Stub> stub = Dial(control_address);
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + deadline);
   v1::LeaveInstanceRequest request;
   request.set_instance_id(instance_id);
-  request.set_connect_token(connect_token.data(), connect_token.size());
+  request.set_connect_token(credentials.token.data(), credentials.token.size());
+  request.set_session_key(credentials.key.data(), credentials.key.size());
   v1::LeaveInstanceResponse response;
   const grpc::Status status = stub->LeaveInstance(&context, request, &response);
   return status.ok() ? absl::OkStatus() : ToStatus(status, control_address, instance_id);

@@ -38,12 +38,16 @@ struct Session {
 absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
                                         std::uint64_t incarnation);
 
-// A scene that this process has had before, by its hash, is not fetched again. `returning`: a connect token that the
+// What makes its holder the player: the connect token, then its session key. Secret.
+std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials);
+inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxTokenBytes + net::kKeyBytes;
+
+// A scene that this process has had before, by its hash, is not fetched again. `returning`: a return token that the
 // player had before, to come back as the same one; empty for a new one.
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
                                      std::chrono::milliseconds deadline);
 absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
-                           std::span<const std::uint8_t> connect_token, std::chrono::milliseconds deadline);
+                           const net::Credentials& credentials, std::chrono::milliseconds deadline);
 
 }  // namespace tessera::client

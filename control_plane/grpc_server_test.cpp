@@ -194,6 +194,7 @@ TEST_F(GrpcServerTest, LeadsAWorldFromCreateToEnd) {
   v1::LeaveInstanceRequest leave;
   leave.set_instance_id(id);
   leave.set_connect_token(joined.connect_token());
+  leave.set_session_key(joined.session_key());
   v1::LeaveInstanceResponse left;
   EXPECT_TRUE(sessions_->LeaveInstance(&Context(), leave, &left).ok());
 

@@ -2,7 +2,7 @@
 #include <map>
 
 #include "client_sdk/c_api/handle.h"
-#include "net/connect_token.h"
+#include "client_sdk/session.h"
 
 using namespace tessera;
 using namespace tessera::c_api;
@@ -33,7 +33,7 @@ static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting)
 static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));
 static_assert(TESSERA_ENDED == static_cast<int>(client::ClientState::kEnded));
 
-static_assert(TESSERA_MAX_TOKEN >= net::kMaxTokenBytes);
+static_assert(TESSERA_MAX_TOKEN >= client::kMaxReturnTokenBytes);
 
 const char* OrEmpty(const char* text) { return text == nullptr ? "" : text; }
 

@@ -349,6 +349,7 @@ TEST(InstanceLifeTest, AControlPlaneThatDiesAtAnyCallComesBackAndGoesOn) {
     v1::LeaveInstanceRequest leave;
     leave.set_instance_id(id);
     leave.set_connect_token(joined->response.connect_token());
+    leave.set_session_key(joined->response.session_key());
     ASSERT_TRUE(harness.cluster().Leave(harness.now, leave).ok());
     harness.Run(seconds(1));
     EXPECT_EQ(harness.Get(id).players(), 0u);

@@ -69,13 +69,19 @@ absl::StatusOr<bool> Cluster::CanJoin(const std::string& instance_id) const {
                      [](const auto& worker) { return worker.bound(); });
 }
 
+// Everybody on the way sees the token when it is shown to a door; the key never travels there.
 absl::StatusOr<std::uint32_t> Cluster::PlayerOf(Moment now, const InstanceEntry& instance,
-                                                const std::string& connect_token) const {
+                                                const std::string& connect_token,
+                                                const std::string& session_key) const {
   const auto key = net::InstanceKeyFrom(instance.record.key());
   if (!key.ok()) return key.status();
-  const auto token = net::Open({reinterpret_cast<const std::uint8_t*>(connect_token.data()), connect_token.size()},
-                               instance.record.id(), *key, Seconds(now.unix_time));
+  const std::span sealed(reinterpret_cast<const std::uint8_t*>(connect_token.data()), connect_token.size());
+  const auto token = net::Open(sealed, instance.record.id(), *key, Seconds(now.unix_time));
   if (!token.ok()) return absl::UnauthenticatedError(absl::StrCat("connect_token: ", token.status().message()));
+  const auto shown = net::SessionKeyFrom(session_key);
+  if (!shown.ok() || !(*shown == net::SessionKeyOf(sealed, *key))) {
+    return absl::UnauthenticatedError("session_key: is not that of the connect token");
+  }
   return token->player.value();
 }
 
@@ -96,7 +102,7 @@ absl::StatusOr<std::uint32_t> Cluster::AddPlayer(const v1::JoinInstanceRequest& 
 // One that comes back is the player that it was: nothing about it has to be stored or told.
 absl::StatusOr<std::uint32_t> Cluster::FindReturning(Moment now, const v1::JoinInstanceRequest& request,
                                                      const InstanceEntry& instance) const {
-  const auto number = PlayerOf(now, instance, request.connect_token());
+  const auto number = PlayerOf(now, instance, request.connect_token(), request.session_key());
   if (!number.ok()) return number.status();
   const auto& players = instance.record.players();
   const auto player =
@@ -149,7 +155,7 @@ bool Cluster::AllKnow(const std::string& instance_id, std::uint64_t mark) const 
 absl::Status Cluster::Leave(Moment now, const v1::LeaveInstanceRequest& request) {
   InstanceEntry* instance = FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance(request.instance_id());
-  const auto number = PlayerOf(now, *instance, request.connect_token());
+  const auto number = PlayerOf(now, *instance, request.connect_token(), request.session_key());
   if (!number.ok()) return number.status();
   records::Instance next = instance->record;
   const auto player = std::find_if(next.mutable_players()->begin(), next.mutable_players()->end(),

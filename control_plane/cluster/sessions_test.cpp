@@ -72,13 +72,19 @@ TEST(SessionTest, OnlyTheOwnTokenLeaves) {
   const auto joined = *harness.cluster().Join(harness.now, JoinRequest(id));
   v1::LeaveInstanceRequest leave;
   leave.set_connect_token(joined.response.connect_token());
+  leave.set_session_key(joined.response.session_key());
   leave.set_instance_id(other);
   EXPECT_EQ(harness.cluster().Leave(harness.now, leave).code(), absl::StatusCode::kUnauthenticated);
   leave.set_instance_id(id);
   leave.set_connect_token("forged");
   EXPECT_EQ(harness.cluster().Leave(harness.now, leave).code(), absl::StatusCode::kUnauthenticated);
-  EXPECT_EQ(harness.Get(id).players(), 1u);
   leave.set_connect_token(joined.response.connect_token());
+  for (const std::string& key : {std::string(), std::string("short"), std::string(32, 'x')}) {
+    leave.set_session_key(key);  // who has seen the token go by has no more
+    EXPECT_EQ(harness.cluster().Leave(harness.now, leave).code(), absl::StatusCode::kUnauthenticated);
+  }
+  EXPECT_EQ(harness.Get(id).players(), 1u);
+  leave.set_session_key(joined.response.session_key());
   EXPECT_TRUE(harness.cluster().Leave(harness.now, leave).ok());
   EXPECT_TRUE(harness.cluster().Leave(harness.now, leave).ok());
   EXPECT_EQ(harness.Get(id).players(), 0u);
@@ -100,6 +106,8 @@ TEST(SessionTest, WithATokenOfItsOwnAPlayerComesBackAsTheSame) {
   back.set_connect_token(first.response.connect_token());
   harness.Restart();
   harness.Pump();
+  EXPECT_EQ(harness.cluster().Join(harness.now, back).status().code(), absl::StatusCode::kUnauthenticated);
+  back.set_session_key(first.response.session_key());
   const auto second = harness.cluster().Join(harness.now, back);
   ASSERT_TRUE(second.ok()) << second.status();
   EXPECT_EQ(second->response.player(), 1u);
@@ -122,10 +130,13 @@ TEST(SessionTest, WhoHasLeftForGoodDoesNotComeBack) {
   const std::string id = Create(harness, TestPlan(1));
   harness.Pump();
   v1::JoinInstanceRequest back = JoinRequest(id);
-  back.set_connect_token(harness.cluster().Join(harness.now, back)->response.connect_token());
+  const auto joined = harness.cluster().Join(harness.now, back);
+  back.set_connect_token(joined->response.connect_token());
+  back.set_session_key(joined->response.session_key());
   v1::LeaveInstanceRequest leave;
   leave.set_instance_id(id);
   leave.set_connect_token(back.connect_token());
+  leave.set_session_key(back.session_key());
   ASSERT_TRUE(harness.cluster().Leave(harness.now, leave).ok());
   EXPECT_EQ(harness.cluster().Join(harness.now, back).status().code(), absl::StatusCode::kFailedPrecondition);
 }

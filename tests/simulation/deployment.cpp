@@ -314,7 +314,7 @@ std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
   const auto joined =
       control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Join(now, request); });
   if (!joined.ok()) return std::nullopt;
-  tokens_[joined->response.player()] = joined->response.connect_token();
+  tokens_[joined->response.player()] = joined->response;
   ledger_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
   return joined->response.player();
 }
@@ -323,7 +323,8 @@ void Deployment::Leave(std::uint32_t player) {
   if (!control_.alive()) return;
   v1::LeaveInstanceRequest request;
   request.set_instance_id(id_);
-  request.set_connect_token(tokens_.at(player));
+  request.set_connect_token(tokens_.at(player).connect_token());
+  request.set_session_key(tokens_.at(player).session_key());
   ledger_->Removing(PlayerBodyId(PlayerNumber(player)));
   (void)control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Leave(now, request); });
 }

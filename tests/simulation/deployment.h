@@ -128,7 +128,7 @@ class Deployment {
   std::set<Node> taken_over_;
   std::set<Node> before_;  // lives of a world that was lost
   std::map<Node, Tick> last_step_;
-  std::map<std::uint32_t, std::string> tokens_;
+  std::map<std::uint32_t, v1::JoinInstanceResponse> tokens_;  // by player
   std::uint32_t regions_ = 0;
   DeploymentTotals totals_;
   struct HealthOrder {
