@@ -77,7 +77,7 @@ void Door::Forget(SessionNumber number) {
   Session* session = Find(number);
   if (session == nullptr) return;
   SetDue(*session, std::nullopt);
-  if (!session->dialled) guests_->Leave(number, session->greeting(), session->token_id);
+  if (!session->dialled) guests_->Leave(number, session->greeting(), session->token_id, session->token.player);
   const std::uint32_t slot = number.value() & kSlotMask;
   slots_[slot].reset();
   free_.push_back(slot);
@@ -215,6 +215,9 @@ Door::Received Door::OnLogin(TimePoint now, std::uint64_t unix_s, const Address&
   if (guests_->CountFrom(from.host) >= limits_.max_per_address) {
     return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_address, " places of one address are taken"));
   }
+  if (token->player != PlayerNumber() && guests_->CountOf(token->player) >= limits_.max_per_player) {
+    return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_player, " places of one player are taken"));
+  }
   return Admit(now, from, *login, key, *std::move(token));
 }
 
@@ -227,7 +230,7 @@ Door::Received Door::Admit(TimePoint now, const Address& from, const Login& logi
   session.token = std::move(token);
   session.token_id = TokenIdOf(login.token);
   SetDue(session, now + kUnsettled);
-  guests_->Enter(session.number, session.greeting(), session.token_id);
+  guests_->Enter(session.number, session.greeting(), session.token_id, session.token.player);
   Nonce nonce;
   randombytes_buf(nonce.data(), nonce.size());
   const DirectionKeys keys = DeriveKeys(key, plate_->region, plate_->incarnation, login.nonce, nonce);

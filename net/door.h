@@ -47,6 +47,8 @@ struct Doorplate {
 struct DoorLimits {
   std::size_t max_sessions = 64;     // 1 to 4095, both ways
   std::size_t max_per_address = 64;  // of those that came in
+  // Likewise: the connection in use, those before it that fade, one that begins.
+  std::size_t max_per_player = 8;
   // Logins with a good cookie of one address; each costs some 10 us. A house of players or bots may share one.
   double logins_per_s = 256, login_burst = 512;
 };

@@ -78,7 +78,7 @@ class DoorTest : public testing::Test {
 
   InstanceKey key_ = MakeInstanceKey();
   Door::TimePoint now_{seconds(1000)};
-  Door house_{{.max_sessions = 8, .max_per_address = 4}}, guest_{{.max_sessions = 64}};
+  Door house_{{.max_sessions = 8, .max_per_address = 4, .max_per_player = 3}}, guest_{{.max_sessions = 64}};
   SessionNumber dial_;
 };
 
@@ -136,6 +136,16 @@ TEST_F(DoorTest, AnotherProtocolIsToldBoth) {
   ASSERT_TRUE(refusal.has_value());
   EXPECT_EQ(refusal->reason, Refused::kProtocol);
   EXPECT_NE(refusal->detail.find("999"), std::string::npos);
+}
+
+TEST_F(DoorTest, OnePlayerDoesNotTakeAllPlaces) {
+  for (int i = 0; i < 3; ++i) house_.Settle(Enter(Pass(7)));
+  const auto refusal = RefusalOf(Pass(7));
+  ASSERT_TRUE(refusal.has_value());
+  EXPECT_EQ(refusal->reason, Refused::kFull);
+  EXPECT_EQ(refusal->detail, "all 3 places of one player are taken");
+  house_.Forget(Enter(Pass(8)));
+  EXPECT_EQ(house_.sessions(), 3u);
 }
 
 TEST_F(DoorTest, OneAddressHasItsShareOfPlacesAndAllHaveAnEnd) {

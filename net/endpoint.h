@@ -51,6 +51,9 @@ struct EndpointOptions {
   // Of one reliable message, sent or received. Both ends must agree: what is longer than the receiver's is never
   // delivered.
   std::size_t max_message_bytes = kMaxMessageBytes;
+  // False: of those that come in nothing reliable is taken. ENet keeps such messages until they are whole and in order,
+  // and trusts what it is told of those that are missing.
+  bool guests_speak_reliably = true;
 };
 
 struct Event {

@@ -66,7 +66,8 @@ bool Endpoint::Impl::TakeDatagram(ENetEvent* event) {
 }
 
 bool Endpoint::Impl::HandToEnet(const Door::Received& received) {
-  const Inner kind = Inspect(received.bytes, door.IsDialled(received.session));
+  const bool dialled = door.IsDialled(received.session);
+  const Inner kind = Inspect(received.bytes, dialled, dialled || options.guests_speak_reliably);
   auto known = connection_of_session.find(received.session.value());
   if (kind == Inner::kRefused) return false;
   if (kind == Inner::kConnect) {

@@ -36,8 +36,8 @@ inline std::unique_ptr<Endpoint> Listen(EndpointOptions options = {}) {
   return *std::move(endpoint);
 }
 
-inline absl::StatusOr<PeerHandle> Dial(Endpoint& from, std::uint16_t port) {
-  return from.Connect("127.0.0.1", port, RegionId(2), Pass());
+inline absl::StatusOr<PeerHandle> Dial(Endpoint& from, std::uint16_t port, std::uint32_t player = 7) {
+  return from.Connect("127.0.0.1", port, RegionId(2), Pass(player));
 }
 
 // Two endpoints and all that happened to them.

@@ -36,6 +36,20 @@ TEST(EndpointTest, EchoesBothKinds) {
   EXPECT_EQ(pair.client->AddressOf(pair.to_server), "127.0.0.1:" + std::to_string(pair.server->port()));
 }
 
+// To a port for players. The other way they go as ever, and so does what needs no place in any order.
+TEST(EndpointTest, TakesNothingReliableFromGuestsWhereItIsToldNotTo) {
+  Pair pair({.guests_speak_reliably = false});
+  ASSERT_TRUE(pair.ConnectBoth());
+  ASSERT_TRUE(pair.client->Send(pair.to_server, Delivery::kReliable, Pattern(20, 1)).ok());
+  pair.client->Flush();
+  ASSERT_TRUE(pair.client->Send(pair.to_server, Delivery::kUnsequenced, Pattern(30, 2)).ok());
+  ASSERT_TRUE(pair.server->Send(pair.to_client, Delivery::kReliable, Pattern(5000, 3)).ok());
+  ASSERT_TRUE(pair.Until([&] { return !pair.at_client.empty() && !pair.at_server.empty(); }));
+  EXPECT_EQ(pair.at_client[0].bytes, Pattern(5000, 3));
+  ASSERT_EQ(pair.at_server.size(), 1u);
+  EXPECT_EQ(pair.at_server[0].bytes, Pattern(30, 2));
+}
+
 TEST(EndpointTest, LargeReliableMessagesArriveWholeAndInOrder) {
   Pair pair;
   ASSERT_TRUE(pair.ConnectBoth());
@@ -187,7 +201,7 @@ TEST(EndpointTest, ServesManyPeersAndRefusesOneTooMany) {
   Pair pair({.max_peers = kPeers}, {.max_peers = kPeers, .peer_timeout = milliseconds(10'000)});
   std::map<PeerHandle, unsigned> number_of;
   for (unsigned i = 0; i < kPeers; ++i) {
-    const auto peer = Dial(*pair.client, pair.server->port());
+    const auto peer = Dial(*pair.client, pair.server->port(), i + 1);
     ASSERT_TRUE(peer.ok()) << peer.status();
     number_of[*peer] = i;
   }

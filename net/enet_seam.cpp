@@ -14,6 +14,12 @@ constexpr std::size_t kShortHeader = 2, kLongHeader = 4;
 
 std::uint16_t Read16(const std::uint8_t* from) { return static_cast<std::uint16_t>(from[0] << 8 | from[1]); }
 
+std::uint32_t Read32(const std::uint8_t* from) { return std::uint32_t{Read16(from)} << 16 | Read16(from + 2); }
+
+// Bytes of a message in each of its fragments, at least: ENet cuts by the mtu. It takes memory by the number of
+// fragments that it is told, whatever they come to.
+constexpr std::uint32_t kLeastFragmentBytes = 512;
+
 // ENet's header: whether it has a time, which makes it longer.
 std::size_t HeaderBytes(std::span<const std::uint8_t> datagram) {
   return (Read16(datagram.data()) & ENET_PROTOCOL_HEADER_FLAG_SENT_TIME) != 0 ? kLongHeader : kShortHeader;
@@ -39,6 +45,10 @@ std::size_t CommandBytes(std::span<const std::uint8_t> rest, std::uint8_t comman
       return sizeof(ENetProtocolSendReliable) + Read16(rest.data() + offsetof(ENetProtocolSendReliable, dataLength));
     case ENET_PROTOCOL_COMMAND_SEND_FRAGMENT:
       if (rest.size() < sizeof(ENetProtocolSendFragment)) return 0;
+      if (Read32(rest.data() + offsetof(ENetProtocolSendFragment, fragmentCount)) >
+          Read32(rest.data() + offsetof(ENetProtocolSendFragment, totalLength)) / kLeastFragmentBytes + 1) {
+        return 0;
+      }
       return sizeof(ENetProtocolSendFragment) + Read16(rest.data() + offsetof(ENetProtocolSendFragment, dataLength));
     default:
       return 0;
@@ -91,7 +101,7 @@ std::uint16_t PeerOf(std::span<const std::uint8_t> payload) {
   return Read16(payload.data()) & ENET_PROTOCOL_MAXIMUM_PEER_ID;
 }
 
-Inner Inspect(std::span<const std::uint8_t> payload, bool dialled) {
+Inner Inspect(std::span<const std::uint8_t> payload, bool dialled, bool reliable) {
   if (payload.size() < kShortHeader) return Inner::kRefused;
   const std::size_t header = HeaderBytes(payload);
   if (payload.size() <= header) return Inner::kRefused;
@@ -102,6 +112,8 @@ Inner Inspect(std::span<const std::uint8_t> payload, bool dialled) {
     const std::uint8_t command = rest[0] & ENET_PROTOCOL_COMMAND_MASK;
     const std::size_t bytes = CommandBytes(rest, command);
     if (bytes == 0 || bytes > rest.size()) return Inner::kRefused;
+    const bool kept = command == ENET_PROTOCOL_COMMAND_SEND_RELIABLE || command == ENET_PROTOCOL_COMMAND_SEND_FRAGMENT;
+    if (kept && !reliable) return Inner::kRefused;
     if (command == ENET_PROTOCOL_COMMAND_CONNECT) {
       // Alone, to nobody yet, and only from the one that dialled.
       return to_nobody && !dialled && first && bytes == rest.size() ? Inner::kConnect : Inner::kRefused;

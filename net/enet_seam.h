@@ -35,8 +35,9 @@ std::size_t Gather(std::span<const ENetBuffer> buffers, std::span<std::uint8_t> 
 
 // --- Inwards ---
 enum class Inner : std::uint8_t { kRefused, kConnect, kOther };
-// Whether it is well formed, of one of our endpoints, and what it is.
-Inner Inspect(std::span<const std::uint8_t> payload, bool dialled);
+// Whether it is well formed, of one of our endpoints, and what it is. `reliable`: whether the other side may send
+// messages that ENet keeps until they are whole and in order.
+Inner Inspect(std::span<const std::uint8_t> payload, bool dialled, bool reliable);
 // Makes of a payload that was inspected what ENet expects, in place: `payload` is preceded by kChecksumBytes of room.
 // `connection` is this host's number for it.
 std::span<std::uint8_t> Restore(std::span<std::uint8_t> payload, Inner kind, std::uint32_t connection);

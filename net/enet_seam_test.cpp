@@ -43,37 +43,64 @@ Bytes Reliable(std::size_t payload) {
                                            offsetof(ENetProtocolSendReliable, dataLength));
 }
 
+// The first of a message.
+Bytes Fragment(std::uint32_t total_bytes, std::uint32_t count) {
+  Bytes bytes = Command<ENetProtocolSendFragment>(ENET_PROTOCOL_COMMAND_SEND_FRAGMENT, 1,
+                                                  offsetof(ENetProtocolSendFragment, dataLength));
+  const auto put = [&](std::size_t offset, std::uint32_t value) {
+    for (int i = 0; i < 4; ++i)
+      bytes[offset + static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+  };
+  put(offsetof(ENetProtocolSendFragment, totalLength), total_bytes);
+  put(offsetof(ENetProtocolSendFragment, fragmentCount), count);
+  return bytes;
+}
+
 TEST(EnetSeamTest, TellsAConnectFromTheRest) {
-  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect}), false), Inner::kConnect);
-  EXPECT_EQ(Inspect(Datagram(3, {kPing, Reliable(100), kPing}), false), Inner::kOther);
-  EXPECT_EQ(Inspect(Datagram(3, {kPing}, false), false), Inner::kOther);
-  EXPECT_EQ(Inspect(Datagram(3, {kVerify}), true), Inner::kOther);
+  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect}), false, true), Inner::kConnect);
+  EXPECT_EQ(Inspect(Datagram(3, {kPing, Reliable(100), kPing}), false, true), Inner::kOther);
+  EXPECT_EQ(Inspect(Datagram(3, {kPing}, false), false, true), Inner::kOther);
+  EXPECT_EQ(Inspect(Datagram(3, {kVerify}), true, true), Inner::kOther);
 }
 
 TEST(EnetSeamTest, RefusesWhatOurEndpointsNeverSay) {
-  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect}), true), Inner::kRefused);  // from one that was dialled
-  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect, kPing}), false), Inner::kRefused);
-  EXPECT_EQ(Inspect(Datagram(3, {kConnect}), false), Inner::kRefused);
-  EXPECT_EQ(Inspect(Datagram(3, {kVerify}), false), Inner::kRefused);  // to one that did not dial
-  EXPECT_EQ(Inspect(Datagram(kNobody, {kPing}), false), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect}), true, true), Inner::kRefused);  // from one that was dialled
+  EXPECT_EQ(Inspect(Datagram(kNobody, {kConnect, kPing}), false, true), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(3, {kConnect}), false, true), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(3, {kVerify}), false, true), Inner::kRefused);  // to one that did not dial
+  EXPECT_EQ(Inspect(Datagram(kNobody, {kPing}), false, true), Inner::kRefused);
   for (const std::uint8_t command :
        {ENET_PROTOCOL_COMMAND_NONE, ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE, ENET_PROTOCOL_COMMAND_THROTTLE_CONFIGURE,
         ENET_PROTOCOL_COMMAND_SEND_UNRELIABLE_FRAGMENT, ENET_PROTOCOL_COMMAND_SEND_UNSEQUENCED,
         ENET_PROTOCOL_COMMAND_COUNT}) {
     Bytes bytes(64);
     bytes[0] = command;
-    EXPECT_EQ(Inspect(Datagram(3, {bytes}), false), Inner::kRefused) << int{command};
+    EXPECT_EQ(Inspect(Datagram(3, {bytes}), false, true), Inner::kRefused) << int{command};
   }
   Bytes compressed = Datagram(3, {kPing});
   compressed[0] = static_cast<std::uint8_t>(compressed[0] | ENET_PROTOCOL_HEADER_FLAG_COMPRESSED >> 8);
-  EXPECT_EQ(Inspect(compressed, false), Inner::kRefused);
+  EXPECT_EQ(Inspect(compressed, false, true), Inner::kRefused);
+}
+
+TEST(EnetSeamTest, RefusesReliableMessagesWhereNoneAreTaken) {
+  EXPECT_EQ(Inspect(Datagram(3, {kPing, Reliable(100)}), false, false), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(3, {Fragment(1, 1)}), false, false), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(3, {kPing}), false, false), Inner::kOther);
+}
+
+// ENet takes memory by the count.
+TEST(EnetSeamTest, RefusesMoreFragmentsThanTheMessageHasRoomFor) {
+  EXPECT_EQ(Inspect(Datagram(3, {Fragment(4000, 4)}), false, true), Inner::kOther);
+  EXPECT_EQ(Inspect(Datagram(3, {Fragment(1, 1)}), false, true), Inner::kOther);
+  EXPECT_EQ(Inspect(Datagram(3, {Fragment(1, 1 << 20)}), false, true), Inner::kRefused);
+  EXPECT_EQ(Inspect(Datagram(3, {Fragment(4000, 9)}), false, true), Inner::kRefused);
 }
 
 TEST(EnetSeamTest, RefusesWhatIsCutOff) {
   const Bytes whole = Datagram(3, {kPing, Reliable(20)});
   const std::size_t after_ping = 4 + kPing.size();
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    EXPECT_EQ(Inspect(std::span(whole).first(size), false), size == after_ping ? Inner::kOther : Inner::kRefused)
+    EXPECT_EQ(Inspect(std::span(whole).first(size), false, true), size == after_ping ? Inner::kOther : Inner::kRefused)
         << size;
   }
 }
@@ -106,7 +133,7 @@ TEST(EnetSeamTest, ABandwidthLimitPassesAsNone) {
   Bytes limit = Command<ENetProtocolBandwidthLimit>(ENET_PROTOCOL_COMMAND_BANDWIDTH_LIMIT);
   std::fill(limit.begin() + 4, limit.end(), std::uint8_t{0xff});
   const Bytes bytes = Datagram(3, {kPing, limit, Reliable(5)});
-  ASSERT_EQ(Inspect(bytes, false), Inner::kOther);
+  ASSERT_EQ(Inspect(bytes, false, true), Inner::kOther);
   Bytes room(kChecksumBytes);
   room.insert(room.end(), bytes.begin(), bytes.end());
   const auto datagram = Restore(std::span(room).subspan(kChecksumBytes), Inner::kOther, 1);
@@ -123,7 +150,7 @@ TEST(EnetSeamTest, RubbishIsRefusedOrWellFormed) {
     for (std::uint8_t& byte : room) byte = static_cast<std::uint8_t>(random());
     if (room.size() > kChecksumBytes) room[kChecksumBytes] &= 0xbf;  // not compressed
     const auto payload = std::span(room).subspan(kChecksumBytes);
-    const Inner kind = Inspect(payload, random() % 2 == 0);
+    const Inner kind = Inspect(payload, random() % 2 == 0, random() % 2 == 0);
     if (kind == Inner::kRefused) continue;
     ++passed;
     Restore(payload, kind, 1);

@@ -1,10 +1,10 @@
 // GuestBook: who came in through a door, found by what a stranger shows, and what of a door is due when. Whatever asks
 // it takes no longer with thousands inside than with one.
 //
-//   book.Enter(number, {from, nonce}, token_id);       // came in, and leads nowhere yet
-//   book.GreetedAs({from, nonce});  book.UnsettledOf(token_id);  book.CountFrom(host);
-//   book.Settle(token_id);                             // it does now
-//   book.Leave({from, nonce}, token_id);
+//   book.Enter(number, {from, nonce}, token_id, player);  // came in, and leads nowhere yet
+//   book.GreetedAs({from, nonce});  book.UnsettledOf(token_id);  book.CountFrom(host);  book.CountOf(player);
+//   book.Settle(number, token_id);                        // it does now
+//   book.Leave(number, {from, nonce}, token_id, player);
 //   agenda.Move(number, due, new_due);  while (agenda.first() && agenda.first()->at <= now) ...
 //
 // Thread rule: one thread.
@@ -36,20 +36,23 @@ struct Greeting {
 class GuestBook {
  public:
   // Requires that nobody inside has that greeting, nor an unsettled session by that token.
-  void Enter(SessionNumber number, const Greeting& greeting, const TokenId& token) {
+  void Enter(SessionNumber number, const Greeting& greeting, const TokenId& token, PlayerNumber player) {
     greeted_[greeting] = number;
     unsettled_[token] = number;
     ++from_[greeting.from.host];
+    ++of_[player];
   }
   void Settle(SessionNumber number, const TokenId& token) {
     const auto found = unsettled_.find(token);
     if (found != unsettled_.end() && found->second == number) unsettled_.erase(found);
   }
-  void Leave(SessionNumber number, const Greeting& greeting, const TokenId& token) {
+  void Leave(SessionNumber number, const Greeting& greeting, const TokenId& token, PlayerNumber player) {
     Settle(number, token);
     greeted_.erase(greeting);
-    const auto found = from_.find(greeting.from.host);
-    if (--found->second == 0) from_.erase(found);
+    const auto from = from_.find(greeting.from.host);
+    if (--from->second == 0) from_.erase(from);
+    const auto of = of_.find(player);
+    if (--of->second == 0) of_.erase(of);
   }
 
   std::optional<SessionNumber> GreetedAs(const Greeting& greeting) const { return In(greeted_, greeting); }
@@ -57,6 +60,10 @@ class GuestBook {
   std::size_t CountFrom(std::uint32_t host) const {
     const auto found = from_.find(host);
     return found == from_.end() ? 0 : found->second;
+  }
+  std::size_t CountOf(PlayerNumber player) const {
+    const auto found = of_.find(player);
+    return found == of_.end() ? 0 : found->second;
   }
 
  private:
@@ -69,6 +76,7 @@ class GuestBook {
   absl::flat_hash_map<Greeting, SessionNumber> greeted_;
   absl::flat_hash_map<TokenId, SessionNumber> unsettled_;
   absl::flat_hash_map<std::uint32_t, std::size_t> from_;  // by host
+  absl::flat_hash_map<PlayerNumber, std::size_t> of_;     // by player; PlayerNumber(): of regions
 };
 
 class Agenda {

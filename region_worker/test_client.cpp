@@ -9,13 +9,6 @@
 #include "region_worker/worker_process.h"
 
 namespace tessera::worker {
-namespace {
-
-std::span<const std::uint8_t> AsBytes(const std::string& text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
-}  // namespace
 
 net::ConnectToken TokenFor(std::uint32_t player) {
   return {.instance_id = kHandInstanceId,
@@ -40,10 +33,6 @@ void TestClient::Dial(std::uint16_t port, RegionId region, const net::Credential
 bool TestClient::Connect(std::uint16_t port, RegionId region, const net::Credentials& pass) {
   Dial(port, region, pass);
   return Until([&] { return connected || disconnected; }) && connected;
-}
-
-void TestClient::SayReliably(const std::string& bytes) {
-  EXPECT_TRUE(endpoint_->Send(peer_, net::Delivery::kReliable, AsBytes(bytes)).ok());
 }
 
 void TestClient::SendDatagram(std::span<const std::uint8_t> bytes) {

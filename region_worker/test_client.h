@@ -27,7 +27,6 @@ class TestClient {
   // To a region's game port. `Connect` waits until it is let in or refused: true if it is in.
   void Dial(std::uint16_t port, RegionId region, const net::Credentials& pass);
   bool Connect(std::uint16_t port, RegionId region, const net::Credentials& pass);
-  void SayReliably(const std::string& bytes);
   void SendDatagram(std::span<const std::uint8_t> bytes);
   // With the acknowledgement of what has come so far.
   void SendInput(const replication::InputCommand& input);

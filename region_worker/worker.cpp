@@ -76,8 +76,10 @@ int Worker::Run() {
 // --- Start -----------------------------------------------------------------------------------------------------------
 
 absl::Status Worker::Bind() {
-  auto game = net::Endpoint::Create(
-      {.bind_address = options_.bind_address, .port = options_.game_port, .max_peers = kGamePeers});
+  auto game = net::Endpoint::Create({.bind_address = options_.bind_address,
+                                     .port = options_.game_port,
+                                     .max_peers = kGamePeers,
+                                     .guests_speak_reliably = false});
   if (!game.ok()) return PortError(game.status(), "game port");
   auto links = net::Endpoint::Create({.bind_address = options_.bind_address,
                                       .port = options_.link_port,

@@ -150,7 +150,7 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
   })) << testing::PrintToString(PostsOf(*one))
       << testing::PrintToString(PostsOf(*two));
 
-  // Lies: as an input of its body here, and as what only regions may say, by either way.
+  // Lies: as an input of its body here, and as what only regions may say.
   PlayerPlaces lies(60);
   BodyDef body;
   body.id = own;
@@ -158,7 +158,6 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
   lie.state.position = {80, 1, 0};
   lies.Follow(Tick(100), std::span(&lie, 1));
   const std::vector<std::uint8_t> said = lies.Tell(Tick(100));
-  two->SayReliably(std::string(said.begin(), said.end()));
   two->SendDatagram(said);
   two->SendInput({.number = 1, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}});
   const Tick then = two->tick;
@@ -261,7 +260,6 @@ TEST(WorkerClientTest, InputThatIsNotFiniteOrNotAnInputHarmsNothing) {
   client->SendDatagram({});
   client->SendDatagram(std::vector<std::uint8_t>{2});
   client->SendDatagram(std::vector<std::uint8_t>(1000, 0xff));
-  client->SayReliably("nonsense");
   const Tick then = client->tick;
   EXPECT_TRUE(client->Until([&] { return client->tick > then + 30; }));
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_nonfinite_bodies_total"), 0);

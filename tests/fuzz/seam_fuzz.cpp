@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Channel::Fault fault{};
     (void)channel.Open(sealed, &fault);
   }
-  const Inner kind = Inspect(payload, (data[0] & 1) != 0);
+  const Inner kind = Inspect(payload, (data[0] & 1) != 0, (data[0] & 2) == 0);
   if (kind == Inner::kRefused) return 0;
   const auto datagram = Restore(payload, kind, 0x1234);
   if (datagram.size() != payload.size() + kChecksumBytes) std::abort();
