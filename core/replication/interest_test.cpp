@@ -197,6 +197,29 @@ TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
   }
 }
 
+// A region that owns little of what the client sees has a small share, and tells something at each snapshot all the
+// same. When the player comes over to it, that is not held against it.
+TEST(InterestTest, ADebtOfLongAgoDoesNotStarveTheClient) {
+  Settings settings;
+  settings.client_bytes_per_s = 32'000;
+  MovingBodies world({.count = 200, .world_m = 50});
+  SnapshotHistory history(kBounds, settings);
+  SnapshotSender sender(settings);
+  std::uint64_t tick = 0;
+  const auto told = [&](double share, int snapshots) {
+    std::size_t bodies = 0;
+    for (int n = 0; n < snapshots; ++n) {
+      tick += 2;
+      world.Step(1.0 / 30);
+      history.Push(Tick(tick), world.bodies(), {});
+      bodies += sender.Write(history, {.centre = Vec3d(), .own = BodyId(1), .budget_share = share}, 0, 0).bodies;
+    }
+    return bodies;
+  };
+  EXPECT_GE(told(0.001, 1800), 1800u) << "one at least, each time";
+  EXPECT_GT(told(1, 15), 200u);
+}
+
 TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
   Settings settings;
   settings.client_bytes_per_s = 30'000;

@@ -40,9 +40,8 @@ void SnapshotSender::Impl::AcknowledgeOne(std::uint32_t sequence) {
   const Stamp tick = written >= origin ? static_cast<Stamp>(written - origin + 1) : 0;
   for (const std::uint32_t place : told) AcknowledgeBody(place, sequence, tick);
   for (const BodyId id : datagram.departures) {
-    const auto at =
-        std::lower_bound(gone.begin(), gone.end(), id, [](const Gone& g, BodyId b) { return g.record.id < b; });
-    if (at != gone.end() && at->record.id == id && sequence >= at->first_sequence) gone.erase(at);
+    const auto at = gone.find(id);
+    if (at != gone.end() && sequence >= at->second.first_sequence) gone.erase(at);
   }
   datagram.told.clear();
   datagram.departures.clear();

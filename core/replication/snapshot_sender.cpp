@@ -109,9 +109,7 @@ void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
 
 void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
   const Slot& slot = history.slots[index];
-  const auto at =
-      std::lower_bound(gone.begin(), gone.end(), slot.id, [](const Gone& g, BodyId id) { return g.record.id < id; });
-  if (at != gone.end() && at->record.id == slot.id) gone.erase(at);  // its return says it
+  gone.erase(slot.id);  // its return says it
   if (unused.empty()) {
     unused.push_back(static_cast<std::uint32_t>(known.size()));
     known.emplace_back();
@@ -145,9 +143,7 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   // It is back already, in another slot.
   const auto other = history.by_id.find(body.id);
   if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
-  const auto at =
-      std::lower_bound(gone.begin(), gone.end(), record.id, [](const Gone& g, BodyId id) { return g.record.id < id; });
-  gone.insert(at, {.record = record, .first_sequence = next_sequence, .sent = {}});
+  gone.insert_or_assign(record.id, Gone{.record = record, .first_sequence = next_sequence, .sent = {}});
 }
 
 void SnapshotSender::Impl::Activate(std::uint32_t index) {
@@ -275,7 +271,8 @@ void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& 
   const double elapsed_s =
       told_tick.has_value() ? static_cast<double>(history.tick - *told_tick) / settings.tick_rate_hz : kBurst_s;
   const double most = std::max(rate * kBurst_s, 2 * static_cast<double>(settings.max_datagram_bytes));
-  allowance_bytes = std::min(allowance_bytes + rate * elapsed_s, most);
+  // What had to go out beyond the budget is owed, but not for ever: the share may be another by now.
+  allowance_bytes = std::clamp(allowance_bytes + rate * elapsed_s, -most, most);
 }
 
 // --- What is told ----------------------------------------------------------------------------------------------------
@@ -336,7 +333,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
 
 std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& history) {
   std::vector<DepartureRecord> due;
-  for (Gone& body : gone) {
+  for (auto& [id, body] : gone) {
     if (due.size() >= kMaxDepartures) break;
     if (body.sent.has_value() && static_cast<std::uint64_t>(history.tick - *body.sent) < repeat_after) continue;
     body.sent = history.tick;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "absl/container/btree_map.h"
 #include "absl/container/flat_hash_map.h"
 #include "core/replication/datagram_writer.h"
 #include "core/replication/snapshot_history.h"
@@ -169,7 +170,7 @@ struct SnapshotSender::Impl {
   };
   std::vector<Active> active;
   std::size_t sorted_active = 0;  // so many of them are in order
-  std::vector<Gone> gone;         // ascending by id
+  absl::btree_map<BodyId, Gone> gone;
 
   std::deque<SentDatagram> sent;  // the last one has the sequence next_sequence - 1
   // The newest acknowledgement: what it said needs no second look.
