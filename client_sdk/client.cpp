@@ -11,6 +11,9 @@ constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
 
+// Of the scene and its players, and of players who have left and are not known to be gone.
+std::size_t BodiesAtMost(const Scene& scene) { return scene.bodies.size() + 2 * kMaxPlayers; }
+
 double SnapshotTicks(const Session& session) { return double(session.tick_rate_hz) / session.snapshot_rate_hz; }
 
 }  // namespace
@@ -20,7 +23,7 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
       session(std::move(session_in)),
       wire(std::move(endpoint)),
       interest_radius_m(replication::SettingsFor(*session.scene).interest_radius_m),
-      world(session.tick_rate_hz, SnapshotTicks(session)),
+      world(session.tick_rate_hz, SnapshotTicks(session), BodiesAtMost(*session.scene)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz) {
   wire.Simulate(options.network);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
@@ -38,7 +41,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options)
   auto endpoint = net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = peers});
   if (!endpoint.ok()) {
     if (options.returning.empty()) {
-      (void)LeaveInstance(options.control_address, options.instance_id, session->credentials.token, options.deadline);
+      (void)LeaveInstance(options.control_address, options.instance_id, session->credentials, options.deadline);
     }
     return endpoint.status();
   }
@@ -100,8 +103,8 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
     impl_->End(absl::OkStatus(), "left");
     return absl::OkStatus();
   }
-  const absl::Status status = LeaveInstance(impl_->options.control_address, impl_->options.instance_id,
-                                            impl_->session.credentials.token, deadline);
+  const absl::Status status =
+      LeaveInstance(impl_->options.control_address, impl_->options.instance_id, impl_->session.credentials, deadline);
   impl_->End(absl::OkStatus(), "left");
   (void)impl_->EndRecording();  // who wants to hear of it has asked before
   impl_->wire.Flush();
@@ -112,7 +115,10 @@ ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
 PlayerNumber Client::player() const { return impl_->session.player; }
 BodyId Client::own_body() const { return PlayerBodyId(impl_->session.player); }
-std::vector<std::uint8_t> Client::return_token() const { return impl_->session.credentials.token; }
+std::vector<std::uint8_t> Client::return_token() const {
+  if (impl_->replay) return {};
+  return ReturnTokenOf(impl_->session.credentials);
+}
 const Scene& Client::scene() const { return *impl_->session.scene; }
 const PartitionMap& Client::map() const { return impl_->session.map; }
 Tick Client::tick() const { return impl_->newest_tick; }

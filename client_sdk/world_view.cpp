@@ -34,8 +34,8 @@ double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
 
 }  // namespace
 
-WorldView::WorldView(double tick_rate_hz, double snapshot_ticks)
-    : tick_rate_hz_(tick_rate_hz), snapshot_ticks_(snapshot_ticks) {}
+WorldView::WorldView(double tick_rate_hz, double snapshot_ticks, std::size_t max_bodies)
+    : tick_rate_hz_(tick_rate_hz), snapshot_ticks_(snapshot_ticks), max_bodies_(max_bodies) {}
 
 void WorldView::Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
                      std::vector<ClientEvent>& events) {
@@ -50,6 +50,7 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
     if (body.epoch <= removed->second) return;
     removed_.erase(removed);
   }
+  if (tracks_.size() >= max_bodies_ && !tracks_.contains(body.id)) return;
   const auto [at, fresh] = tracks_.try_emplace(body.id);
   Track& track = at->second;
   if (fresh) {
@@ -111,8 +112,11 @@ void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord&
     return;  // the next owner has told of it already
   found->second.seen->region = departure.to;
   const auto link = connected_.find(departure.to);
-  // Of an owner that cannot be heard nothing can be expected.
-  if (link != connected_.end() && link->second) found->second.expires = now + kGrace;
+  if (link == connected_.end()) {  // it may be too far away to be listened to, or about to be
+    found->second.expires = now + kOrphaned;
+  } else if (link->second) {  // of one that cannot be heard nothing can be expected
+    found->second.expires = now + kGrace;
+  }
 }
 
 void WorldView::RegionBegins(TimePoint now, RegionId region) {

@@ -15,13 +15,14 @@
 #include "absl/container/btree_map.h"
 #include "client_sdk/client.h"
 #include "core/replication/snapshot.h"
+#include "core/world/limits.h"
 
 namespace tessera::client {
 
 class WorldView {
  public:
-  // `snapshot_ticks`: between two snapshots of a region.
-  explicit WorldView(double tick_rate_hz, double snapshot_ticks);
+  // `snapshot_ticks`: between two snapshots of a region. `max_bodies`: what is told beyond so many is ignored.
+  WorldView(double tick_rate_hz, double snapshot_ticks, std::size_t max_bodies = kMaxBodies + kMaxPlayers);
 
   void Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
             std::vector<ClientEvent>& events);
@@ -65,6 +66,7 @@ class WorldView {
   ShownBody Show(BodyId id, Track& track, double tick, double rate_hz);
 
   const double tick_rate_hz_, snapshot_ticks_;
+  const std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
   absl::btree_map<BodyId, Track> tracks_;      // of the same bodies
   std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had

@@ -130,6 +130,37 @@ TEST_F(WorldViewTest, ABodyThatNobodyTakesUpVanishesAfterAWhile) {
   EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
 }
 
+// Its next owner may be too far away to be listened to.
+TEST_F(WorldViewTest, ABodyHandedToWhomNobodyListensToVanishesInTheEnd) {
+  view.RegionBegins(kNow, kWest);
+  Body(kWest, 10, 1, StateAt(1));
+  Departs(kWest, 12, 1, kEast);
+  view.Expire(kNow + WorldView::kGrace, events);
+  EXPECT_NE(Ball(), nullptr) << "a connection may be under way";
+  view.Expire(kNow + WorldView::kOrphaned, events);
+  EXPECT_EQ(Ball(), nullptr);
+  EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
+}
+
+TEST_F(WorldViewTest, ABodyHandedToWhomAConnectionIsBrokenStays) {
+  view.RegionBegins(kNow, kEast);
+  view.RegionLost(kEast);
+  Body(kWest, 10, 1, StateAt(1));
+  Departs(kWest, 12, 1, kEast);
+  view.Expire(kNow + WorldView::kOrphaned, events);
+  EXPECT_NE(Ball(), nullptr);
+}
+
+TEST_F(WorldViewTest, NoMoreBodiesAreKeptThanThereAre) {
+  WorldView small(60, 2, 2);
+  ReceivedSnapshot snapshot;
+  snapshot.tick = Tick(1);
+  for (std::uint64_t id = 1; id <= 3; ++id) snapshot.bodies.push_back({BodyId(id), Epoch(1), {}});
+  small.Take(kNow, kWest, snapshot, events);
+  EXPECT_EQ(small.bodies().size(), 2u);
+  EXPECT_EQ(small.At(1, 60).size(), 2u);
+}
+
 TEST_F(WorldViewTest, ARemovedBodyVanishesAtOnceAndStaysAway) {
   Body(kWest, 10, 1, StateAt(1));
   Body(kEast, 12, 2, StateAt(2));
