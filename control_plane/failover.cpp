@@ -79,11 +79,11 @@ void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, c
 }
 
 // Whether the world can go on although nobody has a copy of these. A newcomer confirms nothing before its heir has a
-// copy, so all that it was granted is still with those who granted it.
+// copy, so all that it was granted is still with those who granted it. Of one that was resolved its heir may own all.
 bool HadNothingOfItsOwn(const records::Failover& failover, std::span<const RegionId> regions) {
   return std::all_of(regions.begin(), regions.end(), [&](RegionId region) {
     const records::Dead* dead = FindDead(failover, region.value());
-    return dead != nullptr && dead->newcomer();
+    return dead != nullptr && (dead->newcomer() || dead->resolved());
   });
 }
 
@@ -94,6 +94,7 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
   std::set<std::uint32_t> newcomers;  // what they were granted is still with who granted it
   if (Unresolved(record)) {
     for (const records::Dead& dead : record.failover().dead()) {
+      if (dead.resolved()) continue;  // what is missing of it is found when it is resolved
       heir_of[dead.region()] = dead.heir();
       if (dead.newcomer()) newcomers.insert(dead.region());
     }
@@ -117,14 +118,19 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   const auto base = FromProto(BaseMap(record));
   if (!base.ok()) return base.status();
   records::Instance next = record;
-  if (!Unresolved(record)) next.clear_failover();
+  // Whoever has not resumed has the copies still, whoever has owns what was in them: the next inventories tell either.
+  if (record.failover().has_resolution()) {
+    for (records::Dead& resolved : *next.mutable_failover()->mutable_dead()) resolved.set_resolved(true);
+    next.mutable_failover()->clear_resolution();
+  }
   std::vector<RegionId> dead;
   for (const Death& death : deaths) {
     Bury(record, death, next);
     if (InMap(BaseMap(record), death.region)) dead.emplace_back(death.region);
   }
   if (dead.empty()) {
-    if (next.failover().dead().empty()) next.clear_failover();
+    next.clear_failover();
+    if (record.has_failover()) *next.mutable_failover() = record.failover();
     if (record.planned().committed()) return next;  // it leaves them out: they owned nothing any more
     next.clear_planned();                           // they were newcomers
     DropUnmapped(next);

@@ -248,6 +248,26 @@ TEST(FailoverTest, AnotherDeathOnTheWayBeginsAnewWithTheDeadOfBoth) {
   ExpectEachBodyOnce(harness, 9);
 }
 
+// The resolution is stored, and its heir has not heard of it.
+TEST(FailoverTest, ADeathBeforeAResolutionIsCarriedOutLosesNothingOfTheFirst) {
+  ClusterHarness harness;
+  for (const char* name : {"alpha", "beta", "gamma"}) harness.AddHost(name, 8);
+  const std::string id = Start(harness, 9);
+  const std::uint32_t heir = HeirOf(harness.Get(id), 1);
+  std::uint32_t other = 2;
+  while (other == heir || HeirOf(harness.Get(id), other) == 1) ++other;
+  auto& first = harness.AgentOf(id, 1);
+  harness.Send(first, first.fake.Kill({id, 1}, 9));
+  harness.Exchange();
+  ASSERT_EQ(harness.Get(id).failovers(), 1u);
+  auto& second = harness.AgentOf(id, other);
+  harness.Send(second, second.fake.Kill({id, other}, 9));
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 0u);
+  ExpectEachBodyOnce(harness, 9);
+}
+
 TEST(FailoverTest, IsGivenUpWhenALivingRegionDoesNotAnswer) {
   ClusterHarness harness;
   harness.AddHost("alpha", 8);
