@@ -61,6 +61,7 @@ struct HostEntry {
 struct CheckpointDraft {
   std::uint64_t tick = 0;
   Steady since{0};
+  std::uint64_t map_version = 0;                         // by another map its files are not the whole world
   std::map<std::uint32_t, records::ManifestFile> files;  // by region: those that are on the disk
 };
 

@@ -231,12 +231,13 @@ void Worker::KeepCheckpoint() {
                     telemetry::LogValue(checkpoint_failure_));
     }
   }
+  // What is ordered no more, or not due yet, has not failed.
+  if (!order_.checkpoint || saving_ != order_.checkpoint->tick) checkpoint_failure_.clear();
   if (!order_.checkpoint || order_.checkpoint->path.empty() || saving_ == order_.checkpoint->tick) return;
   const Tick tick = ticks_->region().tick();
   const Tick wanted = order_.checkpoint->tick;
   if (tick < wanted) return;
   saving_ = wanted;
-  checkpoint_failure_.clear();
   const region::Region& region = ticks_->region();
   const auto neighbors = region.neighbors();
   const bool all_open =

@@ -86,6 +86,24 @@ TEST(BundleTest, ComesBackWholeOrNotAtAll) {
   }
 }
 
+// Names come from outside, and become names of files.
+TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
+  records::Bundle bundle;
+  const auto add = [&](const std::string& name) {
+    records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
+    file.set_name(name);
+    file.set_hash(Sha256Hex("s"));
+    (*bundle.mutable_contents())[name] = "s";
+  };
+  bundle.mutable_manifest()->mutable_map()->add_regions()->set_id(2);
+  add("scene");
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
+  add("region-2");
+  EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
+  add("../../control.db");
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 // --- In the life of an instance ---
 
 struct World {
@@ -148,6 +166,37 @@ TEST(CheckpointTest, OneThatDoesNotComeIsAbandonedAndTriedAgain) {
   const std::uint64_t second = world.harness.cluster().CheckpointUnderWay(world.id);
   EXPECT_GT(second, first);
   EXPECT_TRUE(world.Upload());
+}
+
+// The failover's map has a region less: with the files of the others it would count as whole.
+TEST(CheckpointTest, OneIsNotMadeWholeByADeath) {
+  World world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  const std::uint64_t tick = harness.cluster().CheckpointUnderWay(world.id);
+  std::vector<v1::UploadCheckpointRequest> uploads;
+  for (auto& [name, agent] : harness.agents) {
+    for (auto& [key, worker] : agent.fake.workers) {
+      v1::UploadCheckpointRequest& request = uploads.emplace_back();
+      request.set_host_id(agent.host_id);
+      request.set_host_secret(agent.secret);
+      *request.mutable_identity() = worker.report.identity();
+      request.set_tick(tick);
+      request.set_hash("hash");
+    }
+  }
+  ASSERT_EQ(uploads.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(harness.cluster().CheckUpload(uploads[i]).ok());
+    ASSERT_FALSE(harness.cluster().NoteUploaded(uploads[i]).has_value());
+  }
+  auto& agent = harness.AgentOf(world.id, uploads[0].identity().region());
+  harness.Send(agent, agent.fake.Kill({world.id, uploads[0].identity().region()}, 9));
+  EXPECT_EQ(harness.cluster().CheckUpload(uploads[3]).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(harness.cluster().NoteUploaded(uploads[3]).has_value());
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(world.id).checkpoints_size(), 0);
 }
 
 TEST(CheckpointTest, AFileThatNobodyWaitsForIsRefused) {

@@ -18,6 +18,12 @@ std::uint64_t NewestTick(const InstanceEntry& instance) {
   return newest;
 }
 
+// Not while or after a failover, which leaves regions out that have sent theirs.
+bool Awaits(const InstanceEntry& instance, std::uint64_t tick) {
+  return instance.checkpoint && instance.checkpoint->tick == tick &&
+         instance.checkpoint->map_version == instance.record.map().version() && AtRest(instance.record);
+}
+
 }  // namespace
 
 absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Moment now, const std::string& id) {
@@ -31,7 +37,7 @@ absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Moment now, const std::st
   std::uint64_t newest = 0;
   for (const RegionFacts& region : ChangeFacts(now, instance)) newest = std::max(newest, region.tick);
   const auto lead = static_cast<std::uint64_t>(kPlanLead.count()) * instance.record.tick_rate_hz() / 1000;
-  instance.checkpoint = CheckpointDraft{newest + lead + 1, now.steady, {}};
+  instance.checkpoint = CheckpointDraft{newest + lead + 1, now.steady, instance.record.map().version(), {}};
   MarkOrders(instance);
   return instance.checkpoint->tick;
 }
@@ -39,7 +45,7 @@ absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Moment now, const std::st
 absl::Status Cluster::CheckUpload(const v1::UploadCheckpointRequest& request) const {
   if (absl::Status status = CheckHostSecret(request.host_id(), request.host_secret()); !status.ok()) return status;
   const InstanceEntry* instance = FindInstance(request.identity().instance_id());
-  const bool wanted = instance != nullptr && instance->checkpoint && instance->checkpoint->tick == request.tick();
+  const bool wanted = instance != nullptr && Awaits(*instance, request.tick());
   const auto& placements =
       instance == nullptr ? records::Instance::default_instance().placements() : instance->record.placements();
   const bool placed = std::any_of(placements.begin(), placements.end(), [&](const records::Placement& placement) {
@@ -52,7 +58,7 @@ absl::Status Cluster::CheckUpload(const v1::UploadCheckpointRequest& request) co
 
 std::optional<records::Manifest> Cluster::NoteUploaded(const v1::UploadCheckpointRequest& request) {
   InstanceEntry* instance = FindInstance(request.identity().instance_id());
-  if (instance == nullptr || !instance->checkpoint || instance->checkpoint->tick != request.tick()) return std::nullopt;
+  if (instance == nullptr || !Awaits(*instance, request.tick())) return std::nullopt;
   records::ManifestFile& file = instance->checkpoint->files[request.identity().region()];
   file.set_name(RegionFileName(request.identity().region()));
   file.set_size(request.size());
@@ -119,9 +125,12 @@ void Cluster::StepCheckpoint(Moment now, InstanceEntry& instance) {
   const bool runs = record.state() == v1::INSTANCE_STATE_RUNNING && AtRest(record);
   if (instance.checkpoint) {
     std::string why;
-    if (!runs) why = "who runs what is being changed";
+    if (!runs || instance.checkpoint->map_version != record.map().version()) why = "who runs what is being changed";
     for (const WorkerEntry& worker : instance.workers) {
-      if (!worker.report.checkpoint_failure().empty()) why = worker.report.checkpoint_failure();
+      // Of an earlier one it tells until it has heard of this.
+      const bool heard = worker.report.order_revision() >= worker.order.revision() &&
+                         worker.order.checkpoint().tick() == instance.checkpoint->tick;
+      if (heard && !worker.report.checkpoint_failure().empty()) why = worker.report.checkpoint_failure();
     }
     if (now.steady - instance.checkpoint->since > kCheckpointTimeout) why = "timed out";
     if (!why.empty()) AbandonCheckpoint(now, instance, why);

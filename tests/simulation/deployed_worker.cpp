@@ -191,9 +191,8 @@ void DeployedWorker::SetPlayers() {
     region.ParkPlayer(player.number, player.parked);
     if (player.left) {
       left_.insert(player.number);
-    } else if (player.spawn_region == identity_.region && asked_to_spawn_.insert(player.number).second &&
-               !order_.joins_running) {
-      region.SpawnPlayer(player.number);
+    } else if (player.spawn_region == identity_.region && asked_to_spawn_.insert(player.number).second) {
+      order_.joins_running ? region.MarkSpawned(player.number) : region.SpawnPlayer(player.number);
     }
   }
 }
@@ -303,11 +302,11 @@ void DeployedWorker::TakeLease(const v1::LeaseRenewal& renewal) {
 }
 
 void DeployedWorker::KeepCheckpoint() {
+  if (!order_.checkpoint || saving_ != order_.checkpoint->tick) checkpoint_failure_.clear();
   if (!order_.checkpoint || order_.checkpoint->path.empty() || saving_ == order_.checkpoint->tick) return;
   const Tick tick = worker_->region().tick(), wanted = order_.checkpoint->tick;
   if (tick < wanted) return;
   saving_ = wanted;
-  checkpoint_failure_.clear();
   const region::Region& region = worker_->region();
   const auto open = [&](RegionId neighbor) { return region.IsOpen(neighbor); };
   if (tick == wanted && !region.halted() && std::ranges::all_of(region.neighbors(), open)) {
