@@ -49,7 +49,11 @@ void TickLoop::SetPlayers(std::span<const OrderedPlayer> players, bool joins) {
     if (player.left) {
       if (left_.insert(player.number).second) game_.Expel(player.number);
     } else if (scene_has_players_ && player.spawn_region == region_.id() &&
-               asked_to_spawn_.insert(player.number).second && !joins) {
+               asked_to_spawn_.insert(player.number).second) {
+      if (joins) {
+        region_.MarkSpawned(player.number);
+        continue;
+      }
       spdlog::info("spawn player={}", player.number.value());
       region_.SpawnPlayer(player.number);
       spawning_.push_back(player.number);

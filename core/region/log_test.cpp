@@ -95,6 +95,16 @@ TEST_F(LogTest, PlayersOfAnyNumberAreTold) {
   EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
 }
 
+// A region that replaces another takes over that it has made them: after a restore nobody makes them again.
+TEST_F(LogTest, WhomAnEarlierLifeMadeIsNotMadeAgain) {
+  region.MarkSpawned(PlayerNumber(7));
+  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  EXPECT_EQ(standby.state().spawned, std::vector{PlayerNumber(7)});
+  region.SpawnPlayer(PlayerNumber(7));
+  (void)StepOnce();
+  EXPECT_FALSE(region.Owns(PlayerBodyId(PlayerNumber(7))));
+}
+
 TEST_F(LogTest, SleepersCostNothing) {
   Bytes last;
   for (int t = 0; t < 1500 && region.asleep_count() < region.owned_count(); ++t) last = StepOnce();

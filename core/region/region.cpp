@@ -63,6 +63,7 @@ void Region::SpawnPlayer(PlayerNumber player) {
   impl_->players.Spawn(player);
 }
 
+void Region::MarkSpawned(PlayerNumber player) { impl_->players.MarkSpawned(player); }
 void Region::RemovePlayer(PlayerNumber player) { impl_->players.Leave(player); }
 
 void Region::ParkPlayer(PlayerNumber player, bool parked) { impl_->players.Park(player, parked); }

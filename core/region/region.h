@@ -141,6 +141,9 @@ class Region {
   // Makes the player's body at its spawn point, owned by this region, at the next step. Repeating it does nothing, nor
   // does it when the player was removed. Requires scene->player. One region of the instance is told to.
   void SpawnPlayer(PlayerNumber player);
+  // An earlier life of this region made the body: SpawnPlayer does nothing any more, nor does it after states that are
+  // saved from here on.
+  void MarkSpawned(PlayerNumber player);
   // The player has left for good: removes its body at the first step at which it is owned here. Tell all regions, so it
   // does not matter where the body is or whether it is being handed over.
   void RemovePlayer(PlayerNumber player);
