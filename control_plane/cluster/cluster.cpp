@@ -207,6 +207,10 @@ void Cluster::HandleTimer(Moment now) {
   for (auto& [number, instance] : instances_) {
     if (!IsFinal(instance.record.state())) {
       Reconcile(now, instance);
+      if (!instance.restore_wanted.empty() && now.steady >= instance.change_after) {  // it could not be stored
+        instance.change_after = now.steady + kChangeRetry;
+        effects_.restore.insert(instance.record.id());
+      }
       PrunePlayers(now, instance);
       StepCheckpoint(now, instance);
     }
@@ -225,7 +229,10 @@ void Cluster::ForgetEnded(Moment now) {
   for (const auto& [number, instance] : instances_) {
     const bool quiet =
         std::all_of(instance.workers.begin(), instance.workers.end(), [](const auto& worker) { return worker.gone; });
-    if (IsFinal(instance.record.state()) && quiet) ended.emplace_back(instance.state_since, number);
+    // What can be brought back from a checkpoint goes only when somebody deletes it.
+    const bool restorable =
+        instance.record.state() == v1::INSTANCE_STATE_FAILED && !instance.record.checkpoints().empty();
+    if (IsFinal(instance.record.state()) && quiet && !restorable) ended.emplace_back(instance.state_since, number);
   }
   std::sort(ended.begin(), ended.end());
   std::size_t kept = ended.size();

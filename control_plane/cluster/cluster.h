@@ -232,6 +232,7 @@ class Cluster {
   absl::Status BringBackScene(const std::string& hash, const std::string& scene);
 
   // Players.
+  absl::Status DropCheckpoints(InstanceEntry& instance);
   absl::StatusOr<std::uint32_t> PlayerOf(Moment now, const InstanceEntry& instance, const std::string& connect_token,
                                          const std::string& session_key) const;
   absl::StatusOr<std::uint32_t> AddPlayer(const v1::JoinInstanceRequest& request, InstanceEntry& instance);

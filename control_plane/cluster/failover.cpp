@@ -217,6 +217,7 @@ std::optional<records::Instance> Cluster::BuryAndBegin(Moment now, InstanceEntry
 std::optional<records::Instance> Cluster::GiveUp(Moment now, InstanceEntry& instance, std::string why) {
   if (!instance.record.checkpoints().empty()) {
     instance.restore_wanted = std::move(why);
+    instance.change_after = now.steady + kChangeRetry;
     effects_.restore.insert(instance.record.id());
     return std::nullopt;
   }

@@ -188,8 +188,23 @@ absl::StatusOr<v1::Instance> Cluster::DeleteInstance(Moment now, const v1::Delet
     if (absl::Status status = StoreInstance(*instance, next); !status.ok()) return status;
     Entered(now, *instance, state);
     Reconcile(now, *instance);
+  } else if (!request.validate_only() && state == v1::INSTANCE_STATE_FAILED) {
+    if (absl::Status status = DropCheckpoints(*instance); !status.ok()) return status;
   }
   return View(*instance, true);
+}
+
+// Without them it is forgotten in time like all that have ended.
+absl::Status Cluster::DropCheckpoints(InstanceEntry& instance) {
+  if (instance.record.checkpoints().empty()) return absl::OkStatus();
+  records::Instance next = instance.record;
+  next.clear_checkpoints();
+  const auto dropped = instance.record.checkpoints();
+  if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
+  for (const v1::Checkpoint& checkpoint : dropped)
+    effects_.pruned.emplace_back(instance.record.id(), checkpoint.tick());
+  Changed(instance);
+  return absl::OkStatus();
 }
 
 const InstanceEntry* Cluster::FindInstance(const std::string& id) const {
