@@ -158,8 +158,10 @@ class Planner {
 
   absl::StatusOr<std::optional<records::Instance>> Plan() {
     const auto changed = ReplaceOne();
-    if (!changed.ok()) return changed.status();
-    if (!*changed) {
+    // What is to shrink makes the place that a replacement lacks.
+    const bool shrinks = record_.wanted_regions() != 0 && tree_.Regions().size() > record_.wanted_regions();
+    if (!changed.ok() && !shrinks) return changed.status();
+    if (!changed.ok() || !*changed) {
       const auto scaled = Scale();
       if (!scaled.ok()) return scaled.status();
       const auto spread = *scaled ? absl::StatusOr<bool>(true) : SpreadOne();

@@ -151,6 +151,41 @@ TEST(ChangeTest, WorkersAreReplacedOneAfterTheOther) {
   }
 }
 
+// Nor is it kept in mind, so what would make room is not forbidden.
+TEST(ChangeTest, ReplacingWithoutRoomIsRefused) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 2);
+  harness.AddHost("beta", 2);
+  const std::string id = Start(harness, 4);
+  v1::RestartWorkersRequest request;
+  request.set_id(id);
+  EXPECT_EQ(harness.cluster().RestartWorkers(harness.now, request).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  ASSERT_TRUE(Scale(harness, id, 3).ok());
+  harness.Run(seconds(10));
+  ExpectSettled(harness, id, 3);
+  EXPECT_TRUE(harness.cluster().RestartWorkers(harness.now, request).ok());
+  harness.Run(seconds(20));
+  ExpectSettled(harness, id, 3);
+  ExpectEachBodyOnce(harness, 4);
+}
+
+// A drained host's workers lack a place as well; with fewer regions there is one.
+TEST(ChangeTest, WhatMakesRoomForADrainedHostIsDone) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 2);
+  auto& beta = harness.AddHost("beta", 2);
+  const std::string id = Start(harness, 4);
+  v1::DrainHostRequest drain;
+  drain.set_name("beta");
+  (void)harness.cluster().DrainHost(harness.now, drain);
+  ASSERT_TRUE(Scale(harness, id, 2).ok());
+  harness.Run(seconds(30));
+  EXPECT_TRUE(beta.fake.workers.empty());
+  ExpectSettled(harness, id, 2);
+  ExpectEachBodyOnce(harness, 4);
+}
+
 TEST(ChangeTest, APlanThatIsRefusedByAllIsPutOffUnderANewVersion) {
   ClusterHarness harness;
   harness.AddHost("alpha", 8);

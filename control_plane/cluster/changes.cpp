@@ -97,9 +97,14 @@ absl::StatusOr<v1::Instance> Cluster::RestartWorkers(Moment now, const v1::Resta
   const bool under_way = std::any_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& worker) {
     return worker.incarnation <= instance.record.replace_up_to();
   });
-  if (request.validate_only() || under_way) return View(instance, true);
+  if (under_way) return View(instance, true);
   records::Instance next = instance.record;
   next.set_replace_up_to(next.last_incarnation());
+  if (AtRest(next)) {  // else it is tried once that is over
+    const auto planned = PlanChange(next, ChangeFacts(now, instance), HeardHosts(now, nullptr));
+    if (!planned.ok()) return planned.status();
+  }
+  if (request.validate_only()) return View(instance, true);
   if (next.wanted_regions() == 0) next.set_wanted_regions(static_cast<std::uint32_t>(next.map().regions_size()));
   AddEvent(next, now, absl::StrCat("replacing ", next.map().regions_size(), " workers one after the other"));
   if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
