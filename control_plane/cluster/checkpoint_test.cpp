@@ -125,12 +125,7 @@ struct World {
     for (auto& [name, agent] : harness.agents) {
       for (auto& [key, worker] : agent.fake.workers) {
         EXPECT_EQ(worker.order.checkpoint().tick(), tick);
-        v1::UploadCheckpointRequest request;
-        request.set_host_id(agent.host_id);
-        request.set_host_secret(agent.secret);
-        *request.mutable_identity() = worker.report.identity();
-        request.set_tick(tick);
-        request.set_hash("hash of " + std::to_string(key.second));
+        const v1::UploadCheckpointRequest request = UploadOf(agent, worker, tick);
         EXPECT_FALSE(done);
         EXPECT_TRUE(harness.cluster().CheckUpload(request).ok());
         done = harness.cluster().NoteUploaded(request);
@@ -140,6 +135,21 @@ struct World {
     last = *done;
     harness.cluster().NoteCheckpoint(harness.now, id, last, 1000);
     return true;
+  }
+  template <class Agent, class Worker>
+  static v1::UploadCheckpointRequest UploadOf(const Agent& agent, const Worker& worker, std::uint64_t tick) {
+    v1::UploadCheckpointRequest request;
+    request.set_host_id(agent.host_id);
+    request.set_host_secret(agent.secret);
+    *request.mutable_identity() = worker.report.identity();
+    request.set_tick(tick);
+    request.set_hash("hash of " + std::to_string(request.identity().region()));
+    return request;
+  }
+  void KillAll() {
+    for (auto& [name, agent] : harness.agents) {
+      while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
+    }
   }
   ClusterHarness harness;
   std::string id;
@@ -176,15 +186,9 @@ TEST(CheckpointTest, OneIsNotMadeWholeByADeath) {
   harness.Pump();
   const std::uint64_t tick = harness.cluster().CheckpointUnderWay(world.id);
   std::vector<v1::UploadCheckpointRequest> uploads;
+  uploads.reserve(4);
   for (auto& [name, agent] : harness.agents) {
-    for (auto& [key, worker] : agent.fake.workers) {
-      v1::UploadCheckpointRequest& request = uploads.emplace_back();
-      request.set_host_id(agent.host_id);
-      request.set_host_secret(agent.secret);
-      *request.mutable_identity() = worker.report.identity();
-      request.set_tick(tick);
-      request.set_hash("hash");
-    }
+    for (auto& [key, worker] : agent.fake.workers) uploads.push_back(World::UploadOf(agent, worker, tick));
   }
   ASSERT_EQ(uploads.size(), 4u);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -217,9 +221,7 @@ TEST(CheckpointTest, ARegionAndItsHeirLostTogetherComeBackWithALossOfTime) {
   harness.Pump();
   ASSERT_TRUE(world.Upload());
   harness.Run(seconds(10));
-  for (auto& [name, agent] : harness.agents) {
-    while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
-  }
+  world.KillAll();
   EXPECT_EQ(harness.cluster().TakeEffects().restore.count(world.id), 1u);
   const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, "scene", false);
   ASSERT_TRUE(restored.ok()) << restored.status();
@@ -238,18 +240,52 @@ TEST(CheckpointTest, ARegionAndItsHeirLostTogetherComeBackWithALossOfTime) {
   }
 }
 
+TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
+  World world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  ASSERT_TRUE(world.Upload());
+  world.KillAll();
+  EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_FALSE(harness.cluster().TakeEffects().restore.contains(world.id)) << "not at once";
+  harness.now.steady += seconds(6);
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
+}
+
+TEST(CheckpointTest, OfAFailedInstanceTheyGoWhenItIsDeleted) {
+  World world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  ASSERT_TRUE(world.Upload());
+  world.KillAll();
+  harness.cluster().CannotRestore(harness.now, world.id, "no room");
+  (void)harness.cluster().TakeEffects();
+  v1::DeleteInstanceRequest request;
+  request.set_id(world.id);
+  ASSERT_TRUE(harness.cluster().DeleteInstance(harness.now, request).ok());
+  EXPECT_EQ(harness.cluster().TakeEffects().pruned.size(), 1u);
+  harness.now.steady += std::chrono::hours(2);
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_FALSE(harness.cluster().StateOf(world.id).has_value());
+}
+
 TEST(CheckpointTest, WithoutAWholeOneTheInstanceFailsAndSaysWhy) {
   World world(0);
   ClusterHarness& harness = world.harness;
   ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
   harness.Pump();
   ASSERT_TRUE(world.Upload());
-  for (auto& [name, agent] : harness.agents) {
-    while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
-  }
+  world.KillAll();
   harness.cluster().CannotRestore(harness.now, world.id, "region-1 is damaged");
   EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("region-1 is damaged"));
+  harness.now.steady += std::chrono::hours(2);
+  harness.cluster().HandleTimer(harness.now);
+  ASSERT_TRUE(harness.cluster().StateOf(world.id).has_value()) << "forgotten with its checkpoints";
   // An operator who finds a good one brings it back, scene and all.
   ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, "scene", false).ok());
   harness.Run(seconds(2));
