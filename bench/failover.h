@@ -10,8 +10,7 @@
 //   fault=link     a host's network is cut until others have taken its regions' place, then mended: hosts are network
 //                  namespaces
 //   fault=control  kill -9 of the control plane; it comes back after a while. Late ticks are counted over as long with
-//   it
-//                  twice before, so that what it costs stands beside what nothing costs
+//                  it twice before, so that what it costs stands beside what nothing costs
 //   scale          from two regions to four and back
 //   hot-spot       four of five bodies run into one corner
 //   restore        a checkpoint is started by another cluster
