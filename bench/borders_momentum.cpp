@@ -1,6 +1,6 @@
 // Momentum, linear and angular, that borders make or lose: what all bodies have, less what they had, less what gravity
 // and static bodies gave, less what the two sides of a border found different in the last step, which they make up in
-// the next.
+// the next, and plus what is still owed of earlier ones to bodies that lie still.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,10 @@ class Ledger {
       }
       instance_->Tick();
       due_ = {};
-      for (const region::Region* region : instance_->regions()) TakeContacts(*region);
+      for (const region::Region* region : instance_->regions()) {
+        TakeContacts(*region);
+        TakeOwed(*region);
+      }
       largest_ = std::max(largest_, Of().scale);
     }
   }
@@ -96,6 +99,15 @@ class Ledger {
         due_.linear += impulse;
         due_.angular += Cross(at, impulse) + angular;
       }
+    }
+  }
+
+  // Of bodies alone: what a ghost is owed its owner gives.
+  void TakeOwed(const region::Region& region) {
+    for (const region::OwedImpulse& owed : region.owed()) {
+      if (!region.Owns(owed.id)) continue;
+      due_.linear -= owed.impulse_ns;
+      due_.angular -= Cross(owed.at, owed.impulse_ns) + owed.angular_nms;
     }
   }
 

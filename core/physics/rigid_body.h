@@ -8,6 +8,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -74,7 +75,8 @@ class alignas(64) RigidBody {
   bool parked = false;
   bool propped = false;         // by what is not here (World::SetPropped)
   bool stand_in = false;        // see World::SetStandIn
-  bool asked = false;           // whose contacts are being gathered
+  std::uint32_t tag = 0;        // see World::SetTag
+  float passed_down = std::numeric_limits<float>::max();  // load ratio by what it carried in the last step; new: any
   std::uint64_t serial = 0;     // of its adding: names it in a pair
   std::vector<JointId> joints;  // that hold it, in no order
   std::vector<Pair*> pairs;     // whose bounds overlap its own, in no order

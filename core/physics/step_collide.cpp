@@ -69,6 +69,8 @@ Touch TouchOf(Pair& pair) {
   Touch touch{.pair = &pair,
               .low = index(*pair.low),
               .high = index(*pair.high),
+              .low_tag = pair.low->tag,
+              .high_tag = pair.high->tag,
               .manifolds = pair.manifolds.data(),
               .count = static_cast<std::uint32_t>(pair.manifolds.size()),
               .substeps = pair.substeps,

@@ -8,6 +8,8 @@
 namespace tessera::physics {
 namespace {
 
+constexpr std::size_t kTold = 320;  // bytes of a pair with one manifold
+
 // The points of a pair, gathered.
 class PairSum {
  public:
@@ -19,6 +21,8 @@ class PairSum {
     Contact contact;
     contact.body_a = pair_.low->id();
     contact.body_b = pair_.high->id();
+    contact.tag_a = pair_.low->tag;
+    contact.tag_b = pair_.high->tag;
     contact.point = pair_.low->placement().position + Vec3d(points_ / static_cast<float>(std::max(count_, 1)));
     contact.normal = normal_;
     contact.depth_m = depth_m_;
@@ -85,15 +89,21 @@ void World::Impl::ReportContacts() {
   }
 }
 
-std::span<const Contact> World::Impl::ReportContactsOf(std::span<const BodyId> ids) {
+std::span<const Contact> World::Impl::ReportContactsOf(std::span<const std::uint8_t> bits) {
+  const auto of = [bits](std::uint32_t tag) { return tag < bits.size() ? bits[tag] : std::uint8_t{0}; };
+  const auto named = [&](const Touch& touch) {
+    return touch.responds && (of(touch.low_tag) | of(touch.high_tag)) == 3;
+  };
+  constexpr std::size_t kAhead = 16;
   asked_contacts.clear();
-  for (const BodyId id : ids) At(id).asked = true;
-  for (const Touch& touch : touching) {
+  for (std::size_t i = 0; i < touching.size(); ++i) {
+    if (i + kAhead < touching.size() && named(touching[i + kAhead])) AskFor(touching[i + kAhead].pair, kTold);
+    const Touch& touch = touching[i];
+    if (!named(touch)) continue;
     const Pair& pair = *touch.pair;
-    if (pair.low == nullptr || !pair.responds() || !(pair.low->asked || pair.high->asked)) continue;
-    if (pair.live || Acted(pair)) asked_contacts.push_back(PairSum(pair).Told());
+    if (pair.low == nullptr || !(pair.live || Acted(pair))) continue;
+    asked_contacts.push_back(PairSum(pair).Told());
   }
-  for (const BodyId id : ids) At(id).asked = false;
   return asked_contacts;
 }
 
@@ -112,7 +122,7 @@ void World::Impl::ReportEvents() {
     pair.touching = now;
     events.push_back({pair.low->id(), pair.high->id(), pair.trigger, now});
   };
-  constexpr std::size_t kAhead = 8, kTold = 320;  // bytes of a pair with one manifold
+  constexpr std::size_t kAhead = 8;
   for (std::size_t i = 0; i < touching.size(); ++i) {
     if (i + kAhead < touching.size()) AskFor(touching[i + kAhead].pair, kTold);
     touching[i].pair->substeps = touching[i].substeps;

@@ -52,6 +52,7 @@ Vec3d World::InertiaOf(BodyId id) const { return impl_->At(id).inertia(); }
 
 void World::SetPropped(BodyId id, bool propped) { impl_->At(id).propped = propped; }
 void World::SetStandIn(BodyId id, bool stand_in) { impl_->At(id).stand_in = stand_in; }
+void World::SetTag(BodyId id, std::uint32_t tag) { impl_->At(id).tag = tag; }
 
 // --- Forces
 // ------------------------------------------------------------------------------------------------------------------
@@ -135,11 +136,13 @@ std::span<const Contact> World::contacts() const {
   impl_->ReportContacts();
   return impl_->contacts;
 }
-std::span<const Contact> World::ContactsOf(std::span<const BodyId> ids) const { return impl_->ReportContactsOf(ids); }
+std::span<const Contact> World::ContactsOf(std::span<const std::uint8_t> bits) const {
+  return impl_->ReportContactsOf(bits);
+}
 
-void World::AddNear(BodyId id, std::vector<BodyId>* near) const {
+void World::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
   const RigidBody& body = impl_->At(id);
-  for (const Pair* pair : body.pairs) near->push_back(pair->Other(body).id());
+  for (const Pair* pair : body.pairs) near->push_back(pair->Other(body).tag);
 }
 
 std::span<const PairEvent> World::events() const { return impl_->events; }

@@ -33,8 +33,12 @@ struct Settings {
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
 // rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
+// Of a body that nobody has given one.
+inline constexpr std::uint32_t kNoTag = 0xffffffff;
+
 struct Contact {
   BodyId body_a, body_b;
+  std::uint32_t tag_a = kNoTag, tag_b = kNoTag;      // see World::SetTag
   Vec3d point;                                       // mean of the contact points, world space, m
   Vec3f normal;                                      // from a to b, unit
   float depth_m = 0;                                 // deepest point; negative while apart
@@ -97,6 +101,8 @@ class World {
   // Of a body that rests on, or bears, what is not in this world, for which a force stands: what lies on what it
   // touches is then told by what it pressed with, not by what is seen to stand on it.
   void SetPropped(BodyId id, bool propped);
+  // What the caller calls it by, such as an index: told of in contacts, so that nothing has to be looked up.
+  void SetTag(BodyId id, std::uint32_t tag);
   // Two that are stand-ins do not touch: what they do to each other is among the forces that act on them.
   void SetStandIn(BodyId id, bool stand_in);
 
@@ -115,10 +121,11 @@ class World {
   // Of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that the order
   // does not depend on how the world was built.
   std::span<const Contact> contacts() const;
-  // Those of them that one of these bodies has part in; valid until this is called again, and as above.
-  std::span<const Contact> ContactsOf(std::span<const BodyId> ids) const;
-  // Adds those whose bounds, with some margin and looking ahead, are about those of this one, in no order.
-  void AddNear(BodyId id, std::vector<BodyId>* near) const;
+  // Those of them whose two bodies have both bits of 3 between them, by what `bits` has at their tags (0 if nothing);
+  // valid until this is called again, and as above.
+  std::span<const Contact> ContactsOf(std::span<const std::uint8_t> bits) const;
+  // Adds the tags of those whose bounds, with some margin and looking ahead, are about those of this one, in no order.
+  void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   std::span<const PairEvent> events() const;
   // Bodies that came to be non-finite, or absurdly fast, in the last step: they take no part any more, and wait to be
   // removed. Ascending only by chance.

@@ -26,6 +26,7 @@ RigidBody& World::Impl::At(BodyId id) const {
 void World::Impl::Add(const BodyDef& def, const BodyState& state) {
   auto owned = std::make_unique<RigidBody>(def, shapes.FormOf(def), state, settings.origin, settings.gravity_m_s2);
   RigidBody& body = *owned;
+  body.tag = kNoTag;
   if (free_serials.empty()) free_serials.push_back(next_serial++);
   body.serial = free_serials.back();
   free_serials.pop_back();

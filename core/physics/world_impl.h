@@ -39,7 +39,8 @@ inline constexpr std::uint32_t kAsleep = kStatic;  // in place of an awake_index
 // A pair with manifolds as the passes after its search see it, side by side: pairs lie all over the memory.
 struct Touch {
   Pair* pair;
-  std::uint32_t low, high;  // awake_index, or kAsleep
+  std::uint32_t low, high;          // awake_index, or kAsleep
+  std::uint32_t low_tag, high_tag;  // of the bodies
   Manifold* manifolds;
   std::uint32_t count;              // of them
   int substeps;                     // as in Pair
@@ -132,7 +133,7 @@ struct World::Impl {
   void NoteStillness(RigidBody& body);
   void FallAsleep();
   void ReportContacts();
-  std::span<const Contact> ReportContactsOf(std::span<const BodyId> ids);
+  std::span<const Contact> ReportContactsOf(std::span<const std::uint8_t> bits);
   void ReportEvents();
   void Isolate(RigidBody& body);
   void Park(RigidBody& body);
@@ -180,6 +181,7 @@ struct World::Impl {
   std::vector<JointRows> joint_rows;       // of them
   std::vector<std::uint32_t> tied_bodies;  // awake_index of those that joints tie to others, ascending
   std::vector<Burden> burdens;             // by awake_index
+  std::vector<float> passed_before;        // likewise: what passed_down was in the last step
   std::vector<Support> supports;           // in islands that may be laden
   std::vector<Support> grouped;            // the same by upper body, as `first_supports` says
   std::vector<std::uint32_t> first_supports;

@@ -47,8 +47,12 @@ void Bodies::NotePlaces() {
   if (places_noted_) return;
   places_.clear();
   std::uint32_t place = 0;
-  for (const OwnedBody& body : owned_) places_.emplace(body.def->id, place++);
-  for (const Ghost& ghost : ghosts_) places_.emplace(ghost.record.id, place++);
+  const auto note = [&](BodyId id) {
+    places_.emplace(id, place);
+    world_.SetTag(id, place++);
+  };
+  for (const OwnedBody& body : owned_) note(body.def->id);
+  for (const Ghost& ghost : ghosts_) note(ghost.record.id);
   places_noted_ = true;
 }
 
@@ -76,7 +80,7 @@ void Bodies::BecomeGhost(const GhostRecord& record, RegionId owner) {
   const std::ptrdiff_t index = IndexOf(record.id);
   assert(index >= 0);
   places_noted_ = false;
-  Ghost ghost{record, owner, owned_[static_cast<std::size_t>(index)].def, true};
+  Ghost ghost{record, owner, owned_[static_cast<std::size_t>(index)].def, true, false};
   owned_.erase(owned_.begin() + index);
   extras_.erase(extras_.begin() + index);
   const auto at = std::lower_bound(ghosts_.begin(), ghosts_.end(), record.id,
@@ -118,7 +122,7 @@ void Bodies::PlaceGhosts(std::span<const Ghost> shown) {
       placed.back().def = DefOf(id);
       AddToWorld(*placed.back().def, ghost.record.state);
     }
-    world_.SetPropped(id, ghost.record.load_ns != Vec3f() || ghost.record.load_nms != Vec3f());
+    world_.SetPropped(id, ghost.record.propped || ghost.record.load_ns != Vec3f() || ghost.record.load_nms != Vec3f());
     world_.SetStandIn(id, ghost.record.calm);
   }
   while (old != ghosts_.end()) pass_over();

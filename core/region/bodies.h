@@ -34,6 +34,7 @@ struct Ghost {
   RegionId owner;
   const BodyDef* def = nullptr;
   bool just_granted = false;  // was owned here in the last step: no neighbour shows it yet
+  bool told = false;          // its owner told of it for this step
 };
 
 class Bodies {
@@ -52,8 +53,9 @@ class Bodies {
   const Ghost* FindGhost(BodyId id) const;
   // Index into owned(), or owned().size() and the index into ghosts(); or -1.
   std::ptrdiff_t PlaceOf(BodyId id) const;
-  // Makes these three quick, until what is owned or shown changes.
+  // Makes these three quick, until what is owned or shown changes, and places the tags of bodies in the world.
   void NotePlaces();
+  bool places_noted() const { return places_noted_; }
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);

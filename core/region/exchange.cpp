@@ -1,28 +1,6 @@
 #include "core/region/exchange.h"
 
-#include <algorithm>
-#include <tuple>
-
 namespace tessera::region {
-namespace {
-
-PairCorrection Blend(BodyId a, BodyId b, const Solution& of_a, const Solution& of_b, double mass_a, double mass_b) {
-  const double w_a = mass_a / (mass_a + mass_b);
-  const double w_b = mass_b / (mass_a + mass_b);
-  const auto difference = [](Vec3f x, Vec3f y) { return Vec3d(x) - Vec3d(y); };
-  // a's owner applied `of_a` to a, so a lacks w_a (of_b - of_a); b lacks w_b (of_a - of_b).
-  PairCorrection correction;
-  correction.a = a;
-  correction.b = b;
-  const Vec3d linear = difference(of_b.impulse_on_b, of_a.impulse_on_b);
-  correction.impulse_on_a = linear * -w_a;
-  correction.impulse_on_b = linear * -w_b;
-  correction.angular_on_a = difference(of_b.angular_on_a, of_a.angular_on_a) * w_a;
-  correction.angular_on_b = difference(of_a.angular_on_b, of_b.angular_on_b) * w_b;
-  return correction;
-}
-
-}  // namespace
 
 Solution ToSolution(const ImpulseRecord& record) {
   Solution solution;
@@ -43,27 +21,16 @@ Solution ToSolution(const ImpulseRecord& record) {
   return solution;
 }
 
-std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
-                                          const std::function<double(BodyId)>& mass_of) {
-  std::sort(solutions.begin(), solutions.end(), [](const Solution& x, const Solution& y) {
-    return std::tuple(x.a, x.b, !x.by_owner_of_a) < std::tuple(y.a, y.b, !y.by_owner_of_a);
-  });
-  std::vector<PairCorrection> corrections;
-  corrections.reserve(solutions.size());
-  for (std::size_t i = 0; i < solutions.size();) {
-    const BodyId a = solutions[i].a, b = solutions[i].b;
-    Solution of_a, of_b;
-    RegionId owner_of_a, owner_of_b;
-    for (; i < solutions.size() && solutions[i].a == a && solutions[i].b == b; ++i) {
-      (solutions[i].by_owner_of_a ? of_a : of_b) = solutions[i];
-      if (solutions[i].owner_of_a != RegionId()) owner_of_a = solutions[i].owner_of_a;
-      if (solutions[i].owner_of_b != RegionId()) owner_of_b = solutions[i].owner_of_b;
-    }
-    corrections.push_back(Blend(a, b, of_a, of_b, mass_of(a), mass_of(b)));
-    corrections.back().owner_of_a = owner_of_a;
-    corrections.back().owner_of_b = owner_of_b;
-  }
-  return corrections;
+PairCorrection CorrectionOf(const Solution* of_a, const Solution* of_b, double mass_a, double mass_b) {
+  static constexpr Solution kNone;
+  const Solution &x = of_a != nullptr ? *of_a : kNone, &y = of_b != nullptr ? *of_b : kNone;
+  const double w_a = mass_a / (mass_a + mass_b);
+  const double w_b = mass_b / (mass_a + mass_b);
+  const auto difference = [](Vec3f p, Vec3f q) { return Vec3d(p) - Vec3d(q); };
+  // a's owner applied its own to a, so a lacks w_a (y - x); b lacks w_b (x - y).
+  const Vec3d linear = difference(y.impulse_on_b, x.impulse_on_b);
+  return {linear * -w_a, linear * -w_b, difference(y.angular_on_a, x.angular_on_a) * w_a,
+          difference(x.angular_on_b, y.angular_on_b) * w_b};
 }
 
 }  // namespace tessera::region

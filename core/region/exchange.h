@@ -8,8 +8,7 @@
 // Thread rule: free functions on values.
 #pragma once
 
-#include <functional>
-#include <span>
+#include <tuple>
 #include <vector>
 
 #include "core/region/frame.h"
@@ -22,22 +21,22 @@ struct Solution {
   bool by_owner_of_a = false;
   Vec3f impulse_on_b;  // N s; a received the opposite
   Vec3f angular_on_a, angular_on_b;
-  RegionId owner_of_a{}, owner_of_b{};  // then; 0: not told here
+  RegionId teller{};  // whose it is; 0: this region's
+  RegionId other{};   // of one of this region's: who owned the other body
 };
 
 Solution ToSolution(const ImpulseRecord& record);
 
+// Whether one comes before the other: ascending by (a, b), which is the order of a frame's impulses.
+inline bool Before(const Solution& x, const Solution& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); }
+
 // What each body of a pair is to receive now.
 struct PairCorrection {
-  BodyId a, b;
   Vec3d impulse_on_a, impulse_on_b;  // N s
   Vec3d angular_on_a, angular_on_b;  // about each one's centre of mass, N m s
-  RegionId owner_of_a{}, owner_of_b{};
 };
 
-// Pairs ascending by (a, b). `solutions` in any order, at most one a side: a side that is missing found no contact.
-// Both owners compute the same bits.
-std::vector<PairCorrection> CorrectionsOf(std::vector<Solution> solutions,
-                                          const std::function<double(BodyId)>& mass_of);
+// From what the owner of each found; null: found no contact. Masses in kg, above 0. Both owners compute the same bits.
+PairCorrection CorrectionOf(const Solution* of_a, const Solution* of_b, double mass_a, double mass_b);
 
 }  // namespace tessera::region

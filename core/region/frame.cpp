@@ -8,7 +8,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 6;
+constexpr std::uint8_t kFormat = 7;
 
 // Flags of a header.
 constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
@@ -16,7 +16,7 @@ constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
 constexpr std::uint8_t kHasProperties = 64;                              // of a granted body
-constexpr std::uint8_t kCalm = 128;                                      // of a ghost
+constexpr std::uint8_t kPropped = 64, kCalm = 128;                       // of a ghost
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -71,7 +71,7 @@ const GhostRecord* FindGhost(std::span<const GhostRecord> ghosts, BodyId id) {
 
 bool Unchanged(const GhostRecord& ghost, std::span<const GhostRecord> previous) {
   if (!ghost.state.asleep || !Zero(ghost.force_n) || !Zero(ghost.torque_nm)) return false;
-  if (!Zero(ghost.load_ns) || !Zero(ghost.load_nms) || ghost.calm) return false;
+  if (!Zero(ghost.load_ns) || !Zero(ghost.load_nms) || ghost.calm || ghost.propped) return false;
   const GhostRecord* before = FindGhost(previous, ghost.id);
   return before != nullptr && before->epoch == ghost.epoch && SameBits(before->state, ghost.state);
 }
@@ -101,7 +101,8 @@ void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<con
     out.Varint(ghost->epoch.value());
     const bool load = !Zero(ghost->load_ns) || !Zero(ghost->load_nms);
     WriteState(out, ghost->state,
-               static_cast<std::uint8_t>((force ? kHasForce : 0) | (load ? kHasLoad : 0) | (ghost->calm ? kCalm : 0)));
+               static_cast<std::uint8_t>((force ? kHasForce : 0) | (load ? kHasLoad : 0) | (ghost->calm ? kCalm : 0) |
+                                         (ghost->propped ? kPropped : 0)));
     if (force) {
       out.V(ghost->force_n);
       out.V(ghost->torque_nm);
@@ -132,7 +133,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     if (before == nullptr) return Malformed("unchanged ghosts: not in the frame before");
     ghosts.push_back(*before);
     ghosts.back().force_n = ghosts.back().torque_nm = ghosts.back().load_ns = ghosts.back().load_nms = Vec3f();
-    ghosts.back().calm = false;
+    ghosts.back().calm = ghosts.back().propped = false;
   }
   last = 0;
   const std::size_t changed = in.Count(kMinGhostBytes);
@@ -143,6 +144,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     ghost.epoch = Epoch(in.Varint32());
     const std::uint8_t flags = ReadState(in, ghost.state);
     ghost.calm = (flags & kCalm) != 0;
+    ghost.propped = (flags & kPropped) != 0;
     if ((flags & kHasForce) != 0) {
       ghost.force_n = in.V3f();
       ghost.torque_nm = in.V3f();

@@ -31,6 +31,9 @@ class Writer;
 // what lies on it, and what it lies on. Without them a ghost in a pile would fall in every step, and press on what is
 // solved beside it with a weight that it does not have.
 //
+// One that is `propped` touches what the receiver does not see, and which may not bear it yet, or no more: what stands
+// on it there is not all that it has to bear, nor what it stands on all that bears it.
+//
 // One that is `calm` has lain still for a while, and its load is also what others do to it that are calm, seen or not,
 // except for the receiver's own: those are not solved against each other there.
 struct GhostRecord {
@@ -40,6 +43,7 @@ struct GhostRecord {
   Vec3f force_n, torque_nm;
   Vec3f load_ns, load_nms;
   bool calm = false;
+  bool propped = false;
 };
 
 // What the sender's solver did in the last step to its body `own`, which touched `other`, a ghost there.
@@ -129,7 +133,7 @@ struct Frame {
   MapVersion map_version, committed_version;  // as in the header
   FrameStamp stamp;
   std::vector<GhostRecord> ghosts;      // ascending by id
-  std::vector<ImpulseRecord> impulses;  // ascending by (own, other)
+  std::vector<ImpulseRecord> impulses;  // ascending by the pair's lower id, then its higher
   std::vector<Grant> grants;
   std::vector<Confirmation> confirmations;
   std::vector<LateCorrection> late_corrections;

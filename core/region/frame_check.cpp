@@ -40,8 +40,9 @@ absl::Status CheckImpulses(const Frame& frame, const Catalog& catalog) {
     if (absl::Status status = CheckKnown(own, catalog); !status.ok()) return status;
     if (absl::Status status = CheckKnown(other, catalog); !status.ok()) return status;
     if (own == other) return Bad(own, " touches itself");
-    if (std::pair(own, other) <= last) return Bad(own, ": impulses do not ascend");
-    last = {own, other};
+    const std::pair<BodyId, BodyId> pair = std::minmax(own, other);
+    if (pair <= last) return Bad(own, ": impulses do not ascend");
+    last = pair;
     if (absl::Status status = CheckImpulse(own, record.impulse_on_own); !status.ok()) return status;
     if (absl::Status status = CheckAngularImpulse(own, record.angular_on_own); !status.ok()) return status;
     if (absl::Status status = CheckAngularImpulse(other, record.angular_on_other); !status.ok()) return status;

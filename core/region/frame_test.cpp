@@ -64,6 +64,7 @@ TEST(FrameTest, ComesBackWithoutLoss) {
     EXPECT_EQ(back->ghosts[i].load_ns, frame.ghosts[i].load_ns);
     EXPECT_EQ(back->ghosts[i].load_nms, frame.ghosts[i].load_nms);
     EXPECT_EQ(back->ghosts[i].calm, frame.ghosts[i].calm);
+    EXPECT_EQ(back->ghosts[i].propped, frame.ghosts[i].propped);
     EXPECT_EQ(back->ghosts[i].torque_nm, frame.ghosts[i].torque_nm);
   }
   EXPECT_EQ(back->impulses[0].angular_on_other, frame.impulses[0].angular_on_other);
@@ -100,8 +101,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 6, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{6, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  // Format 7, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{7, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 

@@ -137,6 +137,7 @@ std::vector<physics::PairEvent> Region::touching() const {
   return touching;
 }
 std::span<const OwnedBody> Region::owned() const { return impl_->bodies.owned(); }
+std::span<const OwedImpulse> Region::owed() const { return impl_->owed; }
 const physics::World& Region::world() const { return impl_->bodies.world(); }
 
 }  // namespace tessera::region

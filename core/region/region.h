@@ -71,6 +71,13 @@ struct OwnedBody {
   BodyState state;
 };
 
+// What a body is still to get, tick by tick, of what the two sides of a border found different.
+struct OwedImpulse {
+  BodyId id;
+  Vec3d impulse_ns, angular_nms;  // the latter about `at`
+  Vec3d at;                       // where the body was when it was told
+};
+
 enum class DepartureReason : std::uint8_t { kRemoved, kHandedOver };
 
 // A body that this region ceased to own in the last step.
@@ -214,6 +221,8 @@ class Region {
   // All that this region owns, ascending by id; valid until the next call that changes the region.
   std::span<const OwnedBody> owned() const;
   const physics::World& world() const;
+  // What is owed to bodies here, and to ghosts by their owners; in no order, valid until the next step.
+  std::span<const OwedImpulse> owed() const;
 
  private:
   struct Impl;

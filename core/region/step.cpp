@@ -116,6 +116,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   bodies.NotePlaces();
   ExchangeImpulses(frames);
   UpdatePlayers(result);
+  bodies.NotePlaces();
   ApplyForces();
   enter(Phase::kPhysics);
   if (std::exchange(rehearse_, false)) bodies.world().Rehearse(tick_s, kRehearsals);
@@ -131,6 +132,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   DecideHandovers();
   Predict();
   enter(Phase::kFrames);
+  NoteContacts();
   ReleaseConfirmations();
   result.frames = MakeFrames();
   WriteLog(result);
@@ -208,10 +210,11 @@ void RegionStep::HandOut(StepResult& result) {
         if (Outbox* box = OutboxTo(out.to); box != nullptr) box->inputs.push_back({id, input});
       }
     }
-    if (const auto owed = owed_.find(id); owed != owed_.end()) {
-      const LateCorrection late{id, Vec3f(owed->second.kick.impulse), Vec3f(owed->second.kick.angular)};
+    const auto rest = std::find_if(owed.begin(), owed.end(), [id](const OwedImpulse& one) { return one.id == id; });
+    if (rest != owed.end()) {
+      const LateCorrection late{id, Vec3f(rest->impulse_ns), Vec3f(rest->angular_nms)};
       if (Outbox* box = OutboxTo(out.to); box != nullptr) box->late_corrections.push_back(late);
-      owed_.erase(owed);
+      owed.erase(rest);
     }
     reports.Release(id);
     result.departures.push_back({id, Epoch(out.record.epoch.value() - 1), DepartureReason::kHandedOver, out.to});
@@ -254,7 +257,7 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
   std::vector<Ghost> shown;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const GhostRecord& record : frames[i].ghosts) {
-      if (!bodies.Owns(record.id)) shown.push_back({record, neighbors[i], nullptr, false});
+      if (!bodies.Owns(record.id)) shown.push_back({record, neighbors[i], nullptr, false, true});
     }
     if (inbox.link(i).open()) continue;
     // Of a closed border: they go on by what this region made of them.
@@ -262,7 +265,7 @@ void RegionStep::PlaceGhosts(const Frames& frames) {
       if (ghost.owner != neighbors[i]) continue;
       const GhostRecord record{
           ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}, {}, {}, false};
-      shown.push_back({record, neighbors[i], nullptr, false});
+      shown.push_back({record, neighbors[i], nullptr, false, false});
     }
   }
   // One body shown by two: the higher epoch is right.
@@ -340,7 +343,6 @@ Vec3d RegionStep::FieldOn(std::size_t index) {
 }
 
 void RegionStep::ReadBack(StepResult& result) {
-  NoteContacts();
   for (const BodyId id : bodies.TakeLeft()) reports.BodyLeft(id);
   result.events = reports.Report(
       bodies.world().events(), [this](BodyId id) { return bodies.Owns(id); },
@@ -350,7 +352,6 @@ void RegionStep::ReadBack(StepResult& result) {
     result.nonfinite.push_back(id);
     if (IsPlayerBody(id)) players.Release(PlayerOf(id));
     properties.Release(id);
-    std::erase_if(border, [lost = id](const BorderContact& contact) { return contact.own == lost; });
   }
 }
 
@@ -358,11 +359,6 @@ const RegionStep::HandedOut* RegionStep::FindHandedOut(BodyId id) const {
   const auto it = std::lower_bound(handed_out.begin(), handed_out.end(), id,
                                    [](const HandedOut& out, BodyId wanted) { return out.record.id < wanted; });
   return it != handed_out.end() && it->record.id == id ? &*it : nullptr;
-}
-
-bool RegionStep::WasOwned(BodyId id) const {
-  if (FindHandedOut(id) != nullptr) return true;
-  return bodies.Owns(id) && !std::binary_search(taken_in.begin(), taken_in.end(), id);
 }
 
 std::ptrdiff_t RegionStep::NeighborIndex(RegionId id) const {

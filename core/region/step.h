@@ -1,7 +1,7 @@
 // RegionStep: the parts of a region and the order in which a tick puts them to work.
 //
 //   hand out -> take in -> place ghosts -> exchange -> players -> forces -> physics -> read back -> decide, predict ->
-//   frames
+//   note contacts -> frames
 //
 // What each part is, its own header says. Behind Region; thread rule as there.
 #pragma once
@@ -63,11 +63,10 @@ class RegionStep {
     RegionId to;
     Tick since;
   };
-  // This region's solution of a contact across a border, and who owned the other body then.
+  // This region's solution of a contact across a border.
   struct BorderContact {
     Solution solution;
-    BodyId own, other;
-    RegionId other_owner;
+    std::uint32_t own;  // place of its body (Bodies::PlaceOf)
   };
 
   Config config;
@@ -86,13 +85,15 @@ class RegionStep {
   std::vector<BodyId> taken_in;       // owned since this step, ascending
   KeptGrants unconfirmed;             // granted; kept until the new owner tells that it has it
   std::vector<DueConfirmation> due_confirmations;
-  std::vector<BorderContact> border;  // of the last step
+  std::vector<BorderContact> border;  // of the last step, ascending by pair
   MapChange change;
   std::optional<PartitionMap> failover;  // begun, not resumed
   bool standby_on = false;
-  Tick acknowledged;  // by the heir
+  Tick acknowledged;              // by the heir
+  std::vector<OwedImpulse> owed;  // ghosts' too, in no order
 
  private:
+  static constexpr std::uint32_t kNotShown = 0xffffffff;
   // What is being written for one neighbour, and what it was last told.
   struct Outbox {
     std::vector<Grant> grants;
@@ -123,11 +124,11 @@ class RegionStep {
   void GrantTo(RegionId to, std::span<const std::size_t> assembly);
   void ShowFirst();
   void ShowNear();
-  void AddNear(BodyId id, std::vector<BodyId>* near) const;
+  void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   void ShowDeeper();
   void ShowWhole();
   void ShowAround(std::span<const std::size_t> whole);
-  void AddLoads(Frame& frame, std::size_t neighbor) const;
+  void AddLoads(Frame& frame, std::span<const std::uint32_t> shown, std::size_t neighbor) const;
   void ShowSleepers();
   void NoteStill();
   bool IsCalm(std::size_t index) const;
@@ -145,7 +146,6 @@ class RegionStep {
   bool Confirms(std::size_t neighbor, const GrantedBody& body) const;
 
   const HandedOut* FindHandedOut(BodyId id) const;
-  bool WasOwned(BodyId id) const;  // in the last step
   // Index into neighbors, or -1.
   std::ptrdiff_t NeighborIndex(RegionId id) const;
   Outbox* OutboxTo(RegionId id);  // null if it is no neighbour
@@ -156,15 +156,28 @@ class RegionStep {
 
   // Due to a body whose contact across a border is settled.
   struct Kick {
-    Vec3d impulse, angular;
+    Vec3d impulse, angular;  // N s; about its centre of mass, N m s
     void operator+=(const Kick& more) { impulse += more.impulse, angular += more.angular; }
   };
-  using Kicks = std::vector<std::pair<BodyId, Kick>>;  // as they come
-  void TakeLateCorrections(const Frames& frames, Kicks& kicks);
+  using Kicks = std::vector<std::optional<Kick>>;  // by place
+  // One of a pair that touched in the last step.
+  struct Party {
+    BodyId id;
+    std::ptrdiff_t place = -1;
+    const HandedOut* gone = nullptr;  // handed over since
+    bool was_here = false;            // owned in that step
+    bool slept = false;               // its owner had it asleep after it
+    bool told = false;                // by a neighbour, for this step
+  };
+  Party PartyOf(BodyId id) const;
   std::vector<Solution> GatherSolutions(const Frames& frames) const;
-  bool Slept(const Frames& frames, BodyId id) const;
-  void KickBodies(Kicks kicks);
-  bool LiesStill(BodyId id) const;
+  void TakeLateCorrections(const Frames& frames, Kicks& kicks);
+  void Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others, Kicks& kicks);
+  void AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const;
+  void KickBodies(Kicks& kicks);
+  // Of a place, at the start of a step.
+  const BodyState& StartOf(std::size_t place) const;
+  bool LiesStill(std::size_t place) const;
 
   void OwnInitial();
   void ChangeMapIfDue();
@@ -184,15 +197,10 @@ class RegionStep {
   // lesser of each component, 0 if they differ in sign. So a blow, which is over, is not told as a load.
   struct Touch {
     BodyId a, b;
+    std::uint32_t place_a, place_b;  // Bodies::PlaceOf; physics::kNoTag of what is static
     Vec3f impulse_on_b, angular_on_a, angular_on_b;
     std::array<Vec3f, 3> now;  // the same, in the last alone
   };
-  // To be given later to what lies still, and where it was due: what acts elsewhere turns all about each other.
-  struct Owed {
-    Kick kick;
-    Vec3d at;
-  };
-  std::map<BodyId, Owed> owed_;
   std::vector<bool> whole_;                       // by owned body: shown with all that it hangs together with
   std::vector<Touch> touching_, touched_before_;  // near borders, ascending by (a, b)
 };

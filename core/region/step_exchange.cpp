@@ -11,26 +11,6 @@
 namespace tessera::region {
 namespace {
 
-// What a frame tells of a body; null if it is not told of.
-const BodyState* Told(const Frame& frame, BodyId id) {
-  const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id,
-                                   [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; });
-  if (it != frame.ghosts.end() && it->id == id) return &it->state;
-  for (const Grant& grant : frame.grants) {
-    for (const GrantedBody& body : grant.bodies) {
-      if (body.id == id) return &body.state;
-    }
-  }
-  return nullptr;
-}
-
-const BodyState* Told(const std::vector<Frame>& frames, BodyId id) {
-  for (const Frame& frame : frames) {
-    if (const BodyState* state = Told(frame, id); state != nullptr) return state;
-  }
-  return nullptr;
-}
-
 bool Sane(const physics::Contact& contact) {
   return IsSaneImpulse(contact.impulse_on_b) && IsSaneAngularImpulse(contact.angular_impulse_on_a) &&
          IsSaneAngularImpulse(contact.angular_impulse_on_b);
@@ -44,59 +24,93 @@ void RegionStep::NoteContacts() {
   const std::span<const physics::Contact> contacts = ContactsNearBorders();
   NoteTouching(contacts);
   if (bodies.ghosts().empty()) return;
+  const std::size_t own = bodies.owned().size(), all = own + bodies.ghosts().size();
   for (const physics::Contact& contact : contacts) {
-    const BodyId a = contact.body_a, b = contact.body_b;
-    const Ghost *ghost_a = bodies.FindGhost(a), *ghost_b = bodies.FindGhost(b);
-    if ((ghost_a == nullptr) == (ghost_b == nullptr)) continue;
-    if (!OpenTo((ghost_a == nullptr ? ghost_b : ghost_a)->owner)) continue;
-    const BodyId own = ghost_a == nullptr ? a : b;
-    if (!bodies.Owns(own) || !Sane(contact)) continue;
-    const Solution solution{
-        a, b, own == a, contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
-    const Ghost& ghost = own == a ? *ghost_b : *ghost_a;
-    border.push_back({solution, own, ghost.record.id, ghost.owner});
+    const bool own_a = contact.tag_a < own, own_b = contact.tag_b < own;
+    if (own_a == own_b || std::max(contact.tag_a, contact.tag_b) >= all) continue;
+    const Ghost& ghost = bodies.ghosts()[(own_a ? contact.tag_b : contact.tag_a) - own];
+    if (!OpenTo(ghost.owner) || !Sane(contact)) continue;
+    Solution solution{contact.body_a,
+                      contact.body_b,
+                      own_a,
+                      contact.impulse_on_b,
+                      contact.angular_impulse_on_a,
+                      contact.angular_impulse_on_b};
+    solution.other = ghost.owner;
+    border.push_back({solution, own_a ? contact.tag_a : contact.tag_b});
   }
 }
 
-// Those of ghosts, and of bodies that were shown to anyone: what happens in the middle of a region is nobody else's.
+// Those between bodies and ghosts, and of bodies that are shown to anyone, unless with all that they hang together with:
+// what happens in the middle of a region, or among ghosts, is nobody else's.
 std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
-  std::vector<BodyId> near;
-  near.reserve(bodies.ghosts().size());
-  for (const Ghost& ghost : bodies.ghosts()) near.push_back(ghost.record.id);
-  for (const Outbox& box : outboxes_) {
-    for (const GhostRecord& told : box.told) {
-      if (bodies.world().Has(told.id)) near.push_back(told.id);
-    }
+  enum : std::uint8_t { kOwn = 1, kNear = 2 };
+  const std::size_t own = bodies.owned().size();
+  std::vector<std::uint8_t> bits(own + bodies.ghosts().size(), kNear);
+  for (std::size_t i = 0; i < own; ++i) bits[i] = reach.ShowsAny(i) && !whole_[i] ? kOwn | kNear : kOwn;
+  return bodies.world().ContactsOf(bits);
+}
+
+// One of a pair that touched in the last step, as it is now.
+RegionStep::Party RegionStep::PartyOf(BodyId id) const {
+  Party party;
+  party.id = id;
+  party.place = bodies.PlaceOf(id);
+  const std::ptrdiff_t own = std::ssize(bodies.owned());
+  party.gone = FindHandedOut(id);
+  if (party.gone != nullptr) {
+    party.was_here = true;
+    party.slept = party.gone->record.state.asleep;
+  } else if (party.place >= 0 && party.place < own) {
+    party.told = std::binary_search(taken_in.begin(), taken_in.end(), id);
+    party.was_here = !party.told;
+    party.slept = bodies.owned()[static_cast<std::size_t>(party.place)].state.asleep;
+  } else if (party.place >= 0) {
+    const Ghost& ghost = bodies.ghosts()[static_cast<std::size_t>(party.place - own)];
+    party.told = ghost.told;
+    party.slept = ghost.told && ghost.record.state.asleep;
   }
-  return bodies.world().ContactsOf(near);
+  return party;
 }
 
 void RegionStep::ExchangeImpulses(const Frames& frames) {
-  Kicks kicks;
+  Kicks kicks(bodies.owned().size() + bodies.ghosts().size());
   TakeLateCorrections(frames, kicks);
-  const auto mass_of = [this](BodyId id) { return catalog.MassOf(id); };
-  for (const PairCorrection& pair : CorrectionsOf(GatherSolutions(frames), mass_of)) {
+  const std::vector<Solution> solutions = GatherSolutions(frames);
+  for (auto at = solutions.begin(); at != solutions.end();) {
+    const Party a = PartyOf(at->a), b = PartyOf(at->b);
+    const Solution *of_a = nullptr, *of_b = nullptr;
+    RegionId owner_of_a, owner_of_b;
+    for (const auto first = at; at != solutions.end() && !Before(*first, *at); ++at) {
+      const bool mine = at->teller == RegionId();
+      if (!mine && (at->by_owner_of_a ? a : b).was_here) continue;
+      (at->by_owner_of_a ? of_a : of_b) = &*at;
+      if (mine) (at->by_owner_of_a ? owner_of_b : owner_of_a) = at->other;
+    }
+    // Who tells of it knows better.
+    if (of_a != nullptr && of_a->teller != RegionId()) owner_of_a = of_a->teller;
+    if (of_b != nullptr && of_b->teller != RegionId()) owner_of_b = of_b->teller;
     // A sleeper is not solved by its owner: there is nothing to balance.
-    if (Slept(frames, pair.a) || Slept(frames, pair.b)) continue;
-    const bool a_here = WasOwned(pair.a), b_here = WasOwned(pair.b);
-    if (a_here && b_here) continue;
-    const bool between_others = !a_here && !b_here;
-    if (between_others && (Told(frames, pair.a) == nullptr || Told(frames, pair.b) == nullptr)) continue;
-    // A ghost gets its share as well, so that it starts the step as it does with its owner.
-    const auto settle = [&](BodyId id, bool here, RegionId other_owner, const Kick& share) {
-      const HandedOut* out = here ? FindHandedOut(id) : nullptr;
-      if (out != nullptr && out->to != other_owner) {
-        const LateCorrection late{id, Vec3f(share.impulse), Vec3f(share.angular)};
-        if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
-        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
-      } else if (bodies.world().Has(id) && !(between_others && bodies.Owns(id))) {
-        kicks.emplace_back(id, share);
-      }
-    };
-    settle(pair.a, a_here, pair.owner_of_b, {pair.impulse_on_a, pair.angular_on_a});
-    settle(pair.b, b_here, pair.owner_of_a, {pair.impulse_on_b, pair.angular_on_b});
+    if (a.slept || b.slept || (a.was_here && b.was_here)) continue;
+    const bool between_others = !a.was_here && !b.was_here;
+    if (between_others && !(a.told && b.told)) continue;
+    const PairCorrection due = CorrectionOf(of_a, of_b, catalog.MassOf(a.id), catalog.MassOf(b.id));
+    Settle(a, {due.impulse_on_a, due.angular_on_a}, owner_of_b, between_others, kicks);
+    Settle(b, {due.impulse_on_b, due.angular_on_b}, owner_of_a, between_others, kicks);
   }
-  KickBodies(std::move(kicks));
+  KickBodies(kicks);
+}
+
+// A ghost gets its share as well, so that it starts the step as it does with its owner.
+void RegionStep::Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others,
+                        Kicks& kicks) {
+  if (party.gone != nullptr && party.gone->to != other_owner) {
+    const LateCorrection late{party.id, Vec3f(share.impulse), Vec3f(share.angular)};
+    if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
+    if (Outbox* box = OutboxTo(party.gone->to); box != nullptr) box->late_corrections.push_back(late);
+  } else if (party.place >= 0 && !(between_others && party.place < std::ssize(bodies.owned()))) {
+    AddLate(party.place, share, kicks);
+  }
 }
 
 // Sent on to whom the body has gone since.
@@ -105,83 +119,80 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
     for (const LateCorrection& late : frame.late_corrections) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
         if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
-      } else if (bodies.Owns(late.id)) {
-        kicks.emplace_back(late.id, Kick{Vec3d(late.impulse_ns), Vec3d(late.angular_nms)});
+      } else if (const std::ptrdiff_t index = bodies.IndexOf(late.id); index >= 0) {
+        AddLate(index, {Vec3d(late.impulse_ns), Vec3d(late.angular_nms)}, kicks);
       }
     }
   }
 }
 
-// This region's and the neighbours'; with who owned the bodies of others when they touched.
+// This region's and the neighbours', ascending by pair.
 std::vector<Solution> RegionStep::GatherSolutions(const Frames& frames) const {
   std::vector<Solution> solutions;
   solutions.reserve(3 * border.size());
   for (const BorderContact& contact : border) {
-    if (!OpenTo(contact.other_owner)) continue;  // it has closed since
-    solutions.push_back(contact.solution);
-    (contact.solution.by_owner_of_a ? solutions.back().owner_of_b : solutions.back().owner_of_a) = contact.other_owner;
+    if (OpenTo(contact.solution.other)) solutions.push_back(contact.solution);  // it may have closed since
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto middle = std::ssize(solutions);
     for (const ImpulseRecord& record : frames[i].impulses) {
-      if (WasOwned(record.own)) continue;
       solutions.push_back(ToSolution(record));
-      (solutions.back().by_owner_of_a ? solutions.back().owner_of_a : solutions.back().owner_of_b) = neighbors[i];
+      solutions.back().teller = neighbors[i];
     }
+    std::inplace_merge(solutions.begin(), solutions.begin() + middle, solutions.end(), Before);
   }
   return solutions;
 }
 
-// Whether its owner had it asleep after the last step.
-bool RegionStep::Slept(const Frames& frames, BodyId id) const {
-  if (const HandedOut* out = FindHandedOut(id); out != nullptr) return out->record.state.asleep;
-  const std::ptrdiff_t index = WasOwned(id) ? bodies.IndexOf(id) : -1;
-  if (index >= 0) return bodies.owned()[static_cast<std::size_t>(index)].state.asleep;
-  const BodyState* told = Told(frames, id);
-  return told != nullptr && told->asleep;
+const BodyState& RegionStep::StartOf(std::size_t place) const {
+  const std::size_t own = bodies.owned().size();
+  return place < own ? bodies.owned()[place].state : bodies.ghosts()[place - own].record.state;
 }
 
-bool RegionStep::LiesStill(BodyId id) const {
-  const std::ptrdiff_t index = bodies.IndexOf(id);
-  if (index >= 0) return bodies.extras()[static_cast<std::size_t>(index)].still_ticks >= kCalmTicks;
-  const Ghost* ghost = bodies.FindGhost(id);
-  return ghost != nullptr && ghost->record.calm;
+// A contact acts where bodies are at the start of its step, a force where they are half way through the next.
+void RegionStep::AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const {
+  constexpr double kLateTicks = 1.5;
+  const auto at = static_cast<std::size_t>(place);
+  share.angular -= Cross(Vec3d(StartOf(at).linear_velocity) * (kLateTicks * tick_s), share.impulse);
+  if (!kicks[at].has_value()) kicks[at].emplace();
+  *kicks[at] += share;
+}
+
+bool RegionStep::LiesStill(std::size_t place) const {
+  const std::size_t own = bodies.owned().size();
+  return place < own ? bodies.extras()[place].still_ticks >= kCalmTicks : bodies.ghosts()[place - own].record.calm;
 }
 
 // Over the whole tick, as a force: what lies in a pile would be thrown off its support by a blow, and a pile that is
 // thrown about in every tick asks for twice the substeps. What lies still gets a quarter of what it is due, and of the
 // rest in the next tick: each side answers at once to what it is given, and all of it goes to and fro between them for
 // ever.
-void RegionStep::KickBodies(Kicks kicks) {
+void RegionStep::KickBodies(Kicks& kicks) {
   constexpr double kAtOnce = 0.25, kLeast_m_s = 1e-9;
-  // A contact acts where bodies are at the start of its step, a force where they are half way through the next.
-  constexpr double kLateTicks = 1.5;
-  for (auto& [id, kick] : kicks) {
-    const Vec3d velocity(bodies.world().StateOf(id).linear_velocity);
-    kick.angular -= Cross(velocity * (kLateTicks * tick_s), kick.impulse);
+  for (const OwedImpulse& rest : std::exchange(owed, {})) {
+    const std::ptrdiff_t place = bodies.PlaceOf(rest.id);
+    if (place < 0) continue;
+    const auto at = static_cast<std::size_t>(place);
+    if (!kicks[at].has_value()) kicks[at].emplace();
+    const Vec3d moved = StartOf(at).position - rest.at;
+    *kicks[at] += {rest.impulse_ns, rest.angular_nms - Cross(moved, rest.impulse_ns)};
   }
-  for (const auto& [id, owed] : std::exchange(owed_, {})) {
-    if (!bodies.world().Has(id)) continue;
-    Kick due = owed.kick;
-    due.angular += Cross(owed.at - bodies.world().StateOf(id).position, due.impulse);
-    kicks.emplace_back(id, due);
-  }
-  const auto before = [](const auto& a, const auto& b) { return a.first < b.first; };
-  std::stable_sort(kicks.begin(), kicks.end(), before);
-  for (std::size_t i = 0; i < kicks.size();) {
-    const BodyId id = kicks[i].first;
-    Kick kick;
-    for (; i < kicks.size() && kicks[i].first == id; ++i) kick += kicks[i].second;
-    BodyState state = bodies.world().StateOf(id);
+  const std::size_t own = bodies.owned().size();
+  for (std::size_t place = 0; place < kicks.size(); ++place) {
+    if (!kicks[place].has_value()) continue;
+    const BodyDef& def = place < own ? *bodies.owned()[place].def : *bodies.ghosts()[place - own].def;
+    Kick kick = *kicks[place];
+    BodyState state = bodies.world().StateOf(def.id);
     if (state.asleep) continue;
-    if (LiesStill(id) && Length(kick.impulse) > kLeast_m_s * bodies.world().MassOf(id)) {
-      owed_[id] = {{kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce)}, state.position};
+    if (LiesStill(place) && Length(kick.impulse) > kLeast_m_s * def.mass_kg) {
+      owed.push_back({def.id, kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce), state.position});
       kick.impulse = kick.impulse * kAtOnce;
       kick.angular = kick.angular * kAtOnce;
     }
-    state.linear_velocity += Vec3f(kick.impulse / bodies.world().MassOf(id));
+    state.linear_velocity += Vec3f(kick.impulse / def.mass_kg);
     state.angular_momentum += Vec3f(kick.angular);
     if (!IsSane(state)) continue;
-    bodies.world().ApplyForce(id, Vec3f(kick.impulse / tick_s), Vec3f(kick.angular / tick_s));
+    bodies.world().ApplyForce(def.id, Vec3f(kick.impulse / tick_s), Vec3f(kick.angular / tick_s));
   }
 }
 

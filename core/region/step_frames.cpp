@@ -97,6 +97,7 @@ void RegionStep::GrantTo(RegionId to, std::span<const std::size_t> assembly) {
 void RegionStep::Predict() {
   for (OwnedExtra& extra : bodies.extras()) extra.field_known = extra.predicted = false;
   if (neighbors.empty()) return;
+  bodies.NotePlaces();
   reach.Clear(bodies.owned().size());
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
@@ -182,10 +183,12 @@ Frame RegionStep::MakeFrame(std::size_t neighbor) {
     const HandedOut* out = FindHandedOut(id);
     return out != nullptr && out->to == to;
   };
+  std::vector<std::uint32_t> shown(bodies.owned().size(), kNotShown);  // index into frame.ghosts
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
     const BodyId id = body.def->id;
     if (!reach.Shows(i, neighbor) || granted(id)) continue;
+    shown[i] = static_cast<std::uint32_t>(frame.ghosts.size());
     GhostRecord record{id, body.epoch, body.state, {}, {}, {}, {}, IsCalm(i)};
     if (const PlayerControl* control = ControlOf(id); control != nullptr) {
       record.force_n = control->force_n;
@@ -193,20 +196,16 @@ Frame RegionStep::MakeFrame(std::size_t neighbor) {
     }
     frame.ghosts.push_back(record);
   }
-  AddLoads(frame, neighbor);
+  AddLoads(frame, shown, neighbor);
   for (const BorderContact& contact : border) {
-    const std::ptrdiff_t index = bodies.IndexOf(contact.own);
-    if (index < 0) continue;
-    const bool told = reach.Shows(static_cast<std::size_t>(index), neighbor) || granted(contact.own);
-    if (!told && contact.other_owner != to) continue;
     const Solution& s = contact.solution;
     const bool own_a = s.by_owner_of_a;
-    frame.impulses.push_back({contact.own, contact.other, own_a ? -s.impulse_on_b : s.impulse_on_b,
+    const BodyId own = own_a ? s.a : s.b, other = own_a ? s.b : s.a;
+    const bool told = shown[contact.own] != kNotShown || granted(own);
+    if (!told && s.other != to) continue;
+    frame.impulses.push_back({own, other, own_a ? -s.impulse_on_b : s.impulse_on_b,
                               own_a ? s.angular_on_a : s.angular_on_b, own_a ? s.angular_on_b : s.angular_on_a});
   }
-  std::sort(frame.impulses.begin(), frame.impulses.end(), [](const ImpulseRecord& a, const ImpulseRecord& b) {
-    return std::pair(a.own, a.other) < std::pair(b.own, b.other);
-  });
   Outbox& box = outboxes_[neighbor];
   frame.grants = std::exchange(box.grants, {});
   frame.confirmations = std::exchange(box.confirmations, {});

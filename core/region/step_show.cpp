@@ -53,7 +53,7 @@ void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
     while (before != touched_before_.end() && behind(*before, contact)) ++before;
     const BodyId a = contact.body_a, b = contact.body_b;
     const std::array now{contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
-    Touch& touch = touching_.emplace_back(Touch{a, b, {}, {}, {}, now});
+    Touch& touch = touching_.emplace_back(Touch{a, b, contact.tag_a, contact.tag_b, {}, {}, {}, now});
     if (before == touched_before_.end() || before->a != a || before->b != b) continue;
     touch.impulse_on_b = Load(before->impulse_on_b, before->now[0], now[0]);
     touch.angular_on_a = Load(before->angular_on_a, before->now[1], now[1]);
@@ -61,29 +61,29 @@ void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
   }
 }
 
-// What is about it; before the first step nothing has been looked for yet.
-void RegionStep::AddNear(BodyId id, std::vector<BodyId>* near) const {
+// Places of what is about it, kNoTag of what is static; before the first step nothing has been looked for yet.
+void RegionStep::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
   constexpr double kAbout_m = 0.1;
   const physics::World& world = bodies.world();
   if (stepped_) return world.AddNear(id, near);
-  const std::vector<BodyId> found = world.Overlapping(world.BoundsOf(id).Expanded(kAbout_m));
-  near->insert(near->end(), found.begin(), found.end());
+  for (const BodyId found : world.Overlapping(world.BoundsOf(id).Expanded(kAbout_m))) {
+    near->push_back(static_cast<std::uint32_t>(bodies.PlaceOf(found)));  // -1: kNoTag
+  }
 }
 
 // What may soon touch a neighbour's body, or one that becomes the neighbour's, is shown to it whatever its place; so it
 // is to whom the body lies with, if that is another.
 void RegionStep::ShowNear() {
-  std::vector<BodyId> near;
+  std::vector<std::uint32_t> near;
   const auto show_about = [&](BodyId id, RegionId owner) {
     const std::ptrdiff_t to = NeighborIndex(owner);
     const std::ptrdiff_t at = NeighborIndex(config.map.OwnerOf(bodies.world().StateOf(id).position));
     near.clear();
     AddNear(id, &near);
-    for (const BodyId other : near) {
-      const std::ptrdiff_t index = bodies.IndexOf(other);
-      if (index < 0) continue;
-      if (to >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(to));
-      if (at >= 0) reach.Show(static_cast<std::size_t>(index), static_cast<std::size_t>(at));
+    for (const std::uint32_t other : near) {
+      if (other >= bodies.owned().size()) continue;
+      if (to >= 0) reach.Show(other, static_cast<std::size_t>(to));
+      if (at >= 0) reach.Show(other, static_cast<std::size_t>(at));
     }
   };
   for (const Ghost& ghost : bodies.ghosts()) show_about(ghost.record.id, ghost.owner);
@@ -97,7 +97,7 @@ void RegionStep::ShowDeeper() {
     return bodies.extras()[body].still_ticks < kCalmTicks && !bodies.owned()[body].state.asleep;
   };
   std::vector<std::size_t> edge, next;
-  std::vector<BodyId> near;
+  std::vector<std::uint32_t> near;
   for (std::size_t n = 0; n < neighbors.size(); ++n) {
     edge.clear();
     for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
@@ -108,11 +108,10 @@ void RegionStep::ShowDeeper() {
       for (const std::size_t body : edge) {
         near.clear();
         AddNear(bodies.owned()[body].def->id, &near);
-        for (const BodyId other : near) {
-          const std::ptrdiff_t index = bodies.IndexOf(other);
-          if (index < 0 || reach.Shows(static_cast<std::size_t>(index), n)) continue;
-          reach.Show(static_cast<std::size_t>(index), n);
-          if (moves(static_cast<std::size_t>(index))) next.push_back(static_cast<std::size_t>(index));
+        for (const std::uint32_t other : near) {
+          if (other >= bodies.owned().size() || reach.Shows(other, n)) continue;
+          reach.Show(other, n);
+          if (moves(other)) next.push_back(other);
         }
       }
       std::swap(edge, next);
@@ -173,7 +172,7 @@ void RegionStep::ShowWhole() {
   enum : std::uint8_t { kUnknown, kFound, kTooMany };
   std::vector<std::uint8_t> known(own + bodies.ghosts().size(), kUnknown);  // by Bodies::PlaceOf
   std::vector<std::size_t> found, whole;
-  std::vector<BodyId> near;
+  std::vector<std::uint32_t> near;
   for (std::size_t first = 0; first < own; ++first) {
     if (known[first] != kUnknown || !reach.ShowsAny(first)) continue;
     found.assign(1, first);
@@ -184,14 +183,16 @@ void RegionStep::ShowWhole() {
       const std::size_t body = found[next];
       const BodyId id = body < own ? bodies.owned()[body].def->id : bodies.ghosts()[body - own].record.id;
       if (body < own) whole.push_back(body);
-      near.assign(catalog.AssemblyOf(id).begin(), catalog.AssemblyOf(id).end());
+      near.clear();
+      for (const BodyId tied : catalog.AssemblyOf(id)) {
+        near.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(tied)));  // -1: kNoTag
+      }
       AddNear(id, &near);
-      for (const BodyId other : near) {
-        const std::ptrdiff_t index = bodies.PlaceOf(other);
-        if (index < 0 || known[static_cast<std::size_t>(index)] == kFound) continue;
-        too_many = too_many || known[static_cast<std::size_t>(index)] == kTooMany;
-        known[static_cast<std::size_t>(index)] = kFound;
-        found.push_back(static_cast<std::size_t>(index));
+      for (const std::uint32_t other : near) {
+        if (other >= known.size() || known[other] == kFound) continue;
+        too_many = too_many || known[other] == kTooMany;
+        known[other] = kFound;
+        found.push_back(other);
       }
       too_many = too_many || whole.size() > config.settings.whole_up_to;
     }
@@ -206,48 +207,50 @@ void RegionStep::ShowWhole() {
 }
 
 // A static body is everywhere. Whether a third region shows its body to this neighbour is not known here: it is taken
-// to, if the body reaches the neighbour's cells.
-void RegionStep::AddLoads(Frame& frame, std::size_t neighbor) const {
+// to, if the body reaches the neighbour's cells. `shown`: by owned body, where it is in frame.ghosts, or kNotShown.
+void RegionStep::AddLoads(Frame& frame, std::span<const std::uint32_t> shown, std::size_t neighbor) const {
   if (frame.ghosts.empty()) return;
-  const auto find = [&](BodyId id) {
-    const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id,
-                                     [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; });
-    return it != frame.ghosts.end() && it->id == id ? &*it : nullptr;
+  const RegionId to = neighbors[neighbor];
+  const std::size_t own = bodies.owned().size();
+  // Of a pair, what this neighbour sees of one.
+  struct View {
+    GhostRecord* shown = nullptr;
+    bool calm = false, seen = false;
   };
-  const auto is_calm = [&](BodyId id, const GhostRecord* shown) {
-    if (shown != nullptr) return shown->calm;
-    const Ghost* ghost = bodies.FindGhost(id);
-    return ghost != nullptr && ghost->record.calm && ghost->owner != neighbors[neighbor];
-  };
-  const auto sees = [&](BodyId id, const GhostRecord* shown) {
-    if (shown != nullptr) return true;
-    if (bodies.Owns(id)) {
+  const auto view_of = [&](BodyId id, std::uint32_t place) {
+    if (place == physics::kNoTag) return View{nullptr, false, true};
+    if (place < own) {
+      if (const std::uint32_t at = shown[place]; at != kNotShown)
+        return View{&frame.ghosts[at], frame.ghosts[at].calm, true};
       const HandedOut* out = FindHandedOut(id);
-      return out != nullptr && out->to == neighbors[neighbor];
+      return View{nullptr, false, out != nullptr && out->to == to};
     }
-    const Ghost* ghost = bodies.FindGhost(id);
-    return ghost == nullptr || ghost->owner == neighbors[neighbor] ||
-           config.map.Reaches(neighbors[neighbor], bodies.world().BoundsOf(id).Expanded(config.settings.aura_m));
+    const Ghost& ghost = bodies.ghosts()[place - own];
+    if (ghost.owner == to) return View{nullptr, false, true};
+    const bool reaches = config.map.Reaches(to, bodies.world().BoundsOf(id).Expanded(config.settings.aura_m));
+    return View{nullptr, ghost.record.calm, reaches};
   };
-  const auto is_whole = [this](BodyId id) {
-    const std::ptrdiff_t index = bodies.IndexOf(id);
-    return index >= 0 && whole_[static_cast<std::size_t>(index)];
-  };
+  const auto is_whole = [&](std::uint32_t place) { return place < own && whole_[place]; };
+  const auto is_shown = [&](std::uint32_t place) { return place < own && shown[place] != kNotShown; };
   for (const Touch& touch : touching_) {
-    if (is_whole(touch.a) || is_whole(touch.b)) continue;  // so all of it is seen, whoever shows it
-    GhostRecord *a = find(touch.a), *b = find(touch.b);
-    const bool calm = is_calm(touch.a, a) && is_calm(touch.b, b);
-    if (a != nullptr && (calm || !sees(touch.b, b))) {
-      a->load_ns -= touch.impulse_on_b;
-      a->load_nms += touch.angular_on_a;
+    if (!is_shown(touch.place_a) && !is_shown(touch.place_b)) continue;
+    if (is_whole(touch.place_a) || is_whole(touch.place_b)) continue;  // so all of it is seen, whoever shows it
+    const View a = view_of(touch.a, touch.place_a), b = view_of(touch.b, touch.place_b);
+    const bool calm = a.calm && b.calm;
+    if (a.shown != nullptr && (calm || !b.seen)) {
+      a.shown->propped = true;
+      a.shown->load_ns -= touch.impulse_on_b;
+      a.shown->load_nms += touch.angular_on_a;
     }
-    if (b != nullptr && (calm || !sees(touch.a, a))) {
-      b->load_ns += touch.impulse_on_b;
-      b->load_nms += touch.angular_on_b;
+    if (b.shown != nullptr && (calm || !a.seen)) {
+      b.shown->propped = true;
+      b.shown->load_ns += touch.impulse_on_b;
+      b.shown->load_nms += touch.angular_on_b;
     }
   }
   for (GhostRecord& ghost : frame.ghosts) {
-    if (!ghost.state.asleep && IsSaneImpulse(ghost.load_ns) && IsSaneAngularImpulse(ghost.load_nms)) continue;
+    if (ghost.state.asleep) ghost.propped = false;
+    if (ghost.propped && IsSaneImpulse(ghost.load_ns) && IsSaneAngularImpulse(ghost.load_nms)) continue;
     ghost.load_ns = ghost.load_nms = Vec3f();
   }
 }
