@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
@@ -60,6 +61,8 @@ void World::Impl::WeighAssemblies() {
 // What an island's substeps are chosen by.
 void World::Impl::WeighIslands() {
   supports.clear();
+  passed_before.resize(awake.size());
+  for (std::uint32_t i = 0; i < awake.size(); ++i) passed_before[i] = std::exchange(awake[i]->passed_down, 0.0f);
   if (touching.empty() && awake_joints.empty()) return;  // then all of them fly
   const Vec3d gravity = settings.gravity_m_s2;
   const auto g = static_cast<float>(Length(gravity));
@@ -152,7 +155,9 @@ void World::Impl::GroupSupports() {
 
 // What lies on a new pile is not felt at its foot before the solver has passed it down, and with too few substeps it
 // never is. So for islands that may be heavily laden, weights are passed down body by body from the top, in equal
-// shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap.
+// shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap. The lesser of
+// two steps counts: what comes down upon a pile lifts much of it off what it stands on for a step, and for so long the
+// weight of all seems to rest on a few.
 void World::Impl::PassLoadsDown() {
   if (supports.empty()) return;
   GroupSupports();
@@ -162,15 +167,18 @@ void World::Impl::PassLoadsDown() {
     const double equal_share = burden.carried_kg / (last - first);
     const double column = last - first == 1 && !awake[upper]->propped ? kColumnLoad : 1;
     IslandDemand& demand = islands.Of(upper).demand;
+    float passed = 0;
     for (std::uint32_t i = first; i < last; ++i) {
       const Support& support = grouped[i];
       const bool firm = support.lower == kAsleep;
       const double share = support.borne_kg < 0 ? equal_share : support.borne_kg;
       const double lighter = firm ? burden.tied_kg : std::min(burdens[support.lower].tied_kg, burden.tied_kg);
-      const double load = column * support.scale * share / lighter;
-      demand.load_ratio = std::max(demand.load_ratio, static_cast<float>(load));
+      const auto load = static_cast<float>(column * support.scale * share / lighter);
+      passed = std::max(passed, load);
       if (!firm) burdens[support.lower].carried_kg += share;
     }
+    awake[upper]->passed_down = passed;
+    demand.load_ratio = std::max(demand.load_ratio, std::min(passed, passed_before[upper]));
   }
 }
 
