@@ -28,6 +28,8 @@ struct Options {
   std::optional<double> checkpoint_interval_s, leaver_grace_s;
   std::uint32_t keep_checkpoints = 0;
   v1::LeaverPolicy leaver = v1::LEAVER_POLICY_UNSPECIFIED;
+  std::uint32_t ghost_depth = 0;
+  std::optional<std::uint32_t> whole_up_to;
   bool balance = false;
   bool lazy = false, wait = false, dry_run = false;
   std::string request_id;
@@ -55,6 +57,8 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
   spec.set_keep_checkpoints(options.keep_checkpoints);
   spec.set_leaver_policy(options.leaver);
   spec.set_balance(options.balance);
+  spec.mutable_borders()->set_ghost_depth(options.ghost_depth);
+  if (options.whole_up_to) spec.mutable_borders()->set_whole_up_to(*options.whole_up_to);
   request.set_request_id(options.request_id);
   request.set_validate_only(options.dry_run);
   return request;
@@ -174,6 +178,11 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--checkpoint-interval", options->checkpoint_interval_s,
                      "Seconds between checkpoints, at least 5; 0: only those asked for (default 60)");
   create->add_option("--keep-checkpoints", options->keep_checkpoints, "How many are kept, 1 to 100 (default 3)");
+  create->add_option("--ghost-depth", options->ghost_depth,
+                     "How many bodies deep a neighbour sees of a pile that moves, beyond what may touch the border");
+  create->add_option("--whole-up-to", options->whole_up_to,
+                     "Piles of which a region has no more than so many bodies are shown to neighbours as a whole "
+                     "(default 32)");
   create->add_flag("--balance", options->balance, "Move the borders by measured step time");
   const std::map<std::string, v1::LeaverPolicy> policies{
       {"stay", v1::LEAVER_POLICY_STAY}, {"park", v1::LEAVER_POLICY_PARK}, {"remove", v1::LEAVER_POLICY_REMOVE}};

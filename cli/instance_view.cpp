@@ -78,9 +78,11 @@ std::string DescribeInstance(const v1::Instance& instance) {
   std::string out = fmt::format("Name:     {}\nState:    {}\n", instance.id(), local::InstanceStateName(instance));
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
   out += fmt::format(
-      "Scene:    {} ({})\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n\n",
+      "Scene:    {} ({})\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n"
+      "Ghosts:   {} deep, whole up to {}\n\n",
       instance.scene_name(), instance.scene_hash().substr(0, 12), instance.regions(), instance.players(),
-      instance.expected_players(), instance.map().version(), FormatAge(AgeSeconds(instance.create_time())));
+      instance.expected_players(), instance.map().version(), FormatAge(AgeSeconds(instance.create_time())),
+      instance.borders().ghost_depth(), instance.borders().whole_up_to());
   return out + RegionTable(instance) + Health(instance);
 }
 

@@ -267,9 +267,34 @@ TEST_F(GrpcServerTest, BadSpecsNameTheField) {
   request.mutable_spec()->set_expected_players(1);
   request.mutable_spec()->mutable_scene()->clear_player();
   EXPECT_THAT(refusal(request), HasSubstr("spec.expected_players"));
+  request = CreateRequest(1);
+  request.mutable_spec()->mutable_borders()->set_ghost_depth(65);
+  EXPECT_EQ(refusal(request), "spec.borders.ghost_depth: 65 is not in 0 to 64");
+  request = CreateRequest(1);
+  request.mutable_spec()->mutable_borders()->set_whole_up_to(100'001);
+  EXPECT_EQ(refusal(request), "spec.borders.whole_up_to: 100001 is not in 0 to 100000");
   v1::ListInstancesResponse listed;
   ASSERT_TRUE(instances_->ListInstances(&Context(), {}, &listed).ok());
   EXPECT_EQ(listed.instances_size(), 0);
+}
+
+TEST_F(GrpcServerTest, BorderSettingsThatAreLeftOutAreFilledIn) {
+  AddAgent();
+  const auto made = [this](const v1::CreateInstanceRequest& request) {
+    v1::CreateInstanceResponse response;
+    const grpc::Status status = instances_->CreateInstance(&Context(), request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response.instance().borders();
+  };
+  v1::CreateInstanceRequest request = CreateRequest(1);
+  request.set_validate_only(true);
+  EXPECT_EQ(made(request).ghost_depth(), 0U);
+  EXPECT_EQ(made(request).whole_up_to(), 32U);
+  request.mutable_spec()->mutable_borders()->set_ghost_depth(2);
+  request.mutable_spec()->mutable_borders()->set_whole_up_to(0);
+  EXPECT_EQ(made(request).ghost_depth(), 2U);
+  EXPECT_TRUE(made(request).has_whole_up_to());
+  EXPECT_EQ(made(request).whole_up_to(), 0U);
 }
 
 TEST_F(GrpcServerTest, UnknownInstancesAreNotFound) {

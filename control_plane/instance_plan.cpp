@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/settings.h"
+#include "core/region/settings.h"
 #include "core/world/limits.h"
 #include "core/world/scene_io.h"
 
@@ -68,6 +69,20 @@ absl::Status PlanLife(const v1::InstanceSpec& spec, InstancePlan& plan) {
   return absl::OkStatus();
 }
 
+absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
+  if (absl::Status status = CheckRange("spec.borders.ghost_depth", asked.ghost_depth(), 0, region::kMaxGhostDepth);
+      !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckRange("spec.borders.whole_up_to", asked.whole_up_to(), 0, region::kMaxWholeUpTo);
+      !status.ok()) {
+    return status;
+  }
+  plan.borders = asked;
+  if (!asked.has_whole_up_to()) plan.borders.set_whole_up_to(region::Settings().whole_up_to);
+  return absl::OkStatus();
+}
+
 absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   const v1::InstanceSpec& spec = request.spec();
   if (request.request_id().size() > kMaxRequestIdBytes) {
@@ -103,6 +118,7 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
 
   InstancePlan plan;
   if (absl::Status status = PlanLife(spec, plan); !status.ok()) return status;
+  if (absl::Status status = PlanBorders(spec.borders(), plan); !status.ok()) return status;
   plan.request_id = request.request_id();
   plan.scene_name = (*scene)->name;
   plan.scene_hash = SceneHash(spec.scene());

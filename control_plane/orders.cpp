@@ -65,6 +65,7 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index) {
   order.set_stop(!WantsWorkers(record.state()));
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());
   order.set_expected_players(record.expected_players());
+  *order.mutable_borders() = record.borders();
   order.set_joins_running(placement.joins());
   if (record.planned().effective_tick() != 0 || (record.has_planned() && placement.joins())) {
     *order.mutable_planned() = record.planned();

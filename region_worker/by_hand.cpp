@@ -22,6 +22,7 @@ absl::StatusOr<Order> HandOrder(const ByHand& flags, const Scene& scene) {
   order.map = *std::move(map);
   order.key = HandKey();
   order.snapshot_rate_hz = flags.snapshot_rate_hz;
+  order.borders = flags.borders;
   for (std::uint32_t region = 1; region <= flags.regions; ++region) {
     const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);
     order.peers.push_back({RegionId(region), Incarnation(1), "127.0.0.1", link_port});

@@ -41,6 +41,13 @@ void Declare(CLI::App& app, RawFlags& raw) {
   app.add_option("--snapshot-rate", raw.by_hand.snapshot_rate_hz, "snapshots a second to each client (30)")
       ->group(hand);
 
+  app.add_option("--ghost-depth", raw.by_hand.borders.ghost_depth,
+                 "how many bodies deep a neighbour sees of a pile that moves (0)")
+      ->group(hand);
+  app.add_option("--whole-up-to", raw.by_hand.borders.whole_up_to,
+                 "piles of which a region has no more than so many bodies are shown as a whole (32)")
+      ->group(hand);
+
   const char* agent = "Under an agent";
   app.add_option("--agent-socket", options.agent_socket, "Unix socket of the agent that gives the orders")
       ->group(agent);
@@ -85,6 +92,14 @@ absl::Status CheckHandFlags(RawFlags& raw, bool has_seconds) {
   if (hand.snapshot_rate_hz == 0 || hand.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(
         absl::StrCat("--snapshot-rate ", hand.snapshot_rate_hz, ": must be 1 to ", kMaxTickRateHz));
+  }
+  if (hand.borders.ghost_depth > region::kMaxGhostDepth) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--ghost-depth ", hand.borders.ghost_depth, ": must be 0 to ", region::kMaxGhostDepth));
+  }
+  if (hand.borders.whole_up_to > region::kMaxWholeUpTo) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--whole-up-to ", hand.borders.whole_up_to, ": must be 0 to ", region::kMaxWholeUpTo));
   }
   if (has_seconds) {
     if (!(raw.seconds > 0) || raw.seconds > kMaxSeconds) {

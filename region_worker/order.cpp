@@ -110,6 +110,18 @@ void ReadStates(const v1::WorkerOrder& message, Order& order) {
   order.joins_running = message.joins_running();
 }
 
+absl::Status ReadBorders(const v1::BorderSettings& message, region::Settings& borders) {
+  if (message.ghost_depth() > region::kMaxGhostDepth) {
+    return absl::InvalidArgumentError(absl::StrCat("borders.ghost_depth: ", message.ghost_depth()));
+  }
+  if (message.whole_up_to() > region::kMaxWholeUpTo) {
+    return absl::InvalidArgumentError(absl::StrCat("borders.whole_up_to: ", message.whole_up_to()));
+  }
+  borders.ghost_depth = message.ghost_depth();
+  if (message.has_whole_up_to()) borders.whole_up_to = message.whole_up_to();
+  return absl::OkStatus();
+}
+
 // Names and types are the scene's affair.
 absl::Status ReadProperties(const v1::WorkerOrder& message, Order& order) {
   for (int i = 0; i < message.property_changes_size(); ++i) {
@@ -139,6 +151,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   if (order.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: ", order.snapshot_rate_hz));
   }
+  if (absl::Status status = ReadBorders(message.borders(), order.borders); !status.ok()) return status;
   if (!message.instance_key().empty()) {
     absl::StatusOr<net::InstanceKey> key = net::InstanceKeyFrom(message.instance_key());
     if (!key.ok()) return InField("instance_key", key.status());

@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/region/resolve.h"
+#include "core/region/settings.h"
 #include "core/world/partition_map.h"
 #include "net/connect_token.h"
 #include "region_worker/property_orders.h"
@@ -69,6 +70,7 @@ struct Order {
   std::vector<OrderedPlayer> players;
   bool run = false, stop = false;
   std::uint32_t snapshot_rate_hz = 30;
+  region::Settings borders;
   std::optional<OrderedFailover> failover;
   std::optional<region::Resolution> resolution;
   std::optional<OrderedMap> planned;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/region/settings.h"
 #include "core/world/ids.h"
 
 namespace tessera::worker {
@@ -23,6 +24,7 @@ struct ByHand {
   std::uint32_t players = 0;      // wait for so many before the start
   std::optional<double> seconds;  // run so long; absent: until a signal
   std::uint32_t snapshot_rate_hz = 30;
+  region::Settings borders;
 };
 
 struct WorkerOptions {

@@ -63,7 +63,7 @@ absl::StatusOr<region::Config> Worker::MakeConfig() const {
                            .incarnation = self.incarnation,
                            .scene = scene_,
                            .map = order_.joins_running ? order_.planned->map : *order_.map,
-                           .settings = {}};
+                           .settings = order_.borders};
   if (!HasRegion(config.map, self.region)) {
     return absl::InvalidArgumentError(absl::StrCat("region ", self.region.value(), " is not in the map"));
   }
@@ -87,7 +87,7 @@ absl::StatusOr<region::Config> Worker::MakeConfig() const {
 }
 
 void Worker::OpenPorts() {
-  links_->Open({options_.identity, ticks_->region().map().version(), *order_.key});
+  links_->Open({options_.identity, ticks_->region().map().version(), *order_.key, region::RulesOf(order_.borders)});
   game_->Open({.self = options_.identity,
                .key = *order_.key,
                .tick_rate_hz = scene_->tick_rate_hz,

@@ -33,6 +33,8 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
       {{"--scene", scene, "--regions", "4", "--region", "5"}, "--region 5: this instance has regions 1 to 4"},
       {{"--scene", scene, "--regions", "4", "--region", "0"}, "--region 0"},
       {{"--scene", scene, "--regions", "0", "--region", "1"}, "--regions 0: must be 1 to 1000"},
+      {{"--scene", scene, "--region", "1", "--ghost-depth", "65"}, "--ghost-depth 65: must be 0 to 64"},
+      {{"--scene", scene, "--region", "1", "--whole-up-to", "100001"}, "--whole-up-to 100001: must be 0 to 100000"},
       {{"--scene", scene, "--regions", "1001", "--region", "1"}, "--regions 1001"},
       {{"--scene", scene, "--region", "1", "--base-port", "65535"}, "--base-port 65535"},
       {{"--scene", scene, "--region", "1", "--seconds", "-1"}, "--seconds -1"},

@@ -70,6 +70,7 @@ std::optional<records::Manifest> Cluster::NoteUploaded(const v1::UploadCheckpoin
   *manifest.mutable_map() = record.map();
   manifest.set_scene_hash(record.scene_hash());
   manifest.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  *manifest.mutable_borders() = record.borders();
   for (const auto& [region, entry] : instance->checkpoint->files) *manifest.add_files() = entry;
   *manifest.mutable_bodies() = record.bodies();
   return manifest;

@@ -62,6 +62,7 @@ records::Instance MakeRecord(Moment now, const InstancePlan& plan, const Placeme
   record.set_expected_players(plan.expected_players);
   record.set_start_deadline_ms(plan.start_deadline.count());
   record.set_snapshot_rate_hz(plan.snapshot_rate_hz);
+  *record.mutable_borders() = plan.borders;
   record.set_lazy(plan.lazy);
   record.set_balance(plan.balance);
   record.set_checkpoint_interval_ms(plan.checkpoint_interval.count());
@@ -417,6 +418,7 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   view.set_expected_players(record.expected_players());
   view.set_players(static_cast<std::uint32_t>(Present(record)));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  *view.mutable_borders() = record.borders();
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));

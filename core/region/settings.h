@@ -36,6 +36,9 @@ struct Settings {
   bool shared_origin = false;
 };
 
+// What an instance may ask for at most of `ghost_depth` and `whole_up_to`.
+inline constexpr std::uint32_t kMaxGhostDepth = 64, kMaxWholeUpTo = 100'000;
+
 // What lay still for so many ticks, its fastest point slower than so much, m/s, is calm: ghosts that are do not touch
 // each other. Fewer ticks, or more speed, and what still moves is told of by loads, which come late; less speed, and a
 // pile that trembles costs what its ghosts do to each other.
