@@ -34,6 +34,14 @@ class Reach {
     return std::find(first, first + static_cast<std::ptrdiff_t>(neighbors_.size()), 1) !=
            first + static_cast<std::ptrdiff_t>(neighbors_.size());
   }
+  // Whether both are shown to the same neighbours.
+  bool ShowsAlike(std::size_t a, std::size_t b) const {
+    const std::size_t count = neighbors_.size();
+    const auto first = seen_.begin();
+    return std::equal(first + static_cast<std::ptrdiff_t>(a * count),
+                      first + static_cast<std::ptrdiff_t>((a + 1) * count),
+                      first + static_cast<std::ptrdiff_t>(b * count));
+  }
   bool ShowsAnything() const { return std::find(seen_.begin(), seen_.end(), 1) != seen_.end(); }
   // What one of these bodies is shown to, all are.
   void Unite(std::span<const std::size_t> bodies);

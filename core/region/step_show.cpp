@@ -163,8 +163,9 @@ void RegionStep::ShowFirst() {
 }
 
 // Whose bounds are about each other's hang together, be it through bodies of others; so do the bodies of an assembly. A
-// region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. The
-// search ends where it has found too many, or comes to what hangs together with too many.
+// region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. So
+// they do, whatever its size, where all of it is near the border anyway. The search ends where it has found too many,
+// or comes to what hangs together with too many.
 void RegionStep::ShowWhole() {
   whole_.assign(bodies.owned().size(), false);
   if (config.settings.whole_up_to < 2 || !reach.ShowsAnything()) return;
@@ -178,11 +179,14 @@ void RegionStep::ShowWhole() {
     found.assign(1, first);
     whole.clear();
     known[first] = kFound;
-    bool too_many = false;
+    bool too_many = false, seen_anyway = true;
     for (std::size_t next = 0; next < found.size() && !too_many; ++next) {
       const std::size_t body = found[next];
       const BodyId id = body < own ? bodies.owned()[body].def->id : bodies.ghosts()[body - own].record.id;
-      if (body < own) whole.push_back(body);
+      if (body < own) {
+        whole.push_back(body);
+        seen_anyway = seen_anyway && reach.ShowsAlike(first, body);
+      }
       near.clear();
       for (const BodyId tied : catalog.AssemblyOf(id)) {
         near.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(tied)));  // -1: kNoTag
@@ -194,7 +198,7 @@ void RegionStep::ShowWhole() {
         known[other] = kFound;
         found.push_back(other);
       }
-      too_many = too_many || whole.size() > config.settings.whole_up_to;
+      too_many = too_many || (whole.size() > config.settings.whole_up_to && !seen_anyway);
     }
     if (too_many) {
       for (const std::size_t index : found) known[index] = kTooMany;
