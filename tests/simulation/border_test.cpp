@@ -235,6 +235,25 @@ TEST(BorderTest, AColumnOfOwnersInTurnIsThatOfOneWorldToTheBit) {
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
+// Of whose bricks one region has more than are shown as a whole: all are near the border, so both see all of it.
+TEST(BorderTest, AWallAlongABorderIsThatOfOneWorldToTheBit) {
+  SceneBuilder builder(kHalf);
+  builder.Gravity().Floor(0.6);
+  for (int i = 0; i < 60; ++i) {
+    const int row = i / 10, column = i % 10;
+    const double at = 2.0 * (column - 4.5) + (row % 2 == 0 ? -0.25 : 0.25);
+    builder.Add(MakeShape(BoxShape{{0.5, 0.5, 1}}), {i % 3 == 0 ? -1e-6 : 1e-6, 0.5 + row, at}, {}, 2);
+  }
+  ClusterOptions pinned = Exact();
+  pinned.settings.hysteresis_m = 1e9;
+  Cluster one = Make(builder, 1), two = Make(builder, 2, pinned);
+  one.RunTo(Tick(200));
+  two.RunTo(Tick(200));
+  EXPECT_GT(two.region(2).owned_count(), pinned.settings.whole_up_to);
+  EXPECT_EQ(LargestDistance(one, two), 0.0);
+  EXPECT_THAT(two.problems(), IsEmpty());
+}
+
 TEST(BorderTest, ACrowdOnTheLineIsNotPassedToAndFro) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor();
