@@ -155,9 +155,9 @@ void World::Impl::GroupSupports() {
 
 // What lies on a new pile is not felt at its foot before the solver has passed it down, and with too few substeps it
 // never is. So for islands that may be heavily laden, weights are passed down body by body from the top, in equal
-// shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap. The lesser of
-// two steps counts: what comes down upon a pile lifts much of it off what it stands on for a step, and for so long the
-// weight of all seems to rest on a few.
+// shares to all that a body stands on: what statics would say of a tower, and about what it says of a heap. The lesser
+// of two steps counts: what comes down upon a pile lifts much of it off what it stands on for a step, and for so long
+// the weight of all seems to rest on a few.
 void World::Impl::PassLoadsDown() {
   if (supports.empty()) return;
   GroupSupports();

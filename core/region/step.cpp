@@ -236,6 +236,8 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
         }
         if (bodies.Owns(body.id)) continue;  // two neighbours grant one body: the first counts
         news = true;
+        // Who granted it sends what it is still to get.
+        std::erase_if(owed, [&](const OwedImpulse& rest) { return rest.id == body.id; });
         bodies.Own(body.id, body.epoch, body.state);
         ForgetGrantsBefore(body.id, body.epoch);
         taken_in.push_back(body.id);

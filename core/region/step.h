@@ -157,7 +157,11 @@ class RegionStep {
   // Due to a body whose contact across a border is settled.
   struct Kick {
     Vec3d impulse, angular;  // N s; about its centre of mass, N m s
-    void operator+=(const Kick& more) { impulse += more.impulse, angular += more.angular; }
+    bool touches = false;    // the other body of the contact, still
+    void operator+=(const Kick& more) {
+      impulse += more.impulse, angular += more.angular;
+      touches = touches || more.touches;
+    }
   };
   using Kicks = std::vector<std::optional<Kick>>;  // by place
   // One of a pair that touched in the last step.
@@ -177,7 +181,6 @@ class RegionStep {
   void KickBodies(Kicks& kicks);
   // Of a place, at the start of a step.
   const BodyState& StartOf(std::size_t place) const;
-  bool LiesStill(std::size_t place) const;
 
   void OwnInitial();
   void ChangeMapIfDue();

@@ -41,8 +41,8 @@ void RegionStep::NoteContacts() {
   }
 }
 
-// Those between bodies and ghosts, and of bodies that are shown to anyone, unless with all that they hang together with:
-// what happens in the middle of a region, or among ghosts, is nobody else's.
+// Those between bodies and ghosts, and of bodies that are shown to anyone, unless with all that they hang together
+// with: what happens in the middle of a region, or among ghosts, is nobody else's.
 std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
   enum : std::uint8_t { kOwn = 1, kNear = 2 };
   const std::size_t own = bodies.owned().size();
@@ -95,8 +95,8 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
     const bool between_others = !a.was_here && !b.was_here;
     if (between_others && !(a.told && b.told)) continue;
     const PairCorrection due = CorrectionOf(of_a, of_b, catalog.MassOf(a.id), catalog.MassOf(b.id));
-    Settle(a, {due.impulse_on_a, due.angular_on_a}, owner_of_b, between_others, kicks);
-    Settle(b, {due.impulse_on_b, due.angular_on_b}, owner_of_a, between_others, kicks);
+    Settle(a, {due.impulse_on_a, due.angular_on_a, true}, owner_of_b, between_others, kicks);
+    Settle(b, {due.impulse_on_b, due.angular_on_b, true}, owner_of_a, between_others, kicks);
   }
   KickBodies(kicks);
 }
@@ -120,7 +120,7 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
         if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
       } else if (const std::ptrdiff_t index = bodies.IndexOf(late.id); index >= 0) {
-        AddLate(index, {Vec3d(late.impulse_ns), Vec3d(late.angular_nms)}, kicks);
+        AddLate(index, {Vec3d(late.impulse_ns), Vec3d(late.angular_nms), false}, kicks);
       }
     }
   }
@@ -158,24 +158,19 @@ void RegionStep::AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const {
   *kicks[at] += share;
 }
 
-bool RegionStep::LiesStill(std::size_t place) const {
-  const std::size_t own = bodies.owned().size();
-  return place < own ? bodies.extras()[place].still_ticks >= kCalmTicks : bodies.ghosts()[place - own].record.calm;
-}
-
 // Over the whole tick, as a force: what lies in a pile would be thrown off its support by a blow, and a pile that is
-// thrown about in every tick asks for twice the substeps. What lies still gets a quarter of what it is due, and of the
-// rest in the next tick: each side answers at once to what it is given, and all of it goes to and fro between them for
-// ever.
+// thrown about in every tick asks for twice the substeps. What still touches another's body gets a tenth of what it is
+// due, and of the rest in the next tick: each side answers at once to what it is given, and all of it goes to and fro
+// between them. What has parted gets all of it, before it is elsewhere.
 void RegionStep::KickBodies(Kicks& kicks) {
-  constexpr double kAtOnce = 0.25, kLeast_m_s = 1e-9;
+  constexpr double kAtOnce = 0.1, kLeast_m_s = 1e-9;
   for (const OwedImpulse& rest : std::exchange(owed, {})) {
     const std::ptrdiff_t place = bodies.PlaceOf(rest.id);
     if (place < 0) continue;
     const auto at = static_cast<std::size_t>(place);
     if (!kicks[at].has_value()) kicks[at].emplace();
     const Vec3d moved = StartOf(at).position - rest.at;
-    *kicks[at] += {rest.impulse_ns, rest.angular_nms - Cross(moved, rest.impulse_ns)};
+    *kicks[at] += {rest.impulse_ns, rest.angular_nms - Cross(moved, rest.impulse_ns), false};
   }
   const std::size_t own = bodies.owned().size();
   for (std::size_t place = 0; place < kicks.size(); ++place) {
@@ -184,7 +179,7 @@ void RegionStep::KickBodies(Kicks& kicks) {
     Kick kick = *kicks[place];
     BodyState state = bodies.world().StateOf(def.id);
     if (state.asleep) continue;
-    if (LiesStill(place) && Length(kick.impulse) > kLeast_m_s * def.mass_kg) {
+    if (kick.touches && Length(kick.impulse) > kLeast_m_s * def.mass_kg) {
       owed.push_back({def.id, kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce), state.position});
       kick.impulse = kick.impulse * kAtOnce;
       kick.angular = kick.angular * kAtOnce;
