@@ -68,31 +68,49 @@ void CutPyramid(BorderStage& stage) {
   }
 }
 
-// 4, 16 and 64 regions, each with the same to do.
+// 4, 16 and 64 regions, each with the same to do; in turns, each held against the 4 of its own turn.
 void Growth(BorderStage& stage) {
   const int ticks = stage.Few(240, 60);
-  double first = 0;
+  const int rounds = stage.Few(5, 1);
+  struct Size {
+    Manner manner;
+    CutScene cut;
+    std::unique_ptr<BorderInstance> instance;
+    std::vector<double> mean_s, largest_s, growth;  // by round
+  };
+  std::vector<Size> sizes;
   for (const int side : stage.quick() ? std::vector<int>{2, 4} : std::vector<int>{2, 4, 8}) {
     const auto scene = std::make_shared<const Scene>(scenes::EqualCells(side, kCell_m));
     const auto count = static_cast<std::uint32_t>(side * side);
     BorderStage::Progress(fmt::format("growth, {} regions", count));
-    const Manner manner = Regions(count);
-    const CutScene cut{scene, scenes::GridOf(*scene, count)};
-    const auto instance = Start(cut, manner, true);
-    instance->Ticks(ticks);
-    std::vector<double> each;
-    for (std::uint32_t id = 1; id <= count; ++id) {
-      LoneRegion alone(cut.scene, cut.map, {manner.settings, false}, RegionId(id), instance->told());
-      each.push_back(alone.Seconds(ticks) / ticks);
+    Size& size = sizes.emplace_back(Size{Regions(count), {scene, scenes::GridOf(*scene, count)}, {}, {}, {}, {}});
+    size.instance = Start(size.cut, size.manner, true);
+    size.instance->Ticks(ticks);
+  }
+  for (int round = 0; round < rounds; ++round) {
+    for (Size& size : sizes) {
+      std::vector<double> each;
+      for (std::uint32_t id = 1; id <= size.manner.regions; ++id) {
+        LoneRegion alone(size.cut.scene, size.cut.map, {size.manner.settings, false}, RegionId(id),
+                         size.instance->told());
+        each.push_back(alone.Seconds(ticks) / ticks);
+      }
+      size.mean_s.push_back(std::accumulate(each.begin(), each.end(), 0.0) / static_cast<double>(each.size()));
+      size.largest_s.push_back(*std::max_element(each.begin(), each.end()));
+      size.growth.push_back(size.mean_s.back() / sizes.front().mean_s.back());
     }
-    const double mean = std::accumulate(each.begin(), each.end(), 0.0) / static_cast<double>(count);
-    if (side == 2) first = mean;
-    stage.Note("growth", manner.name, "cpu_per_region", mean, "s");
-    stage.Note("growth", manner.name, "cpu_of_largest", *std::max_element(each.begin(), each.end()), "s");
-    stage.Note("growth", manner.name, "cpu_per_region_growth", mean / first);
-    stage.Note("growth", manner.name, "bytes_per_region_tick",
-               static_cast<double>(instance->frame_bytes()) / ticks / count, "bytes");
-    stage.Note("growth", manner.name, "handovers", static_cast<double>(instance->handovers()));
+  }
+  for (Size& size : sizes) {
+    const std::string& name = size.manner.name;
+    stage.Note("growth", name, "cpu_per_region", Median(size.mean_s), "s");
+    stage.Note("growth", name, "cpu_of_largest", Median(size.largest_s), "s");
+    stage.Note("growth", name, "cpu_per_region_growth", Median(size.growth));
+    stage.Note("growth", name, "cpu_per_region_growth_least",
+               *std::min_element(size.growth.begin(), size.growth.end()));
+    stage.Note("growth", name, "cpu_per_region_growth_most", *std::max_element(size.growth.begin(), size.growth.end()));
+    stage.Note("growth", name, "bytes_per_region_tick",
+               static_cast<double>(size.instance->frame_bytes()) / ticks / size.manner.regions, "bytes");
+    stage.Note("growth", name, "handovers", static_cast<double>(size.instance->handovers()));
   }
 }
 

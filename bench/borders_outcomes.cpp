@@ -230,7 +230,7 @@ void Vehicle(BorderStage& stage) {
     stage.Note("vehicle", name, "handovers", share([](const Drive& d) { return static_cast<double>(d.handovers); }));
     if (regions == 1) continue;
     stage.Note("vehicle", name, "spread_ratio", deviation / spread);
-    stage.Note("vehicle", name, "outcome_equal", there == arrived ? 1 : 0);
+    stage.Note("vehicle", name, "outcome_equal", there == arrived && there > 0 ? 1 : 0);
   }
 }
 

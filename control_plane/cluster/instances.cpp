@@ -8,6 +8,7 @@
 #include "control_plane/orders.h"
 #include "control_plane/pages.h"
 #include "control_plane/region_tree.h"
+#include "core/region/settings.h"
 #include "core/world/partition_io.h"
 #include "net/connect_token.h"
 
@@ -419,6 +420,8 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   view.set_players(static_cast<std::uint32_t>(Present(record)));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *view.mutable_borders() = record.borders();
+  // Records made before there were such settings lack it.
+  if (!record.borders().has_whole_up_to()) view.mutable_borders()->set_whole_up_to(region::Settings().whole_up_to);
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
   view.set_revision(static_cast<std::uint64_t>(instance.revision));

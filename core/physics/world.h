@@ -31,11 +31,11 @@ struct Settings {
   bool portable = false;  // solve with what every processor has, rather than with the widest it has; the same bits
 };
 
-// What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
-// rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
-// Of a body that nobody has given one.
+// The tag of a body that nobody has given one (World::SetTag).
 inline constexpr std::uint32_t kNoTag = 0xffffffff;
 
+// What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
+// rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
 struct Contact {
   BodyId body_a, body_b;
   std::uint32_t tag_a = kNoTag, tag_b = kNoTag;      // see World::SetTag

@@ -55,7 +55,6 @@ class Bodies {
   std::ptrdiff_t PlaceOf(BodyId id) const;
   // Makes these three quick, until what is owned or shown changes, and places the tags of bodies in the world.
   void NotePlaces();
-  bool places_noted() const { return places_noted_; }
 
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);

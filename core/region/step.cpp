@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/fields.h"
+#include "core/world/state_check.h"
 
 namespace tessera::region {
 namespace {
@@ -122,6 +123,7 @@ StepResult RegionStep::Step(const PhaseObserver& observer) {
   if (std::exchange(rehearse_, false)) bodies.world().Rehearse(tick_s, kRehearsals);
   bodies.world().Step(tick_s);
   stepped_ = true;
+  stepped_places_ = bodies.owned().size() + bodies.ghosts().size();
   ++tick;
   result.tick = tick;
   ReadBack(result);
@@ -212,8 +214,14 @@ void RegionStep::HandOut(StepResult& result) {
     }
     const auto rest = std::find_if(owed.begin(), owed.end(), [id](const OwedImpulse& one) { return one.id == id; });
     if (rest != owed.end()) {
-      const LateCorrection late{id, Vec3f(rest->impulse_ns), Vec3f(rest->angular_nms)};
-      if (Outbox* box = OutboxTo(out.to); box != nullptr) box->late_corrections.push_back(late);
+      // It is for where the body will be in a tick; AddLate takes it to be a tick and a half old then.
+      const Vec3d moved = out.record.state.position - rest->at;
+      const LateCorrection late =
+          LaterBy(-0.5, out.record, rest->impulse_ns, rest->angular_nms - Cross(moved, rest->impulse_ns));
+      Outbox* box = OutboxTo(out.to);
+      if (box != nullptr && IsSaneImpulse(late.impulse_ns) && IsSaneAngularImpulse(late.angular_nms)) {
+        box->late_corrections.push_back(late);
+      }
       owed.erase(rest);
     }
     reports.Release(id);

@@ -137,7 +137,13 @@ class RegionStep {
   Frame EmptyFrame() const;
   // A border opens: what its closing may have lost is said again.
   void SayAgain(std::size_t neighbor);
-  std::uint32_t VouchFor(std::size_t neighbor, const Frame& frame);
+  struct Unrest {
+    bool any = false;          // anything is awake, or may be steered
+    std::vector<Aabb> places;  // where what of it may leave this region's cell may come to be
+  };
+  Unrest FindUnrest();
+  // `unrest`: of this tick, found when it is first asked for.
+  std::uint32_t VouchFor(std::size_t neighbor, const Frame& frame, std::optional<Unrest>& unrest);
   bool MayGrant(RegionId to) const;
   // Of a body that came back under this epoch.
   void ForgetGrantsBefore(BodyId id, Epoch epoch);
@@ -177,6 +183,8 @@ class RegionStep {
   std::vector<Solution> GatherSolutions(const Frames& frames) const;
   void TakeLateCorrections(const Frames& frames, Kicks& kicks);
   void Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others, Kicks& kicks);
+  // What is due to a body that changed hands, so many ticks before who has it now hears of it.
+  LateCorrection LaterBy(double ticks, const GhostRecord& body, Vec3d impulse, Vec3d angular) const;
   void AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const;
   void KickBodies(Kicks& kicks);
   // Of a place, at the start of a step.
@@ -194,8 +202,9 @@ class RegionStep {
 
   std::vector<Outbox> outboxes_;
   LogWriter log_;
-  bool stepped_ = false;   // at least once
-  bool rehearse_ = false;  // before the next step: bodies are new here whose contacts nobody remembers
+  bool stepped_ = false;            // at least once
+  std::size_t stepped_places_ = 0;  // bodies and ghosts there were in the last step
+  bool rehearse_ = false;           // before the next step: bodies are new here whose contacts nobody remembers
   // A pair of the last step, and what it does as a load: a mean of its steps, in which the first two count as the
   // lesser of each component, 0 if they differ in sign. So a blow, which is over, is not told as a load.
   struct Touch {

@@ -79,39 +79,52 @@ void RegionStep::SayAgain(std::size_t neighbor) {
   }
 }
 
+// What is awake, or may be steered, and where it may come to be within what is vouched for and what a neighbour must
+// see in advance. What cannot leave this region's cell by then disturbs nobody; it is most of what there is.
+RegionStep::Unrest RegionStep::FindUnrest() {
+  const double horizon_s = (config.settings.vouch_ticks + config.settings.lookahead_ticks) * tick_s;
+  Unrest unrest;
+  const auto look_at = [&](BodyId id, const BodyState& state, double radius_m, double acceleration_m_s2) {
+    const bool steered = IsPlayerBody(id);
+    if (state.asleep && !steered) return;
+    unrest.any = true;
+    if (steered) acceleration_m_s2 += config.scene->player->max_force_n / catalog.MassOf(id);
+    const double far = radius_m + config.settings.aura_m +
+                       horizon_s * (Length(Vec3d(state.linear_velocity)) + 0.5 * acceleration_m_s2 * horizon_s);
+    const Vec3d at = state.position;
+    const Cell& cell = config.map.CellAt(at.x, at.z);
+    const double inside =
+        std::min({at.x - cell.area.min_x, cell.area.max_x - at.x, at.z - cell.area.min_z, cell.area.max_z - at.z});
+    if (cell.owner == config.self && inside > far) return;
+    const Vec3d around{far, far, far};
+    unrest.places.push_back({at - around, at + around});
+  };
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    look_at(body.def->id, body.state, bodies.extras()[i].radius_m, Length(ForcesOn(i).acceleration_m_s2));
+  }
+  for (const Ghost& ghost : bodies.ghosts()) {
+    const BodyId id = ghost.record.id;
+    const Aabb box = bodies.world().BoundsOf(id);
+    const double acceleration = Length(config.scene->gravity_m_s2 * ghost.def->gravity_scale);
+    look_at(id, bodies.world().StateOf(id), Length(box.max - box.min) / 2, acceleration);
+  }
+  return unrest;
+}
+
 // Sleepers that are shown stay as they are while nothing here is awake to push them. Where nothing is shown, nothing
-// awake may come near within what is vouched for and what a neighbour must see in advance; nor may ghosts, which may be
-// granted to this region next.
-std::uint32_t RegionStep::VouchFor(std::size_t neighbor, const Frame& frame) {
+// awake may come near; nor may ghosts, which may be granted to this region next.
+std::uint32_t RegionStep::VouchFor(std::size_t neighbor, const Frame& frame, std::optional<Unrest>& unrest) {
   const std::uint32_t ticks = config.settings.vouch_ticks;
   const bool quiet = frame.impulses.empty() && frame.grants.empty() && frame.confirmations.empty() &&
                      frame.late_corrections.empty() && frame.inputs.empty();
   if (ticks == 0 || !quiet || change.map() != nullptr) return 0;
   const auto sleeps = [](const GhostRecord& ghost) { return ghost.state.asleep && !IsPlayerBody(ghost.id); };
   if (!std::all_of(frame.ghosts.begin(), frame.ghosts.end(), sleeps)) return 0;
-  const double horizon_s = (ticks + config.settings.lookahead_ticks) * tick_s;
-  const auto may_disturb = [&](BodyId id, const BodyState& state, double radius_m, double acceleration_m_s2) {
-    const bool steered = IsPlayerBody(id);
-    if (state.asleep && !steered) return false;
-    if (!frame.ghosts.empty()) return true;
-    if (steered) acceleration_m_s2 += config.scene->player->max_force_n / catalog.MassOf(id);
-    const double far = radius_m + config.settings.aura_m +
-                       horizon_s * (Length(Vec3d(state.linear_velocity)) + 0.5 * acceleration_m_s2 * horizon_s);
-    const Vec3d around{far, far, far};
-    return config.map.Reaches(neighbors[neighbor], {state.position - around, state.position + around});
-  };
-  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
-    const OwnedBody& body = bodies.owned()[i];
-    const double acceleration = Length(ForcesOn(i).acceleration_m_s2);
-    if (may_disturb(body.def->id, body.state, bodies.extras()[i].radius_m, acceleration)) return 0;
-  }
-  for (const Ghost& ghost : bodies.ghosts()) {
-    const BodyId id = ghost.record.id;
-    const Aabb box = bodies.world().BoundsOf(id);
-    const double acceleration = Length(config.scene->gravity_m_s2 * ghost.def->gravity_scale);
-    if (may_disturb(id, bodies.world().StateOf(id), Length(box.max - box.min) / 2, acceleration)) return 0;
-  }
-  return ticks;
+  if (!unrest.has_value()) unrest = FindUnrest();
+  if (!frame.ghosts.empty()) return unrest->any ? 0 : ticks;
+  const auto disturbs = [&](const Aabb& place) { return config.map.Reaches(neighbors[neighbor], place); };
+  return std::any_of(unrest->places.begin(), unrest->places.end(), disturbs) ? 0 : ticks;
 }
 
 }  // namespace tessera::region

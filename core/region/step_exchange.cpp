@@ -41,13 +41,17 @@ void RegionStep::NoteContacts() {
   }
 }
 
-// Those between bodies and ghosts, and of bodies that are shown to anyone, unless with all that they hang together
-// with: what happens in the middle of a region, or among ghosts, is nobody else's.
+// Those between bodies and ghosts, and of bodies that are shown to anyone: what happens in the middle of a region, or
+// among ghosts, is nobody else's.
 std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
   enum : std::uint8_t { kOwn = 1, kNear = 2 };
-  const std::size_t own = bodies.owned().size();
-  std::vector<std::uint8_t> bits(own + bodies.ghosts().size(), kNear);
-  for (std::size_t i = 0; i < own; ++i) bits[i] = reach.ShowsAny(i) && !whole_[i] ? kOwn | kNear : kOwn;
+  const std::size_t own = bodies.owned().size(), all = own + bodies.ghosts().size();
+  if (all < stepped_places_) {
+    // Some were taken out since the step: what it has noted are the places of before.
+    return bodies.world().ContactsOf(std::vector<std::uint8_t>(stepped_places_, kOwn | kNear));
+  }
+  std::vector<std::uint8_t> bits(all, kNear);
+  for (std::size_t i = 0; i < own; ++i) bits[i] = reach.ShowsAny(i) ? kOwn | kNear : kOwn;
   return bodies.world().ContactsOf(bits);
 }
 
@@ -105,7 +109,7 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
 void RegionStep::Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others,
                         Kicks& kicks) {
   if (party.gone != nullptr && party.gone->to != other_owner) {
-    const LateCorrection late{party.id, Vec3f(share.impulse), Vec3f(share.angular)};
+    const LateCorrection late = LaterBy(1, party.gone->record, share.impulse, share.angular);
     if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
     if (Outbox* box = OutboxTo(party.gone->to); box != nullptr) box->late_corrections.push_back(late);
   } else if (party.place >= 0 && !(between_others && party.place < std::ssize(bodies.owned()))) {
@@ -113,12 +117,19 @@ void RegionStep::Settle(const Party& party, const Kick& share, RegionId other_ow
   }
 }
 
+// Who gets it takes it to be about where the body is a tick and a half before it acts (AddLate).
+LateCorrection RegionStep::LaterBy(double ticks, const GhostRecord& body, Vec3d impulse, Vec3d angular) const {
+  const Vec3d moved = Vec3d(body.state.linear_velocity) * (ticks * tick_s);
+  return {body.id, Vec3f(impulse), Vec3f(angular - Cross(moved, impulse))};
+}
+
 // Sent on to whom the body has gone since.
 void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
   for (const Frame& frame : frames) {
     for (const LateCorrection& late : frame.late_corrections) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
-        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(late);
+        const LateCorrection again = LaterBy(1, out->record, Vec3d(late.impulse_ns), Vec3d(late.angular_nms));
+        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(again);
       } else if (const std::ptrdiff_t index = bodies.IndexOf(late.id); index >= 0) {
         AddLate(index, {Vec3d(late.impulse_ns), Vec3d(late.angular_nms), false}, kicks);
       }
@@ -179,15 +190,15 @@ void RegionStep::KickBodies(Kicks& kicks) {
     Kick kick = *kicks[place];
     BodyState state = bodies.world().StateOf(def.id);
     if (state.asleep) continue;
-    if (kick.touches && Length(kick.impulse) > kLeast_m_s * def.mass_kg) {
-      owed.push_back({def.id, kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce), state.position});
-      kick.impulse = kick.impulse * kAtOnce;
-      kick.angular = kick.angular * kAtOnce;
-    }
+    const bool by_and_by = kick.touches && Length(kick.impulse) > kLeast_m_s * def.mass_kg;
+    const OwedImpulse rest{def.id, kick.impulse * (1 - kAtOnce), kick.angular * (1 - kAtOnce), state.position};
+    if (by_and_by) kick = {kick.impulse * kAtOnce, kick.angular * kAtOnce, true};
     state.linear_velocity += Vec3f(kick.impulse / def.mass_kg);
     state.angular_momentum += Vec3f(kick.angular);
-    if (!IsSane(state)) continue;
-    bodies.world().ApplyForce(def.id, Vec3f(kick.impulse / tick_s), Vec3f(kick.angular / tick_s));
+    const Vec3f force(kick.impulse / tick_s), torque(kick.angular / tick_s);
+    if (!IsSane(state) || !CheckForce(def.id, force, torque).ok()) continue;
+    bodies.world().ApplyForce(def.id, force, torque);
+    if (by_and_by) owed.push_back(rest);
   }
 }
 

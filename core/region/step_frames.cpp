@@ -138,6 +138,7 @@ void RegionStep::ShowSleepers() {
 
 std::vector<OutgoingFrame> RegionStep::MakeFrames() {
   std::vector<OutgoingFrame> out;
+  std::optional<Unrest> unrest;
   for (std::size_t n = 0; n < neighbors.size(); ++n) {
     Link& link = inbox.link(n);
     Outbox& box = outboxes_[n];
@@ -157,7 +158,7 @@ std::vector<OutgoingFrame> RegionStep::MakeFrames() {
         break;
     }
     Frame frame = MakeFrame(n);
-    frame.stamp = link.StampFrame(VouchFor(n, frame));
+    frame.stamp = link.StampFrame(VouchFor(n, frame, unrest));
     for (const Confirmation& confirmation : frame.confirmations) {
       box.unheard.emplace_back(confirmation, frame.stamp.number);
     }

@@ -203,8 +203,11 @@ void RegionStep::ShowWhole() {
     if (too_many) {
       for (const std::size_t index : found) known[index] = kTooMany;
     } else {
-      ShowAround(whole);
-      reach.Unite(whole);
+      // What is whole because all of it is seen anyway is not shown to more.
+      if (whole.size() <= config.settings.whole_up_to) {
+        ShowAround(whole);
+        reach.Unite(whole);
+      }
       for (const std::size_t body : whole) whole_[body] = true;
     }
   }
