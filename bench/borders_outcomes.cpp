@@ -208,6 +208,7 @@ void Vehicle(BorderStage& stage) {
   double mean = 0, spread = 0, arrived = 0;
   for (const std::uint32_t regions : {1U, 2U, 4U, 9U}) {
     std::vector<Drive> drives;
+    drives.reserve(static_cast<std::size_t>(runs));
     for (int run = 0; run < runs; ++run) drives.push_back(DriveOnce(regions, kJitter_m * (2.0 * run / runs - 1)));
     const auto share = [&](const auto& what) {
       double sum = 0;
@@ -220,6 +221,7 @@ void Vehicle(BorderStage& stage) {
     });
     if (regions == 1) mean = way, arrived = there;
     std::vector<double> deviations;
+    deviations.reserve(drives.size());
     for (const Drive& drive : drives) deviations.push_back(std::abs(drive.way_m - mean));
     const double deviation = Quantile(deviations, 0.95);
     if (regions == 1) spread = deviation;
