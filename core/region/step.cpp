@@ -6,7 +6,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/fields.h"
-#include "core/world/state_check.h"
 
 namespace tessera::region {
 namespace {
@@ -216,12 +215,7 @@ void RegionStep::HandOut(StepResult& result) {
     if (rest != owed.end()) {
       // It is for where the body will be in a tick; AddLate takes it to be a tick and a half old then.
       const Vec3d moved = out.record.state.position - rest->at;
-      const LateCorrection late =
-          LaterBy(-0.5, out.record, rest->impulse_ns, rest->angular_nms - Cross(moved, rest->impulse_ns));
-      Outbox* box = OutboxTo(out.to);
-      if (box != nullptr && IsSaneImpulse(late.impulse_ns) && IsSaneAngularImpulse(late.angular_nms)) {
-        box->late_corrections.push_back(late);
-      }
+      SendLate(out, -0.5, rest->impulse_ns, rest->angular_nms - Cross(moved, rest->impulse_ns));
       owed.erase(rest);
     }
     reports.Release(id);

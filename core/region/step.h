@@ -184,7 +184,7 @@ class RegionStep {
   void TakeLateCorrections(const Frames& frames, Kicks& kicks);
   void Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others, Kicks& kicks);
   // What is due to a body that changed hands, so many ticks before who has it now hears of it.
-  LateCorrection LaterBy(double ticks, const GhostRecord& body, Vec3d impulse, Vec3d angular) const;
+  void SendLate(const HandedOut& gone, double ticks, Vec3d impulse, Vec3d angular);
   void AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const;
   void KickBodies(Kicks& kicks);
   // Of a place, at the start of a step.

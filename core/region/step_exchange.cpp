@@ -109,18 +109,19 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
 void RegionStep::Settle(const Party& party, const Kick& share, RegionId other_owner, bool between_others,
                         Kicks& kicks) {
   if (party.gone != nullptr && party.gone->to != other_owner) {
-    const LateCorrection late = LaterBy(1, party.gone->record, share.impulse, share.angular);
-    if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
-    if (Outbox* box = OutboxTo(party.gone->to); box != nullptr) box->late_corrections.push_back(late);
+    SendLate(*party.gone, 1, share.impulse, share.angular);
   } else if (party.place >= 0 && !(between_others && party.place < std::ssize(bodies.owned()))) {
     AddLate(party.place, share, kicks);
   }
 }
 
-// Who gets it takes it to be about where the body is a tick and a half before it acts (AddLate).
-LateCorrection RegionStep::LaterBy(double ticks, const GhostRecord& body, Vec3d impulse, Vec3d angular) const {
-  const Vec3d moved = Vec3d(body.state.linear_velocity) * (ticks * tick_s);
-  return {body.id, Vec3f(impulse), Vec3f(angular - Cross(moved, impulse))};
+// Who gets it takes it to be about where the body is a tick and a half before it acts (AddLate). Beyond limits it would
+// be refused there, and the frame with it.
+void RegionStep::SendLate(const HandedOut& gone, double ticks, Vec3d impulse, Vec3d angular) {
+  const Vec3d moved = Vec3d(gone.record.state.linear_velocity) * (ticks * tick_s);
+  const LateCorrection late{gone.record.id, Vec3f(impulse), Vec3f(angular - Cross(moved, impulse))};
+  if (!IsSaneImpulse(late.impulse_ns) || !IsSaneAngularImpulse(late.angular_nms)) return;
+  if (Outbox* box = OutboxTo(gone.to); box != nullptr) box->late_corrections.push_back(late);
 }
 
 // Sent on to whom the body has gone since.
@@ -128,8 +129,7 @@ void RegionStep::TakeLateCorrections(const Frames& frames, Kicks& kicks) {
   for (const Frame& frame : frames) {
     for (const LateCorrection& late : frame.late_corrections) {
       if (const HandedOut* out = FindHandedOut(late.id); out != nullptr) {
-        const LateCorrection again = LaterBy(1, out->record, Vec3d(late.impulse_ns), Vec3d(late.angular_nms));
-        if (Outbox* box = OutboxTo(out->to); box != nullptr) box->late_corrections.push_back(again);
+        SendLate(*out, 1, Vec3d(late.impulse_ns), Vec3d(late.angular_nms));
       } else if (const std::ptrdiff_t index = bodies.IndexOf(late.id); index >= 0) {
         AddLate(index, {Vec3d(late.impulse_ns), Vec3d(late.angular_nms), false}, kicks);
       }
