@@ -178,7 +178,7 @@ TEST(ChangeTest, WhatMakesRoomForADrainedHostIsDone) {
   const std::string id = Start(harness, 4);
   v1::DrainHostRequest drain;
   drain.set_name("beta");
-  (void)harness.cluster().DrainHost(harness.now, drain);
+  ASSERT_TRUE(harness.cluster().DrainHost(harness.now, drain).ok());
   ASSERT_TRUE(Scale(harness, id, 2).ok());
   harness.Run(seconds(30));
   EXPECT_TRUE(beta.fake.workers.empty());

@@ -151,6 +151,13 @@ struct World {
       while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
     }
   }
+  // What is left is a checkpoint that is whole.
+  void LoseAllWithACheckpoint() {
+    EXPECT_TRUE(harness.cluster().BeginCheckpoint(harness.now, id).ok());
+    harness.Pump();
+    EXPECT_TRUE(Upload());
+    KillAll();
+  }
   ClusterHarness harness;
   std::string id;
   records::Manifest last;
@@ -243,10 +250,7 @@ TEST(CheckpointTest, ARegionAndItsHeirLostTogetherComeBackWithALossOfTime) {
 TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
   World world(0);
   ClusterHarness& harness = world.harness;
-  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
-  harness.Pump();
-  ASSERT_TRUE(world.Upload());
-  world.KillAll();
+  world.LoseAllWithACheckpoint();
   EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
   harness.cluster().HandleTimer(harness.now);
   EXPECT_FALSE(harness.cluster().TakeEffects().restore.contains(world.id)) << "not at once";
@@ -258,10 +262,7 @@ TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
 TEST(CheckpointTest, OfAFailedInstanceTheyGoWhenItIsDeleted) {
   World world(0);
   ClusterHarness& harness = world.harness;
-  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
-  harness.Pump();
-  ASSERT_TRUE(world.Upload());
-  world.KillAll();
+  world.LoseAllWithACheckpoint();
   harness.cluster().CannotRestore(harness.now, world.id, "no room");
   (void)harness.cluster().TakeEffects();
   v1::DeleteInstanceRequest request;
@@ -276,10 +277,7 @@ TEST(CheckpointTest, OfAFailedInstanceTheyGoWhenItIsDeleted) {
 TEST(CheckpointTest, WithoutAWholeOneTheInstanceFailsAndSaysWhy) {
   World world(0);
   ClusterHarness& harness = world.harness;
-  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
-  harness.Pump();
-  ASSERT_TRUE(world.Upload());
-  world.KillAll();
+  world.LoseAllWithACheckpoint();
   harness.cluster().CannotRestore(harness.now, world.id, "region-1 is damaged");
   EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("region-1 is damaged"));
