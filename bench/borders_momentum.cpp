@@ -1,6 +1,6 @@
 // Momentum, linear and angular, that borders make or lose: what all bodies have, less what they had, less what gravity
 // and static bodies gave, less what the two sides of a border found different in the last step, which they make up in
-// the next, and plus what is still owed of earlier ones to bodies that lie still.
+// the next, and plus what is still owed of earlier ones to bodies that still touch.
 #include <fmt/format.h>
 
 #include <algorithm>

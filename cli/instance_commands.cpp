@@ -178,11 +178,13 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--checkpoint-interval", options->checkpoint_interval_s,
                      "Seconds between checkpoints, at least 5; 0: only those asked for (default 60)");
   create->add_option("--keep-checkpoints", options->keep_checkpoints, "How many are kept, 1 to 100 (default 3)");
-  create->add_option("--ghost-depth", options->ghost_depth,
-                     "How many bodies deep a neighbour sees of a pile that moves, beyond what may touch the border");
+  create->add_option(
+      "--ghost-depth", options->ghost_depth,
+      "How many bodies deep a neighbour sees of a pile that moves, beyond what may touch the border, 0 to "
+      "64 (default 0)");
   create->add_option("--whole-up-to", options->whole_up_to,
                      "Piles of which a region has no more than so many bodies are shown to neighbours as a whole "
-                     "(default 32)");
+                     "(0 to 100000, default 32)");
   create->add_flag("--balance", options->balance, "Move the borders by measured step time");
   const std::map<std::string, v1::LeaverPolicy> policies{
       {"stay", v1::LEAVER_POLICY_STAY}, {"park", v1::LEAVER_POLICY_PARK}, {"remove", v1::LEAVER_POLICY_REMOVE}};
