@@ -55,6 +55,7 @@ class TestClient {
   std::unique_ptr<net::Endpoint> endpoint_;
   net::PeerHandle peer_;
   replication::SnapshotReceiver receiver_;
+  std::uint32_t snapshots_ = 0;
 };
 
 // Services all clients until `done`; false when it takes longer than kPatience.
