@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/physics/solve/substeps.h"
+#include "core/physics/tuning.h"
 
 namespace tessera::physics {
 
@@ -20,7 +21,10 @@ struct Island {
   double mass_kg = 0;   // of all its bodies
   double lightest_kg = std::numeric_limits<double>::max();
   float smallest_m = std::numeric_limits<float>::max();  // inner radius
-  IslandDemand demand;  // what the last step and this one's contacts tell of how hard it is
+  float load_before = kUnknownLoad;  // what its bodies' load counted as in the last step, the largest of several
+  float load = kUnknownLoad;         // what that of those that are here counts as
+  float load_elsewhere = 0;          // the same of what hangs together with it and is not here
+  IslandDemand demand;               // what the last step and this one's contacts tell of how hard it is
 };
 
 class Islands {

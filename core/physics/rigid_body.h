@@ -15,6 +15,8 @@
 #include "core/physics/collide/collide.h"
 #include "core/physics/collide/geometry.h"
 #include "core/physics/motion/damping.h"
+#include "core/physics/tuning.h"
+#include "core/physics/world.h"
 #include "core/world/scene.h"
 
 namespace tessera::physics {
@@ -73,13 +75,15 @@ class alignas(64) RigidBody {
   bool shown = false;             // Bullet's copy is up to date
   bool isolated = false;          // takes no part: it went non-finite, or is parked
   bool parked = false;
-  bool propped = false;                                   // by what is not here (World::SetPropped)
-  bool stand_in = false;                                  // see World::SetStandIn
+  Elsewhere elsewhere;
   std::uint32_t tag = 0;                                  // see World::SetTag
   float passed_down = std::numeric_limits<float>::max();  // load ratio by what it carried in the last step; new: any
-  std::uint64_t serial = 0;                               // of its adding: names it in a pair
-  std::vector<JointId> joints;                            // that hold it, in no order
-  std::vector<Pair*> pairs;                               // whose bounds overlap its own, in no order
+  // Of its island in the last step that it was awake in: substeps, 0 if nothing held it; what its load counted as.
+  int substeps = 0;
+  float island_load = kUnknownLoad;
+  std::uint64_t serial = 0;     // of its adding: names it in a pair
+  std::vector<JointId> joints;  // that hold it, in no order
+  std::vector<Pair*> pairs;     // whose bounds overlap its own, in no order
 
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
   RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);

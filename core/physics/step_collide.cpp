@@ -167,7 +167,7 @@ void World::Impl::CollidePair(Pair& pair) {
   pair.live = pair.swept = false;
   pair.separation_m = std::numeric_limits<float>::max();
   if (pair.jointed && !pair.trigger) return;
-  const bool told = low.stand_in && high.stand_in && !pair.trigger;
+  const bool told = low.elsewhere.stand_in && high.elsewhere.stand_in && !pair.trigger;
   if (told || !low.reach.Overlaps(high.reach)) {
     pair.manifolds.clear();
     pair.cache = {};
@@ -244,6 +244,7 @@ void World::Impl::BuildIslands() {
   MakeJointRows();
   WeighIslands();
   PassLoadsDown();
+  EvenLoads();
 }
 
 void World::Impl::ListJoints() {

@@ -49,6 +49,8 @@ void World::Impl::FillBatches() {
     const Island& island = islands.Of(body->awake_index);
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
+    body->substeps = batch.substeps;
+    body->island_load = island.load;
     solver_indices[body->awake_index] = static_cast<std::uint32_t>(batch.bodies.size());
     const BodyState& state = body->state();
     const auto kept = static_cast<float>(body->linear_damping().kept());

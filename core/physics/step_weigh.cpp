@@ -62,7 +62,14 @@ void World::Impl::WeighAssemblies() {
 void World::Impl::WeighIslands() {
   supports.clear();
   passed_before.resize(awake.size());
-  for (std::uint32_t i = 0; i < awake.size(); ++i) passed_before[i] = std::exchange(awake[i]->passed_down, 0.0f);
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    RigidBody& body = *awake[i];
+    passed_before[i] = std::exchange(body.passed_down, 0.0f);
+    Island& island = islands.Of(i);
+    island.demand.last = std::max(island.demand.last, std::exchange(body.substeps, 0));
+    island.load_before = std::max(island.load_before, std::exchange(body.island_load, kUnknownLoad));
+    island.load_elsewhere = std::max(island.load_elsewhere, body.elsewhere.island_load);
+  }
   if (touching.empty() && awake_joints.empty()) return;  // then all of them fly
   const Vec3d gravity = settings.gravity_m_s2;
   const auto g = static_cast<float>(Length(gravity));
@@ -87,7 +94,6 @@ void World::Impl::WeighIslands() {
     Island& island = islands.Of(touch.one());
     IslandDemand& demand = island.demand;
     demand.contacts += static_cast<int>(touch.count);
-    demand.last = std::max(demand.last, touch.substeps);
     if (!touch.live) continue;
     island.solved = true;
     if (PropsMeet(touch)) continue;
@@ -112,7 +118,6 @@ void World::Impl::WeighIslands() {
     island.solved = true;
     IslandDemand& demand = island.demand;
     ++demand.joints;
-    demand.last = std::max(demand.last, joint.substeps);
     demand.joint_error_m = std::max(demand.joint_error_m, GapOf(joint_rows[i]));
     if (joint.b != nullptr && joint.a->dynamic() && joint.b->dynamic()) {
       demand.mass_ratio = std::max(demand.mass_ratio, MassRatio(joint.a->mass_kg(), joint.b->mass_kg()));
@@ -122,7 +127,7 @@ void World::Impl::WeighIslands() {
 
 // Both lean on what is not here: what they do to each other is reckoned with where that is.
 bool World::Impl::PropsMeet(const Touch& touch) const {
-  const auto propped = [this](std::uint32_t body) { return body == kAsleep || awake[body]->propped; };
+  const auto propped = [this](std::uint32_t body) { return body == kAsleep || awake[body]->elsewhere.propped; };
   return propped(touch.low) && propped(touch.high);
 }
 
@@ -134,7 +139,7 @@ void World::Impl::NoteSupport(const Touch& touch, Vec3d up, double pull) {
   const std::uint32_t upper = lift > 0 ? touch.high : touch.low, lower = lift > 0 ? touch.low : touch.high;
   if (upper == kAsleep) return;
   // What it stands on besides is not all here: what it was seen to press with is what it presses with.
-  const double borne_kg = awake[upper]->propped ? touch.load_ns / (Length(settings.gravity_m_s2) * dt_s) : -1;
+  const double borne_kg = awake[upper]->elsewhere.propped ? touch.load_ns / (Length(settings.gravity_m_s2) * dt_s) : -1;
   supports.push_back({upper, lower, ScaleOf(touch.inner_m, pull), borne_kg});
 }
 
@@ -165,7 +170,7 @@ void World::Impl::PassLoadsDown() {
     const Burden& burden = burdens[upper];
     const std::uint32_t first = first_supports[upper], last = first_supports[upper + 1];
     const double equal_share = burden.carried_kg / (last - first);
-    const double column = last - first == 1 && !awake[upper]->propped ? kColumnLoad : 1;
+    const double column = last - first == 1 && !awake[upper]->elsewhere.propped ? kColumnLoad : 1;
     IslandDemand& demand = islands.Of(upper).demand;
     float passed = 0;
     for (std::uint32_t i = first; i < last; ++i) {
@@ -179,6 +184,19 @@ void World::Impl::PassLoadsDown() {
     }
     awake[upper]->passed_down = passed;
     demand.load_ratio = std::max(demand.load_ratio, std::min(passed, passed_before[upper]));
+  }
+}
+
+// A load counts as its mean over some ten steps: what comes down upon a pile makes it rise and fall from step to step,
+// and as many substeps with it, and piles that differ by a hair would fall apart by what they were given. Where part of
+// an island is elsewhere, all of it gets what the part with the larger load does.
+void World::Impl::EvenLoads() {
+  for (Island& island : islands.all()) {
+    if (!island.solved) continue;
+    float& load = island.demand.load_ratio;
+    if (island.load_before >= 0) load = island.load_before + (load - island.load_before) / kLoadSteps;
+    island.load = load;
+    load = std::max(load, island.load_elsewhere);
   }
 }
 

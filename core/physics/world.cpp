@@ -50,8 +50,7 @@ Aabb World::BoundsOf(BodyId id) const {
 double World::MassOf(BodyId id) const { return impl_->At(id).mass_kg(); }
 Vec3d World::InertiaOf(BodyId id) const { return impl_->At(id).inertia(); }
 
-void World::SetPropped(BodyId id, bool propped) { impl_->At(id).propped = propped; }
-void World::SetStandIn(BodyId id, bool stand_in) { impl_->At(id).stand_in = stand_in; }
+void World::SetElsewhere(BodyId id, const Elsewhere& elsewhere) { impl_->At(id).elsewhere = elsewhere; }
 void World::SetTag(BodyId id, std::uint32_t tag) { impl_->At(id).tag = tag; }
 
 // --- Forces
@@ -160,6 +159,9 @@ std::vector<BodyId> World::Overlapping(const Shape& convex, const Pose& pose) co
 std::vector<BodyId> World::Overlapping(const Aabb& box) const {
   return OverlappingBox(impl_->Shown(), impl_->settings.origin, box);
 }
+
+float World::IslandLoadOf(BodyId id) const { return std::clamp(impl_->At(id).island_load, 0.0f, kMostIslandLoad); }
+int World::SubstepsOf(BodyId id) const { return impl_->At(id).substeps; }
 
 std::size_t World::asleep_count() const {
   const auto asleep = [](const auto& entry) { return entry.second->dynamic() && !entry.second->awake(); };

@@ -34,6 +34,17 @@ struct Settings {
 // The tag of a body that nobody has given one (World::SetTag).
 inline constexpr std::uint32_t kNoTag = 0xffffffff;
 
+// What a body has to do with what is not in this world.
+struct Elsewhere {
+  // It rests on such bodies, or bears them, and forces stand for them: what lies on what it touches is then told by
+  // what it pressed with, not by what is seen to stand on it.
+  bool propped = false;
+  // Two that are stand-ins do not touch: what they do to each other is among the forces that act on them.
+  bool stand_in = false;
+  // What the island that it belongs to bears there (World::IslandLoadOf): here it gets no fewer substeps for it.
+  float island_load = 0;
+};
+
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
 // rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
 struct Contact {
@@ -98,13 +109,9 @@ class World {
   // Wakes a body and, in the next step, all that it touches.
   void Wake(BodyId id);
 
-  // Of a body that rests on, or bears, what is not in this world, for which a force stands: what lies on what it
-  // touches is then told by what it pressed with, not by what is seen to stand on it.
-  void SetPropped(BodyId id, bool propped);
+  void SetElsewhere(BodyId id, const Elsewhere& elsewhere);
   // What the caller calls it by, such as an index: told of in contacts, so that nothing has to be looked up.
   void SetTag(BodyId id, std::uint32_t tag);
-  // Two that are stand-ins do not touch: what they do to each other is among the forces that act on them.
-  void SetStandIn(BodyId id, bool stand_in);
 
   // --- Forces: act in the next step, then are forgotten. Wake the body, unless they are 0.
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm);
@@ -135,6 +142,12 @@ class World {
   std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle
   std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
   std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds
+
+  // --- Of the last step that a body was awake in.
+  // Most that a body of its island had to bear, in weights of the lighter of two that touch, those of a unit cube; as a
+  // mean over some ten steps, and without what is elsewhere. 0 to 1e6; 0: nothing held it.
+  float IslandLoadOf(BodyId id) const;
+  int SubstepsOf(BodyId id) const;  // a power of two; 0: nothing held it
 
   std::size_t asleep_count() const;  // dynamic bodies that sleep
 

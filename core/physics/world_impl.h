@@ -111,6 +111,7 @@ struct World::Impl {
   void NoteSupport(const Touch& touch, Vec3d up, double pull);
   void GroupSupports();
   void PassLoadsDown();
+  void EvenLoads();
   void ListJoints();
   void MakeJointRows();
   void FillBatches();

@@ -62,8 +62,7 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
   const BodyDef* def = DefOf(id);
   if (const Ghost* ghost = FindGhost(id); ghost != nullptr) {
     ghosts_.erase(ghosts_.begin() + (ghost - ghosts_.data()));
-    world_.SetPropped(id, false);
-    world_.SetStandIn(id, false);
+    world_.SetElsewhere(id, {});
     Write(id, state);
   } else {
     AddToWorld(*def, state);
@@ -122,8 +121,9 @@ void Bodies::PlaceGhosts(std::span<const Ghost> shown) {
       placed.back().def = DefOf(id);
       AddToWorld(*placed.back().def, ghost.record.state);
     }
-    world_.SetPropped(id, ghost.record.propped || ghost.record.load_ns != Vec3f() || ghost.record.load_nms != Vec3f());
-    world_.SetStandIn(id, ghost.record.calm);
+    const GhostRecord& told = ghost.record;
+    const bool propped = told.propped || told.load_ns != Vec3f() || told.load_nms != Vec3f();
+    world_.SetElsewhere(id, {.propped = propped, .stand_in = told.calm, .island_load = told.island_load});
   }
   while (old != ghosts_.end()) pass_over();
   const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };

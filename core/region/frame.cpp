@@ -8,7 +8,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 7;
+constexpr std::uint8_t kFormat = 8;
 
 // Flags of a header.
 constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
@@ -111,6 +111,7 @@ void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<con
       out.V(ghost->load_ns);
       out.V(ghost->load_nms);
     }
+    if (ghost->propped) out.F32(ghost->island_load);
   }
 }
 
@@ -134,6 +135,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     ghosts.push_back(*before);
     ghosts.back().force_n = ghosts.back().torque_nm = ghosts.back().load_ns = ghosts.back().load_nms = Vec3f();
     ghosts.back().calm = ghosts.back().propped = false;
+    ghosts.back().island_load = 0;
   }
   last = 0;
   const std::size_t changed = in.Count(kMinGhostBytes);
@@ -153,6 +155,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
       ghost.load_ns = in.V3f();
       ghost.load_nms = in.V3f();
     }
+    if (ghost.propped) ghost.island_load = in.F32();
     ghosts.push_back(ghost);
   }
   const auto middle = ghosts.begin() + static_cast<std::ptrdiff_t>(std::min(same, ghosts.size()));

@@ -34,6 +34,9 @@ class Writer;
 // One that is `propped` touches what the receiver does not see, and which may not bear it yet, or no more: what stands
 // on it there is not all that it has to bear, nor what it stands on all that bears it.
 //
+// `island_load` is what the pile that such a one is part of bears at the sender (physics::World::IslandLoadOf), that
+// both sides solve it in equally many substeps. 0 for others: of what they touch, the receiver sees all.
+//
 // One that is `calm` has lain still for a while, and its load is also what others do to it that are calm, seen or not,
 // except for the receiver's own: those are not solved against each other there.
 struct GhostRecord {
@@ -44,6 +47,7 @@ struct GhostRecord {
   Vec3f load_ns, load_nms;
   bool calm = false;
   bool propped = false;
+  float island_load = 0;
 };
 
 // What the sender's solver did in the last step to its body `own`, which touched `other`, a ghost there.

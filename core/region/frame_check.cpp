@@ -108,6 +108,9 @@ absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
     if (ghost.epoch.value() == 0) return Bad(ghost.id, ": epoch 0");
     if (absl::Status push = CheckPush(ghost.id, ghost.force_n, ghost.torque_nm, catalog); !push.ok()) return push;
     if (absl::Status load = CheckImpulse(ghost.id, ghost.load_ns); !load.ok()) return load;
+    if (!(ghost.island_load >= 0) || !std::isfinite(ghost.island_load)) {
+      return Bad(ghost.id, ": island_load is negative or not finite");
+    }
     if (absl::Status load = CheckAngularImpulse(ghost.id, ghost.load_nms); !load.ok()) return load;
   }
   if (absl::Status status = CheckImpulses(frame, catalog); !status.ok()) return status;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/catalog.h"
@@ -30,7 +31,7 @@ Frame MakeFrame() {
   frame.tick = Tick(1'000'000);
   frame.sender = RegionId(3);
   frame.map_version = MapVersion(7);
-  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}, true},
+  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}, true, true, 7.5F},
                   {BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}},
                   {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}, {}, {}}};
   frame.impulses = {{BodyId(1), BodyId(9), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
@@ -65,6 +66,7 @@ TEST(FrameTest, ComesBackWithoutLoss) {
     EXPECT_EQ(back->ghosts[i].load_nms, frame.ghosts[i].load_nms);
     EXPECT_EQ(back->ghosts[i].calm, frame.ghosts[i].calm);
     EXPECT_EQ(back->ghosts[i].propped, frame.ghosts[i].propped);
+    EXPECT_EQ(back->ghosts[i].island_load, frame.ghosts[i].island_load);
     EXPECT_EQ(back->ghosts[i].torque_nm, frame.ghosts[i].torque_nm);
   }
   EXPECT_EQ(back->impulses[0].angular_on_other, frame.impulses[0].angular_on_other);
@@ -101,8 +103,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 7, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{7, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
+  // Format 8, tick, sender, map version, committed version, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{8, 0, 1, 1, 0, 0, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "truncated");
 }
 
@@ -203,6 +205,10 @@ TEST_F(FrameCheckTest, LoadsAreFinite) {
   EXPECT_NE(Error(), "");
   frame.ghosts[0].load_nms = {0, 0, 1};
   EXPECT_EQ(Error(), "");
+  for (const float load : {-1.0F, std::nanf(""), std::numeric_limits<float>::infinity()}) {
+    frame.ghosts[0].island_load = load;
+    EXPECT_EQ(Error(), "body 4: island_load is negative or not finite");
+  }
 }
 
 TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {

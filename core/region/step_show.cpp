@@ -257,6 +257,7 @@ void RegionStep::AddLoads(Frame& frame, std::span<const std::uint32_t> shown, st
   }
   for (GhostRecord& ghost : frame.ghosts) {
     if (ghost.state.asleep) ghost.propped = false;
+    if (ghost.propped) ghost.island_load = bodies.world().IslandLoadOf(ghost.id);
     if (ghost.propped && IsSaneImpulse(ghost.load_ns) && IsSaneAngularImpulse(ghost.load_nms)) continue;
     ghost.load_ns = ghost.load_nms = Vec3f();
   }

@@ -103,6 +103,37 @@ TEST(ExchangeTest, MomentumIsKeptWhileTouchingBodiesChangeHands) {
   }
 }
 
+// A wall across a border, of which nothing is shown as a whole: each side hears what the other's part bears, which is
+// about what it bears itself, and solves in as many substeps.
+TEST(ExchangeTest, WhatAPileBearsIsToldWithWhatIsShownOfIt) {
+  SceneBuilder builder(30);
+  builder.Gravity().Floor();
+  for (int row = 0; row < 16; ++row) {
+    for (int i = 0; i < 12; ++i) builder.Add(Box(0.5), {i - 5.8 + row % 2 * 0.5, 0.5 + row, -3}).may_sleep = false;
+  }
+  const std::shared_ptr<const Scene> scene = builder.Build();
+  Traffic traffic;
+  ClusterOptions options;
+  options.settings.whole_up_to = 0;
+  options.on_frame = [&](RegionId from, const region::OutgoingFrame& frame) { traffic.Read(from, frame); };
+  Cluster cluster(scene, *MakeGridMap(scene->ground(), 2), options);
+  cluster.RunTo(Tick(120));
+  for (const std::uint32_t from : {1U, 2U}) {
+    std::size_t propped = 0;
+    for (const region::GhostRecord& ghost : traffic.before[{RegionId(from), RegionId(3 - from)}]) {
+      if (ghost.propped) {
+        ++propped;
+        EXPECT_GT(ghost.island_load, 14);
+        EXPECT_LT(ghost.island_load, 50);
+      } else {
+        EXPECT_EQ(ghost.island_load, 0);
+      }
+    }
+    EXPECT_GT(propped, 10U);
+  }
+  EXPECT_THAT(cluster.problems(), IsEmpty());
+}
+
 double CradleThrough(std::uint32_t regions, int balls) {
   SceneBuilder builder(20);
   for (int i = 0; i < balls; ++i) {
