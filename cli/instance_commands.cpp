@@ -28,7 +28,7 @@ struct Options {
   std::optional<double> checkpoint_interval_s, leaver_grace_s;
   std::uint32_t keep_checkpoints = 0;
   v1::LeaverPolicy leaver = v1::LEAVER_POLICY_UNSPECIFIED;
-  std::uint32_t ghost_depth = 0;
+  std::optional<std::uint32_t> ghost_depth;
   std::optional<std::uint32_t> whole_up_to;
   bool balance = false;
   bool lazy = false, wait = false, dry_run = false;
@@ -57,7 +57,7 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
   spec.set_keep_checkpoints(options.keep_checkpoints);
   spec.set_leaver_policy(options.leaver);
   spec.set_balance(options.balance);
-  spec.mutable_borders()->set_ghost_depth(options.ghost_depth);
+  if (options.ghost_depth) spec.mutable_borders()->set_ghost_depth(*options.ghost_depth);
   if (options.whole_up_to) spec.mutable_borders()->set_whole_up_to(*options.whole_up_to);
   request.set_request_id(options.request_id);
   request.set_validate_only(options.dry_run);
@@ -181,7 +181,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option(
       "--ghost-depth", options->ghost_depth,
       "How many bodies deep a neighbour sees of a pile that moves, beyond what may touch the border, 0 to "
-      "64 (default 0)");
+      "64 (default 1)");
   create->add_option("--whole-up-to", options->whole_up_to,
                      "Piles of which a region has no more than so many bodies are shown to neighbours as a whole "
                      "(0 to 100000, default 32)");

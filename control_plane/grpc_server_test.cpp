@@ -288,11 +288,12 @@ TEST_F(GrpcServerTest, BorderSettingsThatAreLeftOutAreFilledIn) {
   };
   v1::CreateInstanceRequest request = CreateRequest(1);
   request.set_validate_only(true);
-  EXPECT_EQ(made(request).ghost_depth(), 0U);
+  EXPECT_EQ(made(request).ghost_depth(), 1U);
   EXPECT_EQ(made(request).whole_up_to(), 32U);
-  request.mutable_spec()->mutable_borders()->set_ghost_depth(2);
+  request.mutable_spec()->mutable_borders()->set_ghost_depth(0);
   request.mutable_spec()->mutable_borders()->set_whole_up_to(0);
-  EXPECT_EQ(made(request).ghost_depth(), 2U);
+  EXPECT_TRUE(made(request).has_ghost_depth());
+  EXPECT_EQ(made(request).ghost_depth(), 0U);
   EXPECT_TRUE(made(request).has_whole_up_to());
   EXPECT_EQ(made(request).whole_up_to(), 0U);
 }

@@ -79,6 +79,7 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
     return status;
   }
   plan.borders = asked;
+  if (!asked.has_ghost_depth()) plan.borders.set_ghost_depth(region::Settings().ghost_depth);
   if (!asked.has_whole_up_to()) plan.borders.set_whole_up_to(region::Settings().whole_up_to);
   return absl::OkStatus();
 }

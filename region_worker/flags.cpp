@@ -42,7 +42,7 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->group(hand);
 
   app.add_option("--ghost-depth", raw.by_hand.borders.ghost_depth,
-                 "how many bodies deep a neighbour sees of a pile that moves (0)")
+                 "how many bodies deep a neighbour sees of a pile that moves (1)")
       ->group(hand);
   app.add_option("--whole-up-to", raw.by_hand.borders.whole_up_to,
                  "piles of which a region has no more than so many bodies are shown as a whole (32)")

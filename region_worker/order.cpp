@@ -117,7 +117,7 @@ absl::Status ReadBorders(const v1::BorderSettings& message, region::Settings& bo
   if (message.whole_up_to() > region::kMaxWholeUpTo) {
     return absl::InvalidArgumentError(absl::StrCat("borders.whole_up_to: ", message.whole_up_to()));
   }
-  borders.ghost_depth = message.ghost_depth();
+  if (message.has_ghost_depth()) borders.ghost_depth = message.ghost_depth();
   if (message.has_whole_up_to()) borders.whole_up_to = message.whole_up_to();
   return absl::OkStatus();
 }

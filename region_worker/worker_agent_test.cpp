@@ -49,7 +49,7 @@ class WorkerAgentTest : public AgentedWorkers {
   v1::WorkerOrder NextOrder(std::uint32_t region) {
     v1::WorkerOrder order = OrderBy(*MakeGridMap(scene_->ground(), regions_), region);
     order.set_snapshot_rate_hz(20);
-    order.mutable_borders()->set_ghost_depth(1);
+    order.mutable_borders()->set_ghost_depth(2);
     return order;
   }
   static v1::Player& AddPlayer(v1::WorkerOrder& order, std::uint32_t number, std::uint32_t spawn_region) {

@@ -303,7 +303,7 @@ TEST_F(StrangerTest, HelloOfAnotherThanTheTokensIsRefused) {
 
 TEST_F(StrangerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
   region::Settings deeper;
-  deeper.ghost_depth = 1;
+  ++deeper.ghost_depth;
   v1::LinkHello hello = HelloOf(1);
   hello.set_rules(region::RulesOf(deeper));
   ExpectRefused(hello, "computes by other rules");

@@ -420,7 +420,8 @@ v1::Instance Cluster::View(const InstanceEntry& instance, bool whole) const {
   view.set_players(static_cast<std::uint32_t>(Present(record)));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *view.mutable_borders() = record.borders();
-  // Records made before there were such settings lack it.
+  // Records made before there were such settings lack them.
+  if (!record.borders().has_ghost_depth()) view.mutable_borders()->set_ghost_depth(region::Settings().ghost_depth);
   if (!record.borders().has_whole_up_to()) view.mutable_borders()->set_whole_up_to(region::Settings().whole_up_to);
   *view.mutable_create_time() = record.create_time();
   if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
