@@ -5,10 +5,12 @@
 // check once. Thread rule: one thread at a time.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/world/math.h"
@@ -17,34 +19,46 @@ namespace tessera::region {
 
 class Writer {
  public:
-  void U8(std::uint8_t v) { bytes_.push_back(v); }
+  void U8(std::uint8_t v) { *More(1) = v; }
   void Varint(std::uint64_t v) {
     for (; v >= 0x80; v >>= 7) U8(static_cast<std::uint8_t>(v | 0x80));
     U8(static_cast<std::uint8_t>(v));
   }
-  void F32(float v) { Fixed(std::bit_cast<std::uint32_t>(v)); }
-  void F64(double v) { Fixed(std::bit_cast<std::uint64_t>(v)); }
-  void V(Vec3f v) { F32(v.x), F32(v.y), F32(v.z); }
-  void V(Vec3d v) { F64(v.x), F64(v.y), F64(v.z); }
-  void Q(Quatd q) { F64(q.x), F64(q.y), F64(q.z), F64(q.w); }
+  void F32(float v) { All<std::uint32_t>(v); }
+  void F64(double v) { All<std::uint64_t>(v); }
+  void V(Vec3f v) { All<std::uint32_t>(v.x, v.y, v.z); }
+  void V(Vec3d v) { All<std::uint64_t>(v.x, v.y, v.z); }
+  void Q(Quatd q) { All<std::uint64_t>(q.x, q.y, q.z, q.w); }
 
-  void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
+  void Reserve(std::size_t bytes) { Grow(bytes); }
   // Room for `most` more bytes; `Wrote` says where what was written there ends.
-  std::uint8_t* Room(std::size_t most) {
-    bytes_.resize(bytes_.size() + most);
-    return bytes_.data() + bytes_.size() - most;
-  }
-  void Wrote(const std::uint8_t* end) { bytes_.resize(static_cast<std::size_t>(end - bytes_.data())); }
-  std::span<const std::uint8_t> bytes() const { return bytes_; }
+  std::uint8_t* Room(std::size_t most) { return More(most); }
+  void Wrote(const std::uint8_t* end) { size_ = static_cast<std::size_t>(end - bytes_.data()); }
+  std::span<const std::uint8_t> bytes() const { return std::span(bytes_).first(size_); }
 
-  std::vector<std::uint8_t> Take() { return std::move(bytes_); }
+  std::vector<std::uint8_t> Take() {
+    bytes_.resize(std::exchange(size_, 0));
+    return std::exchange(bytes_, {});
+  }
 
  private:
-  template <class U>
-  void Fixed(U v) {
-    for (std::size_t i = 0; i < sizeof(U); ++i) U8(static_cast<std::uint8_t>(v >> (8 * i)));
+  template <class U, class... Values>
+  void All(Values... values) {
+    std::uint8_t* to = More(sizeof...(values) * sizeof(U));
+    const auto put = [&](U v) {
+      for (std::size_t i = 0; i < sizeof(U); ++i) *to++ = static_cast<std::uint8_t>(v >> (8 * i));
+    };
+    (put(std::bit_cast<U>(values)), ...);
   }
-  std::vector<std::uint8_t> bytes_;
+  std::uint8_t* More(std::size_t n) {
+    if (bytes_.size() - size_ < n) Grow(n);
+    size_ += n;
+    return bytes_.data() + size_ - n;
+  }
+  void Grow(std::size_t n) { bytes_.resize(std::max(size_ + n, 2 * bytes_.size())); }
+
+  std::vector<std::uint8_t> bytes_;  // written are the first
+  std::size_t size_ = 0;             // of them
 };
 
 class Reader {
@@ -106,8 +120,11 @@ class Reader {
  private:
   template <class U>
   U Fixed() {
+    if (sizeof(U) > remaining()) ok_ = false;
+    if (!ok_) return 0;
     U v = 0;
-    for (std::size_t i = 0; i < sizeof(U); ++i) v = static_cast<U>(v | static_cast<U>(U8()) << (8 * i));
+    for (std::size_t i = 0; i < sizeof(U); ++i) v = static_cast<U>(v | static_cast<U>(bytes_[at_ + i]) << (8 * i));
+    at_ += sizeof(U);
     return v;
   }
   std::span<const std::uint8_t> bytes_;
