@@ -26,6 +26,7 @@ struct alignas(64) Pair {
   bool crossed = false;                       // they met within this step, and may be apart again at its end
   bool swept = false;                         // its points are where it will meet, not where it is
   bool live = false;                          // in this step its points may touch
+  bool apart = false;                         // out of reach of each other, or not to touch: nothing is kept of it
   float separation_m = 0;                     // of its nearest point in this step
   float impulse_ns = 0;                       // along the normals, in the last step
   float load_ns = 0;                          // the lesser of the last two: a blow is no load

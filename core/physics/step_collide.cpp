@@ -1,6 +1,7 @@
 // The first half of a step: what may touch what, where, and who wakes of it.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
@@ -169,12 +170,15 @@ void World::Impl::CollidePair(Pair& pair) {
   if (pair.jointed && !pair.trigger) return;
   const bool told = low.elsewhere.stand_in && high.elsewhere.stand_in && !pair.trigger;
   if (told || !low.reach.Overlaps(high.reach)) {
-    pair.manifolds.clear();
-    pair.cache = {};
-    pair.impulse_ns = pair.load_ns = 0;
-    pair.substeps = 0;
+    if (!std::exchange(pair.apart, true)) {
+      pair.manifolds.clear();
+      pair.cache = {};
+      pair.impulse_ns = pair.load_ns = 0;
+      pair.substeps = 0;
+    }
     return;
   }
+  pair.apart = false;
   const float inner = pair.inner_m;
   const float move = Length(low.course.move_m - high.course.move_m) + low.course.sweep_m + high.course.sweep_m;
   const bool fast = move > kFastShare * inner;
