@@ -144,6 +144,13 @@ void World::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
   for (const Pair* pair : body.pairs) near->push_back(pair->Other(body).tag);
 }
 
+void World::AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const {
+  const RigidBody& body = impl_->At(id);
+  for (const Pair* pair : body.pairs) {
+    if (pair->touching) touching->push_back(pair->Other(body).tag);
+  }
+}
+
 std::span<const PairEvent> World::events() const { return impl_->events; }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 

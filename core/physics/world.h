@@ -133,6 +133,7 @@ class World {
   std::span<const Contact> ContactsOf(std::span<const std::uint8_t> bits) const;
   // Adds the tags of those whose bounds, with some margin and looking ahead, are about those of this one, in no order.
   void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
+  void AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const;  // and of those that touched it
   std::span<const PairEvent> events() const;
   // Bodies that came to be non-finite, or absurdly fast, in the last step: they take no part any more, and wait to be
   // removed. Ascending only by chance.

@@ -344,6 +344,20 @@ TEST(StandInTest, TwoDoNotTouchEachOther) {
   }
 }
 
+// What is only near is no neighbour in a pile.
+TEST(TouchingTest, IsToldOfByTags) {
+  World world({});
+  AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0}),
+                 Dynamic(4, Cube(), {1.05, 0.5, 0})});
+  for (std::uint32_t id = 2; id <= 4; ++id) world.SetTag(BodyId(id), id);
+  Simulate(world, 0.5);
+  std::vector<std::uint32_t> near, touching;
+  world.AddNear(BodyId(2), &near);
+  world.AddTouching(BodyId(2), &touching);
+  EXPECT_THAT(near, ::testing::UnorderedElementsAre(kNoTag, 3, 4));
+  EXPECT_THAT(touching, ::testing::UnorderedElementsAre(kNoTag, 3));
+}
+
 // --- Substeps
 
 // Cubes on each other, ids 2 and up.

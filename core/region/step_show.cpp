@@ -90,14 +90,14 @@ void RegionStep::ShowNear() {
   for (const HandedOut& out : handed_out) show_about(out.record.id, out.to);
 }
 
-// Layer by layer, from what moves: what lies still is held by the loads that are told of it.
+// Layer by layer along contacts, from what moves: what lies still is held by the loads that are told of it.
 void RegionStep::ShowDeeper() {
-  if (config.settings.ghost_depth == 0 || !reach.ShowsAnything()) return;
+  if (config.settings.ghost_depth == 0 || !stepped_ || !reach.ShowsAnything()) return;
   const auto moves = [this](std::size_t body) {
     return bodies.extras()[body].still_ticks < kCalmTicks && !bodies.owned()[body].state.asleep;
   };
   std::vector<std::size_t> edge, next;
-  std::vector<std::uint32_t> near;
+  std::vector<std::uint32_t> touching;
   for (std::size_t n = 0; n < neighbors.size(); ++n) {
     edge.clear();
     for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
@@ -106,9 +106,9 @@ void RegionStep::ShowDeeper() {
     for (std::uint32_t layer = 0; layer < config.settings.ghost_depth && !edge.empty(); ++layer) {
       next.clear();
       for (const std::size_t body : edge) {
-        near.clear();
-        AddNear(bodies.owned()[body].def->id, &near);
-        for (const std::uint32_t other : near) {
+        touching.clear();
+        bodies.world().AddTouching(bodies.owned()[body].def->id, &touching);
+        for (const std::uint32_t other : touching) {
           if (other >= bodies.owned().size() || reach.Shows(other, n)) continue;
           reach.Show(other, n);
           if (moves(other)) next.push_back(other);
