@@ -34,12 +34,13 @@ class PairSum {
 
  private:
   void Add(const Manifold& manifold) {
+    float pushed = 0;
+    Vec3f at_a, at_b;  // where, times how much
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      const Vec3f impulse = manifold.normal * point.total_impulse;
-      impulse_ += impulse;
-      angular_a_ += Cross(point.r_a, -impulse);
-      angular_b_ += Cross(point.r_b, impulse);
+      pushed += point.total_impulse;
+      at_a += point.r_a * point.total_impulse;
+      at_b += point.r_b * point.total_impulse;
       points_ += point.r_a;
       ++count_;
       if (-point.separation_m > depth_m_) {
@@ -47,7 +48,9 @@ class PairSum {
         normal_ = manifold.normal;
       }
     }
-    impulse_ += manifold.total_friction;
+    impulse_ += manifold.normal * pushed + manifold.total_friction;
+    angular_a_ -= Cross(at_a, manifold.normal);
+    angular_b_ += Cross(at_b, manifold.normal);
     angular_a_ += Cross(manifold.friction_r_a, -manifold.total_friction) - manifold.total_rolling;
     angular_b_ += Cross(manifold.friction_r_b, manifold.total_friction) + manifold.total_rolling;
     angular_a_ += manifold.turn_on_a;

@@ -258,27 +258,40 @@ void RegionStep::TakeIn(const Frames& frames, StepResult& result) {
 }
 
 void RegionStep::PlaceGhosts(const Frames& frames) {
-  std::vector<Ghost> shown;
+  struct Shown {
+    BodyId id;
+    Epoch epoch;
+    RegionId owner;
+    const GhostRecord* told;  // null: of a closed border, goes on by what this region made of it
+  };
+  std::vector<Shown> shown;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     for (const GhostRecord& record : frames[i].ghosts) {
-      if (!bodies.Owns(record.id)) shown.push_back({record, neighbors[i], nullptr, false, true});
+      if (!bodies.Owns(record.id)) shown.push_back({record.id, record.epoch, neighbors[i], &record});
     }
     if (inbox.link(i).open()) continue;
-    // Of a closed border: they go on by what this region made of them.
     for (const Ghost& ghost : bodies.ghosts()) {
-      if (ghost.owner != neighbors[i]) continue;
-      const GhostRecord record{
-          ghost.record.id, ghost.record.epoch, bodies.world().StateOf(ghost.record.id), {}, {}, {}, {}, false};
-      shown.push_back({record, neighbors[i], nullptr, false, false});
+      if (ghost.owner == neighbors[i]) shown.push_back({ghost.record.id, ghost.record.epoch, ghost.owner, nullptr});
     }
   }
   // One body shown by two: the higher epoch is right.
-  std::stable_sort(shown.begin(), shown.end(), [](const Ghost& a, const Ghost& b) {
-    return a.record.id != b.record.id ? a.record.id < b.record.id : a.record.epoch > b.record.epoch;
-  });
-  const auto same = [](const Ghost& a, const Ghost& b) { return a.record.id == b.record.id; };
+  std::stable_sort(shown.begin(), shown.end(),
+                   [](const Shown& a, const Shown& b) { return a.id != b.id ? a.id < b.id : a.epoch > b.epoch; });
+  const auto same = [](const Shown& a, const Shown& b) { return a.id == b.id; };
   shown.erase(std::unique(shown.begin(), shown.end(), same), shown.end());
-  bodies.PlaceGhosts(shown);
+  std::vector<Ghost> ghosts;
+  ghosts.reserve(shown.size());
+  for (const Shown& one : shown) {
+    Ghost& ghost = ghosts.emplace_back(Ghost{.record = {}, .owner = one.owner, .told = one.told != nullptr});
+    if (one.told != nullptr) {
+      ghost.record = *one.told;
+    } else {
+      ghost.record.id = one.id;
+      ghost.record.epoch = one.epoch;
+      ghost.record.state = bodies.world().StateOf(one.id);
+    }
+  }
+  bodies.PlaceGhosts(ghosts);
 }
 
 void RegionStep::UpdatePlayers(StepResult& result) {

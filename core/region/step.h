@@ -174,6 +174,7 @@ class RegionStep {
   struct Party {
     BodyId id;
     std::ptrdiff_t place = -1;
+    double mass_kg = 0;
     const HandedOut* gone = nullptr;  // handed over since
     bool was_here = false;            // owned in that step
     bool slept = false;               // its owner had it asleep after it
@@ -189,6 +190,7 @@ class RegionStep {
   void KickBodies(Kicks& kicks);
   // Of a place, at the start of a step.
   const BodyState& StartOf(std::size_t place) const;
+  const BodyDef& DefAt(std::size_t place) const;
 
   void OwnInitial();
   void ChangeMapIfDue();

@@ -61,6 +61,7 @@ RegionStep::Party RegionStep::PartyOf(BodyId id) const {
   party.id = id;
   party.place = bodies.PlaceOf(id);
   const std::ptrdiff_t own = std::ssize(bodies.owned());
+  party.mass_kg = party.place < 0 ? catalog.MassOf(id) : DefAt(static_cast<std::size_t>(party.place)).mass_kg;
   party.gone = FindHandedOut(id);
   if (party.gone != nullptr) {
     party.was_here = true;
@@ -98,7 +99,7 @@ void RegionStep::ExchangeImpulses(const Frames& frames) {
     if (a.slept || b.slept || (a.was_here && b.was_here)) continue;
     const bool between_others = !a.was_here && !b.was_here;
     if (between_others && !(a.told && b.told)) continue;
-    const PairCorrection due = CorrectionOf(of_a, of_b, catalog.MassOf(a.id), catalog.MassOf(b.id));
+    const PairCorrection due = CorrectionOf(of_a, of_b, a.mass_kg, b.mass_kg);
     Settle(a, {due.impulse_on_a, due.angular_on_a, true}, owner_of_b, between_others, kicks);
     Settle(b, {due.impulse_on_b, due.angular_on_b, true}, owner_of_a, between_others, kicks);
   }
@@ -160,6 +161,11 @@ const BodyState& RegionStep::StartOf(std::size_t place) const {
   return place < own ? bodies.owned()[place].state : bodies.ghosts()[place - own].record.state;
 }
 
+const BodyDef& RegionStep::DefAt(std::size_t place) const {
+  const std::size_t own = bodies.owned().size();
+  return place < own ? *bodies.owned()[place].def : *bodies.ghosts()[place - own].def;
+}
+
 // A contact acts where bodies are at the start of its step, a force where they are half way through the next.
 void RegionStep::AddLate(std::ptrdiff_t place, Kick share, Kicks& kicks) const {
   constexpr double kLateTicks = 1.5;
@@ -183,10 +189,9 @@ void RegionStep::KickBodies(Kicks& kicks) {
     const Vec3d moved = StartOf(at).position - rest.at;
     *kicks[at] += {rest.impulse_ns, rest.angular_nms - Cross(moved, rest.impulse_ns), false};
   }
-  const std::size_t own = bodies.owned().size();
   for (std::size_t place = 0; place < kicks.size(); ++place) {
     if (!kicks[place].has_value()) continue;
-    const BodyDef& def = place < own ? *bodies.owned()[place].def : *bodies.ghosts()[place - own].def;
+    const BodyDef& def = DefAt(place);
     Kick kick = *kicks[place];
     BodyState state = bodies.world().StateOf(def.id);
     if (state.asleep) continue;

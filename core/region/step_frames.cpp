@@ -104,7 +104,7 @@ void RegionStep::Predict() {
     OwnedExtra& extra = bodies.extras()[i];
     const physics::Forces forces = ForcesOn(i);
     const bool near = reach.Look(i, *body.def, body.state, forces, extra.radius_m);
-    extra.predicted = near && !body.state.asleep;
+    extra.predicted = near && !body.state.asleep && extra.still_ticks < kCalmTicks;
     if (extra.predicted) {
       extra.predicted_position = physics::Predict(*body.def, body.state, forces, tick_s).position;
     }

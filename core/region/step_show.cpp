@@ -35,8 +35,9 @@ Vec3f Lasting(Vec3f before, Vec3f now) {
 Vec3f Load(Vec3f told, Vec3f before, Vec3f now) {
   if (told == Vec3f()) return Lasting(before, now);
   const Vec3f mean = told + (now - told) / kLoadTicks;
-  const float size = Length(mean), most = kMostLoad * std::max(Length(before), Length(now));
-  return size > most ? mean * (most / size) : mean;
+  const float size_2 = Dot(mean, mean);
+  const float most_2 = kMostLoad * kMostLoad * std::max(Dot(before, before), Dot(now, now));
+  return size_2 > most_2 ? mean * std::sqrt(most_2 / size_2) : mean;
 }
 
 }  // namespace
