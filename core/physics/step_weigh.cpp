@@ -195,6 +195,7 @@ void World::Impl::EvenLoads() {
     if (!island.solved) continue;
     float& load = island.demand.load_ratio;
     if (island.load_before >= 0) load = island.load_before + (load - island.load_before) / kLoadSteps;
+    if (!(load <= kMostIslandLoad)) load = kMostIslandLoad;
     island.load = load;
     load = std::max(load, island.load_elsewhere);
   }

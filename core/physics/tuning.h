@@ -77,7 +77,7 @@ inline constexpr double kColumnLoad = 2;
 // substeps, and runs that differ by a hair spread by it; two parts of one pile, solved apart, find other loads in
 // single steps and fall apart. More, and what is laden needs as many steps longer to be held.
 inline constexpr float kLoadSteps = 10;
-inline constexpr float kMostIslandLoad = 1e6f;  // that is told of; far less gets as many substeps as there are
+inline constexpr float kMostIslandLoad = 1e6f;  // that counts; far less gets as many substeps as there are
 inline constexpr float kUnknownLoad = -1;       // of a body that nothing held: what comes next counts at once
 
 // Bodies with no solid middle, or hardly one, count as this large where loads are told by size, m.
