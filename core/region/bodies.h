@@ -25,7 +25,7 @@ struct OwnedExtra {
   Vec3d field_m_s2;     // what the scene's fields do to it in the next step
   bool field_known = false;
   std::uint8_t still_ticks = 0;  // for how many, up to kCalmTicks, it has been shown and hardly moved
-  bool predicted = false;        // near a border and awake:
+  bool predicted = false;        // near a border and not calm:
   Vec3d predicted_position;      // for the next tick
 };
 

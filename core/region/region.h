@@ -101,8 +101,8 @@ struct StepResult {
   std::uint32_t handed_out = 0, handed_in = 0;
   Bytes log;                      // for the heir; empty while there is none (SetStandby)
   std::vector<BodyId> nonfinite;  // taken out of the world because their state was no longer finite, or beyond limits
-  // How far the bodies whose prediction was needed, those awake near a border, came out from where Algorithm 1 had
-  // predicted them one tick before, m.
+  // How far the bodies whose prediction was needed, those near a border that are awake and not calm, came out from
+  // where Algorithm 1 had predicted them one tick before, m.
   std::uint32_t predicted = 0;  // bodies
   double mean_prediction_error_m = 0, max_prediction_error_m = 0;
 };

@@ -25,8 +25,8 @@ struct Settings {
   std::uint32_t ghost_depth = 1;
   // What hangs together, by contacts or nearly, is shown as a whole if one of it is, and a region has no more of it
   // than so many bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost
-  // once per region. What is all near the border is whole whatever its size. Below
-  // 2 nothing is.
+  // once per region. With 2 and more, what is all near the
+  // border is whole whatever its size.
   std::uint32_t whole_up_to = 32;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
