@@ -131,72 +131,8 @@ TEST(FrictionTest, RollingFrictionStopsABallAndSpinningFrictionATop) {
   }
 }
 
-// --- Momentum
+// --- What contacts tell
 // ----------------------------------------------------------------------------------------------------------
-
-TEST(MomentumTest, IsKeptWhenTwoBodiesCollide) {
-  World world({.gravity_m_s2 = {}});
-  BodyDef a = Dynamic(1, Cube(), {-2, 0.3, 0.1}, 2), b = Dynamic(2, Ball(0.7), {2, 0, 0}, 5);
-  a.initial.linear_velocity = {4, 0, 0};
-  b.initial.linear_velocity = {-1, 0, 0.2f};
-  a.material.restitution = 0.4;
-  AddAll(world, {a, b});
-  const auto momentum = [&] {
-    return Vec3d(world.StateOf(a.id).linear_velocity) * 2.0 + Vec3d(world.StateOf(b.id).linear_velocity) * 5.0;
-  };
-  const Vec3d before = momentum();
-  Simulate(world, 2);
-  EXPECT_GT(world.StateOf(b.id).linear_velocity.x, 0);  // they met
-  EXPECT_LT(Length(momentum() - before), 1e-5);
-}
-
-// Inertia of a body in world space, times w.
-Vec3d AngularMomentum(const World& world, BodyId id) {
-  const BodyState state = world.StateOf(id);
-  const Quatd q = state.orientation;
-  const Vec3d local = Rotate(Conjugate(q), Vec3d(state.angular_velocity)), inertia = world.InertiaOf(id);
-  return Rotate(q, {inertia.x * local.x, inertia.y * local.y, inertia.z * local.z});
-}
-
-// About the world's origin, as bodies of several shapes fly into each other off centre, slide along each other and
-// part.
-TEST(MomentumTest, OfTurningIsKeptInCollisionsOffCentre) {
-  const ShapePtr shapes[] = {Cube(0.5), Ball(0.5), MakeShapePtr(CapsuleShape{0.4, 0.3}),
-                             MakeShapePtr(CylinderShape{0.4, 0.5})};
-  for (const ShapePtr& shape_a : shapes) {
-    for (const ShapePtr& shape_b : shapes) {
-      for (const double restitution : {0.0, 0.7}) {
-        World world({.gravity_m_s2 = {}, .sleep = false});
-        BodyDef a = Dynamic(1, shape_a, {-2, 1, 0}, 1);
-        BodyDef b = Dynamic(2, shape_b, {2, 1.3, 0.4}, 3);
-        a.initial.linear_velocity = {0.8f, 0.1f, 0};
-        b.initial.linear_velocity = {-0.5f, 0, 0.1f};
-        for (BodyDef* body : {&a, &b}) {
-          body->inertia_kg_m2 = Vec3d{0.2, 0.2, 0.2} * body->mass_kg;
-          body->material = {.friction = 0.5, .restitution = restitution};
-        }
-        AddAll(world, {a, b});
-        double scale = 0;
-        const auto momentum = [&] {
-          Vec3d sum;
-          scale = 0;
-          for (const BodyDef* body : {&a, &b}) {
-            const BodyState state = world.StateOf(body->id);
-            const Vec3d p = Vec3d(state.linear_velocity) * body->mass_kg;
-            sum += Cross(state.position, p) + AngularMomentum(world, body->id);
-            scale += Length(p);
-          }
-          return sum;
-        };
-        const Vec3d before = momentum();
-        Simulate(world, 4);
-        EXPECT_GT(Length(world.StateOf(a.id).angular_velocity), 0.05f);  // they met
-        EXPECT_LT(Length(momentum() - before), 1e-5 * scale)
-            << &shape_a - shapes << " against " << &shape_b - shapes << ", e = " << restitution;
-      }
-    }
-  }
-}
 
 struct Impulses {
   Vec3d linear, angular;

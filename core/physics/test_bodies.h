@@ -49,4 +49,12 @@ inline void Simulate(World& world, double seconds, double dt = kDt) {
   for (int i = 0; i < static_cast<int>(seconds / dt + 0.5); ++i) world.Step(dt);
 }
 
+// Inertia of a body in world space, times w.
+inline Vec3d AngularMomentum(const World& world, BodyId id) {
+  const BodyState state = world.StateOf(id);
+  const Quatd q = state.orientation;
+  const Vec3d local = Rotate(Conjugate(q), Vec3d(state.angular_velocity)), inertia = world.InertiaOf(id);
+  return Rotate(q, {inertia.x * local.x, inertia.y * local.y, inertia.z * local.z});
+}
+
 }  // namespace tessera::physics

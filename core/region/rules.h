@@ -13,7 +13,7 @@ namespace tessera::region {
 
 // Of the physics, frames and exchange: grows with every change after which two versions come to other states, as
 // core/physics/golden.txt shows it.
-inline constexpr std::uint32_t kEngineVersion = 8;
+inline constexpr std::uint32_t kEngineVersion = 9;
 
 // The same number on every host. Never 0, which is what one who tells no rules would tell.
 std::uint64_t RulesOf(const Settings& settings);

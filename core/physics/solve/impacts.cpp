@@ -89,7 +89,6 @@ struct Striking {
     Add(b.moved, normal * (share * m_b));
     const Vec3f relative = Get(b.velocity) * inverse_root_mass_b - Get(a.velocity) * inverse_root_mass_a;
     NoteLag(Cross(normal * share, relative));
-    for (int k = 0; k < 3; ++k) block.lag.apart[k].f[lane] += block.head.normal[k].f[lane] * by_m;
   }
 
   void NoteLag(Vec3f made) {
@@ -207,10 +206,10 @@ void Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedM
   }
 }
 
-void Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
+bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
                      SolvedMemory* before, const SolvedKick* kicks, float h) {
   Shift(states, masses, before, kicks, h);
-  bool any = true;
+  bool any = true, moved = false;
   for (int sweep = 0; any && sweep < kSweeps; ++sweep) {
     any = false;
     for (const ContactRun& run : blocks.runs()) {
@@ -229,7 +228,9 @@ void Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState*
         }
       }
     }
+    moved |= any;
   }
+  return moved;
 }
 
 }  // namespace tessera::physics

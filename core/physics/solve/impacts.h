@@ -21,8 +21,8 @@ class Impacts {
  public:
   // Which bodies may bounce.
   void Fill(std::span<const ContactConstraint> contacts, std::size_t bodies);
-  // After the kick of each substep. `before`: velocities before it.
-  void Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
+  // After the kick of each substep. `before`: velocities before it. Whether any did.
+  bool Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
               SolvedMemory* before, const SolvedKick* kicks, float h);
 
   bool empty() const { return bodies_.empty(); }

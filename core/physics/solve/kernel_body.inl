@@ -386,6 +386,12 @@ struct ContactLoops {
   static void Warm(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants&) {
     for (std::size_t i = 0; i < count; ++i) WarmBlock(static_cast<Block*>(blocks)[i], bodies);
   }
+  static void Locate(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants&) {
+    for (std::size_t i = 0; i < count; ++i) {
+      Block& block = static_cast<Block*>(blocks)[i];
+      NoteMove(block, GatherMoved(bodies.states, block.head.b).v - GatherMoved(bodies.states, block.head.a).v);
+    }
+  }
   template <Stage kStage>
   static void Solve(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step) {
     for (std::size_t i = 0; i < count; ++i) SolveBlock<kStage>(static_cast<Block*>(blocks)[i], bodies, step);
@@ -408,7 +414,7 @@ struct ContactLoops {
     }
   }
   static constexpr ContactKernels Table() {
-    return {&Prepare, &Warm, &Solve<Stage::kPush>, &Solve<Stage::kRelax>, &Solve<Stage::kSettle>, &Approach};
+    return {&Prepare, &Warm, &Solve<Stage::kPush>, &Solve<Stage::kRelax>, &Solve<Stage::kSettle>, &Locate, &Approach};
   }
 };
 

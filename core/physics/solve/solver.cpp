@@ -116,8 +116,10 @@ void Solver::Impl::Substeps(int substeps) {
       joints.Warm(states.data());
       for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::warm, run);
     }
-    if (!impacts.empty())
-      impacts.Bounce(kernels, contacts, states.data(), masses.data(), before.data(), kicks.data(), step.h);
+    if (!impacts.empty() &&
+        impacts.Bounce(kernels, contacts, states.data(), masses.data(), before.data(), kicks.data(), step.h)) {
+      for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::locate, run);
+    }
     SolveAll(false);
     kernels.drift(states.data(), masses.data(), count, step.h);
     joints.Turn(states.data(), masses.data(), before.data(), step.h);
