@@ -17,6 +17,7 @@ struct Island {
   bool sleepy = true;   // all its bodies have been still for long enough
   bool failed = false;  // its solving came out non-finite
   bool laden = false;   // may carry more than its bodies weigh one by one
+  bool adrift = true;   // its bodies act on each other alone, and by contacts alone
   int batch = -1;       // which batch solves it
   double mass_kg = 0;   // of all its bodies
   double lightest_kg = std::numeric_limits<double>::max();

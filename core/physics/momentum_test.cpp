@@ -69,5 +69,26 @@ TEST(MomentumTest, OfTurningIsKeptInCollisionsOffCentre) {
   }
 }
 
+// Of a ship and its crew: what it is given is far less than its velocity is told by.
+TEST(MomentumTest, IsKeptWhereOneIsFarHeavierThanTheRest) {
+  World world({.gravity_m_s2 = {}, .sleep = false});
+  std::vector<BodyDef> bodies = {Dynamic(1, Box(8, 1, 8), {0, -1, 0}, 2e6)};
+  bodies[0].initial.linear_velocity = {3, 4, 0};
+  for (std::uint64_t i = 0; i < 16; ++i) {
+    const double x = -6 + 4 * static_cast<double>(i % 4), z = -6 + 4 * static_cast<double>(i / 4);
+    bodies.push_back(Dynamic(2 + i, Cube(), {x, 0.6, z}));
+    bodies.back().initial.linear_velocity = {3.5f, 2, -0.5f};
+  }
+  AddAll(world, bodies);
+  const Momentum before = MomentumOf(world, bodies);
+  Simulate(world, 1);
+  Vec3d lost;
+  for (std::size_t i = 1; i < bodies.size(); ++i) {
+    lost += Vec3d(bodies[i].initial.linear_velocity) - Vec3d(world.StateOf(bodies[i].id).linear_velocity);
+  }
+  EXPECT_GT(Length(lost), 10);
+  EXPECT_LT(Length(MomentumOf(world, bodies).linear - before.linear), 1e-7 * before.scale);
+}
+
 }  // namespace
 }  // namespace tessera::physics

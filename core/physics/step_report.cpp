@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/physics/exchange.h"
 #include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
 
@@ -26,21 +27,17 @@ class PairSum {
     contact.point = pair_.low->placement().position + Vec3d(points_ / static_cast<float>(std::max(count_, 1)));
     contact.normal = normal_;
     contact.depth_m = depth_m_;
-    contact.impulse_on_b = impulse_;
-    contact.angular_impulse_on_a = pair_.low->dynamic() ? angular_a_ : Vec3f();
-    contact.angular_impulse_on_b = pair_.high->dynamic() ? angular_b_ : Vec3f();
+    contact.impulse_on_b = exchange_.on_b;
+    contact.angular_impulse_on_a = pair_.low->dynamic() ? exchange_.angular_on_a : Vec3f();
+    contact.angular_impulse_on_b = pair_.high->dynamic() ? exchange_.angular_on_b : Vec3f();
     return contact;
   }
 
  private:
   void Add(const Manifold& manifold) {
-    float pushed = 0;
-    Vec3f at_a, at_b;  // where, times how much
+    exchange_.Add(manifold);
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      pushed += point.total_impulse;
-      at_a += point.r_a * point.total_impulse;
-      at_b += point.r_b * point.total_impulse;
       points_ += point.r_a;
       ++count_;
       if (-point.separation_m > depth_m_) {
@@ -48,17 +45,11 @@ class PairSum {
         normal_ = manifold.normal;
       }
     }
-    impulse_ += manifold.normal * pushed + manifold.total_friction;
-    angular_a_ -= Cross(at_a, manifold.normal);
-    angular_b_ += Cross(at_b, manifold.normal);
-    angular_a_ += Cross(manifold.friction_r_a, -manifold.total_friction) - manifold.total_rolling;
-    angular_b_ += Cross(manifold.friction_r_b, manifold.total_friction) + manifold.total_rolling;
-    angular_a_ += manifold.turn_on_a;
-    angular_b_ += manifold.turn_on_b;
   }
 
   const Pair& pair_;
-  Vec3f points_, normal_, impulse_, angular_a_, angular_b_;
+  Exchange<float> exchange_;
+  Vec3f points_, normal_;
   float depth_m_ = std::numeric_limits<float>::lowest();
   int count_ = 0;
 };

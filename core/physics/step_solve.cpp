@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/physics/exchange.h"
 #include "core/physics/motion/free_flight.h"
 #include "core/physics/motion/turn.h"
 #include "core/physics/tuning.h"
@@ -39,6 +40,7 @@ float WarmScale(int last_substeps, int substeps) {
 void World::Impl::FillBatches() {
   ChooseSubsteps();
   for (Batch& batch : batches) {
+    batch.adrift = false;
     batch.bodies.clear();
     batch.of.clear();
     batch.contacts.clear();
@@ -49,6 +51,7 @@ void World::Impl::FillBatches() {
     const Island& island = islands.Of(body->awake_index);
     if (!island.solved) continue;
     Batch& batch = batches[static_cast<std::size_t>(island.batch)];
+    batch.adrift |= island.adrift;
     body->substeps = batch.substeps;
     body->island_load = island.load;
     solver_indices[body->awake_index] = static_cast<std::uint32_t>(batch.bodies.size());
@@ -151,11 +154,28 @@ void World::Impl::SolveBatches() {
   ReadBatches();
 }
 
+// Of those that are adrift. The solver adds impulses to velocities in single precision: a ship of 2000 t would not
+// feel the steps of its crew, and the crew would.
+void World::Impl::SumGains(const Batch& batch) {
+  gains.assign(batch.bodies.size(), {});
+  for (const ContactConstraint& contact : batch.contacts) {
+    if (contact.a == kStatic || contact.b == kStatic || !islands.Of(batch.of[contact.a]->awake_index).adrift) continue;
+    Exchange<double> exchange;
+    exchange.Add(*contact.manifold);
+    Gain &a = gains[contact.a], &b = gains[contact.b];
+    a.momentum -= exchange.on_b;
+    b.momentum += exchange.on_b;
+    a.angular_momentum += exchange.angular_on_a;
+    b.angular_momentum += exchange.angular_on_b;
+  }
+}
+
 // The solver holds inertia still over the step. What turns with a body without joints meanwhile is made good here: of
 // the turn, the part that a constant angular velocity made is replaced by free rotation.
 void World::Impl::ReadBatches() {
   const auto dt = static_cast<float>(dt_s);
   for (const Batch& batch : batches) {
+    if (batch.adrift) SumGains(batch);
     for (std::size_t i = 0; i < batch.bodies.size(); ++i) {
       const SolverBody& out = batch.bodies[i];
       RigidBody& body = *batch.of[i];
@@ -165,12 +185,18 @@ void World::Impl::ReadBatches() {
       Motion& motion = motions[body.awake_index];
       motion.position = from.position + Vec3d(out.moved_m);
       motion.velocity = out.velocity;
-      motion.angular_momentum = momentum + out.angular_impulse_nms;
+      Vec3f gained = out.angular_impulse_nms;
+      if (islands.Of(body.awake_index).adrift) {
+        const Vec3f kept = body.state().linear_velocity * static_cast<float>(body.linear_damping().kept());
+        motion.velocity = Vec3f(Vec3d(kept) + body.Acceleration() * dt_s + gains[i].momentum / body.mass_kg());
+        gained = Vec3f(gains[i].angular_momentum + body.torque_nm * dt_s);
+      }
+      motion.angular_momentum = momentum + gained;
       motion.turned_rad = out.turned_rad;
       const Vec3f mean = (start + out.angular_velocity) * 0.5f;
       const bool turns_inertia = TurnsItsInertia(body, mean, dt);
       if (turns_inertia && body.joints.empty()) {
-        FlightState flight{{}, from.orientation, {}, momentum + out.angular_impulse_nms * 0.5f};
+        FlightState flight{{}, from.orientation, {}, momentum + gained * 0.5f};
         Fly(body.inertia(), {}, {}, dt_s, &flight);
         motion.orientation = Turned(flight.orientation, Vec3d(out.turned_rad - mean * dt));
       } else {

@@ -94,6 +94,7 @@ void World::Impl::WeighIslands() {
     Island& island = islands.Of(touch.one());
     IslandDemand& demand = island.demand;
     demand.contacts += static_cast<int>(touch.count);
+    if (!touch.both()) island.adrift = false;
     if (!touch.live) continue;
     island.solved = true;
     if (PropsMeet(touch)) continue;
@@ -116,6 +117,7 @@ void World::Impl::WeighIslands() {
     const RigidBody& body = joint.a->awake() ? *joint.a : *joint.b;
     Island& island = islands.Of(body.awake_index);
     island.solved = true;
+    island.adrift = false;
     IslandDemand& demand = island.demand;
     ++demand.joints;
     demand.joint_error_m = std::max(demand.joint_error_m, GapOf(joint_rows[i]));

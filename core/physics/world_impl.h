@@ -94,6 +94,15 @@ struct World::Impl {
   // What queries see.
   btCollisionWorld& Shown();
 
+  struct Batch {
+    int substeps = 0;
+    bool adrift = false;  // some of its islands are
+    std::vector<SolverBody> bodies;
+    std::vector<RigidBody*> of;
+    std::vector<ContactConstraint> contacts;
+    std::vector<JointConstraint> joints;
+  };
+
   // --- The passes of a step (step_*.cpp).
   void Step(double dt_s);
   void Rehearse(double dt_s, int times);
@@ -120,6 +129,7 @@ struct World::Impl {
   void FlyFree();
   void SolveBatches();
   void ReadBatches();
+  void SumGains(const Batch& batch);
   void Sweep();
   void SweepBody(std::uint32_t index);
   bool GoesThrough(const Pair& pair) const;
@@ -152,12 +162,9 @@ struct World::Impl {
   Way WayOf(const RigidBody& body) const;
   Way PredictedWay(const RigidBody& body) const;
 
-  struct Batch {
-    int substeps = 0;
-    std::vector<SolverBody> bodies;
-    std::vector<RigidBody*> of;
-    std::vector<ContactConstraint> contacts;
-    std::vector<JointConstraint> joints;
+  // By contacts, over the step.
+  struct Gain {
+    Vec3d momentum, angular_momentum;
   };
 
   Settings settings;
@@ -190,6 +197,7 @@ struct World::Impl {
   std::vector<IslandWork> works;                         // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
   std::vector<std::uint32_t> solver_indices;              // by awake_index: in the batch that solves it
+  std::vector<Gain> gains;                                // of a batch, as it lists them, where they are adrift
   std::vector<Motion> motions;                            // by awake_index
   std::vector<std::uint32_t> racing;                      // awake_index of what is to be swept
   std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
