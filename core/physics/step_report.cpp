@@ -69,6 +69,8 @@ bool Acted(const Pair& pair) {
          });
 }
 
+bool Before(const Contact& a, const Contact& b) { return std::tie(a.body_a, a.body_b) < std::tie(b.body_a, b.body_b); }
+
 }  // namespace
 
 // Points are where they were at the start of the step; what pushed in it touched, however far away it began.
@@ -81,13 +83,26 @@ void World::Impl::ReportContacts() {
     if (pair.low == nullptr || !pair.responds()) continue;
     if (pair.live || Acted(pair)) contacts.push_back(PairSum(pair).Told());
   }
+  for (const Contact& turning : turnings) AddTurning(turning, &contacts);
+}
+
+// To those that are told already, which ascend by ids.
+void World::Impl::AddTurning(const Contact& turning, std::vector<Contact>* told) const {
+  if (!bodies.contains(turning.body_a) || !bodies.contains(turning.body_b)) return;
+  const auto at = std::lower_bound(told->begin(), told->end(), turning, Before);
+  if (at == told->end() || Before(turning, *at)) {
+    told->insert(at, turning);
+    return;
+  }
+  at->impulse_on_b += turning.impulse_on_b;
+  at->angular_impulse_on_a += turning.angular_impulse_on_a;
+  at->angular_impulse_on_b += turning.angular_impulse_on_b;
 }
 
 std::span<const Contact> World::Impl::ReportContactsOf(std::span<const std::uint8_t> bits) {
   const auto of = [bits](std::uint32_t tag) { return tag < bits.size() ? bits[tag] : std::uint8_t{0}; };
-  const auto named = [&](const Touch& touch) {
-    return touch.responds && (of(touch.low_tag) | of(touch.high_tag)) == 3;
-  };
+  const auto both = [&](std::uint32_t low_tag, std::uint32_t high_tag) { return (of(low_tag) | of(high_tag)) == 3; };
+  const auto named = [&](const Touch& touch) { return touch.responds && both(touch.low_tag, touch.high_tag); };
   constexpr std::size_t kAhead = 16;
   asked_contacts.clear();
   for (std::size_t i = 0; i < touching.size(); ++i) {
@@ -97,6 +112,9 @@ std::span<const Contact> World::Impl::ReportContactsOf(std::span<const std::uint
     const Pair& pair = *touch.pair;
     if (pair.low == nullptr || !(pair.live || Acted(pair))) continue;
     asked_contacts.push_back(PairSum(pair).Told());
+  }
+  for (const Contact& turning : turnings) {
+    if (both(turning.tag_a, turning.tag_b)) AddTurning(turning, &asked_contacts);
   }
   return asked_contacts;
 }

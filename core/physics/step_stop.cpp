@@ -1,6 +1,7 @@
-// What a sweep stopped, and what is jointed to it, goes its way only up to there.
+// What a sweep stopped, and what is jointed to it, goes its way only up to there; or is carried on by what it met.
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "core/physics/motion/turn.h"
 #include "core/physics/world_impl.h"
@@ -10,6 +11,12 @@ namespace {
 
 // By how much a body that lay as `from` has been turned, once it lies as `to`.
 Quatd TurnFrom(const Placement& from, Quatd to) { return to * Conjugate(from.orientation); }
+
+// Angular momentum of a body that turns at `spin`, rad/s, world axes.
+Vec3d SpinMomentum(const RigidBody& body, Quatd orientation, Vec3d spin) {
+  const Vec3d w = Rotate(Conjugate(orientation), spin), inertia = body.inertia();
+  return Rotate(orientation, Vec3d{inertia.x * w.x, inertia.y * w.y, inertia.z * w.z});
+}
 
 }  // namespace
 
@@ -44,23 +51,106 @@ struct World::Impl::Anchors {
   std::vector<bool> ring;  // there is more than one way from one of its bodies, or from what holds still, to another
 };
 
+// What is so much heavier goes on when the other comes upon it, or is come upon: a ship does not stop in its course,
+// with all that stands in it, for a ball that bounces within.
+bool World::Impl::Carries(const RigidBody& body, const RigidBody& other) {
+  return body.awake() && other.awake() && other.joints.empty() && body.mass_kg() >= kCarrierMass * other.mass_kg();
+}
+
 void World::Impl::MoveStopped() {
-  const auto has_joints = [&](const auto& stop) { return !awake[stop.first]->joints.empty(); };
+  SortStopped();
+  const auto has_joints = [&](const Stop& stop) { return !awake[stop.index]->joints.empty(); };
   const bool any_jointed = std::any_of(stopped.begin(), stopped.end(), has_joints);
   Anchors anchors;
   std::vector<StoppedJoint> held;
   if (any_jointed) {
     anchors = StopJointed();
+    SortStopped();
     held = ListStopped(anchors);
   }
-  for (const auto& [index, share] : stopped) {
-    Motion& motion = motions[index];
-    const Placement& from = awake[index]->placement();
-    motion.position = from.position + (motion.position - from.position) * share;
-    motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * share);
+  for (Stop& stop : stopped) {
+    Motion& motion = motions[stop.index];
+    const Placement& from = awake[stop.index]->placement();
+    stop.nominal = motion.position;
+    motion.position = from.position + (motion.position - from.position) * stop.share;
+    motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * stop.share);
+    motion.turned_rad *= static_cast<float>(stop.share);
   }
   if (any_jointed) Rejoin(held, anchors.placed);
+  CarryStopped();
+  for (const Stop& stop : stopped) KeepTurning(stop);
   stopped.clear();
+}
+
+// Ascending by id, for the order in which bodies are listed is no part of a world's state; each once, where it is
+// stopped first.
+void World::Impl::SortStopped() {
+  const auto key = [this](const Stop& stop) { return std::tuple(awake[stop.index]->id(), stop.share, stop.by->id()); };
+  const auto before = [&](const Stop& a, const Stop& b) { return key(a) < key(b); };
+  const auto same = [](const Stop& a, const Stop& b) { return a.index == b.index; };
+  std::sort(stopped.begin(), stopped.end(), before);
+  stopped.erase(std::unique(stopped.begin(), stopped.end(), same), stopped.end());
+}
+
+// The heaviest first, for what is carried may carry.
+void World::Impl::CarryStopped() {
+  std::vector<const Stop*> carried;
+  for (const Stop& stop : stopped) {
+    if (Carries(*stop.by, *awake[stop.index])) carried.push_back(&stop);
+  }
+  if (carried.empty()) return;
+  std::vector<double> shares(awake.size(), 1.0);
+  for (const Stop& stop : stopped) shares[stop.index] = stop.share;
+  const auto heavier = [](const Stop* a, const Stop* b) { return a->by->mass_kg() > b->by->mass_kg(); };
+  std::stable_sort(carried.begin(), carried.end(), heavier);
+  for (const Stop* stop : carried) {
+    const double goes = shares[stop->by->awake_index];
+    if (goes <= stop->share) continue;  // it never came there
+    const Way way = WayOf(*stop->by);
+    const Placement met = way.At(stop->share / goes);
+    const Motion& carrier = motions[stop->by->awake_index];
+    const Quatd turn = carrier.orientation * Conjugate(met.orientation);
+    Motion& motion = motions[stop->index];
+    motion.position = carrier.position + Rotate(turn, motion.position - met.position);
+    motion.orientation = Normalized(turn * motion.orientation);
+  }
+}
+
+// A body that comes to lie elsewhere, and moves as if it had not, takes from the angular momentum of all. It and what
+// it met get that back: they turn about each other by as much as one body of both would have to. Nothing where the
+// other holds still: that bears it. Nothing for jointed ones.
+void World::Impl::KeepTurning(const Stop& stop) {
+  RigidBody &one = *awake[stop.index], &other = *stop.by;
+  if (!other.awake() || !one.joints.empty() || !other.joints.empty()) return;
+  const bool one_is_low = one.id() < other.id();
+  RigidBody &low = one_is_low ? one : other, &high = one_is_low ? other : one;
+  Motion &a = motions[low.awake_index], &b = motions[high.awake_index];
+  const Motion& moved = one_is_low ? a : b;
+  const Vec3d lacks = Cross(stop.nominal - moved.position, Vec3d(moved.velocity)) * one.mass_kg();
+  const double mass = low.mass_kg() * high.mass_kg() / (low.mass_kg() + high.mass_kg());
+  const Vec3d apart = b.position - a.position;
+  const auto momentum = [&](Vec3d spin) {
+    return SpinMomentum(low, a.orientation, spin) + SpinMomentum(high, b.orientation, spin) +
+           Cross(apart, Cross(spin, apart)) * mass;
+  };
+  const Vec3d x = momentum({1, 0, 0}), y = momentum({0, 1, 0}), z = momentum({0, 0, 1});
+  const Vec3d spin =
+      Vec3d{Dot(lacks, Cross(y, z)), Dot(x, Cross(lacks, z)), Dot(x, Cross(y, lacks))} / Dot(x, Cross(y, z));
+  Contact turning;
+  turning.body_a = low.id();
+  turning.body_b = high.id();
+  turning.tag_a = low.tag;
+  turning.tag_b = high.tag;
+  turning.point = a.position;
+  turning.impulse_on_b = Vec3f(Cross(spin, apart) * mass);
+  turning.angular_impulse_on_a = Vec3f(SpinMomentum(low, a.orientation, spin));
+  turning.angular_impulse_on_b = Vec3f(SpinMomentum(high, b.orientation, spin));
+  if (!IsFinite(spin) || lacks == Vec3d()) return;
+  a.velocity -= turning.impulse_on_b / static_cast<float>(low.mass_kg());
+  b.velocity += turning.impulse_on_b / static_cast<float>(high.mass_kg());
+  a.angular_momentum += turning.angular_impulse_on_a;
+  b.angular_momentum += turning.angular_impulse_on_b;
+  turnings.push_back(turning);
 }
 
 // What hangs on a body that was stopped stops with it: a link that is held back alone tears its joints open.
@@ -69,18 +159,16 @@ World::Impl::Anchors World::Impl::StopJointed() {
   std::vector<std::uint32_t> group_of(awake.size());
   std::iota(group_of.begin(), group_of.end(), static_cast<std::uint32_t>(assemblies.all().size()));
   for (std::uint32_t i = 0; i < tied_bodies.size(); ++i) group_of[tied_bodies[i]] = assemblies.IndexOf(i);
-  std::vector<double> shares(assemblies.all().size() + awake.size(), 1.0);
-  std::vector<RigidBody*> first(shares.size(), nullptr);
-  for (const auto& [index, share] : stopped) {
-    const std::uint32_t group = group_of[index];
-    RigidBody* body = awake[index];
-    if (share > shares[group] || (share == shares[group] && first[group] != nullptr && first[group]->id() < body->id()))
-      continue;
-    shares[group] = share;
-    first[group] = body;
+  std::vector<const Stop*> first(assemblies.all().size() + awake.size(), nullptr);
+  const auto sooner = [&](const Stop& a, const Stop& b) {
+    return a.share != b.share ? a.share < b.share : awake[a.index]->id() < awake[b.index]->id();
+  };
+  for (const Stop& stop : stopped) {
+    const Stop*& of_group = first[group_of[stop.index]];
+    if (of_group == nullptr || sooner(stop, *of_group)) of_group = &stop;
   }
-  std::vector<bool> hangs(shares.size(), false);
-  std::vector<std::uint32_t> spare(shares.size(), 0);  // bodies less joints
+  std::vector<bool> hangs(first.size(), false);
+  std::vector<std::uint32_t> spare(first.size(), 0);  // bodies less joints
   for (std::uint32_t i = 0; i < awake.size(); ++i) ++spare[group_of[i]];
   for (const Joint* joint : awake_joints) {
     --spare[group_of[(joint->a->awake() ? joint->a : joint->b)->awake_index]];
@@ -92,21 +180,22 @@ World::Impl::Anchors World::Impl::StopJointed() {
     }
   }
   Anchors anchors{std::vector<bool>(awake.size(), false), std::vector<bool>(awake.size(), false)};
-  stopped.clear();
+  std::vector<Stop> all;
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     const std::uint32_t group = group_of[i];
     if (first[group] == nullptr) continue;
-    stopped.emplace_back(i, shares[group]);
-    anchors.placed[i] = first[group] == awake[i] && !hangs[group];
+    all.push_back({i, first[group]->share, first[group]->by, {}});
+    anchors.placed[i] = first[group]->index == i && !hangs[group];
     anchors.ring[i] = spare[group] != (hangs[group] ? 0 : 1);
   }
+  stopped = std::move(all);
   return anchors;
 }
 
 // Before any of them is moved back. Ascending by id.
 std::vector<World::Impl::StoppedJoint> World::Impl::ListStopped(const Anchors& anchors) {
   std::vector<double> shares(awake.size(), 1.0);
-  for (const auto& [index, share] : stopped) shares[index] = share;
+  for (const Stop& stop : stopped) shares[stop.index] = stop.share;
   std::vector<StoppedJoint> held;
   for (std::size_t i = 0; i < awake_joints.size(); ++i) {
     const Joint& joint = *awake_joints[i];

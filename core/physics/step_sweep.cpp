@@ -71,7 +71,6 @@ void World::Impl::SweepBody(std::uint32_t index) {
     Collide({pair.low->geometry(), low}, {pair.high->geometry(), high}, kSpeculative_m, cache, manifolds);
     return !manifolds.empty();
   };
-  double first = 1;
   for (Pair* pair : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
     const bool as_expected = !body.astray && !(pair->Other(body).awake() && pair->Other(body).astray);
@@ -83,10 +82,12 @@ void World::Impl::SweepBody(std::uint32_t index) {
       if (pair->manifolds.empty() && !pair->touching && !pair->crossed) parting.push_back(pair);
       pair->crossed = true;
     } else if (meet(*pair, impact->fraction)) {
-      first = std::min(first, impact->fraction);
+      RigidBody& other = pair->Other(body);
+      const Stop stop = Carries(body, other) ? Stop{other.awake_index, impact->fraction, &body, {}}
+                                             : Stop{index, impact->fraction, &other, {}};
+      if (stop.share < 1) stopped.push_back(stop);
     }
   }
-  if (first < 1) stopped.emplace_back(index, first);
 }
 
 // What was solved needs no sweep, unless it gave way: a rod that is stopped at its end turns about it, and most of it

@@ -53,6 +53,11 @@ inline constexpr float kThroughShare = 0.5f;
 // A sweep ends this far before the surfaces meet, m: what floats resolve across a large shape.
 inline constexpr float kImpactDistance_m = 0.0005f;
 
+// What has so many times the mass of another goes its way when the two meet in a sweep, and takes the other along.
+// Less, and equals push each other on into what lies beyond; more, and what stands in a vehicle sinks into it when
+// something bounces there.
+inline constexpr double kCarrierMass = 8;
+
 // The broad phase hears of a body when it leaves its bounds widened by this, m. Larger spares it work and finds more
 // pairs that are apart.
 inline constexpr float kBoundsMargin_m = 0.05f;

@@ -86,6 +86,7 @@ void World::Impl::Step(double dt) {
   isolated.clear();
   touching.clear();
   parting.clear();
+  turnings.clear();
   if (awake.empty() && ended.empty()) {
     events.clear();
     return;

@@ -102,6 +102,13 @@ struct World::Impl {
     std::vector<ContactConstraint> contacts;
     std::vector<JointConstraint> joints;
   };
+  // What a sweep found: that a body comes upon another.
+  struct Stop {
+    std::uint32_t index;  // awake_index
+    double share;         // of its way, after which they meet
+    RigidBody* by;        // the other
+    Vec3d nominal;        // where its way ends
+  };
 
   // --- The passes of a step (step_*.cpp).
   void Step(double dt_s);
@@ -136,7 +143,11 @@ struct World::Impl {
   void NoteWay(RigidBody& body);
   struct StoppedJoint;
   struct Anchors;
+  static bool Carries(const RigidBody& body, const RigidBody& other);
   void MoveStopped();
+  void SortStopped();
+  void CarryStopped();
+  void KeepTurning(const Stop& stop);
   Anchors StopJointed();
   std::vector<StoppedJoint> ListStopped(const Anchors& anchors);
   void Rejoin(std::span<const StoppedJoint> held, std::vector<bool>& placed);
@@ -144,6 +155,7 @@ struct World::Impl {
   void NoteStillness(RigidBody& body);
   void FallAsleep();
   void ReportContacts();
+  void AddTurning(const Contact& turning, std::vector<Contact>* told) const;
   std::span<const Contact> ReportContactsOf(std::span<const std::uint8_t> bits);
   void ReportEvents();
   void Isolate(RigidBody& body);
@@ -196,14 +208,15 @@ struct World::Impl {
   std::vector<std::pair<double, std::uint32_t>> uppers;  // height and awake_index of what stands on something
   std::vector<IslandWork> works;                         // of the islands that are solved
   std::array<Batch, kSubstepLevels> batches;
-  std::vector<std::uint32_t> solver_indices;              // by awake_index: in the batch that solves it
-  std::vector<Gain> gains;                                // of a batch, as it lists them, where they are adrift
-  std::vector<Motion> motions;                            // by awake_index
-  std::vector<std::uint32_t> racing;                      // awake_index of what is to be swept
-  std::vector<std::pair<std::uint32_t, double>> stopped;  // by sweeping: awake_index, and at what share of its way
+  std::vector<std::uint32_t> solver_indices;  // by awake_index: in the batch that solves it
+  std::vector<Gain> gains;                    // of a batch, as it lists them, where they are adrift
+  std::vector<Motion> motions;                // by awake_index
+  std::vector<std::uint32_t> racing;          // awake_index of what is to be swept
+  std::vector<Stop> stopped;                  // by sweeping
   std::vector<RigidBody*> candidates, waking;
   std::vector<RigidBody*> failing;  // will be isolated at the end of the step
 
+  std::vector<Contact> turnings;  // what pairs got for having been stopped by each other
   std::vector<Contact> contacts, asked_contacts;
   bool contacts_told = true;             // `contacts` are those of the last step; reckoned only when asked for
   std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
