@@ -59,7 +59,7 @@ SceneBuilder Cloud(double swirl) {
   return builder;
 }
 
-// Of angular momentum a single world loses as much: an impact acts up to a substep early, where the two are not yet.
+// What regions even out acts a tick late, where the two have moved on: about where, not just where, the contact was.
 std::size_t LateInCloud(double swirl, std::uint32_t regions) {
   const SceneBuilder builder = Cloud(swirl);
   const std::shared_ptr<const Scene> scene = builder.Build();
@@ -85,7 +85,7 @@ std::size_t LateInCloud(double swirl, std::uint32_t regions) {
       regions, static_cast<unsigned long>(cluster.totals().handovers), traffic.impulses, traffic.late, drift,
       turn_drift);
   EXPECT_LT(drift, 1e-5);
-  EXPECT_LT(turn_drift, 2e-2);
+  EXPECT_LT(turn_drift, regions == 1 ? 1e-7 : 1e-3);
   if (regions > 1) {
     EXPECT_GT(cluster.totals().handovers, 100U);
   }
