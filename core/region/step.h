@@ -127,7 +127,7 @@ class RegionStep {
   void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   void ShowDeeper();
   void ShowWhole();
-  void ShowAround(std::span<const std::size_t> whole);
+  void ShowAround(std::size_t body, const Aabb& bounds);
   void AddLoads(Frame& frame, std::span<const std::uint32_t> shown, std::size_t neighbor) const;
   void ShowSleepers();
   void NoteStill();

@@ -2,7 +2,6 @@
 // contacts deep, and all of it if it is small; and, for each body, what those that are not shown do to it.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <tuple>
 
 #include "core/region/step.h"
@@ -140,33 +139,31 @@ bool RegionStep::IsCalm(std::size_t index) const {
          !IsPlayerBody(body.def->id);
 }
 
-// To whom any of it comes near, so that around a corner and over a narrow region all who have part in it see all of it.
-void RegionStep::ShowAround(std::span<const std::size_t> whole) {
+// To whom something comes near that lies within `bounds` and hangs together with `body`.
+void RegionStep::ShowAround(std::size_t body, const Aabb& bounds) {
   constexpr double kAround_m = 1;  // more than bodies overhang their owners' cells, as a rule
-  for (const std::size_t body : whole) {
-    const Aabb box = bodies.world().BoundsOf(bodies.owned()[body].def->id).Expanded(kAround_m);
-    for (std::size_t n = 0; n < neighbors.size(); ++n) {
-      if (!reach.Shows(body, n) && config.map.Reaches(neighbors[n], box)) reach.Show(body, n);
-    }
+  const Aabb box = bounds.Expanded(kAround_m);
+  for (std::size_t n = 0; n < neighbors.size(); ++n) {
+    if (!reach.Shows(body, n) && config.map.Reaches(neighbors[n], box)) reach.Show(body, n);
   }
 }
 
 // Before the first step nobody has told what lies between this region's bodies: they may hang together by others. A few
 // are all shown, of more what is near a border.
 void RegionStep::ShowFirst() {
-  std::vector<std::size_t> all(bodies.owned().size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  ShowAround(all);
   constexpr std::size_t kFew = 256;
-  for (std::size_t n = 0; all.size() <= kFew && n < neighbors.size(); ++n) {
-    for (const std::size_t body : all) reach.Show(body, n);
+  const std::size_t own = bodies.owned().size();
+  for (std::size_t body = 0; body < own; ++body) {
+    ShowAround(body, bodies.world().BoundsOf(bodies.owned()[body].def->id));
+    for (std::size_t n = 0; own <= kFew && n < neighbors.size(); ++n) reach.Show(body, n);
   }
 }
 
 // Whose bounds are about each other's hang together, be it through bodies of others; so do the bodies of an assembly. A
-// region that has little of it shows it all to whom it shows any: then all solve the same, and come to the same. So
-// they do, whatever its size, where all of it is near the border anyway. The search ends where it has found too many,
-// or comes to what hangs together with too many.
+// region that has little of it shows it all to whom it shows any, and to whom any of it comes near, whoever owns that:
+// around a corner, over a narrow region or a bridge that is a third's, all who have part in it see all of it. Then all
+// solve the same, and come to the same. So they do, whatever its size, where all of it is near the border anyway. The
+// search ends where it has found too many, or comes to what hangs together with too many.
 void RegionStep::ShowWhole() {
   whole_.assign(bodies.owned().size(), false);
   if (config.settings.whole_up_to < 2 || !reach.ShowsAnything()) return;
@@ -175,6 +172,9 @@ void RegionStep::ShowWhole() {
   std::vector<std::uint8_t> known(own + bodies.ghosts().size(), kUnknown);  // by Bodies::PlaceOf
   std::vector<std::size_t> found, whole;
   std::vector<std::uint32_t> near;
+  const auto id_of = [&](std::size_t place) {
+    return place < own ? bodies.owned()[place].def->id : bodies.ghosts()[place - own].record.id;
+  };
   for (std::size_t first = 0; first < own; ++first) {
     if (known[first] != kUnknown || !reach.ShowsAny(first)) continue;
     found.assign(1, first);
@@ -183,7 +183,7 @@ void RegionStep::ShowWhole() {
     bool too_many = false, seen_anyway = true;
     for (std::size_t next = 0; next < found.size() && !too_many; ++next) {
       const std::size_t body = found[next];
-      const BodyId id = body < own ? bodies.owned()[body].def->id : bodies.ghosts()[body - own].record.id;
+      const BodyId id = id_of(body);
       if (body < own) {
         whole.push_back(body);
         seen_anyway = seen_anyway && reach.ShowsAlike(first, body);
@@ -206,7 +206,9 @@ void RegionStep::ShowWhole() {
     } else {
       // What is whole because all of it is seen anyway is not shown to more.
       if (whole.size() <= config.settings.whole_up_to) {
-        ShowAround(whole);
+        for (const std::size_t body : found) {
+          ShowAround(body < own ? body : whole.front(), bodies.world().BoundsOf(id_of(body)));
+        }
         reach.Unite(whole);
       }
       for (const std::size_t body : whole) whole_[body] = true;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "scenes/measured/across.h"
 #include "tests/simulation/cluster.h"
 #include "tests/simulation/scene_builder.h"
 
@@ -252,6 +253,18 @@ TEST(BorderTest, AWallAlongABorderIsThatOfOneWorldToTheBit) {
   EXPECT_GT(two.region(2).owned_count(), pinned.settings.whole_up_to);
   EXPECT_EQ(LargestDistance(one, two), 0.0);
   EXPECT_THAT(two.problems(), IsEmpty());
+}
+
+// The bridge belongs to one of four regions; balls of two others lie on it, and neither is near the other.
+TEST(BorderTest, ABridgeOfAThirdIsThatOfOneWorldToTheBit) {
+  SceneBuilder builder(kHalf);
+  builder.scene() = scenes::Bridge();
+  builder.scene().bounds = {{-kHalf, -kHalf, -kHalf}, {kHalf, kHalf, kHalf}};
+  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  one.RunTo(Tick(200));
+  four.RunTo(Tick(200));
+  EXPECT_EQ(LargestDistance(one, four), 0.0);
+  EXPECT_THAT(four.problems(), IsEmpty());
 }
 
 TEST(BorderTest, ACrowdOnTheLineIsNotPassedToAndFro) {
