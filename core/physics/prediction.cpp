@@ -40,6 +40,10 @@ class DampedMotion {
   double k_;
 };
 
+Vec3d PositionAfter(const BodyState& state, Vec3d acceleration_m_s2, const DampedMotion& damping, double t) {
+  return state.position + Vec3d(state.linear_velocity) * damping.S(t) + acceleration_m_s2 * damping.Q(t);
+}
+
 std::array<double, 3> Array(Vec3d v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
@@ -49,7 +53,7 @@ BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forc
   const DampedMotion linear(def.linear_damping), angular(def.angular_damping);
   const Vec3d v(state.linear_velocity), w(state.angular_velocity);
   BodyState result = state;
-  result.position = state.position + v * linear.S(dt_s) + forces.acceleration_m_s2 * linear.Q(dt_s);
+  result.position = PositionAfter(state, forces.acceleration_m_s2, linear, dt_s);
   result.linear_velocity = Vec3f(v * linear.Kept(dt_s) + forces.acceleration_m_s2 * linear.S(dt_s));
   result.angular_velocity = Vec3f(w * angular.Kept(dt_s));
   result.angular_momentum = Vec3f(Vec3d(state.angular_momentum) * angular.Kept(dt_s));
@@ -63,17 +67,18 @@ BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forc
 }
 
 Aabb SweptBounds(const BodyDef& def, const BodyState& state, const Forces& forces, double radius_m, double dt_s) {
-  const Vec3d start = state.position, end = Predict(def, state, forces, dt_s).position;
-  const Aabb first{start, start}, last{end, end};
-  Aabb path = first.United(last);
-  if (state.asleep || def.motion == Motion::kStatic) return path.Expanded(radius_m);
+  const Vec3d start = state.position;
+  Aabb path{start, start};
+  if (state.asleep || def.motion == Motion::kStatic || dt_s <= 0) return path.Expanded(radius_m);
   const DampedMotion damping(def.linear_damping);
+  const auto pass = [&](double t) {
+    const Vec3d p = PositionAfter(state, forces.acceleration_m_s2, damping, t);
+    path = path.United({p, p});
+  };
+  pass(dt_s);
   const auto v = Array(Vec3d(state.linear_velocity)), a = Array(forces.acceleration_m_s2);
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double turn = damping.Turn(v[axis], a[axis]);
-    if (turn >= dt_s) continue;
-    const Vec3d p = Predict(def, state, forces, turn).position;
-    path = path.United({p, p});
+    if (const double turn = damping.Turn(v[axis], a[axis]); turn < dt_s) pass(turn);
   }
   return path.Expanded(radius_m);
 }

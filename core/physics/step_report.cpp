@@ -1,6 +1,8 @@
 // What a step tells: contacts with their impulses, and which pairs began or ceased to touch.
 #include <algorithm>
+#include <limits>
 #include <tuple>
+#include <type_traits>
 
 #include "core/physics/exchange.h"
 #include "core/physics/tuning.h"
@@ -11,48 +13,38 @@ namespace {
 
 constexpr std::size_t kTold = 320;  // bytes of a pair with one manifold
 
-// The points of a pair, gathered.
-class PairSum {
- public:
-  explicit PairSum(const Pair& pair) : pair_(pair) {
-    for (const Manifold& manifold : pair.manifolds) Add(manifold);
-  }
+PairImpulse Summed(const Pair& pair) {
+  Exchange<float> exchange;
+  for (const Manifold& manifold : pair.manifolds) exchange.Add(manifold);
+  PairImpulse sum;
+  sum.body_a = pair.low->id();
+  sum.body_b = pair.high->id();
+  sum.tag_a = pair.low->tag;
+  sum.tag_b = pair.high->tag;
+  sum.impulse_on_b = exchange.on_b;
+  if (pair.low->dynamic()) sum.angular_impulse_on_a = exchange.angular_on_a;
+  if (pair.high->dynamic()) sum.angular_impulse_on_b = exchange.angular_on_b;
+  return sum;
+}
 
-  Contact Told() const {
-    Contact contact;
-    contact.body_a = pair_.low->id();
-    contact.body_b = pair_.high->id();
-    contact.tag_a = pair_.low->tag;
-    contact.tag_b = pair_.high->tag;
-    contact.point = pair_.low->placement().position + Vec3d(points_ / static_cast<float>(std::max(count_, 1)));
-    contact.normal = normal_;
-    contact.depth_m = depth_m_;
-    contact.impulse_on_b = exchange_.on_b;
-    contact.angular_impulse_on_a = pair_.low->dynamic() ? exchange_.angular_on_a : Vec3f();
-    contact.angular_impulse_on_b = pair_.high->dynamic() ? exchange_.angular_on_b : Vec3f();
-    return contact;
-  }
-
- private:
-  void Add(const Manifold& manifold) {
-    exchange_.Add(manifold);
+Contact Located(const Pair& pair) {
+  Contact contact{Summed(pair), {}, {}, std::numeric_limits<float>::lowest()};
+  Vec3f sum;
+  int count = 0;
+  for (const Manifold& manifold : pair.manifolds) {
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      points_ += point.r_a;
-      ++count_;
-      if (-point.separation_m > depth_m_) {
-        depth_m_ = -point.separation_m;
-        normal_ = manifold.normal;
+      sum += point.r_a;
+      ++count;
+      if (-point.separation_m > contact.depth_m) {
+        contact.depth_m = -point.separation_m;
+        contact.normal = manifold.normal;
       }
     }
   }
-
-  const Pair& pair_;
-  Exchange<float> exchange_;
-  Vec3f points_, normal_;
-  float depth_m_ = std::numeric_limits<float>::lowest();
-  int count_ = 0;
-};
+  contact.point = pair.low->placement().position + Vec3d(sum / static_cast<float>(std::max(count, 1)));
+  return contact;
+}
 
 float ImpulseOf(const Pair& pair) {
   float sum = 0;
@@ -69,7 +61,9 @@ bool Acted(const Pair& pair) {
          });
 }
 
-bool Before(const Contact& a, const Contact& b) { return std::tie(a.body_a, a.body_b) < std::tie(b.body_a, b.body_b); }
+bool Before(const PairImpulse& a, const PairImpulse& b) {
+  return std::tie(a.body_a, a.body_b) < std::tie(b.body_a, b.body_b);
+}
 
 }  // namespace
 
@@ -81,42 +75,46 @@ void World::Impl::ReportContacts() {
   for (const Touch& touch : touching) {
     const Pair& pair = *touch.pair;
     if (pair.low == nullptr || !pair.responds()) continue;
-    if (pair.live || Acted(pair)) contacts.push_back(PairSum(pair).Told());
+    if (pair.live || Acted(pair)) contacts.push_back(Located(pair));
   }
-  for (const Contact& turning : turnings) AddTurning(turning, &contacts);
+  for (const PairImpulse& turning : turnings) AddTurning(turning, &contacts);
 }
 
-// To those that are told already, which ascend by ids.
-void World::Impl::AddTurning(const Contact& turning, std::vector<Contact>* told) const {
-  if (!bodies.contains(turning.body_a) || !bodies.contains(turning.body_b)) return;
-  const auto at = std::lower_bound(told->begin(), told->end(), turning, Before);
-  if (at == told->end() || Before(turning, *at)) {
-    told->insert(at, turning);
-    return;
-  }
-  at->impulse_on_b += turning.impulse_on_b;
-  at->angular_impulse_on_a += turning.angular_impulse_on_a;
-  at->angular_impulse_on_b += turning.angular_impulse_on_b;
-}
-
-std::span<const Contact> World::Impl::ReportContactsOf(std::span<const std::uint8_t> bits) {
+std::span<const PairImpulse> World::Impl::ReportImpulsesOf(std::span<const std::uint8_t> bits) {
   const auto of = [bits](std::uint32_t tag) { return tag < bits.size() ? bits[tag] : std::uint8_t{0}; };
   const auto both = [&](std::uint32_t low_tag, std::uint32_t high_tag) { return (of(low_tag) | of(high_tag)) == 3; };
   const auto named = [&](const Touch& touch) { return touch.responds && both(touch.low_tag, touch.high_tag); };
   constexpr std::size_t kAhead = 16;
-  asked_contacts.clear();
+  asked_impulses.clear();
   for (std::size_t i = 0; i < touching.size(); ++i) {
     if (i + kAhead < touching.size() && named(touching[i + kAhead])) AskFor(touching[i + kAhead].pair, kTold);
     const Touch& touch = touching[i];
     if (!named(touch)) continue;
     const Pair& pair = *touch.pair;
     if (pair.low == nullptr || !(pair.live || Acted(pair))) continue;
-    asked_contacts.push_back(PairSum(pair).Told());
+    asked_impulses.push_back(Summed(pair));
   }
-  for (const Contact& turning : turnings) {
-    if (both(turning.tag_a, turning.tag_b)) AddTurning(turning, &asked_contacts);
+  for (const PairImpulse& turning : turnings) {
+    if (both(turning.tag_a, turning.tag_b)) AddTurning(turning, &asked_impulses);
   }
-  return asked_contacts;
+  return asked_impulses;
+}
+
+// To those that are told already, which ascend by ids.
+template <class Told>
+void World::Impl::AddTurning(const PairImpulse& turning, std::vector<Told>* told) const {
+  const auto low = bodies.find(turning.body_a);
+  if (low == bodies.end() || !bodies.contains(turning.body_b)) return;
+  const auto at = std::lower_bound(told->begin(), told->end(), turning, Before);
+  if (at != told->end() && !Before(turning, *at)) {
+    at->impulse_on_b += turning.impulse_on_b;
+    at->angular_impulse_on_a += turning.angular_impulse_on_a;
+    at->angular_impulse_on_b += turning.angular_impulse_on_b;
+  } else if constexpr (std::is_same_v<Told, Contact>) {
+    told->insert(at, Contact{turning, low->second->placement().position, {}, 0});
+  } else {
+    told->insert(at, turning);
+  }
 }
 
 void World::Impl::ReportEvents() {

@@ -136,12 +136,11 @@ void World::Impl::KeepTurning(const Stop& stop) {
   const Vec3d x = momentum({1, 0, 0}), y = momentum({0, 1, 0}), z = momentum({0, 0, 1});
   const Vec3d spin =
       Vec3d{Dot(lacks, Cross(y, z)), Dot(x, Cross(lacks, z)), Dot(x, Cross(y, lacks))} / Dot(x, Cross(y, z));
-  Contact turning;
+  PairImpulse turning;
   turning.body_a = low.id();
   turning.body_b = high.id();
   turning.tag_a = low.tag;
   turning.tag_b = high.tag;
-  turning.point = a.position;
   turning.impulse_on_b = Vec3f(Cross(spin, apart) * mass);
   turning.angular_impulse_on_a = Vec3f(SpinMomentum(low, a.orientation, spin));
   turning.angular_impulse_on_b = Vec3f(SpinMomentum(high, b.orientation, spin));

@@ -136,8 +136,8 @@ std::span<const Contact> World::contacts() const {
   impl_->ReportContacts();
   return impl_->contacts;
 }
-std::span<const Contact> World::ContactsOf(std::span<const std::uint8_t> bits) const {
-  return impl_->ReportContactsOf(bits);
+std::span<const PairImpulse> World::ImpulsesOf(std::span<const std::uint8_t> bits) const {
+  return impl_->ReportImpulsesOf(bits);
 }
 
 void World::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {

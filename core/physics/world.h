@@ -47,14 +47,18 @@ struct Elsewhere {
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
 // rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
-struct Contact {
+struct PairImpulse {
   BodyId body_a, body_b;
   std::uint32_t tag_a = kNoTag, tag_b = kNoTag;      // see World::SetTag
-  Vec3d point;                                       // mean of the contact points, world space, m
-  Vec3f normal;                                      // from a to b, unit
-  float depth_m = 0;                                 // deepest point; negative while apart
   Vec3f impulse_on_b;                                // N s; a received the opposite
   Vec3f angular_impulse_on_a, angular_impulse_on_b;  // about each one's centre of mass, N m s
+};
+
+// The same, and where. Of two that touched at no point, but stopped each other, the middle of a and no depth.
+struct Contact : PairImpulse {
+  Vec3d point;        // mean of the contact points, world space, m
+  Vec3f normal;       // from a to b, unit; 0 where there is no point
+  float depth_m = 0;  // deepest point; negative while apart
 };
 
 // A pair that began or ceased to touch (contact), or to overlap where one is a trigger. body_a < body_b. It touches
@@ -130,7 +134,7 @@ class World {
   std::span<const Contact> contacts() const;
   // Those of them whose two bodies have both bits of 3 between them, by what `bits` has at their tags (0 if nothing);
   // valid until this is called again, and as above.
-  std::span<const Contact> ContactsOf(std::span<const std::uint8_t> bits) const;
+  std::span<const PairImpulse> ImpulsesOf(std::span<const std::uint8_t> bits) const;
   // Adds the tags of those whose bounds, with some margin and looking ahead, are about those of this one, in no order.
   void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   void AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const;  // and of those that touched it

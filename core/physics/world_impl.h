@@ -155,8 +155,9 @@ struct World::Impl {
   void NoteStillness(RigidBody& body);
   void FallAsleep();
   void ReportContacts();
-  void AddTurning(const Contact& turning, std::vector<Contact>* told) const;
-  std::span<const Contact> ReportContactsOf(std::span<const std::uint8_t> bits);
+  std::span<const PairImpulse> ReportImpulsesOf(std::span<const std::uint8_t> bits);
+  template <class Told>
+  void AddTurning(const PairImpulse& turning, std::vector<Told>* told) const;
   void ReportEvents();
   void Isolate(RigidBody& body);
   void Park(RigidBody& body);
@@ -216,8 +217,9 @@ struct World::Impl {
   std::vector<RigidBody*> candidates, waking;
   std::vector<RigidBody*> failing;  // will be isolated at the end of the step
 
-  std::vector<Contact> turnings;  // what pairs got for having been stopped by each other
-  std::vector<Contact> contacts, asked_contacts;
+  std::vector<PairImpulse> turnings;  // what pairs got for having been stopped by each other
+  std::vector<Contact> contacts;
+  std::vector<PairImpulse> asked_impulses;
   bool contacts_told = true;             // `contacts` are those of the last step; reckoned only when asked for
   std::vector<PairEvent> events, ended;  // `ended`: since the last step, by removal
   std::vector<BodyId> isolated;

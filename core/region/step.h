@@ -115,8 +115,8 @@ class RegionStep {
   void ApplyForces();
   void ReadBack(StepResult& result);
   void NoteContacts();
-  std::span<const physics::Contact> ContactsNearBorders() const;
-  void NoteTouching(std::span<const physics::Contact> contacts);
+  std::span<const physics::PairImpulse> ContactsNearBorders() const;
+  void NoteTouching(std::span<const physics::PairImpulse> contacts);
   void Predict();
   void MeasurePrediction(StepResult& result) const;
   void CommitInputs();

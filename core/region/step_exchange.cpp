@@ -11,7 +11,7 @@
 namespace tessera::region {
 namespace {
 
-bool Sane(const physics::Contact& contact) {
+bool Sane(const physics::PairImpulse& contact) {
   return IsSaneImpulse(contact.impulse_on_b) && IsSaneAngularImpulse(contact.angular_impulse_on_a) &&
          IsSaneAngularImpulse(contact.angular_impulse_on_b);
 }
@@ -21,11 +21,11 @@ bool Sane(const physics::Contact& contact) {
 void RegionStep::NoteContacts() {
   border.clear();
   if (neighbors.empty()) return;
-  const std::span<const physics::Contact> contacts = ContactsNearBorders();
+  const std::span<const physics::PairImpulse> contacts = ContactsNearBorders();
   NoteTouching(contacts);
   if (bodies.ghosts().empty()) return;
   const std::size_t own = bodies.owned().size(), all = own + bodies.ghosts().size();
-  for (const physics::Contact& contact : contacts) {
+  for (const physics::PairImpulse& contact : contacts) {
     const bool own_a = contact.tag_a < own, own_b = contact.tag_b < own;
     if (own_a == own_b || std::max(contact.tag_a, contact.tag_b) >= all) continue;
     const Ghost& ghost = bodies.ghosts()[(own_a ? contact.tag_b : contact.tag_a) - own];
@@ -43,16 +43,16 @@ void RegionStep::NoteContacts() {
 
 // Those between bodies and ghosts, and of bodies that are shown to anyone: what happens in the middle of a region, or
 // among ghosts, is nobody else's.
-std::span<const physics::Contact> RegionStep::ContactsNearBorders() const {
+std::span<const physics::PairImpulse> RegionStep::ContactsNearBorders() const {
   enum : std::uint8_t { kOwn = 1, kNear = 2 };
   const std::size_t own = bodies.owned().size(), all = own + bodies.ghosts().size();
   if (all < stepped_places_) {
     // Some were taken out since the step: what it has noted are the places of before.
-    return bodies.world().ContactsOf(std::vector<std::uint8_t>(stepped_places_, kOwn | kNear));
+    return bodies.world().ImpulsesOf(std::vector<std::uint8_t>(stepped_places_, kOwn | kNear));
   }
   std::vector<std::uint8_t> bits(all, kNear);
   for (std::size_t i = 0; i < own; ++i) bits[i] = reach.ShowsAny(i) ? kOwn | kNear : kOwn;
-  return bodies.world().ContactsOf(bits);
+  return bodies.world().ImpulsesOf(bits);
 }
 
 // One of a pair that touched in the last step, as it is now.

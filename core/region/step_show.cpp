@@ -41,15 +41,15 @@ Vec3f Load(Vec3f told, Vec3f before, Vec3f now) {
 
 }  // namespace
 
-void RegionStep::NoteTouching(std::span<const physics::Contact> contacts) {
+void RegionStep::NoteTouching(std::span<const physics::PairImpulse> contacts) {
   std::swap(touching_, touched_before_);
   touching_.clear();
   touching_.reserve(contacts.size());
   auto before = touched_before_.begin();
-  const auto behind = [](const Touch& touch, const physics::Contact& contact) {
+  const auto behind = [](const Touch& touch, const physics::PairImpulse& contact) {
     return std::tie(touch.a, touch.b) < std::tie(contact.body_a, contact.body_b);
   };
-  for (const physics::Contact& contact : contacts) {
+  for (const physics::PairImpulse& contact : contacts) {
     while (before != touched_before_.end() && behind(*before, contact)) ++before;
     const BodyId a = contact.body_a, b = contact.body_b;
     const std::array now{contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};

@@ -8,11 +8,12 @@
 namespace tessera {
 namespace {
 
-// All are written so that a NaN fails.
+// All are written so that a NaN fails; and without branches, which would cost more than they spare.
 template <class T>
 bool Within(Vec3<T> v, double limit) {
   const auto within = [limit](T c) { return std::abs(static_cast<double>(c)) <= limit; };
-  return within(v.x) && within(v.y) && within(v.z);
+  return static_cast<bool>(static_cast<int>(within(v.x)) & static_cast<int>(within(v.y)) &
+                           static_cast<int>(within(v.z)));
 }
 
 bool UnitWithin(Quatd q) { return std::abs(Length(q) - 1) <= kUnitTolerance; }
