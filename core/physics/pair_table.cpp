@@ -10,14 +10,14 @@ namespace {
 
 void Attach(RigidBody& body, Pair& pair) {
   (&body == pair.low ? pair.index_in_low : pair.index_in_high) = static_cast<std::uint32_t>(body.pairs.size());
-  body.pairs.push_back(&pair);
+  body.pairs.push_back({&pair, &pair.Other(body)});
 }
 
 void Detach(RigidBody& body, const Pair& pair) {
   const std::uint32_t index = &body == pair.low ? pair.index_in_low : pair.index_in_high;
-  Pair* last = body.pairs.back();
+  const PairEnd last = body.pairs.back();
   body.pairs[index] = last;
-  (&body == last->low ? last->index_in_low : last->index_in_high) = index;
+  (&body == last.pair->low ? last.pair->index_in_low : last.pair->index_in_high) = index;
   body.pairs.pop_back();
 }
 
@@ -78,7 +78,7 @@ Pair* PairTable::Find(const RigidBody& a, const RigidBody& b) {
 }
 
 void PairTable::Activate(RigidBody& body) {
-  for (Pair* pair : body.pairs) {
+  for (const auto& [pair, other] : body.pairs) {
     if (pair->active) continue;
     pair->active = true;
     fresh_.push_back({pair->low->id(), pair->high->id(), pair});

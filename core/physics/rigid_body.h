@@ -55,6 +55,14 @@ struct Course {
   float sweep_m = 0;  // of its fastest point against its centre
 };
 
+class RigidBody;
+
+// A pair as one of its two sees it: who the other is, without a look at the pair.
+struct PairEnd {
+  Pair* pair;
+  RigidBody* other;
+};
+
 class alignas(64) RigidBody {
  private:
   // What every step reads comes first, close together.
@@ -83,7 +91,7 @@ class alignas(64) RigidBody {
   float island_load = kUnknownLoad;
   std::uint64_t serial = 0;     // of its adding: names it in a pair
   std::vector<JointId> joints;  // that hold it, in no order
-  std::vector<Pair*> pairs;     // whose bounds overlap its own, in no order
+  std::vector<PairEnd> pairs;   // whose bounds overlap its own, in no order
 
   // `gravity`: as for a gravity scale of 1. `origin`: of the broad phase's coordinates.
   RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);

@@ -71,9 +71,9 @@ void World::Impl::SweepBody(std::uint32_t index) {
     Collide({pair.low->geometry(), low}, {pair.high->geometry(), high}, kSpeculative_m, cache, manifolds);
     return !manifolds.empty();
   };
-  for (Pair* pair : body.pairs) {
+  for (const auto& [pair, other] : body.pairs) {
     if (pair->jointed && !pair->trigger) continue;
-    const bool as_expected = !body.astray && !(pair->Other(body).awake() && pair->Other(body).astray);
+    const bool as_expected = !body.astray && !(other->awake() && other->astray);
     if (!pair->trigger && (pair->manifolds.empty() ? as_expected : !GoesThrough(*pair))) continue;
     const std::optional<Impact> impact = FirstImpact(WayOf(*pair->low), WayOf(*pair->high), kImpactDistance_m);
     if (!impact) continue;
@@ -82,9 +82,8 @@ void World::Impl::SweepBody(std::uint32_t index) {
       if (pair->manifolds.empty() && !pair->touching && !pair->crossed) parting.push_back(pair);
       pair->crossed = true;
     } else if (meet(*pair, impact->fraction)) {
-      RigidBody& other = pair->Other(body);
-      const Stop stop = Carries(body, other) ? Stop{other.awake_index, impact->fraction, &body, {}}
-                                             : Stop{index, impact->fraction, &other, {}};
+      const Stop stop = Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body, {}}
+                                              : Stop{index, impact->fraction, other, {}};
       if (stop.share < 1) stopped.push_back(stop);
     }
   }

@@ -142,13 +142,13 @@ std::span<const PairImpulse> World::ImpulsesOf(std::span<const std::uint8_t> bit
 
 void World::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
   const RigidBody& body = impl_->At(id);
-  for (const Pair* pair : body.pairs) near->push_back(pair->Other(body).tag);
+  for (const PairEnd& end : body.pairs) near->push_back(end.other->tag);
 }
 
 void World::AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const {
   const RigidBody& body = impl_->At(id);
-  for (const Pair* pair : body.pairs) {
-    if (pair->touching) touching->push_back(pair->Other(body).tag);
+  for (const auto& [pair, other] : body.pairs) {
+    if (pair->touching) touching->push_back(other->tag);
   }
 }
 

@@ -49,7 +49,7 @@ void World::Impl::Withdraw(RigidBody& body) {
   while (!body.joints.empty()) RemoveJoint(body.joints.back());
   WakeTouching(body);
   while (!body.pairs.empty()) {
-    Pair& pair = *body.pairs.back();
+    Pair& pair = *body.pairs.back().pair;
     if (pair.touching) ended.push_back({pair.low->id(), pair.high->id(), pair.trigger, false});
     pairs.End(pair);
   }
@@ -151,9 +151,9 @@ void World::Impl::ListJointed(const RigidBody& body, std::vector<RigidBody*>* ot
 void World::Impl::WakeTouching(RigidBody& body) {
   BeginPairs();
   touched.clear();
-  for (Pair* pair : body.pairs) {
+  for (const auto& [pair, other] : body.pairs) {
     const bool may_touch = pair->searched ? pair->touching : pair->low->reach.Overlaps(pair->high->reach);
-    if (may_touch && !pair->trigger) touched.push_back(&pair->Other(body));
+    if (may_touch && !pair->trigger) touched.push_back(other);
   }
   ListJointed(body, &touched);
   for (RigidBody* other : touched) Wake(*other);

@@ -189,8 +189,10 @@ void RegionStep::ShowWhole() {
         seen_anyway = seen_anyway && reach.ShowsAlike(first, body);
       }
       near.clear();
-      for (const BodyId tied : catalog.AssemblyOf(id)) {
-        near.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(tied)));  // -1: kNoTag
+      if (!config.scene->joints.empty()) {
+        for (const BodyId tied : catalog.AssemblyOf(id)) {
+          near.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(tied)));  // -1: kNoTag
+        }
       }
       AddNear(id, &near);
       for (const std::uint32_t other : near) {
