@@ -44,7 +44,7 @@ inline constexpr std::uint32_t kMaxGhostDepth = 64, kMaxWholeUpTo = 100'000;
 // What lay still for so many ticks, its fastest point slower than so much, m/s, is calm: ghosts that are do not touch
 // each other. Fewer ticks, or more speed, and what still moves is told of by loads, which come late; less speed, and a
 // pile that trembles costs what its ghosts do to each other.
-inline constexpr std::uint8_t kCalmTicks = 30;
+inline constexpr std::uint8_t kCalmTicks = 12;
 inline constexpr float kCalm_m_s = 0.05f;
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
 // origins are exact in float.
