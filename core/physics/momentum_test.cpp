@@ -169,5 +169,25 @@ TEST_F(FloatingBoxTest, ContactsTellOfAllThatBodiesGained) {
   EXPECT_GT(pushed, 100);
 }
 
+// A ball that is struck flies off its course faster than anything was looked for, and takes along a light one that lies
+// before a thin wall: both stay this side of it.
+TEST(CarryTest, WhatIsTakenAlongDoesNotPassAWall) {
+  for (const double gap : {0.2, 0.5, 0.9, 1.4}) {
+    World world({.gravity_m_s2 = {}, .sleep = false});
+    BodyDef wall = Static(1, Box(0.01, 3, 3), {2, 0, 0});
+    BodyDef striker = Dynamic(2, Ball(), {-2.3, 0, 0}, 100), struck = Dynamic(3, Ball(0.3), {-0.4, 0, 0}, 10);
+    BodyDef light = Dynamic(4, Ball(0.1), {2 - gap, 0.02, 0}, 1);
+    striker.initial.linear_velocity = {100, 0, 0};
+    for (BodyDef* body : {&striker, &struck, &light}) body->material.restitution = 0.9;
+    AddAll(world, {wall, striker, struck, light});
+    for (int step = 0; step < 6; ++step) {
+      world.Step(kDt);
+      ASSERT_LT(world.StateOf(light.id).position.x, 2) << "gap " << gap << " step " << step;
+      ASSERT_LT(world.StateOf(struck.id).position.x, 2) << "gap " << gap << " step " << step;
+    }
+    EXPECT_LT(world.StateOf(struck.id).linear_velocity.x, 50);  // it was there
+  }
+}
+
 }  // namespace
 }  // namespace tessera::physics

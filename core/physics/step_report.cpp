@@ -103,8 +103,8 @@ std::span<const PairImpulse> World::Impl::ReportImpulsesOf(std::span<const std::
 // To those that are told already, which ascend by ids.
 template <class Told>
 void World::Impl::AddTurning(const PairImpulse& turning, std::vector<Told>* told) const {
-  const auto low = bodies.find(turning.body_a);
-  if (low == bodies.end() || !bodies.contains(turning.body_b)) return;
+  const auto low = bodies.find(turning.body_a), high = bodies.find(turning.body_b);
+  if (low == bodies.end() || high == bodies.end() || low->second->isolated || high->second->isolated) return;
   const auto at = std::lower_bound(told->begin(), told->end(), turning, Before);
   if (at != told->end() && !Before(turning, *at)) {
     at->impulse_on_b += turning.impulse_on_b;

@@ -1,9 +1,11 @@
 // What a sweep stopped, and what is jointed to it, goes its way only up to there; or is carried on by what it met.
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <tuple>
 
 #include "core/physics/motion/turn.h"
+#include "core/physics/tuning.h"
 #include "core/physics/world_impl.h"
 
 namespace tessera::physics {
@@ -51,8 +53,9 @@ struct World::Impl::Anchors {
   std::vector<bool> ring;  // there is more than one way from one of its bodies, or from what holds still, to another
 };
 
-// What is so much heavier goes on when the other comes upon it, or is come upon: a ship does not stop in its course,
-// with all that stands in it, for a ball that bounces within.
+// Whether a body goes its way, and takes the other along, where the two meet: so does what is much heavier, or a ship
+// would stop in its course, with all that stands in it, for a ball that bounces within. What is jointed is not taken
+// along, for it would have to be with all that hangs on it.
 bool World::Impl::Carries(const RigidBody& body, const RigidBody& other) {
   return body.awake() && other.awake() && other.joints.empty() && body.mass_kg() >= kCarrierMass * other.mass_kg();
 }
@@ -71,7 +74,8 @@ void World::Impl::MoveStopped() {
   for (Stop& stop : stopped) {
     Motion& motion = motions[stop.index];
     const Placement& from = awake[stop.index]->placement();
-    stop.nominal = motion.position;
+    stop.end_m = motion.position;
+    stop.velocity_m_s = motion.velocity;
     motion.position = from.position + (motion.position - from.position) * stop.share;
     motion.orientation = Turned(from.orientation, Vec3d(motion.turned_rad) * stop.share);
     motion.turned_rad *= static_cast<float>(stop.share);
@@ -83,50 +87,85 @@ void World::Impl::MoveStopped() {
 }
 
 // Ascending by id, for the order in which bodies are listed is no part of a world's state; each once, where it is
-// stopped first.
+// stopped first. What would have taken a body along that something else stops before is stopped by it like any other.
 void World::Impl::SortStopped() {
   const auto key = [this](const Stop& stop) { return std::tuple(awake[stop.index]->id(), stop.share, stop.by->id()); };
   const auto before = [&](const Stop& a, const Stop& b) { return key(a) < key(b); };
   const auto same = [](const Stop& a, const Stop& b) { return a.index == b.index; };
   std::sort(stopped.begin(), stopped.end(), before);
+  const std::size_t count = stopped.size();
+  for (std::size_t i = 1; i < count; ++i) {
+    const Stop stop = stopped[i];
+    RigidBody* body = awake[stop.index];
+    if (same(stopped[i - 1], stop) && Carries(*stop.by, *body)) {
+      stopped.push_back({stop.by->awake_index, stop.share, body, {}, {}});
+    }
+  }
+  if (stopped.size() > count) std::sort(stopped.begin(), stopped.end(), before);
   stopped.erase(std::unique(stopped.begin(), stopped.end(), same), stopped.end());
 }
 
 // The heaviest first, for what is carried may carry.
 void World::Impl::CarryStopped() {
-  std::vector<const Stop*> carried;
+  struct Carried {
+    const Stop* stop;
+    Placement met;  // of what carries it, where they met
+  };
+  std::vector<Carried> carried;
+  std::vector<double> shares;
   for (const Stop& stop : stopped) {
-    if (Carries(*stop.by, *awake[stop.index])) carried.push_back(&stop);
+    if (!Carries(*stop.by, *awake[stop.index])) continue;
+    if (shares.empty()) {
+      shares.assign(awake.size(), 1.0);
+      for (const Stop& any : stopped) shares[any.index] = any.share;
+    }
+    const double goes = shares[stop.by->awake_index];
+    if (goes > stop.share)
+      carried.push_back({&stop, WayOf(*stop.by).At(stop.share / goes)});  // else it never got there
   }
-  if (carried.empty()) return;
-  std::vector<double> shares(awake.size(), 1.0);
-  for (const Stop& stop : stopped) shares[stop.index] = stop.share;
-  const auto heavier = [](const Stop* a, const Stop* b) { return a->by->mass_kg() > b->by->mass_kg(); };
+  const auto heavier = [](const Carried& a, const Carried& b) { return a.stop->by->mass_kg() > b.stop->by->mass_kg(); };
   std::stable_sort(carried.begin(), carried.end(), heavier);
-  for (const Stop* stop : carried) {
-    const double goes = shares[stop->by->awake_index];
-    if (goes <= stop->share) continue;  // it never came there
-    const Way way = WayOf(*stop->by);
-    const Placement met = way.At(stop->share / goes);
+  for (const auto& [stop, met] : carried) {
+    const RigidBody& body = *awake[stop->index];
     const Motion& carrier = motions[stop->by->awake_index];
     const Quatd turn = carrier.orientation * Conjugate(met.orientation);
     Motion& motion = motions[stop->index];
-    motion.position = carrier.position + Rotate(turn, motion.position - met.position);
-    motion.orientation = Normalized(turn * motion.orientation);
+    const Vec3d to = carrier.position + Rotate(turn, motion.position - met.position);
+    const Way way{body.geometry(), motion.position, to, motion.orientation, RotationVectorOf(turn)};
+    const Placement end = way.At(FreeShare(body, way));
+    motion.position = end.position;
+    motion.orientation = end.orientation;
   }
 }
 
+// How much of a way a body can go before it meets what does not move.
+double World::Impl::FreeShare(const RigidBody& body, const Way& way) {
+  candidates.clear();
+  broad_phase.Overlapping(Passed(way), &candidates);
+  double share = 1;
+  for (const RigidBody* other : candidates) {
+    if (other->awake() || other->trigger() || other->isolated || Jointed(body, *other)) continue;
+    const bool low = body.id() < other->id();
+    const Way still = WayOf(*other);
+    const std::optional<Impact> impact = FirstImpact(low ? way : still, low ? still : way, kImpactDistance_m);
+    if (impact) share = std::min(share, impact->fraction);
+  }
+  return share;
+}
+
 // A body that comes to lie elsewhere, and moves as if it had not, takes from the angular momentum of all. It and what
-// it met get that back: they turn about each other by as much as one body of both would have to. Nothing where the
-// other holds still: that bears it. Nothing for jointed ones.
+// it met get that back: they turn about each other by as much as one body of both would have to, but by no more than a
+// share of the energy with which they move against each other. Nothing where the other holds still: that bears it.
+// Nothing for jointed ones.
 void World::Impl::KeepTurning(const Stop& stop) {
+  constexpr double kMostEnergy = 0.1;
   RigidBody &one = *awake[stop.index], &other = *stop.by;
   if (!other.awake() || !one.joints.empty() || !other.joints.empty()) return;
   const bool one_is_low = one.id() < other.id();
   RigidBody &low = one_is_low ? one : other, &high = one_is_low ? other : one;
   Motion &a = motions[low.awake_index], &b = motions[high.awake_index];
-  const Motion& moved = one_is_low ? a : b;
-  const Vec3d lacks = Cross(stop.nominal - moved.position, Vec3d(moved.velocity)) * one.mass_kg();
+  const Vec3d lacks = Cross(stop.end_m - motions[stop.index].position, Vec3d(stop.velocity_m_s)) * one.mass_kg();
+  if (lacks == Vec3d()) return;
   const double mass = low.mass_kg() * high.mass_kg() / (low.mass_kg() + high.mass_kg());
   const Vec3d apart = b.position - a.position;
   const auto momentum = [&](Vec3d spin) {
@@ -134,8 +173,9 @@ void World::Impl::KeepTurning(const Stop& stop) {
            Cross(apart, Cross(spin, apart)) * mass;
   };
   const Vec3d x = momentum({1, 0, 0}), y = momentum({0, 1, 0}), z = momentum({0, 0, 1});
-  const Vec3d spin =
-      Vec3d{Dot(lacks, Cross(y, z)), Dot(x, Cross(lacks, z)), Dot(x, Cross(y, lacks))} / Dot(x, Cross(y, z));
+  Vec3d spin = Vec3d{Dot(lacks, Cross(y, z)), Dot(x, Cross(lacks, z)), Dot(x, Cross(y, lacks))} / Dot(x, Cross(y, z));
+  const double given = Dot(lacks, spin), most = kMostEnergy * mass * LengthSquared(Vec3d(b.velocity - a.velocity));
+  if (given > most) spin *= std::sqrt(most / given);
   PairImpulse turning;
   turning.body_a = low.id();
   turning.body_b = high.id();
@@ -144,7 +184,10 @@ void World::Impl::KeepTurning(const Stop& stop) {
   turning.impulse_on_b = Vec3f(Cross(spin, apart) * mass);
   turning.angular_impulse_on_a = Vec3f(SpinMomentum(low, a.orientation, spin));
   turning.angular_impulse_on_b = Vec3f(SpinMomentum(high, b.orientation, spin));
-  if (!IsFinite(spin) || lacks == Vec3d()) return;
+  if (!IsFinite(turning.impulse_on_b) || !IsFinite(turning.angular_impulse_on_a) ||
+      !IsFinite(turning.angular_impulse_on_b)) {
+    return;
+  }
   a.velocity -= turning.impulse_on_b / static_cast<float>(low.mass_kg());
   b.velocity += turning.impulse_on_b / static_cast<float>(high.mass_kg());
   a.angular_momentum += turning.angular_impulse_on_a;
@@ -183,7 +226,7 @@ World::Impl::Anchors World::Impl::StopJointed() {
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     const std::uint32_t group = group_of[i];
     if (first[group] == nullptr) continue;
-    all.push_back({i, first[group]->share, first[group]->by, {}});
+    all.push_back({i, first[group]->share, first[group]->by, {}, {}});
     anchors.placed[i] = first[group]->index == i && !hangs[group];
     anchors.ring[i] = spare[group] != (hangs[group] ? 0 : 1);
   }

@@ -23,6 +23,14 @@ Way World::Impl::WayOf(const RigidBody& body) const {
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }
 
+// All that it may touch on its way, in the broad phase's coordinates.
+Bounds World::Impl::Passed(const Way& way) const {
+  const float outer = way.geometry.outer_radius_m;
+  const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};
+  return {Vec3f{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - around,
+          Vec3f{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + around};
+}
+
 // Whether something pushed it off its course; and whether it moved by so much of its size that it may have passed
 // through something, or came out so far from its course that the contacts which were looked for along that say little.
 void World::Impl::NoteWay(RigidBody& body) {
@@ -50,10 +58,7 @@ void World::Impl::SweepBody(std::uint32_t index) {
   RigidBody& body = *awake[index];
   if (!body.astray && body.pairs.empty()) return;
   const Way way = WayOf(body);
-  const float outer = body.geometry().outer_radius_m;
-  const Vec3f from(way.from - settings.origin), to(way.to - settings.origin), around{outer, outer, outer};
-  const Bounds swept{Vec3f{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - around,
-                     Vec3f{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + around};
+  const Bounds swept = Passed(way);
   if (body.astray && !body.fat.Contains(swept)) {
     candidates.clear();
     broad_phase.Overlapping(swept, &candidates);
@@ -82,8 +87,8 @@ void World::Impl::SweepBody(std::uint32_t index) {
       if (pair->manifolds.empty() && !pair->touching && !pair->crossed) parting.push_back(pair);
       pair->crossed = true;
     } else if (meet(*pair, impact->fraction)) {
-      const Stop stop = Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body, {}}
-                                              : Stop{index, impact->fraction, other, {}};
+      const Stop stop = Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body, {}, {}}
+                                              : Stop{index, impact->fraction, other, {}, {}};
       if (stop.share < 1) stopped.push_back(stop);
     }
   }

@@ -46,7 +46,8 @@ struct Elsewhere {
 };
 
 // What two touching bodies did to each other in the last step, summed over their contact points: normal, lateral,
-// rolling and spinning. body_a < body_b. None for pairs that sleep, and none with a trigger.
+// rolling and spinning; and what two that stopped each other's way got for it. body_a < body_b. None for pairs that
+// slept at its start, and none with a trigger.
 struct PairImpulse {
   BodyId body_a, body_b;
   std::uint32_t tag_a = kNoTag, tag_b = kNoTag;      // see World::SetTag
@@ -54,7 +55,7 @@ struct PairImpulse {
   Vec3f angular_impulse_on_a, angular_impulse_on_b;  // about each one's centre of mass, N m s
 };
 
-// The same, and where. Of two that touched at no point, but stopped each other, the middle of a and no depth.
+// The same, and where. Of two that only stopped each other's way, the middle of a and no depth.
 struct Contact : PairImpulse {
   Vec3d point;        // mean of the contact points, world space, m
   Vec3f normal;       // from a to b, unit; 0 where there is no point

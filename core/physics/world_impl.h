@@ -107,7 +107,8 @@ struct World::Impl {
     std::uint32_t index;  // awake_index
     double share;         // of its way, after which they meet
     RigidBody* by;        // the other
-    Vec3d nominal;        // where its way ends
+    Vec3d end_m;          // where its way would have ended, and with which velocity; once it is moved back
+    Vec3f velocity_m_s;
   };
 
   // --- The passes of a step (step_*.cpp).
@@ -147,6 +148,7 @@ struct World::Impl {
   void MoveStopped();
   void SortStopped();
   void CarryStopped();
+  double FreeShare(const RigidBody& body, const Way& way);
   void KeepTurning(const Stop& stop);
   Anchors StopJointed();
   std::vector<StoppedJoint> ListStopped(const Anchors& anchors);
@@ -173,6 +175,7 @@ struct World::Impl {
     Vec3f turned_rad;
   };
   Way WayOf(const RigidBody& body) const;
+  Bounds Passed(const Way& way) const;
   Way PredictedWay(const RigidBody& body) const;
 
   // By contacts, over the step.

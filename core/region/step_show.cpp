@@ -208,9 +208,7 @@ void RegionStep::ShowWhole() {
     } else {
       // What is whole because all of it is seen anyway is not shown to more.
       if (whole.size() <= config.settings.whole_up_to) {
-        for (const std::size_t body : found) {
-          ShowAround(body < own ? body : whole.front(), bodies.world().BoundsOf(id_of(body)));
-        }
+        for (const std::size_t body : found) ShowAround(first, bodies.world().BoundsOf(id_of(body)));
         reach.Unite(whole);
       }
       for (const std::size_t body : whole) whole_[body] = true;

@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-// All are written so that a NaN fails; and without branches, which would cost more than they spare.
+// All are written so that a NaN fails; this without branches, which would cost more than they spare.
 template <class T>
 bool Within(Vec3<T> v, double limit) {
   const auto within = [limit](T c) { return std::abs(static_cast<double>(c)) <= limit; };

@@ -195,21 +195,24 @@ void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodi
 
 // Drifting by the velocity after the kick runs ahead of the parabola by half a kick. What nothing but its acceleration
 // acts on is shifted back onto it.
-void Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
+bool Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
                     float h) {
+  bool any = false;
   for (const std::uint32_t i : bodies_) {
     const Vec3f kick = Get(kicks[i].velocity);
     const Vec3f others = (Get(states[i].velocity) - Get(before[i].velocity)) - kick;
     const bool flies = LengthSquared(others) <= kFlies * LengthSquared(kick);
     shifts_[i] = flies ? kick * (-0.5f * h * masses[i].inverse_root_mass) : Vec3f();
     Add(states[i].moved, shifts_[i]);
+    any |= shifts_[i] != Vec3f();
   }
+  return any;
 }
 
 bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
                      SolvedMemory* before, const SolvedKick* kicks, float h) {
-  Shift(states, masses, before, kicks, h);
-  bool any = true, moved = false;
+  struck_.assign(shifts_.size(), false);
+  bool moved = Shift(states, masses, before, kicks, h), any = true;
   for (int sweep = 0; any && sweep < kSweeps; ++sweep) {
     any = false;
     for (const ContactRun& run : blocks.runs()) {
@@ -222,8 +225,14 @@ bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState*
           blocks.Visit(run, k, [&](auto& block) {
             const int lane = std::countr_zero(lanes);
             const Vec3f shift = shifts_[block.head.b[lane]] - shifts_[block.head.a[lane]];
+            const auto a = static_cast<std::size_t>(block.head.a[lane]),
+                       b = static_cast<std::size_t>(block.head.b[lane]);
+            if (sweep > 0 && !struck_[a] && !struck_[b]) return;
             const Striking contact(block, lane, states, before);
-            any |= sweep == 0 ? FirstStrike(contact, shift, h) : StrikeOn(contact, h);
+            if (!(sweep == 0 ? FirstStrike(contact, shift, h) : StrikeOn(contact, h))) return;
+            any = true;
+            if (a + 1 < struck_.size()) struck_[a] = true;
+            if (b + 1 < struck_.size()) struck_[b] = true;
           });
         }
       }

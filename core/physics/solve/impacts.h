@@ -21,19 +21,20 @@ class Impacts {
  public:
   // Which bodies may bounce.
   void Fill(std::span<const ContactConstraint> contacts, std::size_t bodies);
-  // After the kick of each substep. `before`: velocities before it. Whether any did.
+  // After the kick of each substep. `before`: velocities before it. Whether any was put elsewhere.
   bool Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
               SolvedMemory* before, const SolvedKick* kicks, float h);
 
   bool empty() const { return bodies_.empty(); }
 
  private:
-  void Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
+  bool Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
              float h);
 
   std::vector<std::uint32_t> bodies_;  // that have such contacts, each once
   std::vector<bool> listed_;           // by body
-  std::vector<Vec3f> shifts_;          // by body, m
+  std::vector<Vec3f> shifts_;          // by body, m; the last stands for the world
+  std::vector<bool> struck_;           // likewise, in this substep: only what was may strike on
   std::vector<std::uint8_t> lanes_;    // by block of a run: contacts that approach
 };
 

@@ -144,7 +144,7 @@ struct ContactKernels {
   ContactKernel solve;    // a sweep with bias
   ContactKernel relax;    // measures separations anew, a sweep without bias
   ContactKernel settle;   // another sweep without bias, adds to the totals
-  ContactKernel locate;   // notes where bodies are against each other before they move
+  ContactKernel locate;   // notes where bodies are against each other after bounces put them elsewhere
   ApproachKernel approach;
 };
 
