@@ -12,6 +12,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "host/files.h"
+#include "host/last_lines.h"
+#include "host/socket_address.h"
 #include "telemetry/logging.h"
 
 namespace tessera::agent {
@@ -41,9 +44,10 @@ Agent::Agent(const Options& options, std::unique_ptr<StateDir> state)
     : options_(options),
       loop_(std::make_shared<EventLoop>()),
       state_(std::move(state)),
-      boot_id_(BootId()),
+      boot_id_(host::BootId()),
       notify_(loop_),
-      supervisor_(options_.ports, [this](std::uint16_t first) { return PortsFree(options_.bind_address, first); }),
+      supervisor_(options_.ports,
+                  [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, first); }),
       scenes_(loop_, *state_,
               {.on_ready =
                    [this](const std::string& hash, const std::string& path) {
@@ -84,9 +88,7 @@ absl::Status Agent::Prepare() {
   auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry());
   if (!server.ok()) return server.status();
   metrics_server_ = *std::move(server);
-  std::error_code error;
-  std::filesystem::create_directories(state_->StatesPath(), error);
-  if (error) return absl::UnavailableError(absl::StrCat(state_->StatesPath(), ": ", error.message()));
+  if (absl::Status status = host::MakePrivateFolder(state_->StatesPath()); !status.ok()) return status;
   supervisor_.SetStateFolder(state_->StatesPath());
   if (absl::Status status = Restore(); !status.ok()) return status;
 
@@ -127,12 +129,12 @@ absl::Status Agent::Restore() {
 
 void Agent::RestoreWorker(const WorkerRecord& record, bool same_boot) {
   const WorkerKey key = KeyOf(record.identity());
-  absl::StatusOr<Process> process = absl::NotFoundError("the host was started anew");
-  if (same_boot) process = Process::Adopt(static_cast<pid_t>(record.identity().pid()), record.start_time());
+  absl::StatusOr<host::Process> process = absl::NotFoundError("the host was started anew");
+  if (same_boot) process = host::Process::Adopt(static_cast<pid_t>(record.identity().pid()), record.start_time());
   if (!process.ok()) {
     const std::string reason = same_boot ? "ended while no agent ran; its exit status is unknown"
                                          : "ended with the host, which was started anew";
-    supervisor_.AdoptGone(record, reason, LastLines(record.log_path(), kLastLines));
+    supervisor_.AdoptGone(record, reason, host::LastLines(record.log_path(), kLastLines));
     return;
   }
   spdlog::info("worker adopted worker={} pid={}", LogValue(key.ToString()), process->pid());

@@ -20,13 +20,13 @@
 #include "agent/control_session.h"
 #include "agent/event_loop.h"
 #include "agent/options.h"
-#include "agent/process.h"
 #include "agent/scene_cache.h"
 #include "agent/service_notify.h"
 #include "agent/state_dir.h"
 #include "agent/state_files.h"
 #include "agent/supervisor.h"
 #include "agent/worker_socket.h"
+#include "host/process.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::agent {
@@ -42,8 +42,8 @@ class Agent {
   int Run();
 
  private:
-  struct Running {
-    Process process;
+  struct RunningProcess {
+    host::Process process;
     std::string log_path;
   };
 
@@ -79,7 +79,7 @@ class Agent {
   void Do(const TellReport& action);
   void Do(const TellExit& action);
   void Save();
-  void Watch(const WorkerKey& key, Process process, const std::string& log_path);
+  void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
   void TellExited(const v1::WorkerExited& exited);
   void WriteReadyFile();
@@ -96,7 +96,7 @@ class Agent {
   Supervisor supervisor_;
   SceneCache scenes_;
   StateFiles states_;
-  std::map<WorkerKey, Running> processes_;
+  std::map<WorkerKey, RunningProcess> processes_;
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
   std::map<WorkerKey, v1::InventoryReport> inventories_;  // of failovers that are unresolved as far as is known here

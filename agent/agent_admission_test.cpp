@@ -8,10 +8,12 @@
 #include <filesystem>
 #include <fstream>
 
-#include "agent/agent_fixture.h"
-#include "agent/state_dir.h"
+#include "agent/limits.h"
+#include "agent/testing/agent_fixture.h"
 #include "gmock/gmock.h"
-#include "telemetry/http_get.h"
+#include "host/files.h"
+#include "host/wait_readable.h"
+#include "telemetry/testing/http_get.h"
 
 namespace tessera::agent {
 namespace {
@@ -51,7 +53,7 @@ TEST_F(AgentAdmissionTest, TokenAdmitsOnceAndTheSecretFromThenOn) {
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.hellos.size() == 2 && r.streams == 1; }));
   EXPECT_EQ(control_.record().hellos.at(1).join_token(), "");
   EXPECT_EQ(control_.record().hellos.at(1).host_id(), "host-1");
-  for (const std::string& log : {first->Log(), second->Log()}) {
+  for (const std::string& log : {first->Output(), second->Output()}) {
     EXPECT_THAT(log, Not(HasSubstr("good-token")));
     EXPECT_THAT(log, Not(HasSubstr("host-secret")));
   }
@@ -60,12 +62,12 @@ TEST_F(AgentAdmissionTest, TokenAdmitsOnceAndTheSecretFromThenOn) {
 TEST_F(AgentAdmissionTest, WrongAndUsedTokensEndItWithTheControlPlanesWords) {
   const auto wrong = StartAgent({"--join-token", "bad-token"});
   EXPECT_EQ(wrong->Wait(), Exited(1));
-  EXPECT_THAT(wrong->Log(), HasSubstr("refused this host: join token is unknown\n"));
+  EXPECT_THAT(wrong->Output(), HasSubstr("refused this host: join token is unknown\n"));
   EXPECT_FALSE(std::filesystem::exists(state_dir_ + "/host.json"));
   control_.Change([](ControlRecord& r) { r.token_used = true; });
   const auto used = StartAgent({"--join-token", "good-token"});
   EXPECT_EQ(used->Wait(), Exited(1));
-  EXPECT_THAT(used->Log(), HasSubstr("refused this host: join token has been used\n"));
+  EXPECT_THAT(used->Output(), HasSubstr("refused this host: join token has been used\n"));
 }
 
 TEST_F(AgentAdmissionTest, RemovedHostIsToldWhereItsIdentityLies) {
@@ -74,13 +76,13 @@ TEST_F(AgentAdmissionTest, RemovedHostIsToldWhereItsIdentityLies) {
   control_.Change([](ControlRecord& r) { r.secret = "another"; });
   control_.Start();
   EXPECT_EQ(first->Wait(), Exited(1));
-  EXPECT_THAT(first->Log(), HasSubstr("host id or secret is wrong (identity from " + state_dir_ + "/host.json"));
+  EXPECT_THAT(first->Output(), HasSubstr("host id or secret is wrong (identity from " + state_dir_ + "/host.json"));
 }
 
 TEST_F(AgentAdmissionTest, UnreachableControlPlaneIsSaidOnceAndTriedUntilItIsThere) {
   control_.Stop();
   const auto agent = StartAgent({"--join-token", "good-token"});
-  ASSERT_TRUE(agent->WaitForLog("control plane away"));
+  ASSERT_TRUE(agent->WaitForText("control plane away"));
   control_.Start();
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.streams == 1; }));
   control_.Stop();
@@ -89,8 +91,8 @@ TEST_F(AgentAdmissionTest, UnreachableControlPlaneIsSaidOnceAndTriedUntilItIsThe
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.heartbeats > 0; }));
   agent->Signal(SIGINT);
   EXPECT_EQ(agent->Wait(), Exited(0));
-  EXPECT_EQ(Count(agent->Log(), "control plane away"), 2U);
-  EXPECT_EQ(Count(agent->Log(), "control plane connected"), 2U);
+  EXPECT_EQ(Count(agent->Output(), "control plane away"), 2U);
+  EXPECT_EQ(Count(agent->Output(), "control plane connected"), 2U);
 }
 
 TEST_F(AgentAdmissionTest, UsageErrorsExitWith2AndOneLine) {
@@ -105,28 +107,28 @@ TEST_F(AgentAdmissionTest, UsageErrorsExitWith2AndOneLine) {
   for (const auto& [flags, line] : cases) {
     const auto agent = StartAgent(flags);
     EXPECT_EQ(agent->Wait(), Exited(2)) << line;
-    EXPECT_THAT(agent->Log(), HasSubstr(line));
+    EXPECT_THAT(agent->Output(), HasSubstr(line));
   }
 }
 
 TEST_F(AgentAdmissionTest, VersionIsPrinted) {
   const auto agent = StartAgent({"--version"});
   EXPECT_EQ(agent->Wait(), Exited(0));
-  EXPECT_THAT(agent->Log(), HasSubstr("tessera-agent " TESSERA_VERSION));
+  EXPECT_THAT(agent->Output(), HasSubstr("tessera-agent " TESSERA_VERSION));
 }
 
 TEST_F(AgentAdmissionTest, SecondAgentOnTheSameStateIsRefused) {
   const auto first = StartAdmitted();
   const auto second = StartAgent();
   EXPECT_EQ(second->Wait(), Exited(1));
-  EXPECT_THAT(second->Log(), HasSubstr("another agent runs on state folder " + state_dir_));
+  EXPECT_THAT(second->Output(), HasSubstr("another agent runs on state folder " + state_dir_));
   EXPECT_EQ(control_.record().streams, 1);
 }
 
 TEST_F(AgentAdmissionTest, MissingWorkerProgramIsSaidAtTheStart) {
   const auto agent = StartAgent({"--join-token", "x", "--region-binary", folder_ + "/none"});
   EXPECT_EQ(agent->Wait(), Exited(1));
-  EXPECT_THAT(agent->Log(), HasSubstr(folder_ + "/none: No such file or directory; give --region-binary"));
+  EXPECT_THAT(agent->Output(), HasSubstr(folder_ + "/none: No such file or directory; give --region-binary"));
 }
 
 TEST_F(AgentAdmissionTest, DamagedStateIsAnErrorThatNamesTheFile) {
@@ -134,7 +136,7 @@ TEST_F(AgentAdmissionTest, DamagedStateIsAnErrorThatNamesTheFile) {
   std::ofstream(state_dir_ + "/host.json") << "garbage";
   const auto agent = StartAgent();
   EXPECT_EQ(agent->Wait(), Exited(1));
-  EXPECT_THAT(agent->Log(), HasSubstr(state_dir_ + "/host.json"));
+  EXPECT_THAT(agent->Output(), HasSubstr(state_dir_ + "/host.json"));
 }
 
 TEST_F(AgentAdmissionTest, SystemdHearsReadyStatusAndStopping) {
@@ -149,7 +151,7 @@ TEST_F(AgentAdmissionTest, SystemdHearsReadyStatusAndStopping) {
   std::string heard;
   const auto hear = [&](const std::string& text) {
     char buffer[512];
-    while (heard.find(text) == std::string::npos && WaitReadable(fd)) {
+    while (heard.find(text) == std::string::npos && host::WaitReadable({fd}, host::kTestPatience)) {
       const ssize_t n = recv(fd, buffer, sizeof buffer, 0);
       heard.append(buffer, static_cast<std::size_t>(std::max<ssize_t>(n, 0))).append("\n");
     }
@@ -177,7 +179,7 @@ TEST_F(AgentAdmissionTest, ReadyFileTellsWhereTheMetricsAreAndTheyCount) {
   control_.SetDesired({Order(1)});
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.heartbeats >= 2; }));
-  const std::string line = ReadFile(ready).value();
+  const std::string line = host::ReadFile(ready, kMaxStateFileBytes).value();
   const std::uint32_t port = control_.record().hellos.at(0).metrics_port();
   EXPECT_EQ(line, "{\"host_id\":\"host-1\",\"metrics\":\"127.0.0.1:" + std::to_string(port) +
                       "\",\"pid\":" + std::to_string(agent->pid()) + "}\n");

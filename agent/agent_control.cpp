@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "host/files.h"
 #include "telemetry/logging.h"
 
 namespace tessera::agent {
@@ -115,7 +116,9 @@ void Agent::WriteReadyFile() {
   ready.set_metrics(metrics_server_->address());
   ready.set_pid(getpid());
   absl::StatusOr<std::string> json = ToJson(ready);
-  absl::Status status = json.ok() ? WriteFile(options_.ready_file, *json + "\n", false) : json.status();
+  absl::Status status = json.ok()
+                            ? host::WriteFile(options_.ready_file, *json + "\n", host::Durability::kSurvivesProcess)
+                            : json.status();
   if (!status.ok()) spdlog::error("--ready-file {}", std::string(status.message()));
 }
 

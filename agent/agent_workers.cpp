@@ -2,12 +2,15 @@
 #include "agent/agent.h"
 
 #include <spdlog/spdlog.h>
+
 #include <array>
+#include <csignal>
 #include <set>
 #include <utility>
 #include <variant>
 
 #include "absl/strings/str_cat.h"
+#include "host/last_lines.h"
 #include "telemetry/logging.h"
 
 namespace tessera::agent {
@@ -31,19 +34,15 @@ void Agent::OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& me
 // What a worker says to the control plane alone. Who it is we know better than it does.
 void Agent::PassOn(const WorkerKey& key, const v1::WorkerMessage& message) {
   v1::AgentMessage up;
-  v1::WorkerIdentity identity;
-  identity.set_instance_id(key.instance_id);
-  identity.set_region(key.region);
-  identity.set_incarnation(key.incarnation);
   if (message.has_lease()) {
     *up.mutable_lease() = message.lease();
-    *up.mutable_lease()->mutable_identity() = identity;
+    *up.mutable_lease()->mutable_identity() = IdentityOf(key);
     if (session_) session_->Send(up);
   }
   if (message.has_inventory()) {
     v1::InventoryReport& inventory = inventories_[key];
     inventory = message.inventory();
-    *inventory.mutable_identity() = identity;
+    *inventory.mutable_identity() = IdentityOf(key);
     *up.mutable_inventory() = inventory;
     if (session_) session_->Send(up);
   }
@@ -80,16 +79,16 @@ void Agent::OnWorkerClosed(ConnectionId connection) {
   Settle();
 }
 
-void Agent::Watch(const WorkerKey& key, Process process, const std::string& log_path) {
+void Agent::Watch(const WorkerKey& key, host::Process process, const std::string& log_path) {
   const int pidfd = process.pidfd();
-  processes_.insert_or_assign(key, Running{std::move(process), log_path});
+  processes_.insert_or_assign(key, RunningProcess{std::move(process), log_path});
   loop_->Watch(pidfd, [this, key] { OnProcessEnd(key); });
 }
 
 void Agent::OnProcessEnd(const WorkerKey& key) {
   const auto found = processes_.find(key);
-  const ExitStatus status = found->second.process.Reap();
-  std::vector<std::string> lines = LastLines(found->second.log_path, kLastLines);
+  const host::ExitStatus status = found->second.process.Reap();
+  std::vector<std::string> lines = host::LastLines(found->second.log_path, kLastLines);
   loop_->Unwatch(found->second.process.pidfd());
   processes_.erase(found);
   // What it said over its connection, such as why it failed, was posted before; a connection that is left is history.
@@ -108,10 +107,6 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
 
 std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const {
   const auto port = [&](int offset) { return std::to_string(action.first_port + offset); };
-  v1::WorkerIdentity identity;
-  identity.set_instance_id(action.key.instance_id);
-  identity.set_region(action.key.region);
-  identity.set_incarnation(action.key.incarnation);
   // Seen by everybody on this machine, so nothing secret: keys come with the order, over the socket.
   return {options_.region_binary,
           "--agent-socket",
@@ -133,7 +128,7 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
           "--metrics-port",
           port(2),
           "--log-file",
-          state_->LogPath(identity)};
+          state_->LogPath(IdentityOf(action.key))};
 }
 
 // --- What the supervisor wants ---
@@ -164,11 +159,11 @@ void Agent::Settle() {
 void Agent::Do(const SpawnWorker& action) {
   std::vector<std::string> argv = WorkerArguments(action);
   const std::string log_path = argv.back();
-  absl::StatusOr<Process> process =
-      Process::Spawn({.argv = std::move(argv),
-                      .log_path = log_path,
-                      .die_with_parent = options_.die_with_parent,
-                      .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
+  absl::StatusOr<host::Process> process =
+      host::Process::Spawn({.argv = std::move(argv),
+                            .log_path = log_path,
+                            .parent_death_signal = options_.die_with_parent ? SIGKILL : 0,
+                            .without_environment = {kServiceVariables.begin(), kServiceVariables.end()}});
   if (!process.ok()) return supervisor_.SpawnFailed(action.key, std::string(process.status().message()));
   spdlog::info("worker started worker={} pid={} ports={}-{}", LogValue(action.key.ToString()), process->pid(),
                action.first_port, action.first_port + kPortsPerWorker - 1);

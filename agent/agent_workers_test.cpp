@@ -5,9 +5,10 @@
 #include <filesystem>
 #include <set>
 
-#include "agent/agent_fixture.h"
-#include "agent/state_dir.h"
+#include "agent/limits.h"
+#include "agent/testing/agent_fixture.h"
 #include "gmock/gmock.h"
+#include "host/files.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::agent {
@@ -46,7 +47,8 @@ TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
       EXPECT_GE(port, first_port_);
       EXPECT_TRUE(ports.insert(port).second);
     }
-    const std::string arguments = ReadFile("/proc/" + std::to_string(report.identity().pid()) + "/cmdline").value();
+    const std::string arguments =
+        host::ReadFile("/proc/" + std::to_string(report.identity().pid()) + "/cmdline", kMaxStateFileBytes).value();
     EXPECT_THAT(arguments, Not(HasSubstr("TOP-SECRET")));
   }
   EXPECT_EQ(record.scene_fetches, 1);
@@ -59,8 +61,9 @@ TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
     EXPECT_EQ(exited.exit_code(), 0);
     EXPECT_EQ(exited.signal(), 0);
   }
-  EXPECT_THAT(agent->Log(), AllOf(HasSubstr("worker=inst-1/1#101 revision=1 outcome=\"starting on ports from"),
-                                  HasSubstr("outcome=\"no longer wanted: stopping\""), Not(HasSubstr("TOP-SECRET"))));
+  EXPECT_THAT(agent->Output(),
+              AllOf(HasSubstr("worker=inst-1/1#101 revision=1 outcome=\"starting on ports from"),
+                    HasSubstr("outcome=\"no longer wanted: stopping\""), Not(HasSubstr("TOP-SECRET"))));
 }
 
 TEST_F(AgentWorkersTest, StopOrderEndsAWorkerInOrder) {
@@ -145,7 +148,7 @@ TEST_F(AgentWorkersTest, SceneThatWasDamagedOrDeletedIsFetchedAnew) {
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   control_.SetDesired({});
   ASSERT_TRUE(WaitForExits(1));
-  ASSERT_TRUE(WriteFile(path, "rust", false).ok());
+  ASSERT_TRUE(host::WriteFile(path, "rust", host::Durability::kSurvivesProcess).ok());
   control_.SetDesired({Order(2)});
   ASSERT_TRUE(WaitForPhase(2, v1::WORKER_PHASE_RUNNING));
   EXPECT_EQ(control_.record().scene_fetches, 2);
@@ -227,7 +230,7 @@ TEST_F(AgentWorkersTest, ControlPlaneAwayLeavesWorkersAloneAndItsReturnTellsAll)
   const std::vector<pid_t> pids = HoldWorkers();
   control_.Stop();
   kill(pids[0], SIGKILL);
-  ASSERT_TRUE(agent->WaitForLog("worker ended worker=inst-1/1#101"));
+  ASSERT_TRUE(agent->WaitForText("worker ended worker=inst-1/1#101"));
   control_.Change([](ControlRecord& r) { r.reports.clear(); });
   control_.Start();
   ASSERT_TRUE(WaitForExits(1));  // told on return
@@ -266,7 +269,7 @@ TEST_F(AgentWorkersTest, SecondSignalKillsAtOnce) {
   ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
   HoldWorkers();
   agent->Signal(SIGTERM);
-  ASSERT_TRUE(agent->WaitForLog("stop=true"));
+  ASSERT_TRUE(agent->WaitForText("stop=true"));
   agent->Signal(SIGTERM);
   EXPECT_EQ(agent->Wait(), Exited(0));
   ASSERT_TRUE(WaitForExits(1));
@@ -288,15 +291,15 @@ TEST_F(AgentWorkersTest, AgentThatDiesWithItsParentEndsItsWorkersInOrder) {
                               state_dir_ + " --metrics-listen 127.0.0.1:0 --port-range " + port_range_ +
                               " --region-binary " + bin +
                               "/tests/agent_fake_worker --join-token good-token --stop-workers --die-with-parent";
-  const Program shell({"/bin/sh", "-c", command + " & echo agent $!.; wait"}, folder_ + "/shell.log");
+  const host::WatchedProgram shell({"/bin/sh", "-c", command + " & echo agent $!.; wait"});
   RunFour();
-  const std::string log = shell.Log();
+  const std::string log = shell.Output();
   const auto pid = static_cast<pid_t>(std::strtol(log.c_str() + log.find("agent ") + 6, nullptr, 10));
-  const auto agent = Process::Adopt(pid, ProcessStartTime(pid).value());
+  const auto agent = host::Process::Adopt(pid, host::ProcessStartTime(pid).value());
   ASSERT_TRUE(agent.ok()) << log;
   shell.Signal(SIGKILL);
   EXPECT_TRUE(WaitForWorkersToEnd());
-  EXPECT_TRUE(WaitReadable(agent->pidfd()));
+  EXPECT_TRUE(agent->WaitUntilEnded(host::kTestPatience));
   ASSERT_TRUE(WaitForExits(4));
   for (const v1::WorkerExited& exited : control_.record().exits) EXPECT_EQ(exited.reason(), "exited with code 0");
 }

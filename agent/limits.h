@@ -40,11 +40,17 @@ inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;
 
+// The files of the state folder: host.json is small, workers.json grows with workers and what they report. Above, the
+// file was not written by an agent.
+inline constexpr std::size_t kMaxStateFileBytes = 64 << 20;
+// A join token is one line.
+inline constexpr std::size_t kMaxTokenBytes = 4096;
+
 // A region's state as a file, in pieces of so many bytes: that of a million bodies.
 inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t{512} << 20;
 
 // Of a worker's log file, when it has ended.
-inline constexpr std::size_t kLastLines = 20, kMaxLineBytes = 500;
+inline constexpr std::size_t kLastLines = 20;
 // Log files of workers that have ended; the oldest go first.
 inline constexpr std::size_t kKeptLogs = 200;
 

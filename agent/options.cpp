@@ -1,31 +1,25 @@
 #include "agent/options.h"
 
 #include <arpa/inet.h>
-#include <CLI/CLI.hpp>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <filesystem>
 #include <thread>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "agent/limits.h"
-#include "agent/state_dir.h"
+#include "host/files.h"
+#include "host/program_folder.h"
+#include "host/socket_address.h"
 
 namespace tessera::agent {
 namespace {
 
 constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
 constexpr std::uint32_t kMaxCapacity = 10'000;
-
-bool IsHost(const std::string& text) {
-  return !text.empty() && text.size() <= 253 && std::all_of(text.begin(), text.end(), [](char c) {
-    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '_' || c == ':';
-  });
-}
 
 struct Flags {
   std::string control = "127.0.0.1:7700", join_token, join_token_file, state_dir = "/var/lib/tessera/agent";
@@ -67,8 +61,14 @@ void Declare(CLI::App& app, Flags& f) {
   app.add_option("--log", f.log_level, "trace, debug, info, warning, error or off; default info");
 }
 
+absl::StatusOr<host::SocketAddress> ParseAddress(const char* option, const std::string& text, host::PortRule ports) {
+  auto address = host::ParseSocketAddress(text, ports);
+  if (!address.ok()) return absl::InvalidArgumentError(absl::StrCat(option, " ", address.status().message()));
+  return address;
+}
+
 absl::Status CheckAddresses(const Flags& f, Options& options) {
-  if (!IsHost(f.advertise)) {
+  if (!host::IsHostName(f.advertise)) {
     return absl::InvalidArgumentError(
         absl::StrCat("--advertise-address \"", f.advertise, "\" is neither an address nor a host name"));
   }
@@ -78,9 +78,11 @@ absl::Status CheckAddresses(const Flags& f, Options& options) {
   if (inet_pton(AF_INET, options.bind_address.c_str(), &ignored) != 1) {
     return absl::InvalidArgumentError(absl::StrCat("--bind-address \"", f.bind, "\" is not an IPv4 address"));
   }
-  if (auto control = ParseHostPort("--control", f.control); !control.ok()) return control.status();
+  if (auto control = ParseAddress("--control", f.control, host::PortRule::kFrom1); !control.ok()) {
+    return control.status();
+  }
   options.control = f.control;
-  auto metrics = ParseHostPort("--metrics-listen", f.metrics, true);
+  auto metrics = ParseAddress("--metrics-listen", f.metrics, host::PortRule::kFrom0);
   if (!metrics.ok()) return metrics.status();
   options.metrics_host = metrics->host;
   options.metrics_port = metrics->port;
@@ -104,36 +106,11 @@ absl::Status CheckCapacity(const Flags& f, Options& options) {
   return absl::OkStatus();
 }
 
-std::string BesideThisProgram(const char* name) {
-  std::error_code error;
-  return (std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / name).string();
-}
-
 }  // namespace
-
-absl::StatusOr<HostPort> ParseHostPort(const std::string& flag, const std::string& text, bool port_may_be_0) {
-  const std::size_t colon = text.rfind(':');
-  HostPort result;
-  std::uint32_t port = 0;
-  if (colon != std::string::npos) {
-    result.host = text.substr(0, colon);
-    const bool bracketed = result.host.size() > 2 && result.host.front() == '[' && result.host.back() == ']';
-    const bool many_colons = absl::StrContains(result.host, ':');
-    if (bracketed) result.host = result.host.substr(1, result.host.size() - 2);
-    const std::string digits = text.substr(colon + 1);
-    if (IsHost(result.host) && bracketed == many_colons && !digits.empty() && digits.size() <= 5 &&
-        std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; }) &&
-        absl::SimpleAtoi(digits, &port) && port <= 65535 && (port > 0 || port_may_be_0)) {
-      result.port = static_cast<std::uint16_t>(port);
-      return result;
-    }
-  }
-  return absl::InvalidArgumentError(absl::StrCat(flag, " \"", text, "\" is not of the form HOST:PORT"));
-}
 
 absl::StatusOr<std::string> ReadJoinToken(const Options& options) {
   if (options.join_token_file.empty()) return options.join_token;
-  absl::StatusOr<std::string> text = ReadFile(options.join_token_file);
+  absl::StatusOr<std::string> text = host::ReadFile(options.join_token_file, kMaxTokenBytes);
   if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", text.status().message()));
   std::string token(absl::StripAsciiWhitespace(*text));
   if (token.empty()) {
@@ -166,7 +143,7 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
     options.join_token = token;
   }
   options.state_dir = f.state_dir;
-  options.region_binary = f.region_binary.empty() ? BesideThisProgram("tessera-region") : f.region_binary;
+  options.region_binary = f.region_binary.empty() ? host::ProgramFolder() + "/tessera-region" : f.region_binary;
   options.ready_file = f.ready_file;
   options.log_level = f.log_level;
   options.stop_workers = f.stop_workers;

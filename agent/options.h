@@ -28,13 +28,6 @@ struct Options {
   bool die_with_parent = false;
 };
 
-struct HostPort {
-  std::string host;
-  std::uint16_t port = 0;
-};
-// "10.0.0.1:7700", "control.example:7700", "[::1]:7700". INVALID_ARGUMENT that names `flag` and shows the text.
-absl::StatusOr<HostPort> ParseHostPort(const std::string& flag, const std::string& text, bool port_may_be_0 = false);
-
 // INVALID_ARGUMENT in one line for what cannot be read. Exits by itself, with 0, after --help and --version.
 absl::StatusOr<Options> ParseOptions(int argc, char** argv);
 

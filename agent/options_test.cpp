@@ -40,18 +40,6 @@ TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
   EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3", "--bind-address", "10.1.2.3"})->bind_address, "10.1.2.3");
 }
 
-TEST(OptionsTest, AddressesAreHostAndPort) {
-  EXPECT_EQ(ParseHostPort("--x", "[::1]:7700")->host, "::1");
-  EXPECT_EQ(ParseHostPort("--x", "control.example:1")->port, 1);
-  EXPECT_EQ(ParseHostPort("--x", "a:0", true)->port, 0);
-  for (const char* bad : {"", "7700", "host", "host:", ":7700", "host:0", "host:65536", "host:-1", "host:7x",
-                          "::1:7700", "ho st:1", "http://host:1", "host:1:2"}) {
-    const auto result = ParseHostPort("--control", bad);
-    EXPECT_EQ(std::string(result.status().message()),
-              "--control \"" + std::string(bad) + "\" is not of the form HOST:PORT");
-  }
-}
-
 TEST(OptionsTest, BadValuesNameTheirFlag) {
   const std::vector<std::vector<std::string>> bad = {{"--control", "nowhere"},       {"--metrics-listen", "7702"},
                                                      {"--port-range", "5"},          {"--advertise-address", "a b"},

@@ -1,6 +1,7 @@
 #include "agent/ports.h"
 
 #include <cassert>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/world/scene_io.h"
+#include "host/files.h"
 #include "telemetry/logging.h"
 #include "tessera/v1/scene.pb.h"
 
@@ -36,7 +37,9 @@ absl::Status KeepScene(const std::string& bytes, const std::string& hash, const 
   if (absl::Status status = CheckScene(bytes, hash); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("what the control plane sent ", status.message()));
   }
-  if (absl::Status status = WriteFile(path, bytes, true); !status.ok()) return absl::InternalError(status.message());
+  if (absl::Status status = host::WriteFile(path, bytes, host::Durability::kSurvivesMachine); !status.ok()) {
+    return absl::InternalError(status.message());
+  }
   return absl::OkStatus();
 }
 
@@ -45,7 +48,7 @@ SceneCache::SceneCache(std::shared_ptr<EventLoop> loop, const StateDir& state, C
 
 void SceneCache::Want(const std::string& hash) {
   const std::string path = state_.ScenePath(hash);
-  const absl::StatusOr<std::string> kept = ReadFile(path);
+  const absl::StatusOr<std::string> kept = host::ReadFile(path, kMaxMessageBytes);
   const absl::Status status = kept.ok() ? CheckScene(*kept, hash) : kept.status();
   if (status.ok()) return callbacks_.on_ready(hash, path);
   if (!absl::IsNotFound(status)) {

@@ -3,21 +3,18 @@
 #include <fcntl.h>
 #include <google/protobuf/util/json_util.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <system_error>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "agent/limits.h"
+#include "host/files.h"
 
 namespace tessera::agent {
 namespace {
@@ -28,35 +25,9 @@ absl::Status FileError(const std::string& path, int error) {
   return absl::UnavailableError(absl::StrCat(path, ": ", std::strerror(error)));
 }
 
-absl::Status MakeFolder(const std::string& path) {
-  std::error_code error;
-  const bool made = fs::create_directories(path, error);
-  if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
-  if (made) fs::permissions(path, fs::perms::owner_all, error);
-  return absl::OkStatus();
-}
-
-absl::Status WriteAll(int fd, const std::string& content) {
-  for (std::size_t done = 0; done < content.size();) {
-    const ssize_t n = write(fd, content.data() + done, content.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return absl::UnavailableError(std::strerror(errno));
-    done += static_cast<std::size_t>(n);
-  }
-  return absl::OkStatus();
-}
-
-// The rename itself must reach the disk too.
-void SyncFolderOf(const std::string& path) {
-  const int fd = open(fs::path(path).parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  fsync(fd);
-  close(fd);
-}
-
 template <class M>
 absl::StatusOr<M> Load(const std::string& path) {
-  const absl::StatusOr<std::string> text = ReadFile(path);
+  const absl::StatusOr<std::string> text = host::ReadFile(path, kMaxStateFileBytes);
   if (!text.ok()) return text.status();
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = true;
@@ -81,7 +52,7 @@ absl::StatusOr<std::unique_ptr<StateDir>> StateDir::Open(const std::string& path
                                                    "; choose a shorter --state-dir"));
   }
   for (const char* folder : {"", "/logs", "/scenes"}) {
-    if (absl::Status status = MakeFolder(full + folder); !status.ok()) return status;
+    if (absl::Status status = host::MakePrivateFolder(full + folder); !status.ok()) return status;
   }
   const std::string lock_path = full + "/lock";
   const int lock = open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
@@ -110,7 +81,7 @@ absl::StatusOr<std::optional<HostIdentity>> StateDir::LoadIdentity() const {
 absl::Status StateDir::SaveIdentity(const HostIdentity& identity) const {
   absl::StatusOr<std::string> json = ToJson(identity);
   if (!json.ok()) return json.status();
-  return WriteFile(IdentityPath(), *json + "\n", true);
+  return host::WriteFile(IdentityPath(), *json + "\n", host::Durability::kSurvivesMachine);
 }
 
 absl::StatusOr<WorkersFile> StateDir::LoadWorkers() const {
@@ -123,7 +94,7 @@ absl::Status StateDir::SaveWorkers(const WorkersFile& workers) const {
   absl::StatusOr<std::string> json = ToJson(workers);
   if (!json.ok()) return json.status();
   // Not durable: after a crash of the machine none of these processes is left.
-  return WriteFile(path_ + "/workers.json", *json + "\n", false);
+  return host::WriteFile(path_ + "/workers.json", *json + "\n", host::Durability::kSurvivesProcess);
 }
 
 std::string StateDir::LogPath(const v1::WorkerIdentity& worker) const {
@@ -141,38 +112,6 @@ void StateDir::PruneLogs(const std::set<std::string>& in_use) const {
   for (std::size_t i = 0; i < old.size() - kKeptLogs; ++i) fs::remove(old[i].second, error);
 }
 
-absl::Status WriteFile(const std::string& path, const std::string& content, bool durable) {
-  // A name of its own, so that two threads which write the same scene do not share it; same folder, so rename is
-  // atomic.
-  std::string temporary = path + ".XXXXXX";
-  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
-  if (fd < 0) return FileError(path, errno);
-  absl::Status status = WriteAll(fd, content);
-  if (status.ok() && durable && fsync(fd) != 0) status = absl::UnavailableError(std::strerror(errno));
-  close(fd);
-  if (status.ok() && std::rename(temporary.c_str(), path.c_str()) != 0) {
-    status = absl::UnavailableError(std::strerror(errno));
-  }
-  if (!status.ok()) {
-    unlink(temporary.c_str());
-    return absl::UnavailableError(absl::StrCat(path, ": ", status.message()));
-  }
-  if (durable) SyncFolderOf(path);
-  return absl::OkStatus();
-}
-
-absl::StatusOr<std::string> ReadFile(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) {
-    const int error = errno;
-    if (error == ENOENT) return absl::NotFoundError(absl::StrCat(path, ": ", std::strerror(error)));
-    return FileError(path, error);
-  }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message) {
   google::protobuf::util::JsonPrintOptions options;
   options.preserve_proto_field_names = true;
@@ -181,30 +120,6 @@ absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message) {
     return absl::InternalError(status.message().as_string());
   }
   return json;
-}
-
-std::vector<std::string> LastLines(const std::string& path, std::size_t count) {
-  std::ifstream in(path, std::ios::binary | std::ios::ate);
-  if (!in) return {};
-  const auto size = static_cast<std::size_t>(in.tellg());
-  const std::size_t want = std::min(size, count * (kMaxLineBytes + 1));
-  in.seekg(static_cast<std::streamoff>(size - want));
-  std::string tail(want, '\0');
-  in.read(tail.data(), static_cast<std::streamsize>(want));
-  tail.resize(static_cast<std::size_t>(in.gcount()));
-
-  std::vector<std::string> lines;
-  std::istringstream text(tail);
-  for (std::string line; std::getline(text, line);) {
-    if (line.size() > kMaxLineBytes) line.resize(kMaxLineBytes);
-    for (char& c : line) {
-      if (c < ' ' || c > '~') c = c == '\t' ? ' ' : '?';
-    }
-    lines.push_back(std::move(line));
-  }
-  if (want < size && lines.size() > 1) lines.erase(lines.begin());  // begins in the middle
-  if (lines.size() > count) lines.erase(lines.begin(), lines.end() - static_cast<std::ptrdiff_t>(count));
-  return lines;
 }
 
 }  // namespace tessera::agent

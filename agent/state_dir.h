@@ -7,7 +7,7 @@
 //   scenes/        <hash>.pb
 //   lock           held while an agent runs
 //
-// Files appear whole or not at all. Thread rule: `WriteFile`, `ScenePath` from any thread; else one owner.
+// Files appear whole or not at all. Thread rule: `ScenePath` from any thread; all else one owner.
 #pragma once
 
 #include <cstddef>
@@ -54,15 +54,7 @@ class StateDir {
   int lock_;
 };
 
-// Replaces `path` with `content`, mode 0600. `durable`: it is on the disk on return, else it survives this process but
-// perhaps not the machine.
-absl::Status WriteFile(const std::string& path, const std::string& content, bool durable);
-absl::StatusOr<std::string> ReadFile(const std::string& path);
 // One line of JSON, with the fields' names as in the .proto file.
 absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message);
-
-// The last lines of a file that may be large, being written to, or hold anything at all: each cut to kMaxLineBytes, and
-// every byte that is not printable ASCII shown as '?'. Empty if it cannot be read.
-std::vector<std::string> LastLines(const std::string& path, std::size_t count);
 
 }  // namespace tessera::agent

@@ -1,40 +1,33 @@
 #include "agent/state_dir.h"
 
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "agent/limits.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::agent {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::AllOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 class StateDirTest : public ::testing::Test {
  protected:
-  StateDirTest() {
-    std::string pattern = fs::temp_directory_path().string() + "/tessera-state-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~StateDirTest() override { fs::remove_all(folder_); }
-
   static unsigned Mode(const std::string& path) {
     struct stat info {};
     EXPECT_EQ(stat(path.c_str(), &info), 0) << path;
     return info.st_mode & 0777;
   }
 
-  std::string folder_;
+  host::TemporaryFolder temporary_;
+  std::string folder_ = temporary_.path();
 };
 
 TEST_F(StateDirTest, KeepsTheIdentityReadableToItselfAlone) {
@@ -91,14 +84,6 @@ TEST_F(StateDirTest, WorkersComeBackAsWritten) {
   EXPECT_EQ(dir->LoadWorkers()->SerializeAsString(), file.SerializeAsString());
 }
 
-TEST_F(StateDirTest, WriteReplacesWholeFilesAndLeavesNothingElse) {
-  ASSERT_TRUE(WriteFile(folder_ + "/a", "long first content", true).ok());
-  ASSERT_TRUE(WriteFile(folder_ + "/a", "short", false).ok());
-  EXPECT_EQ(ReadFile(folder_ + "/a").value(), "short");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
-  EXPECT_THAT(std::string(WriteFile(folder_ + "/no/a", "x", false).message()), HasSubstr(folder_ + "/no/a"));
-}
-
 TEST_F(StateDirTest, PruningKeepsTheYoungestLogsAndThoseInUse) {
   const auto dir = StateDir::Open(folder_).value();
   for (std::size_t i = 0; i < kKeptLogs + 5; ++i) {
@@ -110,22 +95,6 @@ TEST_F(StateDirTest, PruningKeepsTheYoungestLogsAndThoseInUse) {
   EXPECT_TRUE(fs::exists(folder_ + "/logs/0"));
   for (const int gone : {1, 2, 3, 4}) EXPECT_FALSE(fs::exists(folder_ + "/logs/" + std::to_string(gone)));
   EXPECT_TRUE(fs::exists(folder_ + "/logs/5"));
-}
-
-TEST_F(StateDirTest, LastLinesAreTheLastAndPrintable) {
-  const std::string path = folder_ + "/log";
-  EXPECT_TRUE(LastLines(path, 3).empty());
-  std::ofstream(path) << "one\ntwo\nthree\nfour";
-  EXPECT_THAT(LastLines(path, 3), ElementsAre("two", "three", "four"));
-  EXPECT_THAT(LastLines(path, 9), ElementsAre("one", "two", "three", "four"));
-  std::ofstream(path) << "\xff\x01"
-                      << "a\tb\n";
-  EXPECT_THAT(LastLines(path, 3), ElementsAre("??a b"));
-  std::ofstream(path) << std::string(100'000, 'x') << "\nend\n";
-  const auto lines = LastLines(path, 20);
-  ASSERT_FALSE(lines.empty());
-  EXPECT_EQ(lines.back(), "end");
-  for (const auto& line : lines) EXPECT_LE(line.size(), kMaxLineBytes);
 }
 
 }  // namespace

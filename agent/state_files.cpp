@@ -1,9 +1,7 @@
 #include "agent/state_files.h"
 
-#include <sodium.h>
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <chrono>
 #include <filesystem>
 #include <system_error>
@@ -11,6 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "agent/limits.h"
+#include "core/world/sha256.h"
+#include "host/files.h"
 #include "telemetry/logging.h"
 
 namespace tessera::agent {
@@ -26,7 +26,7 @@ absl::Status Keep(const absl::StatusOr<std::string>& bytes, const FetchState& wa
   if (const std::string hash = Sha256Hex(*bytes); hash != wanted.hash) {
     return absl::InvalidArgumentError(absl::StrCat("what the control plane sent has hash ", hash));
   }
-  const absl::Status status = WriteFile(wanted.path, *bytes, true);
+  const absl::Status status = host::WriteFile(wanted.path, *bytes, host::Durability::kSurvivesMachine);
   return status.ok() ? status : absl::InternalError(status.message());
 }
 
@@ -36,15 +36,6 @@ bool Helps(const absl::Status& status) {
 }
 
 }  // namespace
-
-std::string Sha256Hex(const std::string& bytes) {
-  std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
-  crypto_hash_sha256(digest.data(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  std::string hex(2 * digest.size() + 1, '\0');
-  sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
-  hex.pop_back();
-  return hex;
-}
 
 StateFiles::StateFiles(std::shared_ptr<EventLoop> loop, Callbacks callbacks)
     : loop_(std::move(loop)), callbacks_(std::move(callbacks)) {}
@@ -109,7 +100,7 @@ void StateFiles::Upload(const UploadState& what) {
     std::error_code ignored;
     std::filesystem::remove(path, ignored);
   };
-  auto bytes = ReadFile(what.path);
+  auto bytes = host::ReadFile(what.path, kMaxStateBytes);
   if (!bytes.ok() || !link_) {
     spdlog::warn("checkpoint not sent worker={} tick={} reason={}", LogValue(what.key.ToString()), what.tick,
                  LogValue(bytes.ok() ? "the control plane is away" : std::string(bytes.status().message())));

@@ -49,7 +49,4 @@ class StateFiles {
   std::map<WorkerKey, Missing> missing_;
 };
 
-// SHA-256, hexadecimal.
-std::string Sha256Hex(const std::string& bytes);
-
 }  // namespace tessera::agent

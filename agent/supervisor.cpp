@@ -39,6 +39,10 @@ bool DiffersInState(const v1::WorkerReport& a, const v1::WorkerReport& b) {
          !google::protobuf::util::MessageDifferencer::Equals(a.address(), b.address());
 }
 
+std::string ReasonOf(const host::ExitStatus& status) {
+  return status.Describe() + (status.known ? "" : ", since an earlier agent had started it");
+}
+
 }  // namespace
 
 std::string WorkerKey::ToString() const { return absl::StrCat(instance_id, "/", region, "#", incarnation); }
@@ -71,15 +75,6 @@ absl::Status CheckOrder(const v1::WorkerOrder& order) {
     return absl::InvalidArgumentError("order: scene_hash must be 64 hexadecimal digits");
   }
   return absl::OkStatus();
-}
-
-std::string Describe(const ExitStatus& status) {
-  if (!status.known) return "ended; its exit status is unknown, since an earlier agent had started it";
-  if (status.signal == 0) return absl::StrCat("exited with code ", status.code);
-  const char* name = sigabbrev_np(status.signal);
-  const char* text = sigdescr_np(status.signal);
-  if (name == nullptr || text == nullptr) return absl::StrCat("killed by signal ", status.signal);
-  return absl::StrCat("killed by SIG", name, " (", text, ")");
 }
 
 Supervisor::Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports_free)
@@ -264,11 +259,11 @@ void Supervisor::SpawnFailed(const WorkerKey& key, const std::string& reason) {
   Finish(found, NeverStarted(key, reason), ExitResult::kError);
 }
 
-void Supervisor::Ended(const WorkerKey& key, const ExitStatus& status, std::vector<std::string> last_lines) {
+void Supervisor::Ended(const WorkerKey& key, const host::ExitStatus& status, std::vector<std::string> last_lines) {
   const auto found = workers_.find(key);
   if (found == workers_.end()) return;
   Worker& worker = found->second;
-  std::string reason = worker.why.empty() ? Describe(status) : worker.why;
+  std::string reason = worker.why.empty() ? ReasonOf(status) : worker.why;
   const bool port_in_use = status.known && status.signal == 0 && status.code == kExitPortInUse &&
                            worker.report.phase() < v1::WORKER_PHASE_BOUND && worker.stopping == Stopping::kNo;
   if (port_in_use) {
@@ -371,7 +366,7 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
   if (scene != scene_paths_.end()) order.set_scene_path(scene->second);
   const bool whole = SetPaths(key, worker, order);
   if ((order.scene_path().empty() || !whole) && !stop) return;
-  if (stop && !order.stop()) {  // our own decision: it must outrank every order before it
+  if (stop && !order.stop()) {  // our own decision: it must fence every order before it
     order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
     order.set_stop(true);
   }

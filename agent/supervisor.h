@@ -29,7 +29,7 @@
 #include "agent/agent_state.pb.h"
 #include "agent/limits.h"
 #include "agent/ports.h"
-#include "agent/process.h"
+#include "host/process.h"
 
 namespace tessera::agent {
 
@@ -115,7 +115,7 @@ class Supervisor {
   // Of processes.
   void Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path, TimePoint now);
   void SpawnFailed(const WorkerKey& key, const std::string& reason);
-  void Ended(const WorkerKey& key, const ExitStatus& status, std::vector<std::string> last_lines);
+  void Ended(const WorkerKey& key, const host::ExitStatus& status, std::vector<std::string> last_lines);
 
   // From workers. NOT_FOUND for one that this agent neither started nor adopted.
   absl::StatusOr<WorkerKey> Attached(const v1::WorkerReport& first);
@@ -183,7 +183,5 @@ class Supervisor {
 
 // OK, or INVALID_ARGUMENT that names the field: an order's texts become file names and arguments.
 absl::Status CheckOrder(const v1::WorkerOrder& order);
-// "exited with code 3", "killed by SIGSEGV (Segmentation fault)"; in words what is known of the end of a process.
-std::string Describe(const ExitStatus& status);
 
 }  // namespace tessera::agent

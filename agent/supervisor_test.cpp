@@ -55,7 +55,7 @@ class SupervisorTest : public ::testing::Test {
     ASSERT_TRUE(supervisor_.Attached(Report(region)).ok());
     Carry();
   }
-  void End(std::uint32_t region, const ExitStatus& status, std::vector<std::string> lines = {}) {
+  void End(std::uint32_t region, const host::ExitStatus& status, std::vector<std::string> lines = {}) {
     pids_.erase(Key(region));
     supervisor_.Ended(Key(region), status, std::move(lines));
     Carry();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kBroken = std::numeric_limits<double>::infinity();
 
-// Of all dynamic bodies: height, motion and spin. Balls only: the inertia is 2/5 m r^2 all round.
+// Potential and kinetic energy of all dynamic bodies. They must be balls: the inertia is 2/5 m r^2 about any axis.
 double EnergyOf(const Run& run, const Scene& scene, double radius_m) {
   double energy = 0;
   for (const BodyDef& body : scene.bodies) {

@@ -11,7 +11,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kPinned_m = 1e9;  // of hysteresis
+constexpr double kPinned_m = 1e9;  // hysteresis that no body leaves
 
 }  // namespace
 
@@ -27,8 +27,8 @@ Manner Regions(std::uint32_t regions, bool pinned) {
   return manner;
 }
 
-std::unique_ptr<BorderInstance> Start(const CutScene& cut, const Manner& manner, bool keep_told) {
-  return std::make_unique<BorderInstance>(cut.scene, cut.map, BorderSettings{manner.settings, keep_told});
+std::unique_ptr<BorderInstance> Start(const CutScene& cut, const Manner& manner, bool keep_frames) {
+  return std::make_unique<BorderInstance>(cut.scene, cut.map, BorderSettings{manner.settings, keep_frames});
 }
 
 void BorderStage::Note(const std::string& scene, const std::string& config, const std::string& metric, double value,

@@ -1,4 +1,4 @@
-// What borders cost: CPU time of regions against one world's, each run by itself, in turns; handovers; growth.
+// The cost of borders: CPU time of regions against that of one world, each run by itself, in turns; handovers; growth.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace tessera::bench {
 namespace {
 
-constexpr double kCell_m = 24;  // of equal cells
+constexpr double kCell_m = 24;  // side of each cell
 constexpr int kTurn = 25;       // ticks that a region runs before the next one's turn
 
 // CPU time of each region of an instance, run again one at a time, s.
@@ -42,7 +42,7 @@ void CutPyramid(BorderStage& stage) {
       for (std::uint32_t id = 1; id <= manners[i].regions; ++id) {
         all.push_back(std::make_unique<LoneRegion>(cuts[i].scene, cuts[i].map,
                                                    BorderSettings{manners[i].settings, false}, RegionId(id),
-                                                   instances[i]->told()));
+                                                   instances[i]->received()));
       }
     }
     const std::vector<double> seconds = AloneSeconds(all, ticks);
@@ -92,7 +92,7 @@ void Growth(BorderStage& stage) {
       std::vector<double> each;
       for (std::uint32_t id = 1; id <= size.manner.regions; ++id) {
         LoneRegion alone(size.cut.scene, size.cut.map, {size.manner.settings, false}, RegionId(id),
-                         size.instance->told());
+                         size.instance->received());
         each.push_back(alone.Seconds(ticks) / ticks);
       }
       size.mean_s.push_back(std::accumulate(each.begin(), each.end(), 0.0) / static_cast<double>(each.size()));

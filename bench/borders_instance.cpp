@@ -9,45 +9,36 @@ namespace tessera::bench {
 
 BorderInstance::BorderInstance(std::shared_ptr<const Scene> scene, const PartitionMap& map,
                                const BorderSettings& settings)
-    : scene_(std::move(scene)), settings_(settings) {
-  for (const MapRegion& region : map.regions()) {
-    regions_.push_back(std::make_unique<region::Region>(
-        region::Config{region.id, Incarnation(region.id.value()), scene_, map, settings.region}));
-  }
-  cpu_s_.resize(regions_.size());
-  told_.resize(regions_.size());
-  for (auto& told : told_) told.resize(1);
-  for (const auto& region : regions_) Send(region->id(), region->Start());
-}
+    : scene_(std::move(scene)),
+      settings_(settings),
+      cpu_s_(map.regions().size()),
+      received_(map.regions().size(), std::vector<std::vector<ReceivedFrame>>(1)),
+      regions_(scene_, map, settings.region,
+               {.stepped = [this](const auto& region, const auto& result, double s) { OnStep(region, result, s); },
+                .received = [this](RegionId from, auto& frame, double s) { OnFrame(from, frame, s); }}) {}
 
 void BorderInstance::Tick() {
-  std::vector<std::pair<RegionId, std::vector<region::OutgoingFrame>>> sent;
-  for (const auto& region : regions_) {
-    const double before = ThreadCpuSeconds();
-    region::StepResult result = region->Step();
-    cpu_s_[region->id().value() - 1] += ThreadCpuSeconds() - before;
-    NoteHandovers(region->id(), result);
-    NoteStrays(*region);
-    ghosts_ += static_cast<double>(region->ghost_count());
-    bodies_ += static_cast<double>(region->owned_count());
-    lost_ += result.nonfinite.size();
-    sent.emplace_back(region->id(), std::move(result.frames));
+  if (settings_.keep_frames) {
+    for (auto& ticks : received_) ticks.emplace_back();
   }
-  for (auto& told : told_) told.emplace_back();
-  for (auto& [from, frames] : sent) Send(from, std::move(frames));
+  regions_.Tick();
 }
 
-void BorderInstance::Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
-  for (region::OutgoingFrame& frame : frames) {
-    const std::size_t to = frame.to.value() - 1;
-    frame_bytes_ += frame.bytes.size();
-    const double before = ThreadCpuSeconds();
-    const absl::Status status = regions_.at(to)->Receive(from, frame.bytes);
-    cpu_s_[to] += ThreadCpuSeconds() - before;
-    if (!status.ok()) throw std::runtime_error("a frame was refused: " + status.ToString());
-    if (!settings_.keep_told) continue;
-    told_[to].back().push_back({from, std::make_shared<const region::Bytes>(std::move(frame.bytes))});
-  }
+void BorderInstance::OnStep(const region::Region& region, const region::StepResult& result, double cpu_s) {
+  cpu_s_[region.id().value() - 1] += cpu_s;
+  NoteHandovers(region.id(), result);
+  NoteStrays(region);
+  ghosts_ += static_cast<double>(region.ghost_count());
+  bodies_ += static_cast<double>(region.owned().size());
+  lost_ += result.nonfinite.size();
+}
+
+void BorderInstance::OnFrame(RegionId from, region::OutgoingFrame& frame, double cpu_s) {
+  const std::size_t to = frame.to.value() - 1;
+  cpu_s_[to] += cpu_s;
+  frame_bytes_ += frame.bytes.size();
+  if (!settings_.keep_frames) return;
+  received_[to].back().push_back({from, std::make_shared<const region::Bytes>(std::move(frame.bytes))});
 }
 
 void BorderInstance::NoteHandovers(RegionId from, const region::StepResult& result) {
@@ -75,8 +66,8 @@ void BorderInstance::NoteStrays(const region::Region& region) {
 }
 
 const region::OwnedBody* BorderInstance::Find(BodyId id) const {
-  for (const auto& region : regions_) {
-    const std::span<const region::OwnedBody> owned = region->owned();
+  for (std::size_t i = 0; i < regions_.size(); ++i) {
+    const std::span<const region::OwnedBody> owned = regions_.region(i).owned();
     const auto at = std::lower_bound(owned.begin(), owned.end(), id, [](const region::OwnedBody& body, BodyId wanted) {
       return body.def->id < wanted;
     });
@@ -91,8 +82,8 @@ BodyState BorderInstance::StateOf(BodyId id) const {
 }
 
 RegionId BorderInstance::OwnerOf(BodyId id) const {
-  for (const auto& region : regions_) {
-    if (region->Owns(id)) return region->id();
+  for (std::size_t i = 0; i < regions_.size(); ++i) {
+    if (regions_.region(i).Owns(id)) return regions_.region(i).id();
   }
   return RegionId();
 }
@@ -100,20 +91,21 @@ RegionId BorderInstance::OwnerOf(BodyId id) const {
 std::vector<const region::Region*> BorderInstance::regions() const {
   std::vector<const region::Region*> all;
   all.reserve(regions_.size());
-  for (const auto& region : regions_) all.push_back(region.get());
+  for (std::size_t i = 0; i < regions_.size(); ++i) all.push_back(&regions_.region(i));
   return all;
 }
 
 LoneRegion::LoneRegion(std::shared_ptr<const Scene> scene, const PartitionMap& map, const BorderSettings& settings,
-                       RegionId id, const Told& told)
-    : told_(told.at(id.value() - 1)), region_({id, Incarnation(id.value()), std::move(scene), map, settings.region}) {
+                       RegionId id, const ReceivedFrames& received)
+    : received_(received.at(id.value() - 1)),
+      region_({id, Incarnation(id.value()), std::move(scene), map, settings.region}) {
   region_.Start();
 }
 
 double LoneRegion::Seconds(int ticks) {
   const double before = ThreadCpuSeconds();
-  for (int i = 0; i < ticks && region_.tick().value() + 1 < told_.size(); ++i) {
-    for (const ToldFrame& frame : told_[region_.tick().value()]) {
+  for (int i = 0; i < ticks && region_.tick().value() + 1 < received_.size(); ++i) {
+    for (const ReceivedFrame& frame : received_[region_.tick().value()]) {
       const absl::Status status = region_.Receive(frame.from, *frame.bytes);
       if (!status.ok()) throw std::runtime_error("a frame was refused: " + status.ToString());
     }

@@ -84,7 +84,7 @@ class Ledger {
     given_.angular += Cross(at, impulse) + angular;
   }
   // Each owner's account of what the ground and walls did to its bodies, and of what it let others' bodies do to them:
-  // of a pair across a border the two accounts cancel, but for what is due.
+  // The two accounts of a pair across a border cancel but for what is still due.
   void TakeContacts(const region::Region& region) {
     for (const physics::Contact& contact : region.world().contacts()) {
       const bool owns_a = region.Owns(contact.body_a), owns_b = region.Owns(contact.body_b);
@@ -102,7 +102,7 @@ class Ledger {
     }
   }
 
-  // Of bodies alone: what a ghost is owed its owner gives.
+  // Bodies alone: the owner pays what its ghost is owed.
   void TakeOwed(const region::Region& region) {
     for (const region::OwedImpulse& owed : region.owed()) {
       if (!region.Owns(owed.id)) continue;
@@ -154,7 +154,7 @@ void Floating(BorderStage& stage) {
           WatchedSeconds(stage));
 }
 
-// What the first ball brings arrives beyond the border.
+// The momentum of the first ball arrives beyond the border.
 void Cradle(BorderStage& stage) {
   const Scene scene = scenes::BallRow(1, 0);
   Measure(stage, "cradle", scene, {1, 2, 4}, false, WatchedSeconds(stage));

@@ -17,7 +17,7 @@ constexpr double kJitter_m = 0.001;
 
 // How one run came out.
 struct Outcome {
-  std::vector<Vec3d> places;  // of the dynamic bodies, in the order of the scene
+  std::vector<Vec3d> places;  // positions of the dynamic bodies, in the order of the scene
   std::vector<bool> stands;   // whether it is about as high as it was built
   double ghosts_per_body = 0, bytes_per_tick = 0;
 };
@@ -30,7 +30,7 @@ struct Chaotic {
   bool pinned = false;
   std::vector<std::uint32_t> counts{2, 4};
   std::size_t judged = 0;  // so many dynamic bodies, the first; 0: all
-  double stands_m = 0.3;   // what ended no further above or below where it was built stands
+  double stands_m = 0.3;   // a body stands if it ended at most so far above or below its start
 };
 
 Outcome RunOnce(const Chaotic& chaotic, const Manner& manner, std::uint64_t seed) {
@@ -70,7 +70,7 @@ Vec3d MeanPlace(const std::vector<Outcome>& runs, std::size_t body, std::size_t 
   return sum / count;
 }
 
-// Of every body of every run: how far it is from the mean of one world's other runs.
+// Distance of every body of every run from the mean of the other runs of one world, m.
 std::vector<double> Deviations(const std::vector<Outcome>& runs, const std::vector<Outcome>& one) {
   std::vector<double> all;
   all.reserve(runs.size() * one.front().places.size());

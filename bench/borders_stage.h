@@ -1,4 +1,4 @@
-// What the checks of the suite `borders` share: how a scene is cut, run, and held against one world.
+// BorderStage: shared by the checks of the suite `borders`. It cuts a scene, runs it and compares it with one world.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -25,7 +25,7 @@ CutScene CutBy(Scene scene, std::uint32_t regions, double cell_m);
 struct Manner {
   std::string name;  // "regions=2", "regions=2 depth=1 ..."
   std::uint32_t regions = 1;
-  region::Settings settings;
+  region::RegionSettings settings;
   bool pinned = false;  // no body changes hands
 };
 
@@ -46,10 +46,10 @@ class BorderStage {
 
 // With the committed settings.
 Manner Regions(std::uint32_t regions, bool pinned = false);
-std::unique_ptr<BorderInstance> Start(const CutScene& cut, const Manner& manner, bool keep_told = false);
+std::unique_ptr<BorderInstance> Start(const CutScene& cut, const Manner& manner, bool keep_frames = false);
 
 struct BorderCheck {
-  std::string name;  // what `--only` asks for
+  std::string name;  // as `--only` takes it
   void (*run)(BorderStage&);
 };
 

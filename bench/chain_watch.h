@@ -8,7 +8,8 @@ namespace tessera::bench {
 
 struct ChainFigures {
   double gap_m = 0;  // the widest at any joint, looked at every 1/60 s for 10 s
-  // Of the last time in those 10 s that the ball should pass under the fixed end, as a share of it; 1 if it did not.
+  // Error of the last time in those 10 s at which the ball passes under the fixed end, as a share of it; 1 if it did
+  // not.
   double period_error = 0;
   double cpu_us = 0;  // by tick
 };

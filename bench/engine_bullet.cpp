@@ -142,7 +142,7 @@ class ShapeStore {
     std::vector<Vec3f> points;
     for (const Vec3f& p : hull.points) points.push_back(Vec3f(pose.position + Rotate(pose.orientation, Vec3d(p))));
     btConvexHullComputer computer;
-    constexpr btScalar kShrinkShare = 0.25f;  // of the inner radius, at most
+    constexpr btScalar kShrinkShare = 0.25f;  // share of the inner radius, at most
     const btScalar margin = computer.compute(&points[0].x, sizeof(Vec3f), static_cast<int>(points.size()),
                                              CONVEX_DISTANCE_MARGIN, kShrinkShare);
     if (margin < 0) computer.compute(&points[0].x, sizeof(Vec3f), static_cast<int>(points.size()), 0, 0);
@@ -198,7 +198,7 @@ class BulletEngine : public Engine {
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
   btDiscreteDynamicsWorld world_;
-  btRigidBody ground_;  // what joints to the world hold on to
+  btRigidBody ground_;  // the anchor of joints to the world
   ShapeStore shapes_;
   std::map<std::pair<const Shape*, bool>, btCollisionShape*> made_;  // by shape and whether by its own inertia
   std::unordered_map<BodyId, Body> bodies_;

@@ -131,9 +131,9 @@ class MujocoEngine : public Engine {
 
  private:
   struct Body {
-    BodyState initial;  // what a static one has for ever
+    BodyState initial;  // a static body keeps it for ever
     bool dynamic = false;
-    int index = 0;                // of the body
+    int index = 0;                // MuJoCo's index of the body
     int position = 0, speed = 0;  // where its free joint lies in qpos and qvel
   };
   absl::Status Compile(const std::string& text);

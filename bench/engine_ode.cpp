@@ -18,7 +18,7 @@ namespace {
 
 static_assert(sizeof(dReal) == sizeof(double), "Debian's ODE is in double precision");
 
-constexpr int kMaxContacts = 16;  // of one pair; a box on a plane has 4, on a mesh more
+constexpr int kMaxContacts = 16;  // per pair; a box on a plane has 4, on a mesh more
 
 // ODE counts w first.
 void ToOde(Quatd q, dQuaternion out) {
@@ -86,7 +86,7 @@ class OdeEngine : public Engine {
   dJointGroupID contacts_;
   std::unordered_map<BodyId, std::unique_ptr<Body>> bodies_;
   std::vector<dTriMeshDataID> meshes_;
-  std::vector<std::unique_ptr<std::vector<dReal>>> numbers_;  // what ODE's shapes point into
+  std::vector<std::unique_ptr<std::vector<dReal>>> numbers_;  // arrays that ODE's shapes point into
   std::vector<std::unique_ptr<std::vector<unsigned>>> polygons_;
   std::vector<ShapePtr> shapes_;
   std::vector<Force> forces_;

@@ -1,5 +1,5 @@
-// What the adapters of bench/engine.h share: how a body of the scene sits in an engine that wants the centre of mass as
-// origin and the principal axes as axes.
+// EngineParts: shared by the adapters of bench/engine.h: how a body of the scene sits in an engine that wants the
+// centre of mass as origin and the principal axes as axes.
 //
 // Pure functions, any thread.
 #pragma once

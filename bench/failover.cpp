@@ -16,7 +16,7 @@ constexpr std::uint32_t kHosts = 2;
 
 using Part = std::pair<std::string, std::function<absl::Status()>>;
 
-// What takes longest comes last.
+// The longest part comes last.
 std::vector<Part> Parts(const FailoverSize& size, local::HostNetwork* network, Report& report) {
   std::vector<Part> parts{{"standby", [&] { return RunStandby(size, report); }},
                           {"restore", [&] { return RunRestore(size, report); }},

@@ -14,9 +14,9 @@
 //   scale          from two regions to four and back
 //   hot-spot       four of five bodies run into one corner
 //   restore        a checkpoint is started by another cluster
-//   standby        what the heir's copy costs
+//   standby        what the standby's copy costs
 //
-// A fault strikes one world again and again. Each time all regions must run, each with an heir that follows it on
+// A fault strikes one world again and again. Each time all regions must run, each with a standby that follows it on
 // another host, and nothing be under way; then it strikes, others carry on, what was killed is started anew, and two
 // further censuses must be complete. A run of which any of that is not so within two minutes has failed, and is counted
 // as that.

@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 
+#include "host/process.h"
+
 namespace tessera::bench {
 namespace {
 
@@ -77,16 +79,16 @@ absl::Status KillHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
   return struck;
 }
 
-// Those who were taken for dead may go on only to hear that they are outranked.
+// Those who were taken for dead may go on only to hear that they are fenced.
 absl::Status AwaitTheEndOf(const std::vector<Worker>& victims, Stage& stage) {
   return stage.PlayUntil("those who were cut off end", [&] {
-    return std::ranges::none_of(victims, [](const Worker& w) { return local::IsAlive(w.pid); });
+    return std::ranges::none_of(victims, [](const Worker& w) { return host::IsAlive(w.pid); });
   });
 }
 
 absl::Status FreezeHost(Stage& stage, std::uint32_t run, Outcome& outcome) {
   const std::vector<Worker> victims = stage.WorkersOn(run % 2);
-  local::ChildProcess& agent = stage.run().cluster().agent(run % 2);
+  host::ChildProcess& agent = stage.run().cluster().agent(run % 2);
   const auto strike = [&] {
     agent.Signal(SIGSTOP);
     return SignalAll(victims, SIGSTOP);
@@ -115,7 +117,7 @@ absl::Status KillAgent(Stage& stage, std::uint32_t run, Outcome& outcome) {
   if (absl::Status status = stage.PlayOn(); !status.ok()) return status;
   const std::vector<Worker> after = stage.Workers();
   for (const Worker& worker : workers) {
-    const bool kept = local::IsAlive(worker.pid) && std::ranges::any_of(after, [&](const Worker& other) {
+    const bool kept = host::IsAlive(worker.pid) && std::ranges::any_of(after, [&](const Worker& other) {
                         return other.region == worker.region && other.pid == worker.pid;
                       });
     if (!kept) ++outcome.workers_lost;

@@ -1,4 +1,4 @@
-// What befalls the worlds of the suite failover, and how each fault is brought about.
+// The faults of the suite failover, and how each is injected.
 #pragma once
 
 #include <functional>

@@ -8,14 +8,14 @@
 
 #include "bench/scrape.h"
 #include "local_cluster/connection.h"
-#include "telemetry/http_get.h"
+#include "telemetry/testing/http_get.h"
 
 namespace tessera::bench {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kTickRate_hz = 60;  // of the scenes used here
+constexpr double kTickRate_hz = 60;  // tick rate of the scenes used here
 // The gauge of the longest tick speaks of the last 5 to 10 s.
 constexpr double kGaugeSpan_s = 10;
 constexpr const char* kLongestTick = "tessera_region_longest_tick_seconds";
@@ -34,7 +34,7 @@ bool HasSettled(const v1::Instance& instance, std::uint32_t regions) {
          });
 }
 
-// Of any region: by the clock, and what the thread that steps worked.
+// The longest tick of any region: by the clock, and in CPU time of the stepping thread.
 struct LongestTicks {
   double clock_s = 0, cpu_s = 0;
 

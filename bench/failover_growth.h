@@ -1,4 +1,4 @@
-// What the suite failover asks beside deaths: growth under load, a hot spot, a cold restore, and what standby costs.
+// Checks of the suite failover beside deaths: growth under load, a hot spot, a cold restore, and the cost of standbys.
 #pragma once
 
 #include "absl/status/status.h"
@@ -16,7 +16,7 @@ absl::Status RunHotSpot(const FailoverSize& size, Report& report);
 // A checkpoint of one cluster is started by another that has just come up: from the call until all regions step.
 absl::Status RunRestore(const FailoverSize& size, Report& report);
 
-// One region's ticks on this thread, with and without the log that it writes and its heir takes in; ticks of both
+// One region's ticks on this thread, with and without the log that it writes and its standby takes in; ticks of both
 // kinds in turn. No sockets.
 absl::Status RunStandby(const FailoverSize& size, Report& report);
 

@@ -4,6 +4,7 @@
 #include <iostream>
 
 #include "bench/failover_growth.h"
+#include "host/temporary_folder.h"
 #include "local_cluster/checkpoint_file.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
@@ -51,7 +52,7 @@ std::uint64_t OwnedIn(const v1::Instance& instance) {
 }  // namespace
 
 absl::Status RunRestore(const FailoverSize& size, Report& report) {
-  const local::TemporaryFolder files;
+  const host::TemporaryFolder files;
   const std::string file = files.path() + "/world.tessera";
   std::uint64_t tick = 0;
   if (absl::Status status = Save(size, file, tick); !status.ok()) return status;
@@ -59,7 +60,7 @@ absl::Status RunRestore(const FailoverSize& size, Report& report) {
   double bodies = 0;
   for (std::uint32_t run = 0; run < std::min<std::uint32_t>(size.runs, 5); ++run) {
     std::cerr << fmt::format("failover: restore {}\n", run + 1);
-    const local::TemporaryFolder folder;
+    const host::TemporaryFolder folder;
     local::LocalCluster cluster({.data_dir = folder.path(), .hosts = 2, .capacity = 8});
     local::Connection connection(cluster.control_address());
     const auto begin = Clock::now();

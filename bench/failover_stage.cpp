@@ -9,7 +9,7 @@
 
 #include "bench/scrape.h"
 #include "bench/statistics.h"
-#include "telemetry/http_get.h"
+#include "telemetry/testing/http_get.h"
 
 namespace tessera::bench {
 namespace {
@@ -84,7 +84,7 @@ bool Stage::IsWell() {
   }
   const auto [least, most] = std::ranges::minmax_element(on_host, {}, [](const auto& entry) { return entry.second; });
   return most->second <= least->second + 1 && std::ranges::all_of(instance.map().regions(), [&](const auto& region) {
-           return region.heir() != 0 && host_of[region.id()] != host_of[region.heir()];
+           return region.standby() != 0 && host_of[region.id()] != host_of[region.standby()];
          });
 }
 
@@ -192,7 +192,7 @@ void Outcome::TellKept(const std::string& scene, const std::string& config, Repo
   report.Set(scene, kFailoverEngine, config, "bodies_beyond_bounds", beyond, "1");
 }
 
-// What a fault adds is told beside what time itself adds or takes: the same difference between two spans in which
+// The effect of a fault is reported beside that of time alone: the same difference between two spans in which
 // nothing happened.
 void Outcome::TellLateTicks(const std::string& config, Report& report) const {
   const auto add = [&](const std::string& metric, double value) {

@@ -43,7 +43,7 @@ struct Worker {
   std::string host;
 };
 
-// What all runs of a fault came to.
+// Results of all runs of a fault.
 struct Outcome {
   std::vector<double> gaps_ms, server_gaps_ms;
   double runs = 0, runs_failed = 0;  // failed: not well again in time, or a player's client ended
@@ -59,7 +59,7 @@ struct Outcome {
   // Anew after each run.
   void TellLateTicks(const std::string& config, Report& report) const;
   void Tell(const std::string& fault, const FailoverSize& size, Report& report) const;
-  // What is to be 0 whatever happened: bodies lost and doubled, clients dropped.
+  // Counts that must be 0 whatever happened: bodies lost and doubled, clients dropped.
   void TellKept(const std::string& scene, const std::string& config, Report& report) const;
 };
 
@@ -74,7 +74,7 @@ class Stage {
   absl::Status PlayUntil(const std::string& what, const std::function<bool()>& holds);
   absl::Status PlayFor(double seconds);
   // It runs with all its regions, as evenly on its hosts as they go, nothing is being changed, and for a second now
-  // every region's heir has been following it on another host.
+  // every region's standby has been following it on another host.
   absl::Status PlayUntilWell();
   // Until further censuses were complete.
   absl::Status PlayOn();
@@ -89,7 +89,7 @@ class Stage {
 
  private:
   bool IsWell();
-  // What players see of it: from time to time.
+  // Gaps that players see.
   void NotePlaces();
   void TellMissing();
 

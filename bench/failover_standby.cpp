@@ -6,7 +6,7 @@
 
 #include "bench/failover_growth.h"
 #include "core/region/region.h"
-#include "core/region/standby.h"
+#include "core/region/standby_copy.h"
 #include "local_cluster/scene_file.h"
 
 namespace tessera::bench {
@@ -22,7 +22,7 @@ double CpuSeconds() {
 
 std::unique_ptr<region::Region> MakeRegion(const std::shared_ptr<const Scene>& scene) {
   auto made = std::make_unique<region::Region>(
-      region::Config{RegionId(1), Incarnation(1), scene, *MakeGridMap(scene->ground(), 1), region::Settings()});
+      region::Config{RegionId(1), Incarnation(1), scene, *MakeGridMap(scene->ground(), 1), region::RegionSettings()});
   (void)made->Start();
   return made;
 }
@@ -31,36 +31,36 @@ std::unique_ptr<region::Region> MakeRegion(const std::shared_ptr<const Scene>& s
 
 absl::Status RunStandby(const FailoverSize& size, Report& report) {
   std::cerr << "failover: standby\n";
-  const local::LoadedScene scene = local::LoadScene(local::FindScene("plaza"), size.bodies);
+  const LoadedScene scene = local::LoadScene(local::FindScene("plaza"), size.bodies);
   const auto alone = MakeRegion(scene.scene), owner = MakeRegion(scene.scene);
   owner->SetStandby(true);
-  region::Standby heir(owner->id(), owner->catalog());
-  double alone_s = 0, owner_s = 0, heir_s = 0, bytes = 0, asleep = 0;
+  region::StandbyCopy standby(owner->id(), owner->catalog());
+  double alone_s = 0, owner_s = 0, standby_s = 0, bytes = 0, asleep = 0;
   for (int tick = 0; tick < kSettle + kMeasured; ++tick) {
     const double begin = CpuSeconds();
     (void)alone->Step();
     const double stepped = CpuSeconds();
     const region::StepResult result = owner->Step();
     const double logged = CpuSeconds();
-    if (absl::Status status = heir.Receive(result.log); !status.ok()) return status;
+    if (absl::Status status = standby.Receive(result.log); !status.ok()) return status;
     const double received = CpuSeconds();
-    owner->LogAcknowledged(heir.tick());
+    owner->LogAcknowledged(standby.tick());
     if (tick < kSettle) continue;
     alone_s += stepped - begin;
     owner_s += logged - stepped + (CpuSeconds() - received);
-    heir_s += received - logged;
+    standby_s += received - logged;
     bytes += static_cast<double>(result.log.size());
     asleep += static_cast<double>(owner->asleep_count());
   }
   const auto add = [&](const char* metric, double value, const char* unit) {
     report.Add("plaza", kFailoverEngine, "standby=on", metric, value, unit);
   };
-  add("awake_bodies", static_cast<double>(owner->owned_count()) - asleep / kMeasured, "1");
-  add("tick_without_standby", alone_s / kMeasured, "s");
+  add("awake_bodies", static_cast<double>(owner->owned().size()) - asleep / kMeasured, "1");
+  add("tick_without_copy", alone_s / kMeasured, "s");
   add("log_bytes_a_tick", bytes / kMeasured, "bytes");
   add("standby_owner_cpu_ratio", (owner_s - alone_s) / alone_s, "1");
-  add("standby_heir_cpu_ratio", heir_s / alone_s, "1");
-  add("standby_cpu_ratio", (owner_s - alone_s + heir_s) / alone_s, "1");
+  add("standby_standby_cpu_ratio", standby_s / alone_s, "1");
+  add("standby_cpu_ratio", (owner_s - alone_s + standby_s) / alone_s, "1");
   return absl::OkStatus();
 }
 

@@ -38,7 +38,7 @@ class GapWatch {
   std::vector<local::Bot*> bots_;
   std::map<BodyId, Tick> newest_;  // by the old owners
   Clock::time_point looked_{};     // the look before
-  Clock::time_point last_{};       // of what they showed: it came after this
+  Clock::time_point last_{};       // time of the last snapshot that was seen
   std::map<BodyId, Clock::time_point> shown_again_;
 };
 

@@ -11,7 +11,8 @@ namespace tessera::bench {
 namespace {
 
 struct Effort {
-  int rounds, units;  // of each round a fresh pair: two equal worlds that lie elsewhere in memory differ by a percent
+  int rounds,
+      units;  // each round takes a fresh pair: two equal worlds that lie elsewhere in memory differ by a percent
 };
 
 constexpr int kWarmUp = 3;  // units: the first steps of a world find its pairs
@@ -36,7 +37,7 @@ void Measure(LeanPair& pair, int units, Ratios& ratios) {
   }
 }
 
-// Of a median: 1.25 standard deviations over the root of the count, the deviation from the middle 68 %.
+// Standard error of a median: 1.25 standard deviations over the root of the count, the deviation from the middle 68 %.
 double ErrorOfMedian(const std::vector<double>& values) {
   const double deviation = (Quantile(values, 0.841) - Quantile(values, 0.159)) / 2;
   return 1.2533 * deviation / std::sqrt(static_cast<double>(values.size()));

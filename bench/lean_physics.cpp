@@ -15,7 +15,7 @@ using scenes::BoxOf;
 using scenes::Builder;
 
 constexpr double kDt_s = 1.0 / 60;
-constexpr Vec3d kAside{-60, 0, 0};  // of the loner, which no other body meets
+constexpr Vec3d kAside{-60, 0, 0};  // place of a body that meets no other
 
 // Stacks of four unit cubes that stand still, awake.
 void Stacks(Builder& make, const Material& material) {

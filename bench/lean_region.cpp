@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bench/lean.h"
+#include "bench/lockstep.h"
 #include "bench/work_counter.h"
 #include "core/region/region.h"
 #include "core/replication/moving_bodies.h"
@@ -22,7 +23,7 @@ using scenes::BoxOf;
 using scenes::Builder;
 using Counter = std::shared_ptr<const WorkCounter>;
 
-constexpr double kHalf_m = 256;  // of the world's side
+constexpr double kHalf_m = 256;  // half of the world's side
 constexpr int kTicks = 5;        // a unit
 
 enum class Halves { kLeft, kRight, kBoth };
@@ -46,36 +47,6 @@ std::shared_ptr<const Scene> Heaps(Halves halves, bool asleep = false) {
   return std::make_shared<const Scene>(std::move(scene));
 }
 
-// All regions of one instance, stepped in turn; frames arrive at once.
-class Instance {
- public:
-  Instance(const std::shared_ptr<const Scene>& scene, std::uint32_t regions) {
-    const PartitionMap map = *MakeGridMap(scene->ground(), regions);
-    for (std::uint32_t id = 1; id <= regions; ++id) {
-      regions_.push_back(std::make_unique<region::Region>(
-          region::Config{RegionId(id), Incarnation(id), scene, map, region::Settings()}));
-    }
-    for (const auto& region : regions_) Send(region->id(), region->Start());
-  }
-
-  void Tick(const region::PhaseObserver& observer = {}) {
-    std::vector<std::pair<RegionId, std::vector<region::OutgoingFrame>>> sent;
-    for (const auto& region : regions_) sent.emplace_back(region->id(), region->Step(observer).frames);
-    for (auto& [from, frames] : sent) Send(from, std::move(frames));
-  }
-  const region::Region& first() const { return *regions_.front(); }
-
- private:
-  void Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
-    for (const region::OutgoingFrame& frame : frames) {
-      const absl::Status status = regions_.at(frame.to.value() - 1)->Receive(from, frame.bytes);
-      if (!status.ok()) throw std::runtime_error("a frame was refused: " + status.ToString());
-    }
-  }
-
-  std::vector<std::unique_ptr<region::Region>> regions_;
-};
-
 template <class Function>
 WorkUnit Ticking(Counter counter, Function tick) {
   return [counter, tick] {
@@ -85,14 +56,14 @@ WorkUnit Ticking(Counter counter, Function tick) {
   };
 }
 
-WorkUnit Ticking(Counter counter, std::vector<std::shared_ptr<Instance>> instances) {
+WorkUnit Ticking(Counter counter, std::vector<std::shared_ptr<Lockstep>> instances) {
   return Ticking(counter, [instances] {
     for (const auto& instance : instances) instance->Tick();
   });
 }
 
-std::shared_ptr<Instance> Start(const std::shared_ptr<const Scene>& scene, std::uint32_t regions) {
-  return std::make_shared<Instance>(scene, regions);
+std::shared_ptr<Lockstep> Start(const std::shared_ptr<const Scene>& scene, std::uint32_t regions) {
+  return std::make_shared<Lockstep>(scene, *MakeGridMap(scene->ground(), regions), region::RegionSettings());
 }
 
 // A region where all sleep, beside one where nothing does.
@@ -145,7 +116,7 @@ LeanPair PredictionFarFromBorders(const Counter& counter) {
 LeanPair EncodingWithoutSubscribers(const Counter& counter) {
   struct Shell {
     std::shared_ptr<const Scene> scene = Heaps(Halves::kLeft);
-    Instance instance{scene, 1};
+    std::shared_ptr<Lockstep> regions = Start(scene, 1);
     worker::WorkerMetrics metrics;
     worker::GamePort port;
     worker::SnapshotBroadcast broadcast{RegionId(1), *scene, 30, {}, metrics};
@@ -155,8 +126,8 @@ LeanPair EncodingWithoutSubscribers(const Counter& counter) {
   if (!endpoint.ok()) throw std::runtime_error(endpoint.status().ToString());
   const auto shell = std::make_shared<Shell>(*std::move(endpoint));
   return {Ticking(counter, {Start(Heaps(Halves::kLeft), 1)}), Ticking(counter, [shell] {
-            shell->instance.Tick();
-            shell->broadcast.AfterTick(shell->instance.first(), {}, nullptr, shell->port);
+            shell->regions->Tick();
+            shell->broadcast.AfterTick(shell->regions->region(0), {}, nullptr, shell->port);
           })};
 }
 
@@ -176,10 +147,10 @@ LeanPair MetricsNobodyReads(const Counter& counter) {
             metrics->prediction.Observe(length_of(region::Phase::kPrediction));
             metrics->step.Observe(length_of(region::Phase::kPhysics));
             metrics->ticks.Increment();
-            metrics->tick.Set(static_cast<double>(instance->first().tick().value()));
-            metrics->owned.Set(static_cast<double>(instance->first().owned_count()));
-            metrics->ghosts.Set(static_cast<double>(instance->first().ghost_count()));
-            metrics->asleep.Set(static_cast<double>(instance->first().asleep_count()));
+            metrics->tick.Set(static_cast<double>(instance->region(0).tick().value()));
+            metrics->owned.Set(static_cast<double>(instance->region(0).owned().size()));
+            metrics->ghosts.Set(static_cast<double>(instance->region(0).ghost_count()));
+            metrics->asleep.Set(static_cast<double>(instance->region(0).asleep_count()));
           })};
 }
 
@@ -199,12 +170,9 @@ class Viewed {
   double Tick() {
     moving_.Step(1.0 / 60);
     std::copy(moving_.bodies().begin(), moving_.bodies().end(), bodies_.begin());
-    // As the worker does: what moves is told, what rests is not named.
-    if (++tick_ == 1) {
-      history_.Push(tessera::Tick(tick_), bodies_, {});
-    } else {
-      history_.PushChanges(tessera::Tick(tick_), moving_.bodies(), {});
-    }
+    // As the worker does: all bodies at first, then those that move.
+    ++tick_;
+    history_.Push(tessera::Tick(tick_), tick_ == 1 ? bodies_ : moving_.bodies(), {});
     double bytes = 0;
     for (const replication::Bytes& datagram : sender_.Write(history_, 0, 0).datagrams) {
       bytes += static_cast<double>(datagram.size());

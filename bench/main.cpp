@@ -60,7 +60,7 @@ int Run(const Suite& suite, const SuiteOptions& options) {
   } catch (const std::exception& error) {
     status = absl::InternalError(error.what());
   }
-  std::cout << report.Table();  // what there is, even if a part failed
+  std::cout << report.Table();  // as far as it is, even if a part failed
   if (status.ok()) status = report.Save();
   if (!status.ok()) {
     std::cerr << fmt::format("tessera-bench: {}\n", std::string(status.message()));

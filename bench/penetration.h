@@ -21,7 +21,7 @@ namespace tessera::bench {
 
 struct Penetration {
   double deepest_m = 0;
-  BodyId deepest_a, deepest_b;  // of that pair; none if nothing penetrates
+  BodyId deepest_a, deepest_b;  // the deepest pair; none if nothing penetrates
   double sum_m = 0;             // over pairs, of the depth of each
   double sum_of_squares_m2 = 0;
   std::size_t pairs = 0;  // that penetrate
@@ -39,7 +39,7 @@ class Yardstick {
   Penetration Measure(std::span<const BodyState> states) const;
 
  private:
-  struct Part {  // of a body: all of it, or a compound's child
+  struct Part {  // a whole body, or one child of a compound
     std::size_t body;
     Solid solid;  // in the body's frame, at its centre of mass; in world space for a mesh's triangle
     bool placed = false;

@@ -25,7 +25,7 @@ class Report {
   // The same, in place of what was said of it before.
   void Set(const std::string& scene, const std::string& engine, const std::string& config, const std::string& metric,
            double value, const std::string& unit);
-  // What is known at each Save is in this file, so that a run that is cut short keeps it. Empty: none.
+  // Each Save writes all figures so far to this file, so that a run that is cut short keeps them. Empty: no file.
   void SaveTo(std::string path) { path_ = std::move(path); }
   absl::Status Save() const { return path_.empty() ? absl::OkStatus() : WriteCsv(path_); }
   const std::vector<Figure>& figures() const { return figures_; }

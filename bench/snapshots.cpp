@@ -5,13 +5,13 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
-#include "bench/door.h"
+#include "bench/acceptor.h"
 #include "bench/snapshots_net.h"
 #include "bench/snapshots_packer.h"
 #include "bench/snapshots_scale.h"
 #include "bench/snapshots_trace.h"
 #include "bench/statistics.h"
-#include "core/replication/codec/dense_model.h"
+#include "core/replication/codec/dense_codec.h"
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/snapshot.h"
 
@@ -136,7 +136,7 @@ class FastPass {
     }
     return cost;
   }
-  std::vector<double> shared_us;  // of a further client with the same baselines
+  std::vector<double> shared_us;  // time of a further client with the same baselines
 
  private:
   Prediction Predict(std::size_t t, std::size_t cube) const {
@@ -185,8 +185,8 @@ class FastPass {
   std::vector<FastItem> items_;
 };
 
-Frame<QuantizedState> FrameOf(const CubeTrace& trace, std::size_t t) {
-  Frame<QuantizedState> frame{.tick = Tick(t + 1), .bodies = {}, .departures = {}};
+DenseFrame FrameOf(const CubeTrace& trace, std::size_t t) {
+  DenseFrame frame{.tick = Tick(t + 1), .bodies = {}, .departures = {}};
   for (std::size_t i = 0; i < trace.ticks[t].size(); ++i) {
     frame.bodies.push_back({BodyId(i + 1), Epoch(1), trace.ticks[t][i]});
   }
@@ -204,7 +204,7 @@ absl::StatusOr<Cost> RunDense(const CubeTrace& trace, std::size_t age, std::size
   };
   Cost cost;
   for (std::size_t t = 0; t < trace.ticks.size(); ++t) {
-    Frame<QuantizedState> frame = FrameOf(trace, t);
+    DenseFrame frame = FrameOf(trace, t);
     const double begin = CpuSeconds();
     const DenseCodec::Encoded encoded = codec.Encode(
         std::move(frame), {.base = at(sent, age), .older = at(sent, age + gap), .oldest = at(sent, age + gap + gap2)});
@@ -229,7 +229,7 @@ absl::StatusOr<Cost> RunDense(const CubeTrace& trace, std::size_t age, std::size
   return cost;
 }
 
-// What a client is sent of 901 cubes that all sleep, by the sender that serves it, once it has acknowledged them.
+// Bytes that a client gets of 901 sleeping cubes, by the sender that serves it, once it has acknowledged them.
 absl::StatusOr<double> RestKbps(double seconds) {
   const Quantizer quantizer(CubeBounds(), CubeSettings());
   const CubeTrace trace = RecordCubes(4, CubeDrive::kNone, 1);
@@ -343,8 +343,9 @@ struct SnapshotScene {
   absl::Status (*run)(const SuiteOptions&, Report&);
 };
 
-constexpr SnapshotScene kScenes[] = {{"cubes901", RunCubes}, {"seeds", RunSeeds}, {"loss", RunLoss}, {"join", RunJoin},
-                                     {"render", RunRender},  {"scale", RunScale}, {"door", RunDoor}};
+constexpr SnapshotScene kScenes[] = {{"cubes901", RunCubes},   {"seeds", RunSeeds},   {"loss", RunLoss},
+                                     {"join", RunJoin},        {"render", RunRender}, {"scale", RunScale},
+                                     {"acceptor", RunAcceptor}};
 
 }  // namespace
 

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <map>
 #include <random>
-#include <sstream>
 
 #include "absl/strings/str_cat.h"
 #include "bench/snapshots_trace.h"
@@ -17,7 +15,8 @@
 #include "core/region/fields.h"
 #include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
+#include "host/files.h"
 
 namespace tessera::bench {
 namespace {
@@ -119,14 +118,11 @@ absl::Status LossRow(const CubeTrace& trace, double loss, Report& report) {
 
 absl::StatusOr<std::shared_ptr<const Scene>> LoadPlaza(std::uint32_t bodies) {
   constexpr char kFile[] = "scenes/plaza.textproto";
-  std::ifstream in(kFile);
-  if (!in) return absl::NotFoundError(absl::StrCat(kFile, ": not found; run it from the repository"));
-  std::stringstream text;
-  text << in.rdbuf();
-  absl::StatusOr<v1::Scene> scene = ParseScene(text.str(), kFile);
-  if (!scene.ok()) return scene.status();
-  OverrideScatterCount(*scene, bodies);
-  return ResolveScene(*scene, kFile);
+  const absl::StatusOr<std::string> text = host::ReadFile(kFile, std::size_t{1} << 20);
+  if (!text.ok()) return absl::NotFoundError(absl::StrCat(text.status().message(), "; run it from the repository"));
+  absl::StatusOr<LoadedScene> loaded = LoadScene(SceneForm::kText, *text, kFile, {.scatter_count = bodies, .hash = {}});
+  if (!loaded.ok()) return loaded.status();
+  return loaded->scene;
 }
 
 // The world's true states of the last ticks.

@@ -1,4 +1,4 @@
-// What a client gets over a network that loses and delays: scenes of the suite snapshots, in virtual time.
+// Snapshots over a network that loses and delays datagrams: scenes of the suite snapshots, in virtual time.
 //
 //   loss     the 901 cubes at 60 Hz over 0, 1, 5 and 10 % loss, 20 ms one way and up to 50 ms more for each datagram:
 //            what it takes, how old what is shown is, errors of decoding

@@ -32,9 +32,9 @@ enum class PackerStep : std::uint8_t {
 
 using CubeStates = std::vector<replication::QuantizedState>;
 
-// What was written, by its parts.
+// Bits that were written, by part.
 PackedBits PackCubes(replication::BitWriter& writer, PackerStep step, const CubeStates& now, const CubeStates& base);
-// Of kRelativeOrientation; false if truncated.
+// Reads a kRelativeOrientation; false if truncated.
 bool UnpackCubes(std::span<const std::uint8_t> bytes, const CubeStates& base, CubeStates& now);
 
 }  // namespace tessera::bench

@@ -190,7 +190,7 @@ class Scale {
     places.reserve(near_.size());
     for (const Near& client : near_) places.push_back(far_[client.number]->Walk());
     const double begin = CpuSeconds();
-    history_.PushChanges(Tick(tick_ += kTicks), field_.changed(), {});
+    history_.Push(Tick(tick_ += kTicks), field_.changed(), {});
     double mark = CpuSeconds();
     parts.push_s += mark - begin;
     const std::vector<std::uint32_t> order = NeighboursInARow(places, kRadius_m);

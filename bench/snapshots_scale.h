@@ -1,7 +1,7 @@
 // How many clients one core shows a world to: the scene `scale` of the suite snapshots.
 //
 //   clients_per_core    at 30 Hz, each with about 1000 bodies of interest around a place of its own that moves, a tenth
-//                       of them moving, 2 % of datagrams lost either way, answers 33 to 133 ms late: sealing, ENet and
+//                       are moving, 2 % of datagrams lost either way, answers 33 to 133 ms late: sealing, ENet and
 //                       the system's sending and receiving included
 //   *_us                the parts of it, CPU time a client and snapshot
 //

@@ -17,8 +17,8 @@ constexpr double kTick_s = 1.0 / 60;
 constexpr double kCube_m = 0.4, kPlayer_m = 1.5, kDensity_kg_m3 = 1;
 constexpr double kFriction = 10;  // the most that a scene may ask for; his is 200
 constexpr double kDrive_n = 120;
-// Of the script: keys are let go when it is this fast, and turned about at this edge. Chosen, with the lengths of its
-// phases, so that the bit packer needs per cube what is published: 5.5, 26.1 and 23.3 bits.
+// The script of the player: keys are let go when it is this fast, and turned about at this edge. Chosen, with the
+// lengths of its phases, so that the bit packer needs per cube what is published: 5.5, 26.1 and 23.3 bits.
 constexpr double kCruise_m_s = 12, kEdge_m = 11;
 constexpr double kMaxSpeed_m_s = 32, kMaxSpin_rad_s = 16;
 constexpr BodyId kPlayer(1), kGround(10'000);

@@ -18,7 +18,7 @@ namespace tessera::bench {
 
 enum class CubeDrive : std::uint8_t { kMixed, kNone };
 
-// What all rows of the suite share: positions in 1/512 m, orientations of 9 bits a component.
+// Quantisation of all rows of the suite: positions in 1/512 m, orientations of 9 bits a component.
 replication::Settings CubeSettings();
 Aabb CubeBounds();
 // The cubes, by id from 1, and the ground: what a coder may know from the scene.
@@ -27,8 +27,8 @@ replication::StandingBoxes CubeBoxes();
 struct CubeTrace {
   static constexpr std::size_t kCubes = 901;                    // the first is the player's
   std::vector<std::vector<replication::QuantizedState>> ticks;  // without velocities
-  std::vector<double> moving_share;                             // of cubes not asleep, by tick
-  // Of the quantised against the true state over all cubes and ticks: m, degrees.
+  std::vector<double> moving_share;                             // share of cubes not asleep, by tick
+  // Error of the quantised against the true state over all cubes and ticks: m, degrees.
   double position_error_p50_m = 0, position_error_max_m = 0;
   double angle_error_mean_deg = 0, angle_error_max_deg = 0;
 };

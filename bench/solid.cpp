@@ -136,7 +136,7 @@ double DistanceToTriangle(Vec3d p, Vec3d a, Vec3d b, Vec3d c) {
   return std::min({to_side(a, b), to_side(b, c), to_side(c, a)});
 }
 
-// Of a point outside to a solid without its rounding.
+// Distance of a point outside to a solid without its rounding.
 double DistanceTo(const Solid& solid, Vec3d p) {
   if (solid.points.size() == 1) return Length(p - solid.points[0]);
   if (solid.points.size() == 2) {

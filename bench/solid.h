@@ -16,9 +16,9 @@ namespace tessera::bench {
 
 struct Solid {
   std::vector<Vec3d> points;
-  std::vector<Vec3d> normals;                         // of faces, unit; one of each opposite two
+  std::vector<Vec3d> normals;                         // face normals, unit; one of each opposite pair
   std::vector<Vec3d> edges;                           // directions, unit; one of each parallel set
-  std::vector<std::array<std::size_t, 3>> triangles;  // of the surface; none of a point or a line
+  std::vector<std::array<std::size_t, 3>> triangles;  // surface triangles; none for a point or a line
   double rounding_m = 0;
 
   bool thin() const { return points.size() <= 2; }

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kDt_s = 1.0 / 60;
 constexpr int kChunk = 10;           // steps of one engine before the other's turn
-constexpr int kSamples = 5;          // of penetration, over the last fifth
+constexpr int kSamples = 5;          // samples of penetration, over the last fifth
 constexpr int kCreepSteps = 60;      // over which what lies still is watched
 constexpr double kNoWorse_m = 1e-4;  // differences of lengths below this are no differences: float positions of these
                                      // worlds are as coarse as 1e-5
@@ -28,11 +28,11 @@ constexpr double kFallen_m = -3;     // no ground of these scenes is as low
 
 using States = std::vector<BodyState>;
 
-// What a run came to, besides its time.
+// Outcome of a run beside its time.
 struct Outcome {
   double mean_m = 0, deepest_m = 0;  // penetration
   double drift_m = 0;
-  double mean_height_m = 0;  // of all dynamic bodies' centres
+  double mean_height_m = 0;  // mean over the centres of all dynamic bodies
   int fallen = 0;
 };
 

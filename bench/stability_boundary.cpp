@@ -8,7 +8,7 @@
 
 #include "bench/stability_stage.h"
 #include "core/physics/world.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 #include "core/world/state_check.h"
 #include "scenes/measured/builder.h"
 #include "scenes/measured/linkages.h"
@@ -60,7 +60,7 @@ absl::Status FarAway(Stage& stage) {
       const Vec3d by{km * 700, 0, km * 700};
       if (status.ok()) status = compare(by, by, fmt::format("km={:g}", km));
     }
-    // What the scene itself makes of so little: begun a nanometre aside.
+    // The scene's own answer to so small a change: it starts a nanometre aside.
     if (status.ok()) status = compare({1e-9, 0, 1e-9}, {}, "nudged=1nm");
     if (!status.ok() && !absl::IsUnimplemented(status)) return status;
   }
@@ -69,7 +69,7 @@ absl::Status FarAway(Stage& stage) {
 
 constexpr const char* kAbsurd[] = {"nan", "inf", "-inf", "1e30", "-1e30"};
 
-// What becomes of a good scene in which one number is replaced.
+// A good scene in which one number is replaced by a bad one.
 absl::Status ResolveWith(const std::string& field, const std::string& number) {
   std::map<std::string, std::string> numbers{
       {"gravity", "-9.81"},      {"mass", "1"},           {"position", "2"},   {"linear_velocity", "0"},
@@ -83,8 +83,7 @@ absl::Status ResolveWith(const std::string& field, const std::string& number) {
          joints {{ id: 1 body_a: 7 hinge {{ motor {{ target_velocity: 1 max_force: {} }} }} }})",
       numbers["gravity"], numbers["friction"], numbers["mass"], numbers["half_extents"], numbers["position"],
       numbers["linear_velocity"], numbers["angular_velocity"], numbers["max_force"]);
-  const absl::StatusOr<v1::Scene> parsed = ParseScene(text, "scene");
-  return parsed.ok() ? ResolveScene(*parsed, "scene").status() : parsed.status();
+  return LoadScene(SceneForm::kText, text, "scene").status();
 }
 
 absl::Status AbsurdScenes(Stage& stage) {
@@ -102,7 +101,7 @@ absl::Status AbsurdScenes(Stage& stage) {
   return absl::OkStatus();
 }
 
-// What comes later than the scene: states, forces and torques.
+// Bad input after the scene: states, forces and torques.
 absl::Status AbsurdStates(Stage& stage) {
   const float absurd[] = {std::nanf(""), HUGE_VALF, -HUGE_VALF, 1e30f, -1e30f};
   int asked = 0, refused = 0;

@@ -1,4 +1,4 @@
-// What joints hold: the chain, a closed loop, the cradle, a pendulum, a spring, ragdolls.
+// Stability of joints: the chain, a closed loop, the cradle, a pendulum, a spring, ragdolls.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ absl::Status Holds(Stage& stage, const std::string& name, const Scene& scene, do
 absl::Status Loops(Stage& stage) { return Holds(stage, "closed_loop", scenes::ClosedLoop(), 10); }
 absl::Status Figures(Stage& stage) { return Holds(stage, "ragdolls", scenes::Ragdolls(8), 10); }
 
-// Of all that moves after the blow, what share the last ball has, when it is fastest.
+// Share of the last ball in all momentum after the blow, when it is fastest.
 absl::Status NewtonsCradle(Stage& stage) {
   const scenes::Cradle cradle = scenes::NewtonsCradle();
   absl::StatusOr<Run> run = stage.Start(cradle.scene);

@@ -1,4 +1,4 @@
-// What is piled straight up: towers, loads, pyramids, other shapes, and an hour of it.
+// Stability of stacks: towers, loads, pyramids, other shapes, and an hour of it.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -33,7 +33,7 @@ class Stage {
 };
 
 struct Check {
-  std::string name;  // what `--only` asks for
+  std::string name;  // as `--only` takes it
   absl::Status (*run)(Stage&);
   bool stock = false;  // by stock Bullet too
 };

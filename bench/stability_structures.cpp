@@ -1,4 +1,4 @@
-// What stands by friction and balance: Kapla tower, card house, arch, dominoes; and thin boxes on waves.
+// Structures that stand by friction and balance: Kapla tower, card house, arch, dominoes; and thin boxes on waves.
 #include <fmt/format.h>
 
 #include <algorithm>

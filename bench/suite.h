@@ -1,4 +1,4 @@
-// What a suite of the benchmarks is asked for.
+// SuiteOptions: the request to a suite of the benchmarks.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace tessera::bench {
 struct SuiteOptions {
   bool quick = false;  // a smoke test of the suite: fewer sizes, seeds and steps, under a minute
   std::string only;    // run only what has this in its name; all if empty
-  unsigned runs = 0;   // of each thing that is done again and again; 0: as many as the suite has it
+  unsigned runs = 0;   // repetitions of each measurement; 0: the suite's own number
   std::string csv;     // where the figures go; plots go beside it. None if empty
 };
 

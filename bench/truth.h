@@ -29,7 +29,7 @@ double AngleBetween(Quatd a, Quatd b);  // 0 to pi
 
 // --- Pendulums
 
-// Of a mass on a massless arm, or of a rigid body with I / (m d) for `length_m`; any amplitude below pi. By the
+// Period of a mass on a massless arm, or of a rigid body with I / (m d) for `length_m`; any amplitude below pi. By the
 // arithmetic-geometric mean (Gauss).
 double PendulumPeriod(double length_m, double gravity_m_s2, double amplitude_rad);
 
@@ -42,7 +42,7 @@ class RodChain {
   // Stretched out level along +x and at rest.
   RodChain(std::vector<Rod> rods, double gravity_m_s2);
   void Step(double dt_s);    // Runge-Kutta of fourth order
-  double x_of_last() const;  // of the last rod's centre of mass, from the fixed end
+  double x_of_last() const;  // x of the last rod's centre of mass, from the fixed end
   double energy() const;     // J; 0 at the start
 
  private:

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -67,7 +68,7 @@ TEST(RodChainTest, ManyRodsKeepTheirEnergy) {
     chain.Step(1e-3);
     worst = std::max(worst, std::abs(chain.energy()));
   }
-  EXPECT_LT(worst, 1e-3);  // of 33 * 9.81 * 1000 J that it may turn over
+  EXPECT_LT(worst, 1e-3);  // against 33 * 9.81 * 1000 J that it may turn over
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "cli/client_view.h"
 #include "cli/commands.h"
 #include "cli/signals.h"
+#include "host/files.h"
 #include "local_cluster/bot.h"
 #include "local_cluster/command_error.h"
 
@@ -18,6 +18,8 @@ namespace tessera::cli {
 namespace {
 
 using namespace std::chrono_literals;
+
+constexpr std::size_t kMaxTokenBytes = 1 << 16;
 
 struct Options {
   std::string instance;
@@ -32,19 +34,18 @@ struct Options {
   bool events = false;
 };
 
-// What is in the player's file; empty if there is none yet.
+// The return token in the player's file; empty if there is none yet.
 std::vector<std::uint8_t> ReadPlayer(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  const auto token = host::ReadFile(path, kMaxTokenBytes);
+  if (absl::IsNotFound(token.status())) return {};
+  local::OrThrow(token.status());
+  return {token->begin(), token->end()};
 }
 
-// Secret: whoever reads it is this player.
+// The token is a secret: whoever reads it is this player.
 void WritePlayer(const std::string& path, const std::vector<std::uint8_t>& token) {
-  std::ofstream out(path, std::ios::binary | std::ios::trunc);
-  std::error_code ignored;
-  std::filesystem::permissions(path, std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, ignored);
-  out.write(reinterpret_cast<const char*>(token.data()), static_cast<std::streamsize>(token.size()));
-  if (!out.flush()) throw local::CommandError(path + " cannot be written");
+  const std::string_view text(reinterpret_cast<const char*>(token.data()), token.size());
+  local::OrThrow(host::WriteFile(path, text, host::Durability::kSurvivesProcess));
 }
 
 bool Tables(const Globals& globals) { return globals.format == Format::kTable || globals.format == Format::kWide; }

@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
-#include "core/world/scene_io.h"
 #include "local_cluster/command_error.h"
 #include "local_cluster/scene_file.h"
 
@@ -19,12 +18,12 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
   auto report = nlohmann::ordered_json::array();
   for (const std::string& file : files) {
     try {
-      const local::LoadedScene loaded = local::LoadScene(file);
+      const LoadedScene loaded = local::LoadScene(file);
       const auto dynamic = std::count_if(loaded.scene->bodies.begin(), loaded.scene->bodies.end(),
                                          [](const BodyDef& body) { return body.motion == Motion::kDynamic; });
       report.push_back({{"file", file},
                         {"name", loaded.scene->name},
-                        {"hash", SceneHash(loaded.message)},
+                        {"hash", loaded.hash},
                         {"bodies", loaded.scene->bodies.size()},
                         {"dynamic", dynamic},
                         {"joints", loaded.scene->joints.size()}});

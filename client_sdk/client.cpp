@@ -28,7 +28,7 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
   wire.Simulate(options.network);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
-    doors.emplace(region.region, region);
+    endpoints.emplace(region.region, region);
     links.emplace_back(region, session.scene->bounds, replication::SettingsFor(*session.scene));
   }
 }

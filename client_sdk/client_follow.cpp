@@ -29,14 +29,16 @@ void Client::Impl::AdoptMap(RegionLink& from, const v1::PartitionMap& proto) {
   events.push_back({.kind = ClientEvent::Kind::kMapChanged});
 }
 
-void Client::Impl::AdoptDoors(RegionLink& from, const google::protobuf::RepeatedPtrField<v1::RegionDoor>& told) {
-  for (const v1::RegionDoor& door : told) {
-    absl::StatusOr<RegionEndpoint> where = DoorFrom(door.region(), door.host(), door.game_port(), door.incarnation());
+void Client::Impl::AdoptEndpoints(RegionLink& from,
+                                  const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& told) {
+  for (const v1::RegionEndpoint& endpoint : told) {
+    absl::StatusOr<RegionEndpoint> where =
+        EndpointFrom(endpoint.region(), endpoint.host(), endpoint.game_port(), endpoint.incarnation());
     if (!where.ok()) {
       from.CountError();
       continue;
     }
-    const auto [known, fresh] = doors.try_emplace(where->region, *where);
+    const auto [known, fresh] = endpoints.try_emplace(where->region, *where);
     if (!fresh && where->incarnation <= known->second.incarnation) continue;
     known->second = *std::move(where);
     follow_due = true;
@@ -54,7 +56,7 @@ void Client::Impl::Follow(TimePoint now) {
 
 void Client::Impl::DropGone(TimePoint now) {
   for (auto link = links.begin(); link != links.end();) {
-    if (Named(link->region())) {
+    if (session.map.HasRegion(link->region())) {
       ++link;
       continue;
     }
@@ -76,10 +78,10 @@ void Client::Impl::DropFar(TimePoint now) {
 
 void Client::Impl::MoveLinks(TimePoint now) {
   for (RegionLink& link : links) {
-    const auto door = doors.find(link.region());
-    if (door == doors.end() || door->second.incarnation <= link.where().incarnation) continue;
+    const auto endpoint = endpoints.find(link.region());
+    if (endpoint == endpoints.end() || endpoint->second.incarnation <= link.where().incarnation) continue;
     if (link.welcomed()) OnDisconnected(now, link);
-    link.Move(door->second, wire);
+    link.Move(endpoint->second, wire);
   }
 }
 
@@ -88,9 +90,9 @@ void Client::Impl::AddMissing() {
     const auto at = std::lower_bound(links.begin(), links.end(), region.id,
                                      [](const RegionLink& link, RegionId id) { return link.region() < id; });
     if (at != links.end() && at->region() == region.id) continue;
-    const auto door = doors.find(region.id);
-    if (door == doors.end() || !Near(region.id, kConnectBeyond * interest_radius_m)) continue;
-    links.emplace(at, door->second, session.scene->bounds, replication::SettingsFor(*session.scene));
+    const auto endpoint = endpoints.find(region.id);
+    if (endpoint == endpoints.end() || !Near(region.id, kConnectBeyond * interest_radius_m)) continue;
+    links.emplace(at, endpoint->second, session.scene->bounds, replication::SettingsFor(*session.scene));
   }
 }
 
@@ -102,11 +104,6 @@ std::vector<RegionLink>::iterator Client::Impl::LetGo(std::vector<RegionLink>::i
   let_go.decode_errors += stats.decode_errors;
   let_go.reconnects += stats.reconnects;
   return links.erase(link);
-}
-
-bool Client::Impl::Named(RegionId region) const {
-  const auto regions = session.map.regions();
-  return std::any_of(regions.begin(), regions.end(), [&](const MapRegion& r) { return r.id == region; });
 }
 
 bool Client::Impl::Near(RegionId region, double more_m) const {

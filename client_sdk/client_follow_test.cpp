@@ -38,7 +38,7 @@ TEST_F(ClientFollowTest, AnotherRegionTakesTheGoneOnesPlaceUnseen) {
   FakeRegion& third = instance->Add(RegionId(3));
   third.started = true;
   const PartitionMap next = Handed(instance->map, RegionId(2), RegionId(3));
-  instance->regions[0]->TellMap(next, {third.Door()});
+  instance->regions[0]->TellMap(next, {third.Where()});
   ASSERT_TRUE(Until([&] { return third.clients() == 1 && instance->regions[1]->clients() == 0; }, true));
   EXPECT_TRUE(client->World().contains(kBall));  // as it was last, until its new owner speaks
   EXPECT_NEAR(client->World().at(kBall).state.position.x, 5, 1e-3);
@@ -59,7 +59,7 @@ TEST_F(ClientFollowTest, TheEndOfTheLastRegionItKnewIsNotTheEndOfTheWorld) {
   Play();
   FakeRegion& second = instance->Add(RegionId(2));
   second.started = true;
-  instance->regions[0]->TellMap(Handed(instance->map, RegionId(1), RegionId(2)), {second.Door()});
+  instance->regions[0]->TellMap(Handed(instance->map, RegionId(1), RegionId(2)), {second.Where()});
   instance->regions[0]->Stop("the instance ends");
   ASSERT_TRUE(Until([&] { return second.clients() == 1; }));
   EXPECT_EQ(client->state(), ClientState::kPlaying);
@@ -82,26 +82,26 @@ TEST_F(ClientFollowTest, WhatNobodyTakesOverVanishesAfterAWhile) {
   EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);
 }
 
-TEST_F(ClientFollowTest, ADoorThatMovesIsFound) {
+TEST_F(ClientFollowTest, AnEndpointThatMovesIsFound) {
   Make(2);
   Join();
   Play();
   FakeRegion& again = instance->Add(RegionId(2), Incarnation(2));
   again.started = true;
-  instance->regions[0]->TellMap(instance->map, {again.Door()});
+  instance->regions[0]->TellMap(instance->map, {again.Where()});
   ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 1; }));
   EXPECT_EQ(again.clients(), 1u);
   // News that are older than that count for nothing.
-  instance->regions[0]->TellMap(instance->map, {instance->regions[1]->Door()});
+  instance->regions[0]->TellMap(instance->map, {instance->regions[1]->Where()});
   for (int i = 0; i < 50; ++i) PollOnce();
   EXPECT_EQ(again.clients(), 1u);
 }
 
-TEST_F(ClientFollowTest, DoorsThatMakeNoSenseAreCountedAndDropped) {
+TEST_F(ClientFollowTest, EndpointsThatMakeNoSenseAreCountedAndDropped) {
   Make(1);
   Join();
   Play();
-  v1::RegionDoor nowhere = instance->regions[0]->Door();
+  v1::RegionEndpoint nowhere = instance->regions[0]->Where();
   nowhere.set_game_port(70'000);
   nowhere.set_incarnation(9);
   instance->regions[0]->TellMap(instance->map, {nowhere});
@@ -170,7 +170,7 @@ TEST_F(ClientFollowTest, WhenAllThatAreNearFallSilentTheOthersAreAsked) {
   EXPECT_EQ(client->state(), ClientState::kPlaying);
 }
 
-// Everything dies at once, and what comes in its place accepts only the renewed pass.
+// Everything dies at once, and what comes in its place accepts only the renewed token.
 TEST_F(ClientFollowTest, ComesBackAsTheSamePlayerAfterTheLossOfAllLinks) {
   Make(2);
   Join();

@@ -9,6 +9,7 @@
 
 #include "client_sdk/client.h"
 #include "client_sdk/input_clock.h"
+#include "client_sdk/input_queue.h"
 #include "client_sdk/pair_book.h"
 #include "client_sdk/playout_clock.h"
 #include "client_sdk/predictor.h"
@@ -34,8 +35,8 @@ struct Client::Impl {
   void OnRefusal(TimePoint now, RegionLink& link, const v1::RegionRefusal& refusal);
   void OnStopping(TimePoint now, RegionLink& link, const std::string& why);
   void OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes);
-  void OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal);
-  void OnPass(RegionLink& link, const v1::RegionPass& pass);
+  void OnDialRefused(TimePoint now, RegionLink& link, const net::Refusal& refusal);
+  void OnRenewedToken(RegionLink& link, const v1::RenewedToken& renewed);
   void OnPairEvents(TimePoint now, RegionLink& link, const v1::PairEvents& told);
   bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
@@ -46,13 +47,12 @@ struct Client::Impl {
 
   // Which regions to be connected to (client_follow.cpp).
   void AdoptMap(RegionLink& from, const v1::PartitionMap& map);
-  void AdoptDoors(RegionLink& from, const google::protobuf::RepeatedPtrField<v1::RegionDoor>& doors);
+  void AdoptEndpoints(RegionLink& from, const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& endpoints);
   void Follow(TimePoint now);
   void DropGone(TimePoint now);
   void DropFar(TimePoint now);
   void MoveLinks(TimePoint now);
   void AddMissing();
-  bool Named(RegionId region) const;  // by the map
   bool Near(RegionId region, double more_m) const;
   bool Touches(RegionId region, double more_m) const;
   std::optional<Vec3d> OwnPosition() const;
@@ -74,17 +74,12 @@ struct Client::Impl {
   void Correct();
   void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
   void SendInputs(TimePoint now);
-  std::vector<replication::InputCommand> InputsFor(const RegionLink& link) const;
   void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }
   void MeasureRates(TimePoint now);
   ClientStats Stats() const;
 
-  struct PendingInput {
-    replication::InputCommand command;
-    int sendings_left = 0;
-  };
   struct Traffic {
     TimePoint time;
     std::uint64_t in = 0, out = 0;
@@ -93,10 +88,10 @@ struct Client::Impl {
   JoinOptions options;
   Session session;
   Wire wire;
-  std::vector<RegionLink> links;             // ascending by region
-  std::map<RegionId, RegionEndpoint> doors;  // the newest known of each
-  bool follow_due = false;                   // map or doors have changed
-  double interest_radius_m;                  // 0: all of the world
+  std::vector<RegionLink> links;                 // ascending by region
+  std::map<RegionId, RegionEndpoint> endpoints;  // the newest known of each
+  bool follow_due = false;                       // map or endpoints have changed
+  double interest_radius_m;                      // 0: all of the world
   ClientState state = ClientState::kJoining;
   bool started = false;
   bool searching = false;  // no region that is near answers: all of the map are asked
@@ -111,8 +106,7 @@ struct Client::Impl {
 
   Vec3f steering_force_n, steering_torque_nm;
   std::uint32_t next_input = 1;
-  std::deque<PendingInput> pending;         // ascending by number
-  std::optional<TimePoint> inputs_sent_at;  // at which an input is said again: at most once a tick
+  InputQueue inputs;
   InputClock input_clock;
   // What the own body's region told last: at `tick` it had applied `input`.
   struct Applied {

@@ -5,24 +5,15 @@
 #include "client_sdk/client_impl.h"
 
 namespace tessera::client {
-namespace {
-
-// Datagrams that carry an input: two in a row may be lost.
-constexpr int kSendings = 3;
-}  // namespace
 
 // The tick that an input is meant for: inputs act one a tick, after those that the region had not applied yet.
 void Client::Impl::Push(BodyId body, Vec3f force_n, Vec3f torque_nm) {
-  const std::uint32_t number = next_input++;
+  PlayerInput input{
+      .number = next_input++, .player = session.player, .body = body, .force_n = force_n, .torque_nm = torque_nm};
   const bool own = body == PlayerBodyId(session.player);
-  const Tick target = own && applied ? applied->tick + (number - std::min(number, applied->input)) : Tick();
-  const replication::InputCommand command{
-      .number = number, .body = body, .target = target, .force_n = force_n, .torque_nm = torque_nm};
-  pending.push_back({command, kSendings});
-  if (own && predictor) predictor->Add(command);
-  inputs_sent_at.reset();
-  // More than fit in a message means that nobody listens: the oldest are stale.
-  if (pending.size() > replication::kMaxInputs) pending.pop_front();
+  if (own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
+  inputs.Push(input);
+  if (own && predictor) predictor->Add(input);
 }
 
 // While the player steers, one a tick; a predicted body that moves needs them too, since they tell which tick is shown.
@@ -71,26 +62,14 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   }
 }
 
-// To the region that owns the body; to all while nobody is known to.
-std::vector<replication::InputCommand> Client::Impl::InputsFor(const RegionLink& link) const {
-  std::vector<replication::InputCommand> inputs;
-  for (const PendingInput& input : pending) {
-    const std::optional<RegionId> owner = world.OwnerOf(input.command.body);
-    if (!owner.has_value() || *owner == link.region()) inputs.push_back(input.command);
-  }
-  return inputs;
-}
-
+// Each input goes to the region that owns its body, and to all while nobody is known to.
 void Client::Impl::SendInputs(TimePoint now) {
-  const auto tick_length = std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz);
-  const bool due = !pending.empty() && (!inputs_sent_at.has_value() || now - *inputs_sent_at >= tick_length);
+  const bool due = inputs.Due(now, std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz));
   for (RegionLink& link : links) {
-    Sent(link.Send(now, wire, due ? InputsFor(link) : std::vector<replication::InputCommand>()));
+    const auto is_for_link = [&](BodyId body) { return world.OwnerOf(body).value_or(link.region()) == link.region(); };
+    Sent(link.Send(now, wire, due ? inputs.Select(is_for_link) : std::vector<PlayerInput>()));
   }
-  if (!due) return;
-  inputs_sent_at = now;
-  for (PendingInput& input : pending) --input.sendings_left;
-  std::erase_if(pending, [](const PendingInput& input) { return input.sendings_left <= 0; });
+  if (due) inputs.Sent(now);
 }
 
 std::uint32_t Client::Move(Vec3f force_n, Vec3f torque_nm) {

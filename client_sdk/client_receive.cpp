@@ -8,7 +8,7 @@
 namespace tessera::client {
 namespace {
 
-// What the door and the region behind it say is one list.
+// The acceptor and the region behind it refuse by one list of reasons.
 static_assert(v1::REFUSAL_REASON_PROTOCOL == static_cast<int>(net::Refused::kProtocol));
 static_assert(v1::REFUSAL_REASON_BAD_TOKEN == static_cast<int>(net::Refused::kBadToken));
 static_assert(v1::REFUSAL_REASON_WRONG_INSTANCE == static_cast<int>(net::Refused::kWrongInstance));
@@ -57,7 +57,7 @@ void Client::Impl::OnEvent(TimePoint now, RegionLink& link, const net::Event& ev
     case net::Event::Kind::kConnected:
       return link.LetIn(event.peer);
     case net::Event::Kind::kDisconnected:
-      return event.refusal ? OnDoorRefusal(now, link, *event.refusal) : OnDisconnected(now, link);
+      return event.refusal ? OnDialRefused(now, link, *event.refusal) : OnDisconnected(now, link);
     case net::Event::Kind::kMessage:
       bytes_in += event.bytes.size();
       return event.delivery == net::Delivery::kReliable ? OnControl(now, link, event.bytes)
@@ -93,7 +93,7 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     case v1::RegionControl::kStarted:
       return Start();
     case v1::RegionControl::kMap:
-      AdoptDoors(link, control.map().doors());
+      AdoptEndpoints(link, control.map().endpoints());
       return AdoptMap(link, control.map().map());
     case v1::RegionControl::kInputRefused: {
       const v1::InputRefused& refused = control.input_refused();
@@ -107,8 +107,8 @@ void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& 
     }
     case v1::RegionControl::kStopping:
       return OnStopping(now, link, control.stopping().reason());
-    case v1::RegionControl::kPass:
-      return OnPass(link, control.pass());
+    case v1::RegionControl::kRenewedToken:
+      return OnRenewedToken(link, control.renewed_token());
     case v1::RegionControl::kPairEvents:
       return OnPairEvents(now, link, control.pair_events());
     case v1::RegionControl::KIND_NOT_SET:
@@ -127,7 +127,7 @@ void Client::Impl::OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWe
   link.Welcomed();
   RegionChanged(now, link.region(), RegionEntry::Change::kBegins);
   if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = link.region()});
-  AdoptDoors(link, welcome.doors());
+  AdoptEndpoints(link, welcome.endpoints());
   AdoptMap(link, welcome.map());
   if (welcome.started()) Start();
 }
@@ -148,7 +148,7 @@ void Client::Impl::OnRefusal(TimePoint now, RegionLink& link, const v1::RegionRe
 
 // Once in the world, a door that is another's by now or has no room is tried again: a region may be on its way to
 // another address, and the map tells where.
-void Client::Impl::OnDoorRefusal(TimePoint now, RegionLink& link, const net::Refusal& refusal) {
+void Client::Impl::OnDialRefused(TimePoint now, RegionLink& link, const net::Refusal& refusal) {
   const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kExpired ||
                         refusal.reason == net::Refused::kStopping;
   if (state == ClientState::kJoining || for_good) return OnRefusal(now, link, ToProto(refusal));
@@ -187,9 +187,9 @@ void Client::Impl::SettlePairs(TimePoint now) {
       now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(body); }, events);
 }
 
-void Client::Impl::OnPass(RegionLink& link, const v1::RegionPass& pass) {
-  const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(pass.session_key());
-  const std::string& token = pass.connect_token();
+void Client::Impl::OnRenewedToken(RegionLink& link, const v1::RenewedToken& renewed) {
+  const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(renewed.session_key());
+  const std::string& token = renewed.connect_token();
   if (!key.ok() || token.size() > net::kMaxTokenBytes) return link.CountError();
   session.credentials = {.token = {token.begin(), token.end()}, .key = *key};
 }
@@ -222,7 +222,7 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes&
   last_applied_input = std::max(last_applied_input, snapshot->last_input);
   if (snapshot->last_input >= next_input) {  // made by an earlier client of this player: ours would pass for late
     next_input = snapshot->last_input + 1;
-    pending.clear();
+    inputs.Clear();
     input_clock.Stop();
   }
   playout.Arrived(now, snapshot->tick);

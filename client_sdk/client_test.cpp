@@ -290,7 +290,7 @@ TEST_F(ClientTest, AnAddressThatIsAnothersByNowIsTriedAgain) {
   Play();
   instance->BecomeAnother(0);
   ASSERT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionLost) == 1; }, true));
-  ASSERT_TRUE(Until([&] { return instance->regions[0]->doors_refused() >= 2; }, true));
+  ASSERT_TRUE(Until([&] { return instance->regions[0]->logins_refused() >= 2; }, true));
   EXPECT_EQ(client->state(), ClientState::kPlaying);
   instance->Restart(0);
   instance->regions[0]->started = true;

@@ -15,7 +15,7 @@
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 #include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "tessera/v1/game.pb.h"
@@ -50,13 +50,13 @@ class FakeRegion {
   Incarnation incarnation() const { return incarnation_; }
   std::uint16_t port() const { return endpoint_->port(); }
   std::size_t clients() const { return senders_.size(); }
-  std::uint64_t doors_refused() const { return endpoint_->door_stats().refused; }
+  std::uint64_t logins_refused() const { return endpoint_->acceptor_stats().refused; }
 
   bool started = false;
   std::optional<v1::RegionRefusal> refuse_all;
-  PlayerNumber welcome_as;                        // somebody else, where set
-  std::vector<replication::InputCommand> inputs;  // new ones, as they came
-  double drop_share = 0;                          // of snapshot datagrams; every n-th
+  PlayerNumber welcome_as;          // somebody else, where set
+  std::vector<PlayerInput> inputs;  // new ones, as they came
+  double drop_share = 0;            // of snapshot datagrams; every n-th
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
@@ -84,16 +84,16 @@ class FakeRegion {
     for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
     senders_.clear();
   }
-  void TellMap(const PartitionMap& map, const std::vector<v1::RegionDoor>& doors = {}) {
+  void TellMap(const PartitionMap& map, const std::vector<v1::RegionEndpoint>& endpoints = {}) {
     v1::RegionControl message;
     *message.mutable_map()->mutable_map() = ToProto(map);
-    message.mutable_map()->mutable_doors()->Assign(doors.begin(), doors.end());
+    message.mutable_map()->mutable_endpoints()->Assign(endpoints.begin(), endpoints.end());
     TellAll(message);
   }
-  void TellPass(const net::Credentials& pass) {
+  void SendRenewedToken(const net::Credentials& credentials) {
     v1::RegionControl message;
-    message.mutable_pass()->set_connect_token(pass.token.data(), pass.token.size());
-    message.mutable_pass()->set_session_key(pass.key.data(), pass.key.size());
+    message.mutable_renewed_token()->set_connect_token(credentials.token.data(), credentials.token.size());
+    message.mutable_renewed_token()->set_session_key(credentials.key.data(), credentials.key.size());
     TellAll(message);
   }
   struct Pair {
@@ -113,13 +113,13 @@ class FakeRegion {
     }
     TellAll(message);
   }
-  v1::RegionDoor Door() const {
-    v1::RegionDoor door;
-    door.set_region(self_.value());
-    door.set_host("127.0.0.1");
-    door.set_game_port(port());
-    door.set_incarnation(incarnation_.value());
-    return door;
+  v1::RegionEndpoint Where() const {
+    v1::RegionEndpoint endpoint;
+    endpoint.set_region(self_.value());
+    endpoint.set_host("127.0.0.1");
+    endpoint.set_game_port(port());
+    endpoint.set_incarnation(incarnation_.value());
+    return endpoint;
   }
   void Snapshot(Tick tick, std::span<const replication::BodyRecord> bodies,
                 std::span<const replication::DepartureRecord> departures = {}) {
@@ -178,7 +178,7 @@ class FakeRegion {
     const auto message = replication::DecodeInput(event.bytes);
     if (sender == senders_.end() || !message.ok()) return;
     EXPECT_TRUE(sender->second.Acknowledge(message->ack).ok());
-    for (const replication::InputCommand& input : message->inputs) {
+    for (const PlayerInput& input : message->inputs) {
       if (input.number <= last_input_) continue;
       last_input_ = input.number;
       if (input.body == PlayerBodyId(players_[event.peer])) {
@@ -210,16 +210,16 @@ class FakeInstance : public v1::SessionService::Service {
   static constexpr const char* kId = "plaza-1";
 
   explicit FakeInstance(std::uint32_t count, const std::string& more = "") {
-    const auto written =
-        ParseScene(more + R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+    const auto loaded = LoadScene(
+        SceneForm::kText, more + R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
       properties { name: "health" number: 100 } properties { name: "team" text: "none" }
       bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } properties { name: "team" text: "red" } }
       player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
-                   "plaza.textproto");
-    EXPECT_TRUE(written.ok()) << written.status();
-    scene_bytes_ = written->SerializeAsString();
-    scene_hash_ = SceneHash(*written);
-    scene = *ResolveScene(*written, "plaza.textproto");
+        "plaza.textproto");
+    EXPECT_TRUE(loaded.ok()) << loaded.status();
+    scene_bytes_ = loaded->message.SerializeAsString();
+    scene_hash_ = loaded->hash;
+    scene = loaded->scene;
     map = *MakeGridMap(scene->ground(), count);
     for (std::uint32_t i = 1; i <= count; ++i) {
       regions.push_back(std::make_unique<FakeRegion>(RegionId(i), *scene, map, key_, kId));
@@ -244,12 +244,12 @@ class FakeInstance : public v1::SessionService::Service {
     regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
     return *regions.back();
   }
-  // Gives the player a pass that only regions made from now on accept.
+  // Gives the player a token that only regions made from now on accept.
   void RenewPass(PlayerNumber player) {
     key_ = net::MakeInstanceKey();
-    const net::Credentials pass =
+    const net::Credentials credentials =
         net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}}, key_);
-    for (const auto& region : regions) region->TellPass(pass);
+    for (const auto& region : regions) region->SendRenewedToken(credentials);
   }
   const std::string& written_scene() const { return scene_bytes_; }
   void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
@@ -272,12 +272,12 @@ class FakeInstance : public v1::SessionService::Service {
       if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "session_key"};
       player = who->player;
     }
-    const net::Credentials pass =
+    const net::Credentials credentials =
         net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}},
                    wrong_key ? net::MakeInstanceKey() : key_);
     response->set_player(player.value());
-    response->set_connect_token(std::string(pass.token.begin(), pass.token.end()));
-    response->set_session_key(pass.key.data(), pass.key.size());
+    response->set_connect_token(std::string(credentials.token.begin(), credentials.token.end()));
+    response->set_session_key(credentials.key.data(), credentials.key.size());
     *response->mutable_map() = ToProto(map);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       v1::RegionAddress& address_of = *response->add_regions();

@@ -61,16 +61,11 @@ struct Loop {
   }
 
   void Serve() {
-    for (const replication::InputCommand& input : up.Take(now)) {
+    for (const PlayerInput& input : up.Take(now)) {
       if (input.number <= newest_input) continue;
       newest_input = input.number;
       if (input.target != Tick()) margin = static_cast<std::int32_t>(input.target - (region.tick() + 1));
-      const absl::Status queued = region.QueueInput({.player = kPlayer,
-                                                     .number = input.number,
-                                                     .body = input.body,
-                                                     .force_n = input.force_n,
-                                                     .torque_nm = input.torque_nm});
-      if (!queued.ok()) ++refused;
+      if (!region.QueueInput(input).ok()) ++refused;
     }
     if (elapsed_ms * kTickRate / 1000 == static_cast<int>(region.tick().value())) return;
     region.Step();
@@ -97,11 +92,12 @@ struct Loop {
     for (int due = clock.Due(now, kTickRate); due > 0; --due) {
       const std::uint32_t number = ++made;
       clock.Made(number);
-      const replication::InputCommand input{.number = number,
-                                            .body = kOwn,
-                                            .target = applied->tick + (number - applied->last_input),
-                                            .force_n = force,
-                                            .torque_nm = {}};
+      const PlayerInput input{.number = number,
+                              .player = kPlayer,
+                              .body = kOwn,
+                              .target = applied->tick + (number - applied->last_input),
+                              .force_n = force,
+                              .torque_nm = {}};
       predictor.Add(input);
       predicted[predictor.tick()] = predictor.own().position;
       up.PutReliable(now, 0, input, conditions);
@@ -129,7 +125,7 @@ struct Loop {
   Predictor predictor;
   InputClock clock;
   DelayLine<Told> down;
-  DelayLine<replication::InputCommand> up;
+  DelayLine<PlayerInput> up;
   TimePoint now{std::chrono::hours(1)};
   int elapsed_ms = 0;
   std::uint32_t newest_input = 0, made = 0, refused = 0;

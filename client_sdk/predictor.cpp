@@ -77,7 +77,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   const std::uint32_t newest = inputs_.empty() ? 0 : inputs_[std::max<std::size_t>(simulated_, 1) - 1].number;
   std::map<BodyId, Pose> shown;
   for (const auto& [id, body] : bodies_) shown.emplace(id, Raw(body));
-  std::erase_if(inputs_, [&](const replication::InputCommand& input) { return input.number <= last_input; });
+  std::erase_if(inputs_, [&](const PlayerInput& input) { return input.number <= last_input; });
 
   base_tick_ = tick;
   Choose(bodies);
@@ -177,12 +177,12 @@ void Predictor::Simulate() {
   for (std::size_t i = 0; i < ticks; ++i) Step(inputs_[i]);
 }
 
-void Predictor::Add(const replication::InputCommand& input) {
+void Predictor::Add(const PlayerInput& input) {
   inputs_.push_back(input);
   if (running() && simulated_ + 1 == inputs_.size() && simulated_ < kMaxTicks) Step(input);
 }
 
-void Predictor::Step(const replication::InputCommand& input) {
+void Predictor::Step(const PlayerInput& input) {
   const Scene& scene = catalog_.scene();
   const Body& own = bodies_.at(own_def_.id);
   Vec3f force = region::LimitedForce(*scene.player, input.force_n, own.now.linear_velocity);

@@ -43,7 +43,7 @@ class Predictor {
   // `bodies` holds the own body's state at `tick`, after the input `last_input`. Older news are ignored.
   void Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies);
   // Of the own body; numbers ascend.
-  void Add(const replication::InputCommand& input);
+  void Add(const PlayerInput& input);
   // The own body and what it touches, ascending; `phase`: share of a tick since the newest input.
   std::vector<PredictedBody> At(TimePoint now, double phase);
   void Forget();  // the own body is gone
@@ -68,7 +68,7 @@ class Predictor {
   void Choose(const std::map<BodyId, SeenBody>& bodies);
   void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
   void Simulate();
-  void Step(const replication::InputCommand& input);
+  void Step(const PlayerInput& input);
   void NoteTouched();
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;
@@ -79,9 +79,9 @@ class Predictor {
   std::unique_ptr<physics::World> world_;
   Vec3d origin_;
   double own_radius_m_ = 0;
-  std::map<BodyId, Body> bodies_;                 // in the world, but for static ones; ascending
-  std::deque<replication::InputCommand> inputs_;  // not applied at the base
-  std::size_t simulated_ = 0;                     // of them
+  std::map<BodyId, Body> bodies_;   // in the world, but for static ones; ascending
+  std::deque<PlayerInput> inputs_;  // not applied at the base
+  std::size_t simulated_ = 0;       // of them
   std::optional<Tick> base_tick_;
   BodyState own_now_;
   double phase_ = 1;

@@ -138,7 +138,7 @@ FrameEntry Recorder::Encode(OpenFrame frame) {
   }
   // One that is later than the next belongs to the next: the states that are newer stay.
   stream.written = std::max(frame.tick, stream.written + 1);
-  replication::Frame<QuantizedState> whole{.tick = stream.written, .bodies = {}, .departures = {}};
+  replication::DenseFrame whole{.tick = stream.written, .bodies = {}, .departures = {}};
   whole.bodies.reserve(stream.bodies.size());
   for (const auto& [id, told] : stream.bodies) whole.bodies.push_back({id, told.epoch, told.state});
   auto encoded = codec_.Encode(std::move(whole), stream.frames);

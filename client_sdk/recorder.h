@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "client_sdk/recording.h"
-#include "core/replication/codec/dense_model.h"
+#include "core/replication/codec/dense_codec.h"
 #include "core/world/scene.h"
 
 namespace tessera::client {

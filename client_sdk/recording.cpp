@@ -4,8 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/recording_format.h"
-#include "core/region/wire.h"
 #include "core/replication/codec/checksum.h"
+#include "core/world/bytes.h"
 
 namespace tessera::client {
 namespace {
@@ -15,16 +15,6 @@ using replication::Bytes;
 constexpr std::uint64_t kPreambleBytes = 8;
 // An entry that ends a file: when, and how many there are before it.
 constexpr std::uint64_t kEndBytes = kSealBytes + 1 + 10 + 10;
-
-void PutWord(Bytes& out, std::uint32_t word) {
-  for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::uint8_t>(word >> (8 * i)));
-}
-
-std::uint32_t WordAt(const std::uint8_t* bytes) {
-  std::uint32_t word = 0;
-  for (int i = 0; i < 4; ++i) word |= std::uint32_t{bytes[i]} << (8 * i);
-  return word;
-}
 
 bool PutAll(std::ostream& out, std::span<const std::uint8_t> bytes) {
   return static_cast<bool>(
@@ -50,11 +40,11 @@ RecordingWriter::RecordingWriter(std::unique_ptr<std::ostream> out, std::string 
     : out_(std::move(out)), name_(std::move(name)), max_bytes_(max_bytes) {}
 
 absl::Status RecordingWriter::Begin(const RecordingHeader& header) {
-  Bytes preamble;
-  PutWord(preamble, kRecordingMagic);
-  PutWord(preamble, kRecordingFormat);
+  ByteWriter preamble;
+  preamble.U32(kRecordingMagic);
+  preamble.U32(kRecordingFormat);
   bytes_ = preamble.size();
-  if (!PutAll(*out_, preamble)) return absl::UnavailableError(absl::StrCat(name_, ": cannot be written"));
+  if (!PutAll(*out_, preamble.bytes())) return absl::UnavailableError(absl::StrCat(name_, ": cannot be written"));
   return Put(EncodeHeader(header), kEndBytes);
 }
 
@@ -64,10 +54,10 @@ absl::Status RecordingWriter::Put(std::span<const std::uint8_t> payload, std::ui
   if (bytes_ + kSealBytes + payload.size() + spare > max_bytes_) {
     return absl::ResourceExhaustedError(absl::StrCat(name_, ": full, at ", max_bytes_, " bytes"));
   }
-  Bytes seal;
-  PutWord(seal, static_cast<std::uint32_t>(payload.size()));
-  PutWord(seal, replication::Crc32c(payload, entries_));
-  if (!PutAll(*out_, seal) || !PutAll(*out_, payload)) {
+  ByteWriter seal;
+  seal.U32(static_cast<std::uint32_t>(payload.size()));
+  seal.U32(replication::Crc32c(payload, entries_));
+  if (!PutAll(*out_, seal.bytes()) || !PutAll(*out_, payload)) {
     return absl::UnavailableError(absl::StrCat(name_, ": cannot be written, at byte ", bytes_));
   }
   bytes_ += seal.size() + payload.size();
@@ -79,7 +69,7 @@ absl::Status RecordingWriter::Write(const RecordedEntry& entry) { return Put(Enc
 
 absl::Status RecordingWriter::Close(std::chrono::microseconds at) {
   if (out_ == nullptr) return absl::OkStatus();
-  region::Writer end;
+  ByteWriter end;
   end.U8(static_cast<std::uint8_t>(EntryKind::kEnd));
   end.Varint(static_cast<std::uint64_t>(at.count()));
   end.Varint(entries_);
@@ -116,7 +106,8 @@ absl::Status RecordingReader::Damaged(absl::string_view what) const {
 absl::StatusOr<std::vector<std::uint8_t>> RecordingReader::Take(std::uint64_t max_bytes) {
   std::array<std::uint8_t, kSealBytes> seal{};
   if (size_ - at_ < seal.size() || !TakeAll(*in_, seal)) return Damaged("the end is missing");
-  const std::uint32_t length = WordAt(seal.data()), checksum = WordAt(seal.data() + 4);
+  ByteReader words(seal);
+  const std::uint32_t length = words.U32(), checksum = words.U32();
   if (length > max_bytes || length == 0) return Damaged("length");
   if (length > size_ - at_ - seal.size()) return Damaged("the end is missing");
   std::vector<std::uint8_t> payload(length);
@@ -130,10 +121,11 @@ absl::StatusOr<std::vector<std::uint8_t>> RecordingReader::Take(std::uint64_t ma
 // Goes through all of it once, and back to where the header ends.
 absl::Status RecordingReader::Check() {
   std::array<std::uint8_t, kPreambleBytes> preamble{};
-  if (size_ < preamble.size() || !TakeAll(*in_, preamble) || WordAt(preamble.data()) != kRecordingMagic) {
+  ByteReader words(preamble);
+  if (size_ < preamble.size() || !TakeAll(*in_, preamble) || words.U32() != kRecordingMagic) {
     return absl::InvalidArgumentError(absl::StrCat(name_, ": is not a recording"));
   }
-  if (const std::uint32_t format = WordAt(preamble.data() + 4); format != kRecordingFormat) {
+  if (const std::uint32_t format = words.U32(); format != kRecordingFormat) {
     return absl::InvalidArgumentError(
         absl::StrCat(name_, ": has format ", format, ", this library reads ", kRecordingFormat));
   }
@@ -147,7 +139,7 @@ absl::Status RecordingReader::Check() {
   for (;;) {
     payload = Take(kMaxEntryBytes);
     if (!payload.ok()) return payload.status();
-    region::Reader in(*payload);
+    ByteReader in(*payload);
     const bool last = in.U8() == static_cast<std::uint8_t>(EntryKind::kEnd);
     const std::uint64_t at_us = in.Varint();
     if (!in.ok() || at_us > kMaxTime_us || std::chrono::microseconds(at_us) < length_) return Damaged("time");

@@ -2,15 +2,13 @@
 #include "absl/strings/str_cat.h"
 #include "client_sdk/recording.h"
 #include "client_sdk/recording_format.h"
-#include "core/region/wire.h"
-#include "core/replication/codec/frame_codec.h"
+#include "core/replication/codec/dense_codec.h"
+#include "core/world/bytes.h"
 #include "core/world/limits.h"
 
 namespace tessera::client {
 namespace {
 
-using region::Reader;
-using region::Writer;
 using replication::Bytes;
 using replication::DepartureRecord;
 using Payload = std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent>;
@@ -21,29 +19,17 @@ constexpr std::size_t kMaxPropertyBytes = 1 << 16;
 
 absl::Status Bad(absl::string_view what) { return absl::DataLossError(what); }
 
-void PutBytes(Writer& out, std::span<const std::uint8_t> bytes) {
-  out.Varint(bytes.size());
-  for (const std::uint8_t byte : bytes) out.U8(byte);
-}
-void PutText(Writer& out, std::string_view text) {
-  PutBytes(out, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+absl::Status Finished(const ByteReader& in) {
+  if (!in.ok()) return Bad(in.error());
+  return in.remaining() == 0 ? absl::OkStatus() : Bad("trailing bytes");
 }
 
-// Fails the reader beyond `most`.
-std::span<const std::uint8_t> TakeBytes(Reader& in, std::size_t most) {
-  const std::size_t size = in.Count(1);
-  if (size > most) in.Fail();
-  if (!in.ok()) return {};
-  const std::span<const std::uint8_t> bytes = in.rest().first(size);
-  in.Skip(size);
-  return bytes;
-}
-std::string TakeText(Reader& in, std::size_t most) {
-  const std::span<const std::uint8_t> bytes = TakeBytes(in, most);
+std::string TakeText(ByteReader& in, std::size_t most) {
+  const std::span<const std::uint8_t> bytes = in.Block(most);
   return {bytes.begin(), bytes.end()};
 }
 
-void Put(Writer& out, const FrameEntry& entry) {
+void Put(ByteWriter& out, const FrameEntry& entry) {
   out.Varint(entry.region.value());
   out.Varint(entry.last_input);
   out.Varint(entry.departures.size());
@@ -56,15 +42,17 @@ void Put(Writer& out, const FrameEntry& entry) {
   out.Varint(entry.properties.size());
   for (const auto& [id, bytes] : entry.properties) {
     out.Varint(id.value());
-    PutBytes(out, *bytes);
+    out.Block(*bytes);
   }
-  PutBytes(out, entry.frame);
+  out.Block(entry.frame);
 }
 
-absl::StatusOr<Payload> TakeFrame(Reader& in) {
+absl::StatusOr<Payload> TakeFrame(ByteReader& in) {
+  in.Field("frame");
   FrameEntry entry;
   entry.region = RegionId(in.Varint32());
   entry.last_input = in.Varint32();
+  in.Field("departures");
   for (std::size_t n = in.Count(4); n > 0 && in.ok(); --n) {
     DepartureRecord departure;
     departure.id = BodyId(in.Varint());
@@ -78,24 +66,27 @@ absl::StatusOr<Payload> TakeFrame(Reader& in) {
     }
     entry.departures.push_back(departure);
   }
+  in.Field("properties");
   for (std::size_t n = in.Count(2); n > 0 && in.ok(); --n) {
     const BodyId id(in.Varint());
-    const std::span<const std::uint8_t> bytes = TakeBytes(in, kMaxPropertyBytes);
+    const std::span<const std::uint8_t> bytes = in.Block(kMaxPropertyBytes);
     if (!entry.properties.empty() && entry.properties.back().first >= id) return Bad("properties: ids do not ascend");
     entry.properties.emplace_back(id, std::make_shared<const Bytes>(bytes.begin(), bytes.end()));
   }
-  const std::span<const std::uint8_t> frame = TakeBytes(in, kMaxEntryBytes);
+  in.Field("frame");
+  const std::span<const std::uint8_t> frame = in.Block(kMaxEntryBytes);
   entry.frame.assign(frame.begin(), frame.end());
   if (in.ok() && entry.region == RegionId()) return Bad("region: is 0");
   return entry;
 }
 
-void Put(Writer& out, const RegionEntry& entry) {
+void Put(ByteWriter& out, const RegionEntry& entry) {
   out.Varint(entry.region.value());
   out.U8(static_cast<std::uint8_t>(entry.change));
 }
 
-absl::StatusOr<Payload> TakeRegion(Reader& in) {
+absl::StatusOr<Payload> TakeRegion(ByteReader& in) {
+  in.Field("region");
   RegionEntry entry;
   entry.region = RegionId(in.Varint32());
   const std::uint8_t change = in.U8();
@@ -105,19 +96,23 @@ absl::StatusOr<Payload> TakeRegion(Reader& in) {
   return entry;
 }
 
-void Put(Writer& out, const MapEntry& entry) { PutText(out, entry.map); }
-absl::StatusOr<Payload> TakeMap(Reader& in) { return MapEntry{TakeText(in, kMaxMapBytes)}; }
+void Put(ByteWriter& out, const MapEntry& entry) { out.Block(entry.map); }
+absl::StatusOr<Payload> TakeMap(ByteReader& in) {
+  in.Field("map");
+  return MapEntry{TakeText(in, kMaxMapBytes)};
+}
 
-void Put(Writer& out, const ClientEvent& event) {
+void Put(ByteWriter& out, const ClientEvent& event) {
   out.U8(static_cast<std::uint8_t>(event.kind));
   out.Varint(event.body.value());
   out.Varint(event.other.value());
   out.Varint(event.region.value());
   out.Varint(event.input_number);
-  PutText(out, std::string_view(event.detail).substr(0, kMaxText));
+  out.Block(std::string_view(event.detail).substr(0, kMaxText));
 }
 
-absl::StatusOr<Payload> TakeEvent(Reader& in) {
+absl::StatusOr<Payload> TakeEvent(ByteReader& in) {
+  in.Field("event");
   ClientEvent event;
   const std::uint8_t kind = in.U8();
   if (kind > static_cast<std::uint8_t>(ClientEvent::kLastKind)) return Bad("event: unknown kind");
@@ -131,7 +126,7 @@ absl::StatusOr<Payload> TakeEvent(Reader& in) {
 }
 
 // In the order of the variant, from EntryKind::kFrame on.
-absl::StatusOr<Payload> TakePayload(Reader& in, std::uint8_t kind) {
+absl::StatusOr<Payload> TakePayload(ByteReader& in, std::uint8_t kind) {
   switch (static_cast<EntryKind>(kind)) {
     case EntryKind::kFrame:
       return TakeFrame(in);
@@ -149,21 +144,22 @@ absl::StatusOr<Payload> TakePayload(Reader& in, std::uint8_t kind) {
 }  // namespace
 
 Bytes EncodeHeader(const RecordingHeader& header) {
-  Writer out;
+  ByteWriter out;
   out.U8(static_cast<std::uint8_t>(EntryKind::kHeader));
-  PutText(out, header.instance_id);
+  out.Block(header.instance_id);
   out.Varint(header.player.value());
   out.Varint(header.tick_rate_hz);
   out.Varint(header.snapshot_rate_hz);
   out.U8(header.started ? 1 : 0);
-  PutText(out, header.map);
-  PutText(out, header.scene);
+  out.Block(header.map);
+  out.Block(header.scene);
   return out.Take();
 }
 
 absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> payload) {
-  Reader in(payload);
+  ByteReader in(payload);
   if (in.U8() != static_cast<std::uint8_t>(EntryKind::kHeader)) return Bad("header: is not the first");
+  in.Field("header");
   RecordingHeader header;
   header.instance_id = TakeText(in, kMaxText);
   header.player = PlayerNumber(in.Varint32());
@@ -173,7 +169,7 @@ absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> paylo
   header.started = started != 0;
   header.map = TakeText(in, kMaxMapBytes);
   header.scene = TakeText(in, kMaxHeaderBytes);
-  if (!in.ok() || in.remaining() > 0) return Bad("header: its length");
+  if (absl::Status status = Finished(in); !status.ok()) return status;
   if (started > 1) return Bad("header: started");
   if (header.player == PlayerNumber()) return Bad("header: player 0");
   if (header.tick_rate_hz < kMinTickRateHz || header.tick_rate_hz > kMaxTickRateHz) return Bad("header: tick rate");
@@ -182,7 +178,7 @@ absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> paylo
 }
 
 Bytes EncodeEntry(const RecordedEntry& entry) {
-  Writer out;
+  ByteWriter out;
   out.U8(static_cast<std::uint8_t>(static_cast<std::size_t>(EntryKind::kFrame) + entry.what.index()));
   out.Varint(static_cast<std::uint64_t>(entry.at.count()));
   std::visit([&](const auto& what) { Put(out, what); }, entry.what);
@@ -190,13 +186,13 @@ Bytes EncodeEntry(const RecordedEntry& entry) {
 }
 
 absl::StatusOr<RecordedEntry> DecodeEntry(std::span<const std::uint8_t> payload) {
-  Reader in(payload);
+  ByteReader in(payload);
   const std::uint8_t kind = in.U8();
   const std::uint64_t at_us = in.Varint();
   if (at_us > kMaxTime_us) return Bad("time");
   absl::StatusOr<Payload> what = TakePayload(in, kind);
   if (!what.ok()) return what.status();
-  if (!in.ok() || in.remaining() > 0) return Bad("its length");
+  if (absl::Status status = Finished(in); !status.ok()) return status;
   return RecordedEntry{std::chrono::microseconds(at_us), *std::move(what)};
 }
 

@@ -81,7 +81,7 @@ std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<
   return *std::move(snapshot);
 }
 
-std::size_t RegionLink::Send(TimePoint now, Wire& wire, std::vector<replication::InputCommand> inputs) {
+std::size_t RegionLink::Send(TimePoint now, Wire& wire, std::vector<PlayerInput> inputs) {
   if (!welcomed() || (inputs.empty() && unacknowledged_ == 0)) return 0;
   unacknowledged_ = 0;
   net::Bytes bytes = replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = std::move(inputs)});

@@ -1,8 +1,8 @@
 // RegionLink: a client's connection to one region: dials, reads snapshots, acknowledges, dials again when it breaks.
 //
-//   IDLE -dial-> DIALLING -let in by the door-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
+//   IDLE -dial-> DIALLING -accepted-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
 //   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
-//   any -another door-> IDLE, dialled at once
+//   any -another endpoint-> IDLE, dialled at once
 //
 // Thread rule: one thread at a time; time comes in.
 #pragma once
@@ -52,7 +52,7 @@ class RegionLink {
   // Nothing where it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to tell.
-  std::size_t Send(TimePoint now, Wire& wire, std::vector<replication::InputCommand> inputs);
+  std::size_t Send(TimePoint now, Wire& wire, std::vector<PlayerInput> inputs);
   // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
   bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
 

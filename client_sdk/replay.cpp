@@ -5,12 +5,12 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 
 namespace tessera::client {
 namespace {
 
-using replication::FrameBody;
+using replication::DenseBody;
 using replication::QuantizedState;
 
 absl::StatusOr<PartitionMap> MapFrom(const std::string& bytes) {
@@ -36,17 +36,15 @@ absl::StatusOr<Replay> Replay::Open(const std::string& file) {
 
 absl::StatusOr<Replay> Replay::Open(RecordingReader reader, const std::string& name) {
   const RecordingHeader& header = reader.header();
-  v1::Scene written;
-  if (!written.ParseFromString(header.scene)) return Named(name, "scene: not a scene");
-  auto scene = ResolveScene(written, "scene");
-  if (!scene.ok()) return Named(name, scene.status().message());
+  absl::StatusOr<LoadedScene> loaded = LoadScene(SceneForm::kSerialised, header.scene, "scene");
+  if (!loaded.ok()) return Named(name, loaded.status().message());
   absl::StatusOr<PartitionMap> map = MapFrom(header.map);
   if (!map.ok()) return Named(name, absl::StrCat("map: ", map.status().message()));
   Session session{.player = header.player,
                   .credentials = {},
                   .map = *std::move(map),
                   .regions = {},
-                  .scene = *std::move(scene),
+                  .scene = std::move(loaded->scene),
                   .written_scene = std::make_shared<const std::string>(header.scene),
                   .tick_rate_hz = header.tick_rate_hz,
                   .snapshot_rate_hz = header.snapshot_rate_hz};
@@ -109,18 +107,18 @@ absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
     return nullptr;
   });
   if (!kept.ok()) return kept.status();
-  const replication::Frame<QuantizedState>& frame = (*kept)->frame;
+  const replication::DenseFrame& frame = (*kept)->frame;
   if (known.base != nullptr && frame.tick <= known.base->frame.tick)
     return absl::DataLossError("frame: tick goes back");
   Snapshot snapshot{entry.region, {}};
   snapshot.told.tick = frame.tick;
   snapshot.told.last_input = entry.last_input;
   snapshot.told.departures = entry.departures;
-  const std::vector<FrameBody<QuantizedState>> none;
+  const std::vector<DenseBody> none;
   const auto& before = known.base != nullptr ? known.base->frame.bodies : none;
   auto old = before.begin();
   auto properties = entry.properties.begin();
-  for (const FrameBody<QuantizedState>& body : frame.bodies) {
+  for (const DenseBody& body : frame.bodies) {
     while (old != before.end() && old->id < body.id) ++old;
     while (properties != entry.properties.end() && properties->first < body.id) ++properties;
     const bool same = old != before.end() && *old == body;

@@ -14,7 +14,7 @@
 
 #include "client_sdk/recording.h"
 #include "client_sdk/session.h"
-#include "core/replication/codec/dense_model.h"
+#include "core/replication/codec/dense_codec.h"
 
 namespace tessera::client {
 

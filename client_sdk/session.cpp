@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 #include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::client {
@@ -77,12 +77,11 @@ absl::StatusOr<FetchedScene> FetchScene(Stub& stub, const std::string& hash, Dea
       return BadAnswer(absl::StrCat("scene: none has hash ", hash));
     return ToStatus(status, address, instance_id);
   }
-  v1::Scene written;
-  if (!written.ParseFromString(response.scene())) return BadAnswer("scene: not a scene");
-  if (SceneHash(written) != hash) return BadAnswer(absl::StrCat("scene: its hash is not ", hash));
-  absl::StatusOr<std::shared_ptr<const Scene>> scene = ResolveScene(written, "scene");
-  if (!scene.ok()) return scene.status();
-  FetchedScene fetched{*std::move(scene), std::make_shared<const std::string>(std::move(*response.mutable_scene()))};
+  absl::StatusOr<LoadedScene> loaded =
+      LoadScene(SceneForm::kSerialised, response.scene(), "scene", {.scatter_count = {}, .hash = hash});
+  if (!loaded.ok()) return BadAnswer(std::string(loaded.status().message()));
+  FetchedScene fetched{std::move(loaded->scene),
+                       std::make_shared<const std::string>(std::move(*response.mutable_scene()))};
   const std::lock_guard lock(Scenes().mutex);
   Scenes().scenes.emplace(hash, fetched);
   return fetched;
@@ -90,9 +89,9 @@ absl::StatusOr<FetchedScene> FetchScene(Stub& stub, const std::string& hash, Dea
 
 absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& session) {
   for (const v1::RegionAddress& address : response.regions()) {
-    auto door = DoorFrom(address.region(), address.host(), address.game_port(), address.incarnation());
-    if (!door.ok()) return BadAnswer(absl::StrCat("regions: ", door.status().message()));
-    session.regions.push_back(*std::move(door));
+    auto endpoint = EndpointFrom(address.region(), address.host(), address.game_port(), address.incarnation());
+    if (!endpoint.ok()) return BadAnswer(absl::StrCat("regions: ", endpoint.status().message()));
+    session.regions.push_back(*std::move(endpoint));
   }
   std::sort(session.regions.begin(), session.regions.end(),
             [](const RegionEndpoint& a, const RegionEndpoint& b) { return a.region < b.region; });
@@ -104,8 +103,8 @@ absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& sess
 
 }  // namespace
 
-absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
-                                        std::uint64_t incarnation) {
+absl::StatusOr<RegionEndpoint> EndpointFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
+                                            std::uint64_t incarnation) {
   if (region == 0) return absl::InvalidArgumentError("region: is 0");
   if (host.empty() || host.size() > kMaxHostBytes) {
     return absl::InvalidArgumentError(absl::StrCat("region ", region, " has no host"));

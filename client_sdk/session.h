@@ -21,7 +21,7 @@ struct RegionEndpoint {
   RegionId region;
   std::string host;
   std::uint16_t port = 0;
-  Incarnation incarnation{};  // of two doors of one region the higher counts
+  Incarnation incarnation{};  // of two endpoints of one region the higher counts
 };
 
 struct Session {
@@ -34,9 +34,9 @@ struct Session {
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
 };
 
-// Checks what a message says of a region's door: INVALID_ARGUMENT naming the field.
-absl::StatusOr<RegionEndpoint> DoorFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
-                                        std::uint64_t incarnation);
+// Checks the endpoint that a message gives of a region: INVALID_ARGUMENT naming the field.
+absl::StatusOr<RegionEndpoint> EndpointFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
+                                            std::uint64_t incarnation);
 
 // What makes its holder the player: the connect token, then its session key. Secret.
 std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials);

@@ -76,7 +76,7 @@ TEST_F(WorldViewTest, PropertiesStayUntilOthersAreTold) {
   EXPECT_EQ(Value(), 5) << "an ownership that has ended";
 }
 
-// An heir that had not heard of the last change goes on without it.
+// A standby that had not heard of the last change goes on without it.
 TEST_F(WorldViewTest, ANewOwnerThatTellsOfNoPropertiesHasNone) {
   Properties(kWest, 10, 1, 5);
   EXPECT_EQ(Changes(), 0) << "it appeared so";
@@ -119,7 +119,7 @@ TEST_F(WorldViewTest, ANewOwnerMayBeHeardBeforeTheOldOneTakesLeave) {
   EXPECT_EQ(events.size(), 1u);
 }
 
-TEST_F(WorldViewTest, ABodyThatNobodyTakesUpVanishesAfterAWhile) {
+TEST_F(WorldViewTest, ABodyThatNobodyPromotesVanishesAfterAWhile) {
   view.RegionBegins(kNow, kEast);
   Body(kWest, 10, 1, StateAt(1));
   Departs(kWest, 12, 1, kEast);

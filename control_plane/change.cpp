@@ -5,8 +5,8 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/heirs.h"
-#include "control_plane/settings.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/standbys.h"
 #include "core/world/limits.h"
 #include "core/world/partition_change.h"
 #include "core/world/partition_io.h"
@@ -14,7 +14,7 @@
 namespace tessera::control {
 namespace {
 
-// Of those that step: a newcomer stands at the tick from which it is to join.
+// The newest tick of the regions that step: a newcomer stands at the tick from which it is to join.
 std::uint64_t NewestTick(std::span<const RegionFacts> facts) {
   std::uint64_t newest = 0;
   for (const RegionFacts& region : facts) {
@@ -26,15 +26,15 @@ std::uint64_t NewestTick(std::span<const RegionFacts> facts) {
 // Ticks that a commitment may take from region to region in the worst case; the region core has the same bound.
 std::uint64_t FloodTicks(std::span<const RegionFacts> facts) { return facts.size() + 1; }
 
-// Longer with each time that a plan was put off.
+// The lead grows with each time that a plan was put off.
 std::uint64_t LeadTicks(const records::Instance& record, std::span<const RegionFacts> facts) {
   const std::uint64_t tries = std::max(record.last_map_version(), record.map().version() + 1) - record.map().version();
   const auto lead = static_cast<std::uint64_t>(kPlanLead.count()) * record.tick_rate_hz() / 1000;
   return lead * std::min<std::uint64_t>(tries, 8) + FloodTicks(facts);
 }
 
-// Under a new version, so that nobody can take it for the one that failed. Newcomers have made ready for its tick:
-// others take their places.
+// The plan gets a new version, so that nobody can take it for the one that failed. Newcomers have made ready for the
+// old tick: others take their places.
 records::Instance PutOff(const records::Instance& record) {
   records::Instance next = record;
   next.set_last_map_version(record.last_map_version() + 1);
@@ -56,22 +56,11 @@ records::Instance InForce(const records::Instance& record) {
   next.clear_planned();
   auto& placements = *next.mutable_placements();
   const auto unmapped = [&next](const records::Placement& placement) {
-    return std::none_of(next.map().regions().begin(), next.map().regions().end(),
-                        [&](const v1::MapRegion& region) { return region.id() == placement.region(); });
+    return FindRegion(next.map(), RegionId(placement.region())) == nullptr;
   };
   placements.erase(std::remove_if(placements.begin(), placements.end(), unmapped), placements.end());
   for (records::Placement& placement : placements) placement.set_joins(false);
   return next;
-}
-
-// Which host each region of a record is on.
-HostOfRegion HostsOf(const records::Instance& record) {
-  std::map<std::uint32_t, std::string> hosts;
-  for (const records::Placement& placement : record.placements()) hosts[placement.region()] = placement.host_id();
-  return [hosts = std::move(hosts)](RegionId region) {
-    const auto found = hosts.find(region.value());
-    return found == hosts.end() ? std::string() : found->second;
-  };
 }
 
 CutBetween CutsIn(std::span<const RegionFacts> facts) {
@@ -103,16 +92,16 @@ std::optional<records::Instance> Settle(const records::Instance& record, std::sp
   }
   const auto settled = SettledMap(*map, NextVersion(record));
   if (!settled.ok()) return std::nullopt;
-  const auto with_heirs = WithHeirs(*settled, HostsOf(record), CutsIn(facts));
-  if (!with_heirs.ok()) return std::nullopt;
+  const auto with_standbys = WithStandbys(*settled, HostsOf(record), CutsIn(facts));
+  if (!with_standbys.ok()) return std::nullopt;
   records::Instance next = record;
-  SetPlanned(*with_heirs, next);
+  SetPlanned(*with_standbys, next);
   return next;
 }
 
-// A region that its heir does not hear confirms nothing, so bodies on their way to it stay on their way, and a change
-// that moves them would not end.
-std::optional<records::Instance> OtherHeirs(const records::Instance& record, std::span<const RegionFacts> facts) {
+// A region that its standby does not hear acknowledges nothing, so bodies on their way to it stay on their way, and a
+// change that moves them would not end. It gets another standby first.
+std::optional<records::Instance> OtherStandbys(const records::Instance& record, std::span<const RegionFacts> facts) {
   const auto settled = [&](const RegionFacts& region) {
     return region.running && region.map_version >= record.map().version();
   };
@@ -126,13 +115,13 @@ std::optional<records::Instance> OtherHeirs(const records::Instance& record, std
       PartitionMap::Create(NextVersion(record), map->bounds(), {map->cells().begin(), map->cells().end()},
                            {map->regions().begin(), map->regions().end()});
   if (!next_map.ok()) return std::nullopt;
-  const auto with_heirs = WithHeirs(*next_map, HostsOf(record), CutsIn(facts));
-  if (!with_heirs.ok() || std::equal(with_heirs->regions().begin(), with_heirs->regions().end(), map->regions().begin(),
-                                     map->regions().end())) {
+  const auto with_standbys = WithStandbys(*next_map, HostsOf(record), CutsIn(facts));
+  if (!with_standbys.ok() || std::equal(with_standbys->regions().begin(), with_standbys->regions().end(),
+                                        map->regions().begin(), map->regions().end())) {
     return std::nullopt;
   }
   records::Instance next = record;
-  SetPlanned(*with_heirs, next);
+  SetPlanned(*with_standbys, next);
   return next;
 }
 
@@ -158,7 +147,7 @@ class Planner {
 
   absl::StatusOr<std::optional<records::Instance>> Plan() {
     const auto changed = ReplaceOne();
-    // What is to shrink makes the place that a replacement lacks.
+    // A world that is to shrink makes the place that a replacement lacks.
     const bool shrinks = record_.wanted_regions() != 0 && tree_.Regions().size() > record_.wanted_regions();
     if (!changed.ok() && !shrinks) return changed.status();
     if (!changed.ok() || !*changed) {
@@ -190,7 +179,7 @@ class Planner {
     return id;
   }
 
-  // A place for a new region: where fewest of this instance are, then where most is free. `wished` if it has room.
+  // Adds a region on the host `wished` if it has room, else where fewest of this instance are, then where most is free.
   absl::StatusOr<RegionId> AddRegion(const std::string& wished) {
     std::map<std::string, int> here;
     for (const records::Placement& placement : next_.placements()) ++here[placement.host_id()];
@@ -222,7 +211,7 @@ class Planner {
     return RegionId(id);
   }
 
-  // A worker on a host that drains, or one that is to be replaced by a newer program. One at a time.
+  // Replaces a worker on a host that drains, or one that is to run a newer program. One at a time.
   absl::StatusOr<bool> ReplaceOne() {
     for (const RegionFacts& region : facts_) {
       const bool old = region.incarnation <= record_.replace_up_to();
@@ -235,9 +224,9 @@ class Planner {
     return false;
   }
 
-  // Hosts die and come back; what took the place of their regions stayed with the others. From the fullest host of this
-  // instance to its emptiest, or to one that it has nothing on while it is all on one: heirs are to live elsewhere. One
-  // at a time, and only if that makes it more even.
+  // Hosts die and come back; the regions that took the place of theirs stayed with the others. Moves one region from
+  // the fullest host of this instance to its emptiest, or to one that it has nothing on while it is all on one:
+  // standbys are to live elsewhere. One at a time, and only if that makes it more even.
   absl::StatusOr<bool> SpreadOne() {
     std::map<std::string, int> here;
     for (const RegionFacts& region : facts_) ++here[region.host_id];
@@ -279,21 +268,21 @@ class Planner {
     return any;
   }
 
-  // One that has several cells, else the busiest.
+  // A region that has several cells, else the busiest.
   RegionId ToSplit() const {
     const std::vector<RegionId> regions = tree_.Regions();
     const auto rank = [this](RegionId id) { return std::tuple(tree_.Cells(id) > 1, loads_.at(id)); };
     return *std::max_element(regions.begin(), regions.end(), [&](RegionId a, RegionId b) { return rank(a) < rank(b); });
   }
 
-  // Two that join together are not each other's heirs: the one that is left has not stepped, and nobody takes it up.
+  // Two that join together are not each other's standbys: the one that is left has not stepped, and nobody promotes it.
   CutBetween CutsOrJoins() const {
     std::set<std::uint32_t> joins;
     for (const records::Placement& placement : next_.placements()) {
       if (placement.joins()) joins.insert(placement.region());
     }
-    return [cuts = CutsIn(facts_), joins = std::move(joins)](RegionId region, RegionId heir) {
-      return (joins.contains(region.value()) && joins.contains(heir.value())) || cuts(region, heir);
+    return [cuts = CutsIn(facts_), joins = std::move(joins)](RegionId region, RegionId standby) {
+      return (joins.contains(region.value()) && joins.contains(standby.value())) || cuts(region, standby);
     };
   }
 
@@ -303,7 +292,7 @@ class Planner {
     if (!wanted.ok()) return wanted.status();
     const auto transition = TransitionMap(map_, *wanted, version);
     if (!transition.ok()) return transition.status();
-    const auto planned = WithHeirs(*transition, HostsOf(next_), CutsOrJoins());
+    const auto planned = WithStandbys(*transition, HostsOf(next_), CutsOrJoins());
     if (!planned.ok()) return planned.status();
     const bool same_regions =
         std::equal(planned->regions().begin(), planned->regions().end(), map_.regions().begin(), map_.regions().end());
@@ -327,7 +316,7 @@ class Planner {
 std::optional<records::Instance> StepPlan(const records::Instance& record, std::span<const RegionFacts> facts) {
   if (!record.has_planned()) {
     auto settled = Settle(record, facts);
-    return settled ? std::move(settled) : OtherHeirs(record, facts);
+    return settled ? std::move(settled) : OtherStandbys(record, facts);
   }
   const v1::PlannedMap& planned = record.planned();
   const std::uint64_t version = planned.map().version(), newest = NewestTick(facts);
@@ -345,7 +334,7 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
     return next;
   }
   if (all([version](const RegionFacts& region) { return region.map_version >= version; })) return InForce(record);
-  // Refused by all who run: nobody has it, nor will.
+  // It was refused by all who run: nobody has it, nor will.
   const bool refused =
       all([version](const RegionFacts& region) { return region.newcomer || region.refused_version >= version; });
   if (refused) return PutOff(record);

@@ -1,12 +1,12 @@
-// Changes of who runs what while a world runs: scaling, draining, replacing, balancing, new heirs. All are one thing: a
-// planned map. Pure: a record and facts in, the next record out.
+// Changes of who runs what while a world runs: scaling, draining, replacing, balancing, new standbys. All are one
+// thing: a planned map. Pure: a record and facts in, the next record out.
 //
-//   PlanChange: what differs most from what is wanted -> a planned map, and places for newcomers, which start
-//   StepPlan:   newcomers are bound -> a tick for it, and all are told -> all know it -> committed -> in force
+//   PlanChange: the greatest difference from what is wanted -> a planned map, and places for newcomers, which start
+//   StepPlan:   newcomers are bound -> a tick for it, sent to all -> all know it -> committed -> in force
 //               -> nobody holds bodies in another's cells -> the settled map, by the same steps -> done
 //
-// One plan at a time, none during a failover. A plan that comes too late for its tick is put off under a new version.
-// Each step is found again from the stored record.
+// There is one plan at a time, and none during a failover. A plan that comes too late for its tick is put off under a
+// new version. Each step is found again from the stored record.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@
 
 namespace tessera::control {
 
-// What is known of one placed region.
+// The facts about one placed region.
 struct RegionFacts {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
@@ -35,7 +35,7 @@ struct RegionFacts {
   std::uint64_t bodies_outside = 0;
   std::vector<std::uint32_t> cut_from;  // regions with which it cannot keep up a link, ascending
   double step_s = 0;                    // how long a step takes
-  RegionSpread spread;                  // of its bodies that are awake; empty: not known
+  RegionSpread spread;                  // where its awake bodies lie; empty: not known
 };
 
 // One step of the change under way; nothing while it has to wait, or if there is none.
@@ -44,13 +44,13 @@ std::optional<records::Instance> StepPlan(const records::Instance& record, std::
 // True if nothing is under way: no failover, no plan, nobody with bodies in another's cells.
 bool AtRest(const records::Instance& record);
 
-// The next change towards what is wanted, of a world at rest whose regions all run; nothing if it is as wanted.
+// The next change towards what is wanted, for a world at rest whose regions all run; nothing if it is as wanted.
 // RESOURCE_EXHAUSTED when a place is needed and there is none. `hosts`: those that take regions, with what is free.
 absl::StatusOr<std::optional<records::Instance>> PlanChange(const records::Instance& record,
                                                             std::span<const RegionFacts> facts,
                                                             std::span<const FreeHost> hosts);
 
-// "to map 7 at tick 1200: 4 regions", for a person.
+// The change under way, for a person: "map 7 at tick 1200: being announced"; empty at rest.
 std::string DescribePlan(const records::Instance& record);
 
 }  // namespace tessera::control

@@ -1,17 +1,11 @@
 #include "control_plane/checkpoint_files.h"
 
-#include <fcntl.h>
-#include <sodium.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/sha256.h"
+#include "host/files.h"
 
 namespace tessera::control {
 namespace {
@@ -20,47 +14,20 @@ namespace fs = std::filesystem;
 
 constexpr char kManifest[] = "manifest";
 constexpr char kMagic[] = "TESSERA CHECKPOINT 1\n";
-constexpr std::size_t kSumDigits = 2 * crypto_hash_sha256_BYTES;
+constexpr std::size_t kSumDigits = 64;
+// More than the largest file, the state of a region with a million bodies.
+constexpr std::size_t kMaxFileBytes = std::size_t{1} << 30;
 
-absl::Status Failed(const std::string& path, const char* what) {
-  return absl::UnavailableError(absl::StrCat(path, ": ", what, ": ", std::strerror(errno)));
-}
-
-absl::Status SyncFolder(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return Failed(path, "cannot be opened");
-  const bool synced = fsync(fd) == 0;
-  close(fd);
-  return synced ? absl::OkStatus() : Failed(path, "cannot be synced");
-}
-
-absl::Status WriteSynced(const std::string& path, const std::string& bytes) {
-  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  if (fd < 0) return Failed(path, "cannot be made");
-  std::size_t written = 0;
-  while (written < bytes.size()) {
-    const ssize_t n = write(fd, bytes.data() + written, bytes.size() - written);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) break;
-    written += static_cast<std::size_t>(n);
-  }
-  const bool whole = written == bytes.size() && fsync(fd) == 0;
-  const absl::Status status = whole ? absl::OkStatus() : Failed(path, "cannot be written");
-  close(fd);
-  return status;
-}
-
+// A file that is there but cannot be read, or is larger than any that was put, counts as damaged.
 absl::StatusOr<std::string> ReadWhole(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return absl::NotFoundError("is not there");
-  std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  if (in.bad()) return absl::DataLossError("cannot be read");
-  return bytes;
+  auto bytes = host::ReadFile(path, kMaxFileBytes);
+  if (bytes.ok() || absl::IsNotFound(bytes.status())) return bytes;
+  return absl::DataLossError(bytes.status().message());
 }
 
 std::string Summed(const std::string& bytes) { return Sha256Hex(bytes) + bytes; }
 
-// What `Summed` made; DATA_LOSS if it is not that.
+// Undoes `Summed`. DATA_LOSS if the text is not one that it made.
 absl::StatusOr<std::string> Unsummed(const std::string& bytes) {
   if (bytes.size() < kSumDigits ||
       Sha256Hex(std::string_view(bytes).substr(kSumDigits)) != bytes.substr(0, kSumDigits)) {
@@ -77,15 +44,6 @@ absl::Status Named(const absl::Status& status, const std::string& instance, std:
 }  // namespace
 
 std::string RegionFileName(std::uint32_t region) { return absl::StrCat("region-", region); }
-
-std::string Sha256Hex(std::string_view bytes) {
-  std::array<unsigned char, crypto_hash_sha256_BYTES> digest{};
-  crypto_hash_sha256(digest.data(), reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size());
-  std::string hex(kSumDigits + 1, '\0');
-  sodium_bin2hex(hex.data(), hex.size(), digest.data(), digest.size());
-  hex.pop_back();
-  return hex;
-}
 
 absl::StatusOr<std::unique_ptr<CheckpointFiles>> CheckpointFiles::Open(std::string folder) {
   std::error_code error;
@@ -113,19 +71,20 @@ absl::Status CheckpointFiles::Put(const std::string& instance, std::uint64_t tic
   std::error_code error;
   fs::create_directories(draft, error);
   if (error) return absl::UnavailableError(absl::StrCat(draft, ": ", error.message()));
-  return WriteSynced(draft + "/" + name, bytes);
+  return host::WriteFile(draft + "/" + name, bytes, host::Durability::kSurvivesMachine);
 }
 
 absl::StatusOr<std::uint64_t> CheckpointFiles::Complete(const std::string& instance,
                                                         const records::Manifest& manifest) const {
   const std::string draft = DraftPath(instance, manifest.tick()), path = Path(instance, manifest.tick());
   const std::string bytes = Summed(manifest.SerializeAsString());
-  if (absl::Status status = WriteSynced(draft + "/" + kManifest, bytes); !status.ok()) return status;
-  if (absl::Status status = SyncFolder(draft); !status.ok()) return status;
+  const absl::Status written = host::WriteFile(draft + "/" + kManifest, bytes, host::Durability::kSurvivesMachine);
+  if (!written.ok()) return written;
   std::error_code error;
-  fs::remove_all(path, error);  // one of the same tick, of before a restoration
-  if (rename(draft.c_str(), path.c_str()) != 0) return Failed(path, "cannot be renamed");
-  if (absl::Status status = SyncFolder(absl::StrCat(folder_, "/", instance)); !status.ok()) return status;
+  fs::remove_all(path, error);  // a checkpoint of the same tick from before a restoration
+  fs::rename(draft, path, error);
+  if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
+  if (absl::Status status = host::SyncFolder(absl::StrCat(folder_, "/", instance)); !status.ok()) return status;
   std::uint64_t size = bytes.size();
   for (const records::ManifestFile& file : manifest.files()) size += file.size();
   return size;

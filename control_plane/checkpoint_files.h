@@ -1,8 +1,8 @@
 // CheckpointFiles: checkpoints on the control plane's disk.
 //
-// A folder a checkpoint, <folder>/<instance>/<tick>/: "scene", "region-<n>" for each region, and "manifest", which has
-// their sizes and SHA-256 and its own. It is made under another name and renamed when all is on the disk, so one that
-// is there is whole, or damaged since, which its sums tell. What was left half made is removed by `Open`.
+// Each checkpoint is a folder, <folder>/<instance>/<tick>/: "scene", "region-<n>" for each region, and "manifest",
+// which has their sizes and SHA-256 and its own. It is made under another name and renamed when all is on the disk, so
+// one that is there is whole, or was damaged since, which its sums show. `Open` removes those that were left half made.
 //
 //   files.Put("inst-7", 1200, "region-1", bytes);       // as they come
 //   files.Complete("inst-7", manifest);
@@ -25,12 +25,12 @@ class CheckpointFiles {
   // UNAVAILABLE if the folder cannot be made.
   static absl::StatusOr<std::unique_ptr<CheckpointFiles>> Open(std::string folder);
 
-  // Of a checkpoint that is being made; on the disk on return. Putting it again replaces it.
+  // Adds a file to a checkpoint that is being made; it is on the disk on return. Putting it again replaces it.
   absl::Status Put(const std::string& instance, std::uint64_t tick, const std::string& name,
                    const std::string& bytes) const;
-  // The manifest must name every file that was put. The bytes of all.
+  // Completes it and returns its size in bytes. The manifest must name every file that was put.
   absl::StatusOr<std::uint64_t> Complete(const std::string& instance, const records::Manifest& manifest) const;
-  // Forgets one that is being made.
+  // Removes one that is being made.
   void Abandon(const std::string& instance, std::uint64_t tick) const;
 
   absl::StatusOr<records::Manifest> ReadManifest(const std::string& instance, std::uint64_t tick) const;
@@ -49,9 +49,8 @@ class CheckpointFiles {
 };
 
 std::string RegionFileName(std::uint32_t region);  // "region-3"
-std::string Sha256Hex(std::string_view bytes);
 
-// One checkpoint as one file, for another cluster. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
+// One checkpoint as one file, for another cluster, and back. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
 std::string Bundle(const records::Bundle& bundle);
 absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes);
 

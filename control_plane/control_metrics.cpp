@@ -5,7 +5,7 @@
 namespace tessera::control {
 namespace {
 
-// Seconds: from an answer out of memory to one that waits for a disk or for workers.
+// Seconds. They reach from an answer out of memory to one that waits for a disk or for workers.
 const prometheus::Histogram::BucketBoundaries kRpcBuckets{0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05,
                                                           0.1,    0.25,  0.5,    1,     2.5,  10};
 
@@ -43,32 +43,31 @@ void AddGauge(prometheus::MetricFamily& family, std::string state, int value) {
   family.metric.push_back(std::move(metric));
 }
 
-// One family, one value for each running instance.
-void AddHealth(const std::vector<Census::Health>& all, std::vector<prometheus::MetricFamily>& families) {
-  using Health = Census::Health;
-  struct Shown {
+// Adds families with one value for each running instance.
+void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::MetricFamily>& families) {
+  struct HealthGauge {
     const char *name, *help;
-    double (*value)(const Health&);
-    bool (*known)(const Health&);
+    double (*value)(const InstanceHealth&);
+    bool (*known)(const InstanceHealth&);
   };
-  const auto always = [](const Health&) { return true; };
-  const Shown shown[] = {
+  const auto always = [](const InstanceHealth&) { return true; };
+  const HealthGauge gauges[] = {
       {"tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
-       [](const Health& health) { return static_cast<double>(health.unprotected); }, always},
+       [](const InstanceHealth& health) { return static_cast<double>(health.unprotected); }, always},
       {"tessera_control_checkpoint_timestamp_seconds", "when the newest checkpoint was made; 0: there is none yet",
-       [](const Health& health) { return std::chrono::duration<double>(health.last_checkpoint).count(); },
-       [](const Health& health) { return health.checkpoints_expected || health.last_checkpoint.count() > 0; }},
+       [](const InstanceHealth& health) { return std::chrono::duration<double>(health.last_checkpoint).count(); },
+       [](const InstanceHealth& health) { return health.checkpoints_expected || health.last_checkpoint.count() > 0; }},
       {"tessera_control_imbalance", "step time of the busiest region by the mean of all",
-       [](const Health& health) { return health.imbalance; },
-       [](const Health& health) { return health.imbalance > 0; }},
+       [](const InstanceHealth& health) { return health.imbalance; },
+       [](const InstanceHealth& health) { return health.imbalance > 0; }},
       {"tessera_control_lost_bodies", "bodies lost by failovers",
-       [](const Health& health) { return static_cast<double>(health.lost_bodies); }, always},
+       [](const InstanceHealth& health) { return static_cast<double>(health.lost_bodies); }, always},
       {"tessera_control_lost_ticks", "ticks lost by restoring from checkpoints",
-       [](const Health& health) { return static_cast<double>(health.lost_ticks); }, always},
+       [](const InstanceHealth& health) { return static_cast<double>(health.lost_ticks); }, always},
   };
-  for (const Shown& entry : shown) {
+  for (const HealthGauge& entry : gauges) {
     prometheus::MetricFamily family{entry.name, entry.help, prometheus::MetricType::Gauge, {}};
-    for (const Health& health : all) {
+    for (const InstanceHealth& health : all) {
       if (!entry.known(health)) continue;
       prometheus::ClientMetric metric;
       metric.label.push_back({"instance_id", health.id});
@@ -123,20 +122,20 @@ void ControlMetrics::ObserveRpc(const std::string& method, std::chrono::nanoseco
   rpc_seconds_.Add({{"method", method}}, kRpcBuckets).Observe(std::chrono::duration<double>(took).count());
 }
 
-std::vector<prometheus::MetricFamily> CensusMetrics::Collect() const {
-  const Census census = count_();
+std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
+  const ClusterSummary summary = count_();
   prometheus::MetricFamily hosts{"tessera_control_hosts", "hosts by state", prometheus::MetricType::Gauge, {}};
   for (int state = v1::HOST_STATE_EXPECTED; state <= v1::HOST_STATE_DRAINING; ++state) {
-    const auto found = census.hosts.find(static_cast<v1::HostState>(state));
+    const auto found = summary.hosts.find(static_cast<v1::HostState>(state));
     AddGauge(hosts, Label(v1::HostState_Name(state), sizeof("HOST_STATE_") - 1),
-             found == census.hosts.end() ? 0 : found->second);
+             found == summary.hosts.end() ? 0 : found->second);
   }
   prometheus::MetricFamily instances{
       "tessera_control_instances", "instances by state", prometheus::MetricType::Gauge, {}};
   for (int state = v1::INSTANCE_STATE_PENDING; state <= v1::INSTANCE_STATE_FAILED; ++state) {
-    const auto found = census.instances.find(static_cast<v1::InstanceState>(state));
+    const auto found = summary.instances.find(static_cast<v1::InstanceState>(state));
     AddGauge(instances, Label(v1::InstanceState_Name(state), sizeof("INSTANCE_STATE_") - 1),
-             found == census.instances.end() ? 0 : found->second);
+             found == summary.instances.end() ? 0 : found->second);
   }
   prometheus::MetricFamily writes{
       "tessera_control_store_writes_total", "writes to the store", prometheus::MetricType::Counter, {}};
@@ -144,7 +143,7 @@ std::vector<prometheus::MetricFamily> CensusMetrics::Collect() const {
   written.counter.value = static_cast<double>(revision_() - first_revision_);
   writes.metric.push_back(written);
   std::vector<prometheus::MetricFamily> families{hosts, instances, writes};
-  AddHealth(census.health, families);
+  AddHealth(summary.health, families);
   return families;
 }
 

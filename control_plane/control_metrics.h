@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "control_plane/cluster/cluster.h"
+#include "control_plane/cluster/queries.h"
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
 #include "prometheus/histogram.h"
@@ -21,11 +21,11 @@ class ControlMetrics {
   ControlMetrics();
 
   std::shared_ptr<prometheus::Registry> registry() const { return registry_; }
-  // `result`: placed, no_room, failed.
+  // By result: placed, no_room, failed.
   void CountPlacement(const absl::Status& status);
-  // joined, refused, gave_up.
+  // By result: joined, refused, gave_up.
   void CountSession(const absl::Status& status);
-  // From the failover's map to the last region that runs by it.
+  // `took`: from the failover's map to the last region that runs by it.
   void ObserveFailover(std::chrono::nanoseconds took);
   // `method`: "HostService/AddHost".
   void ObserveRpc(const std::string& method, std::chrono::nanoseconds took);
@@ -39,14 +39,14 @@ class ControlMetrics {
 };
 
 // Hosts and instances by state, how running instances fare, and writes to the store, read when scraped.
-class CensusMetrics final : public prometheus::Collectable {
+class SummaryMetrics final : public prometheus::Collectable {
  public:
-  CensusMetrics(std::function<Census()> count, std::function<Revision()> revision)
+  SummaryMetrics(std::function<ClusterSummary()> count, std::function<Revision()> revision)
       : count_(std::move(count)), revision_(std::move(revision)), first_revision_(revision_()) {}
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
-  std::function<Census()> count_;
+  std::function<ClusterSummary()> count_;
   std::function<Revision()> revision_;
   Revision first_revision_;
 };

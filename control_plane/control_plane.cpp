@@ -3,7 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/orders.h"
+#include "control_plane/cluster/queries.h"
+#include "control_plane/one_line.h"
 
 namespace tessera::control {
 namespace {
@@ -29,33 +30,33 @@ ControlPlane::~ControlPlane() {
   timer_.join();
 }
 
-Moment ControlPlane::Now() {
+Now ControlPlane::ReadClocks() {
   return {Clock::now().time_since_epoch(), std::chrono::system_clock::now().time_since_epoch()};
 }
 
-// Under the lock.
+// Hands out what the last call set off. Requires the lock.
 void ControlPlane::Publish() {
   Effects effects = cluster_->TakeEffects();
   for (const std::string& line : effects.log) spdlog::info("{}", OneLine(line, 2 * kMaxReasonBytes));
-  for (const SessionId id : effects.desired) {
-    if (const auto found = sessions_.find(id); found != sessions_.end()) {
+  for (const StreamId id : effects.desired) {
+    if (const auto found = streams_.find(id); found != streams_.end()) {
       found->second->desired = true;
       found->second->wake.notify_all();
     }
   }
-  chores_.pruned.insert(chores_.pruned.end(), effects.pruned.begin(), effects.pruned.end());
-  chores_.abandoned.insert(chores_.abandoned.end(), effects.abandoned.begin(), effects.abandoned.end());
-  chores_.forgotten.insert(chores_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
-  chores_.restore.insert(effects.restore.begin(), effects.restore.end());
+  pending_.pruned.insert(pending_.pruned.end(), effects.pruned.begin(), effects.pruned.end());
+  pending_.abandoned.insert(pending_.abandoned.end(), effects.abandoned.begin(), effects.abandoned.end());
+  pending_.forgotten.insert(pending_.forgotten.end(), effects.forgotten.begin(), effects.forgotten.end());
+  pending_.restore.insert(effects.restore.begin(), effects.restore.end());
   failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
   for (auto& [id, renewal] : effects.leases) {
-    if (const auto found = sessions_.find(id); found != sessions_.end()) {
+    if (const auto found = streams_.find(id); found != streams_.end()) {
       found->second->leases.push_back(std::move(renewal));
       found->second->wake.notify_all();
     }
   }
   for (const auto& [id, status] : effects.closed) {
-    if (const auto found = sessions_.find(id); found != sessions_.end()) {
+    if (const auto found = streams_.find(id); found != streams_.end()) {
       found->second->closed = status;
       found->second->wake.notify_all();
       found->second->cancel();
@@ -78,11 +79,11 @@ std::vector<std::chrono::nanoseconds> ControlPlane::TakeFailovers() {
 void ControlPlane::RunTimer() {
   Lock lock(mutex_);
   while (!stop_.wait_for(lock, kTimerInterval, [this] { return stopping_; })) {
-    cluster_->HandleTimer(Now());
+    cluster_->HandleTimer(ReadClocks());
     Publish();
-    Chores chores = std::exchange(chores_, {});
+    PendingWork work = std::exchange(pending_, {});
     lock.unlock();
-    DoChores(std::move(chores));
+    DoPendingWork(std::move(work));
     lock.lock();
   }
 }
@@ -92,28 +93,27 @@ void ControlPlane::Stop() {
   stopping_ = true;
   stop_.notify_all();
   for (const auto& [id, watch] : watches_) watch->wake.notify_all();
-  for (const auto& [id, session] : sessions_) {
-    session->closed = absl::UnavailableError("the control plane is ending");
-    session->wake.notify_all();
-    session->cancel();
+  for (const auto& [id, stream] : streams_) {
+    stream->closed = absl::UnavailableError("the control plane is ending");
+    stream->wake.notify_all();
+    stream->cancel();
   }
 }
 
-// --- Instances
-// --------------------------------------------------------------------------------------------------------
+// --- Instances.
 
 absl::StatusOr<v1::Instance> ControlPlane::CreateInstance(const v1::CreateInstanceRequest& request) {
   if (!request.request_id().empty()) {
-    auto made = Call([&](Cluster& cluster, Moment) { return cluster.FindByRequestId(request.request_id()); });
+    auto made = Call([&](Cluster& cluster, Now) { return GetByRequestId(cluster.state(), request.request_id()); });
     if (made.ok()) return made;
   }
   const auto plan = PlanInstance(request);
   if (!plan.ok()) return plan.status();
-  return Call(
-      [&](Cluster& cluster, Moment now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
+  return Call([&](Cluster& cluster, Now now) { return cluster.CreateInstance(now, *plan, request.validate_only()); });
 }
 
-// One wait, to be repeated: until the watch is woken, `until`, or it is time to ask whether anybody still waits.
+// Waits once, to be repeated: until the watch is woken, until `until`, or until it is time to ask whether anybody still
+// waits.
 absl::Status ControlPlane::WaitFor(Lock& lock, Watch& watch, Clock::time_point until,
                                    const std::function<bool()>& given_up) {
   if (stopping_) return absl::UnavailableError("the control plane is ending");
@@ -122,11 +122,12 @@ absl::Status ControlPlane::WaitFor(Lock& lock, Watch& watch, Clock::time_point u
   return absl::OkStatus();
 }
 
-absl::Status ControlPlane::WaitForNews(Lock& lock, Watch& watch, v1::InstanceState shown,
-                                       const std::function<bool()>& given_up) {
+absl::Status ControlPlane::WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
+                                         const std::function<bool()>& given_up) {
   const Clock::time_point due = Clock::now() + kWatchInterval;
   while (true) {
-    if (watch.changed && (Clock::now() >= due || cluster_->StateOf(watch.id()) != shown)) return absl::OkStatus();
+    if (watch.changed && (Clock::now() >= due || StateOf(cluster_->state(), watch.id()) != last_seen))
+      return absl::OkStatus();
     const Clock::time_point until = watch.changed ? due : Clock::time_point::max();
     if (absl::Status status = WaitFor(lock, watch, until, given_up); !status.ok()) return status;
   }
@@ -138,13 +139,13 @@ absl::Status ControlPlane::WatchInstance(const std::string& id, const std::funct
   Watch watch(*this, id);
   for (bool first = true;; first = false) {
     watch.changed = false;
-    const auto instance = cluster_->GetInstance(id);
+    const auto instance = GetInstance(cluster_->state(), id);
     if (!instance.ok()) return first ? instance.status() : absl::OkStatus();
     lock.unlock();
     const bool more = sink(*instance);
     lock.lock();
     if (!more || IsFinal(instance->state())) return absl::OkStatus();
-    if (absl::Status status = WaitForNews(lock, watch, instance->state(), given_up); !status.ok()) return status;
+    if (absl::Status status = WaitForChange(lock, watch, instance->state(), given_up); !status.ok()) return status;
   }
 }
 
@@ -171,8 +172,8 @@ absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, co
 }
 
 absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
-  const bool used = Call([&](Cluster& cluster, Moment) { return cluster.SceneInUse(hash); });
-  // Read outside the lock: it can be large.
+  const bool used = Call([&](Cluster& cluster, Now) { return cluster.state().SceneInUse(hash); });
+  // It is read outside the lock because it can be large.
   const auto entry = used ? store_.Get(SceneKey(hash)) : absl::NotFoundError("");
   if (absl::IsNotFound(entry.status())) {
     return absl::NotFoundError(absl::StrCat("scene_hash: no instance uses scene ", OneLine(hash, kMaxNameBytes + 1)));
@@ -181,16 +182,14 @@ absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
   return entry->value;
 }
 
-// --- Players
-// ----------------------------------------------------------------------------------------------------------
+// --- Players.
 
-absl::StatusOr<Cluster::Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch,
-                                                          const v1::JoinInstanceRequest& request,
-                                                          const std::function<bool()>& given_up) {
+absl::StatusOr<Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+                                                 const std::function<bool()>& given_up) {
   while (true) {
-    const absl::StatusOr<bool> ready = cluster_->CanJoin(request.instance_id());
+    const absl::StatusOr<bool> ready = CanJoin(cluster_->state(), request.instance_id());
     if (!ready.ok()) return ready.status();
-    if (*ready) return cluster_->Join(Now(), request);
+    if (*ready) return cluster_->Join(ReadClocks(), request);
     if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
   }
 }
@@ -199,65 +198,64 @@ absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstan
                                                             const std::function<bool()>& given_up) {
   Lock lock(mutex_);
   Watch watch(*this, request.instance_id());
-  absl::Status begun = cluster_->BeginWait(Now(), request);
+  absl::Status begun = cluster_->BeginWait(ReadClocks(), request);
   Publish();
   if (!begun.ok()) return begun;
   const auto joined = WaitAndJoin(lock, watch, request, given_up);
-  cluster_->EndWait(Now(), request.instance_id());
+  cluster_->EndWait(ReadClocks(), request.instance_id());
   Publish();
   if (!joined.ok()) return joined.status();
 
   // A region that has not heard of the player would refuse it.
   const Clock::time_point patience = Clock::now() + kPlayerKnownTimeout;
-  while (!cluster_->AllKnow(request.instance_id(), joined->mark) && Clock::now() < patience) {
+  while (!AllKnow(cluster_->state(), request.instance_id(), joined->mark) && Clock::now() < patience) {
     if (!WaitFor(lock, watch, patience, given_up).ok()) break;
   }
   return joined->response;
 }
 
-// --- Agents
-// -----------------------------------------------------------------------------------------------------------
+// --- Agents.
 
-absl::StatusOr<std::shared_ptr<ControlPlane::Session>> ControlPlane::Attach(const v1::AgentHello& hello,
-                                                                            std::function<void()> cancel) {
+absl::StatusOr<std::shared_ptr<ControlPlane::AgentStream>> ControlPlane::Attach(const v1::AgentHello& hello,
+                                                                                std::function<void()> cancel) {
   const std::lock_guard lock(mutex_);
   if (stopping_) return absl::UnavailableError("the control plane is ending");
-  const auto admission = cluster_->HandleHello(Now(), hello);
+  const auto admission = cluster_->HandleHello(ReadClocks(), hello);
   if (!admission.ok()) {
     Publish();
     return admission.status();
   }
-  auto session = std::make_shared<Session>();
-  session->id = admission->session;
-  session->admitted = admission->admitted;
-  session->cancel = std::move(cancel);
-  sessions_[session->id] = session;
+  auto stream = std::make_shared<AgentStream>();
+  stream->id = admission->stream;
+  stream->admitted = admission->admitted;
+  stream->cancel = std::move(cancel);
+  streams_[stream->id] = stream;
   Publish();
-  return session;
+  return stream;
 }
 
-void ControlPlane::Detach(Session& session) {
+void ControlPlane::Detach(AgentStream& stream) {
   const std::lock_guard lock(mutex_);
-  cluster_->HandleAgentGone(Now(), session.id);
-  if (!session.closed) session.closed = absl::CancelledError("the agent has gone");
-  session.wake.notify_all();
-  sessions_.erase(session.id);
+  cluster_->HandleAgentGone(stream.id);
+  if (!stream.closed) stream.closed = absl::CancelledError("the agent has gone");
+  stream.wake.notify_all();
+  streams_.erase(stream.id);
   Publish();
 }
 
-std::optional<v1::ControlMessage> ControlPlane::NextMessage(Session& session) {
+std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream) {
   Lock lock(mutex_);
   v1::ControlMessage message;
   while (true) {
-    session.wake.wait(lock, [&session] { return session.desired || session.closed || !session.leases.empty(); });
-    if (session.closed) return std::nullopt;
-    if (!session.leases.empty()) {
-      message.mutable_lease()->Swap(&session.leases.front());
-      session.leases.pop_front();
+    stream.wake.wait(lock, [&stream] { return stream.desired || stream.closed || !stream.leases.empty(); });
+    if (stream.closed) return std::nullopt;
+    if (!stream.leases.empty()) {
+      message.mutable_lease()->Swap(&stream.leases.front());
+      stream.leases.pop_front();
       return message;
     }
-    session.desired = false;
-    std::optional<v1::DesiredSet> desired = cluster_->TakeDesired(Now(), session.id);
+    stream.desired = false;
+    std::optional<v1::DesiredSet> desired = cluster_->TakeDesired(stream.id);
     Publish();
     if (!desired) continue;
     message.mutable_desired()->Swap(&*desired);
@@ -265,8 +263,8 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(Session& session) {
   }
 }
 
-absl::Status ControlPlane::HandleAgentMessage(Session& session, const v1::AgentMessage& message) {
-  return Call([&](Cluster& cluster, Moment now) { return cluster.HandleAgentMessage(now, session.id, message); });
+absl::Status ControlPlane::HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message) {
+  return Call([&](Cluster& cluster, Now now) { return cluster.HandleAgentMessage(now, stream.id, message); });
 }
 
 }  // namespace tessera::control

@@ -4,7 +4,7 @@
 // about five times a second, and end early with kCancelled; after `Stop` they all end with kUnavailable.
 //
 //   ControlPlane plane(store, std::move(cluster));
-//   auto host = plane.Call([&](Cluster& cluster, Moment now) { return cluster.AddHost(now, request); });
+//   auto host = plane.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, request); });
 #pragma once
 
 #include <condition_variable>
@@ -24,9 +24,9 @@ namespace tessera::control {
 
 class ControlPlane {
  public:
-  // An attached agent.
-  struct Session {
-    SessionId id = 0;
+  // An attached agent's stream, with what is to be sent on it.
+  struct AgentStream {
+    StreamId id = 0;
     v1::Admitted admitted;
     std::function<void()> cancel;  // ends the stream's reading
     std::condition_variable wake;
@@ -39,55 +39,56 @@ class ControlPlane {
   ControlPlane(Store& store, std::unique_ptr<Cluster> cluster, std::unique_ptr<CheckpointFiles> files = nullptr);
   ~ControlPlane();
 
-  // `action(Cluster&, Moment)` under the lock; what it sets off goes out before the result comes back.
+  // Calls `action(Cluster&, Now)` under the lock; what it sets off goes out before the result comes back.
   template <class Action>
   auto Call(Action&& action) {
     const std::lock_guard lock(mutex_);
-    auto result = action(*cluster_, Now());
+    auto result = action(*cluster_, ReadClocks());
     Publish();
     return result;
   }
 
-  // Planning and placing; the scene is checked outside the lock.
+  // Plans and places; the scene is checked outside the lock.
   absl::StatusOr<v1::Instance> CreateInstance(const v1::CreateInstanceRequest& request);
-  // The instance as it is, then after each change: of its state at once, else at most every kWatchInterval. Ends with
-  // OK after ENDED, FAILED or when it is forgotten, or when `sink` returns false.
+  // Gives `sink` the instance as it is, then after each change: a change of its state at once, others at most every
+  // kWatchInterval. Ends with OK after ENDED, FAILED or when it is forgotten, or when `sink` returns false.
   absl::Status WatchInstance(const std::string& id, const std::function<bool(const v1::Instance&)>& sink,
                              const std::function<bool()>& given_up);
-  // Waits until the body's owner has made the change and its heir knows of it. kDeadlineExceeded: nobody has said so in
-  // kPropertyTimeout; it may come about still.
+  // Waits until the body's owner has made the change and its standby knows of it. kDeadlineExceeded: nobody has said so
+  // in kPropertyTimeout; it may come about still.
   absl::Status SetProperty(const v1::SetPropertyRequest& request, const std::function<bool()>& given_up);
   // Waits until all workers are bound, then until they know of the player.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
                                                 const std::function<bool()>& given_up);
-  // kNotFound unless a live instance uses it.
+  // The serialised scene. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
 
-  absl::StatusOr<std::shared_ptr<Session>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
-  void Detach(Session& session);
-  // Waits for the next lease or desired set; nothing once the session is over.
-  std::optional<v1::ControlMessage> NextMessage(Session& session);
-  absl::Status HandleAgentMessage(Session& session, const v1::AgentMessage& message);
+  absl::StatusOr<std::shared_ptr<AgentStream>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
+  void Detach(AgentStream& stream);
+  // Waits for the next lease or desired set; nothing once the stream is over.
+  std::optional<v1::ControlMessage> NextMessage(AgentStream& stream);
+  absl::Status HandleAgentMessage(AgentStream& stream, const v1::AgentMessage& message);
 
-  // --- Checkpoints. A region's file, whole; errors as UploadCheckpoint's.
+  // --- Checkpoints.
+  // Takes a region's file, whole. Errors are those of UploadCheckpoint.
   absl::Status TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes);
   absl::StatusOr<std::string> StateFile(const v1::FetchStateRequest& request);
-  // Waits until it is on the disk.
+  // Waits until the checkpoint is on the disk.
   absl::StatusOr<v1::Checkpoint> CheckpointInstance(const v1::CheckpointInstanceRequest& request,
                                                     const std::function<bool()>& given_up);
   absl::StatusOr<v1::RestoreInstanceResponse> RestoreInstance(const v1::RestoreInstanceRequest& request);
   absl::StatusOr<std::string> ExportCheckpoint(const v1::ExportCheckpointRequest& request);
   absl::StatusOr<v1::Instance> ImportCheckpoint(const v1::ImportCheckpointRequest& request, const std::string& bytes);
 
-  // How long failovers took that ended since the last call.
+  // The durations of the failovers that ended since the last call.
   std::vector<std::chrono::nanoseconds> TakeFailovers();
 
   Revision store_revision() const { return store_.revision(); }
-  // Ends what waits, and every session.
+  // Ends all calls that wait, and every stream.
   void Stop();
 
  private:
-  // Somebody who waits for an instance to change. Made and ended under the lock.
+  // Somebody who waits for an instance to change. It is made and ended under the lock.
   struct Watch {
     Watch(ControlPlane& plane, const std::string& id) : plane_(plane), place_(plane.watches_.emplace(id, this)) {}
     ~Watch() { plane_.watches_.erase(place_); }
@@ -104,32 +105,33 @@ class ControlPlane {
   };
   using Lock = std::unique_lock<std::mutex>;
 
-  static Moment Now();
+  static Now ReadClocks();
   void Publish();
   void RunTimer();
-  // What is to be done with files.
-  struct Chores {
+  // Work that waits for the timer's thread: removals of files, and restores.
+  struct PendingWork {
     std::vector<std::pair<std::string, std::uint64_t>> pruned, abandoned;
     std::vector<std::string> forgotten;
     std::set<std::string> restore;
   };
-  void DoChores(Chores chores);
+  void DoPendingWork(PendingWork work);
   absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
   absl::StatusOr<records::Manifest> FindWhole(const std::string& id, std::uint64_t tick,
                                               std::vector<std::string>& damaged);
   absl::Status WaitFor(Lock& lock, Watch& watch, std::chrono::steady_clock::time_point until,
                        const std::function<bool()>& given_up);
-  absl::Status WaitForNews(Lock& lock, Watch& watch, v1::InstanceState shown, const std::function<bool()>& given_up);
-  absl::StatusOr<Cluster::Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
-                                              const std::function<bool()>& given_up);
+  absl::Status WaitForChange(Lock& lock, Watch& watch, v1::InstanceState last_seen,
+                             const std::function<bool()>& given_up);
+  absl::StatusOr<Joined> WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
+                                     const std::function<bool()>& given_up);
 
   Store& store_;
   std::mutex mutex_;
   std::unique_ptr<Cluster> cluster_;
   std::unique_ptr<CheckpointFiles> files_;
-  Chores chores_;
+  PendingWork pending_;
   std::vector<std::chrono::nanoseconds> failovers_;
-  std::map<SessionId, std::shared_ptr<Session>> sessions_;
+  std::map<StreamId, std::shared_ptr<AgentStream>> streams_;
   std::multimap<std::string, Watch*> watches_;
   bool stopping_ = false;
   std::condition_variable stop_;

@@ -6,8 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "control_plane/id_ranges.h"
-#include "control_plane/orders.h"
-#include "control_plane/settings.h"
+#include "control_plane/instance_record.h"
 #include "core/region/failover_io.h"
 #include "core/world/partition_change.h"
 #include "core/world/partition_io.h"
@@ -15,15 +14,12 @@
 namespace tessera::control {
 namespace {
 
-// Beyond the map that is in force, some may run by the planned one already, or soon will.
+// The map to start from: once a planned map is committed, some may run by it already, or soon will.
 const v1::PartitionMap& BaseMap(const records::Instance& record) {
   return record.planned().committed() ? record.planned().map() : record.map();
 }
 
-bool InMap(const v1::PartitionMap& map, std::uint32_t region) {
-  return std::any_of(map.regions().begin(), map.regions().end(),
-                     [region](const v1::MapRegion& r) { return r.id() == region; });
-}
+bool InMap(const v1::PartitionMap& map, std::uint32_t region) { return FindRegion(map, RegionId(region)) != nullptr; }
 
 const records::Dead* FindDead(const records::Failover& failover, std::uint32_t region) {
   const auto found = std::find_if(failover.dead().begin(), failover.dead().end(),
@@ -31,12 +27,12 @@ const records::Dead* FindDead(const records::Failover& failover, std::uint32_t r
   return found == failover.dead().end() ? nullptr : &*found;
 }
 
-// Whether the dead of a failover have not been taken up yet.
+// True if the bodies of the dead have not been promoted yet.
 bool Unresolved(const records::Instance& record) {
   return record.has_failover() && !record.failover().has_resolution();
 }
 
-void Bury(const records::Instance& before, const Death& death, records::Instance& next) {
+void DeclareDead(const records::Instance& before, const Death& death, records::Instance& next) {
   const auto& placements = before.placements();
   const auto placed = std::find_if(placements.begin(), placements.end(), [&](const records::Placement& p) {
     return p.region() == death.region && p.incarnation() == death.incarnation;
@@ -48,7 +44,7 @@ void Bury(const records::Instance& before, const Death& death, records::Instance
     dead.set_incarnation(death.incarnation);
     dead.set_host_id(placed->host_id());
     dead.set_exit_seen(death.exit_seen);
-    dead.set_heir(HeirOf(before, death.region));
+    dead.set_standby(StandbyOf(before, death.region));
     dead.set_newcomer(placed->unprotected());
   }
   auto& kept = *next.mutable_placements();
@@ -57,7 +53,7 @@ void Bury(const records::Instance& before, const Death& death, records::Instance
              kept.end());
 }
 
-// Those that came for a plan that is given up and are in no map end again.
+// Newcomers of a plan that is given up, which are in no map, end again.
 void DropUnmapped(records::Instance& next) {
   auto& placements = *next.mutable_placements();
   placements.erase(std::remove_if(placements.begin(), placements.end(),
@@ -65,8 +61,8 @@ void DropUnmapped(records::Instance& next) {
                    placements.end());
 }
 
-// Players whose bodies a dead region was to make, and had not made as far as anybody knows, are made by who has the
-// place now. Repeating it is fine: a region makes nobody whom it, or a ward of it, has made.
+// Bodies of players that a dead region was to make, and had not made as far as anybody knows, are made by the region
+// that has the place now. Repeating it is fine: a region makes nobody whom it, or a primary of it, has made.
 void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, const region::Resolution& resolution,
                    records::Instance& next) {
   for (v1::Player& player : *next.mutable_players()) {
@@ -78,8 +74,9 @@ void FindNewSpawns(const PartitionMap& map, const std::vector<RegionId>& dead, c
   }
 }
 
-// Whether the world can go on although nobody has a copy of these. A newcomer confirms nothing before its heir has a
-// copy, so all that it was granted is still with those who granted it. Of one that was resolved its heir may own all.
+// True if the world can go on although nobody has a copy of these regions. A newcomer acknowledges nothing before its
+// standby has a copy, so all that it was granted is still with those who granted it. If a region was resolved before,
+// its standby may own all.
 bool HadNothingOfItsOwn(const records::Failover& failover, std::span<const RegionId> regions) {
   return std::all_of(regions.begin(), regions.end(), [&](RegionId region) {
     const records::Dead* dead = FindDead(failover, region.value());
@@ -90,12 +87,12 @@ bool HadNothingOfItsOwn(const records::Failover& failover, std::span<const Regio
 }  // namespace
 
 std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const std::vector<Death>& deaths) {
-  std::map<std::uint32_t, std::uint32_t> heir_of;
-  std::set<std::uint32_t> newcomers;  // what they were granted is still with who granted it
+  std::map<std::uint32_t, std::uint32_t> standby_of;
+  std::set<std::uint32_t> newcomers;  // bodies that they were granted are still with the granter
   if (Unresolved(record)) {
     for (const records::Dead& dead : record.failover().dead()) {
-      if (dead.resolved()) continue;  // what is missing of it is found when it is resolved
-      heir_of[dead.region()] = dead.heir();
+      if (dead.resolved()) continue;  // its missing bodies are found when it is resolved
+      standby_of[dead.region()] = dead.standby();
       if (dead.newcomer()) newcomers.insert(dead.region());
     }
   }
@@ -103,29 +100,30 @@ std::vector<std::uint32_t> BeyondFailover(const records::Instance& record, const
     if (placement.unprotected()) newcomers.insert(placement.region());
   }
   for (const Death& death : deaths) {
-    if (InMap(BaseMap(record), death.region)) heir_of[death.region] = HeirOf(record, death.region);
+    if (InMap(BaseMap(record), death.region)) standby_of[death.region] = StandbyOf(record, death.region);
   }
   std::vector<std::uint32_t> beyond;
-  for (const auto& [region, heir] : heir_of) {
+  for (const auto& [region, standby] : standby_of) {
     if (newcomers.contains(region)) continue;
-    if (heir == 0 || heir_of.contains(heir)) beyond.push_back(region);
+    if (standby == 0 || standby_of.contains(standby)) beyond.push_back(region);
   }
   return beyond;
 }
 
 absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record, const std::vector<Death>& deaths,
-                                                const HostOfRegion& host_of, const CutBetween& cut, Moment now) {
+                                                const CutBetween& cut, Now now) {
   const auto base = FromProto(BaseMap(record));
   if (!base.ok()) return base.status();
   records::Instance next = record;
-  // Whoever has not resumed has the copies still, whoever has owns what was in them: the next inventories tell either.
+  // Whoever has not resumed still has the copies, and whoever has resumed owns what was in them: the next inventories
+  // show which.
   if (record.failover().has_resolution()) {
     for (records::Dead& resolved : *next.mutable_failover()->mutable_dead()) resolved.set_resolved(true);
     next.mutable_failover()->clear_resolution();
   }
   std::vector<RegionId> dead;
   for (const Death& death : deaths) {
-    Bury(record, death, next);
+    DeclareDead(record, death, next);
     if (InMap(BaseMap(record), death.region)) dead.emplace_back(death.region);
   }
   if (dead.empty()) {
@@ -139,9 +137,9 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   const std::uint64_t version = std::max(record.last_map_version(), base->version().value()) + 1;
   const auto map = FailoverMap(*base, dead, MapVersion(version));
   if (!map.ok()) return map.status();
-  const auto with_heirs = WithHeirs(*map, host_of, cut);
-  if (!with_heirs.ok()) return with_heirs.status();
-  *next.mutable_map() = ToProto(*with_heirs);
+  const auto with_standbys = WithStandbys(*map, HostsOf(record), cut);
+  if (!with_standbys.ok()) return with_standbys.status();
+  *next.mutable_map() = ToProto(*with_standbys);
   next.set_last_map_version(version);
   next.clear_planned();
   DropUnmapped(next);
@@ -150,56 +148,12 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   return next;
 }
 
-std::string WaitsFor(const records::Instance& record, const FailoverWatch& watch, Moment now) {
-  std::vector<std::uint32_t> silent;
-  for (const records::Placement& placement : record.placements()) {
-    if (!watch.inventories.contains(placement.region())) silent.push_back(placement.region());
-  }
-  if (!silent.empty()) {
-    return absl::StrCat("the inventor", silent.size() == 1 ? "y of region " : "ies of regions ",
-                        absl::StrJoin(silent, ", "));
-  }
-  for (const records::Dead& dead : record.failover().dead()) {
-    if (dead.exit_seen() || watch.exited.contains(dead.incarnation())) continue;
-    const auto known = watch.stands_still_at.find(dead.incarnation());
-    const Steady until = known == watch.stands_still_at.end() ? watch.since + kLeaseTtl + kLeaseDrift : known->second;
-    if (now.steady < until) return absl::StrCat("the lease of region ", dead.region(), " to run out");
-  }
-  return "";
-}
-
-absl::StatusOr<bool> TakeInventory(const records::Instance& record, std::uint32_t region,
-                                   const v1::Inventory& inventory, Moment now, FailoverWatch& watch) {
-  if (!record.has_failover() || record.failover().has_resolution()) return false;
-  if (inventory.version() != record.map().version()) return false;
-  if (inventory.region() != region) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("inventory.region: ", inventory.region(), ", but it comes from region ", region));
-  }
-  if (const auto read = region::FromProto(inventory); !read.ok()) return read.status();
-  watch.inventories[region] = inventory;
-  for (const v1::StandbyInventory& standby : inventory.standbys()) {
-    const records::Dead* dead = FindDead(record.failover(), standby.region());
-    if (dead == nullptr || dead->incarnation() != standby.incarnation()) continue;
-    const Steady acknowledged = now.steady - std::chrono::milliseconds(standby.last_acknowledged_ms());
-    Steady& until = watch.stands_still_at.try_emplace(dead->incarnation(), Steady(0)).first->second;
-    until = std::max(until, acknowledged + kLeaseTtl + kLeaseDrift);
-  }
-  return true;
-}
-
-std::uint32_t SpawnRegionOf(std::uint32_t player, const records::Instance& record, const PartitionMap& map) {
-  const auto points = static_cast<std::uint32_t>(record.spawn_points_size());
-  const v1::Vec3& place = record.spawn_points(static_cast<int>((player - 1) % points));
-  return map.OwnerOf({place.x(), place.y(), place.z()}).value();
-}
-
-absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const FailoverWatch& watch) {
+absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& record, const Inventories& living) {
   const auto map = FromProto(record.map());
   if (!map.ok()) return map.status();
   std::vector<region::Inventory> inventories;
-  inventories.reserve(watch.inventories.size());
-  for (const auto& [region, inventory] : watch.inventories) {
+  inventories.reserve(living.size());
+  for (const auto& [region, inventory] : living) {
     auto read = region::FromProto(inventory);
     if (!read.ok()) return read.status();
     inventories.push_back(*std::move(read));
@@ -210,11 +164,11 @@ absl::StatusOr<records::Instance> ResolveFailover(const records::Instance& recor
   const auto resolution = region::Resolve(*map, dead, inventories, ToIds(record.bodies()));
   if (!resolution.ok()) return resolution.status();
   const bool nothing_missing =
-      resolution->lost.empty() && HadNothingOfItsOwn(record.failover(), resolution->without_standby);
-  if (!resolution->without_standby.empty() && !nothing_missing) {
+      resolution->lost.empty() && HadNothingOfItsOwn(record.failover(), resolution->without_copy);
+  if (!resolution->without_copy.empty() && !nothing_missing) {
     return absl::DataLossError(
         absl::StrCat("no region has a whole copy of region ",
-                     absl::StrJoin(resolution->without_standby, ", ",
+                     absl::StrJoin(resolution->without_copy, ", ",
                                    [](std::string* out, RegionId region) { absl::StrAppend(out, region.value()); })));
   }
   records::Instance next = record;
@@ -234,15 +188,8 @@ records::Instance EndFailover(const records::Instance& record) {
 
 std::string DescribeFailover(const records::Failover& failover) {
   return absl::StrJoin(failover.dead(), ", ", [](std::string* out, const records::Dead& dead) {
-    absl::StrAppend(out, "region ", dead.region(), " to region ", dead.heir());
+    absl::StrAppend(out, "region ", dead.region(), " to region ", dead.standby());
   });
-}
-
-void AddEvent(records::Instance& record, Moment now, std::string text) {
-  v1::InstanceEvent& event = *record.add_events();
-  *event.mutable_time() = ToTimestamp(now.unix_time);
-  event.set_text(OneLine(text, kMaxReasonBytes));
-  if (record.events_size() > kMaxEvents) record.mutable_events()->DeleteSubrange(0, record.events_size() - kMaxEvents);
 }
 
 }  // namespace tessera::control

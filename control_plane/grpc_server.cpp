@@ -7,9 +7,10 @@
 #include <spdlog/spdlog.h>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/orders.h"
-#include "control_plane/settings.h"
-#include "control_plane/socket_address.h"
+#include "control_plane/cluster/queries.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/one_line.h"
+#include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
@@ -31,9 +32,9 @@ grpc::Status ToGrpc(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
 }
 
-enum class Kind { kRead, kCommand };
+enum class CallKind { kRead, kCommand };
 
-// What all unary calls share: time, log line, status.
+// Answers unary calls: it times them, logs a line and converts the status.
 class Answerer {
  public:
   Answerer(ControlPlane& plane, ControlMetrics& metrics) : plane_(plane), metrics_(metrics) {}
@@ -41,13 +42,13 @@ class Answerer {
  protected:
   // `call() -> absl::Status`. `subject` is logged: a name or an id, never a secret.
   template <class Call>
-  grpc::Status Answer(grpc::ServerContext* context, const char* method, Kind kind, const std::string& subject,
+  grpc::Status Answer(grpc::ServerContext* context, const char* method, CallKind kind, const std::string& subject,
                       Call&& call) {
     const auto begun = std::chrono::steady_clock::now();
     const absl::Status status = call();
     const auto took = std::chrono::steady_clock::now() - begun;
     metrics_.ObserveRpc(method, took);
-    const auto level = kind == Kind::kCommand ? spdlog::level::info : spdlog::level::debug;
+    const auto level = kind == CallKind::kCommand ? spdlog::level::info : spdlog::level::debug;
     spdlog::log(level, "rpc method={} from={} subject={} result={} ms={:.1f}{}", method, context->peer(),
                 LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
                 std::chrono::duration<double, std::milli>(took).count(),
@@ -76,7 +77,7 @@ absl::Status SendPieces(const std::string& bytes, grpc::ServerWriter<Response>& 
   return absl::OkStatus();
 }
 
-// `first` without its piece; nothing more is read unless `check` likes it.
+// Reads `first`, without its piece, and all pieces; nothing more is read unless `check` accepts it.
 template <class Request, class Check>
 absl::Status ReadPieces(grpc::ServerReader<Request>& reader, Request& first, std::string& bytes, Check&& check) {
   if (!reader.Read(&first)) return absl::InvalidArgumentError("data: nothing came");
@@ -99,34 +100,34 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
 
   grpc::Status AddHost(grpc::ServerContext* context, const v1::AddHostRequest* request,
                        v1::AddHostResponse* response) override {
-    return Answer(context, "HostService/AddHost", Kind::kCommand, request->name(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.AddHost(now, *request); }), response);
+    return Answer(context, "HostService/AddHost", CallKind::kCommand, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, *request); }), response);
     });
   }
   grpc::Status ListHosts(grpc::ServerContext* context, const v1::ListHostsRequest* request,
                          v1::ListHostsResponse* response) override {
-    return Answer(context, "HostService/ListHosts", Kind::kRead, "", [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListHosts(*request); }), response);
+    return Answer(context, "HostService/ListHosts", CallKind::kRead, "", [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return control::ListHosts(cluster.state(), *request); }),
+                  response);
     });
   }
   grpc::Status GetHost(grpc::ServerContext* context, const v1::GetHostRequest* request,
                        v1::GetHostResponse* response) override {
-    return Answer(context, "HostService/GetHost", Kind::kRead, request->name(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.GetHost(*request); }), response);
+    return Answer(context, "HostService/GetHost", CallKind::kRead, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return control::GetHost(cluster.state(), *request); }),
+                  response);
     });
   }
   grpc::Status DrainHost(grpc::ServerContext* context, const v1::DrainHostRequest* request,
                          v1::DrainHostResponse* response) override {
-    return Answer(context, "HostService/DrainHost", Kind::kCommand, request->name(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.DrainHost(now, *request); }),
-                  response);
+    return Answer(context, "HostService/DrainHost", CallKind::kCommand, request->name(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return cluster.DrainHost(*request); }), response);
     });
   }
   grpc::Status RemoveHost(grpc::ServerContext* context, const v1::RemoveHostRequest* request,
                           v1::RemoveHostResponse*) override {
-    return Answer(context, "HostService/RemoveHost", Kind::kCommand, request->name(), [&] {
-      return plane_.Call([&](Cluster& cluster, Moment now) { return cluster.RemoveHost(now, *request); });
-    });
+    return Answer(context, "HostService/RemoveHost", CallKind::kCommand, request->name(),
+                  [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.RemoveHost(*request); }); });
   }
 };
 
@@ -137,7 +138,7 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
   grpc::Status CreateInstance(grpc::ServerContext* context, const v1::CreateInstanceRequest* request,
                               v1::CreateInstanceResponse* response) override {
     const std::string subject = absl::StrCat(request->spec().scene().name(), " x ", request->spec().regions());
-    return Answer(context, "InstanceService/CreateInstance", Kind::kCommand, subject, [&] {
+    return Answer(context, "InstanceService/CreateInstance", CallKind::kCommand, subject, [&] {
       const absl::Status status = Take(plane_.CreateInstance(*request), response->mutable_instance());
       if (!request->validate_only() && !absl::IsInvalidArgument(status)) metrics_.CountPlacement(status);
       return status;
@@ -145,15 +146,17 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
   }
   grpc::Status GetInstance(grpc::ServerContext* context, const v1::GetInstanceRequest* request,
                            v1::GetInstanceResponse* response) override {
-    return Answer(context, "InstanceService/GetInstance", Kind::kRead, request->id(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.GetInstance(request->id()); }),
-                  response->mutable_instance());
+    return Answer(context, "InstanceService/GetInstance", CallKind::kRead, request->id(), [&] {
+      return Take(
+          plane_.Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request->id()); }),
+          response->mutable_instance());
     });
   }
   grpc::Status ListInstances(grpc::ServerContext* context, const v1::ListInstancesRequest* request,
                              v1::ListInstancesResponse* response) override {
-    return Answer(context, "InstanceService/ListInstances", Kind::kRead, "", [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListInstances(*request); }), response);
+    return Answer(context, "InstanceService/ListInstances", CallKind::kRead, "", [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return control::ListInstances(cluster.state(), *request); }),
+                  response);
     });
   }
   grpc::Status WatchInstance(grpc::ServerContext* context, const v1::WatchInstanceRequest* request,
@@ -168,67 +171,70 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
   grpc::Status ScaleInstance(grpc::ServerContext* context, const v1::ScaleInstanceRequest* request,
                              v1::ScaleInstanceResponse* response) override {
     const std::string subject = absl::StrCat(request->id(), " to ", request->regions());
-    return Answer(context, "InstanceService/ScaleInstance", Kind::kCommand, subject, [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.ScaleInstance(now, *request); }),
+    return Answer(context, "InstanceService/ScaleInstance", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.ScaleInstance(now, *request); }),
                   response->mutable_instance());
     });
   }
   grpc::Status RestartWorkers(grpc::ServerContext* context, const v1::RestartWorkersRequest* request,
                               v1::RestartWorkersResponse* response) override {
-    return Answer(context, "InstanceService/RestartWorkers", Kind::kCommand, request->id(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.RestartWorkers(now, *request); }),
+    return Answer(context, "InstanceService/RestartWorkers", CallKind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.RestartWorkers(now, *request); }),
                   response->mutable_instance());
     });
   }
   grpc::Status SetProperty(grpc::ServerContext* context, const v1::SetPropertyRequest* request,
                            v1::SetPropertyResponse*) override {
     const std::string subject = absl::StrCat(request->id(), " body ", request->body(), " ", request->property().name());
-    return Answer(context, "InstanceService/SetProperty", Kind::kCommand, subject,
+    return Answer(context, "InstanceService/SetProperty", CallKind::kCommand, subject,
                   [&] { return plane_.SetProperty(*request, [context] { return context->IsCancelled(); }); });
   }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
-    return Answer(context, "InstanceService/DeleteInstance", Kind::kCommand, request->id(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment now) { return cluster.DeleteInstance(now, *request); }),
+    return Answer(context, "InstanceService/DeleteInstance", CallKind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.DeleteInstance(now, *request); }),
                   response->mutable_instance());
     });
   }
 };
 
-// Files in pieces, as InstanceService sends and takes them.
+// The methods of InstanceService that send and take files in pieces.
 class InstanceFilesImpl : public InstanceServiceImpl {
  public:
   using InstanceServiceImpl::InstanceServiceImpl;
 
   grpc::Status CheckpointInstance(grpc::ServerContext* context, const v1::CheckpointInstanceRequest* request,
                                   v1::CheckpointInstanceResponse* response) override {
-    return Answer(context, "InstanceService/CheckpointInstance", Kind::kCommand, request->id(), [&] {
+    return Answer(context, "InstanceService/CheckpointInstance", CallKind::kCommand, request->id(), [&] {
       return Take(plane_.CheckpointInstance(*request, [context] { return context->IsCancelled(); }),
                   response->mutable_checkpoint());
     });
   }
   grpc::Status ListCheckpoints(grpc::ServerContext* context, const v1::ListCheckpointsRequest* request,
                                v1::ListCheckpointsResponse* response) override {
-    return Answer(context, "InstanceService/ListCheckpoints", Kind::kRead, request->id(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Moment) { return cluster.ListCheckpoints(*request); }), response);
+    return Answer(context, "InstanceService/ListCheckpoints", CallKind::kRead, request->id(), [&] {
+      return Take(
+          plane_.Call([&](Cluster& cluster, Now) { return control::ListCheckpoints(cluster.state(), *request); }),
+          response);
     });
   }
   grpc::Status RestoreInstance(grpc::ServerContext* context, const v1::RestoreInstanceRequest* request,
                                v1::RestoreInstanceResponse* response) override {
-    return Answer(context, "InstanceService/RestoreInstance", Kind::kCommand, request->id(),
+    return Answer(context, "InstanceService/RestoreInstance", CallKind::kCommand, request->id(),
                   [&] { return Take(plane_.RestoreInstance(*request), response); });
   }
   grpc::Status ExportCheckpoint(grpc::ServerContext* context, const v1::ExportCheckpointRequest* request,
                                 grpc::ServerWriter<v1::ExportCheckpointResponse>* writer) override {
-    return Answer(context, "InstanceService/ExportCheckpoint", Kind::kCommand, request->id(), [&]() -> absl::Status {
-      const auto bytes = plane_.ExportCheckpoint(*request);
-      if (!bytes.ok()) return bytes.status();
-      return SendPieces(*bytes, *writer);
-    });
+    return Answer(context, "InstanceService/ExportCheckpoint", CallKind::kCommand, request->id(),
+                  [&]() -> absl::Status {
+                    const auto bytes = plane_.ExportCheckpoint(*request);
+                    if (!bytes.ok()) return bytes.status();
+                    return SendPieces(*bytes, *writer);
+                  });
   }
   grpc::Status ImportCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::ImportCheckpointRequest>* reader,
                                 v1::ImportCheckpointResponse* response) override {
-    return Answer(context, "InstanceService/ImportCheckpoint", Kind::kCommand, "", [&]() -> absl::Status {
+    return Answer(context, "InstanceService/ImportCheckpoint", CallKind::kCommand, "", [&]() -> absl::Status {
       v1::ImportCheckpointRequest first;
       std::string bytes;
       const auto any = [](const v1::ImportCheckpointRequest&) { return absl::OkStatus(); };
@@ -244,7 +250,7 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
 
   grpc::Status JoinInstance(grpc::ServerContext* context, const v1::JoinInstanceRequest* request,
                             v1::JoinInstanceResponse* response) override {
-    return Answer(context, "SessionService/JoinInstance", Kind::kCommand, request->instance_id(), [&] {
+    return Answer(context, "SessionService/JoinInstance", CallKind::kCommand, request->instance_id(), [&] {
       const absl::Status status = Take(plane_.Join(*request, [context] { return context->IsCancelled(); }), response);
       metrics_.CountSession(status);
       return status;
@@ -252,14 +258,13 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
   }
   grpc::Status GetScene(grpc::ServerContext* context, const v1::GetSceneRequest* request,
                         v1::GetSceneResponse* response) override {
-    return Answer(context, "SessionService/GetScene", Kind::kRead, request->scene_hash(),
+    return Answer(context, "SessionService/GetScene", CallKind::kRead, request->scene_hash(),
                   [&] { return Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()); });
   }
   grpc::Status LeaveInstance(grpc::ServerContext* context, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
-    return Answer(context, "SessionService/LeaveInstance", Kind::kCommand, request->instance_id(), [&] {
-      return plane_.Call([&](Cluster& cluster, Moment now) { return cluster.Leave(now, *request); });
-    });
+    return Answer(context, "SessionService/LeaveInstance", CallKind::kCommand, request->instance_id(),
+                  [&] { return plane_.Call([&](Cluster& cluster, Now now) { return cluster.Leave(now, *request); }); });
   }
 };
 
@@ -278,17 +283,18 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   }
   grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
                           v1::FetchSceneResponse* response) override {
-    return Answer(context, "AgentLinkService/FetchScene", Kind::kRead, request->scene_hash(), [&]() -> absl::Status {
-      const absl::Status known = plane_.Call([&](Cluster& cluster, Moment) {
-        return cluster.CheckHostSecret(request->host_id(), request->host_secret());
-      });
-      return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
-    });
+    return Answer(
+        context, "AgentLinkService/FetchScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
+          const absl::Status known = plane_.Call([&](Cluster& cluster, Now) {
+            return CheckHostSecret(cluster.state(), request->host_id(), request->host_secret());
+          });
+          return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
+        });
   }
   grpc::Status FetchState(grpc::ServerContext* context, const v1::FetchStateRequest* request,
                           grpc::ServerWriter<v1::FetchStateResponse>* writer) override {
     const std::string subject = absl::StrCat(request->instance_id(), "/", request->region(), " tick ", request->tick());
-    return Answer(context, "AgentLinkService/FetchState", Kind::kRead, subject, [&]() -> absl::Status {
+    return Answer(context, "AgentLinkService/FetchState", CallKind::kRead, subject, [&]() -> absl::Status {
       const auto bytes = plane_.StateFile(*request);
       if (!bytes.ok()) return bytes.status();
       return SendPieces(*bytes, *writer);
@@ -296,11 +302,11 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   }
   grpc::Status UploadCheckpoint(grpc::ServerContext* context, grpc::ServerReader<v1::UploadCheckpointRequest>* reader,
                                 v1::UploadCheckpointResponse*) override {
-    return Answer(context, "AgentLinkService/UploadCheckpoint", Kind::kRead, "", [&]() -> absl::Status {
+    return Answer(context, "AgentLinkService/UploadCheckpoint", CallKind::kRead, "", [&]() -> absl::Status {
       v1::UploadCheckpointRequest first;
       std::string bytes;
       const auto wanted = [this](const v1::UploadCheckpointRequest& request) {
-        return plane_.Call([&](Cluster& cluster, Moment) { return cluster.CheckUpload(request); });
+        return plane_.Call([&](Cluster& cluster, Now) { return cluster.CheckUpload(request); });
       };
       if (absl::Status status = ReadPieces(*reader, first, bytes, wanted); !status.ok()) return status;
       return plane_.TakeUpload(first, bytes);
@@ -312,42 +318,42 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
     const auto attached = plane_.Attach(first.hello(), [context] { context->TryCancel(); });
     if (!attached.ok()) return attached.status();
-    ControlPlane::Session& session = **attached;
-    spdlog::info("agent attached host={} id={} from={} address={} workers={}", session.admitted.host_name(),
-                 session.admitted.host_id(), context->peer(), LogValue(first.hello().advertise_address()),
+    ControlPlane::AgentStream& agent = **attached;
+    spdlog::info("agent attached host={} id={} from={} address={} workers={}", agent.admitted.host_name(),
+                 agent.admitted.host_id(), context->peer(), LogValue(first.hello().advertise_address()),
                  first.hello().workers_size());
     v1::ControlMessage admitted;
-    *admitted.mutable_admitted() = session.admitted;
+    *admitted.mutable_admitted() = agent.admitted;
     absl::Status status;
     if (stream->Write(admitted)) {
-      std::thread writer([&] { WriteDesired(stream, session); });
-      status = ReadMessages(stream, session);
-      plane_.Detach(session);
+      std::thread writer([&] { WriteDesired(stream, agent); });
+      status = ReadMessages(stream, agent);
+      plane_.Detach(agent);
       writer.join();
     } else {
-      plane_.Detach(session);
+      plane_.Detach(agent);
     }
     return status;
   }
-  void WriteDesired(Stream* stream, ControlPlane::Session& session) {
-    while (const std::optional<v1::ControlMessage> message = plane_.NextMessage(session)) {
+  void WriteDesired(Stream* stream, ControlPlane::AgentStream& agent) {
+    while (const std::optional<v1::ControlMessage> message = plane_.NextMessage(agent)) {
       if (message->has_desired()) {
-        spdlog::debug("desired set host={} revision={} workers={}", session.admitted.host_name(),
+        spdlog::debug("desired set host={} revision={} workers={}", agent.admitted.host_name(),
                       message->desired().revision(), message->desired().workers_size());
       }
       if (!stream->Write(*message)) return;
     }
   }
-  absl::Status ReadMessages(Stream* stream, ControlPlane::Session& session) {
+  absl::Status ReadMessages(Stream* stream, ControlPlane::AgentStream& agent) {
     v1::AgentMessage message;
     while (stream->Read(&message)) {
-      if (absl::Status status = plane_.HandleAgentMessage(session, message); !status.ok()) return status;
+      if (absl::Status status = plane_.HandleAgentMessage(agent, message); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
 };
 
-// gRPC's own log lines are for those who debug it.
+// gRPC's own log lines are for those who debug it, so they go out at debug level.
 void ForwardGrpcLog(gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", args->file, args->line, args->message); }
 
 }  // namespace
@@ -366,9 +372,9 @@ GrpcServer::GrpcServer() = default;
 
 absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const std::string& address, ControlPlane& plane,
                                                               ControlMetrics& metrics) {
-  auto parsed = ParseSocketAddress(address);
+  auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
   if (!parsed.ok()) return parsed.status();
-  if (absl::Status status = CheckBindable(*parsed, "grpc"); !status.ok()) return status;
+  if (absl::Status status = host::CheckBindable(*parsed, "grpc"); !status.ok()) return status;
   gpr_set_log_function(ForwardGrpcLog);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -378,7 +384,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const std::string&
   Impl& impl = *result->impl_;
   int port = 0;
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(ToString(*parsed), grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(host::ToString(*parsed), grpc::InsecureServerCredentials(), &port);
   // Else a second control plane would share the port, and every other call would go to it.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);

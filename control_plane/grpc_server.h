@@ -1,7 +1,7 @@
 // GrpcServer: the control plane's gRPC port: HostService, InstanceService, SessionService and AgentLinkService of
 // tessera.v1, with health and reflection.
 //
-// Thread rule: Start and Shutdown from one thread; serves on threads of gRPC, one for each open stream. No gRPC header
+// Thread rule: start and end it from one thread; it serves on threads of gRPC, one for each open stream. No gRPC header
 // is needed to use it.
 #pragma once
 
@@ -20,7 +20,7 @@ class GrpcServer {
   // kInvalidArgument for an address that is none.
   static absl::StatusOr<std::unique_ptr<GrpcServer>> Start(const std::string& address, ControlPlane& plane,
                                                            ControlMetrics& metrics);
-  // Ends what is under way within half a second. Call ControlPlane::Stop first, so that waiting calls end by
+  // Ends calls under way within half a second. Call ControlPlane::Stop first, so that waiting calls end by
   // themselves.
   ~GrpcServer();
 

@@ -5,15 +5,14 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <sodium.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <thread>
 
-#include "control_plane/cluster/fake_workers.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/sqlite_store.h"
+#include "control_plane/testing/fake_workers.h"
 #include "core/world/scene_io.h"
+#include "host/temporary_folder.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -92,11 +91,9 @@ class GrpcServerTest : public ::testing::Test {
  protected:
   void SetUp() override {
     ASSERT_GE(sodium_init(), 0);
-    const Moment now{std::chrono::steady_clock::now().time_since_epoch(),
-                     std::chrono::system_clock::now().time_since_epoch()};
-    std::string folder = (std::filesystem::temp_directory_path() / "tessera-control-XXXXXX").string();
-    folder_ = ::mkdtemp(folder.data());
-    store_ = *SqliteStore::Open(folder_ + "/control.db");
+    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                  std::chrono::system_clock::now().time_since_epoch()};
+    store_ = *SqliteStore::Open(folder_.path() + "/control.db");
     auto cluster = Cluster::Load(*store_, {}, SystemRandomBytes, now);
     ASSERT_TRUE(cluster.ok()) << cluster.status();
     plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster));
@@ -114,7 +111,6 @@ class GrpcServerTest : public ::testing::Test {
     server_.reset();
     plane_.reset();
     store_.reset();
-    std::filesystem::remove_all(folder_);
   }
 
   void AddAgent() {
@@ -152,7 +148,7 @@ class GrpcServerTest : public ::testing::Test {
     return seen;
   }
 
-  std::string folder_;
+  host::TemporaryFolder folder_;
   std::unique_ptr<SqliteStore> store_;
   ControlMetrics metrics_;
   std::unique_ptr<ControlPlane> plane_;
@@ -425,7 +421,7 @@ TEST_F(GrpcServerTest, ServiceDiscoveryListsEveryProcess) {
   ASSERT_TRUE(instances_->CreateInstance(&Context(), CreateRequest(1), &created).ok());
   v1::Instance instance;
   WatchUntil(created.instance().id(), v1::INSTANCE_STATE_RUNNING, &instance);
-  const auto targets = plane_->Call([](Cluster& cluster, Moment) { return cluster.ScrapeTargets(); });
+  const auto targets = plane_->Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
   const std::string port = std::to_string(instance.region_status(0).report().address().metrics_port());
   EXPECT_EQ(
       ScrapeTargetsJson(targets, "127.0.0.1:7701"),
@@ -457,9 +453,9 @@ TEST_F(GrpcServerTest, MetricsAreThereFromTheStartAndCount) {
   EXPECT_EQ(counter("tessera_control_placements_total", "placed"), 1);
   EXPECT_EQ(counter("tessera_control_placements_total", "no_room"), 1);
   EXPECT_EQ(counter("tessera_control_rpc_seconds", "InstanceService/CreateInstance"), 2);
-  const Census census = plane_->Call([](Cluster& cluster, Moment) { return cluster.Count(); });
-  EXPECT_EQ(census.hosts.at(v1::HOST_STATE_READY), 1);
-  EXPECT_EQ(census.instances.at(v1::INSTANCE_STATE_STARTING), 1);
+  const ClusterSummary summary = plane_->Call([](Cluster& cluster, Now) { return Summarise(cluster.state()); });
+  EXPECT_EQ(summary.hosts.at(v1::HOST_STATE_READY), 1);
+  EXPECT_EQ(summary.instances.at(v1::INSTANCE_STATE_STARTING), 1);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ std::string ScrapeTargetsJson(const std::vector<ScrapeTarget>& targets, const st
 void AddPages(telemetry::MetricsServer& server, ControlPlane& plane) {
   server.AddHandler("/healthz", [](const telemetry::HttpRequest&) { return telemetry::HttpReply{.body = "ok\n"}; });
   server.AddHandler("/sd/prometheus", [&plane, own = Reachable(server.address())](const telemetry::HttpRequest&) {
-    const auto targets = plane.Call([](Cluster& cluster, Moment) { return cluster.ScrapeTargets(); });
+    const auto targets = plane.Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
     return telemetry::HttpReply{.content_type = "application/json", .body = ScrapeTargetsJson(targets, own)};
   });
 }

@@ -28,11 +28,13 @@ std::vector<BodyId> ToIds(const IdRanges& ranges) {
   return ids;
 }
 
+bool Contains(const IdRanges& ranges, BodyId id) {
+  return std::any_of(ranges.begin(), ranges.end(), [&](const records::IdRange& range) { return Holds(range, id); });
+}
+
 std::vector<BodyId> Within(const std::vector<BodyId>& ids, const IdRanges& ranges) {
   std::vector<BodyId> within;
-  std::copy_if(ids.begin(), ids.end(), std::back_inserter(within), [&](BodyId id) {
-    return std::any_of(ranges.begin(), ranges.end(), [&](const records::IdRange& range) { return Holds(range, id); });
-  });
+  std::copy_if(ids.begin(), ids.end(), std::back_inserter(within), [&](BodyId id) { return Contains(ranges, id); });
   return within;
 }
 

@@ -16,12 +16,13 @@ namespace tessera::control {
 
 using IdRanges = google::protobuf::RepeatedPtrField<records::IdRange>;
 
-// `ids` ascending, none twice.
+// `ids` ascend, none twice.
 IdRanges ToRanges(const std::vector<BodyId>& ids);
 std::vector<BodyId> ToIds(const IdRanges& ranges);
-// Those of `ids` that are in a range.
+bool Contains(const IdRanges& ranges, BodyId id);
+// The ids that are in a range, in their order.
 std::vector<BodyId> Within(const std::vector<BodyId>& ids, const IdRanges& ranges);
-// False if it is not in it.
+// Removes the id. False if it is in no range.
 bool TakeOut(BodyId id, IdRanges& ranges);
 
 }  // namespace tessera::control

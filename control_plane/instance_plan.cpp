@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "control_plane/settings.h"
+#include "control_plane/control_settings.h"
 #include "core/region/settings.h"
 #include "core/world/limits.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 
 namespace tessera::control {
 namespace {
@@ -79,8 +79,8 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
     return status;
   }
   plan.borders = asked;
-  if (!asked.has_ghost_depth()) plan.borders.set_ghost_depth(region::Settings().ghost_depth);
-  if (!asked.has_whole_up_to()) plan.borders.set_whole_up_to(region::Settings().whole_up_to);
+  if (!asked.has_ghost_depth()) plan.borders.set_ghost_depth(region::RegionSettings().ghost_depth);
+  if (!asked.has_whole_up_to()) plan.borders.set_whole_up_to(region::RegionSettings().whole_up_to);
   return absl::OkStatus();
 }
 
@@ -104,15 +104,17 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   const auto deadline = StartDeadline(spec);
   if (!deadline.ok()) return deadline.status();
 
-  const auto scene = ResolveScene(spec.scene(), "spec.scene");
-  if (!scene.ok()) return scene.status();
-  auto map = MakeGridMap((*scene)->ground(), spec.regions());
+  // Agents and workers check the scene again: none of them believes what it is sent, see scene_load.h.
+  const absl::StatusOr<LoadedScene> loaded = LoadScene(spec.scene(), "spec.scene");
+  if (!loaded.ok()) return loaded.status();
+  const Scene& scene = *loaded->scene;
+  auto map = MakeGridMap(scene.ground(), spec.regions());
   if (!map.ok()) return map.status();
-  if (absl::Status status = CheckRange("spec.snapshot_rate_hz", spec.snapshot_rate_hz(), 0, (*scene)->tick_rate_hz);
+  if (absl::Status status = CheckRange("spec.snapshot_rate_hz", spec.snapshot_rate_hz(), 0, scene.tick_rate_hz);
       !status.ok()) {
     return status;
   }
-  if (spec.expected_players() > 0 && !(*scene)->player) {
+  if (spec.expected_players() > 0 && !scene.player) {
     return absl::InvalidArgumentError(
         absl::StrCat("spec.expected_players: ", spec.expected_players(), ", but the scene has no player"));
   }
@@ -121,10 +123,10 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   if (absl::Status status = PlanLife(spec, plan); !status.ok()) return status;
   if (absl::Status status = PlanBorders(spec.borders(), plan); !status.ok()) return status;
   plan.request_id = request.request_id();
-  plan.scene_name = (*scene)->name;
-  plan.scene_hash = SceneHash(spec.scene());
+  plan.scene_name = scene.name;
+  plan.scene_hash = loaded->hash;
   plan.scene_bytes = spec.scene().SerializeAsString();
-  plan.tick_rate_hz = (*scene)->tick_rate_hz;
+  plan.tick_rate_hz = scene.tick_rate_hz;
   plan.snapshot_rate_hz =
       spec.snapshot_rate_hz() > 0 ? spec.snapshot_rate_hz() : std::min(kDefaultSnapshotRateHz, plan.tick_rate_hz);
   plan.expected_players = spec.expected_players();
@@ -132,8 +134,8 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   plan.lazy = spec.lazy();
   plan.map = *std::move(map);
   plan.properties.assign(spec.scene().properties().begin(), spec.scene().properties().end());
-  if ((*scene)->player) plan.spawn_points = (*scene)->player->spawn_points;
-  for (const BodyDef& body : (*scene)->bodies) {
+  if (scene.player) plan.spawn_points = scene.player->spawn_points;
+  for (const BodyDef& body : scene.bodies) {
     if (body.motion == Motion::kDynamic) plan.bodies.push_back(body.id);
   }
   std::sort(plan.bodies.begin(), plan.bodies.end());

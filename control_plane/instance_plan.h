@@ -1,5 +1,5 @@
-// InstancePlan: what a client asked for, checked, with all that follows from it alone. Made outside any lock, because a
-// scene can be large; what it needs from the cluster (room, an id) comes later.
+// InstancePlan: a client's request for an instance, checked, with all that follows from it alone. It is made outside
+// any lock, because a scene can be large; what it needs from the cluster (room, an id) comes later.
 #pragma once
 
 #include <chrono>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <string_view>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -27,7 +28,7 @@ std::string Failure(const LifeFacts& facts, v1::InstanceState state, bool starte
   return "";
 }
 
-// Nobody has to be waited for, or no longer.
+// True if nobody has to be waited for, or no longer.
 bool PlayersNoMatter(const LifeFacts& facts) { return facts.players_ready || facts.start_deadline_passed; }
 
 std::string StartTimedOut(const LifeFacts& facts, bool run) {
@@ -76,9 +77,15 @@ LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts) {
   return {state, run, ""};
 }
 
-std::string DegradedReason(const LifeFacts& facts) {
+std::string NameOf(v1::InstanceState state) {
+  constexpr std::string_view kPrefix = "INSTANCE_STATE_";
+  const std::string& name = v1::InstanceState_Name(state);
+  return name.size() > kPrefix.size() ? name.substr(kPrefix.size()) : absl::StrCat(static_cast<int>(state));
+}
+
+std::string DegradedReason(const std::vector<WorkerFacts>& workers) {
   std::map<std::string, std::vector<std::uint32_t>> silent;
-  for (const WorkerFacts& worker : facts.workers) {
+  for (const WorkerFacts& worker : workers) {
     if (worker.host_lost) silent[worker.host_name].push_back(worker.region);
   }
   return absl::StrJoin(silent, "; ", [](std::string* out, const auto& host) {

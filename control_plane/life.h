@@ -3,7 +3,7 @@
 // PENDING -> PLACING -> STARTING -> WAITING_FOR_PLAYERS -> RUNNING -> STOPPING -> ENDED, or FAILED with a reason.
 // Repeating `NextStep` with the same facts changes nothing more, so it is safe to ask after every event and after a
 // restart. DEGRADED is not here: it is RUNNING with a host that is silent or a failover under way, and passes by
-// itself. Once RUNNING, workers that die are failover's business (failover.h).
+// itself. Once an instance is RUNNING, Failovers deals with workers that die (cluster/failovers.h).
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace tessera::control {
 
-// What is known about one region's worker.
+// The facts about one region's worker.
 struct WorkerFacts {
   std::uint32_t region = 0;
   v1::WorkerPhase phase = v1::WORKER_PHASE_UNSPECIFIED;
@@ -33,16 +33,19 @@ struct LifeFacts {
 struct LifeStep {
   v1::InstanceState state = v1::INSTANCE_STATE_UNSPECIFIED;
   bool run = false;    // the start goes out, or has gone out
-  std::string reason;  // of FAILED
+  std::string reason;  // why it is FAILED
 };
 
 LifeStep NextStep(v1::InstanceState state, bool run, const LifeFacts& facts);
 
-// States in which workers are wanted; in which they are still to be ended in order; after which nothing comes.
+// True in the states in which workers are to run.
 bool WantsWorkers(v1::InstanceState state);
+// True in the states after which nothing comes.
 bool IsFinal(v1::InstanceState state);
+// "RUNNING"
+std::string NameOf(v1::InstanceState state);
 
-// "host alpha is silent: regions 1, 2" of a RUNNING instance; empty in good health.
-std::string DegradedReason(const LifeFacts& facts);
+// Why a RUNNING instance is degraded: "host alpha is silent: regions 1, 2"; empty in good health.
+std::string DegradedReason(const std::vector<WorkerFacts>& workers);
 
 }  // namespace tessera::control

@@ -91,7 +91,7 @@ TEST(LifeTest, ALostHostDegradesWhatRunsAndFailsWhatHasNotStarted) {
   LifeFacts facts = Facts({kRunning, kRunning, kRunning}, true);
   facts.workers[0].host_lost = facts.workers[2].host_lost = true;
   EXPECT_EQ(NextStep(v1::INSTANCE_STATE_RUNNING, true, facts).state, v1::INSTANCE_STATE_RUNNING);
-  EXPECT_EQ(DegradedReason(facts), "host alpha is silent: regions 1, 3");
+  EXPECT_EQ(DegradedReason(facts.workers), "host alpha is silent: regions 1, 3");
   EXPECT_EQ(NextStep(v1::INSTANCE_STATE_STARTING, false, facts).reason,
             "region 1: host alpha was lost before the start");
 }

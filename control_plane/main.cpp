@@ -1,39 +1,35 @@
 // tessera-control: the control plane of a cluster.
-#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sodium.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <systemd/sd-daemon.h>
-#include <unistd.h>
-#include <CLI/CLI.hpp>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
-#include "control_plane/socket_address.h"
 #include "control_plane/sqlite_store.h"
+#include "host/files.h"
+#include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::control {
 namespace {
 
-struct Flags {
+struct ControlFlags {
   std::string listen = "127.0.0.1:7700";
   std::string http = "127.0.0.1:7701";
   std::string data_dir;
   std::string ready_file;
-  int ready_fd = -1;
   std::string log_level;
-  Settings settings;
+  ControlSettings settings;
 };
 
 int Fail(const absl::Status& status) {
@@ -42,42 +38,26 @@ int Fail(const absl::Status& status) {
 }
 
 absl::StatusOr<std::unique_ptr<SqliteStore>> OpenStore(const std::string& data_dir) {
-  std::error_code error;
-  std::filesystem::create_directories(data_dir, error);
-  if (error) return absl::UnavailableError("--data-dir " + data_dir + ": " + error.message());
+  if (absl::Status status = host::MakePrivateFolder(data_dir); !status.ok()) {
+    return absl::UnavailableError("--data-dir " + std::string(status.message()));
+  }
   umask(077);  // the store holds instances' keys
   return SqliteStore::Open(data_dir + "/control.db");
 }
 
 absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::string& address,
                                                                     const ControlMetrics& metrics) {
-  const auto parsed = ParseSocketAddress(address);
+  const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
   if (!parsed.ok()) return parsed.status();
   return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry());
 }
 
-// Whole or not at all: a reader that sees the file sees all of it.
-absl::Status WriteReadyFile(const std::string& path, const std::string& line) {
-  const std::string draft = path + ".new";
-  std::ofstream out(draft, std::ios::trunc);
-  out << line;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(draft, path, error);
-  if (!out || error) return absl::UnavailableError("--ready-file " + path + ": cannot be written");
-  return absl::OkStatus();
-}
-
-absl::Status TellReady(const Flags& flags, const std::string& grpc_address, const std::string& http_address) {
-  const std::string line = nlohmann::json({{"grpc", grpc_address}, {"http", http_address}}).dump() + "\n";
-  if (flags.ready_fd >= 0) {
-    if (write(flags.ready_fd, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
-      return absl::UnavailableError("--ready-fd " + std::to_string(flags.ready_fd) + ": cannot be written");
-    }
-    close(flags.ready_fd);
-  }
+absl::Status AnnounceReady(const ControlFlags& flags, const std::string& grpc_address,
+                           const std::string& http_address) {
   if (!flags.ready_file.empty()) {
-    if (absl::Status status = WriteReadyFile(flags.ready_file, line); !status.ok()) return status;
+    const std::string line = nlohmann::json({{"grpc", grpc_address}, {"http", http_address}}).dump() + "\n";
+    const absl::Status status = host::WriteFile(flags.ready_file, line, host::Durability::kSurvivesProcess);
+    if (!status.ok()) return absl::UnavailableError("--ready-file " + std::string(status.message()));
   }
   sd_notify(0, "READY=1");
   spdlog::info("ready grpc={} http={}", grpc_address, http_address);
@@ -92,24 +72,24 @@ sigset_t EndSignals() {
   return signals;
 }
 
-absl::Status Run(const Flags& flags) {
-  // Before any thread is made, so that all inherit it and `sigwait` alone takes them.
+absl::Status Run(const ControlFlags& flags) {
+  // Signals are blocked before any thread is made, so that all inherit it and `sigwait` alone takes them.
   const sigset_t signals = EndSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   signal(SIGPIPE, SIG_IGN);
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
-  // First of all, so that a port in use is one line and touches nothing.
+  // Ports are tried first of all, so that one in use costs one line and touches nothing.
   for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.http, "http")}) {
-    const auto parsed = ParseSocketAddress(address);
+    const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
     if (!parsed.ok()) return parsed.status();
-    if (absl::Status status = CheckBindable(*parsed, what); !status.ok()) return status;
+    if (absl::Status status = host::CheckBindable(*parsed, what); !status.ok()) return status;
   }
   const auto store = OpenStore(flags.data_dir);
   if (!store.ok()) return store.status();
   ControlMetrics metrics;
-  const Moment now{std::chrono::steady_clock::now().time_since_epoch(),
-                   std::chrono::system_clock::now().time_since_epoch()};
+  const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                std::chrono::system_clock::now().time_since_epoch()};
   auto cluster = Cluster::Load(**store, flags.settings, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
   auto files = CheckpointFiles::Open(flags.data_dir + "/checkpoints");
@@ -119,15 +99,15 @@ absl::Status Run(const Flags& flags) {
   if (!http.ok()) return http.status();
   const auto grpc = GrpcServer::Start(flags.listen, plane, metrics);
   if (!grpc.ok()) return grpc.status();
-  const auto census = std::make_shared<CensusMetrics>(
+  const auto summary = std::make_shared<SummaryMetrics>(
       [&plane, &metrics] {
         for (const std::chrono::nanoseconds took : plane.TakeFailovers()) metrics.ObserveFailover(took);
-        return plane.Call([](Cluster& c, Moment) { return c.Count(); });
+        return plane.Call([](Cluster& c, Now) { return Summarise(c.state()); });
       },
       [&plane] { return plane.store_revision(); });
-  (*http)->AddCollectable(census);
+  (*http)->AddCollectable(summary);
   AddPages(**http, plane);
-  if (absl::Status status = TellReady(flags, (*grpc)->address(), (*http)->address()); !status.ok()) return status;
+  if (absl::Status status = AnnounceReady(flags, (*grpc)->address(), (*http)->address()); !status.ok()) return status;
 
   int received = 0;
   sigwait(&signals, &received);
@@ -142,13 +122,13 @@ absl::Status Run(const Flags& flags) {
 
 int main(int argc, char** argv) {
   using namespace tessera;
-  control::Flags flags;
+  control::ControlFlags flags;
   CLI::App app(
       "The control plane of a Tessera cluster: places worlds on hosts, starts and watches them, lets players in.",
       "tessera-control");
   app.set_version_flag("--version", std::string("tessera-control ") + TESSERA_VERSION);
   const auto is_address = [](const std::string& text) {
-    return std::string(control::ParseSocketAddress(text).status().message());  // empty: fine
+    return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
   };
   app.add_option("--listen", flags.listen, "gRPC address, HOST:PORT; port 0 takes a free one")
       ->check(is_address)
@@ -158,7 +138,6 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--data-dir", flags.data_dir, "folder of the store; made if it is not there")->required();
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
-  app.add_option("--ready-fd", flags.ready_fd, "the same to this file descriptor, which is then closed");
   app.add_option(
       "--lost-after-ms",
       [&flags](const CLI::results_t& values) {

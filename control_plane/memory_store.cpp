@@ -4,16 +4,16 @@
 
 namespace tessera::control {
 
-absl::StatusOr<Entry> MemoryStore::Get(std::string_view key) const {
+absl::StatusOr<StoreEntry> MemoryStore::Get(std::string_view key) const {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find(key);
   if (found == entries_.end()) return absl::NotFoundError(absl::StrCat("store: no key ", std::string(key)));
-  return Entry{found->first, found->second.value, found->second.revision};
+  return StoreEntry{found->first, found->second.value, found->second.revision};
 }
 
-absl::StatusOr<std::vector<Entry>> MemoryStore::List(std::string_view prefix) const {
+absl::StatusOr<std::vector<StoreEntry>> MemoryStore::List(std::string_view prefix) const {
   const std::lock_guard lock(mutex_);
-  std::vector<Entry> result;
+  std::vector<StoreEntry> result;
   for (auto it = entries_.lower_bound(prefix); it != entries_.end() && it->first.starts_with(prefix); ++it) {
     result.push_back({it->first, it->second.value, it->second.revision});
   }

@@ -6,7 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "control_plane/settings.h"
+#include "control_plane/control_settings.h"
 
 namespace tessera::control {
 namespace {

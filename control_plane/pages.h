@@ -13,8 +13,8 @@ struct Page {
   std::uint64_t after = 0;  // the number of the last item seen; 0 at the start
 };
 
-// kInvalidArgument "page_size: ..." below 0, "page_token: ..." if it was not made by PageToken. Sizes above the largest
-// are cut.
+// Errors are kInvalidArgument: "page_size: ..." below 0, "page_token: ..." if it was not made by PageToken. Sizes above
+// the largest are cut.
 absl::StatusOr<Page> ReadPage(std::int32_t page_size, const std::string& page_token);
 std::string PageToken(std::uint64_t last);
 

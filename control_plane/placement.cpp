@@ -1,18 +1,20 @@
 #include "control_plane/placement.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <tuple>
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/standbys.h"
 
 namespace tessera::control {
 namespace {
 
 constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
 
-// Regions by their place in the map's list, and who borders whom.
+// For each region, by its place in the map's list: the regions that it borders.
 using Graph = std::vector<std::vector<std::size_t>>;
 
 Graph Borders(const PartitionMap& map) {
@@ -37,8 +39,8 @@ absl::Status NoRoom(std::size_t regions, std::size_t hosts, std::size_t free) {
       absl::StrCat(need, "; the ", Plural(hosts, "ready host has ", "ready hosts have "), free, " free"));
 }
 
-// How many regions each host takes: the fewest hosts that have room, two at least where there are two; as even as their
-// room allows.
+// How many regions each host takes. As few hosts are used as have room, at least two where there are two, and as evenly
+// as their room allows.
 std::vector<std::size_t> Shares(std::size_t regions, std::span<const FreeHost> hosts) {
   std::size_t used = 0, room = 0;
   while (used < hosts.size() && hosts[used].free > 0 && (room < regions || (used < 2 && regions > 1))) {
@@ -59,8 +61,8 @@ std::vector<std::size_t> Shares(std::size_t regions, std::span<const FreeHost> h
   return shares;
 }
 
-// True if the free regions other than `taken` hang together.
-bool StaysWhole(const Graph& graph, const std::vector<std::size_t>& host_of, std::size_t taken) {
+// True if the free regions other than `taken` are connected.
+bool StaysConnected(const Graph& graph, const std::vector<std::size_t>& host_of, std::size_t taken) {
   std::vector<bool> open(graph.size());
   for (std::size_t region = 0; region < graph.size(); ++region)
     open[region] = host_of[region] == kNowhere && region != taken;
@@ -93,12 +95,12 @@ std::size_t NextOfPatch(const Graph& graph, const std::vector<std::size_t>& host
   std::sort(candidates.begin(), candidates.end());
   for (const auto& [rank, free, region] : candidates) {
     const bool grows = rank < 0 || std::get<0>(candidates.front()) == 0;
-    if (grows && StaysWhole(graph, host_of, region)) return region;
+    if (grows && StaysConnected(graph, host_of, region)) return region;
   }
   return std::get<2>(candidates.front());
 }
 
-// One patch of `size` bordering regions.
+// Places one patch of `size` bordering regions on the host.
 void Grow(const Graph& graph, std::size_t host, std::size_t size, std::vector<std::size_t>& host_of) {
   std::vector<int> inside(graph.size(), 0);
   for (std::size_t placed = 0; placed < size; ++placed) {
@@ -108,24 +110,17 @@ void Grow(const Graph& graph, std::size_t host, std::size_t size, std::vector<st
   }
 }
 
-// Each region's heir: on another host if there is one, then a neighbour, then the one that is heir to the fewest, then
-// the next one.
-std::vector<MapRegion> Heirs(const PartitionMap& map, const Graph& graph, const std::vector<std::size_t>& host_of) {
+// Standbys are chosen afresh: no copy is warm yet.
+absl::StatusOr<PartitionMap> WithNewStandbys(const PartitionMap& map, const std::vector<PlacedRegion>& placed) {
   std::vector<MapRegion> regions(map.regions().begin(), map.regions().end());
-  std::vector<int> inherits(regions.size(), 0);
-  for (std::size_t region = 0; region < regions.size() && regions.size() > 1; ++region) {
-    std::size_t best = kNowhere;
-    std::tuple<bool, bool, int> best_rank;
-    for (std::size_t step = 1; step < regions.size(); ++step) {
-      const std::size_t heir = (region + step) % regions.size();
-      const bool borders = std::find(graph[region].begin(), graph[region].end(), heir) != graph[region].end();
-      const std::tuple<bool, bool, int> rank(host_of[heir] == host_of[region], !borders, inherits[heir]);
-      if (best == kNowhere || rank < best_rank) best = heir, best_rank = rank;
-    }
-    regions[region].heir = regions[best].id;
-    ++inherits[best];
-  }
-  return regions;
+  for (MapRegion& region : regions) region.standby = RegionId();
+  const auto bare =
+      PartitionMap::Create(map.version(), map.bounds(), {map.cells().begin(), map.cells().end()}, std::move(regions));
+  if (!bare.ok()) return bare.status();
+  std::map<RegionId, std::string> hosts;
+  for (const PlacedRegion& region : placed) hosts[region.region] = region.host_id;
+  return WithStandbys(
+      *bare, [&hosts](RegionId id) { return hosts.at(id); }, [](RegionId, RegionId) { return false; });
 }
 
 }  // namespace
@@ -133,7 +128,7 @@ std::vector<MapRegion> Heirs(const PartitionMap& map, const Graph& graph, const 
 absl::StatusOr<PlacementPlan> Place(const PartitionMap& map, std::span<const FreeHost> hosts) {
   const std::size_t regions = map.regions().size();
   std::vector<FreeHost> roomy(hosts.begin(), hosts.end());
-  // Stable, so that among equals the order given decides.
+  // The sort is stable, so that among equals the order given decides.
   std::stable_sort(roomy.begin(), roomy.end(), [](const FreeHost& a, const FreeHost& b) { return a.free > b.free; });
   const std::size_t room = std::accumulate(roomy.begin(), roomy.end(), std::size_t{0},
                                            [](std::size_t sum, const FreeHost& host) { return sum + host.free; });
@@ -146,10 +141,9 @@ absl::StatusOr<PlacementPlan> Place(const PartitionMap& map, std::span<const Fre
 
   PlacementPlan plan;
   for (std::size_t i = 0; i < regions; ++i) plan.regions.push_back({map.regions()[i].id, roomy[host_of[i]].id});
-  auto with_heirs = PartitionMap::Create(map.version(), map.bounds(), {map.cells().begin(), map.cells().end()},
-                                         Heirs(map, graph, host_of));
-  if (!with_heirs.ok()) return with_heirs.status();
-  plan.map = *std::move(with_heirs);
+  auto with_standbys = WithNewStandbys(map, plan.regions);
+  if (!with_standbys.ok()) return with_standbys.status();
+  plan.map = *std::move(with_standbys);
   return plan;
 }
 

@@ -1,8 +1,8 @@
 // Placement: which host runs which region. Pure, and all or nothing.
 //
 // Wishes, in this order: every region has a place; if two hosts have room, no host holds all regions, so that each
-// region's heir can live elsewhere; as few hosts as that allows, evenly loaded; a host's regions border each other, so
-// that most borders stay inside a host.
+// region's standby can live elsewhere; as few hosts as that allows, evenly loaded; a host's regions border each other,
+// so that most borders stay inside a host.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ struct PlacedRegion {
 
 struct PlacementPlan {
   std::vector<PlacedRegion> regions;  // one for each region of the map, ascending
-  PartitionMap map;                   // the one given, with heirs chosen
+  PartitionMap map;                   // the one given, with standbys chosen
 };
 
 // Same input, same plan. kResourceExhausted states need and capacity: "4 regions need 4 places; the 1 ready host has 2

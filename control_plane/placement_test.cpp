@@ -55,26 +55,26 @@ TEST(PlacementTest, PlacesEveryRegionOnceWithinCapacity) {
   }
 }
 
-TEST(PlacementTest, GivesEachRegionAnHeirOnAnotherHostWhereThereIsOne) {
+TEST(PlacementTest, GivesEachRegionAStandbyOnAnotherHostWhereThereIsOne) {
   const std::vector<FreeHost> hosts{{"a", 30}, {"b", 30}};
   for (std::uint32_t regions = 2; regions <= 30; ++regions) {
     const auto plan = *Place(Grid(regions), hosts);
     std::map<RegionId, std::string> host_of;
     for (const PlacedRegion& placed : plan.regions) host_of[placed.region] = placed.host_id;
     for (const MapRegion& region : plan.map.regions()) {
-      ASSERT_NE(region.heir, RegionId()) << regions;
-      EXPECT_NE(host_of[region.id], host_of[region.heir]) << regions;
+      ASSERT_NE(region.standby, RegionId()) << regions;
+      EXPECT_NE(host_of[region.id], host_of[region.standby]) << regions;
     }
   }
 }
 
-TEST(PlacementTest, GivesAnHeirOnTheOnlyHost) {
+TEST(PlacementTest, GivesAStandbyOnTheOnlyHost) {
   const auto plan = *Place(Grid(4), std::vector<FreeHost>{{"a", 4}});
   for (const MapRegion& region : plan.map.regions()) {
-    EXPECT_NE(region.heir, RegionId());
-    EXPECT_NE(region.heir, region.id);
+    EXPECT_NE(region.standby, RegionId());
+    EXPECT_NE(region.standby, region.id);
   }
-  EXPECT_EQ((*Place(Grid(1), std::vector<FreeHost>{{"a", 4}})).map.regions()[0].heir, RegionId());
+  EXPECT_EQ((*Place(Grid(1), std::vector<FreeHost>{{"a", 4}})).map.regions()[0].standby, RegionId());
 }
 
 TEST(PlacementTest, KeepsBorderingRegionsTogether) {

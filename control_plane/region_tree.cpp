@@ -45,9 +45,9 @@ Cut BestCut(const Rect& area, const std::vector<Cell>& cells) {
   return best;
 }
 
-constexpr int kHalvings = 40;  // of a cut's range: to a millimetre and below in any world
+constexpr int kHalvings = 40;  // bring a cut to a millimetre and below in any world
 
-// How much of what is spread so lies below `at`, 0 to 1.
+// The share of a load that is spread so that lies below `at`, 0 to 1.
 double ShareBelow(const std::vector<double>& spread, double at) {
   if (at <= spread.front()) return 0;
   if (at >= spread.back()) return 1;
@@ -118,11 +118,11 @@ void RegionTree::Place(std::size_t node, const Rect& area) {
 }
 
 double RegionTree::Load(std::size_t node, const RegionLoads& loads) const {
-  const Node& at = nodes_[node];
+  const TreeNode& at = nodes_[node];
   if (!at.leaf()) return Load(at.low, loads) + Load(at.high, loads);
   const auto found = loads.find(at.owner);
   if (found == loads.end()) return 0;
-  double area = 0;  // of all its cells: the load is shared by area
+  double area = 0;  // all its cells together: the load is shared by area
   for (const std::size_t leaf : LeavesOf(at.owner)) area += Area(nodes_[leaf].area);
   return found->second * Area(at.area) / area;
 }
@@ -148,7 +148,7 @@ std::size_t RegionTree::ParentOf(std::size_t node) const {
 
 std::vector<RegionId> RegionTree::Regions() const {
   std::set<RegionId> regions;
-  for (const Node& node : nodes_) {
+  for (const TreeNode& node : nodes_) {
     if (node.leaf()) regions.insert(node.owner);
   }
   return {regions.begin(), regions.end()};
@@ -157,7 +157,7 @@ std::vector<RegionId> RegionTree::Regions() const {
 RegionId RegionTree::SiblingOf(RegionId region) const {
   const std::vector<std::size_t> leaves = LeavesOf(region);
   if (leaves.empty() || leaves.front() == 0) return region;
-  const Node& parent = nodes_[ParentOf(leaves.front())];
+  const TreeNode& parent = nodes_[ParentOf(leaves.front())];
   std::size_t node = parent.low == leaves.front() ? parent.high : parent.low;
   while (!nodes_[node].leaf()) node = nodes_[node].low;
   return nodes_[node].owner;
@@ -186,14 +186,14 @@ void RegionTree::Replace(RegionId region, RegionId newcomer) {
   for (const std::size_t leaf : LeavesOf(region)) nodes_[leaf].owner = newcomer;
 }
 
-// Its sibling takes its area and its parent's place. Nodes that nobody refers to any more are dropped.
+// The leaf's sibling takes its area and its parent's place. Nodes that nobody refers to any more are dropped.
 void RegionTree::RemoveLeaf(std::size_t leaf) {
   const std::size_t parent = ParentOf(leaf);
   const std::size_t sibling = nodes_[parent].low == leaf ? nodes_[parent].high : nodes_[parent].low;
   Place(sibling, nodes_[parent].area);
-  const Node taken = nodes_[sibling];
+  const TreeNode taken = nodes_[sibling];
   nodes_[parent] = taken;
-  std::vector<Node> kept;
+  std::vector<TreeNode> kept;
   const auto copy = [&](auto&& self, std::size_t from) -> std::size_t {
     const std::size_t to = kept.size();
     kept.push_back(nodes_[from]);
@@ -221,7 +221,7 @@ RegionId RegionTree::Lightest(const RegionLoads& loads) const {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (!nodes_[i].leaf()) continue;
     const double load = Load(ParentOf(i), loads);
-    // Of a pair the higher id goes, so that growing and shrinking again leads back.
+    // The higher id of a pair goes, so that growing and shrinking again leads back.
     if (load < least || (load == least && nodes_[i].owner > lightest)) {
       least = load;
       lightest = nodes_[i].owner;
@@ -252,7 +252,7 @@ void RegionTree::BalanceNode(std::size_t node, const LoadIn& load_in, double mos
   BalanceNode(high, load_in, most);
 }
 
-// All cuts at once, by how things lie now: a cut that moves changes what its neighbours on both sides have.
+// All cuts move at once, by how things lie now: a cut that moves changes what its neighbours on both sides have.
 void RegionTree::Balance(const RegionLoads& loads, const RegionSpreads& spreads, double most) {
   const RegionTree before = *this;
   const auto load_in = [&](const Rect& rect) {
@@ -268,7 +268,7 @@ void RegionTree::Balance(const RegionLoads& loads, const RegionSpreads& spreads,
   BalanceNode(0, load_in, most);
 }
 
-// Of the region's cells, how much of their area lies in `rect`.
+// The share of the region's area that lies in `rect`.
 double RegionTree::AreaShare(RegionId region, const Rect& rect) const {
   double all = 0, inside = 0;
   for (const std::size_t leaf : LeavesOf(region)) {
@@ -281,17 +281,17 @@ double RegionTree::AreaShare(RegionId region, const Rect& rect) const {
   return all > 0 ? inside / all : 0;
 }
 
-absl::StatusOr<PartitionMap> RegionTree::ToMap(MapVersion version, std::span<const MapRegion> heirs) const {
+absl::StatusOr<PartitionMap> RegionTree::ToMap(MapVersion version, std::span<const MapRegion> standbys) const {
   const std::vector<RegionId> ids = Regions();
   std::vector<MapRegion> regions;
   regions.reserve(ids.size());
   for (const RegionId id : ids) {
-    const auto old = std::find_if(heirs.begin(), heirs.end(), [id](const MapRegion& r) { return r.id == id; });
-    const bool lives = old != heirs.end() && std::binary_search(ids.begin(), ids.end(), old->heir);
-    regions.push_back({id, lives ? old->heir : RegionId()});
+    const auto old = std::find_if(standbys.begin(), standbys.end(), [id](const MapRegion& r) { return r.id == id; });
+    const bool lives = old != standbys.end() && std::binary_search(ids.begin(), ids.end(), old->standby);
+    regions.push_back({id, lives ? old->standby : RegionId()});
   }
   std::vector<Cell> cells;
-  for (const Node& node : nodes_) {
+  for (const TreeNode& node : nodes_) {
     if (node.leaf()) cells.push_back({node.area, node.owner, Epoch(1)});
   }
   return PartitionMap::Create(version, bounds_, std::move(cells), std::move(regions));

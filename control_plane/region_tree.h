@@ -1,13 +1,14 @@
 // RegionTree: a partition as a tree of cuts, so that borders can be moved, regions split and merged, and every result
 // still covers the world exactly once.
 //
-// Each inner node cuts its area in two by a line along x or z; each leaf is one region's cell. Found back from any map
-// whose cells can be separated by such cuts, which all maps here can: the grid, k-d trees, failovers of these.
+// Each inner node cuts its area in two by a line along x or z; each leaf is one region's cell. The tree is found back
+// from any map whose cells can be separated by such cuts, which all maps here can: the grid, k-d trees, failovers of
+// these.
 //
 //   auto tree = RegionTree::FromMap(map);
 //   tree->Balance(loads, spreads, 0.25);            // every border moves a little towards the heavier side
 //   tree->Split(RegionId(2), RegionId(5));          // 5 takes half of 2's largest cell
-//   auto wanted = tree->ToMap(version, heirs);
+//   auto wanted = tree->ToMap(version, standbys);
 //
 // A value; no thread of its own. Same input, same tree.
 #pragma once
@@ -21,13 +22,13 @@
 
 namespace tessera::control {
 
-using RegionLoads = std::map<RegionId, double>;  // of any unit; not negative
+using RegionLoads = std::map<RegionId, double>;  // in any unit; not negative
 
 // Where a region's load lies: positions that split it into equal parts, ascending, the outermost first and last.
 struct RegionSpread {
-  std::vector<double> x, z;  // of one size, at least 2
+  std::vector<double> x, z;  // equally many, at least 2
 };
-using RegionSpreads = std::map<RegionId, RegionSpread>;  // who is not here is filled evenly
+using RegionSpreads = std::map<RegionId, RegionSpread>;  // a region that is not here is filled evenly
 
 class RegionTree {
  public:
@@ -37,27 +38,27 @@ class RegionTree {
   // `newcomer`, which owns nothing, takes one of the region's cells if it has several, else half of its only one, cut
   // across its longer side.
   void Split(RegionId region, RegionId newcomer);
-  // The regions beside it in the tree grow over all its cells. Not the last one.
+  // The regions beside it in the tree grow over all its cells. The last region cannot be removed.
   void Remove(RegionId region);
-  // Of which `Remove` adds least to one region's load: the lightest pair of neighbours in the tree.
+  // The region whose removal adds least to another one's load: one of the lightest pair of neighbours in the tree.
   RegionId Lightest(const RegionLoads& loads) const;
   // `newcomer` takes the region's place.
   void Replace(RegionId region, RegionId newcomer);
-  // Moves each cut to where both sides have as much as the number of their cells says, by where the load lies, but into
-  // a side by at most `most` (0 to 1) of its extent; no cell gets narrower than kNarrowest of the world's extent.
+  // Moves each cut to where both sides have the share of the load that they have of the cells, but into a side by at
+  // most `most` (0 to 1) of its extent; no cell gets narrower than kNarrowest of the world's extent.
   void Balance(const RegionLoads& loads, const RegionSpreads& spreads, double most);
 
   std::vector<RegionId> Regions() const;  // ascending
   std::size_t Cells(RegionId region) const { return LeavesOf(region).size(); }
   // The first region on the other side of the region's nearest cut; itself if there is none.
   RegionId SiblingOf(RegionId region) const;
-  // Epochs are 1, no `from`; heirs as given where they are still regions.
-  absl::StatusOr<PartitionMap> ToMap(MapVersion version, std::span<const MapRegion> heirs) const;
+  // A settled map with epochs of 1; standbys as given where they are still regions.
+  absl::StatusOr<PartitionMap> ToMap(MapVersion version, std::span<const MapRegion> standbys) const;
 
   static constexpr double kNarrowest = 0.02;
 
  private:
-  struct Node {
+  struct TreeNode {
     Rect area;
     bool along_x = false;           // the cut is at an x; else at a z
     std::size_t low = 0, high = 0;  // children; 0 (the root, nobody's child): a leaf
@@ -76,7 +77,7 @@ class RegionTree {
   void RemoveLeaf(std::size_t leaf);
 
   Rect bounds_;
-  std::vector<Node> nodes_;  // the root first
+  std::vector<TreeNode> nodes_;  // the root first
 };
 
 // The busiest region's load by the mean; 1 if there is none.

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
-#include "control_plane/settings.h"
+#include "control_plane/control_settings.h"
 #include "core/world/partition_change.h"
 
 namespace tessera::control {
@@ -110,8 +111,8 @@ TEST(RegionTreeTest, ARegionWithADeadOnesCellsGivesThemToTheNewcomer) {
   const RegionId dead[] = {RegionId(3)};
   const PartitionMap failover = *FailoverMap(grid, dead, MapVersion(2));
   RegionTree tree = *RegionTree::FromMap(failover);
-  const RegionId heir = failover.OwnerOf({1, 0, 99});
-  tree.Split(heir, RegionId(3));
+  const RegionId standby = failover.OwnerOf({1, 0, 99});
+  tree.Split(standby, RegionId(3));
   EXPECT_EQ(Wanted(tree, failover).regions().size(), 4u);
 }
 

@@ -1,4 +1,4 @@
-// Secrets: what admits an agent. Only hashes are stored, so the store's file admits nobody.
+// Secrets: tokens that admit an agent. Only hashes are stored, so the store's file admits nobody.
 #pragma once
 
 #include <functional>
@@ -7,18 +7,18 @@
 
 namespace tessera::control {
 
-// Gives `n` bytes that nobody can guess. Passed in, so that simulations replay.
+// Gives `n` bytes that nobody can guess. It is passed in, so that simulations replay.
 using RandomBytes = std::function<std::string(std::size_t n)>;
-// Of the operating system.
+// Random bytes of the operating system.
 std::string SystemRandomBytes(std::size_t n);
 
 // 32 random bytes as text: "tsj_" (join token) or "tsh_" (host secret) and 64 hexadecimal digits.
 std::string MakeJoinToken(const RandomBytes& random);
 std::string MakeHostSecret(const RandomBytes& random);
 
-// BLAKE2b-256. Without salt or stretching: what it hashes has 256 random bits.
+// BLAKE2b-256. It needs neither salt nor stretching, since a secret has 256 random bits.
 std::string HashSecret(std::string_view secret);
-// In constant time. An empty `hash` matches nothing.
+// Compares in constant time. An empty `hash` matches nothing.
 bool SecretMatches(std::string_view secret, std::string_view hash);
 
 }  // namespace tessera::control

@@ -15,22 +15,22 @@ constexpr char kSchema[] =
     "PRAGMA user_version = 1;";
 
 // Resets a statement when its use ends, so that it holds no lock and no pointer into its arguments.
-class Use {
+class StatementUse {
  public:
-  explicit Use(sqlite3_stmt* statement) : statement_(statement) {}
-  ~Use() {
+  explicit StatementUse(sqlite3_stmt* statement) : statement_(statement) {}
+  ~StatementUse() {
     sqlite3_reset(statement_);
     sqlite3_clear_bindings(statement_);
   }
-  Use(const Use&) = delete;
-  Use& operator=(const Use&) = delete;
+  StatementUse(const StatementUse&) = delete;
+  StatementUse& operator=(const StatementUse&) = delete;
 
-  Use& Blob(int index, std::string_view bytes) {
+  StatementUse& Blob(int index, std::string_view bytes) {
     // A null pointer would bind NULL, which an empty value is not.
     sqlite3_bind_blob64(statement_, index, bytes.empty() ? "" : bytes.data(), bytes.size(), SQLITE_STATIC);
     return *this;
   }
-  Use& Integer(int index, std::int64_t value) {
+  StatementUse& Integer(int index, std::int64_t value) {
     sqlite3_bind_int64(statement_, index, value);
     return *this;
   }
@@ -74,7 +74,7 @@ absl::Status SqliteStore::Prepare() {
   if (absl::Status status = PrepareStatement("PRAGMA user_version", version); !status.ok()) return status;
   std::int64_t found = 0;
   {
-    Use use(version.get());
+    StatementUse use(version.get());
     if (use.Step() != SQLITE_ROW) return Error();
     found = use.Integer(0);
   }
@@ -99,26 +99,26 @@ absl::Status SqliteStore::Prepare() {
   }
   Statement head;
   if (absl::Status status = PrepareStatement("SELECT revision FROM head", head); !status.ok()) return status;
-  Use use(head.get());
+  StatementUse use(head.get());
   if (use.Step() != SQLITE_ROW) return Error();
   revision_ = use.Integer(0);
   return absl::OkStatus();
 }
 
-absl::StatusOr<Entry> SqliteStore::Get(std::string_view key) const {
+absl::StatusOr<StoreEntry> SqliteStore::Get(std::string_view key) const {
   const std::lock_guard lock(mutex_);
-  Use use(get_.get());
+  StatementUse use(get_.get());
   const int result = use.Blob(1, key).Step();
   if (result == SQLITE_DONE) return absl::NotFoundError(absl::StrCat("store: no key ", std::string(key)));
   if (result != SQLITE_ROW) return Error();
-  return Entry{use.Bytes(0), use.Bytes(1), use.Integer(2)};
+  return StoreEntry{use.Bytes(0), use.Bytes(1), use.Integer(2)};
 }
 
-absl::StatusOr<std::vector<Entry>> SqliteStore::List(std::string_view prefix) const {
+absl::StatusOr<std::vector<StoreEntry>> SqliteStore::List(std::string_view prefix) const {
   const std::lock_guard lock(mutex_);
-  Use use(list_.get());
+  StatementUse use(list_.get());
   use.Blob(1, prefix).Integer(2, static_cast<std::int64_t>(prefix.size()));
-  std::vector<Entry> entries;
+  std::vector<StoreEntry> entries;
   int result = SQLITE_ROW;
   while ((result = use.Step()) == SQLITE_ROW) entries.push_back({use.Bytes(0), use.Bytes(1), use.Integer(2)});
   if (result != SQLITE_DONE) return Error();
@@ -147,17 +147,17 @@ absl::Status SqliteStore::Apply(std::span<const StoreOp> ops, Revision revision)
     if (!at.ok()) return at.status();
     if (*at != op.expected) return Conflict(op, *at);
     const bool put = op.kind == StoreOp::Kind::kPut;
-    Use use(put ? put_.get() : delete_.get());
+    StatementUse use(put ? put_.get() : delete_.get());
     use.Blob(1, op.key);
     if (put) use.Blob(2, op.value).Integer(3, revision);
     if (use.Step() != SQLITE_DONE) return Error();
   }
-  Use use(set_revision_.get());
+  StatementUse use(set_revision_.get());
   return use.Integer(1, revision).Step() == SQLITE_DONE ? absl::OkStatus() : Error();
 }
 
 absl::StatusOr<Revision> SqliteStore::RevisionOf(const std::string& key) {
-  Use use(revision_of_.get());
+  StatementUse use(revision_of_.get());
   const int result = use.Blob(1, key).Step();
   if (result == SQLITE_DONE) return kAbsent;
   if (result != SQLITE_ROW) return Error();

@@ -23,8 +23,8 @@ class SqliteStore final : public Store {
   SqliteStore(const SqliteStore&) = delete;
   SqliteStore& operator=(const SqliteStore&) = delete;
 
-  absl::StatusOr<Entry> Get(std::string_view key) const override;
-  absl::StatusOr<std::vector<Entry>> List(std::string_view prefix) const override;
+  absl::StatusOr<StoreEntry> Get(std::string_view key) const override;
+  absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const override;
   absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) override;
   Revision revision() const override;
 

@@ -1,4 +1,4 @@
-// Store: where the control plane keeps what must outlive it. A revisioned key-value map with compare-and-swap.
+// Store: the revisioned key-value map with compare-and-swap in which the control plane keeps what must outlive it.
 //
 // Promises. A transaction takes effect whole or not at all, and once it returns OK it survives the loss of the process
 // and of the machine's power (as far as the implementation is durable). Each transaction has a revision, one higher
@@ -8,7 +8,7 @@
 // A write states the revision at which its author last saw the key, so two authors can never overwrite each other
 // unseen:
 //
-//   absl::StatusOr<Entry> seen = store.Get("hosts/host-1");
+//   absl::StatusOr<StoreEntry> seen = store.Get("hosts/host-1");
 //   absl::StatusOr<Revision> written = store.Put("hosts/host-1", bytes, seen->revision);  // kAborted if changed since
 //
 // Thread rule: any thread; calls are atomic and happen in one order. Implementations: MemoryStore, SqliteStore; both
@@ -28,10 +28,10 @@ namespace tessera::control {
 
 using Revision = std::int64_t;
 
-// As an expected revision: the key does not exist.
+// An expected revision that says that the key does not exist.
 inline constexpr Revision kAbsent = 0;
 
-struct Entry {
+struct StoreEntry {
   std::string key;
   std::string value;
   Revision revision = kAbsent;
@@ -42,8 +42,8 @@ struct StoreOp {
   enum class Kind { kPut, kDelete };
   Kind kind = Kind::kPut;
   std::string key;
-  std::string value;            // of a put
-  Revision expected = kAbsent;  // of the key, before the transaction; a delete needs one that exists
+  std::string value;            // only for a put
+  Revision expected = kAbsent;  // the key's before the transaction; a delete needs one that exists
 };
 
 inline StoreOp PutOp(std::string key, std::string value, Revision expected) {
@@ -58,21 +58,21 @@ class Store {
   virtual ~Store() = default;
 
   // kNotFound names the key.
-  virtual absl::StatusOr<Entry> Get(std::string_view key) const = 0;
+  virtual absl::StatusOr<StoreEntry> Get(std::string_view key) const = 0;
   // All keys that start with `prefix`, ascending by byte value.
-  virtual absl::StatusOr<std::vector<Entry>> List(std::string_view prefix) const = 0;
-  // All of `ops` or none; the revision of the whole. Errors: kAborted when a key is not at its expected revision,
-  // naming it; kInvalidArgument for no op, an empty key, a key named twice or a delete that expects kAbsent;
-  // kUnavailable when it could not be written.
+  virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
+  // Writes all of `ops` or none, and returns the revision of the whole. Errors: kAborted when a key is not at its
+  // expected revision, naming it; kInvalidArgument for no op, an empty key, a key named twice or a delete that expects
+  // kAbsent; kUnavailable when it could not be written.
   virtual absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) = 0;
-  // Of the last transaction; 0 before the first.
+  // The last transaction's; 0 before the first.
   virtual Revision revision() const = 0;
 
   absl::StatusOr<Revision> Put(std::string_view key, std::string_view value, Revision expected);
   absl::StatusOr<Revision> Delete(std::string_view key, Revision expected);
 
  protected:
-  // What every implementation checks first.
+  // Every implementation checks this first.
   static absl::Status CheckOps(std::span<const StoreOp> ops);
   static absl::Status Conflict(const StoreOp& op, Revision found);
 };

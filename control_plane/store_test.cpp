@@ -1,33 +1,19 @@
-// One suite for every Store.
+// The suite that every Store passes.
 #include "control_plane/store.h"
 
 #include <gmock/gmock.h>
-#include <stdlib.h>
 
-#include <filesystem>
 #include <fstream>
 #include <thread>
 
 #include "control_plane/memory_store.h"
 #include "control_plane/sqlite_store.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::control {
 namespace {
 
 using ::testing::HasSubstr;
-
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string pattern = (std::filesystem::temp_directory_path() / "tessera-store-XXXXXX").string();
-    path_ = ::mkdtemp(pattern.data());
-  }
-  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-  std::string File(const std::string& name) const { return path_ + "/" + name; }
-
- private:
-  std::string path_;
-};
 
 template <class S>
 struct Fixture;
@@ -37,8 +23,8 @@ struct Fixture<MemoryStore> {
 };
 template <>
 struct Fixture<SqliteStore> {
-  TemporaryFolder folder;
-  std::unique_ptr<Store> store = *SqliteStore::Open(folder.File("store.db"));
+  host::TemporaryFolder folder;
+  std::unique_ptr<Store> store = *SqliteStore::Open(folder.path() + "/store.db");
 };
 
 template <class S>
@@ -124,10 +110,10 @@ TYPED_TEST(StoreTest, ListsExactlyThePrefixInOrder) {
   for (const char* key : {"host/2", "hosts", "host/10", "instance/1", "host/1", "hosx"}) {
     ASSERT_TRUE(this->store_.Put(key, key, kAbsent).ok());
   }
-  const absl::StatusOr<std::vector<Entry>> found = this->store_.List("host/");
+  const absl::StatusOr<std::vector<StoreEntry>> found = this->store_.List("host/");
   ASSERT_TRUE(found.ok());
   std::vector<std::string> keys;
-  for (const Entry& entry : *found) keys.push_back(entry.key);
+  for (const StoreEntry& entry : *found) keys.push_back(entry.key);
   EXPECT_EQ(keys, (std::vector<std::string>{"host/1", "host/10", "host/2"}));
   EXPECT_EQ(this->store_.List("")->size(), 6u);
   EXPECT_TRUE(this->store_.List("host/1x")->empty());
@@ -137,7 +123,7 @@ TYPED_TEST(StoreTest, ConcurrentIncrementsAreNeverLost) {
   ASSERT_TRUE(this->store_.Put("n", "0", kAbsent).ok());
   const auto increment = [this] {
     for (int done = 0; done < 25;) {
-      const absl::StatusOr<Entry> seen = this->store_.Get("n");
+      const absl::StatusOr<StoreEntry> seen = this->store_.Get("n");
       const std::string next = std::to_string(std::stoi(seen->value) + 1);
       if (this->store_.Put("n", next, seen->revision).ok()) ++done;
     }
@@ -150,32 +136,32 @@ TYPED_TEST(StoreTest, ConcurrentIncrementsAreNeverLost) {
 }
 
 TEST(SqliteStoreTest, KeepsEverythingOverARestart) {
-  const TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   {
-    auto store = *SqliteStore::Open(folder.File("store.db"));
+    auto store = *SqliteStore::Open(folder.path() + "/store.db");
     ASSERT_TRUE(store->Put("a", "1", kAbsent).ok());
     ASSERT_TRUE(store->Put("b", "2", kAbsent).ok());
     ASSERT_TRUE(store->Delete("b", 2).ok());
   }
-  auto store = *SqliteStore::Open(folder.File("store.db"));
+  auto store = *SqliteStore::Open(folder.path() + "/store.db");
   EXPECT_EQ(store->revision(), 3);
   EXPECT_EQ(store->Get("a")->revision, 1);
   EXPECT_EQ(store->List("")->size(), 1u);
 }
 
 TEST(SqliteStoreTest, RefusesASecondOwner) {
-  const TemporaryFolder folder;
-  auto first = *SqliteStore::Open(folder.File("store.db"));
-  const auto second = SqliteStore::Open(folder.File("store.db"));
+  const host::TemporaryFolder folder;
+  auto first = *SqliteStore::Open(folder.path() + "/store.db");
+  const auto second = SqliteStore::Open(folder.path() + "/store.db");
   EXPECT_EQ(second.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(second.status().message()), HasSubstr("in use by another process"));
 }
 
 TEST(SqliteStoreTest, RefusesWhatIsNotAStore) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.File("store.db")) << std::string(8192, 'x');
-  EXPECT_EQ(SqliteStore::Open(folder.File("store.db")).status().code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(SqliteStore::Open(folder.File("no/such/folder.db")).status().code(), absl::StatusCode::kUnavailable);
+  const host::TemporaryFolder folder;
+  std::ofstream(folder.path() + "/store.db") << std::string(8192, 'x');
+  EXPECT_EQ(SqliteStore::Open(folder.path() + "/store.db").status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(SqliteStore::Open(folder.path() + "/no/such/folder.db").status().code(), absl::StatusCode::kUnavailable);
 }
 
 }  // namespace

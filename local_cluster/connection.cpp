@@ -2,25 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
+#include "host/socket_address.h"
 
 namespace tessera::local {
-namespace {
-
-bool IsHostPort(const std::string& address) {
-  const auto colon = address.rfind(':');
-  if (colon == std::string::npos || colon == 0) return false;
-  unsigned port = 0;
-  const char* first = address.data() + colon + 1;
-  const char* last = address.data() + address.size();
-  const auto [end, error] = std::from_chars(first, last, port);
-  return error == std::errc() && end == last && port > 0 && port < 65536;
-}
-
-}  // namespace
 
 Connection::Connection(const std::string& address) : address_(address) {
-  if (!IsHostPort(address)) throw CommandError(fmt::format("--control: '{}' is not of the form HOST:PORT", address));
+  if (const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom1); !parsed.ok()) {
+    throw CommandError(fmt::format("--control {}", std::string(parsed.status().message())));
+  }
   channel_ = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
   hosts_ = v1::HostService::NewStub(channel_);
   instances_ = v1::InstanceService::NewStub(channel_);

@@ -10,8 +10,9 @@
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
-#include "local_cluster/child_process.h"
-#include "local_cluster/local_cluster.h"
+#include "host/child_process.h"
+#include "host/last_lines.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::local {
 namespace {
@@ -26,16 +27,13 @@ absl::Status Unavailable(const std::string& what) {
 
 // UNAVAILABLE with what it said, unless it ends with 0.
 absl::Status Run(const std::vector<std::string>& argv) {
-  const TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const std::string log = folder.path() + "/log";
-  try {
-    ChildProcess process(argv, log);
-    const auto ended = process.Wait(kPatience);
-    if (ended && ended->signal == 0 && ended->code == 0) return absl::OkStatus();
-  } catch (const std::exception& error) {
-    return absl::UnavailableError(error.what());
-  }
-  return absl::UnavailableError(fmt::format("{}{}", fmt::join(argv, " "), LastLines(log, 3)));
+  auto process = host::ChildProcess::Start({.argv = argv, .log_path = log});
+  if (!process.ok()) return process.status();
+  const auto ended = process->Wait(kPatience);
+  if (ended && ended->Clean()) return absl::OkStatus();
+  return absl::UnavailableError(fmt::format("{}{}", fmt::join(argv, " "), host::LastLinesText(log, 3)));
 }
 
 std::string PortOf(std::uint32_t host) { return fmt::format("host{}", host + 1); }

@@ -6,8 +6,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "local_cluster/child_process.h"
-#include "local_cluster/local_cluster.h"
+#include "host/child_process.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::local {
 namespace {
@@ -39,13 +39,14 @@ TEST(HostNetworkTest, HostsReachTheSwitchUnlessTheirLinkIsCut) {
   const auto network = HostNetwork::Create(2);
   ASSERT_TRUE(network.ok()) << network.status();
   const Listener listener((*network)->switch_address());
-  const TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const auto reaches = [&](std::uint32_t host, const char* patience_s = "20") {
     std::vector<std::string> argv = (*network)->Enter(host);
     const std::string dial = "exec 3<>/dev/tcp/" + (*network)->switch_address() + "/" + std::to_string(listener.port());
     argv.insert(argv.end(), {"/usr/bin/timeout", patience_s, "/bin/bash", "-c", dial});
-    const auto ended = ChildProcess(argv, folder.path() + "/log").Wait(seconds(30));
-    return ended && ended->signal == 0 && ended->code == 0;
+    auto process = host::ChildProcess::Start({.argv = argv, .log_path = folder.path() + "/log"});
+    const auto ended = process.ok() ? process->Wait(seconds(30)) : std::nullopt;
+    return ended && ended->Clean();
   };
   EXPECT_NE((*network)->address(0), (*network)->address(1));
   EXPECT_TRUE(reaches(0));

@@ -4,11 +4,12 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "host/files.h"
+#include "host/last_lines.h"
+#include "host/program_folder.h"
 #include "local_cluster/connection.h"
 
 namespace tessera::local {
@@ -21,28 +22,22 @@ namespace fs = std::filesystem;
 constexpr std::chrono::seconds kReadyTimeout{30};
 // How long agents may take to end their workers before they are killed.
 constexpr std::chrono::seconds kStopPatience{15};
+// A ready file holds one line with a few addresses.
+constexpr std::size_t kMaxReadyBytes = 4096;
 
-nlohmann::json WaitReady(ChildProcess& child, const std::string& program, const std::string& ready_file,
+nlohmann::json WaitReady(host::ChildProcess& child, const std::string& program, const std::string& ready_file,
                          const std::string& log) {
   if (!child.WaitForFile(ready_file, kReadyTimeout)) {
     const auto ended = child.Wait(std::chrono::milliseconds(0));
-    throw CommandError(fmt::format(
-        "{} {}{}", program, ended ? "ended with " + ended->Describe() : "did not become ready", LastLines(log, 5)));
+    throw CommandError(fmt::format("{} {}{}", program, ended ? ended->Describe() : "did not become ready",
+                                   host::LastLinesText(log, 5)));
   }
-  std::ifstream in(ready_file);
-  return nlohmann::json::parse(in);
+  return nlohmann::json::parse(OrThrow(host::ReadFile(ready_file, kMaxReadyBytes)));
 }
 
 std::string MakeFolder(const std::string& path) {
-  fs::create_directories(path);
-  fs::permissions(path, fs::perms::owner_all);
+  OrThrow(host::MakePrivateFolder(path));
   return path;
-}
-
-void WriteSecret(const std::string& path, const std::string& text) {
-  std::ofstream out(path, std::ios::trunc);
-  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
-  out << text << "\n";
 }
 
 }  // namespace
@@ -59,13 +54,13 @@ LocalCluster::~LocalCluster() {
   try {
     if (control_->Wait(std::chrono::milliseconds(0))) RestartControl();
     for (std::size_t index = 0; index < agents_.size(); ++index) {
-      if (agents_[index]->Wait(std::chrono::milliseconds(0))) RestartAgent(index);
+      if (agents_[index].Wait(std::chrono::milliseconds(0))) RestartAgent(index);
     }
   } catch (const std::exception&) {
     // Whoever cannot be brought back cannot be asked to end its workers; the others still are.
   }
-  for (const auto& agent : agents_) agent->Signal(SIGTERM);
-  for (const auto& agent : agents_) agent->End(kStopPatience);
+  for (const host::ChildProcess& agent : agents_) agent.Signal(SIGTERM);
+  for (host::ChildProcess& agent : agents_) agent.End(kStopPatience);
   if (control_) control_->End(kStopPatience);
 }
 
@@ -82,8 +77,8 @@ void LocalCluster::RestartControl() {
 }
 
 void LocalCluster::KillAgent(std::size_t index) {
-  agents_.at(index)->Signal(SIGKILL);
-  agents_.at(index)->Wait(kStopPatience);
+  agents_.at(index).Signal(SIGKILL);
+  agents_.at(index).Wait(kStopPatience);
 }
 
 void LocalCluster::RestartAgent(std::size_t index) {
@@ -94,16 +89,16 @@ void LocalCluster::StartControl() {
   const std::string log = log_dir_ + "/control.log";
   const std::string ready = options_.data_dir + "/control-ready.json";
   fs::remove(ready);
-  control_ = std::make_unique<ChildProcess>(
-      std::vector<std::string>{ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http,
-                               "--data-dir", MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
-      log);
+  control_ = OrThrow(host::ChildProcess::Start(
+      {.argv = {ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http, "--data-dir",
+                MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
+       .log_path = log}));
   const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
   control_address_ = addresses.at("grpc").get<std::string>();
   http_address_ = addresses.at("http").get<std::string>();
 }
 
-std::unique_ptr<ChildProcess> LocalCluster::StartAgent(std::uint32_t index) {
+host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   const std::string name = fmt::format("local-{}", index + 1);
   const std::string state = MakeFolder(fmt::format("{}/{}", options_.data_dir, name));
   const std::string log = fmt::format("{}/{}.log", log_dir_, name);
@@ -122,22 +117,23 @@ std::unique_ptr<ChildProcess> LocalCluster::StartAgent(std::uint32_t index) {
     request.set_name(name);
     const auto response =
         connection.Call("host add " + name, connection.hosts(), &v1::HostService::Stub::AddHost, request);
-    WriteSecret(state + "/join-token", response.join_token());
-    argv.insert(argv.end(), {"--join-token-file", state + "/join-token"});
+    const std::string token = state + "/join-token";
+    OrThrow(host::WriteFile(token, response.join_token() + "\n", host::Durability::kSurvivesProcess));
+    argv.insert(argv.end(), {"--join-token-file", token});
   }
   if (!options_.region_binary.empty()) argv.insert(argv.end(), {"--region-binary", options_.region_binary});
   if (options_.capacity > 0) argv.insert(argv.end(), {"--capacity", std::to_string(options_.capacity)});
   const int first = options_.first_port + static_cast<int>(index) * 1000;
   argv.insert(argv.end(), {"--port-range", fmt::format("{}-{}", first, first + 999)});
-  auto agent = std::make_unique<ChildProcess>(argv, log);
-  WaitReady(*agent, "tessera-agent", ready, log);
+  host::ChildProcess agent = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
+  WaitReady(agent, "tessera-agent", ready, log);
   return agent;
 }
 
 std::string LocalCluster::WaitForDeath(std::chrono::milliseconds timeout) {
   if (const auto status = control_->Wait(timeout)) return "tessera-control: " + status->Describe();
-  for (const auto& agent : agents_) {
-    if (const auto status = agent->Wait(std::chrono::milliseconds(0))) return "tessera-agent: " + status->Describe();
+  for (host::ChildProcess& agent : agents_) {
+    if (const auto status = agent.Wait(std::chrono::milliseconds(0))) return "tessera-agent: " + status->Describe();
   }
   return "";
 }
@@ -146,7 +142,7 @@ std::string ProgramPath(const std::string& name) {
   std::vector<fs::path> places;
   if (const char* folder = std::getenv("TESSERA_BIN")) places.emplace_back(folder);
   std::error_code error;
-  const fs::path here = fs::read_symlink("/proc/self/exe", error).parent_path();
+  const fs::path here = host::ProgramFolder();
   places.push_back(here.parent_path() / "bin");  // for what is built or installed beside it
   places.push_back(here);
   for (const fs::path& place : places) {
@@ -154,17 +150,6 @@ std::string ProgramPath(const std::string& name) {
   }
   throw CommandError(
       fmt::format("{} is not beside this program in {}; build it, or set TESSERA_BIN", name, places.back().string()));
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (fs::temp_directory_path() / "tessera-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) throw CommandError(fmt::format("{}: {}", pattern, std::strerror(errno)));
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
 }
 
 }  // namespace tessera::local

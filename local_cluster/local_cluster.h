@@ -10,11 +10,11 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "local_cluster/child_process.h"
+#include "host/child_process.h"
 #include "local_cluster/host_network.h"
 
 namespace tessera::local {
@@ -42,40 +42,28 @@ class LocalCluster {
   const std::string& control_address() const { return control_address_; }
   const std::string& http_address() const { return http_address_; }
   const std::string& log_dir() const { return log_dir_; }
-  ChildProcess& control() { return *control_; }
-  ChildProcess& agent(std::size_t index) { return *agents_.at(index); }
+  host::ChildProcess& control() { return *control_; }
+  host::ChildProcess& agent(std::size_t index) { return agents_.at(index); }
   // As a fault would: SIGKILL.
   void KillControl();
   void RestartControl();
   void KillAgent(std::size_t index);
   void RestartAgent(std::size_t index);
-  // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: signal 9". Empty: all run.
+  // Waits until a child ends, at most `timeout`: its name and end, e.g. "tessera-agent: killed by SIGKILL (Killed)".
+  // Empty: all run.
   std::string WaitForDeath(std::chrono::milliseconds timeout);
 
  private:
   void StartControl();
-  std::unique_ptr<ChildProcess> StartAgent(std::uint32_t index);
+  host::ChildProcess StartAgent(std::uint32_t index);
 
   ClusterOptions options_;
   std::string log_dir_, control_address_, http_address_;
-  std::unique_ptr<ChildProcess> control_;
-  std::vector<std::unique_ptr<ChildProcess>> agents_;
+  std::optional<host::ChildProcess> control_;
+  std::vector<host::ChildProcess> agents_;
 };
 
 // The program `name` of this installation: in TESSERA_BIN, in the bin folder next to the running one's, or beside it.
 std::string ProgramPath(const std::string& name);
-
-// A folder under the system's temporary one, removed with all in it at the end of its life.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
 
 }  // namespace tessera::local

@@ -2,19 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 
-#include "core/world/scene.h"
-#include "tessera/v1/scene.pb.h"
+#include "core/world/scene_load.h"
 
 namespace tessera::local {
-
-struct LoadedScene {
-  v1::Scene message;
-  std::shared_ptr<const Scene> scene;
-};
 
 // Reads, parses and checks. CommandError names file, place and field. `bodies` replaces the number of scattered bodies.
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies = {});

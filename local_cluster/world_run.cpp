@@ -189,7 +189,7 @@ RunSummary WorldRun::Finish() {
                                progress.worst_step_p99_s, progress.last});
     summary.nonfinite += progress.last.nonfinite_bodies();
     const std::int64_t pid = progress.last.identity().pid();
-    if (pid > 0 && IsAlive(pid)) summary.processes_left.push_back(pid);
+    if (pid > 0 && host::IsAlive(pid)) summary.processes_left.push_back(pid);
   }
   summary.conservation = conservation_->result();
   summary.failure = FailureOf(summary);

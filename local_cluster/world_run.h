@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "host/temporary_folder.h"
 #include "local_cluster/bot.h"
 #include "local_cluster/conservation.h"
 #include "local_cluster/instance_watch.h"
@@ -102,7 +103,7 @@ class WorldRun {
   std::string FailureOf(const RunSummary& summary) const;
 
   LoadedScene scene_;
-  TemporaryFolder folder_;
+  host::TemporaryFolder folder_;
   std::unique_ptr<LocalCluster> cluster_;
   std::unique_ptr<Connection> connection_;
   std::string instance_id_;

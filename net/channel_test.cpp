@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <set>
 #include <vector>
@@ -25,7 +26,7 @@ Datagram Seal(Channel& from, const Datagram& payload, std::uint32_t receiver = 7
 }
 
 struct ChannelTest : testing::Test {
-  // By value: opening overwrites.
+  // Takes the bytes by value because opening overwrites them.
   std::optional<Datagram> Open(Datagram datagram) {
     const auto payload = two.Open(datagram, &fault);
     return payload ? std::optional(Datagram(payload->begin(), payload->end())) : std::nullopt;
@@ -90,7 +91,7 @@ TEST_F(ChannelTest, AnyOrderWithinTheWindowIsTaken) {
   for (const Datagram& datagram : sealed) EXPECT_FALSE(Open(datagram));
 }
 
-// Against a set that remembers everything.
+// Compares the window with a set that remembers every number.
 TEST(ReplayWindowTest, SaysWhatASetWouldSay) {
   std::mt19937_64 random(11);
   ReplayWindow window;

@@ -7,14 +7,14 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "core/world/bytes.h"
 #include "net/protocol.h"
-#include "net/wire.h"
 
 namespace tessera::net {
 namespace {
 
-// Sealed: nonce (24), which is also the token's id | the instance id it is for, its length first (2 + n) | ciphertext
-// of player (4), region (4), incarnation (8) and expiry (8), tag (16). The instance id travels in the clear,
+// A sealed token: nonce (24), which is also the token's id | the instance id, its length first (2 + n) | ciphertext
+// with player (4), region (4), incarnation (8) and expiry (8), tag (16). The instance id travels in the clear,
 // authenticated, so that a token for another instance can be named as such.
 constexpr std::size_t kNonceBytes = crypto_aead_xchacha20poly1305_ietf_NPUBBYTES;
 constexpr std::size_t kTagBytes = crypto_aead_xchacha20poly1305_ietf_ABYTES;
@@ -30,9 +30,9 @@ void InitializeSodium() {
 }
 
 std::vector<std::uint8_t> AssociatedData(std::string_view instance_id) {
-  WireWriter data;
+  ByteWriter data;
   data.Text("tessera connect token");
-  data.Number(kProtocolVersion);
+  data.U32(kProtocolVersion);
   data.Text(instance_id);
   return data.Take();
 }
@@ -63,35 +63,34 @@ std::vector<std::uint8_t> Seal(const ConnectToken& token, const InstanceKey& key
   assert(token.instance_id.size() <= kMaxInstanceIdBytes);
   std::array<std::uint8_t, kNonceBytes> nonce;
   randombytes_buf(nonce.data(), nonce.size());
-  WireWriter head;
+  ByteWriter head;
   head.Bytes(nonce);
-  head.Number(static_cast<std::uint16_t>(token.instance_id.size()));
+  head.U16(static_cast<std::uint16_t>(token.instance_id.size()));
   head.Text(token.instance_id);
 
-  WireWriter secret;
-  secret.Number(token.player.value());
-  secret.Number(token.region.value());
-  secret.Number(token.incarnation.value());
-  secret.Number(token.expires_unix_s);
+  ByteWriter secret;
+  secret.U32(token.player.value());
+  secret.U32(token.region.value());
+  secret.U64(token.incarnation.value());
+  secret.U64(token.expires_unix_s);
   assert(secret.size() == kSecretBytes);
   const std::vector<std::uint8_t> associated = AssociatedData(token.instance_id);
   std::vector<std::uint8_t> sealed = head.Take();
   const std::size_t head_bytes = sealed.size();
   sealed.resize(head_bytes + kSecretBytes + kTagBytes);
-  crypto_aead_xchacha20poly1305_ietf_encrypt(sealed.data() + head_bytes, nullptr, secret.written().data(),
-                                             secret.size(), associated.data(), associated.size(), nullptr,
-                                             sealed.data(), key.data());
+  crypto_aead_xchacha20poly1305_ietf_encrypt(sealed.data() + head_bytes, nullptr, secret.bytes().data(), secret.size(),
+                                             associated.data(), associated.size(), nullptr, sealed.data(), key.data());
   return sealed;
 }
 
 SessionKey SessionKeyOf(std::span<const std::uint8_t> sealed, const InstanceKey& key) {
   assert(sealed.size() >= kNonceBytes);
-  WireWriter input;
+  ByteWriter input;
   input.Text("tessera session key");
-  input.Number(kProtocolVersion);
+  input.U32(kProtocolVersion);
   input.Bytes(sealed.first(kNonceBytes));
   SessionKey session;
-  crypto_generichash(session.data(), session.size(), input.written().data(), input.size(), key.data(), key.size());
+  crypto_generichash(session.data(), session.size(), input.bytes().data(), input.size(), key.data(), key.size());
   return session;
 }
 
@@ -105,9 +104,9 @@ absl::StatusOr<ConnectToken> Open(std::span<const std::uint8_t> sealed, const st
                                   const InstanceKey& key, std::uint64_t now_unix_s) {
   InitializeSodium();
   const absl::Status damaged = absl::UnauthenticatedError("connect token is damaged, or of another key or protocol");
-  WireReader reader(sealed);
+  ByteReader reader(sealed);
   const std::span<const std::uint8_t> nonce = reader.Bytes(kNonceBytes);
-  const auto id_bytes = reader.Number<std::uint16_t>();
+  const auto id_bytes = reader.U16();
   const std::span<const std::uint8_t> id = reader.Bytes(id_bytes);
   const std::span<const std::uint8_t> ciphertext = reader.rest();
   if (!reader.ok() || id_bytes > kMaxInstanceIdBytes || ciphertext.size() != kSecretBytes + kTagBytes) return damaged;
@@ -127,11 +126,11 @@ absl::StatusOr<ConnectToken> Open(std::span<const std::uint8_t> sealed, const st
                                                  associated.data(), associated.size(), nonce.data(), key.data()) != 0) {
     return damaged;
   }
-  WireReader fields(secret);
-  token.player = PlayerNumber(fields.Number<std::uint32_t>());
-  token.region = RegionId(fields.Number<std::uint32_t>());
-  token.incarnation = Incarnation(fields.Number<std::uint64_t>());
-  token.expires_unix_s = fields.Number<std::uint64_t>();
+  ByteReader fields(secret);
+  token.player = PlayerNumber(fields.U32());
+  token.region = RegionId(fields.U32());
+  token.incarnation = Incarnation(fields.U64());
+  token.expires_unix_s = fields.U64();
   if (now_unix_s >= token.expires_unix_s) {
     return absl::DeadlineExceededError(
         absl::StrCat("connect token expired ", now_unix_s - token.expires_unix_s, " s ago"));

@@ -1,13 +1,13 @@
-// ConnectToken: the word of one who holds an instance's key that somebody may enter, sealed with that key so that every
-// region checks it alone and nobody else can read or make one.
+// ConnectToken: the statement of a holder of an instance's key that somebody may connect, sealed with that key, so that
+// every region checks it alone and nobody else can read or make one.
 //
-// The control plane issues tokens to players, a region issues its own to itself when it dials a neighbour. With each
-// goes a session key, derived from the instance's key and the token's id: its holder proves with it that the token is
-// its own, and it never travels to a region. XChaCha20-Poly1305 over the fields, with protocol version and instance id
-// as associated data (docs/protocol.md).
+// The control plane issues tokens to players; a region issues its own when it dials a neighbour. With each goes a
+// session key, derived from the instance's key and the token's id: its holder proves with it that the token is its own,
+// and it never travels to a region. XChaCha20-Poly1305 over the fields, with protocol version and instance id as
+// associated data (docs/protocol.md).
 //
-//   const Credentials pass = Issue({.instance_id = "plaza-1", .player = PlayerNumber(7), .expires_unix_s = t}, key);
-//   Open(pass.token, "plaza-1", key, now) -> the fields;  SessionKeyOf(pass.token, key) == pass.key
+//   const Credentials issued = Issue({.instance_id = "plaza-1", .player = PlayerNumber(7), .expires_unix_s = t}, key);
+//   Open(issued.token, "plaza-1", key, now) -> the fields;  SessionKeyOf(issued.token, key) == issued.key
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ inline constexpr std::size_t kKeyBytes = 32;
 using InstanceKey = Secret<kKeyBytes>;
 using SessionKey = Secret<kKeyBytes>;
 
-// Of a player, or of a region that dials its neighbour: exactly one of `player` and `region` is given.
+// Names a player, or a region that dials its neighbour: exactly one of `player` and `region` is given.
 struct ConnectToken {
   std::string instance_id;
   PlayerNumber player{};
@@ -34,7 +34,7 @@ struct ConnectToken {
   Incarnation incarnation{};  // with `region`
 };
 
-// What is needed to enter. Secret as a whole.
+// A token with its session key: all that its holder needs to connect. Secret as a whole.
 struct Credentials {
   std::vector<std::uint8_t> token;
   SessionKey key;
@@ -47,7 +47,7 @@ absl::StatusOr<InstanceKey> InstanceKeyFrom(std::string_view bytes);  // INVALID
 absl::StatusOr<SessionKey> SessionKeyFrom(std::string_view bytes);    // likewise
 
 std::vector<std::uint8_t> Seal(const ConnectToken& token, const InstanceKey& key);
-// Requires a token that has the size of one, e.g. because it opened.
+// Requires at least the bytes of a token, e.g. one that opened.
 SessionKey SessionKeyOf(std::span<const std::uint8_t> sealed, const InstanceKey& key);
 Credentials Issue(const ConnectToken& token, const InstanceKey& key);
 // Errors: UNAUTHENTICATED (damaged, or another key or protocol), NOT_FOUND (another instance; both are named),

@@ -1,4 +1,4 @@
-// DatagramKind: the first byte of every datagram between two ports, and what follows it.
+// DatagramKind: the first byte of every datagram between two ports.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,14 @@
 namespace tessera::net {
 
 enum class DatagramKind : std::uint8_t {
-  kHello = 0xd1,  // the handshake: handshake.h
+  // The handshake (handshake.h). ENet's own datagrams begin with 0x0f, 0x8f and the like, or a peer's number.
+  kHello = 0xd1,
   kChallenge,
   kLogin,
   kAccept,
   kRefusal,
-  kSealed,  // channel.h; a datagram of ENet's is inside
-  kDirect,  // the same; one unsequenced message is inside, which ENet has no part in
+  kSealed,  // a sealed datagram of ENet's (channel.h)
+  kDirect,  // a sealed unsequenced message that bypasses ENet
 };
 
 }  // namespace tessera::net

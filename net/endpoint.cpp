@@ -23,14 +23,14 @@ constexpr std::size_t kMaxPeers = 4095;  // ENet's ids have 12 bits
 // The system's default of 208 KB holds 90 datagrams: one burst of full snapshots. Capped by net.core.rmem_max and
 // wmem_max unless the process may exceed them.
 constexpr int kSocketBufferBytes = 4 * 1024 * 1024;
-// Reliable bytes on their way to one peer. ENet's 64 KB would make a large frame wait for a round trip of its own.
+// Reliable bytes on their way to one peer. With ENet's 64 KB a large frame would wait for a round trip of its own.
 constexpr enet_uint32 kReliableWindowBytes = 512 * 1024;
-// Messages of a peer that wait for an earlier one or for the caller, in units of the largest message.
+// Messages of a peer that may wait for an earlier one or for the caller, in units of the largest message.
 constexpr std::size_t kWaitingMessages = 4;
 constexpr std::size_t kMaxEventsPerService = 4096;
 // A failing send to one peer makes ENet skip those after it; a few more rounds reach them.
 constexpr int kMaxFailedRounds = 4;
-// ENet looks at so many datagrams a call; where strangers sent them all, it is called again, but not for ever.
+// ENet looks at so many datagrams a call. Where unproven peers sent them all it is called again, but not for ever.
 constexpr std::size_t kDatagramsPerRound = 256, kMaxDatagramsPerService = 8192;
 
 bool InitializeEnet() {
@@ -114,7 +114,7 @@ Endpoint::Impl::~Impl() {
   enet_host_flush(host);
   if (outbox) outbox->Send();
   for (ENetPeer& peer : std::span(host->peers, host->peerCount)) {
-    // To one that has not answered there is nobody to say farewell to.
+    // A peer that has not answered has nothing to disconnect.
     if (peer.state == ENET_PEER_STATE_CONNECTING) {
       enet_peer_reset(&peer);
     } else {
@@ -128,8 +128,8 @@ Endpoint::Impl::~Impl() {
 
 void Endpoint::Impl::OnConnect(ENetPeer& peer, std::vector<Event>& out) {
   const auto connection = connections.find(peer.connectID);
-  // The other side asked for less: datagrams would turn into reliable fragments. Or its session has ended meanwhile.
-  if (peer.mtu < kMtuBytes || connection == connections.end() || !door.Has(connection->second.session)) {
+  // The other side asked for a smaller MTU, so datagrams would turn into reliable fragments; or its session has ended.
+  if (peer.mtu < kMtuBytes || connection == connections.end() || !acceptor.Has(connection->second.session)) {
     enet_peer_disconnect_now(&peer, 0);
     OnDisconnect(peer, out);
     return;
@@ -139,10 +139,10 @@ void Endpoint::Impl::OnConnect(ENetPeer& peer, std::vector<Event>& out) {
   PeerHandle handle = HandleOf(peer);
   Event event{.kind = Event::Kind::kConnected};
   if (handle == PeerHandle()) {
-    door.Settle(session);
+    acceptor.Settle(session);
     handle = NewHandle(false, session);
     Attach(handle, peer);
-    event.who = door.TokenOf(session);
+    event.who = acceptor.TokenOf(session);
   }
   Peer& known = peers.at(handle);
   known.connected = true;
@@ -157,7 +157,7 @@ void Endpoint::Impl::OnDisconnect(ENetPeer& peer, std::vector<Event>& out) {
   peer_gone = true;
   const PeerHandle handle = HandleOf(peer);
   if (handle == PeerHandle()) return;  // this side let go of it before
-  TakePending(out);                    // what it said before
+  TakePending(out);                    // messages that it sent before
   out.push_back({.kind = Event::Kind::kDisconnected, .peer = handle, .outgoing = peers.at(handle).outgoing});
   Forget(peer);
 }
@@ -213,7 +213,7 @@ absl::StatusOr<std::unique_ptr<Endpoint>> Endpoint::Create(const EndpointOptions
   for (std::size_t i = 0; i < host.peerCount; ++i) host.peers[i].mtu = kMtuBytes;  // made with ENet's default
   host.checksum = &Impl::Checksum;
   host.intercept = &Impl::Intercept;
-  host.duplicatePeers = options.max_peers;  // the door counts
+  host.duplicatePeers = options.max_peers;  // the acceptor counts them
   host.maximumPacketSize = options.max_message_bytes;
   host.maximumWaitingData = kWaitingMessages * options.max_message_bytes;
   RaiseSocketBuffer(host.socket, SO_RCVBUFFORCE, SO_RCVBUF);
@@ -229,8 +229,8 @@ std::uint16_t Endpoint::port() const { return impl_->port; }
 
 int Endpoint::socket() const { return impl_->host->socket; }
 
-void Endpoint::Open(Doorplate plate) { impl_->door.Open(std::move(plate)); }
-void Endpoint::Close(std::string why) { impl_->door.Close(std::move(why)); }
+void Endpoint::Open(EndpointIdentity identity) { impl_->acceptor.Open(std::move(identity)); }
+void Endpoint::Close(std::string why) { impl_->acceptor.Close(std::move(why)); }
 
 absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,
                                              Credentials credentials) {
@@ -246,7 +246,7 @@ absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint1
   const Impl::Clock::time_point now = Impl::Clock::now();
   impl_->Sweep();
   const std::optional<SessionNumber> session =
-      impl_->door.Dial(now, {.host = address->host, .port = port}, region, std::move(credentials));
+      impl_->acceptor.Dial(now, {.host = address->host, .port = port}, region, std::move(credentials));
   if (!session) {
     return absl::ResourceExhaustedError(absl::StrCat("all ", impl_->options.max_peers, " peers are in use"));
   }
@@ -283,7 +283,7 @@ absl::Status Endpoint::Send(PeerHandle peer, Delivery delivery, std::span<const 
 
 void Endpoint::Flush() {
   const Impl::Call call(*impl_);
-  enet_host_flush(impl_->host);  // first, as what it has may well tell of what the others are about
+  enet_host_flush(impl_->host);  // first, because reliable messages may announce what the datagrams refer to
   impl_->outbox->Send();
 }
 
@@ -296,7 +296,7 @@ std::vector<Event> Endpoint::Service(std::chrono::milliseconds timeout) {
     const Impl::Clock::time_point now = Impl::Clock::now();
     impl_->Progress(now);
     Impl::Clock::time_point wake = until;
-    if (const auto due = impl_->door.next_due()) wake = std::min(wake, *due);
+    if (const auto due = impl_->acceptor.next_due()) wake = std::min(wake, *due);
     const bool idle = out.empty() && impl_->pending.empty();
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(wake - now);
     impl_->Take(idle ? std::max(wait, std::chrono::milliseconds(0)) : std::chrono::milliseconds(0), out);
@@ -310,7 +310,7 @@ void Endpoint::Impl::TakePending(std::vector<Event>& out) {
   pending.clear();
 }
 
-// What there is, up to a limit; waits for the first datagram.
+// Takes the events that there are, up to a limit; waits for the first datagram.
 void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& out) {
   auto wait_ms = static_cast<enet_uint32>(wait.count());
   int failed_rounds = 0;
@@ -318,7 +318,7 @@ void Endpoint::Impl::Take(std::chrono::milliseconds wait, std::vector<Event>& ou
   while (out.size() < kMaxEventsPerService) {
     ENetEvent event{};
     const enet_uint32 before = host->totalReceivedPackets;
-    // Limits that nobody has need not be told; a peer that hears of them also cuts its window to ENet's own.
+    // No bandwidth limits are set, and a peer that is sent them cuts its window to ENet's own.
     host->recalculateBandwidthLimits = 0;
     waiting = wait_ms > 0;
     const int result = enet_host_service(host, &event, std::exchange(wait_ms, 0));
@@ -338,7 +338,7 @@ void Endpoint::Disconnect(PeerHandle peer) {
   const auto found = impl_->peers.find(peer);
   if (found == impl_->peers.end()) return;
   const Impl::Call call(*impl_);
-  if (found->second.enet == nullptr) {  // nobody has let us in yet
+  if (found->second.enet == nullptr) {  // not accepted yet
     impl_->ForgetSession(found->second.session);
     impl_->Erase(peer);
     return;
@@ -374,9 +374,9 @@ std::string Endpoint::AddressOf(PeerHandle peer) const {
   const auto found = impl_->peers.find(peer);
   if (found == impl_->peers.end()) return {};
   const SessionNumber session = found->second.session;
-  return impl_->door.Has(session) ? ToText(impl_->door.AddressOf(session)) : std::string();
+  return impl_->acceptor.Has(session) ? ToText(impl_->acceptor.AddressOf(session)) : std::string();
 }
 
-const DoorStats& Endpoint::door_stats() const { return impl_->door.stats(); }
+const AcceptorStats& Endpoint::acceptor_stats() const { return impl_->acceptor.stats(); }
 
 }  // namespace tessera::net

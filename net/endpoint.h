@@ -1,9 +1,10 @@
-// Endpoint: one ENet host behind a door, as a worker's game or link port and as a client's socket.
+// Endpoint: one ENet host behind an acceptor, as a worker's game or link port and as a client's socket.
 //
-// Reliable ordered messages and unsequenced datagrams to peers by handle. Whoever connects has proven who it is, and
-// every datagram is sealed: strangers leave no trace but in the counters of `door_stats`. Reliable messages are ENet's,
-// whose traps are hidden: limits on sizes and waiting data, small socket buffers. Unsequenced ones go past it, each
-// sealed by itself and many by one system call: a thousand clients' snapshots would be most of what it does.
+// It sends reliable ordered messages and unsequenced datagrams to peers by handle. Every peer has proven who it is, and
+// every datagram is sealed; unproven peers leave no trace but in the counters of `acceptor_stats`. ENet carries the
+// reliable messages; its traps are hidden: limits on sizes and waiting data, small socket buffers. Unsequenced messages
+// bypass it, each sealed by itself and many by one system call: a thousand clients' snapshots would be most of its
+// work.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
 //   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
@@ -26,8 +27,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
+#include "net/acceptor.h"
 #include "net/connect_token.h"
-#include "net/door.h"
 #include "net/protocol.h"
 
 namespace tessera::net {
@@ -36,7 +37,7 @@ using PeerHandle = Id<struct PeerTag, std::uint64_t>;  // from 1
 using Bytes = std::vector<std::uint8_t>;
 
 enum class Delivery : std::uint8_t {
-  kReliable,     // ordered, arrives or the peer is gone; up to EndpointOptions::max_message_bytes
+  kReliable,     // ordered, arrives unless the peer is gone; up to EndpointOptions::max_message_bytes
   kUnsequenced,  // may be lost or late; at most kMaxDatagramBytes
 };
 
@@ -44,16 +45,16 @@ struct EndpointOptions {
   std::string bind_address = "0.0.0.0";   // IPv4
   std::uint16_t port = 0;                 // 0: the system chooses
   std::size_t max_peers = 64;             // 1 to 4095
-  std::size_t max_peers_per_address = 0;  // of those that come in; 0: max_peers
-  // Of silence, until a peer counts as gone; at most about twice that, because ENet looks at each retry, and their
-  // distance doubles.
+  std::size_t max_peers_per_address = 0;  // accepted peers of one IPv4 address; 0: max_peers
+  // A peer counts as gone after so long a silence, at most about twice that: ENet looks at each retry, and the time
+  // between retries doubles.
   std::chrono::milliseconds peer_timeout{5000};
-  // Of one reliable message, sent or received. Both ends must agree: what is longer than the receiver's is never
-  // delivered.
+  // Largest reliable message, sent or received. Both ends must agree: a message longer than the receiver's limit is
+  // never delivered.
   std::size_t max_message_bytes = kMaxMessageBytes;
-  // False: of those that come in nothing reliable is taken. ENet keeps such messages until they are whole and in order,
-  // and trusts what it is told of those that are missing.
-  bool guests_speak_reliably = true;
+  // False: reliable messages of accepted peers are dropped. ENet keeps such messages until they are complete and in
+  // order, and trusts the peer's word on how many are missing.
+  bool accept_reliable_messages = true;
 };
 
 struct Event {
@@ -63,8 +64,8 @@ struct Event {
   Delivery delivery = Delivery::kReliable;  // kMessage
   Bytes bytes{};                            // kMessage
   bool outgoing = false;                    // kConnected: this side dialled
-  ConnectToken who{};                       // kConnected, not outgoing: what it proved to hold
-  std::optional<Refusal> refusal{};         // kDisconnected, outgoing: the other side's door did not let it in
+  ConnectToken who{};                       // kConnected, not outgoing: the token that the peer proved to hold
+  std::optional<Refusal> refusal{};         // kDisconnected, outgoing: the other side's acceptor refused
 };
 
 struct PeerStats {
@@ -84,9 +85,10 @@ class Endpoint {
   std::uint16_t port() const;
   // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
   int socket() const;
-  // From now on those with a token of this instance may come in; before, nobody is answered. Again: another plate.
-  void Open(Doorplate plate);
-  // From now on nobody may: STOPPING. Peers stay.
+  // From now on peers with a token of this instance are accepted; before, nobody is answered. A second call changes the
+  // identity.
+  void Open(EndpointIdentity identity);
+  // From now on everybody is refused with STOPPING. Peers stay.
   void Close(std::string why);
   // Begins to connect to the port of `region`; kConnected or kDisconnected follows. `host` is an IPv4 address or a
   // name, whose look-up blocks. Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no route), RESOURCE_EXHAUSTED (peers).
@@ -95,16 +97,16 @@ class Endpoint {
   // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
   absl::Status Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes);
   void Flush();
-  // What has happened, oldest first; waits up to `timeout` for the first event, not at all when 0. At most a few
-  // thousand events a call, so that a flood cannot hold the caller.
+  // Events since the last call, oldest first; waits up to `timeout` for the first one, not at all when 0. Gives at most
+  // a few thousand events a call, so that a flood cannot hold the caller.
   std::vector<Event> Service(std::chrono::milliseconds timeout);
-  // After what is queued has gone out. The peer hears of it; no further event of it comes here.
+  // Takes effect after queued messages have gone out. The peer learns of it; no further event of it comes here.
   void Disconnect(PeerHandle peer);
-  // Those that are being made or ended included: 0 after Disconnect of the last peer once all has gone out.
+  // Connections, including those that are being made or ended: 0 after Disconnect of the last peer once all is sent.
   std::size_t connections() const;
   PeerStats StatsOf(PeerHandle peer) const;      // zeros when there is no such peer any more
   std::string AddressOf(PeerHandle peer) const;  // "127.0.0.1:7777"; empty when there is no such peer any more
-  const DoorStats& door_stats() const;
+  const AcceptorStats& acceptor_stats() const;
 
  private:
   struct Impl;

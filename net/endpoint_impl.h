@@ -1,4 +1,4 @@
-// Inside of Endpoint. Not for others.
+// Endpoint::Impl: the state of an endpoint. Only the endpoint's own files include this.
 #pragma once
 
 #include <enet/enet.h>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
-#include "net/door.h"
+#include "net/acceptor.h"
 #include "net/endpoint.h"
 #include "net/outbox.h"
 
@@ -29,13 +29,13 @@ struct Endpoint::Impl {
   using Clock = std::chrono::steady_clock;
 
   struct Peer {
-    ENetPeer* enet = nullptr;  // none while the other side's door has not opened
+    ENetPeer* enet = nullptr;  // none while the other side has not accepted
     SessionNumber session{};
     bool outgoing = false, connected = false;
     Clock::time_point dial_until{};
     std::uint64_t bytes_sent = 0, bytes_received = 0;
   };
-  // An ENet connection and the session that it lies in. ENet's peer may outlive its handle, to say farewell.
+  // An ENet connection and the session that carries it. ENet's peer may outlive its handle, to disconnect in order.
   struct Connection {
     SessionNumber session;
     ENetPeer* enet = nullptr;
@@ -43,9 +43,9 @@ struct Endpoint::Impl {
 
   explicit Impl(const EndpointOptions& options_in)
       : options(options_in),
-        door({.max_sessions = options_in.max_peers,
-              .max_per_address =
-                  options_in.max_peers_per_address == 0 ? options_in.max_peers : options_in.max_peers_per_address}) {}
+        acceptor({.max_sessions = options_in.max_peers,
+                  .max_per_address = options_in.max_peers_per_address == 0 ? options_in.max_peers
+                                                                           : options_in.max_peers_per_address}) {}
   ~Impl();
 
   EndpointOptions options;
@@ -53,18 +53,19 @@ struct Endpoint::Impl {
   std::uint16_t port = 0;
   std::uint64_t last_handle = 0;
   absl::flat_hash_map<PeerHandle, Peer> peers;
-  absl::flat_hash_map<SessionNumber, PeerHandle> handle_of_session;  // of `peers`
-  Door door;
+  absl::flat_hash_map<SessionNumber, PeerHandle> handle_of_session;  // the inverse of `peers`
+  Acceptor acceptor;
   std::unordered_map<std::uint32_t, Connection> connections;  // by ENet's connectID
   std::unordered_map<std::uint32_t, std::uint32_t> connection_of_session;
-  std::vector<Event> pending;  // that ENet knows nothing of: dials that failed, direct messages
+  std::vector<Event> pending;  // events outside of ENet: dials that failed, direct messages
   bool waiting = false;        // for the first datagram
   std::optional<Outbox> outbox;
   std::array<std::uint8_t, ENET_PROTOCOL_MAXIMUM_MTU + kSealHeaderBytes + kSealTagBytes> sealed{};
   Clock::time_point sweep_at{};
   bool peer_gone = false;  // since the last sweep
 
-  // ENet's callbacks have no argument of ours; every call into ENet is made under a Call.
+  // ENet passes its checksum callback neither the host nor user data, so the endpoint under way is found through this
+  // thread's Call; every call into ENet is made under one.
   static thread_local Impl* current;
   class Call {
    public:
@@ -109,10 +110,10 @@ struct Endpoint::Impl {
     return found == handle_of_session.end() ? std::nullopt : std::optional(found->second);
   }
 
-  // The door's side.
+  // Between ENet and the acceptor (endpoint_sessions.cpp).
   bool TakeDatagram(ENetEvent* event);
-  bool HandToEnet(const Door::Received& received);
-  void TakeDirect(const Door::Received& received, ENetEvent* event);
+  bool HandToEnet(const Acceptor::Received& received);
+  void TakeDirect(const Acceptor::Received& received, ENetEvent* event);
   static bool SendReliable(ENetPeer& peer, std::span<const std::uint8_t> bytes);
   bool SendDirect(const Peer& peer, std::span<const std::uint8_t> bytes);
   void TakePending(std::vector<Event>& out);
@@ -126,7 +127,7 @@ struct Endpoint::Impl {
   void Sweep();
   void Take(std::chrono::milliseconds wait, std::vector<Event>& out);
 
-  // Each of these gives at most one event.
+  // ENet's events (endpoint.cpp). Each of these adds at most one event.
   void OnConnect(ENetPeer& peer, std::vector<Event>& out);
   void OnDisconnect(ENetPeer& peer, std::vector<Event>& out);
   void OnReceive(const ENetEvent& event, std::vector<Event>& out);

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cassert>
 
+#include "core/world/bytes.h"
 #include "net/protocol.h"
-#include "net/wire.h"
 
 namespace tessera::net {
 namespace {
@@ -22,15 +22,15 @@ static_assert(kAcceptBytes < kLoginFixedBytes, "an acceptance must not amplify")
 static_assert(kRefusalFixedBytes < kHelloBytes, "a refusal must not amplify");
 static_assert(kLoginFixedBytes + kMaxTokenBytes <= kMaxHandshakeBytes);
 
-WireWriter Begin(DatagramKind kind) {
-  WireWriter out;
-  out.Number(static_cast<std::uint8_t>(kind));
+ByteWriter Begin(DatagramKind kind) {
+  ByteWriter out;
+  out.U8(static_cast<std::uint8_t>(kind));
   return out;
 }
 
-bool IsKind(WireReader& in, DatagramKind kind) { return in.Number<std::uint8_t>() == static_cast<std::uint8_t>(kind); }
+bool IsKind(ByteReader& in, DatagramKind kind) { return in.U8() == static_cast<std::uint8_t>(kind); }
 
-// Keyed BLAKE2b; each use says what it is for.
+// Keyed BLAKE2b over the name of its use and the bytes.
 template <std::size_t kBytes>
 void Mac(Secret<kBytes>& out, std::string_view use, std::span<const std::uint8_t> bytes, const Key& key) {
   crypto_generichash_state state;
@@ -43,9 +43,9 @@ void Mac(Secret<kBytes>& out, std::string_view use, std::span<const std::uint8_t
 
 constexpr std::string_view kLoginUse = "tessera login", kAcceptUse = "tessera accept", kKeysUse = "tessera channel";
 
-void AppendProof(WireWriter& out, std::string_view use, const Key& key) {
+void AppendProof(ByteWriter& out, std::string_view use, const Key& key) {
   Secret<kProofBytes> proof;
-  Mac(proof, use, out.written(), key);
+  Mac(proof, use, out.bytes(), key);
   out.Bytes({proof.data(), proof.size()});
 }
 
@@ -85,9 +85,9 @@ std::string_view WordOf(Refused reason) {
 }
 
 std::vector<std::uint8_t> Write(const Hello& hello) {
-  WireWriter out = Begin(DatagramKind::kHello);
-  out.Number(hello.protocol);
-  out.Number(hello.session);
+  ByteWriter out = Begin(DatagramKind::kHello);
+  out.U32(hello.protocol);
+  out.U32(hello.session);
   out.Bytes(hello.nonce);
   out.PadTo(kHelloBytes);
   return out.Take();
@@ -95,22 +95,22 @@ std::vector<std::uint8_t> Write(const Hello& hello) {
 
 std::optional<Hello> ReadHello(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kHelloBytes) return std::nullopt;
-  WireReader in(bytes);
+  ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kHello)) return std::nullopt;
   Hello hello;
-  hello.protocol = in.Number<std::uint32_t>();
-  hello.session = in.Number<std::uint32_t>();
+  hello.protocol = in.U32();
+  hello.session = in.U32();
   in.Fill(hello.nonce);
   const bool padded = std::all_of(in.rest().begin(), in.rest().end(), [](std::uint8_t byte) { return byte == 0; });
   return padded && hello.session <= kMaxSessionNumber ? std::optional(hello) : std::nullopt;
 }
 
 std::vector<std::uint8_t> Write(const Challenge& challenge) {
-  WireWriter out = Begin(DatagramKind::kChallenge);
-  out.Number(challenge.session);
+  ByteWriter out = Begin(DatagramKind::kChallenge);
+  out.U32(challenge.session);
   out.Bytes(challenge.nonce);
-  out.Number(challenge.incarnation.value());
-  out.Number(challenge.cookie.period);
+  out.U64(challenge.incarnation.value());
+  out.U32(challenge.cookie.period);
   out.Bytes(challenge.cookie.mac);
   assert(out.size() == kChallengeBytes);
   return out.Take();
@@ -118,26 +118,26 @@ std::vector<std::uint8_t> Write(const Challenge& challenge) {
 
 std::optional<Challenge> ReadChallenge(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kChallengeBytes) return std::nullopt;
-  WireReader in(bytes);
+  ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kChallenge)) return std::nullopt;
   Challenge challenge;
-  challenge.session = in.Number<std::uint32_t>();
+  challenge.session = in.U32();
   in.Fill(challenge.nonce);
-  challenge.incarnation = Incarnation(in.Number<std::uint64_t>());
-  challenge.cookie.period = in.Number<std::uint32_t>();
+  challenge.incarnation = Incarnation(in.U64());
+  challenge.cookie.period = in.U32();
   in.Fill(challenge.cookie.mac);
   return challenge;
 }
 
 std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key) {
-  WireWriter out = Begin(DatagramKind::kLogin);
-  out.Number(login.session);
+  ByteWriter out = Begin(DatagramKind::kLogin);
+  out.U32(login.session);
   out.Bytes(login.nonce);
-  out.Number(login.cookie.period);
+  out.U32(login.cookie.period);
   out.Bytes(login.cookie.mac);
-  out.Number(login.region.value());
-  out.Number(login.incarnation.value());
-  out.Number(static_cast<std::uint16_t>(login.token.size()));
+  out.U32(login.region.value());
+  out.U64(login.incarnation.value());
+  out.U16(static_cast<std::uint16_t>(login.token.size()));
   out.Bytes(login.token);
   AppendProof(out, kLoginUse, key);
   return out.Take();
@@ -145,16 +145,16 @@ std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key) {
 
 std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < kLoginFixedBytes || bytes.size() > kMaxHandshakeBytes) return std::nullopt;
-  WireReader in(bytes);
+  ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kLogin)) return std::nullopt;
   Login login;
-  login.session = in.Number<std::uint32_t>();
+  login.session = in.U32();
   in.Fill(login.nonce);
-  login.cookie.period = in.Number<std::uint32_t>();
+  login.cookie.period = in.U32();
   in.Fill(login.cookie.mac);
-  login.region = RegionId(in.Number<std::uint32_t>());
-  login.incarnation = Incarnation(in.Number<std::uint64_t>());
-  const auto token = in.Bytes(in.Number<std::uint16_t>());
+  login.region = RegionId(in.U32());
+  login.incarnation = Incarnation(in.U64());
+  const auto token = in.Bytes(in.U16());
   login.token.assign(token.begin(), token.end());
   const bool fits = in.ok() && in.rest().size() == kProofBytes && token.size() <= kMaxTokenBytes;
   return fits && login.session <= kMaxSessionNumber ? std::optional(std::move(login)) : std::nullopt;
@@ -163,9 +163,9 @@ std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes) {
 bool IsProven(std::span<const std::uint8_t> login, const SessionKey& key) { return EndsInProof(login, kLoginUse, key); }
 
 std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler) {
-  WireWriter out = Begin(DatagramKind::kAccept);
-  out.Number(accept.session);
-  out.Number(accept.peer);
+  ByteWriter out = Begin(DatagramKind::kAccept);
+  out.U32(accept.session);
+  out.U32(accept.peer);
   out.Bytes(accept.nonce);
   AppendProof(out, kAcceptUse, to_dialler);
   assert(out.size() == kAcceptBytes);
@@ -174,11 +174,11 @@ std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler) {
 
 std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes) {
   if (bytes.size() != kAcceptBytes) return std::nullopt;
-  WireReader in(bytes);
+  ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kAccept)) return std::nullopt;
   Accept accept;
-  accept.session = in.Number<std::uint32_t>();
-  accept.peer = in.Number<std::uint32_t>();
+  accept.session = in.U32();
+  accept.peer = in.U32();
   in.Fill(accept.nonce);
   return accept.peer <= kMaxSessionNumber ? std::optional(accept) : std::nullopt;
 }
@@ -189,9 +189,9 @@ bool IsAccepted(std::span<const std::uint8_t> accept, const Key& to_dialler) {
 
 std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_bytes) {
   assert(question_bytes > kRefusalFixedBytes);
-  WireWriter out = Begin(DatagramKind::kRefusal);
-  out.Number(static_cast<std::uint8_t>(refusal.reason));
-  out.Number(refusal.session);
+  ByteWriter out = Begin(DatagramKind::kRefusal);
+  out.U8(static_cast<std::uint8_t>(refusal.reason));
+  out.U32(refusal.session);
   out.Bytes(refusal.nonce);
   const std::size_t room = std::min(question_bytes - kRefusalFixedBytes - 1, kMaxDetailBytes);
   out.Text(std::string_view(refusal.detail).substr(0, room));
@@ -200,12 +200,12 @@ std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_byt
 
 std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < kRefusalFixedBytes || bytes.size() > kRefusalFixedBytes + kMaxDetailBytes) return std::nullopt;
-  WireReader in(bytes);
+  ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kRefusal)) return std::nullopt;
   Refusal refusal;
-  refusal.reason = static_cast<Refused>(in.Number<std::uint8_t>());
+  refusal.reason = static_cast<Refused>(in.U8());
   if (WordOf(refusal.reason) == "UNKNOWN") return std::nullopt;
-  refusal.session = in.Number<std::uint32_t>();
+  refusal.session = in.U32();
   in.Fill(refusal.nonce);
   const auto printable = [](std::uint8_t byte) { return byte >= 0x20 && byte < 0x7f; };  // it goes into logs
   if (!std::all_of(in.rest().begin(), in.rest().end(), printable)) return std::nullopt;
@@ -214,17 +214,17 @@ std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes) {
 }
 
 DirectionKeys DeriveKeys(const SessionKey& key, RegionId region, Incarnation incarnation, const Nonce& dialler,
-                         const Nonce& door) {
-  WireWriter input;
-  input.Number(kProtocolVersion);
-  input.Number(region.value());
-  input.Number(incarnation.value());
+                         const Nonce& acceptor) {
+  ByteWriter input;
+  input.U32(kProtocolVersion);
+  input.U32(region.value());
+  input.U64(incarnation.value());
   input.Bytes(dialler);
-  input.Bytes(door);
+  input.Bytes(acceptor);
   Secret<2 * Key::size()> both;
-  Mac(both, kKeysUse, input.written(), key);
+  Mac(both, kKeysUse, input.bytes(), key);
   DirectionKeys keys;
-  std::copy_n(both.data(), Key::size(), keys.to_door.data());
+  std::copy_n(both.data(), Key::size(), keys.to_acceptor.data());
   std::copy_n(both.data() + Key::size(), Key::size(), keys.to_dialler.data());
   return keys;
 }

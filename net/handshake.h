@@ -1,16 +1,16 @@
-// The datagrams by which a stranger becomes a peer, before ENet hears of it: their form, cookies, and the keys that
-// follow from them (docs/protocol.md, "The door").
+// The handshake by which an unproven peer becomes a peer, before ENet hears of it: the form of its datagrams, its
+// cookies, and the keys that follow from it (docs/protocol.md, "The acceptor").
 //
-//   dialler                                     door
-//   Hello      nonce, region wanted       ->          nothing kept
+//   dialler                                     acceptor
+//   Hello      nonce                      ->          keeps nothing
 //              <-   Challenge   cookie of (time, address, nonce), incarnation
-//   Login      cookie, token, proof       ->          a session, and no sooner
+//   Login      cookie, token, proof       ->          makes a session, and no sooner
 //              <-   Accept      nonce, tag by the new keys
 //   or at either step  <-   Refusal   reason
 //
-// Every answer is shorter than its question, so the door amplifies nothing. Readers take what came off a wire: they
-// answer with a value only when size, kind and every field are right, and never read outside.
-// Thread rule: free functions; a CookieJar belongs to one thread.
+// Every answer is shorter than its question, so the acceptor amplifies nothing. Readers take bytes off a wire: they
+// give a value only when size, kind and every field are right, and never read out of bounds. Thread rule: free
+// functions; a CookieJar belongs to one thread.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@
 
 namespace tessera::net {
 
-// Why somebody may not enter. The numbers are those of tessera.v1.RefusalReason.
+// Why a login is refused. The numbers are those of tessera.v1.RefusalReason.
 enum class Refused : std::uint8_t {
   kProtocol = 1,
   kBadToken = 2,
@@ -43,10 +43,9 @@ std::string_view WordOf(Refused reason);  // "FULL"
 
 using Nonce = std::array<std::uint8_t, 16>;
 
-// First byte of a datagram. ENet's own begin with 0x0f, 0x8f and the like, or a peer's number; only sealed ones pass.
 struct Hello {
   std::uint32_t protocol = 0;
-  std::uint32_t session = 0;  // how the dialler calls it
+  std::uint32_t session = 0;  // the dialler's number of the session
   Nonce nonce{};
   friend bool operator==(const Hello&, const Hello&) = default;
 };
@@ -59,7 +58,7 @@ struct Cookie {
 
 struct Challenge {
   std::uint32_t session = 0;  // the dialler's
-  Nonce nonce{};              // the dialler's, so that only who saw the Hello can answer it
+  Nonce nonce{};              // the dialler's, so that only a peer that saw the Hello can answer it
   Incarnation incarnation{};
   Cookie cookie;
   friend bool operator==(const Challenge&, const Challenge&) = default;
@@ -69,7 +68,7 @@ struct Login {
   std::uint32_t session = 0;
   Nonce nonce{};
   Cookie cookie;
-  RegionId region{};  // that the dialler means
+  RegionId region{};  // the region that the dialler means
   Incarnation incarnation{};
   std::vector<std::uint8_t> token;
   friend bool operator==(const Login&, const Login&) = default;
@@ -77,8 +76,8 @@ struct Login {
 
 struct Accept {
   std::uint32_t session = 0;  // the dialler's
-  std::uint32_t peer = 0;     // how the door calls it
-  Nonce nonce{};              // the door's
+  std::uint32_t peer = 0;     // the acceptor's number of the session
+  Nonce nonce{};              // the acceptor's
   friend bool operator==(const Accept&, const Accept&) = default;
 };
 
@@ -96,16 +95,16 @@ inline constexpr std::size_t kProofBytes = 16;
 
 std::vector<std::uint8_t> Write(const Hello& hello);
 std::vector<std::uint8_t> Write(const Challenge& challenge);
-// With the proof that its sender holds the token's session key.
+// Ends in the proof that its sender holds the token's session key.
 std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key);
-// With the proof that its sender has the keys.
+// Ends in the proof that its sender has the keys.
 std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler);
-// Shorter than `question_bytes`, whatever the detail.
+// Gives fewer bytes than `question_bytes`, whatever the detail.
 std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_bytes);
 
 std::optional<Hello> ReadHello(std::span<const std::uint8_t> bytes);
 std::optional<Challenge> ReadChallenge(std::span<const std::uint8_t> bytes);
-std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes);  // its proof not looked at yet
+std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes);  // does not check its proof
 std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes);
 std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes);
 
@@ -113,20 +112,20 @@ std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes);
 bool IsProven(std::span<const std::uint8_t> login, const SessionKey& key);
 bool IsAccepted(std::span<const std::uint8_t> accept, const Key& to_dialler);
 
-// One key a direction, of one connection only: both nonces are in it.
+// One key for each direction of one connection: both nonces are in it.
 struct DirectionKeys {
-  Key to_door, to_dialler;
+  Key to_acceptor, to_dialler;
 };
 DirectionKeys DeriveKeys(const SessionKey& key, RegionId region, Incarnation incarnation, const Nonce& dialler,
-                         const Nonce& door);
+                         const Nonce& acceptor);
 
-// Cookies: "who uses this address has seen my answer", checked without having kept anything. SipHash-2-4-128 by a key
-// that lives as long as the jar. Good for one to two periods.
+// Cookies prove that the peer which uses an address has seen an answer, without anything kept about it. A cookie is
+// SipHash-2-4-128 by a key that lives as long as the jar, and is good for one to two periods.
 class CookieJar {
  public:
   static constexpr std::uint64_t kPeriod_s = 4;
   CookieJar();
-  // `now_s` counts from anywhere.
+  // `now_s` counts from any fixed moment.
   Cookie Bake(const Address& address, const Nonce& nonce, std::uint64_t now_s) const;
   bool Good(const Cookie& cookie, const Address& address, const Nonce& nonce, std::uint64_t now_s) const;
 

@@ -94,13 +94,13 @@ TEST_F(HandshakeTest, KeysDependOnEverythingTheyAreOf) {
     return DeriveKeys(session, RegionId(region), Incarnation(incarnation), NonceOf(ours), NonceOf(theirs));
   };
   const DirectionKeys keys = derive(pass.key, 2, 5, 1, 3);
-  EXPECT_EQ(derive(pass.key, 2, 5, 1, 3).to_door, keys.to_door);
+  EXPECT_EQ(derive(pass.key, 2, 5, 1, 3).to_acceptor, keys.to_acceptor);
   EXPECT_EQ(derive(pass.key, 2, 5, 1, 3).to_dialler, keys.to_dialler);
-  EXPECT_FALSE(keys.to_door == keys.to_dialler);
+  EXPECT_FALSE(keys.to_acceptor == keys.to_dialler);
   for (const DirectionKeys& other :
        {derive(MakeInstanceKey(), 2, 5, 1, 3), derive(pass.key, 3, 5, 1, 3), derive(pass.key, 2, 6, 1, 3),
         derive(pass.key, 2, 5, 2, 3), derive(pass.key, 2, 5, 1, 4), derive(pass.key, 2, 5, 3, 1)}) {
-    EXPECT_FALSE(other.to_door == keys.to_door);
+    EXPECT_FALSE(other.to_acceptor == keys.to_acceptor);
     EXPECT_FALSE(other.to_dialler == keys.to_dialler);
   }
 }
@@ -116,7 +116,7 @@ TEST(CookieJarTest, IsGoodForItsAddressAndNonceAndOneToTwoPeriods) {
   EXPECT_FALSE(jar.Good(cookie, address, NonceOf(2), 400));
   EXPECT_FALSE(jar.Good(cookie, {.host = address.host, .port = 7778}, NonceOf(1), 400));
   EXPECT_FALSE(jar.Good(cookie, {.host = address.host + 1, .port = 7777}, NonceOf(1), 400));
-  EXPECT_FALSE(CookieJar().Good(cookie, address, NonceOf(1), 400));  // of another life
+  EXPECT_FALSE(CookieJar().Good(cookie, address, NonceOf(1), 400));  // another jar, as after a restart
 }
 
 }  // namespace

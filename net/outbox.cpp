@@ -35,7 +35,7 @@ void Outbox::Send() {
   for (unsigned done = 0; done < count_;) {
     const int sent = sendmmsg(socket_, &headers_[done], count_ - done, MSG_DONTWAIT | MSG_NOSIGNAL);
     if (sent < 0 && errno == EINTR) continue;
-    // None: the first of them cannot be sent. Those after it may go to where there is a way.
+    // Where none was sent, the first cannot be; those after it may have other routes.
     done += static_cast<unsigned>(std::max(sent, 1));
   }
   count_ = 0;

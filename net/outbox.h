@@ -1,10 +1,10 @@
 // Outbox: datagrams that wait for the next system call, so that many leave by one.
 //
-//   std::span<std::uint8_t> room = outbox.Room();      // sends what is waiting where there is none left
-//   outbox.Add(to, bytes);                             // so many of that room
+//   std::span<std::uint8_t> room = outbox.Room();      // sends the waiting datagrams first where it is full
+//   outbox.Add(to, bytes);                             // the first `bytes` of the room
 //   outbox.Send();
 //
-// What the socket does not take is lost, as on any net. Thread rule: one thread.
+// Datagrams that the socket does not take are lost, as on any network. Thread rule: one thread.
 #pragma once
 
 #include <netinet/in.h>
@@ -32,7 +32,7 @@ class Outbox {
   void Send();
 
  private:
-  // More of them would not stay in the nearest cache from sealing until sending.
+  // More datagrams would not stay in the nearest cache from sealing until sending.
   static constexpr unsigned kDatagrams = 16;
 
   struct Datagram {

@@ -1,4 +1,4 @@
-// Protocol: numbers that both ends of a connection must agree on, and the limits that what comes off a wire is held to.
+// Protocol: numbers that both ends of a connection must agree on, and limits on received messages.
 #pragma once
 
 #include <cstddef>
@@ -6,23 +6,23 @@
 
 namespace tessera::net {
 
-// Of all that is said over UDP and of the connect token. A hello with another version is refused, naming both.
+// Version of all UDP traffic and of the connect token. A hello with another version is refused, naming both.
 inline constexpr std::uint32_t kProtocolVersion = 4;
 
-// Largest UDP payload: ENet's MTU and what sealing adds. With headers 1232 bytes over IPv4 and 1252 over IPv6, it
-// passes every path that carries 1280 bytes of IP, the least IPv6 allows; larger datagrams are dropped by some of them
-// without a word.
+// Largest UDP payload: ENet's MTU and the bytes that sealing adds. With headers 1232 bytes over IPv4 and 1252 over
+// IPv6, it passes every path that carries 1280 bytes of IP, the least IPv6 allows; larger datagrams are dropped by some
+// of them without a word.
 inline constexpr std::size_t kMaxUdpBytes = 1204;
-// What ENet may fill. It does not count its checksum field (4), which the seam leaves out on the wire.
+// Bytes that ENet may fill. It does not count its checksum field (4), which the adapter leaves out on the wire.
 inline constexpr std::size_t kMtuBytes = kMaxUdpBytes - 24;
-// Largest unsequenced message. It would fit with 32 bytes more: what ENet needs for its own, so that a datagram may go
-// either way.
+// Largest unsequenced message. 32 bytes more would fit; ENet's own headers need them, so that a datagram may go either
+// way.
 inline constexpr std::size_t kMaxDatagramBytes = kMtuBytes - 32;
-static_assert(kMaxDatagramBytes == 1148, "what snapshots fill");
+static_assert(kMaxDatagramBytes == 1148, "snapshots fill it");
 // Largest reliable message unless an endpoint says otherwise: a map of 4096 cells has about 200 KB.
 inline constexpr std::size_t kMaxMessageBytes = 256 * 1024;
-// Largest frame between two regions: some 40 000 awake bodies at one border. What a neighbour may make a link port
-// buffer grows with it.
+// Largest frame between two regions: some 40 000 awake bodies at one border. The memory that a neighbour may make a
+// link port buffer grows with it.
 inline constexpr std::size_t kMaxFrameBytes = 4 * 1024 * 1024;
 
 }  // namespace tessera::net

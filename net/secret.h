@@ -1,4 +1,4 @@
-// Secret: key material of a fixed size. Wiped when it ends, compared in constant time, never printed.
+// Secret: key material of a fixed size. It is wiped when it ends, compared in constant time and never printed.
 #pragma once
 
 #include <sodium.h>

@@ -51,8 +51,8 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   }
   while (before != pushed_.end()) drop();
   pushed_.swap(pushing_);
-  AddProperties(region.properties());
-  history.PushChanges(region.tick(), changed_, departures_);
+  AddProperties(region.properties().all());
+  history.Push(region.tick(), changed_, departures_);
   departures_.clear();
 }
 

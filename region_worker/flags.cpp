@@ -6,7 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
-#include "region_worker/by_hand.h"
+#include "region_worker/standalone.h"
 
 namespace tessera::worker {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kPortsPerRegion = 3;
 
 struct RawFlags {
-  ByHand by_hand;
+  Standalone standalone;
   double seconds = 0;
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
@@ -30,23 +30,23 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--log-file", options.log_file, "append the log to this file instead of stderr");
 
-  const char* hand = "By hand, without a control plane";
-  app.add_option("--scene", raw.by_hand.scene_path, "scene file, textproto or JSON")->group(hand);
-  app.add_option("--regions", raw.by_hand.regions, "how many regions the world is cut into (1)")->group(hand);
-  app.add_option("--base-port", raw.by_hand.base_port,
+  const char* alone = "Standalone, without a control plane";
+  app.add_option("--scene", raw.standalone.scene_path, "scene file, textproto or JSON")->group(alone);
+  app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into (1)")->group(alone);
+  app.add_option("--base-port", raw.standalone.base_port,
                  "region r listens on base + 3 (r - 1): game, links, metrics (7900)")
-      ->group(hand);
-  app.add_option("--players", raw.by_hand.players, "start when so many clients are connected (0)")->group(hand);
-  app.add_option("--seconds", raw.seconds, "end after so many seconds of running")->group(hand);
-  app.add_option("--snapshot-rate", raw.by_hand.snapshot_rate_hz, "snapshots a second to each client (30)")
-      ->group(hand);
+      ->group(alone);
+  app.add_option("--players", raw.standalone.players, "start when so many clients are connected (0)")->group(alone);
+  app.add_option("--seconds", raw.seconds, "end after so many seconds of running")->group(alone);
+  app.add_option("--snapshot-rate", raw.standalone.snapshot_rate_hz, "snapshots a second to each client (30)")
+      ->group(alone);
 
-  app.add_option("--ghost-depth", raw.by_hand.borders.ghost_depth,
+  app.add_option("--ghost-depth", raw.standalone.borders.ghost_depth,
                  "how many bodies deep a neighbour sees of a pile that moves (1)")
-      ->group(hand);
-  app.add_option("--whole-up-to", raw.by_hand.borders.whole_up_to,
+      ->group(alone);
+  app.add_option("--whole-up-to", raw.standalone.borders.whole_up_to,
                  "piles of which a region has no more than so many bodies are shown as a whole (32)")
-      ->group(hand);
+      ->group(alone);
 
   const char* agent = "Under an agent";
   app.add_option("--agent-socket", options.agent_socket, "Unix socket of the agent that gives the orders")
@@ -68,53 +68,53 @@ absl::Status CheckAgentFlags(RawFlags& raw) {
   return absl::OkStatus();
 }
 
-absl::Status CheckHandFlags(RawFlags& raw, bool has_seconds) {
-  ByHand& hand = raw.by_hand;
-  if (hand.scene_path.empty()) return absl::InvalidArgumentError("--scene is required (or --agent-socket)");
-  if (std::error_code error; !std::filesystem::is_regular_file(hand.scene_path, error)) {
-    return absl::InvalidArgumentError(absl::StrCat("--scene ", hand.scene_path, ": no such file"));
+absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
+  Standalone& alone = raw.standalone;
+  if (alone.scene_path.empty()) return absl::InvalidArgumentError("--scene is required (or --agent-socket)");
+  if (std::error_code error; !std::filesystem::is_regular_file(alone.scene_path, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--scene ", alone.scene_path, ": no such file"));
   }
-  if (hand.regions == 0 || hand.regions > kMaxRegions) {
-    return absl::InvalidArgumentError(absl::StrCat("--regions ", hand.regions, ": must be 1 to ", kMaxRegions));
+  if (alone.regions == 0 || alone.regions > kMaxRegions) {
+    return absl::InvalidArgumentError(absl::StrCat("--regions ", alone.regions, ": must be 1 to ", kMaxRegions));
   }
-  if (raw.region == 0 || raw.region > hand.regions) {
+  if (raw.region == 0 || raw.region > alone.regions) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--region ", raw.region, ": this instance has regions 1 to ", hand.regions));
+        absl::StrCat("--region ", raw.region, ": this instance has regions 1 to ", alone.regions));
   }
-  if (hand.base_port == 0) hand.base_port = kDefaultBasePort;
-  if (hand.base_port + kPortsPerRegion * hand.regions > 65536) {
-    return absl::InvalidArgumentError(absl::StrCat("--base-port ", hand.base_port, ": ", hand.regions,
+  if (alone.base_port == 0) alone.base_port = kDefaultBasePort;
+  if (alone.base_port + kPortsPerRegion * alone.regions > 65536) {
+    return absl::InvalidArgumentError(absl::StrCat("--base-port ", alone.base_port, ": ", alone.regions,
                                                    " regions take three ports each, which ends past 65535"));
   }
-  if (hand.players > kMaxPlayers) {
-    return absl::InvalidArgumentError(absl::StrCat("--players ", hand.players, ": must be 0 to ", kMaxPlayers));
+  if (alone.players > kMaxPlayers) {
+    return absl::InvalidArgumentError(absl::StrCat("--players ", alone.players, ": must be 0 to ", kMaxPlayers));
   }
-  if (hand.snapshot_rate_hz == 0 || hand.snapshot_rate_hz > kMaxTickRateHz) {
+  if (alone.snapshot_rate_hz == 0 || alone.snapshot_rate_hz > kMaxTickRateHz) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--snapshot-rate ", hand.snapshot_rate_hz, ": must be 1 to ", kMaxTickRateHz));
+        absl::StrCat("--snapshot-rate ", alone.snapshot_rate_hz, ": must be 1 to ", kMaxTickRateHz));
   }
-  if (hand.borders.ghost_depth > region::kMaxGhostDepth) {
+  if (alone.borders.ghost_depth > region::kMaxGhostDepth) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--ghost-depth ", hand.borders.ghost_depth, ": must be 0 to ", region::kMaxGhostDepth));
+        absl::StrCat("--ghost-depth ", alone.borders.ghost_depth, ": must be 0 to ", region::kMaxGhostDepth));
   }
-  if (hand.borders.whole_up_to > region::kMaxWholeUpTo) {
+  if (alone.borders.whole_up_to > region::kMaxWholeUpTo) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--whole-up-to ", hand.borders.whole_up_to, ": must be 0 to ", region::kMaxWholeUpTo));
+        absl::StrCat("--whole-up-to ", alone.borders.whole_up_to, ": must be 0 to ", region::kMaxWholeUpTo));
   }
   if (has_seconds) {
     if (!(raw.seconds > 0) || raw.seconds > kMaxSeconds) {
       return absl::InvalidArgumentError(
           absl::StrCat("--seconds ", raw.seconds, ": must be above 0, at most ", kMaxSeconds));
     }
-    hand.seconds = raw.seconds;
+    alone.seconds = raw.seconds;
   }
-  const auto first = static_cast<std::uint16_t>(hand.base_port + kPortsPerRegion * (raw.region - 1));
+  const auto first = static_cast<std::uint16_t>(alone.base_port + kPortsPerRegion * (raw.region - 1));
   raw.options.game_port = first;
   raw.options.link_port = static_cast<std::uint16_t>(first + 1);
   raw.options.metrics_port = static_cast<std::uint16_t>(first + 2);
-  raw.options.identity.instance_id = kHandInstanceId;
+  raw.options.identity.instance_id = kStandaloneInstanceId;
   raw.options.identity.incarnation = Incarnation(1);
-  raw.options.by_hand = hand;
+  raw.options.standalone = alone;
   return absl::OkStatus();
 }
 
@@ -133,10 +133,10 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
   }
   const bool under_agent = !raw.options.agent_socket.empty();
   absl::Status status = absl::OkStatus();
-  if (under_agent && !raw.by_hand.scene_path.empty()) {
+  if (under_agent && !raw.standalone.scene_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --scene: the agent gives the scene; use one of them");
   } else {
-    status = under_agent ? CheckAgentFlags(raw) : CheckHandFlags(raw, app.count("--seconds") > 0);
+    status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }
   if (!status.ok()) return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", status.message(), "\n")};
   raw.options.identity.region = RegionId(raw.region);

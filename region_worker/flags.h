@@ -1,6 +1,7 @@
 // The command line of tessera-region.
 //
-// Two forms: under an agent (--agent-socket) and by hand (--scene). Mistakes come back as one line that names the flag.
+// Two forms: under an agent (--agent-socket) and standalone (--scene). Mistakes come back as one line that names the
+// flag.
 #pragma once
 
 #include <string>

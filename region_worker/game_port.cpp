@@ -6,15 +6,12 @@
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
 #include "core/replication/interest.h"
+#include "region_worker/bytes.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
 namespace tessera::worker {
 namespace {
-
-std::span<const std::uint8_t> AsBytes(const std::string& text) {
-  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
 
 // Beyond this a margin tells nothing more.
 constexpr std::int64_t kMaxMargin_ticks = 1000;
@@ -50,6 +47,14 @@ std::vector<PlacedPair> Placed(std::span<const physics::PairEvent> events, const
   return placed;
 }
 
+// The first copy of an input tells how early it came; later copies come later by themselves.
+void NoteMargin(Client& client, const PlayerInput& input, Tick tick) {
+  client.newest_input = input.number;
+  if (input.target == Tick()) return;
+  client.input_margin_ticks = static_cast<std::int32_t>(
+      std::clamp<std::int64_t>(input.target - (tick + 1), -kMaxMargin_ticks, kMaxMargin_ticks));
+}
+
 void PutPair(const physics::PairEvent& event, v1::PairEvents& told) {
   v1::PairEvent& pair = *told.add_events();
   pair.set_body_a(event.body_a.value());
@@ -72,16 +77,16 @@ void GamePort::Open(GameRules rules, Admit admit) {
   admit_ = std::move(admit);
 }
 
-std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool started, bool* any) {
-  std::vector<ClientInput> inputs;
+std::vector<PlayerInput> GamePort::Service(TimePoint now, Tick tick, bool started, bool* any) {
+  std::vector<PlayerInput> inputs;
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
   for (const net::Event& event : events) {
     switch (event.kind) {
       case net::Event::Kind::kConnected:
-        guests_[event.peer] = {.player = event.who.player, .until = now + kOrderTimeout};
+        pending_[event.peer] = {.player = event.who.player, .until = now + kOrderTimeout};
         break;
       case net::Event::Kind::kDisconnected:
-        guests_.erase(event.peer);
+        pending_.erase(event.peer);
         if (const auto gone = clients_.find(event.peer); gone != clients_.end()) {
           spdlog::info("client gone player={}", gone->second.player.value());
           clients_.erase(gone);
@@ -93,53 +98,50 @@ std::vector<ClientInput> GamePort::Service(TimePoint now, Tick tick, bool starte
         break;
     }
   }
-  AnswerGuests(now, tick, started);
+  AnswerPending(now, tick, started);
   DropSilent(now);
-  RenewPasses(now);
+  RenewTokens(now);
   CountClients();
-  metrics_.game_door.Take(endpoint_->door_stats());
+  metrics_.game_acceptor.Take(endpoint_->acceptor_stats());
   *any = !events.empty();
   return inputs;
 }
 
-void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<ClientInput>& inputs) {
+void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<PlayerInput>& inputs) {
   Client* client = Find(event.peer);
   if (client == nullptr) return;  // overtook its hello, or belongs to one that was dropped
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
-  const absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
+  absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
   if (!message.ok()) {
     metrics_.inputs_refused.Increment();
-    TellInputRefused(event.peer, {}, std::string(message.status().message()), now);
+    ReportRefused(event.peer, *client, {}, message.status().message(), now);
     return;
   }
   client->unanswered_since.reset();
   if (!message->ack.empty()) (void)client->sender.Acknowledge(message->ack);
-  for (const replication::InputCommand& command : message->inputs) {
-    if (command.number <= client->newest_input) continue;  // said again, in case the first was lost
-    if (command.target != Tick()) {
-      client->input_margin_ticks = static_cast<std::int32_t>(
-          std::clamp<std::int64_t>(command.target - (tick + 1), -kMaxMargin_ticks, kMaxMargin_ticks));
-    }
-    inputs.push_back({event.peer, command});
+  for (PlayerInput& input : message->inputs) {
+    input.player = client->player;
+    if (input.number > client->newest_input) NoteMargin(*client, input, tick);
+    inputs.push_back(input);
   }
 }
 
-void GamePort::AnswerGuests(TimePoint now, Tick tick, bool started) {
-  for (auto it = guests_.begin(); it != guests_.end();) {
-    const auto [peer, guest] = *it++;
-    if (Answer(peer, guest, now, tick, started)) guests_.erase(peer);
+void GamePort::AnswerPending(TimePoint now, Tick tick, bool started) {
+  for (auto it = pending_.begin(); it != pending_.end();) {
+    const auto [peer, pending] = *it++;
+    if (Answer(peer, pending, now, tick, started)) pending_.erase(peer);
   }
 }
 
-bool GamePort::Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, Tick tick, bool started) {
+bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started) {
   if (closed_because_) {
     Refuse(peer, v1::REFUSAL_REASON_STOPPING, *closed_because_);
     return true;
   }
-  const std::uint32_t number = guest.player.value();
-  switch (admit_(guest.player)) {
+  const std::uint32_t number = pending.player.value();
+  switch (admit_(pending.player)) {
     case Admission::kNotYet:
-      if (now < guest.until) return false;
+      if (now < pending.until) return false;
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER,
              absl::StrCat("player ", number, " is not known to this instance"));
       return true;
@@ -147,7 +149,7 @@ bool GamePort::Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, T
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", number, " has left"));
       return true;
     case Admission::kWelcome:
-      Welcome(peer, guest.player, tick, started);
+      Welcome(peer, pending.player, tick, started);
       return true;
   }
   return true;
@@ -166,7 +168,7 @@ void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, boo
   welcome.set_snapshot_rate_hz(rules_->snapshot_rate_hz);
   welcome.set_started(started);
   *welcome.mutable_map() = rules_->map.map();
-  *welcome.mutable_doors() = rules_->map.doors();
+  *welcome.mutable_endpoints() = rules_->map.endpoints();
   Tell(peer, message);
   spdlog::info("client welcome player={} from={}", player.value(), endpoint_->AddressOf(peer));
 }
@@ -179,7 +181,7 @@ void GamePort::Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::strin
   message.mutable_refusal()->set_detail(std::string(detail));
   Tell(peer, message);
   endpoint_->Disconnect(peer);
-  guests_.erase(peer);
+  pending_.erase(peer);
 }
 
 void GamePort::DropSilent(TimePoint now) {
@@ -195,18 +197,18 @@ void GamePort::DropSilent(TimePoint now) {
   }
 }
 
-void GamePort::RenewPasses(TimePoint now) {
+void GamePort::RenewTokens(TimePoint now) {
   for (auto& [peer, client] : clients_) {
     if (now < client.renew_at) continue;
     client.renew_at = now + kRenewInterval;
-    const net::Credentials pass =
+    const net::Credentials renewed =
         net::Issue({.instance_id = rules_->self.instance_id,
                     .player = client.player,
-                    .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kPassLifetime.count())},
+                    .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kTokenLifetime.count())},
                    rules_->key);
     v1::RegionControl message;
-    message.mutable_pass()->set_connect_token(pass.token.data(), pass.token.size());
-    message.mutable_pass()->set_session_key(pass.key.data(), pass.key.size());
+    message.mutable_renewed_token()->set_connect_token(renewed.token.data(), renewed.token.size());
+    message.mutable_renewed_token()->set_session_key(renewed.key.data(), renewed.key.size());
     Tell(peer, message);
   }
 }
@@ -300,11 +302,16 @@ void GamePort::TellPairs(const region::Region& region, std::span<const physics::
   }
 }
 
-void GamePort::TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,
-                                TimePoint now) {
-  Client* client = Find(peer);
-  if (client == nullptr || now < client->may_refuse_at) return;
-  client->may_refuse_at = now + kRefusalDistance;
+void GamePort::ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now) {
+  for (auto& [peer, client] : clients_) {
+    if (client.player == input.player) return ReportRefused(peer, client, input, why, now);
+  }
+}
+
+void GamePort::ReportRefused(net::PeerHandle peer, Client& client, const PlayerInput& input, absl::string_view why,
+                             TimePoint now) {
+  if (now < client.may_refuse_at) return;
+  client.may_refuse_at = now + kRefusalDistance;
   v1::RegionControl message;
   v1::InputRefused& refused = *message.mutable_input_refused();
   refused.set_body(input.body.value());
@@ -333,7 +340,7 @@ void GamePort::Close(const std::string& reason) {
     Tell(peer, stopping);
     endpoint_->Disconnect(peer);
   }
-  for (auto it = guests_.begin(); it != guests_.end();) {
+  for (auto it = pending_.begin(); it != pending_.end();) {
     const net::PeerHandle peer = (it++)->first;
     Refuse(peer, v1::REFUSAL_REASON_STOPPING, reason);
   }

@@ -1,13 +1,13 @@
 // GamePort: the connections of clients: who may enter, what they are told, what they send.
 //
-// Whoever connects has shown its connect token at the endpoint's door and is welcomed at once. A player that the orders
-// have not named yet is kept waiting for kOrderTimeout, because its token may be faster than the order, then refused. A
-// player that comes again takes the place of its older connection. One that stays has its token renewed. One that
-// leaves snapshots unanswered for kSilence is dropped.
+// Whoever connects has shown its connect token to the endpoint's acceptor and is welcomed at once. A player that the
+// orders have not named yet is kept waiting for kOrderTimeout, because its token may be faster than the order, then
+// refused. A player that comes again takes the place of its older connection. One that stays has its token renewed. One
+// that leaves snapshots unanswered for kSilence is dropped.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
-//   loop: for (ClientInput& input : port.Service(now, tick)) ...
+//   loop: for (PlayerInput& input : port.Service(now, tick)) ...
 //
 // Nothing that a client sends is trusted. Thread rule: one thread.
 #pragma once
@@ -20,20 +20,20 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/string_view.h"
 #include "core/physics/world.h"
 #include "core/region/region.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
-#include "region_worker/tick_pacer.h"
+#include "region_worker/core/admission.h"
+#include "region_worker/core/identity.h"
+#include "region_worker/core/time.h"
 #include "region_worker/worker_metrics.h"
-#include "region_worker/worker_options.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::worker {
-
-enum class Admission : std::uint8_t { kWelcome, kNotYet, kLeft };
 
 struct GameRules {
   Identity self;
@@ -48,17 +48,11 @@ struct Client {
   PlayerNumber player;
   replication::SnapshotSender sender;
   std::optional<TimePoint> unanswered_since{};  // the first datagram to it since its last
-  std::uint32_t newest_input = 0;               // number of the newest that was decided on
-  std::uint32_t newest_misplaced = 0;           // number of the newest that asked for a body that is elsewhere
-  std::int32_t input_margin_ticks = 0;
-  TimePoint may_refuse_at{};  // InputRefused are this rare
-  TimePoint renew_at{};       // its pass
-  bool knows_pairs = false;   // that had begun before it came
-};
-
-struct ClientInput {
-  net::PeerHandle peer;
-  replication::InputCommand command;
+  std::uint32_t newest_input = 0;               // number of the newest input that came
+  std::int32_t input_margin_ticks = 0;          // how many ticks before its target that input came
+  TimePoint may_refuse_at{};                    // InputRefused are this rare
+  TimePoint renew_at{};                         // its token
+  bool knows_pairs = false;                     // that had begun before it came
 };
 
 class GamePort {
@@ -68,9 +62,9 @@ class GamePort {
   static constexpr Duration kOrderTimeout = std::chrono::seconds(3);
   static constexpr Duration kSilence = std::chrono::seconds(10);
   static constexpr Duration kRefusalDistance = std::chrono::milliseconds(100);
-  // A pass is renewed long before it ends, so that a client can come back at any time.
+  // A token is renewed long before it expires, so that a client can come back at any time.
   static constexpr Duration kRenewInterval = std::chrono::hours(1);
-  static constexpr std::chrono::seconds kPassLifetime{24 * 3600};
+  static constexpr std::chrono::seconds kTokenLifetime{24 * 3600};
 
   GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
 
@@ -80,7 +74,8 @@ class GamePort {
   // From now on clients may come in. Once.
   void Open(GameRules rules, Admit admit);
   // Takes in what has come, without waiting; `tick` and `started` go into welcomes. True in `any` if anything had come.
-  std::vector<ClientInput> Service(TimePoint now, Tick tick, bool started, bool* any);
+  // The inputs are as the clients sent them, copies included.
+  std::vector<PlayerInput> Service(TimePoint now, Tick tick, bool started, bool* any);
 
   const std::map<net::PeerHandle, Client>& clients() const { return clients_; }
   Client* Find(net::PeerHandle peer);
@@ -94,10 +89,10 @@ class GamePort {
   // What began and ended in the region's last step, of players' bodies and triggers, to all that are near enough; to
   // those that are new, all that touches.
   void TellPairs(const region::Region& region, std::span<const physics::PairEvent> events);
-  // The map in force and the doors; told to all, if it is news.
+  // The map in force and the endpoints; sent to all if it is new.
   void SetMap(const v1::RegionMap& map);
-  void TellInputRefused(net::PeerHandle peer, const replication::InputCommand& input, std::string_view why,
-                        TimePoint now);
+  // Reports to its player that the region refused an input; no more often than each kRefusalDistance.
+  void ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now);
   // The player has left: its connection is closed.
   void Expel(PlayerNumber player);
   // Tells all that the region ends, and ends their connections in order.
@@ -107,19 +102,21 @@ class GamePort {
 
  private:
   // Connected, not yet welcomed.
-  struct Guest {
+  struct PendingClient {
     PlayerNumber player;
     TimePoint until{};
   };
 
-  void OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<ClientInput>& inputs);
+  void OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<PlayerInput>& inputs);
   // False: it has to wait.
-  bool Answer(net::PeerHandle peer, const Guest& guest, TimePoint now, Tick tick, bool started);
-  void AnswerGuests(TimePoint now, Tick tick, bool started);
+  bool Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started);
+  void AnswerPending(TimePoint now, Tick tick, bool started);
   void DropSilent(TimePoint now);
-  void RenewPasses(TimePoint now);
+  void RenewTokens(TimePoint now);
   void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
   void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);
+  void ReportRefused(net::PeerHandle peer, Client& client, const PlayerInput& input, absl::string_view why,
+                     TimePoint now);
   void Tell(net::PeerHandle peer, const v1::RegionControl& message);
   void CountClients();
 
@@ -128,7 +125,7 @@ class GamePort {
   std::optional<GameRules> rules_;
   std::optional<std::string> closed_because_;
   Admit admit_;
-  std::map<net::PeerHandle, Guest> guests_;
+  std::map<net::PeerHandle, PendingClient> pending_;
   std::map<net::PeerHandle, Client> clients_;
 };
 

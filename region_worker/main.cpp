@@ -10,7 +10,7 @@
 
 #include "region_worker/flags.h"
 #include "region_worker/wait.h"
-#include "region_worker/worker.h"
+#include "region_worker/worker_shell.h"
 #include "telemetry/logging.h"
 
 namespace {
@@ -48,5 +48,5 @@ int main(int argc, char** argv) {
     return Exit(kExitUsage, "tessera-region: " + std::string(status.message()) + "\n");
   }
   const SignalWatch signals;  // before any thread
-  return Worker(options, signals).Run();
+  return WorkerShell(options, signals).Run();
 }

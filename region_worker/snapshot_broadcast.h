@@ -12,8 +12,8 @@
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
 #include "region_worker/body_feed.h"
+#include "region_worker/core/player_places.h"
 #include "region_worker/game_port.h"
-#include "region_worker/player_places.h"
 #include "region_worker/worker_metrics.h"
 
 namespace tessera::worker {

@@ -9,7 +9,7 @@
 #include <csignal>
 #include <span>
 
-#include "region_worker/tick_pacer.h"
+#include "region_worker/core/time.h"
 
 namespace tessera::worker {
 

@@ -8,8 +8,8 @@
 
 #include "core/region/census.h"
 #include "net/protocol.h"
-#include "region_worker/agented_workers.h"
-#include "region_worker/test_client.h"
+#include "region_worker/testing/agented_workers.h"
+#include "region_worker/testing/test_client.h"
 
 namespace tessera::worker {
 namespace {

@@ -10,11 +10,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
-#include "region_worker/by_hand.h"
-#include "region_worker/player_places.h"
-#include "region_worker/scene_file.h"
-#include "region_worker/test_client.h"
-#include "region_worker/worker_process.h"
+#include "region_worker/core/player_places.h"
+#include "region_worker/input_files.h"
+#include "region_worker/standalone.h"
+#include "region_worker/testing/test_client.h"
+#include "region_worker/testing/worker_process.h"
 
 namespace tessera::worker {
 namespace {
@@ -64,7 +64,7 @@ class Cluster {
   std::uint16_t metrics_port(std::uint32_t region) const { return static_cast<std::uint16_t>(game_port(region) + 2); }
   std::unique_ptr<TestClient> Join(std::uint32_t region, std::uint32_t player) {
     auto client = std::make_unique<TestClient>(scene_->bounds);
-    EXPECT_TRUE(client->Connect(game_port(region), RegionId(region), PassFor(player)));
+    EXPECT_TRUE(client->Connect(game_port(region), RegionId(region), CredentialsFor(player)));
     EXPECT_TRUE(client->Until([&] { return client->welcome.has_value(); }));
     return client;
   }
@@ -157,7 +157,7 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
   region::OwnedBody lie{.def = &body, .epoch = Epoch(1000), .state = {}};
   lie.state.position = {80, 1, 0};
   lies.Follow(Tick(100), std::span(&lie, 1));
-  const std::vector<std::uint8_t> said = lies.Tell(Tick(100));
+  const std::vector<std::uint8_t> said = lies.Write(Tick(100));
   two->SendDatagram(said);
   two->SendInput({.number = 1, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}});
   const Tick then = two->tick;
@@ -169,8 +169,7 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
   Tick last;
   const auto walk = [&] {
     if (std::exchange(last, std::max(one->tick, two->tick)) == last) return;
-    const replication::InputCommand east{
-        .number = ++number, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}};
+    const PlayerInput east{.number = ++number, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}};
     one->SendInput(east);
     two->SendInput(east);
   };
@@ -265,12 +264,12 @@ TEST(WorkerClientTest, InputThatIsNotFiniteOrNotAnInputHarmsNothing) {
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_nonfinite_bodies_total"), 0);
 }
 
-// One that is refused at the door gets the reason, and no connection.
+// The acceptor gives the reason of a refusal, and no connection.
 class WorkerRefusalTest : public testing::Test {
  protected:
-  v1::RegionRefusal RefusalOf(const net::Credentials& pass, RegionId region = RegionId(1)) {
+  v1::RegionRefusal RefusalOf(const net::Credentials& credentials, RegionId region = RegionId(1)) {
     TestClient client(cluster_.scene().bounds);
-    EXPECT_FALSE(client.Connect(cluster_.game_port(1), region, pass));
+    EXPECT_FALSE(client.Connect(cluster_.game_port(1), region, credentials));
     EXPECT_TRUE(client.refusal.has_value());
     EXPECT_FALSE(client.welcome.has_value());
     return client.refusal.value_or(v1::RegionRefusal());
@@ -285,42 +284,42 @@ TEST_F(WorkerRefusalTest, TokenOfAnotherKey) {
 }
 
 TEST_F(WorkerRefusalTest, DamagedToken) {
-  net::Credentials pass = PassFor(1);
-  pass.token.back() ^= 1;
-  EXPECT_EQ(RefusalOf(pass).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  net::Credentials credentials = CredentialsFor(1);
+  credentials.token.back() ^= 1;
+  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
   EXPECT_EQ(RefusalOf({}).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 
 TEST_F(WorkerRefusalTest, TokenThatWasOverheardButNotItsKey) {
-  net::Credentials pass = PassFor(1);
-  pass.key = PassFor(1).key;  // of another token of the same player
-  EXPECT_EQ(RefusalOf(pass).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  net::Credentials credentials = CredentialsFor(1);
+  credentials.key = CredentialsFor(1).key;  // of another token of the same player
+  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 
 TEST_F(WorkerRefusalTest, TokenOfAnotherInstanceNamesBoth) {
   net::ConnectToken token = TokenFor(1);
   token.instance_id = "inst-7";
-  const v1::RegionRefusal refusal = RefusalOf(net::Issue(token, HandKey()));
+  const v1::RegionRefusal refusal = RefusalOf(net::Issue(token, StandaloneKey()));
   EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_INSTANCE);
   EXPECT_NE(refusal.detail().find("inst-7"), std::string::npos) << refusal.detail();
-  EXPECT_NE(refusal.detail().find(kHandInstanceId), std::string::npos) << refusal.detail();
+  EXPECT_NE(refusal.detail().find(kStandaloneInstanceId), std::string::npos) << refusal.detail();
 }
 
 TEST_F(WorkerRefusalTest, ExpiredToken) {
   net::ConnectToken token = TokenFor(1);
   token.expires_unix_s = 1;
-  EXPECT_EQ(RefusalOf(net::Issue(token, HandKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
+  EXPECT_EQ(RefusalOf(net::Issue(token, StandaloneKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
 }
 
 TEST_F(WorkerRefusalTest, TokenOfARegion) {
   net::ConnectToken token = TokenFor(1);
   token.player = PlayerNumber();
   token.region = RegionId(2);
-  EXPECT_EQ(RefusalOf(net::Issue(token, HandKey())).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  EXPECT_EQ(RefusalOf(net::Issue(token, StandaloneKey())).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 
 TEST_F(WorkerRefusalTest, AnotherRegionNamesBoth) {
-  const v1::RegionRefusal refusal = RefusalOf(PassFor(1), RegionId(7));
+  const v1::RegionRefusal refusal = RefusalOf(CredentialsFor(1), RegionId(7));
   EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_REGION);
   EXPECT_EQ(refusal.detail(), "this is region 1, not 7");
 }
@@ -334,16 +333,16 @@ TEST(WorkerClientTest, PlayerThatComesAgainTakesItsPlace) {
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_clients"), 1);
 }
 
-TEST(WorkerClientTest, WhoPlaysIsGivenANewPassForItself) {
+TEST(WorkerClientTest, AConnectedPlayerGetsARenewedToken) {
   Cluster cluster(2);
   const auto client = cluster.Join(1, 2);
   ASSERT_TRUE(client->Until([&] { return client->renewed.has_value(); }));
   const auto now = static_cast<std::uint64_t>(std::time(nullptr));
-  const auto token = net::Open(client->renewed->token, kHandInstanceId, HandKey(), now);
+  const auto token = net::Open(client->renewed->token, kStandaloneInstanceId, StandaloneKey(), now);
   ASSERT_TRUE(token.ok()) << token.status();
   EXPECT_EQ(token->player, PlayerNumber(2));
   EXPECT_GT(token->expires_unix_s, now + 12 * 3600);
-  TestClient next(cluster.scene().bounds);  // and with it through the door of another region
+  TestClient next(cluster.scene().bounds);  // and with it another region accepts it
   EXPECT_TRUE(next.Connect(cluster.game_port(2), RegionId(2), *client->renewed));
   ASSERT_TRUE(next.Until([&] { return next.welcome.has_value(); }));
   EXPECT_EQ(next.welcome->player(), 2u);

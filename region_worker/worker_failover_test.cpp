@@ -7,7 +7,7 @@
 #include "core/region/census.h"
 #include "core/region/failover_io.h"
 #include "core/world/partition_change.h"
-#include "region_worker/agented_workers.h"
+#include "region_worker/testing/agented_workers.h"
 #include "region_worker/worker_options.h"
 
 namespace tessera::worker {
@@ -40,13 +40,13 @@ class WorkerFailoverTest : public AgentedWorkers {
     v1::WorkerOrder order = OrderBy(*map_, region);
     for (const auto& [other, address] : addresses_) *order.add_peers() = address;
     for (const MapRegion& entry : map_->regions()) {
-      if (entry.id.value() == region) order.set_heir(entry.heir.value());
-      if (entry.heir.value() == region) order.add_wards(entry.id.value());
+      if (entry.id.value() == region) order.set_standby(entry.standby.value());
+      if (entry.standby.value() == region) order.add_primaries(entry.id.value());
     }
     order.set_run(run_);
     return order;
   }
-  // `regions` of them, moving, each with an heir that has its log.
+  // `regions` of them, moving, each with a standby that has its log.
   void StartWorld(std::uint32_t regions) {
     map_ = *MakeGridMap(scene_->ground(), regions);
     for (std::uint32_t region = 1; region <= regions; ++region) StartWorker(region);
@@ -117,7 +117,7 @@ class WorkerFailoverTest : public AgentedWorkers {
   bool run_ = false;
 };
 
-TEST_F(WorkerFailoverTest, AKilledWorkersBodiesGoOnWithItsHeir) {
+TEST_F(WorkerFailoverTest, AKilledWorkersBodiesGoOnWithItsStandby) {
   StartWorld(4);
   workers_[2]->Signal(SIGKILL);
   workers_[2]->Wait();
@@ -130,12 +130,13 @@ TEST_F(WorkerFailoverTest, TwoDeathsOneAfterTheOtherLoseNothing) {
   workers_[4]->Signal(SIGKILL);
   FailOver(4);
   for (const MapRegion& live : map_->regions()) {
-    if (live.heir == RegionId()) continue;
+    if (live.standby == RegionId()) continue;
     Wait(live.id.value(), [&](const auto& report) {
       return report.map_version() == map_->version().value() && !report.unprotected() && report.acknowledged_tick() > 0;
     });
   }
-  const auto second = std::ranges::find_if(map_->regions(), [](const auto& live) { return live.heir != RegionId(); });
+  const auto second =
+      std::ranges::find_if(map_->regions(), [](const auto& live) { return live.standby != RegionId(); });
   ASSERT_NE(second, map_->regions().end());
   const std::uint32_t dead = second->id.value();
   workers_[dead]->Signal(SIGKILL);
@@ -148,7 +149,7 @@ TEST_F(WorkerFailoverTest, TwoDeathsOneAfterTheOtherLoseNothing) {
 TEST_F(WorkerFailoverTest, WithoutALeaseItPausesAndGoesOnWhenItIsBack) {
   StartWorld(2);
   agent_->GiveLeases(false);
-  workers_[2]->Signal(SIGSTOP);  // the heir of region 1, and silent
+  workers_[2]->Signal(SIGSTOP);  // the standby of region 1, and silent
   const v1::WorkerReport paused = Wait(1, [](const auto& report) { return report.paused(); });
   EXPECT_EQ(paused.phase(), v1::WORKER_PHASE_RUNNING);
   workers_[2]->Signal(SIGCONT);
@@ -163,15 +164,15 @@ TEST_F(WorkerFailoverTest, OneThatWasDeclaredDeadEnds) {
   v1::WorkerOrder order = NextOrder(1);
   const RegionId gone(1);
   *order.mutable_map() = ToProto(*FailoverMap(*map_, std::span(&gone, 1), MapVersion(2)));
-  order.clear_heir();
-  order.clear_wards();
+  order.clear_standby();
+  order.clear_primaries();
   order.mutable_failover()->set_version(2);
   v1::DeadRegion& self = *order.mutable_failover()->add_dead();
   self.set_region(1);
   self.set_incarnation(5);
   agent_->Give(order);
   EXPECT_EQ(workers_[1]->Wait(), 0);
-  EXPECT_NE(workers_[1]->said().find("outranked"), std::string::npos);
+  EXPECT_NE(workers_[1]->said().find("fenced"), std::string::npos);
 }
 
 }  // namespace

@@ -6,13 +6,13 @@
 #include <optional>
 
 #include "core/region/region.h"
+#include "core/region/rules.h"
 #include "net/endpoint.h"
 #include "net/protocol.h"
-#include "region_worker/by_hand.h"
-#include "region_worker/link_message.h"
-#include "region_worker/region_links.h"
-#include "region_worker/scene_file.h"
-#include "region_worker/worker_process.h"
+#include "region_worker/core/link_message.h"
+#include "region_worker/input_files.h"
+#include "region_worker/standalone.h"
+#include "region_worker/testing/worker_process.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::worker {
@@ -46,12 +46,12 @@ v1::LinkHello HelloOf(std::uint32_t region) {
   hello.set_region(region);
   hello.set_incarnation(1);
   hello.set_map_version(1);
-  hello.set_rules(region::RulesOf(region::Settings()));
+  hello.set_rules(region::RulesOf(region::RegionSettings()));
   return hello;
 }
 
-net::Doorplate PlateOf(std::uint32_t region, const net::InstanceKey& key) {
-  return {.instance_id = kHandInstanceId,
+net::EndpointIdentity IdentityOf(std::uint32_t region, const net::InstanceKey& key) {
+  return {.instance_id = kStandaloneInstanceId,
           .region = RegionId(region),
           .incarnation = Incarnation(1),
           .key = key,
@@ -59,7 +59,7 @@ net::Doorplate PlateOf(std::uint32_t region, const net::InstanceKey& key) {
 }
 
 net::Credentials PassOf(std::uint32_t region, const net::InstanceKey& key) {
-  return net::Issue({.instance_id = kHandInstanceId,
+  return net::Issue({.instance_id = kStandaloneInstanceId,
                      .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60,
                      .region = RegionId(region),
                      .incarnation = Incarnation(1)},
@@ -139,7 +139,7 @@ class WorkerLinkTest : public testing::Test {
 class NeighborTest : public WorkerLinkTest {
  protected:
   explicit NeighborTest(const char* scene = kScene) : WorkerLinkTest(scene), line_(LinkPort(2)) {
-    line_.endpoint->Open(PlateOf(2, HandKey()));
+    line_.endpoint->Open(IdentityOf(2, StandaloneKey()));
     scene_ = *LoadSceneFile(scene_file_);
     region_.emplace(region::Config{.self = RegionId(2),
                                    .incarnation = Incarnation(1),
@@ -192,7 +192,7 @@ TEST_F(NeighborTest, StepsTogetherAndHandsBodiesOver) {
   Link();
   ASSERT_TRUE(StepTo(Tick(90)));
   EXPECT_EQ(handed_in_, 1u);  // body 2 rolled over
-  EXPECT_EQ(region_->owned_count(), 2u);
+  EXPECT_EQ(region_->owned().size(), 2u);
   EXPECT_TRUE(region_->Owns(BodyId(2)));
 }
 
@@ -225,18 +225,18 @@ TEST_F(NeighborTest, FramesThatAreNoneAreCountedAndHarmNothing) {
   EXPECT_GE(std::atoi(metrics.c_str() + at + series.size()), 2) << metrics.substr(at, 200);
 }
 
-TEST_F(NeighborTest, ADoorOfAnotherKeyLeadsNowhere) {
-  line_.endpoint->Open(PlateOf(2, net::MakeInstanceKey()));
-  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->door_stats().refused > 0; }));
+TEST_F(NeighborTest, AnAcceptorOfAnotherKeyLeadsNowhere) {
+  line_.endpoint->Open(IdentityOf(2, net::MakeInstanceKey()));
+  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->acceptor_stats().refused > 0; }));
   ASSERT_TRUE(worker_->WaitForLine("link refused reason=BAD_TOKEN"));
-  line_.endpoint->Open(PlateOf(2, HandKey()));
+  line_.endpoint->Open(IdentityOf(2, StandaloneKey()));
   Link();  // it dials again, and the right one is taken
   EXPECT_TRUE(StepTo(Tick(5)));
 }
 
-TEST_F(NeighborTest, ADoorOfAnotherRegionLeadsNowhere) {
-  line_.endpoint->Open(PlateOf(3, HandKey()));
-  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->door_stats().refused > 0; }));
+TEST_F(NeighborTest, AnAcceptorOfAnotherRegionLeadsNowhere) {
+  line_.endpoint->Open(IdentityOf(3, StandaloneKey()));
+  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->acceptor_stats().refused > 0; }));
   EXPECT_TRUE(worker_->WaitForLine("link refused reason=WRONG_REGION"));
 }
 
@@ -251,27 +251,17 @@ TEST_F(CrowdTest, FramesBeyondTheDefaultMessageSizeArrive) {
   EXPECT_TRUE(StepTo(Tick(5)));
 }
 
-TEST(RegionLinksTest, AFrameThatCannotBeSentIsTold) {
-  WorkerMetrics metrics;
-  RegionLinks links(EndpointAt(0), metrics);
-  links.Send({{RegionId(2), region::Bytes(net::kMaxFrameBytes)}});
-  EXPECT_TRUE(links.health().ok());
-  links.Send({{RegionId(2), region::Bytes(net::kMaxFrameBytes + 1)}});
-  EXPECT_EQ(links.health().code(), absl::StatusCode::kResourceExhausted);
-  EXPECT_NE(links.health().message().find("for region 2"), std::string_view::npos) << links.health();
-}
-
 // The worker is region 2: it is dialled.
-class StrangerTest : public WorkerLinkTest {
+class UnprovenCallerTest : public WorkerLinkTest {
  protected:
-  StrangerTest() : line_(0) { StartWorker(2); }
-  void Dial(const net::Credentials& pass) {
-    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2), RegionId(2), pass);
+  UnprovenCallerTest() : line_(0) { StartWorker(2); }
+  void Dial(const net::Credentials& credentials) {
+    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2), RegionId(2), credentials);
     ASSERT_TRUE(peer.ok());
     ASSERT_TRUE(line_.Until([&] { return line_.connected || line_.refusal; }));
   }
   void ExpectRefused(const v1::LinkHello& hello, const std::string& why) {
-    Dial(PassOf(1, HandKey()));
+    Dial(PassOf(1, StandaloneKey()));
     line_.SendHello(hello);
     EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
     EXPECT_TRUE(line_.messages.empty()) << "one that is not expected was told something";
@@ -280,29 +270,29 @@ class StrangerTest : public WorkerLinkTest {
   Line line_;
 };
 
-TEST_F(StrangerTest, AnotherKeyIsRefusedAtTheDoor) {
+TEST_F(UnprovenCallerTest, AnotherKeyIsRefusedByTheAcceptor) {
   Dial(PassOf(1, net::MakeInstanceKey()));
   ASSERT_TRUE(line_.refusal.has_value());
   EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
 }
 
-TEST_F(StrangerTest, APlayersTokenIsRefusedAtTheDoor) {
-  Dial(net::Issue({.instance_id = kHandInstanceId,
+TEST_F(UnprovenCallerTest, APlayersTokenIsRefusedByTheAcceptor) {
+  Dial(net::Issue({.instance_id = kStandaloneInstanceId,
                    .player = PlayerNumber(1),
                    .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60},
-                  HandKey()));
+                  StandaloneKey()));
   ASSERT_TRUE(line_.refusal.has_value());
   EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
 }
 
-TEST_F(StrangerTest, HelloOfAnotherThanTheTokensIsRefused) {
+TEST_F(UnprovenCallerTest, HelloOfAnotherThanTheTokensIsRefused) {
   v1::LinkHello hello = HelloOf(1);
   hello.set_incarnation(2);
   ExpectRefused(hello, "its token region 1 incarnation 1");
 }
 
-TEST_F(StrangerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
-  region::Settings deeper;
+TEST_F(UnprovenCallerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
+  region::RegionSettings deeper;
   ++deeper.ghost_depth;
   v1::LinkHello hello = HelloOf(1);
   hello.set_rules(region::RulesOf(deeper));
@@ -311,29 +301,29 @@ TEST_F(StrangerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
 }
 
 // Maps come into force at both ends, not at the same moment.
-TEST_F(StrangerTest, AnotherMapIsNoReasonToRefuse) {
+TEST_F(UnprovenCallerTest, AnotherMapIsNoReasonToRefuse) {
   v1::LinkHello hello = HelloOf(1);
   hello.set_map_version(9);
-  Dial(PassOf(1, HandKey()));
+  Dial(PassOf(1, StandaloneKey()));
   line_.SendHello(hello);
   EXPECT_TRUE(line_.TakeHello().has_value());
 }
 
-TEST_F(StrangerTest, RegionThatIsNoNeighborIsRefused) {
-  Dial(PassOf(7, HandKey()));
+TEST_F(UnprovenCallerTest, RegionThatIsNoNeighborIsRefused) {
+  Dial(PassOf(7, StandaloneKey()));
   line_.SendHello(HelloOf(7));
   EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
   EXPECT_TRUE(worker_->WaitForLine("region 7 is not expected")) << worker_->said();
 }
 
-TEST_F(StrangerTest, SilenceIsDropped) {
-  Dial(PassOf(1, HandKey()));
+TEST_F(UnprovenCallerTest, SilenceIsDropped) {
+  Dial(PassOf(1, StandaloneKey()));
   EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
   EXPECT_TRUE(worker_->WaitForLine("it said no hello"));
 }
 
-TEST_F(StrangerTest, NeighborIsAnsweredWithAHelloAndTheFrameOfTickZero) {
-  Dial(PassOf(1, HandKey()));
+TEST_F(UnprovenCallerTest, NeighborIsAnsweredWithAHelloAndTheFrameOfTickZero) {
+  Dial(PassOf(1, StandaloneKey()));
   line_.SendHello(HelloOf(1));
   const std::optional<v1::LinkHello> answer = line_.TakeHello();
   ASSERT_TRUE(answer.has_value());

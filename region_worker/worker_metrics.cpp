@@ -1,8 +1,7 @@
 #include "region_worker/worker_metrics.h"
 
 #include <string>
-
-#include "absl/strings/match.h"
+#include <utility>
 
 namespace tessera::worker {
 namespace {
@@ -36,47 +35,34 @@ constexpr char kInputs[] = "tessera_region_inputs_total", kInputsHelp[] = "Input
 
 }  // namespace
 
-DropReason ReasonOf(const absl::Status& status) {
-  switch (status.code()) {
-    case absl::StatusCode::kPermissionDenied:
-      return DropReason::kNotNeighbor;
-    case absl::StatusCode::kFailedPrecondition:
-      return DropReason::kMapVersion;
-    case absl::StatusCode::kOutOfRange:
-      return absl::StartsWith(status.message(), "old tick") ? DropReason::kOldTick : DropReason::kOutOfOrder;
-    case absl::StatusCode::kInvalidArgument:
-      return absl::StartsWith(status.message(), "body ") ? DropReason::kBadBody : DropReason::kMalformed;
-    default:
-      return DropReason::kOther;
-  }
-}
-
-DoorMetrics::DoorMetrics(prometheus::Registry& registry, const char* port) {
-  using Stats = net::DoorStats;
+AcceptorMetrics::AcceptorMetrics(prometheus::Registry& registry, const char* port) {
+  using Stats = net::AcceptorStats;
   const auto datagrams = [&](const char* result, std::uint64_t Stats::*count) {
-    series_.push_back({&Counter(registry, "tessera_region_door_datagrams_total",
-                                "What came of datagrams at a port's door; sealed ones that were taken are not counted.",
-                                {{"port", port}, {"result", result}}),
-                       count});
+    series_.push_back(
+        {&Counter(registry, "tessera_region_acceptor_datagrams_total",
+                  "What came of datagrams at a port's acceptor; sealed ones that were taken are not counted.",
+                  {{"port", port}, {"result", result}}),
+         count});
   };
   datagrams("hello", &Stats::hellos);
   datagrams("accepted", &Stats::accepted);
   datagrams("refused", &Stats::refused);
   datagrams("limited", &Stats::limited);
   datagrams("stale", &Stats::stale);
-  datagrams("strange", &Stats::strange);
+  datagrams("unknown", &Stats::unknown);
   datagrams("replayed", &Stats::replayed);
   datagrams("forged", &Stats::forged);
   const auto bytes = [&](const char* direction, std::uint64_t Stats::*count) {
-    series_.push_back({&Counter(registry, "tessera_region_door_bytes_total", "Bytes from and to strangers.",
+    series_.push_back({&Counter(registry, "tessera_region_acceptor_bytes_total",
+                                "Bytes from and to peers that have not proven who they are.",
                                 {{"port", port}, {"direction", direction}}),
                        count});
   };
-  bytes("in", &Stats::bytes_from_strangers);
-  bytes("out", &Stats::bytes_to_strangers);
+  bytes("in", &Stats::bytes_from_unproven);
+  bytes("out", &Stats::bytes_to_unproven);
 }
 
-void DoorMetrics::Take(const net::DoorStats& now) {
+void AcceptorMetrics::Take(const net::AcceptorStats& now) {
   for (const Series& series : series_) {
     const std::uint64_t more = now.*series.count - before_.*series.count;
     if (more > 0) series.counter->Increment(static_cast<double>(more));
@@ -109,11 +95,12 @@ WorkerMetrics::WorkerMetrics()
       inputs_applied(Counter(*registry_, kInputs, kInputsHelp, {{"result", "applied"}})),
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
+      inputs_elsewhere(Counter(*registry_, kInputs, kInputsHelp, {{"result", "elsewhere"}})),
       links_of_other_rules(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "rules"}})),
-      links_refused(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "stranger"}})),
+      links_refused(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "unknown"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
                                "Bodies taken out because their state was not a number.")),
-      unprotected(Gauge(*registry_, "tessera_region_unprotected", "1 while the heir does not have a whole tick.")),
+      unprotected(Gauge(*registry_, "tessera_region_unprotected", "1 while the standby does not have a whole tick.")),
       paused(Gauge(*registry_, "tessera_region_paused", "1 while there is no lease to step.")),
       failover_gap(
           Gauge(*registry_, "tessera_region_failover_gap_seconds", "Time without a step that the last failover cost.")),
@@ -124,18 +111,48 @@ WorkerMetrics::WorkerMetrics()
       longest_tick_cpu(
           Gauge(*registry_, "tessera_region_longest_tick_cpu_seconds",
                 "The most CPU time of the thread that steps, from one step to the next, of the last 10 s.")),
-      standby_bytes(Counter(*registry_, "tessera_region_standby_bytes_total", "Bytes of log sent to the heir.")),
+      standby_bytes(Counter(*registry_, "tessera_region_standby_bytes_total", "Bytes of log sent to the standby.")),
       standby_gaps(Counter(*registry_, "tessera_region_standby_gaps_total",
-                           "Messages of a ward's log that could not be used: a whole state was asked for.")),
+                           "Messages of a primary's log that could not be used: a whole state was asked for.")),
       failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
       borders_closed(Counter(*registry_, "tessera_region_borders_closed_total",
                              "Times that a neighbour was silent for so long that the border closed.")),
-      game_door(*registry_, "game"),
-      link_door(*registry_, "links") {
+      game_acceptor(*registry_, "game"),
+      link_acceptor(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
     frames_dropped[i] = &Counter(*registry_, "tessera_region_frames_dropped_total", "Frames that were not used.",
                                  {{"reason", std::string(kDropReasonNames[i])}});
   }
+}
+
+void WorkerMetrics::Follow(prometheus::Counter& counter, std::uint64_t total) {
+  const std::uint64_t before = std::exchange(totals_[&counter], total);
+  const std::uint64_t more = total < before ? total : total - before;  // a region that is built anew counts anew
+  if (more > 0) counter.Increment(static_cast<double>(more));
+}
+
+void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
+  const region::Region& region = run.region();
+  const TickCounts& counts = run.statistics().counts();
+  tick.Set(static_cast<double>(region.tick().value()));
+  owned.Set(static_cast<double>(region.owned().size()));
+  ghosts.Set(static_cast<double>(region.ghost_count()));
+  asleep.Set(static_cast<double>(region.asleep_count()));
+  unprotected.Set(run.standby_log().unprotected() ? 1 : 0);
+  paused.Set(run.paused() ? 1 : 0);
+  failover_gap.Set(static_cast<double>(run.failover_figures().last_gap_ms) * 1e-3);
+  takeover_age.Set(static_cast<double>(run.failover_figures().takeover_age_ticks));
+  Follow(ticks, counts.ticks);
+  Follow(late_ticks, counts.late_ticks);
+  Follow(handovers_in, counts.handovers_in);
+  Follow(handovers_out, counts.handovers_out);
+  Follow(nonfinite_bodies, counts.nonfinite_bodies);
+  Follow(frame_bytes_out, links.frame_bytes());
+  Follow(standby_bytes, run.standby_log().bytes_sent());
+  Follow(standby_gaps, run.copies().gaps());
+  Follow(failovers, run.failover_figures().failovers);
+  Follow(borders_closed, run.ticks().given_up());
+  for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);
 }
 
 }  // namespace tessera::worker

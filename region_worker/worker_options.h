@@ -1,4 +1,4 @@
-// What a worker is started with: who it is, where it listens, and who gives its orders: an agent, or the flags alone.
+// The options of a worker: who it is, where it listens, and who gives its orders: an agent, or the flags alone.
 #pragma once
 
 #include <cstdint>
@@ -6,34 +6,28 @@
 #include <string>
 
 #include "core/region/settings.h"
-#include "core/world/ids.h"
+#include "region_worker/core/identity.h"
 
 namespace tessera::worker {
 
-struct Identity {
-  std::string instance_id;
-  RegionId region;
-  Incarnation incarnation;
-};
-
 // A worker without a control plane: one of `regions` workers that were all started with the same flags but --region.
-struct ByHand {
+struct Standalone {
   std::string scene_path;
   std::uint32_t regions = 1;
   std::uint16_t base_port = 0;    // region r listens on base_port + 3 * (r - 1) + {0 game, 1 link, 2 metrics}
   std::uint32_t players = 0;      // wait for so many before the start
   std::optional<double> seconds;  // run so long; absent: until a signal
   std::uint32_t snapshot_rate_hz = 30;
-  region::Settings borders;
+  region::RegionSettings borders;
 };
 
 struct WorkerOptions {
   Identity identity;
   std::string bind_address = "127.0.0.1";
-  std::string advertise_address;                                 // what the report tells others
+  std::string advertise_address;                                 // as the report says it to others
   std::uint16_t game_port = 0, link_port = 0, metrics_port = 0;  // 0: any
-  std::string agent_socket;                                      // empty: by hand
-  std::optional<ByHand> by_hand;
+  std::string agent_socket;                                      // empty: standalone
+  std::optional<Standalone> standalone;
   std::string log_level;  // empty: as telemetry/logging.h says
   std::string log_file;   // empty: stderr
 };

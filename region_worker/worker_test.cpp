@@ -1,4 +1,4 @@
-// The real program, run by hand: its command line, its ends, its ports. Clients and links have tests of their own.
+// The real program, standalone: its command line, its ends, its ports. Clients and links have tests of their own.
 #include <gtest/gtest.h>
 
 #include <csignal>
@@ -6,8 +6,8 @@
 #include <regex>
 
 #include "net/endpoint.h"
-#include "region_worker/by_hand.h"
-#include "region_worker/worker_process.h"
+#include "region_worker/standalone.h"
+#include "region_worker/testing/worker_process.h"
 #include "telemetry/metrics_server.h"
 
 namespace tessera::worker {
@@ -141,6 +141,7 @@ TEST(WorkerMetricsTest, ServesEveryNameOfTheDocument) {
         "tessera_region_handovers_total{direction=\"out\"}", "tessera_region_frame_bytes_total{direction=\"in\"}",
         "tessera_region_frame_bytes_total{direction=\"out\"}", "tessera_region_inputs_total{result=\"applied\"}",
         "tessera_region_inputs_total{result=\"refused\"}", "tessera_region_inputs_total{result=\"late\"}",
+        "tessera_region_inputs_total{result=\"elsewhere\"}",
         "tessera_region_frames_dropped_total{reason=\"malformed\"}", "tessera_region_step_seconds_bucket{le=\"5e-05\"}",
         "tessera_region_step_seconds_bucket{le=\"0.1\"}"}) {
     EXPECT_NE(page.find(series), std::string::npos) << series;
@@ -156,7 +157,7 @@ TEST(WorkerLogTest, LogFileTakesAllThatIsSaid) {
   EXPECT_EQ(worker.said(), "");
   std::ifstream file(log);
   const std::string said{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  EXPECT_NE(said.find("listening instance=by-hand region=1"), std::string::npos) << said;
+  EXPECT_NE(said.find("listening instance=standalone region=1"), std::string::npos) << said;
 }
 
 }  // namespace

@@ -22,8 +22,6 @@ constexpr std::array<std::pair<std::string_view, spdlog::level::level_enum>, 6> 
     {"off", spdlog::level::off},
 }};
 
-bool IsPlain(unsigned char c) { return c > ' ' && c < 0x7f && c != '"' && c != '=' && c != '\\'; }
-
 }  // namespace
 
 absl::Status InitLogging(const std::string& component, std::string_view flag) {
@@ -49,38 +47,6 @@ absl::Status InitLogging(const std::string& component, std::string_view flag) {
   logger->flush_on(spdlog::level::trace);  // a line about a crash must not die in a buffer
   spdlog::set_default_logger(std::move(logger));
   return absl::OkStatus();
-}
-
-std::string LogValue(std::string_view text) {
-  if (!text.empty() && std::all_of(text.begin(), text.end(), IsPlain)) return std::string(text);
-  constexpr char kHex[] = "0123456789abcdef";
-  std::string quoted = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    switch (c) {
-      case '"':
-      case '\\':
-        quoted += {'\\', c};
-        break;
-      case '\n':
-        quoted += "\\n";
-        break;
-      case '\r':
-        quoted += "\\r";
-        break;
-      case '\t':
-        quoted += "\\t";
-        break;
-      default:
-        if (byte < ' ' || byte == 0x7f) {
-          quoted += {'\\', 'x', kHex[byte >> 4], kHex[byte & 15]};
-        } else {
-          quoted += c;
-        }
-    }
-  }
-  quoted += '"';
-  return quoted;
 }
 
 }  // namespace tessera::telemetry

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "telemetry/log_value.h"
 
 namespace tessera::telemetry {
 
@@ -23,8 +24,5 @@ inline constexpr char kLogEnvironment[] = "TESSERA_LOG";
 // "info"; one of trace, debug, info, warning, error, off. An unknown level is kInvalidArgument and names where it came
 // from.
 absl::Status InitLogging(const std::string& component, std::string_view flag = {});
-
-// `text` as a value after `key=`: as it is where it is plain, else in double quotes with \", \\, \n, \r, \t and \xNN.
-std::string LogValue(std::string_view text);
 
 }  // namespace tessera::telemetry

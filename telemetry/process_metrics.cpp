@@ -5,20 +5,19 @@
 #include <unistd.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <sstream>
 #include <string>
 
+#include "host/files.h"
+
 namespace tessera::telemetry {
 namespace {
 
-std::string ReadFile(const char* path) {
-  std::ifstream file(path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return std::move(text).str();
-}
+// The files of /proc that are read here hold a few kilobytes; /proc/stat some for each processor.
+constexpr std::size_t kMaxProcBytes = 1 << 20;
+
+std::string ReadProc(const char* path) { return host::ReadFile(path, kMaxProcBytes).value_or(""); }
 
 std::uint64_t CountOpenFds() {
   const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir("/proc/self/fd"), closedir);
@@ -31,14 +30,14 @@ std::uint64_t CountOpenFds() {
 // Boot time plus field 22 of /proc/self/stat, counted in clock ticks since boot (proc(5)). The second field is the
 // program's name in parentheses, which may hold spaces, so fields are counted from the last ')'.
 double StartTime() {
-  const std::string stat = ReadFile("/proc/self/stat");
+  const std::string stat = ReadProc("/proc/self/stat");
   const auto name_end = stat.rfind(')');
   if (name_end == std::string::npos) return 0;
   std::istringstream fields(stat.substr(name_end + 1));
   std::string field;
   for (int number = 3; number <= 22; ++number) fields >> field;
   const double since_boot_s = std::strtod(field.c_str(), nullptr) / static_cast<double>(sysconf(_SC_CLK_TCK));
-  std::istringstream kernel(ReadFile("/proc/stat"));
+  std::istringstream kernel(ReadProc("/proc/stat"));
   for (std::string line; std::getline(kernel, line);) {
     if (line.starts_with("btime ")) return std::strtod(line.c_str() + 6, nullptr) + since_boot_s;
   }
@@ -89,8 +88,8 @@ void ParseMeminfo(const std::string& meminfo, MemoryReading& reading) {
 
 MemoryReading ReadMemory() {
   MemoryReading reading;
-  ParseStatm(ReadFile("/proc/self/statm"), static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), reading);
-  ParseMeminfo(ReadFile("/proc/meminfo"), reading);
+  ParseStatm(ReadProc("/proc/self/statm"), static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)), reading);
+  ParseMeminfo(ReadProc("/proc/meminfo"), reading);
   return reading;
 }
 

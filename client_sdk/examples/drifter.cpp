@@ -2,6 +2,7 @@
 // what it sees twice a second.
 //
 //   drifter 127.0.0.1:7700 plaza-1 [seconds]
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

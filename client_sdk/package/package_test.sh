@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # Installs the client library into an empty prefix, builds the examples against that alone, and runs both in an instance.
 #
-#   package_test.sh CMAKE BUILD_DIR FAKE_INSTANCE EXAMPLES_DIR
+#   package_test.sh CMAKE GENERATOR BUILD_DIR FAKE_INSTANCE EXAMPLES_DIR
 set -euo pipefail
-cmake=$1 build=$2 fake_instance=$3 examples=$4
+cmake=$1 generator=$2 build=$3 fake_instance=$4 examples=$5
 
 work=$(mktemp -d)
 instance=
@@ -21,7 +21,8 @@ library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/li
 foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
 [[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
 
-"$cmake" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
+# The generator of this build: CMake's own choice may be a program that is not installed.
+"$cmake" -G "$generator" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }
 "$cmake" --build "$work/examples" >"$work/build.log" 2>&1 || { cat "$work/build.log"; fail "build"; }
 
 mkfifo "$work/address"

@@ -1,293 +1,380 @@
-// Loading, storing and the passing of time.
 #include "control_plane/cluster/cluster.h"
 
-#include <algorithm>
+#include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/free_hosts.h"
+#include "control_plane/cluster/views.h"
+#include "control_plane/instance_record.h"
+#include "control_plane/life.h"
+#include "core/world/limits.h"
 #include "core/world/partition_io.h"
+#include "net/connect_token.h"
 
 namespace tessera::control {
-namespace {
 
-constexpr char kCountersKey[] = "counters";
-constexpr char kHostPrefix[] = "host/";
-constexpr char kInstancePrefix[] = "instance/";
-constexpr char kScenePrefix[] = "scene/";
-
-// Orders' revisions: 2^32 changes in each of 2^31 lives.
-constexpr int kLifeShift = 32;
-
-absl::Status Damaged(const std::string& key) {
-  return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
+absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const ControlSettings& settings,
+                                                       RandomBytes random, Now now) {
+  auto state = ClusterState::Load(store);
+  if (!state.ok()) return state.status();
+  return std::unique_ptr<Cluster>(new Cluster(*std::move(state), settings, std::move(random), now));
 }
 
-}  // namespace
-
-std::uint64_t NumberOf(std::string_view id, std::string_view prefix) {
-  std::uint64_t number = 0;
-  if (!id.starts_with(prefix)) return 0;
-  const std::string digits(id.substr(prefix.size()));
-  // The same id in one spelling only: "host-07" and "host-+7" are not host-7.
-  return absl::SimpleAtoi(digits, &number) && absl::StrCat(number) == digits ? number : 0;
+Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& settings, RandomBytes random, Now now)
+    : state_(std::move(state)),
+      settings_(settings),
+      random_(random),
+      hosts_(*state_, settings, std::move(random)),
+      reports_(*state_),
+      instances_(*state_, settings),
+      changes_(*state_, settings),
+      failovers_(*state_, settings),
+      checkpoints_(*state_),
+      players_(*state_, settings),
+      properties_(*state_),
+      desired_sets_(*state_, [this](const InstanceEntry& instance) {
+        return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance)};
+      }) {
+  for (HostEntry& host : state_->EachHost()) hosts_.Adopt(host, now);
+  for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
 }
 
-std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
-
-absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const Settings& settings, RandomBytes random,
-                                                       Moment now) {
-  std::unique_ptr<Cluster> cluster(new Cluster(store, settings, std::move(random)));
-  if (absl::Status status = cluster->LoadAll(now); !status.ok()) return status;
-  return cluster;
+void Cluster::Adopt(Now now, InstanceEntry& instance) {
+  instances_.Adopt(instance, now);
+  failovers_.Adopt(instance, now);
 }
 
-absl::Status Cluster::LoadAll(Moment now) {
-  if (absl::Status status = LoadCounters(); !status.ok()) return status;
-  if (absl::Status status = LoadHosts(now); !status.ok()) return status;
-  if (absl::Status status = LoadInstances(now); !status.ok()) return status;
-  if (absl::Status status = LoadScenes(); !status.ok()) return status;
-  effects_.log.push_back(
-      absl::StrCat("loaded hosts=", hosts_.size(), " instances=", instances_.size(), " life=", counters_.lives()));
-  return absl::OkStatus();
+void Cluster::Forget(std::uint64_t number) {
+  changes_.Forget(number);
+  failovers_.Forget(number);
+  checkpoints_.Forget(number);
+  players_.Forget(number);
+  properties_.Forget(number);
 }
 
-absl::Status Cluster::LoadCounters() {
-  const absl::StatusOr<Entry> entry = store_.Get(kCountersKey);
-  if (entry.ok()) {
-    if (!counters_.ParseFromString(entry->value)) return Damaged(kCountersKey);
-    counters_revision_ = entry->revision;
-  } else if (entry.status().code() != absl::StatusCode::kNotFound) {
-    return entry.status();
-  }
-  counters_.set_lives(counters_.lives() + 1);
-  last_revision_ = counters_.lives() << kLifeShift;
-  const auto stored = store_.Put(kCountersKey, counters_.SerializeAsString(), counters_revision_);
-  if (!stored.ok()) return stored.status();
-  counters_revision_ = *stored;
-  return absl::OkStatus();
+// --- Time.
+
+void Cluster::NoteTime(Now now) {
+  if (const Steady pause = hosts_.OwnPause(now); pause.count() > 0) failovers_.Forgive(pause, now);
 }
 
-absl::Status Cluster::LoadHosts(Moment now) {
-  const auto entries = store_.List(kHostPrefix);
-  if (!entries.ok()) return entries.status();
-  for (const Entry& entry : *entries) {
-    HostEntry host;
-    if (!host.record.ParseFromString(entry.value)) return Damaged(entry.key);
-    host.number = NumberOf(entry.key, kHostPrefix);
-    host.revision = entry.revision;
-    host.last_heard = now.steady;  // nobody is declared lost before there was time to be heard
-    hosts_.emplace(host.number, std::move(host));
-  }
-  return absl::OkStatus();
-}
-
-absl::Status Cluster::LoadInstances(Moment now) {
-  const auto entries = store_.List(kInstancePrefix);
-  if (!entries.ok()) return entries.status();
-  for (const Entry& entry : *entries) {
-    records::Instance record;
-    if (!record.ParseFromString(entry.value) || !FromProto(record.map()).ok()) return Damaged(entry.key);
-    Adopt(now, NumberOf(entry.key, kInstancePrefix), record, entry.revision);
-  }
-  return absl::OkStatus();
-}
-
-absl::Status Cluster::LoadScenes() {
-  const auto entries = store_.List(kScenePrefix);
-  if (!entries.ok()) return entries.status();
-  for (const Entry& entry : *entries) {
-    const auto use = scenes_.find(entry.key.substr(sizeof(kScenePrefix) - 1));
-    if (use == scenes_.end()) continue;
-    use->second.revision = entry.revision;
-    if (absl::Status status = TakeProperties(use->first, entry.value); !status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
-// A control plane that knew of no properties kept what a scene says of them, unread; its workers may be replaced by
-// some that know them.
-absl::Status Cluster::TakeProperties(const std::string& scene_hash, const std::string& scene_bytes) {
-  for (auto& [number, instance] : instances_) {
-    if (instance.record.properties_taken() || instance.record.scene_hash() != scene_hash) continue;
-    records::Instance next = instance.record;
-    if (v1::Scene scene; scene.ParseFromString(scene_bytes)) *next.mutable_properties() = scene.properties();
-    next.set_properties_taken(true);
-    if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
-InstanceEntry& Cluster::Adopt(Moment now, std::uint64_t number, const records::Instance& record, Revision revision) {
-  InstanceEntry& instance = instances_[number];
-  instance.number = number;
-  instance.record = record;
-  instance.revision = revision;
-  const auto age = [&](const google::protobuf::Timestamp& since) {
-    return std::max(now.unix_time - FromTimestamp(since),
-                    std::chrono::nanoseconds(0));  // the wall clock may have been set back
-  };
-  instance.start_deadline =
-      now.steady + std::chrono::milliseconds(record.start_deadline_ms()) - age(record.create_time());
-  instance.state_since = IsFinal(record.state()) ? now.steady - age(record.end_time()) : now.steady;
-  Assign(instance);
-  WatchFailover(now, instance, record);
-  if (!record.request_id().empty()) request_ids_[record.request_id()] = number;
-  if (!IsFinal(record.state())) ++scenes_[record.scene_hash()].instances;
-  return instance;
-}
-
-// Workers and hosts' lists follow the record's placements; what is known of a worker stays.
-void Cluster::Assign(InstanceEntry& instance) {
-  for (auto& [number, host] : hosts_) {
-    if (std::erase_if(host.workers, [&](const auto& worker) { return worker.first == instance.number; }) > 0) {
-      MarkDesired(host);
-    }
-  }
-  std::map<std::uint64_t, WorkerEntry> known;  // by incarnation
-  for (WorkerEntry& worker : instance.workers) known.emplace(worker.incarnation, std::move(worker));
-  instance.map = *FromProto(instance.record.map());  // checked when it was loaded or made
-  instance.workers.clear();
-  for (const records::Placement& placement : instance.record.placements()) {
-    WorkerEntry& worker = instance.workers.emplace_back();
-    const auto host = hosts_.find(NumberOf(placement.host_id(), "host-"));
-    if (const auto old = known.find(placement.incarnation()); old != known.end()) worker = std::move(old->second);
-    worker.region = placement.region();
-    worker.incarnation = placement.incarnation();
-    worker.gone = worker.gone || instance.record.state() == v1::INSTANCE_STATE_ENDED || host == hosts_.end();
-    if (!worker.gone) host->second.workers.emplace(instance.number, instance.workers.size() - 1);
-  }
-}
-
-absl::Status Cluster::StoreHost(HostEntry& host, const records::Host& next) {
-  const auto stored = store_.Put(absl::StrCat(kHostPrefix, host.number), next.SerializeAsString(), host.revision);
-  if (!stored.ok()) return absl::UnavailableError(stored.status().message());
-  host.record = next;
-  host.revision = *stored;
-  return absl::OkStatus();
-}
-
-absl::Status Cluster::StoreInstance(InstanceEntry& instance, const records::Instance& next) {
-  std::vector<StoreOp> ops{
-      PutOp(absl::StrCat(kInstancePrefix, instance.number), next.SerializeAsString(), instance.revision)};
-  const bool ends = IsFinal(next.state()) && !IsFinal(instance.record.state());
-  const auto scene = scenes_.find(next.scene_hash());
-  const bool last_use = ends && scene != scenes_.end() && scene->second.instances == 1;
-  if (last_use) ops.push_back(DeleteOp(SceneKey(next.scene_hash()), scene->second.revision));
-  const auto stored = store_.Txn(ops);
-  if (!stored.ok()) return absl::UnavailableError(stored.status().message());
-  if (last_use) {
-    scenes_.erase(scene);
-  } else if (ends && scene != scenes_.end()) {
-    --scene->second.instances;
-  }
-  instance.record = next;
-  instance.revision = *stored;
-  return absl::OkStatus();
-}
-
-// Whoever stood still itself has heard nobody: that is no silence of theirs. Noted before anything is made of what came
-// meanwhile, of which the first may be old.
-void Cluster::NoteTime(Moment now) {
-  const Steady paused = last_call_.count() == 0 ? Steady(0) : now.steady - last_call_;
-  last_call_ = now.steady;
-  if (paused <= kOwnPause) return;
-  const auto later = [&](Steady& time) { time = std::min(now.steady, time + paused); };
-  for (auto& [number, host] : hosts_) later(host.last_heard);
-  for (auto& [number, instance] : instances_) {
-    for (WorkerEntry& worker : instance.workers) later(worker.witnessed_at);
-  }
-}
-
-void Cluster::HandleTimer(Moment now) {
+void Cluster::HandleTimer(Now now) {
   NoteTime(now);
-  for (auto& [number, host] : hosts_) {
-    const bool admitted = !host.record.secret_hash().empty();
-    if (admitted && !host.lost && now.steady - host.last_heard > settings_.lost_after) MarkLost(now, host);
+  for (HostEntry& host : state_->EachHost()) {
+    if (!hosts_.Lost(host, now)) continue;
+    InstanceNumbers touched;
+    reports_.NoticeLost(host, touched);
+    Reconcile(now, touched);
   }
-  for (auto& [number, instance] : instances_) {
+  for (InstanceEntry& instance : state_->EachInstance()) {
     if (!IsFinal(instance.record.state())) {
       Reconcile(now, instance);
-      if (!instance.restore_wanted.empty() && now.steady >= instance.change_after) {  // it could not be stored
-        instance.change_after = now.steady + kChangeRetry;
-        effects_.restore.insert(instance.record.id());
-      }
-      PrunePlayers(now, instance);
-      StepCheckpoint(now, instance);
+      checkpoints_.RetryRestore(instance, now);
+      players_.Prune(instance, now);
+      checkpoints_.Step(instance, now);
     }
-    const v1::InstanceState state = instance.record.state();
-    const bool stopping = state == v1::INSTANCE_STATE_STOPPING || state == v1::INSTANCE_STATE_FAILED;
-    if (stopping && !instance.withdrawn && now.steady - instance.state_since > settings_.stop_grace) {
-      instance.withdrawn = true;
-      MarkOrders(instance);
-    }
+    instances_.WithdrawLate(instance, now);
   }
-  ForgetEnded(now);
+  for (const std::uint64_t number : instances_.ForgetEnded(now)) Forget(number);
 }
 
-void Cluster::ForgetEnded(Moment now) {
-  std::vector<std::pair<Steady, std::uint64_t>> ended;  // oldest first
-  for (const auto& [number, instance] : instances_) {
-    const bool quiet =
-        std::all_of(instance.workers.begin(), instance.workers.end(), [](const auto& worker) { return worker.gone; });
-    // What can be brought back from a checkpoint goes only when somebody deletes it.
-    const bool restorable =
-        instance.record.state() == v1::INSTANCE_STATE_FAILED && !instance.record.checkpoints().empty();
-    if (IsFinal(instance.record.state()) && quiet && !restorable) ended.emplace_back(instance.state_since, number);
-  }
-  std::sort(ended.begin(), ended.end());
-  std::size_t kept = ended.size();
-  for (const auto& [since, number] : ended) {
-    if (kept <= kMaxEndedInstances && now.steady - since <= settings_.keep_ended) break;
-    const auto instance = instances_.find(number);
-    const auto deleted = store_.Delete(absl::StrCat(kInstancePrefix, number), instance->second.revision);
-    if (!deleted.ok()) {
-      NoteTrouble(instance->second, "instance cannot be forgotten for now", deleted.status());
-      return;
-    }
-    effects_.instances.insert(instance->second.record.id());
-    effects_.forgotten.push_back(instance->second.record.id());
-    request_ids_.erase(instance->second.record.request_id());
-    instances_.erase(instance);
-    --kept;
-  }
+// --- Hosts.
+
+absl::StatusOr<v1::AddHostResponse> Cluster::AddHost(Now now, const v1::AddHostRequest& request) {
+  return hosts_.Add(request, now);
 }
 
-Census Cluster::Count() const {
-  Census census;
-  for (const auto& [number, host] : hosts_) ++census.hosts[StateOf(host)];
-  for (const auto& [number, instance] : instances_) {
-    ++census.instances[ShownState(instance)];
-    if (instance.record.state() != v1::INSTANCE_STATE_RUNNING) continue;
-    const v1::Instance view = View(instance, true);
-    Census::Health& health = census.health.emplace_back();
-    health.id = view.id();
-    health.unprotected = view.unprotected_regions_size();
-    if (!view.checkpoints().empty()) health.last_checkpoint = FromTimestamp(view.checkpoints().rbegin()->create_time());
-    health.imbalance = view.imbalance();
-    health.lost_bodies = view.lost_bodies();
-    health.lost_ticks = view.lost_ticks();
-    health.checkpoints_expected = instance.record.checkpoint_interval_ms() > 0;
-  }
-  return census;
+absl::StatusOr<v1::DrainHostResponse> Cluster::DrainHost(const v1::DrainHostRequest& request) {
+  return hosts_.Drain(request);
 }
 
-std::vector<ScrapeTarget> Cluster::ScrapeTargets() const {
-  std::vector<ScrapeTarget> targets;
-  for (const auto& [number, host] : hosts_) {
-    if (host.record.secret_hash().empty() || host.record.metrics_port() == 0) continue;
-    targets.push_back(
-        {absl::StrCat(host.record.advertise_address(), ":", host.record.metrics_port()), host.record.name(), "", 0});
+absl::Status Cluster::RemoveHost(const v1::RemoveHostRequest& request) { return hosts_.Remove(request); }
+
+// --- Agents.
+
+absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello) {
+  NoteTime(now);
+  auto admission = hosts_.Admit(hello);
+  if (!admission.ok()) return admission;
+  HostEntry& host = *state_->HostOf(admission->stream);
+  NoteHeard(now, host);
+  InstanceNumbers touched;
+  TakeReports(now, host, hello.workers(), std::nullopt, touched);
+  state_->MarkDesired(host);
+  Reconcile(now, touched);
+  return admission;
+}
+
+absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::AgentMessage& message) {
+  HostEntry* host = state_->HostOf(stream);
+  if (host == nullptr) return absl::AbortedError("this stream was replaced by another one");
+  NoteTime(now);
+  NoteHeard(now, *host);
+  InstanceNumbers touched;
+  const InstanceEntry* awaits = nullptr;  // the instance whose failover waited for this
+  switch (message.kind_case()) {
+    case v1::AgentMessage::kHeartbeat:
+      hosts_.NoteHeartbeat(*host, now);
+      TakeReports(now, *host, message.heartbeat().workers(), message.heartbeat().desired_revision(), touched);
+      break;
+    case v1::AgentMessage::kReport:
+      TakeReport(now, *host, message.report(), touched);
+      break;
+    case v1::AgentMessage::kExited:
+      if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(message.exited());
+      break;
+    case v1::AgentMessage::kInventory:
+      awaits = failovers_.NoteInventory(*host, message.inventory(), now);
+      break;
+    case v1::AgentMessage::kLease:
+      failovers_.RenewLease(*host, message.lease(), now);
+      break;
+    case v1::AgentMessage::kHello:
+      return absl::InvalidArgumentError("hello: only as the first message of a stream");
+    case v1::AgentMessage::KIND_NOT_SET:
+      return absl::InvalidArgumentError("kind: missing, or of a newer protocol");
   }
-  for (const auto& [number, instance] : instances_) {
-    for (std::size_t i = 0; i < instance.workers.size(); ++i) {
-      const WorkerEntry& worker = instance.workers[i];
-      if (!worker.bound() || worker.report.address().metrics_port() == 0) continue;
-      const auto host = hosts_.find(NumberOf(instance.record.placements(static_cast<int>(i)).host_id(), "host-"));
-      targets.push_back({absl::StrCat(worker.report.address().host(), ":", worker.report.address().metrics_port()),
-                         host == hosts_.end() ? "" : host->second.record.name(), instance.record.id(), worker.region});
+  if (awaits != nullptr) touched.insert(awaits->number);
+  Reconcile(now, touched);
+  return absl::OkStatus();
+}
+
+void Cluster::HandleAgentGone(StreamId stream) {
+  if (HostEntry* host = state_->HostOf(stream)) state_->ForgetStream(*host);
+}
+
+// With a host that was lost, what was degraded comes back.
+void Cluster::NoteHeard(Now now, HostEntry& host) {
+  if (!hosts_.Heard(host, now)) return;
+  InstanceNumbers touched;
+  for (const auto& [number, index] : host.workers) touched.insert(number);
+  Reconcile(now, touched);
+}
+
+void Cluster::TakeReport(Now now, const HostEntry& host, const v1::WorkerReport& report, InstanceNumbers& touched) {
+  const auto taken = reports_.Take(host, report, touched, now);
+  if (!taken) return;
+  Failovers::Witness(*taken->instance, taken->before, report, now);
+  properties_.TakeAnswers(*taken->instance, report);
+}
+
+void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
+                          std::optional<std::uint64_t> acted_revision, InstanceNumbers& touched) {
+  for (const v1::WorkerReport& report : reports) TakeReport(now, host, report, touched);
+  reports_.NoticeAbsent(host, reports, acted_revision, touched);
+}
+
+// --- Reconciliation.
+
+void Cluster::Reconcile(Now now, const InstanceNumbers& touched) {
+  for (const std::uint64_t number : touched) Reconcile(now, state_->instance(number));
+}
+
+void Cluster::Reconcile(Now now, InstanceEntry& instance) {
+  while (const std::optional<records::Instance> next = NextRecord(now, instance)) {
+    if (absl::Status status = Enter(now, instance, *next); !status.ok()) {
+      return state_->LogTrouble(instance, "instance cannot go on for now", status);
     }
   }
-  return targets;
+  instances_.NoteHealth(instance);
 }
+
+absl::Status Cluster::Enter(Now now, InstanceEntry& instance, const records::Instance& next) {
+  const v1::InstanceState previous = instance.record.state();
+  if (absl::Status status = state_->StoreInstance(instance, next); !status.ok()) return status;
+  instance.trouble.clear();
+  instances_.Entered(instance, previous, now);
+  return absl::OkStatus();
+}
+
+std::optional<records::Instance> Cluster::NextRecord(Now now, InstanceEntry& instance) {
+  const v1::InstanceState state = instance.record.state();
+  if (state == v1::INSTANCE_STATE_PLACING) return instances_.NextPlaced(instance, now);
+  if (state == v1::INSTANCE_STATE_RUNNING) {
+    if (auto next = Failovers::NextProtected(instance)) return next;
+    if (auto next = NextFailoverOrChange(now, instance)) return next;
+    if (auto next = players_.NextVanished(instance, now)) return next;
+  }
+  return instances_.NextInLife(instance, players_.Waiting(instance), now);
+}
+
+std::optional<records::Instance> Cluster::NextFailoverOrChange(Now now, InstanceEntry& instance) {
+  if (!checkpoints_.RestoreWanted(instance).empty()) return std::nullopt;
+  FailoverStep step = failovers_.Next(instance, changes_.CutsOf(instance), now);
+  if (step.dropped_plan || !step.given_up.empty()) changes_.RetryLater(instance.number, now);
+  if (!step.given_up.empty()) return checkpoints_.GiveUp(instance, step.given_up, now);
+  if (step.next) return std::move(step.next);
+  if (instance.record.has_failover()) return std::nullopt;
+  return changes_.Next(instance, now);
+}
+
+// --- Instances.
+
+absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan& plan, bool validate_only) {
+  if (const InstanceEntry* made = state_->FindByRequestId(plan.request_id)) return ViewOf(*state_, *made);
+  const auto placed = PlaceAnew(*state_, plan.map, nullptr, settings_.failover_after, now);
+  if (!placed.ok()) return placed.status();
+  records::Instance record = NewInstance(plan, *placed, now);
+  if (validate_only) {
+    InstanceEntry draft;
+    draft.record = std::move(record);
+    draft.record.set_state(v1::INSTANCE_STATE_PENDING);
+    return ViewOf(*state_, draft);
+  }
+  record.set_key(random_(net::kKeyBytes));
+  const auto added = state_->AddInstance(std::move(record), plan.scene_bytes);
+  if (!added.ok()) return added.status();
+  InstanceEntry& instance = **added;
+  Adopt(now, instance);
+  state_->Log(absl::StrCat("instance made id=", instance.record.id(), " scene=", plan.scene_name,
+                           " regions=", instance.workers.size(), " state=", NameOf(instance.record.state())));
+  state_->MarkOrders(instance);
+  state_->MarkChanged(instance);
+  Reconcile(now, instance);
+  return ViewOf(*state_, instance);
+}
+
+absl::StatusOr<v1::Instance> Cluster::DeleteInstance(Now now, const v1::DeleteInstanceRequest& request) {
+  InstanceEntry* instance = state_->FindInstance(request.id());
+  if (instance == nullptr) return NoInstance("id", request.id());
+  if (request.validate_only()) return ViewOf(*state_, *instance);
+  if (const auto next = Instances::NextStopped(*instance)) {
+    if (absl::Status status = Enter(now, *instance, *next); !status.ok()) return status;
+    Reconcile(now, *instance);
+  } else if (instance->record.state() == v1::INSTANCE_STATE_FAILED) {
+    if (absl::Status status = checkpoints_.Drop(*instance); !status.ok()) return status;
+  }
+  return ViewOf(*state_, *instance);
+}
+
+absl::StatusOr<v1::Instance> Cluster::ScaleInstance(Now now, const v1::ScaleInstanceRequest& request) {
+  if (request.regions() < 1 || request.regions() > kMaxRegions) {
+    return absl::InvalidArgumentError(absl::StrCat("regions: ", request.regions(), " is not in 1 to ", kMaxRegions));
+  }
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return Ask(now, **found, changes_.Scale(**found, request.regions(), now), request.validate_only());
+}
+
+absl::StatusOr<v1::Instance> Cluster::RestartWorkers(Now now, const v1::RestartWorkersRequest& request) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return Ask(now, **found, changes_.Restart(**found, now), request.validate_only());
+}
+
+// Stores what was asked for of a running instance, if it is anything new.
+absl::StatusOr<v1::Instance> Cluster::Ask(Now now, InstanceEntry& instance,
+                                          const absl::StatusOr<std::optional<records::Instance>>& next,
+                                          bool validate_only) {
+  if (!next.ok()) return next.status();
+  if (!validate_only && next->has_value()) {
+    if (absl::Status status = state_->StoreInstance(instance, **next); !status.ok()) return status;
+    changes_.Hasten(instance.number);
+    state_->MarkChanged(instance);
+    Reconcile(now, instance);
+  }
+  return ViewOf(*state_, instance);
+}
+
+// --- Properties.
+
+absl::StatusOr<std::uint64_t> Cluster::SetProperty(const v1::SetPropertyRequest& request) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return properties_.Add(**found, request);
+}
+
+std::optional<absl::Status> Cluster::PropertyOutcome(const std::string& id, std::uint64_t change) const {
+  return properties_.Outcome(id, change);
+}
+
+void Cluster::ForgetProperty(const std::string& id, std::uint64_t change) {
+  if (InstanceEntry* instance = state_->FindInstance(id)) properties_.Remove(*instance, change);
+}
+
+// --- Checkpoints.
+
+absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Now now, const std::string& id) {
+  const auto found = FindRunning(*state_, id);
+  if (!found.ok()) return found.status();
+  return checkpoints_.Begin(**found, now);
+}
+
+std::uint64_t Cluster::CheckpointUnderWay(const std::string& id) const {
+  const InstanceEntry* instance = state().FindInstance(id);
+  return instance == nullptr ? 0 : checkpoints_.UnderWay(*instance);
+}
+
+absl::Status Cluster::CheckUpload(const v1::UploadCheckpointRequest& request) const {
+  return checkpoints_.CheckUpload(request);
+}
+
+std::optional<records::Manifest> Cluster::NoteUploaded(const v1::UploadCheckpointRequest& request) {
+  return checkpoints_.NoteUploaded(request);
+}
+
+void Cluster::NoteCheckpoint(Now now, const std::string& id, const records::Manifest& manifest, std::uint64_t size) {
+  if (InstanceEntry* instance = state_->FindInstance(id)) checkpoints_.NoteMade(*instance, manifest, size, now);
+}
+
+absl::Status Cluster::CheckFetch(const v1::FetchStateRequest& request) const {
+  return checkpoints_.CheckFetch(request);
+}
+
+// The workers of before are in no desired set any more, and end.
+absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, const records::Manifest& manifest,
+                                              const std::string& scene, bool validate_only) {
+  InstanceEntry* instance = state_->FindInstance(id);
+  if (instance == nullptr) return NoInstance("id", id);
+  const v1::InstanceState state = instance->record.state();
+  if (state != v1::INSTANCE_STATE_RUNNING && state != v1::INSTANCE_STATE_FAILED) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", id, " neither runs nor has failed"));
+  }
+  const auto map = FromProto(manifest.map());
+  if (!map.ok()) return map.status();
+  const auto placed = PlaceAnew(*state_, *map, instance, settings_.failover_after, now);
+  if (!placed.ok()) return placed.status();
+  if (validate_only) return ViewOf(*state_, *instance);
+  const records::Instance next = checkpoints_.Restored(*instance, manifest, *placed, now);
+  if (IsFinal(state)) {
+    if (absl::Status status = state_->ReuseScene(next.scene_hash(), scene); !status.ok()) return status;
+  }
+  if (absl::Status status = state_->StoreInstance(*instance, next); !status.ok()) return status;
+  instances_.Restarted(*instance);
+  checkpoints_.Restarted(*instance);
+  properties_.Forget(instance->number);  // they were for the world before
+  failovers_.Forget(instance->number);
+  instances_.Entered(*instance, state, now);
+  Reconcile(now, *instance);
+  return ViewOf(*state_, *instance);
+}
+
+void Cluster::CannotRestore(Now now, const std::string& id, const std::string& why) {
+  InstanceEntry* instance = state_->FindInstance(id);
+  if (instance == nullptr || IsFinal(instance->record.state())) return;
+  const std::string wanted = checkpoints_.RestoreWanted(*instance);
+  if (wanted.empty()) return;
+  if (!Enter(now, *instance, Failed(instance->record, absl::StrCat(wanted, "; ", why), now)).ok()) return;
+  checkpoints_.Restarted(*instance);
+}
+
+// --- Players.
+
+absl::Status Cluster::BeginWait(Now now, const v1::JoinInstanceRequest& request) {
+  const auto found = players_.BeginWait(request);
+  if (!found.ok()) return found.status();
+  Reconcile(now, **found);
+  return absl::OkStatus();
+}
+
+void Cluster::EndWait(Now now, const std::string& instance_id) {
+  if (InstanceEntry* instance = players_.EndWait(instance_id)) Reconcile(now, *instance);
+}
+
+absl::StatusOr<Joined> Cluster::Join(Now now, const v1::JoinInstanceRequest& request) {
+  return players_.Join(request, now);
+}
+
+absl::Status Cluster::Leave(Now now, const v1::LeaveInstanceRequest& request) { return players_.Leave(request, now); }
 
 }  // namespace tessera::control

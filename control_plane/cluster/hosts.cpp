@@ -1,141 +1,205 @@
-// Hosts as operators see them: added, listed, drained, removed.
+#include "control_plane/cluster/hosts.h"
+
 #include <algorithm>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "control_plane/cluster/cluster.h"
-#include "control_plane/orders.h"
-#include "control_plane/pages.h"
+#include "control_plane/one_line.h"
 
 namespace tessera::control {
 namespace {
 
+constexpr std::size_t kMaxVersionBytes = 128;
+constexpr std::uint32_t kMaxPort = 65535;
+
+bool IsLowerOrDigit(char c) {
+  return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c));
+}
+
 absl::Status CheckHostName(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
-    return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c)) ||
-           c == '-';
-  });
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) { return IsLowerOrDigit(c) || c == '-'; });
   if (!name.empty() && name.size() <= kMaxNameBytes && plain && name.front() != '-' && name.back() != '-')
     return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("name: \"", OneLine(name, kMaxNameBytes), "\" is not 1 to ",
                                                  kMaxNameBytes, " lower case letters, digits and dashes between them"));
 }
 
-absl::Status NoHost(const std::string& name) {
-  return absl::NotFoundError(absl::StrCat("name: no host ", OneLine(name, kMaxNameBytes)));
+absl::Status CheckHello(const v1::AgentHello& hello) {
+  const std::string& address = hello.advertise_address();
+  const bool plain = std::all_of(address.begin(), address.end(), [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-';
+  });
+  if (hello.join_token().empty() == hello.host_id().empty()) {
+    return absl::InvalidArgumentError("hello: needs either join_token, or host_id and host_secret");
+  }
+  if (address.empty() || address.size() > kMaxAddressBytes || !plain) {
+    return absl::InvalidArgumentError(absl::StrCat("hello.advertise_address: \"", OneLine(address, kMaxNameBytes),
+                                                   "\" is not an IPv4 address or a host name"));
+  }
+  if (hello.metrics_port() > kMaxPort) {
+    return absl::InvalidArgumentError(absl::StrCat("hello.metrics_port: ", hello.metrics_port(), " is not a port"));
+  }
+  if (hello.version().size() > kMaxVersionBytes || hello.boot_id().size() > kMaxVersionBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("hello.version, hello.boot_id: at most ", kMaxVersionBytes, " bytes"));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
 
-absl::StatusOr<v1::AddHostResponse> Cluster::AddHost(Moment now, const v1::AddHostRequest& request) {
+Hosts::Hosts(ClusterState& state, const ControlSettings& settings, RandomBytes random)
+    : state_(state), settings_(settings), random_(std::move(random)) {}
+
+// --- For operators.
+
+absl::StatusOr<v1::AddHostResponse> Hosts::Add(const v1::AddHostRequest& request, Now now) {
   if (absl::Status status = CheckHostName(request.name()); !status.ok()) return status;
-  for (const auto& [number, host] : hosts_) {
+  for (const auto& [number, host] : state_.hosts()) {
     if (host.record.name() == request.name()) {
       return absl::AlreadyExistsError(
           absl::StrCat("name: ", host.record.id(), " is named ", request.name(), " already"));
     }
   }
-  HostEntry host;
-  host.number = counters_.last_host() + 1;
-  host.record.set_id(absl::StrCat("host-", host.number));
-  host.record.set_name(request.name());
-  *host.record.mutable_create_time() = ToTimestamp(now.unix_time);
+  records::Host record;
+  record.set_name(request.name());
+  *record.mutable_create_time() = ToTimestamp(now.unix_time);
   v1::AddHostResponse response;
   if (request.validate_only()) {
-    *response.mutable_host() = View(host);
-    response.mutable_host()->clear_id();
+    HostEntry draft;
+    draft.record = record;
+    *response.mutable_host() = ViewOf(draft);
     return response;
   }
   response.set_join_token(MakeJoinToken(random_));
-  host.record.set_join_token_hash(HashSecret(response.join_token()));
-  records::Counters counters = counters_;
-  counters.set_last_host(host.number);
-  const StoreOp ops[] = {PutOp("counters", counters.SerializeAsString(), counters_revision_),
-                         PutOp(absl::StrCat("host/", host.number), host.record.SerializeAsString(), kAbsent)};
-  const auto stored = store_.Txn(ops);
-  if (!stored.ok()) return absl::UnavailableError(stored.status().message());
-  counters_ = counters;
-  counters_revision_ = host.revision = *stored;
-  *response.mutable_host() = View(host);
-  hosts_.emplace(host.number, std::move(host));
+  record.set_join_token_hash(HashSecret(response.join_token()));
+  const auto added = state_.AddHost(std::move(record));
+  if (!added.ok()) return added.status();
+  *response.mutable_host() = ViewOf(**added);
   return response;
 }
 
-absl::StatusOr<v1::ListHostsResponse> Cluster::ListHosts(const v1::ListHostsRequest& request) const {
-  const auto page = ReadPage(request.page_size(), request.page_token());
-  if (!page.ok()) return page.status();
-  v1::ListHostsResponse response;
-  for (auto it = hosts_.upper_bound(page->after); it != hosts_.end(); ++it) {
-    if (response.hosts_size() == page->size) {
-      response.set_next_page_token(PageToken(std::prev(it)->first));
-      break;
-    }
-    *response.add_hosts() = View(it->second);
-  }
-  return response;
-}
-
-absl::StatusOr<v1::GetHostResponse> Cluster::GetHost(const v1::GetHostRequest& request) const {
-  const HostEntry* host = FindHost(request.name());
-  if (host == nullptr) return NoHost(request.name());
-  v1::GetHostResponse response;
-  *response.mutable_host() = View(*host);
-  for (const auto& [number, index] : host->workers) {
-    const InstanceEntry& instance = instances_.at(number);
-    if (instance.workers[index].reported) *response.add_workers() = instance.workers[index].report;
-  }
-  return response;
-}
-
-absl::StatusOr<v1::DrainHostResponse> Cluster::DrainHost(Moment, const v1::DrainHostRequest& request) {
-  const HostEntry* found = FindHost(request.name());
+absl::StatusOr<v1::DrainHostResponse> Hosts::Drain(const v1::DrainHostRequest& request) {
+  const HostEntry* found = FindHostByName(state_, request.name());
   if (found == nullptr) return NoHost(request.name());
-  HostEntry& host = hosts_.at(found->number);
+  HostEntry& host = *state_.FindHost(found->record.id());
   records::Host next = host.record;
   next.set_draining(!request.undo());
   if (!request.validate_only() && next.draining() != host.record.draining()) {
-    if (absl::Status status = StoreHost(host, next); !status.ok()) return status;
+    if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
   }
   v1::DrainHostResponse response;
-  *response.mutable_host() = View(host);
+  *response.mutable_host() = ViewOf(host);
   return response;
 }
 
-absl::Status Cluster::RemoveHost(Moment, const v1::RemoveHostRequest& request) {
-  const HostEntry* host = FindHost(request.name());
+absl::Status Hosts::Remove(const v1::RemoveHostRequest& request) {
+  const HostEntry* host = FindHostByName(state_, request.name());
   if (host == nullptr) return NoHost(request.name());
   if (!host->workers.empty()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "name: ", host->workers.size(), host->workers.size() == 1 ? " region runs" : " regions run", " on host ",
-        host->record.name(), ", first ", instances_.at(host->workers.begin()->first).record.id()));
+        host->record.name(), ", first ", state_.instances().at(host->workers.begin()->first).record.id()));
   }
   if (request.validate_only()) return absl::OkStatus();
-  const auto deleted = store_.Delete(absl::StrCat("host/", host->number), host->revision);
-  if (!deleted.ok()) return absl::UnavailableError(deleted.status().message());
-  if (host->session != 0) {
-    effects_.closed[host->session] = absl::PermissionDeniedError(absl::StrCat(host->record.id(), " was removed"));
-    sessions_.erase(host->session);
-  }
-  hosts_.erase(host->number);
-  return absl::OkStatus();
+  const auto removed = absl::PermissionDeniedError(absl::StrCat(host->record.id(), " was removed"));
+  return state_.RemoveHost(*state_.FindHost(host->record.id()), removed);
 }
 
-// Names are unique; an id is taken for one only where no host has it as its name.
-const HostEntry* Cluster::FindHost(const std::string& name_or_id) const {
-  for (const auto& [number, host] : hosts_) {
+// --- For agents.
+
+absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello) {
+  if (!hello.join_token().empty()) {
+    for (HostEntry& host : state_.EachHost()) {
+      if (SecretMatches(hello.join_token(), host.record.join_token_hash())) return &host;
+    }
+    return absl::UnauthenticatedError("hello.join_token: unknown, or used already");
+  }
+  HostEntry* host = state_.FindHost(hello.host_id());
+  const std::uint64_t number = NumberOf(hello.host_id(), kHostId);
+  if (host == nullptr && state_.WasHost(number)) {
+    return absl::PermissionDeniedError(absl::StrCat("hello.host_id: host-", number, " was removed"));
+  }
+  if (host == nullptr || !SecretMatches(hello.host_secret(), host->record.secret_hash())) {
+    return absl::UnauthenticatedError("hello.host_secret: is not that of the host");
+  }
+  return host;
+}
+
+absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello) {
+  if (absl::Status status = CheckHello(hello); !status.ok()) return status;
+  const auto authenticated = Authenticate(hello);
+  if (!authenticated.ok()) return authenticated.status();
+  HostEntry& host = **authenticated;
+  Admission admission;
+  records::Host next = host.record;
+  next.set_advertise_address(hello.advertise_address());
+  next.set_metrics_port(hello.metrics_port());
+  *next.mutable_resources() = hello.resources();
+  next.set_version(hello.version());
+  next.set_boot_id(hello.boot_id());
+  if (!hello.join_token().empty()) {
+    admission.admitted.set_host_secret(MakeHostSecret(random_));
+    next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
+    next.clear_join_token_hash();
+  }
+  if (next.SerializeAsString() != host.record.SerializeAsString()) {
+    if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
+  }
+  admission.stream =
+      state_.OpenStream(host, absl::AbortedError(absl::StrCat("another agent attached as ", host.record.id())));
+  admission.admitted.set_host_id(host.record.id());
+  admission.admitted.set_host_name(host.record.name());
+  admission.admitted.set_heartbeat_interval_ms(static_cast<std::uint32_t>(settings_.heartbeat_interval.count()));
+  return admission;
+}
+
+// --- Liveness.
+
+Steady Hosts::OwnPause(Now now) {
+  const Steady paused = last_call_.count() == 0 ? Steady(0) : now.steady - last_call_;
+  last_call_ = now.steady;
+  if (paused <= kOwnPause) return Steady(0);
+  for (HostEntry& host : state_.EachHost()) host.last_heard = std::min(now.steady, host.last_heard + paused);
+  return paused;
+}
+
+bool Hosts::Heard(HostEntry& host, Now now) {
+  host.last_heard = now.steady;
+  if (!host.lost) return false;
+  host.lost = false;
+  state_.Log(absl::StrCat("host is back host=", host.record.name()));
+  return true;
+}
+
+bool Hosts::Lost(HostEntry& host, Now now) {
+  const bool admitted = !host.record.secret_hash().empty();
+  if (!admitted || host.lost || now.steady - host.last_heard <= settings_.lost_after) return false;
+  host.lost = true;
+  state_.Log(absl::StrCat("host lost host=", host.record.name(), " regions=", host.workers.size()));
+  return true;
+}
+
+// --- Reading.
+
+const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id) {
+  for (const auto& [number, host] : state.hosts()) {
     if (host.record.name() == name_or_id) return &host;
   }
-  const auto found = hosts_.find(NumberOf(name_or_id, "host-"));
-  return found == hosts_.end() ? nullptr : &found->second;
+  return state.FindHost(name_or_id);
 }
 
-v1::HostState Cluster::StateOf(const HostEntry& host) const {
+absl::Status NoHost(const std::string& name) {
+  return absl::NotFoundError(absl::StrCat("name: no host ", OneLine(name, kMaxNameBytes)));
+}
+
+v1::HostState StateOf(const HostEntry& host) {
   if (host.record.secret_hash().empty()) return v1::HOST_STATE_EXPECTED;
   if (host.lost) return v1::HOST_STATE_LOST;
   return host.record.draining() ? v1::HOST_STATE_DRAINING : v1::HOST_STATE_READY;
 }
 
-v1::Host Cluster::View(const HostEntry& host) const {
+v1::Host ViewOf(const HostEntry& host) {
   v1::Host view;
   view.set_id(host.record.id());
   view.set_name(host.record.name());
@@ -151,35 +215,12 @@ v1::Host Cluster::View(const HostEntry& host) const {
   return view;
 }
 
-// Hosts that take regions. Those of `without` count as free.
-std::vector<FreeHost> Cluster::FreeHosts(const InstanceEntry* without) const {
-  std::vector<FreeHost> free;
-  for (const auto& [number, host] : hosts_) {
-    if (StateOf(host) != v1::HOST_STATE_READY) continue;
-    const auto taken = std::count_if(host.workers.begin(), host.workers.end(), [without](const auto& worker) {
-      return without == nullptr || worker.first != without->number;
-    });
-    const std::uint32_t capacity = host.record.resources().region_capacity();
-    free.push_back({host.record.id(), capacity > taken ? capacity - static_cast<std::uint32_t>(taken) : 0});
+absl::Status CheckHostSecret(const ClusterState& state, const std::string& host_id, const std::string& secret) {
+  const HostEntry* host = state.FindHost(host_id);
+  if (host == nullptr || !SecretMatches(secret, host->record.secret_hash())) {
+    return absl::UnauthenticatedError("host_secret: is not that of the host");
   }
-  return free;
-}
-
-// Those of them that are not silent: what is placed on a host that has just died waits for it in vain until it counts
-// as lost.
-std::vector<FreeHost> Cluster::HeardHosts(Moment now, const InstanceEntry* without) const {
-  std::vector<FreeHost> heard = FreeHosts(without);
-  std::erase_if(heard, [&](const FreeHost& host) {
-    return now.steady - hosts_.at(NumberOf(host.id, "host-")).last_heard > settings_.failover_after;
-  });
-  return heard;
-}
-
-// On hosts that are not silent, if they have room: a busy machine is silent for a moment, too.
-absl::StatusOr<PlacementPlan> Cluster::PlaceAnew(Moment now, const PartitionMap& map,
-                                                 const InstanceEntry* without) const {
-  auto placed = Place(map, HeardHosts(now, without));
-  return placed.ok() ? std::move(placed) : Place(map, FreeHosts(without));
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::control

@@ -1,20 +1,19 @@
 #include "core/physics/broad_phase.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/physics/bullet_math.h"
-#include "core/physics/pair_table.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
-namespace {
-
-btDefaultCollisionConstructionInfo SmallPools() {
-  btDefaultCollisionConstructionInfo info;
-  info.m_defaultMaxPersistentManifoldPoolSize = kQueryPool;
-  info.m_defaultMaxCollisionAlgorithmPoolSize = kQueryPool;
-  return info;
+PredictedMotion PredictMotion(const RigidBody& body, double dt_s) {
+  const Vec3d a = body.Acceleration();
+  const Vec3d v(body.state().linear_velocity);
+  const Vec3f spin = body.state().angular_velocity;
+  return {Vec3f(v * dt_s + a * (0.5 * dt_s * dt_s)), Vec3f(v + a * dt_s), spin,
+          std::min(2.0f, Length(spin) * static_cast<float>(dt_s)) * body.geometry().outer_radius_m};
 }
-
-}  // namespace
 
 btBroadphasePair* BroadPhase::Sink::addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) {
   const auto fixed = [](const btBroadphaseProxy& proxy) {
@@ -30,33 +29,78 @@ RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) {
   return RigidBody::Of(*static_cast<const btCollisionObject*>(proxy.m_clientObject));
 }
 
-BroadPhase::BroadPhase()
-    : trees_(&sink_),
-      configuration_(SmallPools()),
-      dispatcher_(&configuration_),
-      world_(&dispatcher_, &trees_, &configuration_) {
-  // A share of each tree is rebuilt in every step: of what rests, none.
+BroadPhase::BroadPhase(Vec3d origin) : origin_(origin), trees_(&sink_) {
+  // Bullet would rebuild a share of the fixed bodies' tree in every step.
   trees_.m_fupdates = 0;
 }
 
 void BroadPhase::Add(RigidBody& body) {
+  body.reach = body.fat = TightBounds(body);
   const int group = body.dynamic() ? btBroadphaseProxy::DefaultFilter : btBroadphaseProxy::StaticFilter;
-  const std::size_t told = sink_.met.size();
-  world_.addCollisionObject(&body.object, group, btBroadphaseProxy::AllFilter);
-  sink_.met.resize(told);  // all is told anew by `Update`
-  // By which pairs are named, so that one that is known is known by its proxies alone.
-  body.object.getBroadphaseHandle()->m_uniqueId = static_cast<int>(body.serial);
-  Update(body);
+  const std::size_t met = sink_.met.size();
+  btBroadphaseProxy* proxy = trees_.createProxy(ToBullet(body.fat.min), ToBullet(body.fat.max), INVALID_SHAPE_PROXYTYPE,
+                                                &body.object, group, btBroadphaseProxy::AllFilter, nullptr);
+  sink_.met.resize(met);  // `UpdateTrees` reports all of them again.
+  // Serials name pairs, so that a known pair is recognised by its proxies alone.
+  proxy->m_uniqueId = static_cast<int>(body.serial);
+  body.object.setBroadphaseHandle(proxy);
+  UpdateTrees(body);
 }
 
-void BroadPhase::Remove(RigidBody& body) { world_.removeCollisionObject(&body.object); }
-
-void BroadPhase::Update(RigidBody& body) {
-  trees_.setAabbForceUpdate(body.object.getBroadphaseHandle(), ToBullet(body.fat.min), ToBullet(body.fat.max),
-                            &dispatcher_);
+void BroadPhase::Remove(RigidBody& body) {
+  trees_.destroyProxy(body.object.getBroadphaseHandle(), nullptr);
+  body.object.setBroadphaseHandle(nullptr);
 }
 
-void BroadPhase::Tend() { trees_.collide(&dispatcher_); }
+void BroadPhase::Move(RigidBody& body) { SetReach(body, TightBounds(body)); }
+
+void BroadPhase::UpdateTrees(RigidBody& body) {
+  trees_.setAabbForceUpdate(body.object.getBroadphaseHandle(), ToBullet(body.fat.min), ToBullet(body.fat.max), nullptr);
+}
+
+// The trees hear of it only when it leaves the bounds that they hold.
+void BroadPhase::SetReach(RigidBody& body, const Bounds& reach) {
+  body.reach = reach;
+  if (body.fat.Contains(reach)) return;
+  const auto ahead = [](float move_m) { return std::clamp(kBoundsAhead * move_m, -kMostAhead_m, kMostAhead_m); };
+  const Vec3f move = body.predicted.move_m;
+  body.fat = reach.Grown(body.dynamic() ? kBoundsMargin_m : 0).Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
+  UpdateTrees(body);
+}
+
+void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s) {
+  for (RigidBody* body : awake) {
+    body->PrepareDamping(dt_s);
+    body->predicted = PredictMotion(*body, dt_s);
+    const float grow = kSpeculative_m + std::min(body->predicted.sweep_m, body->geometry().outer_radius_m);
+    SetReach(*body, TightBounds(*body).Swept(body->predicted.move_m).Grown(grow));
+  }
+  if (++passes_ % kOptimiseSteps == 0) trees_.collide(nullptr);
+}
+
+void BroadPhase::BeginPairs(PairTable* pairs) {
+  for (const Meeting& meeting : sink_.met) {
+    if (pairs->Has(meeting.key)) continue;
+    RigidBody &a = BodyOf(*meeting.a), &b = BodyOf(*meeting.b);
+    if (!a.isolated && !b.isolated) pairs->Begin(a, b);
+  }
+  sink_.met.clear();
+}
+
+Bounds BroadPhase::TightBounds(const RigidBody& body) const {
+  const Geometry& geometry = body.geometry();
+  if (geometry.kind == GeometryKind::kPlane) {
+    return {{-kEverywhere_m, -kEverywhere_m, -kEverywhere_m}, {kEverywhere_m, kEverywhere_m, kEverywhere_m}};
+  }
+  return BoundsOf(geometry, body.placement().rotation).Moved(Vec3f(body.placement().position - origin_));
+}
+
+Bounds BroadPhase::SweptBounds(const SweptMotion& motion) const {
+  const float outer = motion.geometry.outer_radius_m;
+  const Vec3f from(motion.from - origin_), to(motion.to - origin_), around{outer, outer, outer};
+  return {Vec3f{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - around,
+          Vec3f{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + around};
+}
 
 void BroadPhase::Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies) {
   struct Collect : btBroadphaseAabbCallback {
@@ -68,6 +112,12 @@ void BroadPhase::Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodi
   } collect;
   collect.bodies = bodies;
   trees_.aabbTest(ToBullet(bounds.min), ToBullet(bounds.max), collect);
+}
+
+bool BroadPhase::Validate(std::span<RigidBody* const> awake) {
+  return std::all_of(awake.begin(), awake.end(), [](const RigidBody* body) {
+    return IsFinite(body->reach.min) && IsFinite(body->reach.max) && body->fat.Contains(body->reach);
+  });
 }
 
 }  // namespace tessera::physics

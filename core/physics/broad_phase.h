@@ -1,63 +1,76 @@
-// BroadPhase: which bodies' bounds overlap. Bullet's pair of dynamic trees, over a pair table of ours.
+// BroadPhase: which bodies' bounds overlap, by Bullet's pair of dynamic trees.
 //
-// Bullet asks a cache to keep every pair and walks all of it in each step; here a pair is told once, when it begins,
-// and what becomes of it is the world's business. So a body that sleeps costs nothing.
+// Each step it predicts how every awake body moves, bounds that motion, and begins a pair in the pair table where two
+// bounds come to overlap. Bullet asks a cache to keep every pair and walks all of it in each step; here the trees
+// report a pair once, when it begins, and the pair table keeps it. So a body that sleeps costs nothing.
+//
+// Thread rule: one thread at a time.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
-#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
-#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
 
-#include <utility>
+#include <span>
 #include <vector>
 
+#include "core/physics/motion/sweep.h"
+#include "core/physics/pair_table.h"
 #include "core/physics/rigid_body.h"
 
 namespace tessera::physics {
 
+// How an awake body moves in a step of `dt_s` if nothing hinders it.
+PredictedMotion PredictMotion(const RigidBody& body, double dt_s);
+
 class BroadPhase {
  public:
-  BroadPhase();
+  // Bounds are in single precision about `origin`.
+  explicit BroadPhase(Vec3d origin);
   BroadPhase(const BroadPhase&) = delete;
   BroadPhase& operator=(const BroadPhase&) = delete;
 
-  // `body.fat` says where.
   void Add(RigidBody& body);
   void Remove(RigidBody& body);
-  // Tells the trees of a new `body.fat`.
-  void Update(RigidBody& body);
-  // Now and then: keeps the trees in shape.
-  void Tend();
+  // Takes note that a body was moved outside a step.
+  void Move(RigidBody& body);
 
-  // Two whose bounds overlap, at least one of them dynamic.
+  // The pass: predicts the motion of each awake body, and bounds all that it can touch in the step. Afterwards
+  // `BeginPairs` begins the pairs.
+  void Predict(std::span<RigidBody* const> awake, double dt_s);
+  // Begins a pair wherever bounds came to overlap since the last call.
+  void BeginPairs(PairTable* pairs);
+
+  // Bounds of the body where it is, without any margin.
+  Bounds TightBounds(const RigidBody& body) const;
+  // Bounds of all that a body may touch while it moves so.
+  Bounds SweptBounds(const SweptMotion& motion) const;
+  // Appends the bodies whose fat bounds overlap these.
+  void Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies);
+
+  // Bullet's trees for queries, and the body of a proxy in them.
+  btBroadphaseInterface& trees() { return trees_; }
+  static RigidBody& BodyOf(const btBroadphaseProxy& proxy);
+
+  // The trees hold all that each awake body can touch. For assertions; linear in awake bodies.
+  static bool Validate(std::span<RigidBody* const> awake);
+
+ private:
+  // Two bodies whose bounds overlap, at least one of them dynamic.
   struct Meeting {
     std::uint64_t key;  // as PairTable has it
     const btBroadphaseProxy *a, *b;
   };
-  // Pairs that may have begun since they were last cleared; what is told may have been told before. Order means
-  // nothing.
-  std::vector<Meeting>& met() { return sink_.met; }
-  static RigidBody& BodyOf(const btBroadphaseProxy& proxy);
-
-  // Bodies whose fat bounds overlap these, appended.
-  void Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies);
-
-  // For queries. Objects stand where `ShowToBullet` last put them.
-  btCollisionWorld& bullet() { return world_; }
-
- private:
-  // Bullet's tree reports overlaps to its pair cache.
+  // Bullet's trees report overlaps to their pair cache, which is this.
   struct Sink : btNullPairCache {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override;
     std::vector<Meeting> met;
   };
+  void SetReach(RigidBody& body, const Bounds& reach);
+  void UpdateTrees(RigidBody& body);
 
-  Sink sink_;
+  Vec3d origin_;
+  Sink sink_;  // Pairs that may have begun; a pair may be in there again. Order means nothing.
   btDbvtBroadphase trees_;
-  btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_;
-  btCollisionWorld world_;
+  std::uint64_t passes_ = 0;
 };
 
 }  // namespace tessera::physics

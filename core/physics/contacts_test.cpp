@@ -1,11 +1,11 @@
-// What contacts do: bounce, friction, momentum, and that the impulses they report are the ones they applied.
+// Contacts bounce, rub and keep momentum, and the impulses that they report are those that they applied.
 
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <map>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {
@@ -16,7 +16,6 @@ Quatd About(Vec3d axis, double angle) {
 }
 
 // --- Restitution
-// -------------------------------------------------------------------------------------------------------
 
 // Speed after the first bounce over the speed before it.
 double BounceRatio(double ball_restitution, double ground_restitution) {
@@ -49,9 +48,8 @@ TEST(RestitutionTest, PairTakesTheLarger) {
 }
 
 // --- Friction
-// ----------------------------------------------------------------------------------------------------------
 
-// How far a box slides in a second on a slope of the given inclination.
+// Distance that a box slides in a second on a slope of the given inclination.
 double Slide(double slope_rad, double box_friction, double ground_friction) {
   World world({});
   BodyDef ground = Static(1, MakeShapePtr(PlaneShape{{std::sin(slope_rad), std::cos(slope_rad), 0}, 0}));
@@ -131,8 +129,7 @@ TEST(FrictionTest, RollingFrictionStopsABallAndSpinningFrictionATop) {
   }
 }
 
-// --- What contacts tell
-// ----------------------------------------------------------------------------------------------------------
+// --- Reported impulses
 
 struct Impulses {
   Vec3d linear, angular;
@@ -217,7 +214,6 @@ TEST(ContactTest, TellsWhereAndHowDeepInOrderOfIds) {
 }
 
 // --- Events
-// ------------------------------------------------------------------------------------------------------------
 
 std::vector<PairEvent> EventsOf(World& world, double seconds) {
   std::vector<PairEvent> events;

@@ -1,5 +1,5 @@
-// Exchange: what contacts gave the two bodies of a pair over the last step. What one gets the other loses, to the bit
-// of an impulse; so momentum is kept by whoever reckons from these, and angular momentum but for rounding.
+// Exchange: the impulses that contacts gave the two bodies of a pair over the last step. One body loses what the other
+// gets, to the bit; so sums over exchanges keep momentum, and angular momentum but for rounding.
 #pragma once
 
 #include "core/physics/collide/manifold.h"
@@ -9,12 +9,12 @@ namespace tessera::physics {
 template <class T>
 struct Exchange {
   Vec3<T> on_b;                        // N s; a got the opposite
-  Vec3<T> angular_on_a, angular_on_b;  // N m s, about each one's centre of mass
+  Vec3<T> angular_on_a, angular_on_b;  // N m s, about each body's own centre of mass
 
   void Add(const Manifold& manifold) {
     const Vec3<T> normal(manifold.normal), friction(manifold.total_friction), rolling(manifold.total_rolling);
     T pushed = 0;
-    Vec3<T> at_a, at_b;  // where, times how much
+    Vec3<T> at_a, at_b;  // sums of arms times impulses
     for (int i = 0; i < manifold.count; ++i) {
       const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
       const auto impulse = static_cast<T>(point.total_impulse);

@@ -1,48 +1,67 @@
-// Islands: bodies that are awake and act on each other through contacts and joints. What is in different islands cannot
-// feel the other's solving; an island sleeps as a whole.
+// Islands: awake bodies that act on each other through contacts and joints. Bodies of different islands cannot feel
+// each other's solving; an island sleeps as a whole.
+//
+//   Islands islands;
+//   islands.Reset(3);
+//   islands.Unite(0, 2);
+//   islands.Number();
+//   islands.IndexOf(2);   // 0, like that of body 0; body 1 is island 1
+//
+// Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
-#include "core/physics/solve/substeps.h"
-#include "core/physics/tuning.h"
+#include "core/physics/active_contact.h"
+#include "core/physics/joint.h"
 
 namespace tessera::physics {
 
-struct Island {
-  bool solved = false;  // a contact that may touch, or a joint: else its bodies fly free
-  bool sleepy = true;   // all its bodies have been still for long enough
-  bool failed = false;  // its solving came out non-finite
-  bool laden = false;   // may carry more than its bodies weigh one by one
-  bool adrift = true;   // its bodies act on each other alone, and by contacts alone
-  int batch = -1;       // which batch solves it
-  double mass_kg = 0;   // of all its bodies
-  double lightest_kg = std::numeric_limits<double>::max();
-  float smallest_m = std::numeric_limits<float>::max();  // inner radius
-  float load_before = kUnknownLoad;  // what its bodies' load counted as in the last step, the largest of several
-  float load = kUnknownLoad;         // what that of those that are here counts as
-  float load_elsewhere = 0;          // the same of what hangs together with it and is not here
-  IslandDemand demand;               // what the last step and this one's contacts tell of how hard it is
-};
-
+// Disjoint sets of bodies, which are named by consecutive numbers.
 class Islands {
  public:
+  // Makes each of so many bodies an island.
   void Reset(std::size_t bodies);
   void Unite(std::uint32_t a, std::uint32_t b);
-  // After the last `Unite`: numbers the islands.
+  // Numbers the islands by their first bodies, after the last `Unite`.
   void Number();
-  Island& Of(std::uint32_t body) { return islands_[island_[body]]; }
+
   std::uint32_t IndexOf(std::uint32_t body) const { return island_[body]; }
-  std::span<Island> all() { return islands_; }
+  std::size_t count() const { return count_; }
+  std::size_t bodies() const { return island_.size(); }
 
  private:
   std::uint32_t Root(std::uint32_t node);
 
   std::vector<std::uint32_t> parent_, island_;
-  std::vector<Island> islands_;
+  std::uint32_t count_ = 0;
+};
+
+// The pass: islands of so many awake bodies, which are named by awake_index.
+void BuildIslands(std::size_t awake, std::span<const ActiveContact> contacts, std::span<Joint* const> joints,
+                  Islands* islands);
+// Whether these are the islands of such contacts and joints: what acts on each other is in one, and islands are
+// numbered by their first bodies. For assertions; linear.
+bool Validate(const Islands& islands, std::span<const ActiveContact> contacts, std::span<Joint* const> joints);
+
+// JointedGroups: awake bodies that joints connect, directly or through others. Such a group is pushed as one, and stops
+// as one.
+class JointedGroups {
+ public:
+  void Run(std::span<Joint* const> joints);
+
+  std::span<const std::uint32_t> bodies() const { return bodies_; }  // awake_index of those in a group, ascending
+  // Group of bodies()[i].
+  std::uint32_t GroupOf(std::size_t i) const { return groups_.IndexOf(static_cast<std::uint32_t>(i)); }
+  std::size_t count() const { return bodies_.empty() ? 0 : groups_.count(); }
+
+ private:
+  std::uint32_t PlaceOf(const RigidBody& body) const;
+
+  std::vector<std::uint32_t> bodies_;
+  Islands groups_;
 };
 
 }  // namespace tessera::physics

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 #include "scenes/measured/across.h"
 #include "scenes/measured/linkages.h"
 
@@ -42,7 +42,7 @@ JointDef Between(std::uint64_t a, std::uint64_t b, Pose in_a, Pose in_b, Kind ki
   return def;
 }
 
-// Turn about z of an orientation that turns about z alone.
+// The turn about z of an orientation that turns about z alone.
 double AngleAboutZ(const World& world, BodyId id) {
   const Quatd q = world.StateOf(id).orientation;
   return 2 * std::atan2(q.z, q.w);
@@ -74,7 +74,7 @@ TEST(HingeTest, PendulumHasItsPeriod) {
   bob.initial.orientation = About({0, 0, 1}, amplitude);
   AddAll(world, {bob});
   world.AddJoint(ToWorld(2, {{0, arm, 0}, {}}, {}, HingeJoint{}));
-  const double inertia = arm * arm + 2.0 / 3 * half * half;  // of 1 kg about the axis
+  const double inertia = arm * arm + 2.0 / 3 * half * half;  // for 1 kg, about the axis
   const double expected = 2 * kPi * std::sqrt(inertia / (kGravity * arm)) * (1 + amplitude * amplitude / 16);
   EXPECT_NEAR(Period(world, 20, [&] { return AngleAboutZ(world, BodyId(2)); }), expected, 0.01 * expected);
   EXPECT_NEAR(Length(Position(world, 2)), arm, 0.01);
@@ -152,14 +152,14 @@ TEST(PointTest, HoldsTogetherAndTurnsFreely) {
 }
 
 // At its centre a joint has nothing to do but to let the body tumble: about its middle axis, which flips it.
-// What a joint bears is nothing that a contact has to learn to.
-TEST(PointTest, WhatHangsAndJustTouchesTheGroundStaysThereWhenRehearsed) {
+// A contact need not learn to bear a weight that a joint bears.
+TEST(PointTest, AHangingBodyThatJustTouchesTheGroundStaysThereWhenItsContactsArePrimed) {
   World world({});
   const BodyDef ground = Static(1, Ground(), {}), box = Dynamic(2, Cube(), {0, 0.5, 0});
   world.Add(ground, ground.initial);
   world.Add(box, box.initial);
   world.AddJoint(ToWorld(2, {}, {{0, 0.5, 0}, {}}, PointJoint{}));
-  world.Rehearse(1.0 / 60, 6);
+  world.PrimeContacts(1.0 / 60, 6);
   world.Step(1.0 / 60);
   EXPECT_LT(Length(world.StateOf(BodyId(2)).linear_velocity), 1e-4);
   for (const Contact& contact : world.contacts()) EXPECT_LT(Length(contact.impulse_on_b), 0.01);  // it weighs .16 N s
@@ -189,7 +189,7 @@ TEST(PointTest, LetsABodyHeldAtItsCentreTumble) {
   EXPECT_LT(Length(world.StateOf(BodyId(1)).angular_momentum - momentum), 1e-4f * Length(momentum));
 }
 
-// Limbs that whirl turn by a radian in a step: what they turn to is what their joints must hold.
+// Limbs that whirl turn by a radian in a step, and their joints must hold them as they are then.
 TEST(JointTest, AFigureThatLandsStaysTogether) {
   const Scene scene = scenes::Ragdolls(4);
   World world({.gravity_m_s2 = scene.gravity_m_s2});
@@ -204,7 +204,7 @@ TEST(JointTest, AFigureThatLandsStaysTogether) {
   }
 }
 
-// Held at both ends: what a sweep puts right along it must not be missing at the far end.
+// A bridge is held at both ends, so corrections of a sweep along it must not add up at the far end.
 TEST(JointTest, ABridgeThatIsBombardedStaysWhole) {
   const Scene scene = scenes::Bridge();
   World world({.gravity_m_s2 = scene.gravity_m_s2});
@@ -232,7 +232,7 @@ TEST(FixedTest, HoldsABeamAgainstGravity) {
 }
 
 TEST(ConeTwistTest, KeepsWithinItsConeAndItsTwist) {
-  // Hangs along -y by its x axis; pushed sideways about z (swing z) or y... of the frame, or twisted about it.
+  // The body hangs along -y by its x axis, and is pushed sideways about z or y of the frame, or twisted about x.
   const Quatd down = About({0, 0, 1}, -kPi / 2);  // frame x points down
   struct Case {
     Vec3d torque;  // in the frame
@@ -433,6 +433,22 @@ TEST(JointTest, GoesWithItsBodyAndWakesTheOther) {
   EXPECT_EQ(world.asleep_count(), 0u);
   Simulate(world, 1);
   EXPECT_LT(Position(world, 3).y, -5);
+}
+
+TEST(JointTest, AStateThatMovesASleepingBodyWakesAllThatIsJointedToItOnce) {
+  World world({.gravity_m_s2 = {}});
+  AddAll(world, {Dynamic(1, Ball(0.2), {0, 1, 0}), Dynamic(2, Ball(0.2), {0.6, 1, 0})});
+  world.AddJoint(Between(1, 2, {{0.3, 0, 0}, {}}, {{-0.3, 0, 0}, {}}, PointJoint{}));
+  Simulate(world, 2);
+  ASSERT_EQ(world.asleep_count(), 2U);
+  BodyState state = world.StateOf(BodyId(1));
+  state.asleep = false;
+  state.linear_velocity = {0, 1, 0};
+  world.SetState(BodyId(1), state);
+  Simulate(world, 0.5);
+  EXPECT_EQ(world.asleep_count(), 0U);
+  const Vec3d middle = (Position(world, 1) + Position(world, 2)) * 0.5;  // half of the velocity is the middle's
+  EXPECT_NEAR(middle.y, 1.25, 1e-3);
 }
 
 }  // namespace

@@ -1,11 +1,11 @@
-// Rotation matrices and symmetric tensors in single precision: what collision and solving compute with.
+// Rotation matrices and symmetric tensors in single precision, for collision and solving.
 #pragma once
 
 #include "core/world/math.h"
 
 namespace tessera::physics {
 
-// Columns: where the axes x, y, z go.
+// A rotation. Its columns are the images of the axes x, y, z.
 struct Mat3f {
   Vec3f x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
 
@@ -14,7 +14,7 @@ struct Mat3f {
   friend constexpr bool operator==(const Mat3f&, const Mat3f&) = default;
 };
 
-// transpose(m) * v: into the coordinates of a rotation.
+// transpose(m) * v: takes v into the coordinates of a rotation.
 constexpr Vec3f Into(const Mat3f& m, Vec3f v) { return {Dot(m.x, v), Dot(m.y, v), Dot(m.z, v)}; }
 // transpose(a) * b.
 constexpr Mat3f Into(const Mat3f& a, const Mat3f& b) { return {Into(a, b.x), Into(a, b.y), Into(a, b.z)}; }
@@ -22,12 +22,12 @@ constexpr Mat3f Transposed(const Mat3f& m) {
   return {{m.x.x, m.y.x, m.z.x}, {m.x.y, m.y.y, m.z.y}, {m.x.z, m.y.z, m.z.z}};
 }
 
-// Of a unit quaternion, reckoned in doubles.
+// The rotation of a unit quaternion, computed in doubles.
 inline Mat3f RotationOf(Quatd q) {
   return {Vec3f(Rotate(q, Vec3d{1, 0, 0})), Vec3f(Rotate(q, Vec3d{0, 1, 0})), Vec3f(Rotate(q, Vec3d{0, 0, 1}))};
 }
 
-// Symmetric 3 x 3.
+// A symmetric 3 x 3 matrix.
 struct SymMat3f {
   float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 

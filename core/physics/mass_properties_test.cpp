@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {

@@ -1,10 +1,10 @@
-// Momentum, linear and angular, of what only acts on each other.
+// Bodies that act on each other alone keep their linear and angular momentum.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <map>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 #include "scenes/measured/across.h"
 #include "scenes/measured/balls.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 struct Momentum {
   Vec3d linear, angular;                // about the world's origin
-  double scale = 0, angular_scale = 0;  // sum of abs(p), and of abs(p) times its distance from the origin
+  double scale = 0, angular_scale = 0;  // sums of abs(p), and abs(p) times its distance from the origin
 };
 
 Momentum MomentumOf(const World& world, std::span<const BodyDef> bodies) {
@@ -43,8 +43,8 @@ TEST(MomentumTest, IsKeptWhenTwoBodiesCollide) {
   EXPECT_LT(Length(MomentumOf(world, bodies).linear - before.linear), 1e-5);
 }
 
-// About the world's origin, as bodies of several shapes fly into each other off centre, slide along each other and
-// part.
+// Bodies of several shapes fly into each other off centre, slide along each other and part. Their angular momentum is
+// that about the world's origin.
 TEST(MomentumTest, OfTurningIsKeptInCollisionsOffCentre) {
   const ShapePtr shapes[] = {Cube(0.5), Ball(0.5), MakeShapePtr(CapsuleShape{0.4, 0.3}),
                              MakeShapePtr(CylinderShape{0.4, 0.5})};
@@ -72,7 +72,7 @@ TEST(MomentumTest, OfTurningIsKeptInCollisionsOffCentre) {
   }
 }
 
-// Of a ship and its crew: what it is given is far less than its velocity is told by.
+// A ship and its crew: the change of the ship's velocity is far below the resolution of that velocity.
 TEST(MomentumTest, IsKeptWhereOneIsFarHeavierThanTheRest) {
   World world({.gravity_m_s2 = {}, .sleep = false});
   std::vector<BodyDef> bodies = {Dynamic(1, Box(8, 1, 8), {0, -1, 0}, 2e6)};
@@ -93,7 +93,7 @@ TEST(MomentumTest, IsKeptWhereOneIsFarHeavierThanTheRest) {
   EXPECT_LT(Length(MomentumOf(world, bodies).linear - before.linear), 1e-7 * before.scale);
 }
 
-// A contact that is kept from one step to the next starts with the friction it had, and then bounces.
+// A contact that lives on from one step to the next starts with the friction that it had, and then bounces.
 TEST(MomentumTest, OfTurningIsKeptWhereAContactThatWasThereBounces) {
   World world({.gravity_m_s2 = {}, .sleep = false});
   BodyDef a = Dynamic(1, MakeShapePtr(CapsuleShape{0.3, 0.3}), {-2.788, 1.7, 0.366}, 2.5);
@@ -162,7 +162,7 @@ TEST_F(FloatingBoxTest, ContactsTellOfAllThatBodiesGained) {
       const BodyState state = world_.StateOf(body.id);
       const Vec3d p = Vec3d(state.linear_velocity) * body.mass_kg;
       ASSERT_LT(Length(p - linear[body.id]), 1e-6 * (body.mass_kg + Length(p))) << body.id << " step " << step;
-      // What turns so fast that a blow would give it energy loses that again, and contacts do not tell.
+      // A body that turns so fast that a blow would give it energy loses that again, which contacts do not report.
       ASSERT_LT(Length(Vec3d(state.angular_momentum) - angular[body.id]), 5e-3 * body.mass_kg)
           << body.id << " step " << step;
     }
@@ -170,8 +170,8 @@ TEST_F(FloatingBoxTest, ContactsTellOfAllThatBodiesGained) {
   EXPECT_GT(pushed, 100);
 }
 
-// A ball that is struck flies off its course faster than anything was looked for, and takes along a light one that lies
-// before a thin wall: both stay this side of it.
+// A ball that is struck flies off faster than contacts were looked for, and takes along a light one that lies before a
+// thin wall: both stay this side of it.
 TEST(CarryTest, WhatIsTakenAlongDoesNotPassAWall) {
   for (const double gap : {0.2, 0.5, 0.9, 1.4}) {
     World world({.gravity_m_s2 = {}, .sleep = false});
@@ -190,8 +190,8 @@ TEST(CarryTest, WhatIsTakenAlongDoesNotPassAWall) {
   }
 }
 
-// Elastic balls at five steps a second are knocked about within a step and stopped by each other all the time. What
-// they get back of their turning must not feed on itself: it grows with the square of their speed.
+// Elastic balls at five steps a second are knocked about within a step and stopped by each other all the time. The
+// turning that they get back must not feed on itself: it grows with the square of their speed.
 TEST(CarryTest, ElasticBallsInLongStepsAreNotBlownUp) {
   const Scene scene = scenes::BallPile(true);
   World world({.gravity_m_s2 = scene.gravity_m_s2, .sleep = false});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/physics/joint.h"
 #include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
@@ -53,6 +54,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.inner_m = InnerRadiusOf(pair);
   pair.slop_m = std::clamp(kSlopShare * pair.inner_m, kLeastSlop_m, kSlop_m);
   pair.material = Combine(pair.low->material(), pair.high->material());
+  pair.jointed = JointForbidsContact(a, b);
   Attach(*pair.low, pair);
   Attach(*pair.high, pair);
   if (a.awake() || b.awake()) {
@@ -62,6 +64,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
 }
 
 void PairTable::End(Pair& pair) {
+  if (pair.touching) ended_.push_back({pair.low->id(), pair.high->id(), pair.trigger, false});
   pairs_.erase(KeyOf(pair.low->serial, pair.high->serial));
   Detach(*pair.low, pair);
   Detach(*pair.high, pair);
@@ -69,7 +72,7 @@ void PairTable::End(Pair& pair) {
   if (!pair.active) {
     pair = Pair();
     free_.push_back(&pair);
-  }  // else it is taken off the list first
+  }  // An active pair is free once it is off the list.
 }
 
 Pair* PairTable::Find(const RigidBody& a, const RigidBody& b) {
@@ -77,7 +80,22 @@ Pair* PairTable::Find(const RigidBody& a, const RigidBody& b) {
   return it != pairs_.end() ? it->second : nullptr;
 }
 
-void PairTable::Activate(RigidBody& body) {
+void PairTable::NoteJoints(const RigidBody& a, const RigidBody& b) {
+  Pair* pair = Find(a, b);
+  if (pair == nullptr) return;
+  pair->jointed = JointForbidsContact(a, b);
+  if (!pair->jointed || pair->trigger) return;
+  if (pair->touching) ended_.push_back({pair->low->id(), pair->high->id(), false, false});
+  pair->touching = false;
+  pair->manifolds.clear();
+}
+
+void PairTable::TakeEnded(std::vector<PairEvent>* events) {
+  events->insert(events->end(), ended_.begin(), ended_.end());
+  ended_.clear();
+}
+
+void PairTable::Activate(const RigidBody& body) {
   for (const auto& [pair, other] : body.pairs) {
     if (pair->active) continue;
     pair->active = true;
@@ -85,7 +103,7 @@ void PairTable::Activate(RigidBody& body) {
   }
 }
 
-// Whether it is off the list: ended, and so free again, or asleep.
+// Whether the pair leaves the list: it has ended, and so is free again, or it sleeps.
 bool PairTable::Drop(Pair* pair) {
   if (pair->low == nullptr) {
     *pair = Pair();
@@ -96,7 +114,7 @@ bool PairTable::Drop(Pair* pair) {
   return !pair->active;
 }
 
-// What became active is put in its place.
+// Merges the pairs that became active into the list.
 void PairTable::SortIn() {
   if (fresh_.empty()) return;
   std::sort(fresh_.begin(), fresh_.end());
@@ -118,11 +136,27 @@ std::span<Pair* const> PairTable::News() {
 
 void PairTable::Await(std::size_t index) const {
   constexpr std::size_t kPairsAhead = 8, kBodiesAhead = 4, kHotOfBody = 384;
-  if (index + kPairsAhead < active_.size()) AskFor(active_[index + kPairsAhead].pair, sizeof(Pair));
+  if (index + kPairsAhead < active_.size()) Prefetch(active_[index + kPairsAhead].pair, sizeof(Pair));
   if (index + kBodiesAhead >= active_.size()) return;
   const Listed& soon = active_[index + kBodiesAhead];
-  if (soon.low != active_[index + kBodiesAhead - 1].low) AskFor(soon.pair->low, kHotOfBody);
-  AskFor(soon.pair->high, kHotOfBody);
+  if (soon.low != active_[index + kBodiesAhead - 1].low) Prefetch(soon.pair->low, kHotOfBody);
+  Prefetch(soon.pair->high, kHotOfBody);
+}
+
+bool PairTable::Validate() const {
+  const auto holds = [](const RigidBody& body, std::uint32_t index, const Pair* pair) {
+    return index < body.pairs.size() && body.pairs[index].pair == pair && body.pairs[index].other == &pair->Other(body);
+  };
+  for (std::size_t i = 0; i < active_.size(); ++i) {
+    const Listed& listed = active_[i];
+    if (i > 0 && listed < active_[i - 1]) return false;
+    const Pair& pair = *listed.pair;
+    if (!pair.active) return false;
+    if (pair.low == nullptr) continue;  // It has ended and leaves the list in the next walk.
+    if (pair.low->id() != listed.low || pair.high->id() != listed.high || !(listed.low < listed.high)) return false;
+    if (!holds(*pair.low, pair.index_in_low, &pair) || !holds(*pair.high, pair.index_in_high, &pair)) return false;
+  }
+  return true;
 }
 
 }  // namespace tessera::physics

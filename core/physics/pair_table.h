@@ -3,6 +3,8 @@
 // A pair is active while one of its bodies is awake. Active pairs are kept ascending by ids, the order in which
 // everything is done with them, so that nothing depends on how pairs were found. Pairs of sleepers keep their contacts
 // and cost nothing.
+//
+// Thread rule: one thread at a time.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -15,36 +17,44 @@
 
 namespace tessera::physics {
 
-// What every step reads comes first, close together.
+// Everything that each step reads comes first, close together. Each group of fields names the one part that writes it.
 struct alignas(64) Pair {
-  RigidBody *low = nullptr, *high = nullptr;  // by id
-  bool trigger = false;                       // one of them is: overlaps are told, nothing is pushed
+  // --- The pair table.
+  RigidBody *low = nullptr, *high = nullptr;  // by id; null once the pair has ended
+  bool trigger = false;                       // One of the two is a trigger: overlaps are reported, nothing is pushed.
   bool jointed = false;                       // a joint forbids them to collide
-  bool searched = false;                      // contacts were looked for since it began
-  bool active = false;                        // in the list
-  bool touching = false;                      // as events were told
-  bool crossed = false;                       // they met within this step, and may be apart again at its end
-  bool swept = false;                         // its points are where it will meet, not where it is
-  bool live = false;                          // in this step its points may touch
-  bool apart = false;                         // out of reach of each other, or not to touch: nothing is kept of it
-  float separation_m = 0;                     // of its nearest point in this step
-  float impulse_ns = 0;                       // along the normals, in the last step
-  float load_ns = 0;                          // the lesser of the last two: a blow is no load
-  int substeps = 0;                           // of its last solving; its impulses are those of one of them
-  float inner_m = 0;                          // of the smaller one that moves: what moves less meets nothing unseen
-  float slop_m = 0;                           // how deep it rests
+  bool active = false;                        // in the list of active pairs
+  // --- The report; the pair table forgets it where a joint comes between the two.
+  bool touching = false;  // as the last event said
+  // --- The narrow phase.
+  bool searched = false;   // contacts were looked for since the pair began
+  bool swept = false;      // its points are where the two will meet, not where they are
+  bool live = false;       // its points may touch in this step
+  bool apart = false;      // out of reach of each other, or excluded by a filter: nothing is kept of the pair
+  float separation_m = 0;  // at its nearest point in this step
+  // --- The report; the narrow phase forgets them once the two are apart.
+  float impulse_ns = 0;  // along the normals, in the last step
+  float load_ns = 0;     // the lesser of the last two steps, because a blow is no load
+  int substeps = 0;      // number of its last solve; its impulses are those of one of them
+  // --- The pair table.
+  float inner_m = 0;  // inner radius of the smaller one that moves: what moves less meets nothing unseen
+  float slop_m = 0;   // overlap at rest
+  // --- The narrow phase finds points, and the solver writes their impulses.
   Manifolds manifolds;
+  // --- The pair table.
   PairMaterial material;
+  // --- The narrow phase.
   PairCache cache;
-  std::uint32_t index_in_low = 0, index_in_high = 0;  // in their lists of pairs
+  // --- The pair table.
+  std::uint32_t index_in_low = 0, index_in_high = 0;  // in the bodies' lists of pairs
 
   bool responds() const { return !trigger && !jointed; }
   RigidBody& Other(const RigidBody& body) const { return &body == low ? *high : *low; }
 };
 
-// Asks for what a step reads of a pair, or of a body, some iterations before it is worked on: they lie all over the
-// memory.
-inline void AskFor(const void* at, std::size_t bytes) {
+// Prefetches the part of a pair or a body that a step reads, some iterations before the step works on it: they lie all
+// over the memory.
+inline void Prefetch(const void* at, std::size_t bytes) {
   constexpr std::size_t kLine = 64;
   for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(static_cast<const char*>(at) + i);
 }
@@ -56,24 +66,34 @@ class PairTable {
   bool Has(std::uint64_t key) const { return pairs_.contains(key); }
   // Begins a pair unless it is there.
   void Begin(RigidBody& a, RigidBody& b);
-  // Ends it; what it held is gone.
+  // Ends a pair with all that it held. If it touched, that is reported as ended.
   void End(Pair& pair);
   Pair* Find(const RigidBody& a, const RigidBody& b);
+  // Looks anew whether a joint forbids the two to touch. If one does, contacts between them are over.
+  void NoteJoints(const RigidBody& a, const RigidBody& b);
 
-  // Puts all pairs of a body that woke on the list.
-  void Activate(RigidBody& body);
-  // Visits all active pairs in order, after what became active was sorted in; what has ended or sleeps meanwhile is
-  // dropped. A visit may begin and end pairs; what begins is seen by the next walk, or by `News`.
+  // Pairs that touched when they ended, or when a joint came between them, since this was last called; appended to
+  // `events`.
+  void TakeEnded(std::vector<PairEvent>* events);
+  bool has_ended() const { return !ended_.empty(); }
+
+  // Makes all pairs of a body that woke active.
+  void Activate(const RigidBody& body);
+  // Visits all active pairs in order, after those that became active were sorted in; pairs that have ended or sleep are
+  // dropped. A visit may begin and end pairs; new ones are seen by the next walk, or by `News`.
   template <class Visit>
   void Walk(Visit visit);
-  // Visits those of the last walk, and of `News` since, that have not ended.
+  // Visits the pairs of the last walk, and of `News` since, that have not ended.
   template <class Visit>
   void Revisit(Visit visit) const;
-  // Those that became active since the last call of either, now sorted in too. Good until the next call of either.
+  // Pairs that became active since the last walk or the last call, now sorted in too. Valid until the next of either.
   std::span<Pair* const> News();
 
+  // Active pairs ascend by id, and pairs and bodies name each other. For assertions; linear in active pairs.
+  bool Validate() const;
+
  private:
-  // Its ids beside the pair, so that lists are merged without looking at pairs.
+  // A pair with the ids of its bodies, so that lists are merged without looking at pairs.
   struct Listed {
     BodyId low, high;
     Pair* pair;
@@ -87,6 +107,7 @@ class PairTable {
   std::deque<Pair> pool_;
   std::vector<Pair*> free_, news_;
   std::vector<Listed> active_, fresh_, merged_;
+  std::vector<PairEvent> ended_;
 };
 
 template <class Visit>

@@ -8,7 +8,7 @@
 namespace tessera::physics {
 namespace {
 
-// Motion along one axis with damping: dv/dt = a - k v, whose solution is
+// Motion along one axis with damping, dv/dt = a - k v. The solution is
 //
 //   v(t) = v e^(-k t) + a s(t),   p(t) = p + v s(t) + a (t - s(t)) / k,   s(t) = (1 - e^(-k t)) / k,
 //
@@ -22,14 +22,14 @@ class DampedMotion {
     if (k_ == 0 || t == 0) return t;
     return std::isinf(k_) ? 0 : -std::expm1(-k_ * t) / k_;
   }
-  // (t - s(t)) / k; by its series where k t is so small that the difference would be rounding.
+  // (t - s(t)) / k. The series replaces it where k t is so small that the difference would be rounding.
   double Q(double t) const {
     const double x = k_ * t;
     if (std::isinf(k_)) return 0;
     if (x < 1e-3) return t * t * (0.5 - x / 6 + x * x / 24 - x * x * x / 120);
     return (t - S(t)) / k_;
   }
-  // When the velocity passes through zero; infinite if it never does.
+  // The time at which the velocity passes through zero; infinite if it never does.
   double Turn(double v, double a) const {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     if (a == 0 || v == 0 || (v > 0) == (a > 0) || std::isinf(k_)) return kNever;

@@ -2,9 +2,9 @@
 //
 //   a  = F / m + g          p' = p + v t + a t^2 / 2          v' = v + a t
 //
-// and, beyond it: damping, as the exact solution of dv/dt = a - k v, of which the above is the case k = 0; and the
-// orientation, which turns about w by the integral of abs(w). Contacts and joints are not known to it, nor is the
-// wobble of a body that spins about none of its principal axes: it is right for free flight and a bound elsewhere.
+// Damping is the exact solution of dv/dt = a - k v, of which the above is the case k = 0. The orientation turns about w
+// by the integral of abs(w). Contacts, joints and the wobble of a body that spins about none of its principal axes are
+// left out: the prediction is right for free flight, and a bound for everything else.
 #pragma once
 
 #include "core/world/scene.h"
@@ -15,7 +15,7 @@ struct Forces {
   Vec3d acceleration_m_s2;  // F / m + g
 };
 
-// State `dt_s` >= 0 later. A sleeping body stays.
+// The state `dt_s` >= 0 later. A sleeping body stays.
 BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forces, double dt_s);
 
 // Bounds of all that a body with local bounding radius `radius_m` sweeps over [0, dt_s], by the same formula.

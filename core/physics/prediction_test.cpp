@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {
@@ -49,7 +49,7 @@ TEST(PredictionTest, DampedFallMatchesSmallSteps) {
     Vec3d p = body.initial.position, v(body.initial.linear_velocity);
     constexpr int kSteps = 200'000;
     const double h = 1.0 / kSteps;
-    for (int i = 0; i < kSteps; ++i) {  // midpoint rule
+    for (int i = 0; i < kSteps; ++i) {  // the midpoint rule
       const Vec3d middle = v + (kFalling.acceleration_m_s2 - v * k) * (h / 2);
       p += middle * h;
       v += (kFalling.acceleration_m_s2 - middle * k) * h;

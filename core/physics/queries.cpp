@@ -1,34 +1,52 @@
 #include "core/physics/queries.h"
 
-#include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
-#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-
 #include <algorithm>
 
 #include "core/physics/bullet_math.h"
 #include "core/physics/rigid_body.h"
+#include "core/physics/tuning.h"
 
 namespace tessera::physics {
 namespace {
+
+btDefaultCollisionConstructionInfo SmallPools() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_defaultMaxPersistentManifoldPoolSize = kQueryPool;
+  info.m_defaultMaxCollisionAlgorithmPoolSize = kQueryPool;
+  return info;
+}
 
 void SortUnique(std::vector<BodyId>* ids) {
   std::sort(ids->begin(), ids->end());
   ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
 }
 
+// Bullet asks `needsCollision` about every body whose bounds a query meets, before it looks at the body's shape.
+RigidBody& WithBulletShape(const btBroadphaseProxy& proxy, BulletShapes& shapes) {
+  RigidBody& body = BroadPhase::BodyOf(proxy);
+  if (body.object.getCollisionShape() == nullptr) body.object.setCollisionShape(shapes.Of(body.shared_geometry()));
+  return body;
+}
+
 // A trigger is no obstacle to a ray.
-class Nearest : public btCollisionWorld::ClosestRayResultCallback {
+class NearestHit : public btCollisionWorld::ClosestRayResultCallback {
  public:
-  using ClosestRayResultCallback::ClosestRayResultCallback;
-  bool needsCollision(btBroadphaseProxy* proxy) const override {
-    return !RigidBody::Of(*static_cast<btCollisionObject*>(proxy->m_clientObject)).trigger();
-  }
+  NearestHit(const btVector3& from, const btVector3& to, BulletShapes& shapes)
+      : ClosestRayResultCallback(from, to), shapes_(shapes) {}
+  bool needsCollision(btBroadphaseProxy* proxy) const override { return !WithBulletShape(*proxy, shapes_).trigger(); }
+
+ private:
+  BulletShapes& shapes_;
 };
 
-// Bodies with a point in common with the query's.
-class Inside : public btCollisionWorld::ContactResultCallback {
+// Bodies that have a point in common with the shape of the query.
+class TouchingBodies : public btCollisionWorld::ContactResultCallback {
  public:
-  explicit Inside(const btCollisionObject* query) : query_(query) {}
+  TouchingBodies(const btCollisionObject* query, BulletShapes& shapes) : query_(query), shapes_(shapes) {}
+  bool needsCollision(btBroadphaseProxy* proxy) const override {
+    WithBulletShape(*proxy, shapes_);
+    return true;
+  }
   btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* a, int, int,
                            const btCollisionObjectWrapper* b, int, int) override {
     if (point.getDistance() > 0) return 0;
@@ -41,32 +59,22 @@ class Inside : public btCollisionWorld::ContactResultCallback {
 
  private:
   const btCollisionObject* query_;
-};
-
-class InBounds : public btBroadphaseAabbCallback {
- public:
-  InBounds(const btVector3& min, const btVector3& max) : min_(min), max_(max) {}
-  bool process(const btBroadphaseProxy* proxy) override {
-    const auto& object = *static_cast<const btCollisionObject*>(proxy->m_clientObject);
-    btVector3 min, max;
-    object.getCollisionShape()->getAabb(object.getWorldTransform(), min, max);
-    const bool apart = min.x() > max_.x() || max.x() < min_.x() || min.y() > max_.y() || max.y() < min_.y() ||
-                       min.z() > max_.z() || max.z() < min_.z();
-    if (!apart) ids.push_back(RigidBody::Of(object).id());
-    return true;
-  }
-  std::vector<BodyId> ids;
-
- private:
-  btVector3 min_, max_;
+  BulletShapes& shapes_;
 };
 
 }  // namespace
 
-std::optional<RayHit> CastRay(const btCollisionWorld& world, Vec3d origin, Vec3d from, Vec3d to) {
-  const btVector3 start = ToBullet(from - origin), end = ToBullet(to - origin);
-  Nearest nearest(start, end);
-  world.rayTest(start, end, nearest);
+Queries::Queries(BroadPhase& broad_phase, Vec3d origin)
+    : broad_phase_(broad_phase),
+      origin_(origin),
+      configuration_(SmallPools()),
+      dispatcher_(&configuration_),
+      world_(&dispatcher_, &broad_phase.trees(), &configuration_) {}
+
+std::optional<RayHit> Queries::CastRay(Vec3d from, Vec3d to) {
+  const btVector3 start = ToBullet(from - origin_), end = ToBullet(to - origin_);
+  NearestHit nearest(start, end, shapes_);
+  world_.rayTest(start, end, nearest);
   if (!nearest.hasHit()) return std::nullopt;
   const double fraction = nearest.m_closestHitFraction;
   return RayHit{.body = RigidBody::Of(*nearest.m_collisionObject).id(),
@@ -75,23 +83,28 @@ std::optional<RayHit> CastRay(const btCollisionWorld& world, Vec3d origin, Vec3d
                 .fraction = fraction};
 }
 
-std::vector<BodyId> OverlappingShape(btCollisionWorld& world, Vec3d origin, const Shape& convex, const Pose& pose) {
-  const std::shared_ptr<CollisionShape> shape = MakeShape(convex, {});
+std::vector<BodyId> Queries::Overlapping(const Shape& convex, const Pose& pose) {
+  const std::shared_ptr<const Geometry> geometry = MakeGeometry(convex, {});
+  const std::shared_ptr<btCollisionShape> shape = MakeBulletShape(*geometry);
   btCollisionObject query;
-  query.setCollisionShape(shape->bullet());
-  query.setWorldTransform(ToBullet(Pose{pose.position - origin, pose.orientation}));
-  Inside inside(&query);
-  world.contactTest(&query, inside);
-  SortUnique(&inside.ids);
-  return inside.ids;
+  query.setCollisionShape(shape.get());
+  query.setWorldTransform(ToBullet(Pose{pose.position - origin_, pose.orientation}));
+  TouchingBodies touching(&query, shapes_);
+  world_.contactTest(&query, touching);
+  SortUnique(&touching.ids);
+  return touching.ids;
 }
 
-std::vector<BodyId> OverlappingBox(btCollisionWorld& world, Vec3d origin, const Aabb& box) {
-  const btVector3 min = ToBullet(box.min - origin), max = ToBullet(box.max - origin);
-  InBounds in_bounds(min, max);
-  world.getBroadphase()->aabbTest(min, max, in_bounds);
-  SortUnique(&in_bounds.ids);
-  return in_bounds.ids;
+std::vector<BodyId> Queries::Overlapping(const Aabb& box) {
+  const Bounds bounds{Vec3f(box.min - origin_), Vec3f(box.max - origin_)};
+  std::vector<RigidBody*> near;
+  broad_phase_.Overlapping(bounds, &near);
+  std::vector<BodyId> ids;
+  for (const RigidBody* body : near) {
+    if (broad_phase_.TightBounds(*body).Overlaps(bounds)) ids.push_back(body->id());
+  }
+  SortUnique(&ids);
+  return ids;
 }
 
 }  // namespace tessera::physics

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {

@@ -1,18 +1,18 @@
-// Where each shape comes to rest, on each kind of ground, against where it must.
+// Each shape comes to rest, on each kind of ground, where it must.
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <string>
 
 #include "core/physics/mass_properties.h"
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {
 
-// A pile of boxes, and the same again from its state alone, `rehearsals` times rehearsed: the furthest that a body of
-// the second moves in the first ticks, m.
-double JoltOfASavedPile(int rehearsals) {
+// The furthest that a body moves in the first ticks of a pile of boxes that is made anew from its state alone, after
+// its contacts were primed so many times, m.
+double JoltOfASavedPile(int primings) {
   World pile({}), again({});
   std::vector<BodyDef> defs = {Static(1, Ground(), {})};
   std::uint64_t id = 2;
@@ -25,14 +25,14 @@ double JoltOfASavedPile(int rehearsals) {
   for (const BodyDef& def : defs) pile.Add(def, def.initial);
   for (int tick = 0; tick < 600; ++tick) pile.Step(1.0 / 60);
   for (const BodyDef& def : defs) again.Add(def, pile.StateOf(def.id));
-  again.Rehearse(1.0 / 60, rehearsals);
+  again.PrimeContacts(1.0 / 60, primings);
   for (const BodyDef& def : defs) EXPECT_EQ(again.StateOf(def.id), pile.StateOf(def.id));
   double furthest = 0;
   for (int tick = 0; tick < 5; ++tick) {
     pile.Step(1.0 / 60);
     again.Step(1.0 / 60);
     if (tick == 0) {
-      EXPECT_GE(again.events().size(), 100U);  // of 100 that touch: it is the step that tells
+      EXPECT_GE(again.events().size(), 100U);  // The step reports them, not the priming.
     }
     for (const BodyDef& def : defs) {
       furthest = std::max(furthest, Length(again.StateOf(def.id).position - pile.StateOf(def.id).position));
@@ -41,11 +41,11 @@ double JoltOfASavedPile(int rehearsals) {
   return furthest;
 }
 
-TEST(RehearsalTest, APileThatWasSavedHardlySags) {
-  const double cold = JoltOfASavedPile(0), rehearsed = JoltOfASavedPile(6);
-  std::printf("a saved pile sags by %.2e m, rehearsed by %.2e m\n", cold, rehearsed);
-  EXPECT_LT(rehearsed, 2e-4);
-  EXPECT_LT(rehearsed, cold / 4);
+TEST(PrimedContactsTest, APileThatWasSavedHardlySags) {
+  const double cold = JoltOfASavedPile(0), primed = JoltOfASavedPile(6);
+  std::printf("a saved pile sags by %.2e m, primed by %.2e m\n", cold, primed);
+  EXPECT_LT(primed, 2e-4);
+  EXPECT_LT(primed, cold / 4);
 }
 
 // A wall is the worst of all piles: it can sway, with hardly anything to stop it.
@@ -72,14 +72,14 @@ TEST(RestingTest, AWallOfBoxesStandsStill) {
   EXPECT_LT(furthest, 0.01);
 }
 
-TEST(RehearsalTest, KeepsForcesForTheStep) {
+TEST(PrimedContactsTest, KeepForcesForTheStep) {
   World world({.gravity_m_s2 = {}});
   const BodyDef one = Dynamic(1, Cube(), {}), two = Dynamic(2, Cube(), {1, 0, 0});
   world.Add(one, one.initial);
   world.Add(two, two.initial);
   world.ApplyForce(BodyId(1), {0, 60, 0}, {});
   world.ApplyForce(BodyId(2), {0, 60, 0}, {});
-  world.Rehearse(1.0 / 60, 6);
+  world.PrimeContacts(1.0 / 60, 6);
   world.Step(1.0 / 60);
   EXPECT_NEAR(world.StateOf(BodyId(1)).linear_velocity.y, 1 / one.mass_kg, 1e-6);
   EXPECT_NEAR(world.StateOf(BodyId(2)).linear_velocity.y, 1 / two.mass_kg, 1e-6);
@@ -90,7 +90,7 @@ constexpr double kBase_m = 3;  // height of the ground
 struct Lying {
   std::string name;
   ShapePtr shape;
-  double height_m;  // of the centre of mass above the ground
+  double height_m;  // centre of mass above the ground
 };
 
 ShapePtr CubeHull(Vec3f center) {
@@ -155,7 +155,6 @@ TEST(RestingTest, EveryShapeLiesOnEveryGround) {
 }
 
 // --- Edges inside a surface
-// --------------------------------------------------------------------------------------------
 
 // A grid of 1 m cells; `height` of a vertex by its x.
 template <class Height>
@@ -230,7 +229,7 @@ TEST(EdgeTest, RidgesAndValleysAreFollowed) {
   EXPECT_NEAR(LengthSquared(Vec3d(world.StateOf(ball.id).linear_velocity)), expected, 0.04 * expected);
 }
 
-// The same plane, seen from a region 100 km along it: a slanted one is where it would go wrong.
+// The same plane in a world whose origin is 100 km along it; errors would show on a slanted plane.
 TEST(RestingTest, PlaneIsWhereItIsFarFromItsOwnOrigin) {
   const Vec3d normal = Normalized(Vec3d{1, 2, 0});
   const Vec3d down{2 / std::sqrt(5.0), -1 / std::sqrt(5.0), 0};  // along the slope
@@ -262,8 +261,7 @@ TEST(RestingTest, HeightFieldHasItsHeightsWhereTheyWereGiven) {
   }
 }
 
-// --- What wakes a sleeper
-// --------------------------------------------------------------------------------------------
+// --- Waking
 
 TEST(WakingTest, AStateThatMovesABodyWakesWhatItIsJointedTo) {
   World world({});

@@ -9,7 +9,7 @@
 namespace tessera::physics {
 namespace {
 
-// Of the three moments, so near to one another that a turn changes nothing.
+// Whether the three moments are so near to one another that a turn changes nothing.
 bool IsRound(Vec3d inertia) {
   const double most = std::max({inertia.x, inertia.y, inertia.z}), least = std::min({inertia.x, inertia.y, inertia.z});
   return most - least <= kSymmetryTolerance * most;
@@ -32,15 +32,11 @@ RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, 
       angular_damping_(def.angular_damping),
       frame_(form.frame) {
   object.setUserPointer(this);
-  object.setCollisionShape(geometry_->bullet->bullet());
   if (!dynamic_) object.setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
   Set(state, origin);
 }
 
-Pose RigidBody::LocalFrame(const Pose& in_shape) const {
-  const Quatd to_inner = Conjugate(frame_.axes);
-  return {Rotate(to_inner, in_shape.position - frame_.origin), to_inner * Normalized(in_shape.orientation)};
-}
+Pose RigidBody::LocalFrame(const Pose& in_shape) const { return frame_.FromShape(in_shape); }
 
 RigidBody::Change RigidBody::Compare(const BodyState& state) const {
   BodyState same = state;
@@ -95,7 +91,7 @@ Placement RigidBody::PlacementOf(const BodyState& state) const {
 void RigidBody::Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f angular_momentum) {
   state_.position = position;
   state_.orientation = Normalized(frame_.turned() ? orientation * Conjugate(frame_.axes) : orientation);
-  placement_ = PlacementOf(state_);  // what another world gets from this state
+  placement_ = PlacementOf(state_);  // as another world computes it from this state
   shown = false;
   SetMotion(velocity, angular_momentum);
 }
@@ -107,7 +103,7 @@ void RigidBody::SetMotion(Vec3f velocity, Vec3f angular_momentum) {
 }
 
 void RigidBody::FallAsleep() {
-  course = {};
+  predicted = {};
   state_.asleep = true;
   state_.linear_velocity = state_.angular_velocity = state_.angular_momentum = {};
   NoteRest();

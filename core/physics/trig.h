@@ -1,8 +1,8 @@
 // Sine, cosine and arc tangent with the same bits on every host.
 //
-// glibc picks other code, and other last bits, where the processor has FMA. These are plain sums and products, which
-// IEEE 754 rounds one way only; state that must agree between hosts uses them. Right to about one unit in the last
-// place.
+// glibc picks other code, and other last bits, where the processor has FMA. These functions are plain sums and
+// products, which IEEE 754 rounds one way only; state that must agree between hosts uses them. They are right to about
+// one unit in the last place.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct SinCos {
   double sin = 0, cos = 1;
 };
 
-// Of an angle from -pi/4 to pi/4: Taylor's series, whose next term is below 1e-17 there.
+// For an angle from -pi/4 to pi/4, by Taylor's series, whose next term is below 1e-17 there.
 constexpr SinCos SmallSinCos(double x) {
   const double y = x * x;
   constexpr double s3 = -1.0 / 6, s5 = 1.0 / 120, s7 = -1.0 / 5040, s9 = 1.0 / 362880, s11 = -1.0 / 39916800,
@@ -29,7 +29,7 @@ constexpr SinCos SmallSinCos(double x) {
   return {x + x * (y * s), 1 + y * c};
 }
 
-// Of an angle from -1/16 to 1/16, which is what most bodies turn in a tick; likewise. By pairs of terms, so that fewer
+// For an angle from -1/16 to 1/16, as most bodies turn in a tick, by the same series in pairs of terms, so that fewer
 // wait for one another.
 constexpr SinCos TinySinCos(double x) {
   const double y = x * x, y2 = y * y;
@@ -38,14 +38,14 @@ constexpr SinCos TinySinCos(double x) {
   return {x + x * (y * s), 1 + y * c};
 }
 
-// Of any finite angle.
+// For any finite angle.
 inline SinCos SinCosOf(double x) {
   constexpr double kQuarter = std::numbers::pi / 4;
   if (std::abs(x) <= 1.0 / 16) return TinySinCos(x);
   if (std::abs(x) <= kQuarter) return SmallSinCos(x);
-  // Beyond, 2 pi as a double is near enough: its error times the turns is less than half a unit in x's last place.
+  // Beyond that, 2 pi as a double is near enough: its error times the turns is less than half a unit in x's last place.
   if (std::abs(x) > 1e6) x = std::remainder(x, 2 * std::numbers::pi);
-  // pi / 2 in three parts of 33, 33 and 53 bits, so that its multiples are exact (Cody and Waite 1980).
+  // These are pi / 2 in parts of 33, 33 and 53 bits, so that its multiples are exact (Cody and Waite 1980).
   constexpr double kHigh = 0x1.921fb544p+0, kMiddle = 0x1.0b4611a6p-34, kLow = 0x1.3198a2e037073p-69;
   const double turns = std::round(x * (2 / std::numbers::pi));
   const SinCos r = SmallSinCos(((x - turns * kHigh) - turns * kMiddle) - turns * kLow);
@@ -61,7 +61,7 @@ inline SinCos SinCosOf(double x) {
   }
 }
 
-// Angle of (x, y) from the x axis, -pi to pi; 0 of (0, 0).
+// Angle of (x, y) from the x axis, -pi to pi; 0 for (0, 0).
 inline double Atan2(double y, double x) {
   const double ay = std::abs(y), ax = std::abs(x), larger = ax > ay ? ax : ay;
   if (larger == 0) return 0;
@@ -87,7 +87,7 @@ inline double Atan2(double y, double x) {
   return y < 0 ? -angle : angle;
 }
 
-// A turn by the rotation vector `v`: about its direction, by its length.
+// The turn by the rotation vector `v`: about its direction, by its length.
 inline Quatd TurnBy(Vec3d v) {
   const double angle = Length(v);
   if (angle < 1e-8) return Normalized(Quatd(v.x / 2, v.y / 2, v.z / 2, 1));  // sin(a/2)/a = 1/2 to a double's end

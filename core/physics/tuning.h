@@ -1,5 +1,5 @@
-// Constants of the world about the solver (whose own are in solve/tuning.h). Each with its unit, its reason, and what
-// breaks if it changes.
+// Constants of the physics outside the solver (whose own are in solve/tuning.h), each with its unit, its reason, and
+// the harm if it changes.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ inline constexpr float kConeMargin_m = 0.01f, kConeMarginShare = 0.1f;
 // two keeps a resting body, which breathes by a fraction of a millimetre, from touching and parting again and again.
 inline constexpr float kTouchBegin_m = 0.0f, kTouchEnd_m = 0.005f;
 
-// Slower than both for kSleepAfter_s, an island falls asleep. Bullet's own .8 m/s and 1 rad/s stop bodies that visibly
-// move.
+// An island whose bodies are slower than both for kSleepAfter_s falls asleep. Bullet's own .8 m/s and 1 rad/s stop
+// bodies that visibly move.
 inline constexpr float kSleepLinear_m_s = 0.05f, kSleepAngular_rad_s = 0.1f;
 
 // How far a sleeper may be moved from where it fell asleep, m and rad, by states that are slow enough to sleep with.
@@ -35,69 +35,69 @@ inline constexpr double kSymmetryTolerance = 1e-6;
 // trembles comes and goes; larger, and more pairs are solved that never touch.
 inline constexpr float kSpeculative_m = 0.02f;
 
-// A pair whose points may come this near to each other in the step is solved; else its bodies fly free, m.
+// A pair whose points may come this near to each other in the step, m, is solved; otherwise its bodies fly free.
 inline constexpr float kTouchSoon_m = 0.001f;
 
 // A pair that moves against each other by more than this share of the smaller one's inner radius in a step is swept:
-// its nearest points of now say nothing of where it will meet. Larger, and a corner that passes by is felt; smaller,
+// its nearest points of now say nothing about where it will meet. Larger, and a corner that passes by is felt; smaller,
 // and slow bodies pay for sweeps.
 inline constexpr float kFastShare = 0.25f;
 
-// A body that comes out this far from where its course led, m, was pushed off it.
-inline constexpr float kAstray_m = 1e-4f;
+// A body that ends this far from its predicted motion, m, was deflected.
+inline constexpr float kDeflected_m = 1e-4f;
 
 // A body that was solved and yet reaches through a contact by this share of its inner radius at the end of a step has
 // turned through it, and is swept.
 inline constexpr float kThroughShare = 0.5f;
 
-// A sweep ends this far before the surfaces meet, m: what floats resolve across a large shape.
+// A sweep ends this far before the surfaces meet, m: the resolution of floats across a large shape.
 inline constexpr float kImpactDistance_m = 0.0005f;
 
-// What has so many times the mass of another goes its way when the two meet in a sweep, and takes the other along.
-// Less, and equals push each other on into what lies beyond; more, and what stands in a vehicle sinks into it when
-// something bounces there.
+// A sweep that stops a light body against one of at least this many times its mass lets the heavy one continue, and the
+// light one goes along. Smaller, and equals push each other on into bodies beyond; larger, and bodies that stand in a
+// vehicle sink into it when something bounces there.
 inline constexpr double kCarrierMass = 8;
 
-// The broad phase hears of a body when it leaves its bounds widened by this, m. Larger spares it work and finds more
-// pairs that are apart.
+// The trees hold bounds that are wider by this, m, and hear of a body only when it leaves them. Larger spares them work
+// and finds more pairs that are apart.
 inline constexpr float kBoundsMargin_m = 0.05f;
-// They reach ahead of what moves by so many steps' way, and by no more than this, m: one that flies is told of every
-// fourth step.
+// Those bounds reach ahead of a moving body by so many steps' motion, and by no more than this, m: the trees hear of a
+// flying body in every fourth step.
 inline constexpr float kBoundsAhead = 3;
 inline constexpr float kMostAhead_m = 0.5f;
-// Every so many steps the trees take what has not told of itself for as many out of the one that is for what moves.
-// Fewer, and what flies, which tells of every fourth step, goes to and fro between the two.
-inline constexpr std::uint64_t kTendSteps = 8;
-inline constexpr float kEverywhere_m = 1e9f;  // half the width of what has no bounds
+// Every so many steps the trees are optimised: bodies that they have not heard of for as many go from the tree for
+// moving bodies to the other one. Fewer, and a flying body, which is heard of in every fourth step, goes to and fro.
+inline constexpr std::uint64_t kOptimiseSteps = 8;
+inline constexpr float kEverywhere_m = 1e9f;  // half the width of a shape without bounds
 
-// An island that weighs less than this many times its lightest body carries no load worth reckoning: the fewest
+// An island that weighs less than this many times its lightest body carries no load worth computing: the fewest
 // substeps hold it.
 inline constexpr double kLightIsland = 6;
 
-// What stands on one body alone can lean, and counts for this many times its weight. At 1 a tower of 20 falls within a
-// minute, and one of 40 sways.
+// A body that stands on one body alone can lean, and counts for this many times its weight. At 1 a tower of 20 falls
+// within a minute, and one of 40 sways.
 inline constexpr double kColumnLoad = 2;
 
 // An island's load counts as a mean over so many steps. Fewer, and a pile that falls together gets now 4, now 8
 // substeps, and runs that differ by a hair spread by it; two parts of one pile, solved apart, find other loads in
-// single steps and fall apart. More, and what is laden needs as many steps longer to be held.
+// single steps and fall apart. More, and a loaded island needs as many steps longer to be held.
 inline constexpr float kLoadSteps = 10;
-inline constexpr float kMostIslandLoad = 1e6f;  // that counts; far less gets as many substeps as there are
-inline constexpr float kUnknownLoad = -1;       // of a body that nothing held: what comes next counts at once
+inline constexpr float kMostIslandLoad = 1e6f;  // cap of a load; far less gets as many substeps as there are
+inline constexpr float kUnknownLoad = -1;       // load of a body that nothing held: the next one counts at once
 
-// Bodies with no solid middle, or hardly one, count as this large where loads are told by size, m.
+// Inner radius of bodies with no solid middle, or hardly one, where loads are scaled by size, m.
 inline constexpr double kLeastInner_m = 0.005;
 
-// What jointed bodies of one island count for at most, in masses of the lightest: chains longer than that are seldom
+// Jointed bodies of one island count for at most this many masses of the lightest: chains longer than that are seldom
 // straight. 64 give them 8 substeps; with 2 a swinging chain of 33 equal bodies opens by .3 m.
 inline constexpr float kMostPull = 64;
 
-// What a step may spend on solving, in contacts times substeps (see solve/substeps.h): some 10 ms of one core. Above
+// The budget of a step for solving, in contacts times substeps (see solve/substeps.h): some 10 ms of one core. Above
 // it, the most expensive islands get fewer substeps than they need, and give way sooner than the tick does.
 inline constexpr std::int64_t kWorkBudget = 250'000;
 
-// For so long must all of an island have been slow before it sleeps, s. Shorter, and a ball at the top of its flight
-// hangs there; longer costs work.
+// All bodies of an island must have been slow for this long before it sleeps, s. Shorter, and a ball at the top of its
+// flight hangs there; longer costs work.
 inline constexpr float kSleepAfter_s = 0.5f;
 
 // Algorithms and manifolds that Bullet keeps for overlap queries without going to the heap.

@@ -1,10 +1,10 @@
-// Bodies that lie in each other's hollows, and such as are wedged in where there is no room for them.
+// Bodies that lie in each other's hollows, and bodies that are wedged in where there is no room for them.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <numbers>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {
@@ -14,8 +14,8 @@ ShapePtr Dumbbell() {
       CompoundShape{{{{{-0.5, 0, 0}, {}}, Ball(0.35)}, {{}, Box(0.4, 0.12, 0.12)}, {{{0.5, 0, 0}, {}}, Ball(0.35)}}});
 }
 
-// Each touches the other's bar with a ball, and reaches past that contact with its other ball: nothing that passed
-// through anything.
+// Each dumbbell touches the other's bar with a ball, and reaches past that contact with its other ball. Nothing has
+// passed through anything by that.
 TEST(CompoundTest, TwoThatLieInEachOthersHollowsTravelFreely) {
   const float speed_m_s = 7, press_n = 30;
   World world({.gravity_m_s2 = {}});

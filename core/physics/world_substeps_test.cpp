@@ -1,7 +1,7 @@
-// How many substeps a world gives to what hangs together, and by which loads.
+// Substeps that a world gives to an island, and the loads by which it does.
 #include <gtest/gtest.h>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 #include "core/physics/world.h"
 
 namespace tessera::physics {
@@ -21,7 +21,7 @@ TEST(SubstepTest, ATallTowerGetsThemInItsFirstSteps) {
   World world({});
   AddTower(world, 20);
   world.Step(kDt);
-  EXPECT_GT(world.IslandLoadOf(BodyId(2)), 20);  // at once: there is nothing to take a mean with
+  EXPECT_GT(world.IslandLoadOf(BodyId(2)), 20);  // It counts at once: there is nothing to take a mean with.
   for (int i = 0; i < 5; ++i) world.Step(kDt);
   EXPECT_GE(world.SubstepsOf(BodyId(2)), 8);
   EXPECT_EQ(world.SubstepsOf(BodyId(21)), world.SubstepsOf(BodyId(2)));
@@ -41,19 +41,19 @@ TEST(SubstepTest, ABlowIsNoLoad) {
   }
 }
 
-TEST(SubstepTest, WhatHangsTogetherElsewhereCounts) {
+TEST(SubstepTest, TheLoadOutsideTheWorldCounts) {
   World world({});
   AddTower(world, 2);
   Simulate(world, 1);
   ASSERT_EQ(world.SubstepsOf(BodyId(2)), 2);
   const float own = world.IslandLoadOf(BodyId(2));
-  world.SetElsewhere(BodyId(3), {.island_load = 30});
+  world.SetSupportHint(BodyId(3), {.island_load = 30});
   Simulate(world, 0.1);
   EXPECT_EQ(world.SubstepsOf(BodyId(2)), 8);
-  EXPECT_NEAR(world.IslandLoadOf(BodyId(2)), own, 0.1 * own) << "what is told is not told on";
+  EXPECT_NEAR(world.IslandLoadOf(BodyId(2)), own, 0.1 * own) << "the hint is not handed on";
 }
 
-TEST(SubstepTest, WhatFliesForgetsThem) {
+TEST(SubstepTest, AFlyingBodyForgetsThem) {
   World world({});
   AddTower(world, 1);
   Simulate(world, 1);

@@ -1,4 +1,4 @@
-// State in and out, sleep, and that the same calls give the same bits.
+// State goes in and out, bodies sleep and wake, and the same calls give the same bits.
 #include "core/physics/world.h"
 
 #include <gmock/gmock.h>
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <random>
 
-#include "core/physics/test_bodies.h"
+#include "core/physics/testing/bodies.h"
 
 namespace tessera::physics {
 namespace {
@@ -54,7 +54,6 @@ std::vector<BodyState> StatesOf(const World& world, std::vector<BodyDef> bodies)
 }
 
 // --- Parking
-// -------------------------------------------------------------------------------------------------------------
 
 TEST(ParkingTest, AParkedBodyHangsWhereItIsAndNothingTouchesIt) {
   World world({});
@@ -95,7 +94,6 @@ TEST(ParkingTest, ABodyThatIsParkedNoMoreFallsAndCollidesAsBefore) {
 }
 
 // --- Same bits
-// -----------------------------------------------------------------------------------------------------------
 
 TEST(DeterminismTest, SameCallsGiveTheSameBits) {
   const std::vector<BodyDef> bodies = Heap(60, 1);
@@ -126,7 +124,7 @@ TEST(DeterminismTest, OrderOfInsertionLeavesNoTrace) {
   EXPECT_GT(a.asleep_count(), 0u);
 }
 
-// Joints too: their order is that of their ids.
+// Joints are solved in the order of their ids.
 TEST(DeterminismTest, OrderOfJointsLeavesNoTrace) {
   std::vector<BodyDef> bodies = {Static(1, Ground())};
   std::vector<JointDef> joints;
@@ -153,7 +151,7 @@ TEST(DeterminismTest, OrderOfJointsLeavesNoTrace) {
   EXPECT_EQ(StatesOf(a, bodies), StatesOf(b, bodies));
 }
 
-// What else is in a world, and in which company islands are solved, does not show.
+// Other bodies in a world, and the company in which islands are solved, leave no trace.
 TEST(DeterminismTest, PairIsTheSameInAnyCompany) {
   const BodyDef ground = Static(5, Ground());
   BodyDef lower = Dynamic(20, Cube(), {0, 0.5, 0}), upper = Dynamic(kFirstPlayerBody + 9, Cube(), {0.2, 1.7, 0.1});
@@ -175,9 +173,9 @@ TEST(DeterminismTest, PairIsTheSameInAnyCompany) {
   }
 }
 
-// Positions that both hold exactly, told anew in every step. What a world remembers of a contact is its own, and
-// differs by what a double at 1e6 m loses; so where a choice hangs by a hair, it may fall otherwise: of 20 heaps that
-// were tried, in 1 of 100 000 cases.
+// Both worlds get positions that both can hold exactly, in every step. A world's memory of a contact is its own, and
+// differs by the resolution of a double at 1e6 m; so where a choice hangs by a hair, it may fall otherwise: in 20 heaps
+// that were tried, in 1 of 100 000 cases.
 TEST(OriginTest, FarFromHomeIsAsAtHome) {
   const Vec3d far{1e6, 0, -1e6};
   const std::vector<BodyDef> bodies = Heap(40, 5);
@@ -185,7 +183,7 @@ TEST(OriginTest, FarFromHomeIsAsAtHome) {
   AddAll(home, bodies);
   for (BodyDef body : bodies) {
     body.initial.position += far;
-    // What a double at 1e6 m keeps of it is 1e-10 m; give home the same.
+    // A double at 1e6 m resolves 1e-10 m; home gets the same position.
     away.Add(body, body.initial);
   }
   for (const BodyDef& body : bodies) {
@@ -215,7 +213,6 @@ TEST(OriginTest, FarFromHomeIsAsAtHome) {
 }
 
 // --- State
-// ---------------------------------------------------------------------------------------------------------------
 
 TEST(StateTest, WhatOneWorldReadsOutAnotherHoldsToTheBit) {
   const std::vector<BodyDef> bodies = Heap(40, 6);
@@ -249,31 +246,31 @@ TEST(StateTest, SetStateGivesWhatWasSet) {
   state.linear_velocity = {1, 2, 3};
   state.angular_velocity = {4, 5, 6};
   world.SetState(body.id, state);
-  BodyState told = world.StateOf(body.id);
-  EXPECT_NE(told.angular_momentum, Vec3f());
-  world.SetState(body.id, told);
-  EXPECT_EQ(world.StateOf(body.id), told);
-  told.angular_momentum = {};
-  EXPECT_EQ(told, state);
+  BodyState set = world.StateOf(body.id);
+  EXPECT_NE(set.angular_momentum, Vec3f());
+  world.SetState(body.id, set);
+  EXPECT_EQ(world.StateOf(body.id), set);
+  set.angular_momentum = {};
+  EXPECT_EQ(set, state);
   const Aabb bounds = world.BoundsOf(body.id);
   EXPECT_TRUE(bounds.Contains(state.position));
   EXPECT_TRUE(world.CastRay(state.position + Vec3d{0, 5, 0}, state.position - Vec3d{0, 5, 0}).has_value());
   EXPECT_THAT(world.Overlapping(Aabb{{500, 2, 501}, {503, 4, 503}}), testing::IsEmpty());
 }
 
-// A ghost is told its owner's state each tick; if that is where it is anyway, its contacts go on as if nothing
-// happened.
+// A body may get a state in each tick that another world computes. If it is there anyway, its contacts go on as if
+// nothing had happened.
 TEST(StateTest, SettingTheSameStateEachTickChangesNothing) {
   const std::vector<BodyDef> bodies = Heap(40, 7);
-  World plain({}), told({});
+  World plain({}), updated({});
   AddAll(plain, bodies);
-  AddAll(told, bodies);
+  AddAll(updated, bodies);
   for (int i = 0; i < 900; ++i) {
     plain.Step(kDt);
-    told.Step(kDt);
-    for (const BodyDef& body : bodies) told.SetState(body.id, plain.StateOf(body.id));
-    ASSERT_EQ(StatesOf(plain, bodies), StatesOf(told, bodies)) << i;
-    ASSERT_EQ(plain.asleep_count(), told.asleep_count()) << i;
+    updated.Step(kDt);
+    for (const BodyDef& body : bodies) updated.SetState(body.id, plain.StateOf(body.id));
+    ASSERT_EQ(StatesOf(plain, bodies), StatesOf(updated, bodies)) << i;
+    ASSERT_EQ(plain.asleep_count(), updated.asleep_count()) << i;
   }
   EXPECT_GT(plain.asleep_count(), 0u);
 }
@@ -331,21 +328,21 @@ TEST(StateTest, GravityScaleAndDampingAreTheBodysOwn) {
   EXPECT_NEAR(world.StateOf(damped.id).angular_velocity.y, 2 * 0.4, 1e-4);
 }
 
-// A box that lies on another falls through it when both are stand-ins, and lies on it else.
-TEST(StandInTest, TwoDoNotTouchEachOther) {
+// A box that lies on another falls through it when both are of one exclusion group, and lies on it otherwise.
+TEST(ExclusionGroupTest, TwoOfOneGroupDoNotTouchEachOther) {
   for (const bool both : {false, true}) {
     World world({});
     AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0})});
-    world.SetElsewhere(BodyId(2), {.stand_in = true});
-    world.SetElsewhere(BodyId(3), {.stand_in = both});
+    world.SetExclusionGroup(BodyId(2), ExclusionGroup{1});
+    if (both) world.SetExclusionGroup(BodyId(3), ExclusionGroup{1});
     Simulate(world, 1);
     EXPECT_NEAR(world.StateOf(BodyId(2)).position.y, 0.5, 0.01);
     EXPECT_NEAR(world.StateOf(BodyId(3)).position.y, both ? 0.5 : 1.5, 0.01);
   }
 }
 
-// What is only near is no neighbour in a pile.
-TEST(TouchingTest, IsToldOfByTags) {
+// A body that is only near is no neighbour in a pile.
+TEST(TouchingTest, IsNamedByTags) {
   World world({});
   AddAll(world, {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0}),
                  Dynamic(4, Cube(), {1.05, 0.5, 0})});
@@ -359,7 +356,6 @@ TEST(TouchingTest, IsToldOfByTags) {
 }
 
 // --- Sleep
-// ---------------------------------------------------------------------------------------------------------------
 
 std::vector<BodyDef> Tower() {
   return {Static(1, Ground()), Dynamic(2, Cube(), {0, 0.5, 0}), Dynamic(3, Cube(), {0, 1.5, 0}),

@@ -1,79 +1,99 @@
-// Bodies: what is in this region's physics world: static bodies, owned ones, and ghosts of the neighbours'.
+// Bodies: the physics world of a region, and in it static bodies, owned ones, and ghosts of the neighbours'.
 //
 // Promise: `owned` and `ghosts` are ascending by id and disjoint; every member is in the world, with all joints whose
 // bodies are there. A state that the world holds already is not written again, so contact caches and sleep live on
-// where both sides agree. Thread rule: one thread at a time.
+// where both sides agree.
+//
+// A place is an index into owned(), or owned().size() and an index into ghosts(): the tag of the body in the world.
+// Thread rule: one thread at a time.
 #pragma once
-
-#include <absl/container/flat_hash_map.h>
 
 #include <map>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
+#include "absl/functional/function_ref.h"
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
 #include "core/region/frame.h"
-#include "core/region/region.h"
+#include "core/region/owned_body.h"
 
 namespace tessera::region {
 
-// Beside each OwnedBody, at the same index.
-struct OwnedExtra {
-  double radius_m = 0;  // bound of the shape about its centre of mass
-  Vec3d field_m_s2;     // what the scene's fields do to it in the next step
-  bool field_known = false;
-  std::uint8_t still_ticks = 0;  // for how many, up to kCalmTicks, it has been shown and hardly moved
-  bool predicted = false;        // near a border and not calm:
-  Vec3d predicted_position;      // for the next tick
-};
-
 struct Ghost {
-  GhostRecord record;  // as its owner last told
+  GhostRecord record;  // as its owner last reported it
   RegionId owner;
   const BodyDef* def = nullptr;
-  bool just_granted = false;  // was owned here in the last step: no neighbour shows it yet
-  bool told = false;          // its owner told of it for this step
+  bool just_granted = false;  // was owned here in the last step: no neighbour reports it yet
+  bool reported = false;      // its owner reported it for this step
 };
 
 class Bodies {
  public:
   Bodies(const Catalog& catalog, const physics::Settings& settings);
 
-  physics::World& world() { return world_; }
+  // --- Who is here.
   const physics::World& world() const { return world_; }
   std::span<const OwnedBody> owned() const { return owned_; }
-  std::span<OwnedExtra> extras() { return extras_; }
-  std::span<const OwnedExtra> extras() const { return extras_; }
   std::span<const Ghost> ghosts() const { return ghosts_; }
+  // Bound of the shape of an owned body about its centre of mass, m.
+  double radius_m(std::size_t index) const { return radii_m_[index]; }
   // Index into owned(), or -1.
   std::ptrdiff_t IndexOf(BodyId id) const;
   bool Owns(BodyId id) const { return IndexOf(id) >= 0; }
   const Ghost* FindGhost(BodyId id) const;
-  // Index into owned(), or owned().size() and the index into ghosts(); or -1.
+  // The place of a body, or -1.
   std::ptrdiff_t PlaceOf(BodyId id) const;
-  // Makes these three quick, until what is owned or shown changes, and places the tags of bodies in the world.
-  void NotePlaces();
+  std::size_t places() const { return owned_.size() + ghosts_.size(); }
+  BodyId IdAt(std::size_t place) const { return DefAt(place).id; }
+  const BodyDef& DefAt(std::size_t place) const;
+  // State after the last step, of a ghost as its owner reported it.
+  const BodyState& StateAt(std::size_t place) const;
+  // Indices of those bodies of its assembly that are owned here, ascending.
+  std::vector<std::size_t> OwnedAssembly(std::size_t index) const;
+  // Grows whenever owned() gains or loses a body.
+  std::uint64_t ownership_revision() const { return ownership_revision_; }
 
+  // --- Who owns what.
   // Owns a body that is new here or was a ghost.
   void Own(BodyId id, Epoch epoch, const BodyState& state);
+  // Owns a body of a saved state: nobody here remembers its contacts, so the next step primes them.
+  void Restore(BodyId id, Epoch epoch, const BodyState& state);
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);
-  // Ghosts that were just granted are as any others.
-  void ForgetGrants() {
-    for (Ghost& ghost : ghosts_) ghost.just_granted = false;
-  }
-  // Makes the ghosts those of `shown` (ascending by id, none owned here) and those just granted.
-  void PlaceGhosts(std::span<const Ghost> shown);
-  // What was taken out of the world since the last call; some may be back.
+  // Ghosts that were just granted are from now on as any others.
+  void ForgetGrants();
+  // Makes the ghosts those of `reported` (ascending by id, none owned here) and those just granted.
+  void PlaceGhosts(std::span<const Ghost> reported);
+  // Bodies taken out of the world since the last call; some may be back.
   std::vector<BodyId> TakeLeft() { return std::exchange(left_, {}); }
-  // Ties bodies that came since the last call.
-  void TieJoints();
+  // Connects bodies that came since the last call.
+  void ConnectJoints();
+  // Makes IndexOf, FindGhost and PlaceOf quick until the bodies change, and gives the world their places as tags.
+  void NotePlaces();
+
+  // --- A step.
+  void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm) { world_.ApplyForce(id, force_n, torque_nm); }
+  // Whether the body is here and was not parked yet.
+  bool Park(BodyId id);
+  void Unpark(BodyId id);  // if it is here
+  void Step(double tick_s);
+  bool stepped() const { return stepped_; }  // at least once
   // Reads the states of the owned bodies. Those that are not sane are taken out and returned, ascending; ghosts that
-  // are not sane are taken out silently: their owner tells them anew.
+  // are not sane are taken out silently: their owner reports them anew.
   std::vector<std::pair<BodyId, Epoch>> ReadBack();
+
+  // --- What the last step found.
+  // Adds the places of bodies that are about this one, physics::kNoTag for static ones, in no order.
+  void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
+  // Contacts between owned bodies and ghosts, and those of owned bodies that are `near` a border (by index): whatever
+  // else touches is no other region's concern. Valid until this is called again, or the bodies change.
+  std::span<const physics::PairImpulse> ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near) const;
+
+  void Validate() const;
 
  private:
   const BodyDef* DefOf(BodyId id);
@@ -81,17 +101,22 @@ class Bodies {
   void RemoveFromWorld(BodyId id);
   void Write(BodyId id, const BodyState& state);
   double RadiusOf(BodyId id) const;
+  void OwnedChanged();
 
   const Catalog& catalog_;
   physics::World world_;
   std::vector<OwnedBody> owned_;
-  std::vector<OwnedExtra> extras_;
+  std::vector<double> radii_m_;  // beside owned_
   std::vector<Ghost> ghosts_;
-  absl::flat_hash_map<BodyId, std::uint32_t> places_;  // by PlaceOf; only looked up
-  bool places_noted_ = false;                          // they are as they are now
+  absl::flat_hash_map<BodyId, std::uint32_t> places_;  // only looked up
+  bool places_noted_ = false;                          // places_ is up to date
+  std::uint64_t ownership_revision_ = 0;
   std::map<BodyId, BodyDef> player_defs_;
   std::vector<BodyId> left_;  // see TakeLeft
-  std::vector<BodyId> untied_;
+  std::vector<BodyId> unconnected_;
+  bool prime_contacts_ = false;     // before the next step
+  bool stepped_ = false;            // at least once
+  std::size_t stepped_places_ = 0;  // places() in the last step
 };
 
 }  // namespace tessera::region

@@ -70,9 +70,9 @@ bool Catalog::Known(BodyId id) const {
 
 const BodyDef* Catalog::Find(BodyId id) const {
   const auto after = std::upper_bound(runs_.begin(), runs_.end(), id,
-                                      [](BodyId wanted, const Run& run) { return wanted < run.first; });
+                                      [](BodyId wanted, const IdRun& run) { return wanted < run.first; });
   if (after == runs_.begin()) return nullptr;
-  const Run& run = *(after - 1);
+  const IdRun& run = *(after - 1);
   const std::uint64_t place = id.value() - run.first.value();
   return place < run.end - run.begin ? &scene_->bodies[run.begin + place] : nullptr;
 }

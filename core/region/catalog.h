@@ -39,14 +39,14 @@ class Catalog {
   };
   // Bodies of the scene whose ids count up without a gap. There are few of these, and every body that is told of is
   // looked up in every tick.
-  struct Run {
+  struct IdRun {
     BodyId first;
     std::size_t begin = 0, end = 0;  // indices into the scene's bodies
   };
   bool Dynamic(BodyId id) const;
 
   std::shared_ptr<const Scene> scene_;
-  std::vector<Run> runs_;  // ascending
+  std::vector<IdRun> runs_;  // ascending
   std::vector<Assembly> assemblies_;
   std::unordered_map<BodyId, std::size_t> assembly_of_;  // of bodies with joints
 };

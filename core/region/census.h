@@ -1,4 +1,4 @@
-// Census: what a region owns right after one tick, in a form that adds up.
+// RegionCensus: what a region owns right after one tick, in a form that adds up.
 //
 // All regions take theirs at the same ticks (`DueAt`). Over an instance the counts add up to the number of bodies, and
 // the checksums, modulo 2^64, to the checksum of their ids, if and only if (but for chance, 2^-64) each body is owned
@@ -9,15 +9,15 @@
 #include <cstdint>
 #include <span>
 
-#include "core/region/region.h"
+#include "core/region/owned_body.h"
 
 namespace tessera::region {
 
-struct Census {
+struct RegionCensus {
   Tick tick;
   std::uint64_t owned = 0;        // dynamic bodies
   std::uint64_t id_checksum = 0;  // sum of Mix over their ids
-  friend bool operator==(const Census&, const Census&) = default;
+  friend bool operator==(const RegionCensus&, const RegionCensus&) = default;
 };
 
 // A bijection that spreads ids over 64 bits (the finaliser of SplitMix64, Steele et al. 2014), so that sums of ids do
@@ -32,8 +32,8 @@ constexpr std::uint64_t Mix(BodyId id) {
 // Once a second of simulated time.
 constexpr bool DueAt(Tick tick, std::uint32_t tick_rate_hz) { return tick.value() % tick_rate_hz == 0; }
 
-inline Census TakeCensus(Tick tick, std::span<const OwnedBody> owned) {
-  Census census{tick, owned.size(), 0};
+inline RegionCensus TakeCensus(Tick tick, std::span<const OwnedBody> owned) {
+  RegionCensus census{tick, owned.size(), 0};
   for (const OwnedBody& body : owned) census.id_checksum += Mix(body.def->id);
   return census;
 }

@@ -21,8 +21,8 @@ struct Solution {
   bool by_owner_of_a = false;
   Vec3f impulse_on_b;  // N s; a received the opposite
   Vec3f angular_on_a, angular_on_b;
-  RegionId teller{};  // whose it is; 0: this region's
-  RegionId other{};   // of one of this region's: who owned the other body
+  RegionId reporter{};  // region that found it; 0: this one
+  RegionId other{};     // if this region found it: the owner of the other body
 };
 
 Solution ToSolution(const ImpulseRecord& record);
@@ -36,7 +36,8 @@ struct PairCorrection {
   Vec3d angular_on_a, angular_on_b;  // about each one's centre of mass, N m s
 };
 
-// From what the owner of each found; null: found no contact. Masses in kg, above 0. Both owners compute the same bits.
+// The correction that follows from both owners' solutions; null means that this owner found no contact. Masses in kg,
+// above 0. Both owners compute the same bits.
 PairCorrection CorrectionOf(const Solution* of_a, const Solution* of_b, double mass_a, double mass_b);
 
 }  // namespace tessera::region

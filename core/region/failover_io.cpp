@@ -15,7 +15,7 @@ void Put(const std::vector<BodyClaim>& claims, v1::BodyEpochs& out) {
   }
 }
 
-void Put(const std::vector<GrantClaim>& claims, v1::UnconfirmedGrants& out) {
+void Put(const std::vector<GrantClaim>& claims, v1::UnacknowledgedGrants& out) {
   for (const GrantClaim& claim : claims) {
     out.add_bodies(claim.body.value());
     out.add_epochs(claim.epoch.value());
@@ -34,7 +34,7 @@ absl::Status Take(const v1::BodyEpochs& claims, const char* list, std::vector<Bo
   return absl::OkStatus();
 }
 
-absl::Status Take(const v1::UnconfirmedGrants& claims, const char* list, std::vector<GrantClaim>& out) {
+absl::Status Take(const v1::UnacknowledgedGrants& claims, const char* list, std::vector<GrantClaim>& out) {
   if (claims.bodies_size() != claims.epochs_size() || claims.bodies_size() != claims.to_size()) return Uneven(list);
   out.reserve(static_cast<std::size_t>(claims.bodies_size()));
   for (int i = 0; i < claims.bodies_size(); ++i) {
@@ -46,22 +46,22 @@ absl::Status Take(const v1::UnconfirmedGrants& claims, const char* list, std::ve
 }  // namespace
 
 v1::Inventory ToProto(const Inventory& inventory,
-                      const std::function<std::chrono::milliseconds(const WardInventory&)>& last_acknowledged) {
+                      const std::function<std::chrono::milliseconds(const StandbyCopyInventory&)>& last_acknowledged) {
   v1::Inventory out;
   out.set_version(inventory.version.value());
   out.set_region(inventory.region.value());
   out.set_tick(inventory.tick.value());
   Put(inventory.owned, *out.mutable_owned());
-  Put(inventory.grants, *out.mutable_unconfirmed());
-  for (const WardInventory& ward : inventory.wards) {
-    v1::StandbyInventory& standby = *out.add_standbys();
-    standby.set_region(ward.region.value());
-    standby.set_incarnation(ward.incarnation.value());
-    standby.set_tick(ward.tick.value());
-    Put(ward.bodies, *standby.mutable_bodies());
-    Put(ward.grants, *standby.mutable_unconfirmed());
-    standby.set_last_acknowledged_ms(static_cast<std::uint32_t>(
-        std::clamp<std::int64_t>(last_acknowledged(ward).count(), 0, std::numeric_limits<std::uint32_t>::max())));
+  Put(inventory.grants, *out.mutable_unacknowledged());
+  for (const StandbyCopyInventory& primary : inventory.primaries) {
+    v1::StandbyCopyInventory& standby_copy = *out.add_standby_copies();
+    standby_copy.set_region(primary.region.value());
+    standby_copy.set_incarnation(primary.incarnation.value());
+    standby_copy.set_tick(primary.tick.value());
+    Put(primary.bodies, *standby_copy.mutable_bodies());
+    Put(primary.grants, *standby_copy.mutable_unacknowledged());
+    standby_copy.set_last_acknowledged_ms(static_cast<std::uint32_t>(
+        std::clamp<std::int64_t>(last_acknowledged(primary).count(), 0, std::numeric_limits<std::uint32_t>::max())));
   }
   return out;
 }
@@ -69,15 +69,17 @@ v1::Inventory ToProto(const Inventory& inventory,
 absl::StatusOr<Inventory> FromProto(const v1::Inventory& inventory) {
   Inventory out{MapVersion(inventory.version()), RegionId(inventory.region()), Tick(inventory.tick()), {}, {}, {}};
   if (absl::Status status = Take(inventory.owned(), "owned", out.owned); !status.ok()) return status;
-  if (absl::Status status = Take(inventory.unconfirmed(), "unconfirmed", out.grants); !status.ok()) return status;
-  out.wards.reserve(static_cast<std::size_t>(inventory.standbys_size()));
-  for (const v1::StandbyInventory& standby : inventory.standbys()) {
-    WardInventory& ward = out.wards.emplace_back();
-    ward.region = RegionId(standby.region());
-    ward.incarnation = Incarnation(standby.incarnation());
-    ward.tick = Tick(standby.tick());
-    if (absl::Status status = Take(standby.bodies(), "standbys.bodies", ward.bodies); !status.ok()) return status;
-    if (absl::Status status = Take(standby.unconfirmed(), "standbys.unconfirmed", ward.grants); !status.ok()) {
+  if (absl::Status status = Take(inventory.unacknowledged(), "unacknowledged", out.grants); !status.ok()) return status;
+  out.primaries.reserve(static_cast<std::size_t>(inventory.standby_copies_size()));
+  for (const v1::StandbyCopyInventory& standby_copy : inventory.standby_copies()) {
+    StandbyCopyInventory& primary = out.primaries.emplace_back();
+    primary.region = RegionId(standby_copy.region());
+    primary.incarnation = Incarnation(standby_copy.incarnation());
+    primary.tick = Tick(standby_copy.tick());
+    if (absl::Status status = Take(standby_copy.bodies(), "standbys.bodies", primary.bodies); !status.ok())
+      return status;
+    if (absl::Status status = Take(standby_copy.unacknowledged(), "standbys.unacknowledged", primary.grants);
+        !status.ok()) {
       return status;
     }
   }
@@ -95,7 +97,7 @@ v1::Resolution ToProto(const Resolution& resolution) {
     added.set_epoch(takeover.epoch.value());
     added.set_region(takeover.region.value());
     added.set_from(takeover.from.value());
-    added.set_revived(takeover.revived);
+    added.set_from_grant(takeover.from_grant);
   }
   for (const PendingGrant& grant : resolution.pending) {
     v1::PendingGrant& added = *out.add_pending();
@@ -105,7 +107,7 @@ v1::Resolution ToProto(const Resolution& resolution) {
     added.set_to(grant.to.value());
   }
   for (const BodyId body : resolution.lost) out.add_lost(body.value());
-  for (const RegionId region : resolution.without_standby) out.add_without_standby(region.value());
+  for (const RegionId region : resolution.without_copy) out.add_without_copy(region.value());
   for (const PlayerNumber player : resolution.players) out.add_players(player.value());
   return out;
 }
@@ -117,7 +119,7 @@ absl::StatusOr<Resolution> FromProto(const v1::Resolution& resolution) {
   out.takeovers.reserve(static_cast<std::size_t>(resolution.takeovers_size()));
   for (const v1::Takeover& takeover : resolution.takeovers()) {
     out.takeovers.push_back({BodyId(takeover.body()), Epoch(takeover.epoch()), RegionId(takeover.region()),
-                             RegionId(takeover.from()), takeover.revived()});
+                             RegionId(takeover.from()), takeover.from_grant()});
   }
   out.pending.reserve(static_cast<std::size_t>(resolution.pending_size()));
   for (const v1::PendingGrant& grant : resolution.pending()) {
@@ -125,7 +127,7 @@ absl::StatusOr<Resolution> FromProto(const v1::Resolution& resolution) {
         {BodyId(grant.body()), Epoch(grant.epoch()), RegionId(grant.granter()), RegionId(grant.to())});
   }
   for (const std::uint64_t body : resolution.lost()) out.lost.emplace_back(body);
-  for (const std::uint32_t region : resolution.without_standby()) out.without_standby.emplace_back(region);
+  for (const std::uint32_t region : resolution.without_copy()) out.without_copy.emplace_back(region);
   for (const std::uint32_t player : resolution.players()) out.players.emplace_back(player);
   if (absl::Status status = CheckResolution(out); !status.ok()) return status;
   return out;

@@ -14,9 +14,9 @@
 
 namespace tessera::region {
 
-// `last_acknowledged` of a ward: how long ago something was acknowledged to it.
+// `last_acknowledged` of a primary: how long ago something was acknowledged to it.
 v1::Inventory ToProto(const Inventory& inventory,
-                      const std::function<std::chrono::milliseconds(const WardInventory&)>& last_acknowledged);
+                      const std::function<std::chrono::milliseconds(const StandbyCopyInventory&)>& last_acknowledged);
 absl::StatusOr<Inventory> FromProto(const v1::Inventory& inventory);
 
 v1::Resolution ToProto(const Resolution& resolution);

@@ -3,20 +3,18 @@
 #include <algorithm>
 #include <bit>
 
-#include "core/region/wire.h"
-
 namespace tessera::region {
 namespace {
 
 constexpr std::uint8_t kFormat = 8;
 
 // Flags of a header.
-constexpr std::uint8_t kOffer = 1, kWasClosed = 2, kVouches = 4;
+constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
 constexpr std::uint8_t kHasProperties = 64;                              // of a granted body
-constexpr std::uint8_t kPropped = 64, kCalm = 128;                       // of a ghost
+constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // of a ghost
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -36,7 +34,7 @@ std::uint8_t FlagsOf(const BodyState& state) {
                                    (Zero(state.angular_momentum) ? 0 : kHasMomentum) | (still ? kHasStill : 0));
 }
 
-void WriteState(Writer& out, const BodyState& state, std::uint8_t more_flags) {
+void WriteState(ByteWriter& out, const BodyState& state, std::uint8_t more_flags) {
   const std::uint8_t flags = FlagsOf(state) | more_flags;
   out.U8(flags);
   out.V(state.position);
@@ -49,7 +47,7 @@ void WriteState(Writer& out, const BodyState& state, std::uint8_t more_flags) {
   if ((flags & kHasStill) != 0) out.F32(state.still_s);
 }
 
-std::uint8_t ReadState(Reader& in, BodyState& state) {
+std::uint8_t ReadState(ByteReader& in, BodyState& state) {
   const std::uint8_t flags = in.U8();
   state.asleep = (flags & kAsleep) != 0;
   state.position = in.V3d();
@@ -71,12 +69,12 @@ const GhostRecord* FindGhost(std::span<const GhostRecord> ghosts, BodyId id) {
 
 bool Unchanged(const GhostRecord& ghost, std::span<const GhostRecord> previous) {
   if (!ghost.state.asleep || !Zero(ghost.force_n) || !Zero(ghost.torque_nm)) return false;
-  if (!Zero(ghost.load_ns) || !Zero(ghost.load_nms) || ghost.calm || ghost.propped) return false;
+  if (!Zero(ghost.load_ns) || !Zero(ghost.load_nms) || ghost.settled || ghost.externally_supported) return false;
   const GhostRecord* before = FindGhost(previous, ghost.id);
   return before != nullptr && before->epoch == ghost.epoch && SameBits(before->state, ghost.state);
 }
 
-void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<const GhostRecord> previous) {
+void WriteGhosts(ByteWriter& out, std::span<const GhostRecord> ghosts, std::span<const GhostRecord> previous) {
   std::vector<const GhostRecord*> changed;
   std::vector<BodyId> same;
   for (const GhostRecord& ghost : ghosts) {
@@ -100,9 +98,10 @@ void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<con
     last = ghost->id.value();
     out.Varint(ghost->epoch.value());
     const bool load = !Zero(ghost->load_ns) || !Zero(ghost->load_nms);
-    WriteState(out, ghost->state,
-               static_cast<std::uint8_t>((force ? kHasForce : 0) | (load ? kHasLoad : 0) | (ghost->calm ? kCalm : 0) |
-                                         (ghost->propped ? kPropped : 0)));
+    WriteState(
+        out, ghost->state,
+        static_cast<std::uint8_t>((force ? kHasForce : 0) | (load ? kHasLoad : 0) | (ghost->settled ? kSettled : 0) |
+                                  (ghost->externally_supported ? kExternallySupported : 0)));
     if (force) {
       out.V(ghost->force_n);
       out.V(ghost->torque_nm);
@@ -111,22 +110,23 @@ void WriteGhosts(Writer& out, std::span<const GhostRecord> ghosts, std::span<con
       out.V(ghost->load_ns);
       out.V(ghost->load_nms);
     }
-    if (ghost->propped) out.F32(ghost->island_load);
+    if (ghost->externally_supported) out.F32(ghost->island_load);
   }
 }
 
 // Ids of a list ascend: each is the one before plus a difference that is not 0 and does not wrap.
-bool NextId(Reader& in, std::uint64_t& last) {
+bool NextId(ByteReader& in, std::uint64_t& last) {
   const std::uint64_t step = in.Varint();
   if (step == 0 || last + step < last) return false;
   last += step;
   return true;
 }
 
-absl::Status Malformed(const char* what) { return absl::InvalidArgumentError(what); }
+absl::Status Malformed(absl::string_view what) { return absl::InvalidArgumentError(what); }
 
-absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::vector<GhostRecord>& ghosts) {
+absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, std::vector<GhostRecord>& ghosts) {
   std::uint64_t last = 0;
+  in.Field("unchanged ghosts");
   const std::size_t same = in.Count(1);
   for (std::size_t i = 0; i < same; ++i) {
     if (!NextId(in, last)) return Malformed("unchanged ghosts: ids do not ascend");
@@ -134,10 +134,11 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     if (before == nullptr) return Malformed("unchanged ghosts: not in the frame before");
     ghosts.push_back(*before);
     ghosts.back().force_n = ghosts.back().torque_nm = ghosts.back().load_ns = ghosts.back().load_nms = Vec3f();
-    ghosts.back().calm = ghosts.back().propped = false;
+    ghosts.back().settled = ghosts.back().externally_supported = false;
     ghosts.back().island_load = 0;
   }
   last = 0;
+  in.Field("ghosts");
   const std::size_t changed = in.Count(kMinGhostBytes);
   for (std::size_t i = 0; i < changed; ++i) {
     GhostRecord ghost;
@@ -145,8 +146,8 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
     ghost.id = BodyId(last);
     ghost.epoch = Epoch(in.Varint32());
     const std::uint8_t flags = ReadState(in, ghost.state);
-    ghost.calm = (flags & kCalm) != 0;
-    ghost.propped = (flags & kPropped) != 0;
+    ghost.settled = (flags & kSettled) != 0;
+    ghost.externally_supported = (flags & kExternallySupported) != 0;
     if ((flags & kHasForce) != 0) {
       ghost.force_n = in.V3f();
       ghost.torque_nm = in.V3f();
@@ -155,7 +156,7 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
       ghost.load_ns = in.V3f();
       ghost.load_nms = in.V3f();
     }
-    if (ghost.propped) ghost.island_load = in.F32();
+    if (ghost.externally_supported) ghost.island_load = in.F32();
     ghosts.push_back(ghost);
   }
   const auto middle = ghosts.begin() + static_cast<std::ptrdiff_t>(std::min(same, ghosts.size()));
@@ -168,19 +169,21 @@ absl::Status ReadGhosts(Reader& in, std::span<const GhostRecord> previous, std::
   return absl::OkStatus();
 }
 
-void WriteInput(Writer& out, const QueuedInput& input) {
+void WriteInput(ByteWriter& out, const PlayerInput& input) {
   out.Varint(input.number);
   out.V(input.force_n);
   out.V(input.torque_nm);
 }
 
-void ReadInput(Reader& in, QueuedInput& input) {
+void ReadInput(ByteReader& in, BodyId body, PlayerInput& input) {
+  input.body = body;
+  if (IsPlayerBody(body)) input.player = PlayerOf(body);
   input.number = in.Varint32();
   input.force_n = in.V3f();
   input.torque_nm = in.V3f();
 }
 
-void WriteGrant(Writer& out, const Grant& grant) {
+void WriteGrant(ByteWriter& out, const Grant& grant) {
   out.Varint(grant.bodies.size());
   for (const GrantedBody& body : grant.bodies) {
     out.Varint(body.id.value());
@@ -198,7 +201,7 @@ void WriteGrant(Writer& out, const Grant& grant) {
   }
 }
 
-void ReadGrant(Reader& in, Grant& grant) {
+void ReadGrant(ByteReader& in, Grant& grant) {
   grant.bodies.resize(in.Count(kMinGhostBytes));
   for (GrantedBody& body : grant.bodies) {
     body.id = BodyId(in.Varint());
@@ -207,7 +210,7 @@ void ReadGrant(Reader& in, Grant& grant) {
     if ((flags & kHasProperties) != 0) ReadProperties(in, body.properties);
   }
   const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
-  if (player) ReadControl(in, grant.control);
+  if (player) ReadControl(in, PlayerOf(grant.bodies[0].id), grant.control);
   grant.touching.resize(in.Count(3));
   for (TouchingPair& pair : grant.touching) {
     pair.body_a = BodyId(in.Varint());
@@ -216,62 +219,57 @@ void ReadGrant(Reader& in, Grant& grant) {
   }
 }
 
-absl::StatusOr<FrameHeader> ReadHeader(Reader& in) {
+absl::StatusOr<BorderFrameHeader> ReadHeader(ByteReader& in) {
+  in.Field("header");
   const std::uint8_t format = in.U8();
-  FrameHeader header;
+  BorderFrameHeader header;
   header.tick = Tick(in.Varint());
   header.sender = RegionId(in.Varint32());
   header.map_version = MapVersion(in.Varint());
   header.committed_version = MapVersion(in.Varint());
   const std::uint8_t flags = in.U8();
-  header.stamp.offer = (flags & kOffer) != 0;
+  header.stamp.reconnect = (flags & kReconnect) != 0;
   std::uint64_t at = 0;
-  if ((flags & kWasClosed) != 0) {
-    header.stamp.closings = in.Varint();
-    header.stamp.peer_closings = in.Varint();
+  if ((flags & kWasDown) != 0) {
+    header.stamp.outages = in.Varint();
+    header.stamp.peer_outages = in.Varint();
   }
-  (header.stamp.offer ? at : header.stamp.number) = in.Varint();
-  header.stamp.open_at = Tick(at);
-  if ((flags & kVouches) != 0) header.stamp.vouched = in.Varint32();
-  if (!in.ok()) return Malformed("truncated");
+  (header.stamp.reconnect ? at : header.stamp.number) = in.Varint();
+  header.stamp.up_at = Tick(at);
+  if ((flags & kPromises) != 0) header.stamp.promised = in.Varint32();
+  if (!in.ok()) return Malformed(in.error());
   if (format != kFormat) return Malformed("unknown format");
   return header;
 }
 
 }  // namespace
 
-void WriteControl(Writer& out, const PlayerControl& control) {
+void WriteControl(ByteWriter& out, const PlayerControl& control) {
   out.Varint(control.last_input);
   out.U8(control.committed ? 1 : 0);
-  out.Varint(control.committed_number);
-  out.V(control.force_n);
-  out.V(control.torque_nm);
+  WriteInput(out, control.next);
   out.Varint(control.queue.size());
-  for (const QueuedInput& input : control.queue) WriteInput(out, input);
+  for (const PlayerInput& input : control.queue) WriteInput(out, input);
 }
 
-void ReadControl(Reader& in, PlayerControl& control) {
+void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control) {
+  const BodyId body = PlayerBodyId(player);
   control.last_input = in.Varint32();
   control.committed = in.U8() != 0;
-  control.committed_number = in.Varint32();
-  control.force_n = in.V3f();
-  control.torque_nm = in.V3f();
+  ReadInput(in, body, control.next);
   control.queue.resize(in.Count(kMinInputBytes));
-  for (QueuedInput& input : control.queue) ReadInput(in, input);
+  for (PlayerInput& input : control.queue) ReadInput(in, body, input);
 }
 
-void WriteProperties(Writer& out, const CarriedProperties& properties) {
+void WriteProperties(ByteWriter& out, const CarriedProperties& properties) {
   out.Varint(properties.change);
-  out.Varint(properties.bytes.size());
-  for (const std::uint8_t byte : properties.bytes) out.U8(byte);
+  out.Block(properties.bytes);
 }
 
-void ReadProperties(Reader& in, CarriedProperties& properties) {
+void ReadProperties(ByteReader& in, CarriedProperties& properties) {
   properties.change = in.Varint();
-  const std::size_t size = in.Count(1);
-  const std::span<const std::uint8_t> bytes = in.rest().first(size);
+  const std::span<const std::uint8_t> bytes = in.Bytes(in.Count(1));
   properties.bytes.assign(bytes.begin(), bytes.end());
-  in.Skip(size);
 }
 
 bool SameBits(const BodyState& a, const BodyState& b) {
@@ -290,24 +288,24 @@ bool SameBits(const BodyState& a, const BodyState& b) {
          same_f(a.still_s, b.still_s);
 }
 
-std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord> previous) {
-  Writer out;
+std::vector<std::uint8_t> Encode(const BorderFrame& frame, std::span<const GhostRecord> previous) {
+  ByteWriter out;
   out.U8(kFormat);
   out.Varint(frame.tick.value());
   out.Varint(frame.sender.value());
   out.Varint(frame.map_version.value());
   out.Varint(frame.committed_version.value());
   const FrameStamp& stamp = frame.stamp;
-  const bool was_closed = stamp.closings != 0 || stamp.peer_closings != 0;
-  out.U8(static_cast<std::uint8_t>((stamp.offer ? kOffer : 0) | (was_closed ? kWasClosed : 0) |
-                                   (stamp.vouched != 0 ? kVouches : 0)));
-  if (was_closed) {
-    out.Varint(stamp.closings);
-    out.Varint(stamp.peer_closings);
+  const bool was_down = stamp.outages != 0 || stamp.peer_outages != 0;
+  out.U8(static_cast<std::uint8_t>((stamp.reconnect ? kReconnect : 0) | (was_down ? kWasDown : 0) |
+                                   (stamp.promised != 0 ? kPromises : 0)));
+  if (was_down) {
+    out.Varint(stamp.outages);
+    out.Varint(stamp.peer_outages);
   }
-  out.Varint(stamp.offer ? stamp.open_at.value() : stamp.number);
-  if (stamp.vouched != 0) out.Varint(stamp.vouched);
-  if (stamp.offer) return out.Take();
+  out.Varint(stamp.reconnect ? stamp.up_at.value() : stamp.number);
+  if (stamp.promised != 0) out.Varint(stamp.promised);
+  if (stamp.reconnect) return out.Take();
   WriteGhosts(out, frame.ghosts, previous);
   out.Varint(frame.impulses.size());
   for (const ImpulseRecord& record : frame.impulses) {
@@ -319,10 +317,10 @@ std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord
   }
   out.Varint(frame.grants.size());
   for (const Grant& grant : frame.grants) WriteGrant(out, grant);
-  out.Varint(frame.confirmations.size());
-  for (const Confirmation& confirmation : frame.confirmations) {
-    out.Varint(confirmation.id.value());
-    out.Varint(confirmation.epoch.value());
+  out.Varint(frame.acknowledgements.size());
+  for (const GrantAcknowledgement& acknowledgement : frame.acknowledgements) {
+    out.Varint(acknowledgement.id.value());
+    out.Varint(acknowledgement.epoch.value());
   }
   out.Varint(frame.late_corrections.size());
   for (const LateCorrection& late : frame.late_corrections) {
@@ -331,32 +329,33 @@ std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord
     out.V(late.angular_nms);
   }
   out.Varint(frame.inputs.size());
-  for (const ForwardedInput& forwarded : frame.inputs) {
-    out.Varint(forwarded.body.value());
-    WriteInput(out, forwarded.input);
+  for (const PlayerInput& input : frame.inputs) {
+    out.Varint(input.body.value());
+    WriteInput(out, input);
   }
   return out.Take();
 }
 
-absl::StatusOr<FrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes) {
-  Reader in(bytes);
+absl::StatusOr<BorderFrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes) {
+  ByteReader in(bytes);
   return ReadHeader(in);
 }
 
-absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous) {
-  Reader in(bytes);
-  const absl::StatusOr<FrameHeader> header = ReadHeader(in);
+absl::StatusOr<BorderFrame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous) {
+  ByteReader in(bytes);
+  const absl::StatusOr<BorderFrameHeader> header = ReadHeader(in);
   if (!header.ok()) return header.status();
-  Frame frame;
+  BorderFrame frame;
   frame.tick = header->tick;
   frame.sender = header->sender;
   frame.map_version = header->map_version;
   frame.committed_version = header->committed_version;
   frame.stamp = header->stamp;
-  if (frame.stamp.offer) return Malformed("an offer where a frame should be");
+  if (frame.stamp.reconnect) return Malformed("a reconnect request where a frame should be");
   if (absl::Status status = ReadGhosts(in, previous, frame.ghosts); !status.ok()) {
-    return in.ok() ? status : Malformed("truncated");
+    return in.ok() ? status : Malformed(in.error());
   }
+  in.Field("impulses");
   frame.impulses.resize(in.Count(kImpulseBytes));
   for (ImpulseRecord& record : frame.impulses) {
     record.own = BodyId(in.Varint());
@@ -365,25 +364,29 @@ absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<cons
     record.angular_on_own = in.V3f();
     record.angular_on_other = in.V3f();
   }
+  in.Field("grants");
   frame.grants.resize(in.Count(2));
   for (Grant& grant : frame.grants) ReadGrant(in, grant);
-  frame.confirmations.resize(in.Count(2));
-  for (Confirmation& confirmation : frame.confirmations) {
-    confirmation.id = BodyId(in.Varint());
-    confirmation.epoch = Epoch(in.Varint32());
+  in.Field("acknowledgements");
+  frame.acknowledgements.resize(in.Count(2));
+  for (GrantAcknowledgement& acknowledgement : frame.acknowledgements) {
+    acknowledgement.id = BodyId(in.Varint());
+    acknowledgement.epoch = Epoch(in.Varint32());
   }
+  in.Field("late corrections");
   frame.late_corrections.resize(in.Count(kLateBytes));
   for (LateCorrection& late : frame.late_corrections) {
     late.id = BodyId(in.Varint());
     late.impulse_ns = in.V3f();
     late.angular_nms = in.V3f();
   }
+  in.Field("inputs");
   frame.inputs.resize(in.Count(1 + kMinInputBytes));
-  for (ForwardedInput& forwarded : frame.inputs) {
-    forwarded.body = BodyId(in.Varint());
-    ReadInput(in, forwarded.input);
+  for (PlayerInput& input : frame.inputs) {
+    const BodyId body(in.Varint());
+    ReadInput(in, body, input);
   }
-  if (!in.ok()) return Malformed("truncated");
+  if (!in.ok()) return Malformed(in.error());
   if (in.remaining() != 0) return Malformed("trailing bytes");
   return frame;
 }

@@ -16,13 +16,12 @@
 
 #include "absl/status/statusor.h"
 #include "core/region/property_table.h"
+#include "core/world/bytes.h"
 #include "core/world/ids.h"
+#include "core/world/player_input.h"
 #include "core/world/scene.h"
 
 namespace tessera::region {
-
-class Reader;  // wire.h
-class Writer;
 
 // A body of the sender's that the receiver must see. `force_n` and `torque_nm` are what a player's input will do to it
 // in the next step (fields are not among them: both sides compute those).
@@ -45,8 +44,8 @@ struct GhostRecord {
   BodyState state;
   Vec3f force_n, torque_nm;
   Vec3f load_ns, load_nms;
-  bool calm = false;
-  bool propped = false;
+  bool settled = false;
+  bool externally_supported = false;
   float island_load = 0;
 };
 
@@ -57,19 +56,12 @@ struct ImpulseRecord {
   Vec3f angular_on_own, angular_on_other;  // about each one's centre of mass, N m s
 };
 
-struct QueuedInput {
-  std::uint32_t number = 0;
-  Vec3f force_n, torque_nm;  // as asked for; limits are applied when its tick comes
-  friend bool operator==(const QueuedInput&, const QueuedInput&) = default;
-};
-
 // All that a region knows about the steering of a player's body.
 struct PlayerControl {
-  std::uint32_t last_input = 0;  // number of the last one that moved the body
-  bool committed = false;        // an input is chosen for the next step:
-  std::uint32_t committed_number = 0;
-  Vec3f force_n, torque_nm;        // what it will do, limits applied
-  std::vector<QueuedInput> queue;  // ascending by number
+  std::uint32_t last_input = 0;      // number of the last one that moved the body
+  bool committed = false;            // an input is chosen for the next step
+  PlayerInput next{};                // that input with the scene's limits applied; pushes nothing while none is chosen
+  std::vector<PlayerInput> queue{};  // ascending by number
   friend bool operator==(const PlayerControl&, const PlayerControl&) = default;
 };
 
@@ -95,7 +87,7 @@ struct Grant {
 };
 
 // The sender owns what it was granted: the granter may forget it.
-struct Confirmation {
+struct GrantAcknowledgement {
   BodyId id;
   Epoch epoch;
 };
@@ -106,24 +98,18 @@ struct LateCorrection {
   Vec3f impulse_ns, angular_nms;
 };
 
-// An input that reached the granter after it had sent the grant.
-struct ForwardedInput {
-  BodyId body;
-  QueuedInput input;
-};
-
-// Where a frame stands in the life of its border (link.h).
+// Where a frame stands in the life of its link (border_link.h).
 struct FrameStamp {
-  // How often the border was closed: by the sender, and by the receiver, as far as the sender knows.
-  std::uint64_t closings = 0, peer_closings = 0;
-  std::uint64_t number = 0;   // of the frame since the border opened
-  std::uint32_t vouched = 0;  // the next so many frames are like this one, and do not come
-  bool offer = false;         // no frame: the border is closed, and the sender would open it
-  Tick open_at;               // of an offer: with the frames of this tick; 0: not known yet
+  // How often the link went down: by the sender, and by the receiver, as far as the sender knows.
+  std::uint64_t outages = 0, peer_outages = 0;
+  std::uint64_t number = 0;    // of the frame since the link came up
+  std::uint32_t promised = 0;  // the next so many frames are like this one, and do not come
+  bool reconnect = false;      // no frame: the link is down, and the sender asks to reconnect
+  Tick up_at;                  // of such a request: the link comes up with the frames of this tick; 0: not known yet
   friend bool operator==(const FrameStamp&, const FrameStamp&) = default;
 };
 
-struct FrameHeader {
+struct BorderFrameHeader {
   Tick tick;
   RegionId sender;
   MapVersion map_version;        // in force for this frame
@@ -131,7 +117,7 @@ struct FrameHeader {
   FrameStamp stamp;
 };
 
-struct Frame {
+struct BorderFrame {
   Tick tick;
   RegionId sender;
   MapVersion map_version, committed_version;  // as in the header
@@ -139,24 +125,24 @@ struct Frame {
   std::vector<GhostRecord> ghosts;      // ascending by id
   std::vector<ImpulseRecord> impulses;  // ascending by the pair's lower id, then its higher
   std::vector<Grant> grants;
-  std::vector<Confirmation> confirmations;
+  std::vector<GrantAcknowledgement> acknowledgements;
   std::vector<LateCorrection> late_corrections;
-  std::vector<ForwardedInput> inputs;
+  std::vector<PlayerInput> inputs;  // reached the granter after it had sent the grant
 };
 
 // The parts of a grant that the log has too.
-void WriteControl(Writer& out, const PlayerControl& control);
-void ReadControl(Reader& in, PlayerControl& control);
-void WriteProperties(Writer& out, const CarriedProperties& properties);
-void ReadProperties(Reader& in, CarriedProperties& properties);
+void WriteControl(ByteWriter& out, const PlayerControl& control);
+void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control);
+void WriteProperties(ByteWriter& out, const CarriedProperties& properties);
+void ReadProperties(ByteReader& in, CarriedProperties& properties);
 
 bool SameBits(const BodyState& a, const BodyState& b);
 
-std::vector<std::uint8_t> Encode(const Frame& frame, std::span<const GhostRecord> previous);
+std::vector<std::uint8_t> Encode(const BorderFrame& frame, std::span<const GhostRecord> previous);
 // Only the first few bytes are looked at.
-absl::StatusOr<FrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes);
+absl::StatusOr<BorderFrameHeader> DecodeHeader(std::span<const std::uint8_t> bytes);
 // INVALID_ARGUMENT if the bytes are not a frame: truncated, a count too large, ids not ascending, trailing bytes, an
 // unchanged ghost that was not in `previous`. Values are not judged: see frame_check.h.
-absl::StatusOr<Frame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous);
+absl::StatusOr<BorderFrame> Decode(std::span<const std::uint8_t> bytes, std::span<const GhostRecord> previous);
 
 }  // namespace tessera::region

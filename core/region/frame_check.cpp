@@ -33,7 +33,7 @@ absl::Status CheckAngularImpulse(BodyId id, Vec3f impulse_nms) {
                                            : Bad(id, ": angular impulse is not finite or beyond limits");
 }
 
-absl::Status CheckImpulses(const Frame& frame, const Catalog& catalog) {
+absl::Status CheckImpulses(const BorderFrame& frame, const Catalog& catalog) {
   std::pair<BodyId, BodyId> last;
   for (const ImpulseRecord& record : frame.impulses) {
     const BodyId own = record.own, other = record.other;
@@ -54,9 +54,9 @@ absl::Status CheckImpulses(const Frame& frame, const Catalog& catalog) {
   return absl::OkStatus();
 }
 
-absl::Status CheckInput(BodyId id, const QueuedInput& input) {
-  if (!IsFinite(input.force_n)) return Bad(id, ": an input's force_n is not finite");
-  return IsFinite(input.torque_nm) ? absl::OkStatus() : Bad(id, ": an input's torque_nm is not finite");
+absl::Status CheckInput(const PlayerInput& input) {
+  if (!IsFinite(input.force_n)) return Bad(input.body, ": an input's force_n is not finite");
+  return IsFinite(input.torque_nm) ? absl::OkStatus() : Bad(input.body, ": an input's torque_nm is not finite");
 }
 
 absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
@@ -77,7 +77,7 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
   return CheckControl(grant.bodies[0].id, grant.control, catalog);
 }
 
-bool Shown(const Frame& frame, BodyId id) {
+bool Shown(const BorderFrame& frame, BodyId id) {
   const auto before = [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; };
   const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id, before);
   return it != frame.ghosts.end() && it->id == id;
@@ -90,18 +90,18 @@ absl::Status CheckKnown(BodyId id, const Catalog& catalog) {
 }
 
 absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
-  if (absl::Status push = CheckPush(id, control.force_n, control.torque_nm, catalog); !push.ok()) return push;
+  if (absl::Status push = CheckPush(id, control.next.force_n, control.next.torque_nm, catalog); !push.ok()) return push;
   if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
-  std::uint32_t last = std::max(control.last_input, control.committed ? control.committed_number : 0);
-  for (const QueuedInput& input : control.queue) {
+  std::uint32_t last = std::max(control.last_input, control.committed ? control.next.number : 0);
+  for (const PlayerInput& input : control.queue) {
     if (input.number <= last) return Bad(id, ": input numbers do not ascend");
-    if (absl::Status status = CheckInput(id, input); !status.ok()) return status;
+    if (absl::Status status = CheckInput(input); !status.ok()) return status;
     last = input.number;
   }
   return absl::OkStatus();
 }
 
-absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
+absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
   for (const GhostRecord& ghost : frame.ghosts) {
     if (absl::Status known = CheckKnown(ghost.id, catalog); !known.ok()) return known;
     if (absl::Status state = CheckState(ghost.id, ghost.state); !state.ok()) return state;
@@ -125,9 +125,9 @@ absl::Status CheckFrame(const Frame& frame, const Catalog& catalog) {
   std::sort(granted.begin(), granted.end());
   const auto twice = std::adjacent_find(granted.begin(), granted.end());
   if (twice != granted.end()) return Bad(*twice, " is granted twice");
-  for (const ForwardedInput& forwarded : frame.inputs) {
-    if (!IsPlayerBody(forwarded.body)) return Bad(forwarded.body, " is no player's");
-    if (absl::Status status = CheckInput(forwarded.body, forwarded.input); !status.ok()) return status;
+  for (const PlayerInput& input : frame.inputs) {
+    if (!IsPlayerBody(input.body)) return Bad(input.body, " is no player's");
+    if (absl::Status status = CheckInput(input); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -27,4 +27,50 @@ std::optional<RegionId> HandoverTarget(const PartitionMap& map, RegionId self, s
   return nearest;
 }
 
+std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Catalog& catalog,
+                                           const Neighborhood& neighborhood, const RegionSettings& settings,
+                                           absl::FunctionRef<bool(RegionId)> may_grant) {
+  std::vector<PlannedHandover> plan;
+  if (neighborhood.size() == 0) return plan;
+  std::size_t planned = 0;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    if (planned >= settings.max_grants_per_tick) break;
+    const OwnedBody& body = bodies.owned()[i];
+    const bool jointed = catalog.AssemblyOf(body.def->id).size() > 1;
+    if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
+    const std::optional<RegionId> to = HandoverTarget(neighborhood.map(), neighborhood.self(), neighborhood.grantable(),
+                                                      body.state.position, settings.hysteresis_m);
+    if (!to.has_value() || !may_grant(*to)) continue;
+    plan.push_back({*to, jointed ? bodies.OwnedAssembly(i) : std::vector{i}});
+    planned += plan.back().assembly.size();
+  }
+  return plan;
+}
+
+std::size_t CountAway(const Bodies& bodies, const KeptGrants& kept, const Catalog& catalog,
+                      const Neighborhood& neighborhood, const RegionSettings& settings, double tick_s) {
+  constexpr double kCrossingTicks = 2;
+  const PartitionMap& map = neighborhood.map();
+  const double far = settings.hysteresis_m + settings.aura_m;
+  const Rect& bounds = map.bounds();
+  const auto away = [&](const BodyState& state) {
+    Vec3d place = state.position;
+    place = {std::clamp(place.x, bounds.min_x, bounds.max_x), place.y, std::clamp(place.z, bounds.min_z, bounds.max_z)};
+    const double crossing = Length(state.linear_velocity) * tick_s * kCrossingTicks;
+    return map.DistanceTo(neighborhood.self(), place) > far + crossing;
+  };
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const bool jointed = catalog.AssemblyOf(body.def->id).size() > 1;
+    if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body says where they belong
+    count += away(body.state) ? 1 : 0;
+  }
+  for (const auto& [key, grant] : kept) {
+    if (catalog.AssemblyOf(key.first).front() != key.first) continue;
+    count += away(grant.state) ? 1 : 0;
+  }
+  return count;
+}
+
 }  // namespace tessera::region

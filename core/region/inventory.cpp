@@ -40,23 +40,23 @@ absl::Status CheckInventory(const Inventory& inventory) {
   if (inventory.region == RegionId()) return Bad("region", "must not be 0");
   if (absl::Status status = CheckHoldings("", inventory.owned, inventory.grants); !status.ok()) return status;
   RegionId last;
-  for (const WardInventory& ward : inventory.wards) {
-    if (ward.region <= last) return Bad("wards", "not ascending by region");
-    if (ward.region == inventory.region) return Bad("wards", "the region itself");
-    last = ward.region;
-    const std::string name = absl::StrCat("ward ", ward.region.value(), ": ");
-    if (absl::Status status = CheckHoldings(name, ward.bodies, ward.grants); !status.ok()) return status;
+  for (const StandbyCopyInventory& primary : inventory.primaries) {
+    if (primary.region <= last) return Bad("primaries", "not ascending by region");
+    if (primary.region == inventory.region) return Bad("primaries", "the region itself");
+    last = primary.region;
+    const std::string name = absl::StrCat("primary ", primary.region.value(), ": ");
+    if (absl::Status status = CheckHoldings(name, primary.bodies, primary.grants); !status.ok()) return status;
   }
   return absl::OkStatus();
 }
 
-WardInventory InventoryOf(const RegionState& state) {
-  WardInventory ward{state.region, state.incarnation, state.tick, {}, {}};
-  ward.bodies.reserve(state.bodies.size());
-  for (const StateBody& body : state.bodies) ward.bodies.push_back({body.id, body.epoch});
-  ward.grants.reserve(state.grants.size());
-  for (const auto& [key, grant] : state.grants) ward.grants.push_back({key.first, key.second, grant.to});
-  return ward;
+StandbyCopyInventory InventoryOf(const RegionState& state) {
+  StandbyCopyInventory primary{state.region, state.incarnation, state.tick, {}, {}};
+  primary.bodies.reserve(state.bodies.size());
+  for (const StateBody& body : state.bodies) primary.bodies.push_back({body.id, body.epoch});
+  primary.grants.reserve(state.grants.size());
+  for (const auto& [key, grant] : state.grants) primary.grants.push_back({key.first, key.second, grant.to});
+  return primary;
 }
 
 }  // namespace tessera::region

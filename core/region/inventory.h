@@ -25,29 +25,29 @@ struct GrantClaim {
   friend auto operator<=>(const GrantClaim&, const GrantClaim&) = default;
 };
 
-// What an heir has of a dead region, as of the last whole tick that came.
-struct WardInventory {
+// A standby's copy of a dead region, as of the last whole tick that came.
+struct StandbyCopyInventory {
   RegionId region;
   Incarnation incarnation;
   Tick tick;
   std::vector<BodyClaim> bodies;   // ascending
   std::vector<GrantClaim> grants;  // ascending
-  friend bool operator==(const WardInventory&, const WardInventory&) = default;
+  friend bool operator==(const StandbyCopyInventory&, const StandbyCopyInventory&) = default;
 };
 
 struct Inventory {
   MapVersion version;  // of the failover that it answers
   RegionId region;
-  Tick tick;                         // of the last step
-  std::vector<BodyClaim> owned;      // ascending
-  std::vector<GrantClaim> grants;    // ascending
-  std::vector<WardInventory> wards;  // ascending by region
+  Tick tick;                                    // of the last step
+  std::vector<BodyClaim> owned;                 // ascending
+  std::vector<GrantClaim> grants;               // ascending
+  std::vector<StandbyCopyInventory> primaries;  // ascending by region
   friend bool operator==(const Inventory&, const Inventory&) = default;
 };
 
-// INVALID_ARGUMENT naming the list: out of order, a body or epoch 0, a ward that is the region itself.
+// INVALID_ARGUMENT naming the list: out of order, a body or epoch 0, a primary that is the region itself.
 absl::Status CheckInventory(const Inventory& inventory);
 
-WardInventory InventoryOf(const RegionState& state);
+StandbyCopyInventory InventoryOf(const RegionState& state);
 
 }  // namespace tessera::region

@@ -1,4 +1,4 @@
-// The tick log: what a region tells its heir about each tick, and the state that both ends then have.
+// The tick log: what a region tells its standby about each tick, and the state that both ends then have.
 //
 // A message holds either a whole state or the changes since the tick before, to the last bit; a body that sleeps costs
 // nothing. It ends in a checksum. A message with a whole state is also the file that a checkpoint keeps of a region.
@@ -6,7 +6,7 @@
 //
 //   LogWriter writer(tick_s);                       // owner: one message a tick
 //   send(writer.Write(state of this tick));
-//   Standby standby(region, catalog);               // heir: standby.h
+//   StandbyCopy copy(region, catalog);               // standby: standby_copy.h
 //
 // Thread rule: one thread at a time; free functions on values.
 #pragma once
@@ -17,8 +17,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/region/region.h"
+#include "core/region/owned_body.h"
 #include "core/region/region_state.h"
+#include "core/region/step_result.h"
 
 namespace tessera::region {
 
@@ -70,8 +71,8 @@ struct LogHeader {
 };
 absl::StatusOr<LogHeader> DecodeLogHeader(std::span<const std::uint8_t> bytes);
 
-// Heir's end: brings `state` on by one message of changes against it, or leaves it as it was. FAILED_PRECONDITION for
-// a message against another tick, or of another region or life.
+// Standby's end: brings `state` on by one message of changes against it, or leaves it as it was. FAILED_PRECONDITION
+// for a message against another tick, or of another region or life.
 absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& catalog, RegionState& state);
 
 }  // namespace tessera::region

@@ -6,7 +6,7 @@
 #include "core/region/log.h"
 #include "core/region/log_format.h"
 #include "core/region/log_wire.h"
-#include "core/region/wire.h"
+#include "core/world/bytes.h"
 #include "core/world/limits.h"
 #include "core/world/state_check.h"
 
@@ -15,11 +15,11 @@ namespace {
 
 using namespace log_format;
 
-absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
+absl::Status Bad(absl::string_view what) { return absl::InvalidArgumentError(what); }
 
 const auto kByBody = [](const StateBody& body, BodyId wanted) { return body.id < wanted; };
 
-bool NextId(Reader& in, std::uint64_t& last) {
+bool NextId(ByteReader& in, std::uint64_t& last) {
   const std::uint64_t step = in.Varint();
   if (step == 0 || last + step < last) return false;
   last += step;
@@ -29,10 +29,11 @@ bool NextId(Reader& in, std::uint64_t& last) {
 // Of what a message is made of, that which is the same for both kinds. `base` is empty for a whole state.
 class MessageReader {
  public:
-  MessageReader(Reader& in, const Catalog& catalog, const RegionState& base)
+  MessageReader(ByteReader& in, const Catalog& catalog, const RegionState& base)
       : in_(in), catalog_(catalog), base_(base), tick_s_(1.0 / catalog.scene().tick_rate_hz) {}
 
   absl::Status ReadBodies(std::vector<StateBody>& bodies) {
+    in_.Field("bodies");
     bodies.resize(in_.Count(3));
     std::uint64_t last = 0;
     auto before = base_.bodies.begin();
@@ -48,20 +49,21 @@ class MessageReader {
       if (body.epoch == Epoch() && base != nullptr) body.epoch = base->epoch;
       if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", last, ": epoch 0"));
       ReadState(base == nullptr ? nullptr : &base->state, body.state);
-      if (!in_.ok()) return Bad("truncated");
+      if (!in_.ok()) return Bad(in_.error());
       if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
 
   absl::Status ReadControls(std::map<PlayerNumber, PlayerControl>& controls) {
+    in_.Field("controls");
     const std::size_t count = in_.Count(28);
     for (std::size_t i = 0; i < count; ++i) {
       const PlayerNumber player(in_.Varint32());
       const BodyId id = PlayerBodyId(player);
       if (absl::Status status = CheckKnown(id, catalog_); !status.ok()) return status;
       PlayerControl control;
-      ReadControl(in_, control);
+      ReadControl(in_, player, control);
       if (absl::Status status = CheckControl(id, control, catalog_); !status.ok()) return status;
       if (!controls.emplace(player, std::move(control)).second) return Bad("controls: a player twice");
     }
@@ -69,6 +71,7 @@ class MessageReader {
   }
 
   absl::Status ReadSpawned(std::vector<PlayerNumber>& spawned) {
+    in_.Field("spawned");
     std::uint64_t last = 0;
     spawned.resize(in_.Count(1));
     for (PlayerNumber& player : spawned) {
@@ -94,6 +97,7 @@ class MessageReader {
   }
 
   absl::Status ReadGrants(KeptGrants& grants) {
+    in_.Field("grants");
     const std::size_t count = in_.Count(8);
     for (std::size_t i = 0; i < count; ++i) {
       const BodyId id(in_.Varint());
@@ -105,7 +109,7 @@ class MessageReader {
       grant.tick = Tick(in_.Varint());
       ReadState(nullptr, grant.state);
       if (absl::Status status = CheckState(id, grant.state); !status.ok()) return status;
-      if (IsPlayerBody(id)) ReadControl(in_, grant.control);
+      if (IsPlayerBody(id)) ReadControl(in_, PlayerOf(id), grant.control);
       if (absl::Status status = CheckControl(id, grant.control, catalog_); !status.ok()) return status;
       std::vector<PairChange> pairs;
       if (absl::Status status = ReadPairs(pairs); !status.ok()) return status;
@@ -118,13 +122,14 @@ class MessageReader {
   }
 
   absl::Status ReadAllProperties(std::map<BodyId, CarriedProperties>& properties) {
+    in_.Field("properties");
     std::uint64_t last = 0;
     const std::size_t count = in_.Count(3);
     for (std::size_t i = 0; i < count; ++i) {
       if (!NextId(in_, last)) return Bad("properties: ids do not ascend");
       CarriedProperties& entry = properties[BodyId(last)];
       ReadProperties(in_, entry);
-      if (!in_.ok()) return Bad("truncated");
+      if (!in_.ok()) return Bad(in_.error());
       if (entry.empty()) return Bad(absl::StrCat("properties: body ", last, " has none"));
       if (absl::Status status = CheckProperties(BodyId(last), entry, catalog_); !status.ok()) return status;
     }
@@ -134,17 +139,18 @@ class MessageReader {
  private:
   void ReadState(const BodyState* base, BodyState& state) {
     const std::size_t used = UnpackState(in_.rest(), base, tick_s_, state);
-    if (used == 0) in_.Fail();
-    in_.Skip(used);
+    if (used == 0) in_.Fail("truncated");
+    in_.Bytes(used);
   }
 
-  Reader& in_;
+  ByteReader& in_;
   const Catalog& catalog_;
   const RegionState& base_;
   const double tick_s_;
 };
 
-absl::StatusOr<LogHeader> ReadHeader(Reader& in) {
+absl::StatusOr<LogHeader> ReadHeader(ByteReader& in) {
+  in.Field("header");
   const std::uint8_t magic_a = in.U8(), magic_b = in.U8(), format = in.U8(), kind = in.U8();
   LogHeader header;
   header.whole = kind == kWhole;
@@ -152,7 +158,7 @@ absl::StatusOr<LogHeader> ReadHeader(Reader& in) {
   header.incarnation = Incarnation(in.Varint());
   header.tick = Tick(in.Varint());
   if (kind == kChanges) header.base = Tick(in.Varint());
-  if (!in.ok()) return absl::DataLossError("truncated");
+  if (!in.ok()) return absl::DataLossError(in.error());
   if (magic_a != kMagic[0] || magic_b != kMagic[1]) return Bad("not a region's state or log");
   if (format != kFormat) return Bad(absl::StrCat("format ", format, ", here it is ", kFormat));
   if (kind != kWhole && kind != kChanges) return Bad("neither a state nor changes");
@@ -163,14 +169,13 @@ absl::StatusOr<LogHeader> ReadHeader(Reader& in) {
 absl::StatusOr<std::span<const std::uint8_t>> Opened(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < kChecksumBytes) return absl::DataLossError("truncated");
   const std::span<const std::uint8_t> body = bytes.first(bytes.size() - kChecksumBytes);
-  std::uint64_t sum = 0;
-  for (std::size_t i = kChecksumBytes; i-- > 0;) sum = sum << 8 | bytes[body.size() + i];
-  if (sum != LogChecksum(body)) return absl::DataLossError("the checksum does not match: damaged or cut short");
+  if (ByteReader(bytes.last(kChecksumBytes)).U64() != LogChecksum(body))
+    return absl::DataLossError("the checksum does not match: damaged or cut short");
   return body;
 }
 
-absl::Status Finished(const Reader& in) {
-  if (!in.ok()) return Bad("truncated");
+absl::Status Finished(const ByteReader& in) {
+  if (!in.ok()) return Bad(in.error());
   return in.remaining() == 0 ? absl::OkStatus() : Bad("trailing bytes");
 }
 
@@ -186,9 +191,10 @@ struct Changes {
   std::map<BodyId, CarriedProperties> properties;
 };
 
-absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
+absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
   MessageReader reader(in, catalog, state);
   std::uint64_t last = 0;
+  in.Field("gone");
   changes.gone.resize(in.Count(1));
   for (BodyId& id : changes.gone) {
     if (!NextId(in, last)) return Bad("gone: ids do not ascend");
@@ -198,8 +204,10 @@ absl::Status ReadChanges(Reader& in, const Catalog& catalog, const RegionState& 
   if (absl::Status status = reader.ReadBodies(changes.bodies); !status.ok()) return status;
   if (absl::Status status = reader.ReadControls(changes.controls); !status.ok()) return status;
   if (absl::Status status = reader.ReadSpawned(changes.spawned); !status.ok()) return status;
+  in.Field("pairs");
   if (absl::Status status = reader.ReadPairs(changes.pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(changes.granted); !status.ok()) return status;
+  in.Field("settled");
   changes.settled.resize(in.Count(2));
   for (auto& [id, epoch] : changes.settled) {
     id = BodyId(in.Varint());
@@ -287,7 +295,7 @@ void ApplyPairs(std::span<const PairChange> changes, std::vector<TouchingPair>& 
 absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, const Catalog& catalog) {
   const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
   if (!body.ok()) return body.status();
-  Reader in(*body);
+  ByteReader in(*body);
   const absl::StatusOr<LogHeader> header = ReadHeader(in);
   if (!header.ok()) return header.status();
   if (!header->whole) return Bad("changes, not a whole state");
@@ -301,6 +309,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadBodies(state.bodies); !status.ok()) return status;
   if (absl::Status status = reader.ReadControls(state.controls); !status.ok()) return status;
   if (absl::Status status = reader.ReadSpawned(state.spawned); !status.ok()) return status;
+  in.Field("pairs");
   if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
   if (absl::Status status = reader.ReadAllProperties(state.properties); !status.ok()) return status;
@@ -314,14 +323,14 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
 }
 
 absl::StatusOr<LogHeader> DecodeLogHeader(std::span<const std::uint8_t> bytes) {
-  Reader in(bytes);
+  ByteReader in(bytes);
   return ReadHeader(in);
 }
 
 absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& catalog, RegionState& state) {
   const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
   if (!body.ok()) return body.status();
-  Reader in(*body);
+  ByteReader in(*body);
   const absl::StatusOr<LogHeader> header = ReadHeader(in);
   if (!header.ok()) return header.status();
   if (header->whole) return Bad("a whole state, not changes");

@@ -7,7 +7,8 @@
 #include <limits>
 
 #include "core/region/log_wire.h"
-#include "core/region/standby.h"
+#include "core/region/region.h"
+#include "core/region/standby_copy.h"
 #include "core/world/limits.h"
 
 namespace tessera::region {
@@ -59,7 +60,7 @@ Config MakeConfig(const std::shared_ptr<const Scene>& scene) {
 // Flat ground, on which everything comes to rest.
 class LogTest : public ::testing::Test {
  protected:
-  LogTest() : scene(MakeScene(60)), region(MakeConfig(scene)), standby(RegionId(1), region.catalog()) {
+  LogTest() : scene(MakeScene(60)), region(MakeConfig(scene)), standby_copy(RegionId(1), region.catalog()) {
     (void)region.Start();
     region.SetStandby(true);
   }
@@ -67,39 +68,43 @@ class LogTest : public ::testing::Test {
 
   std::shared_ptr<const Scene> scene;
   Region region;
-  Standby standby;
+  StandbyCopy standby_copy;
 };
 
 TEST_F(LogTest, TheStandbyIsTheRegionToTheBitAtEveryTick) {
   region.SpawnPlayer(PlayerNumber(1));
   for (std::uint32_t t = 1; t <= 200; ++t) {
-    (void)region.QueueInput({PlayerNumber(1), t, PlayerBodyId(PlayerNumber(1)), {10, 0, 0}, {0, 1, 0}});
+    (void)region.QueueInput({.number = t,
+                             .player = PlayerNumber(1),
+                             .body = PlayerBodyId(PlayerNumber(1)),
+                             .force_n = {10, 0, 0},
+                             .torque_nm = {0, 1, 0}});
     if (t == 120) region.RemovePlayer(PlayerNumber(1));
-    ASSERT_TRUE(standby.Receive(StepOnce()).ok());
-    ASSERT_EQ(standby.tick(), Tick(t));
-    ASSERT_EQ(EncodeState(standby.state()), region.SaveState()) << "tick " << t;
+    ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
+    ASSERT_EQ(standby_copy.tick(), Tick(t));
+    ASSERT_EQ(EncodeState(standby_copy.state()), region.SaveState()) << "tick " << t;
   }
-  EXPECT_TRUE(standby.state().controls.empty());
-  EXPECT_FALSE(standby.state().touching.empty());
+  EXPECT_TRUE(standby_copy.state().controls.empty());
+  EXPECT_FALSE(standby_copy.state().touching.empty());
 }
 
 // Numbers are not given again, so they grow beyond as many as may play at one time.
 TEST_F(LogTest, PlayersOfAnyNumberAreTold) {
   region.SpawnPlayer(PlayerNumber(kMaxPlayers + 1));
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
   region.SpawnPlayer(PlayerNumber(0xffffffff));
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
-  EXPECT_EQ(standby.state().spawned, (std::vector{PlayerNumber(kMaxPlayers + 1), PlayerNumber(0xffffffff)}));
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
+  EXPECT_EQ(standby_copy.state().spawned, (std::vector{PlayerNumber(kMaxPlayers + 1), PlayerNumber(0xffffffff)}));
   region.SetStandby(true);
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
-  EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
+  EXPECT_EQ(EncodeState(standby_copy.state()), region.SaveState());
 }
 
 // A region that replaces another takes over that it has made them: after a restore nobody makes them again.
 TEST_F(LogTest, WhomAnEarlierLifeMadeIsNotMadeAgain) {
   region.MarkSpawned(PlayerNumber(7));
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
-  EXPECT_EQ(standby.state().spawned, std::vector{PlayerNumber(7)});
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
+  EXPECT_EQ(standby_copy.state().spawned, std::vector{PlayerNumber(7)});
   region.SpawnPlayer(PlayerNumber(7));
   (void)StepOnce();
   EXPECT_FALSE(region.Owns(PlayerBodyId(PlayerNumber(7))));
@@ -107,57 +112,57 @@ TEST_F(LogTest, WhomAnEarlierLifeMadeIsNotMadeAgain) {
 
 TEST_F(LogTest, SleepersCostNothing) {
   Bytes last;
-  for (int t = 0; t < 1500 && region.asleep_count() < region.owned_count(); ++t) last = StepOnce();
-  ASSERT_EQ(region.asleep_count(), region.owned_count());
+  for (int t = 0; t < 1500 && region.asleep_count() < region.owned().size(); ++t) last = StepOnce();
+  ASSERT_EQ(region.asleep_count(), region.owned().size());
   (void)StepOnce();
   last = StepOnce();
   EXPECT_LT(last.size(), 32U) << "header and checksum";
 }
 
 TEST_F(LogTest, AGapIsAnErrorAndLeavesTheLastWholeTick) {
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
   const Bytes missed = StepOnce(), late = StepOnce();
-  EXPECT_THAT(standby.Receive(late).message(), HasSubstr("from tick 2 to 3, here is 1"));
-  EXPECT_EQ(standby.tick(), Tick(1));
-  EXPECT_TRUE(standby.Receive(missed).ok());
-  EXPECT_TRUE(standby.Receive(late).ok());
-  EXPECT_TRUE(standby.Receive(missed).ok()) << "what is here already is ignored";
-  EXPECT_EQ(standby.tick(), Tick(3));
+  EXPECT_THAT(standby_copy.Receive(late).message(), HasSubstr("from tick 2 to 3, here is 1"));
+  EXPECT_EQ(standby_copy.tick(), Tick(1));
+  EXPECT_TRUE(standby_copy.Receive(missed).ok());
+  EXPECT_TRUE(standby_copy.Receive(late).ok());
+  EXPECT_TRUE(standby_copy.Receive(missed).ok()) << "what is here already is ignored";
+  EXPECT_EQ(standby_copy.tick(), Tick(3));
 }
 
 TEST_F(LogTest, AWholeStateHealsAGap) {
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
   (void)StepOnce();
   region.SetStandby(true);
-  ASSERT_TRUE(standby.Receive(StepOnce()).ok());
-  EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
+  ASSERT_TRUE(standby_copy.Receive(StepOnce()).ok());
+  EXPECT_EQ(EncodeState(standby_copy.state()), region.SaveState());
 }
 
 TEST_F(LogTest, ChangesNeedAWholeStateFirst) {
   (void)StepOnce();
-  EXPECT_THAT(standby.Receive(StepOnce()).message(), HasSubstr("before a whole state"));
-  EXPECT_FALSE(standby.whole());
+  EXPECT_THAT(standby_copy.Receive(StepOnce()).message(), HasSubstr("before a whole state"));
+  EXPECT_FALSE(standby_copy.whole());
 }
 
 TEST_F(LogTest, AnyDamageIsFoundAndChangesNothing) {
   const Bytes whole = StepOnce();
-  ASSERT_TRUE(standby.Receive(whole).ok());
+  ASSERT_TRUE(standby_copy.Receive(whole).ok());
   const Bytes changes = StepOnce(), state = region.SaveState();
-  const Bytes before = EncodeState(standby.state());
+  const Bytes before = EncodeState(standby_copy.state());
   for (const Bytes& message : {changes, state}) {
     for (std::size_t i = 0; i < message.size(); ++i) {
       Bytes damaged = message;
       damaged[i] ^= static_cast<std::uint8_t>(1 << i % 8);
-      EXPECT_FALSE(standby.Receive(damaged).ok()) << "byte " << i;
+      EXPECT_FALSE(standby_copy.Receive(damaged).ok()) << "byte " << i;
       const std::span<const std::uint8_t> cut = std::span(message).first(i);
-      EXPECT_FALSE(standby.Receive(cut).ok()) << "cut to " << i;
+      EXPECT_FALSE(standby_copy.Receive(cut).ok()) << "cut to " << i;
     }
   }
-  EXPECT_EQ(EncodeState(standby.state()), before);
+  EXPECT_EQ(EncodeState(standby_copy.state()), before);
 }
 
 TEST_F(LogTest, AnotherRegionsLogIsRefused) {
-  Standby other(RegionId(2), region.catalog());
+  StandbyCopy other(RegionId(2), region.catalog());
   EXPECT_THAT(other.Receive(StepOnce()).message(), HasSubstr("a log of region 1, here it is 2"));
 }
 
@@ -185,9 +190,9 @@ TEST_F(LogTest, ASavedStateIsSharedOutAmongAnyNumberOfRegions) {
     config.self = RegionId(id);
     config.map = *MakeGridMap(scene->ground(), 3);
     config.initial = std::make_shared<const RegionState>(merged);
-    owned += Region(config).owned_count();
+    owned += Region(config).owned().size();
   }
-  EXPECT_EQ(owned, region.owned_count());
+  EXPECT_EQ(owned, region.owned().size());
 }
 
 // A body stays with its owner until it is well beyond its cells: a checkpoint has it in the owner's state alone.
@@ -199,7 +204,7 @@ TEST_F(LogTest, ARegionTakesAllOfItsOwnStateWhereverItsBodiesLie) {
   config.self = saved.region;
   config.map = *MakeGridMap(scene->ground(), 3);
   config.initial = std::make_shared<const RegionState>(saved);
-  EXPECT_EQ(Region(config).owned_count(), region.owned_count());
+  EXPECT_EQ(Region(config).owned().size(), region.owned().size());
 }
 
 TEST_F(LogTest, StatesOfDifferentTicksAreNotOneWorld) {

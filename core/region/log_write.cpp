@@ -3,7 +3,7 @@
 #include "core/region/log.h"
 #include "core/region/log_format.h"
 #include "core/region/log_wire.h"
-#include "core/region/wire.h"
+#include "core/world/bytes.h"
 #include "core/world/state_check.h"
 
 namespace tessera::region {
@@ -13,7 +13,7 @@ using namespace log_format;
 
 constexpr std::size_t kMessageRoom = 1024;  // bytes that a message mostly needs beside its bodies
 
-void WriteHeader(Writer& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
+void WriteHeader(ByteWriter& out, std::uint8_t kind, RegionId region, Incarnation incarnation, Tick tick) {
   out.U8(kMagic[0]);
   out.U8(kMagic[1]);
   out.U8(kFormat);
@@ -23,12 +23,12 @@ void WriteHeader(Writer& out, std::uint8_t kind, RegionId region, Incarnation in
   out.Varint(tick.value());
 }
 
-void WriteState(Writer& out, const BodyState& state, const BodyState* base, double tick_s) {
+void WriteState(ByteWriter& out, const BodyState& state, const BodyState* base, double tick_s) {
   out.Wrote(PackState(out.Room(kMaxStateBytes + 8), state, base, tick_s));
 }
 
 template <class List>
-void WriteIds(Writer& out, const List& ids) {
+void WriteIds(ByteWriter& out, const List& ids) {
   std::uint64_t last = 0;
   out.Varint(ids.size());
   for (const auto id : ids) {
@@ -37,13 +37,13 @@ void WriteIds(Writer& out, const List& ids) {
   }
 }
 
-void WritePair(Writer& out, const TouchingPair& pair, bool begun) {
+void WritePair(ByteWriter& out, const TouchingPair& pair, bool begun) {
   out.Varint(pair.body_a.value());
   out.Varint(pair.body_b.value());
   out.U8(static_cast<std::uint8_t>((pair.trigger ? kTrigger : 0) | (begun ? kBegun : 0)));
 }
 
-void WriteControls(Writer& out, const std::map<PlayerNumber, PlayerControl>& controls,
+void WriteControls(ByteWriter& out, const std::map<PlayerNumber, PlayerControl>& controls,
                    const std::map<PlayerNumber, PlayerControl>* base) {
   std::vector<const std::pair<const PlayerNumber, PlayerControl>*> changed;
   for (const auto& entry : controls) {
@@ -58,7 +58,7 @@ void WriteControls(Writer& out, const std::map<PlayerNumber, PlayerControl>& con
   }
 }
 
-void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGrant& grant) {
+void WriteGrant(ByteWriter& out, const std::pair<BodyId, Epoch>& key, const KeptGrant& grant) {
   out.Varint(key.first.value());
   out.Varint(key.second.value());
   out.Varint(grant.to.value());
@@ -71,7 +71,7 @@ void WriteGrant(Writer& out, const std::pair<BodyId, Epoch>& key, const KeptGran
 }
 
 // Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
-void WriteGrants(Writer& out, const KeptGrants& grants, const KeptGrants& base) {
+void WriteGrants(ByteWriter& out, const KeptGrants& grants, const KeptGrants& base) {
   std::vector<const KeptGrants::value_type*> granted;
   for (const auto& entry : grants) {
     const auto before = base.find(entry.first);
@@ -90,16 +90,15 @@ void WriteGrants(Writer& out, const KeptGrants& grants, const KeptGrants& base) 
   }
 }
 
-Bytes Sealed(Writer& out) {
-  std::uint64_t sum = LogChecksum(out.bytes());
-  for (std::size_t i = 0; i < kChecksumBytes; ++i, sum >>= 8) out.U8(static_cast<std::uint8_t>(sum));
+Bytes Sealed(ByteWriter& out) {
+  out.U64(LogChecksum(out.bytes()));
   return out.Take();
 }
 
 }  // namespace
 
 Bytes EncodeState(const RegionState& state) {
-  Writer out;
+  ByteWriter out;
   WriteHeader(out, kWhole, state.region, state.incarnation, state.tick);
   out.Varint(state.bodies.size());
   std::uint64_t last = 0;
@@ -148,11 +147,11 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
 }
 
 Bytes LogWriter::WriteChanges(const LogView& now) {
-  struct Change {
+  struct ChangedBody {
     std::size_t body;
     const StateBody* base;
   };
-  std::vector<Change> changed;
+  std::vector<ChangedBody> changed;
   std::vector<BodyId> gone;
   bool more = false;
   auto before = last_.bodies.begin();
@@ -170,14 +169,14 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   }
   for (; before != last_.bodies.end(); ++before) gone.push_back(before->id);
 
-  Writer out;
+  ByteWriter out;
   out.Reserve(kMessageRoom + changed.size() * (kMaxStateBytes + 16));
   WriteHeader(out, kChanges, now.region, now.incarnation, now.tick);
   out.Varint(last_.tick.value());
   WriteIds(out, gone);
   out.Varint(changed.size());
   std::uint64_t last = 0;
-  for (const Change& change : changed) {
+  for (const ChangedBody& change : changed) {
     const OwnedBody& body = now.owned[change.body];
     out.Varint(body.def->id.value() - last);
     last = body.def->id.value();
@@ -206,7 +205,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
     last_.bodies.clear();
     for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
   } else {
-    for (const Change& change : changed) {
+    for (const ChangedBody& change : changed) {
       StateBody& base = last_.bodies[change.body];
       base.epoch = now.owned[change.body].epoch;
       base.state = now.owned[change.body].state;

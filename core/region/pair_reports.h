@@ -5,6 +5,7 @@
 // along and makes no event. Thread rule: one thread at a time.
 #pragma once
 
+#include <cassert>
 #include <functional>
 #include <set>
 #include <span>
@@ -43,6 +44,8 @@ class PairReports {
   std::vector<physics::PairEvent> Report(std::span<const physics::PairEvent> events,
                                          const std::function<bool(BodyId)>& owned,
                                          const std::function<bool(BodyId)>& present);
+
+  void Validate() const { assert(by_reporter_.size() == by_other_.size()); }
 
  private:
   BodyId ReporterOf(BodyId a, BodyId b) const { return catalog_.Known(a) ? a : b; }

@@ -59,90 +59,94 @@ std::vector<PlayerNumber> Players::TakeSpawns() {
 
 std::map<PlayerNumber, PlayerControl> Players::Controls() const {
   std::map<PlayerNumber, PlayerControl> controls;
-  for (const auto& [player, steering] : steering_) controls.emplace(player, steering.control);
+  for (const auto& [player, controlled] : controlled_) controls.emplace(player, controlled.control);
   return controls;
 }
 
 void Players::Adopt(PlayerNumber player, PlayerControl control) {
-  Steering steering;
-  steering.newest = std::max(control.last_input, control.committed ? control.committed_number : 0);
-  if (!control.queue.empty()) steering.newest = std::max(steering.newest, control.queue.back().number);
-  steering.control = std::move(control);
-  steering_[player] = std::move(steering);
+  Controlled controlled;
+  controlled.sequence.Decide(control.last_input);
+  if (control.committed) controlled.sequence.Decide(control.next.number);
+  for (const PlayerInput& input : control.queue) controlled.sequence.Decide(input.number);
+  controlled.control = std::move(control);
+  controlled_[player] = std::move(controlled);
 }
 
 const PlayerControl* Players::Find(PlayerNumber player) const {
-  const auto it = steering_.find(player);
-  return it == steering_.end() ? nullptr : &it->second.control;
+  const auto it = controlled_.find(player);
+  return it == controlled_.end() ? nullptr : &it->second.control;
 }
 
 absl::Status Players::Queue(const PlayerInput& input) {
+  const auto it = controlled_.find(input.player);
+  if (it != controlled_.end()) {
+    switch (it->second.sequence.Decide(input.number)) {
+      case InputSequence::Order::kNewest:
+        break;
+      case InputSequence::Order::kRepeated:
+        return {absl::StatusCode::kAlreadyExists, ""};  // most inputs end here: without a message nothing is allocated
+      case InputSequence::Order::kLate:
+        return absl::OutOfRangeError(absl::StrCat("input ", input.number, " is late"));
+    }
+  }
   if (input.body != PlayerBodyId(input.player)) {
     return absl::PermissionDeniedError(
         absl::StrCat("body ", input.body.value(), " is not player ", input.player.value(), "'s"));
   }
   if (!IsFinite(input.force_n)) return absl::InvalidArgumentError("force_n is not finite");
   if (!IsFinite(input.torque_nm)) return absl::InvalidArgumentError("torque_nm is not finite");
-  const auto it = steering_.find(input.player);
-  if (it == steering_.end()) {
+  if (it == controlled_.end()) {
     return absl::NotFoundError(absl::StrCat("body ", input.body.value(), " is not owned here"));
   }
-  Steering& steering = it->second;
-  if (input.number <= steering.newest) {
-    return absl::OutOfRangeError(
-        absl::StrCat("input ", input.number, " is late: ", steering.newest, " is here already"));
-  }
-  if (steering.gone + steering.control.queue.size() >= kMaxQueuedInputs) {
+  std::vector<PlayerInput>& queue = it->second.control.queue;
+  if (it->second.granted + queue.size() >= kMaxQueuedInputs) {
     return absl::ResourceExhaustedError(
         absl::StrCat("player ", input.player.value(), " has ", kMaxQueuedInputs, " inputs waiting already"));
   }
-  steering.newest = input.number;
-  steering.control.queue.push_back({input.number, input.force_n, input.torque_nm});
+  queue.push_back(input);
   return absl::OkStatus();
 }
 
-void Players::QueueForwarded(PlayerNumber player, const QueuedInput& input) {
-  const auto it = steering_.find(player);
-  if (it == steering_.end()) return;
+void Players::QueueForwarded(const PlayerInput& input) {
+  const auto it = controlled_.find(input.player);
+  if (it == controlled_.end()) return;
   PlayerControl& control = it->second.control;
-  const std::uint32_t done = std::max(control.last_input, control.committed ? control.committed_number : 0);
+  const std::uint32_t done = std::max(control.last_input, control.committed ? control.next.number : 0);
   if (input.number <= done || control.queue.size() >= kMaxGrantedInputs) return;
+  if (it->second.sequence.Decide(input.number) == InputSequence::Order::kRepeated) return;
   const auto at = std::lower_bound(control.queue.begin(), control.queue.end(), input.number,
-                                   [](const QueuedInput& queued, std::uint32_t n) { return queued.number < n; });
-  if (at != control.queue.end() && at->number == input.number) return;
+                                   [](const PlayerInput& queued, std::uint32_t n) { return queued.number < n; });
   control.queue.insert(at, input);
-  it->second.newest = std::max(it->second.newest, input.number);
 }
 
 void Players::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
-  PlayerControl& control = steering_.at(player).control;
+  PlayerControl& control = controlled_.at(player).control;
   if (control.queue.empty()) return;
-  const QueuedInput input = control.queue.front();
-  control.queue.erase(control.queue.begin());
   control.committed = true;
-  control.committed_number = input.number;
-  control.force_n = LimitedForce(*scene_.player, input.force_n, state.linear_velocity);
-  control.torque_nm = LimitedTorque(*scene_.player, radius_m, input.torque_nm, state.angular_velocity);
+  control.next = control.queue.front();
+  control.queue.erase(control.queue.begin());
+  control.next.force_n = LimitedForce(*scene_.player, control.next.force_n, state.linear_velocity);
+  control.next.torque_nm = LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity);
 }
 
 void Players::Applied(PlayerNumber player) {
-  PlayerControl& control = steering_.at(player).control;
-  if (control.committed) control.last_input = control.committed_number;
+  PlayerControl& control = controlled_.at(player).control;
+  if (control.committed) control.last_input = control.next.number;
   control.committed = false;
-  control.force_n = control.torque_nm = Vec3f();
+  control.next.force_n = control.next.torque_nm = Vec3f();
 }
 
 PlayerControl Players::MakeGrant(PlayerNumber player) {
-  Steering& steering = steering_.at(player);
-  PlayerControl granted = steering.control;
-  steering.gone = granted.queue.size();
-  steering.control.queue.clear();
+  Controlled& controlled = controlled_.at(player);
+  PlayerControl granted = controlled.control;
+  controlled.granted = granted.queue.size();
+  controlled.control.queue.clear();
   return granted;
 }
 
-std::vector<QueuedInput> Players::Release(PlayerNumber player) {
-  auto node = steering_.extract(player);
-  return node.empty() ? std::vector<QueuedInput>() : std::move(node.mapped().control.queue);
+std::vector<PlayerInput> Players::Release(PlayerNumber player) {
+  auto node = controlled_.extract(player);
+  return node.empty() ? std::vector<PlayerInput>() : std::move(node.mapped().control.queue);
 }
 
 }  // namespace tessera::region

@@ -1,7 +1,8 @@
-// Players: who came, who left, and the steering of the bodies that are owned here.
+// Players: who came, who left, and the inputs of those whose bodies are owned here.
 //
 // An input is chosen ("committed") one tick before it acts, because neighbours that see the body must apply the same
-// force; it acts exactly once, and goes along when the body is handed over. Thread rule: one thread at a time.
+// force; it acts exactly once, and goes along when the body is handed over. Copies of an input are told apart here and
+// nowhere else (InputSequence). Thread rule: one thread at a time.
 #pragma once
 
 #include <map>
@@ -11,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "core/region/frame.h"
+#include "core/region/input_sequence.h"
 #include "core/region/region.h"
 
 namespace tessera::region {
@@ -33,30 +35,31 @@ class Players {
   // Those asked for since the last call, ascending; each player comes out once in a life.
   std::vector<PlayerNumber> TakeSpawns();
 
-  // Steering of the bodies owned here.
+  // Control of the bodies owned here.
   std::map<PlayerNumber, PlayerControl> Controls() const;
   void Adopt(PlayerNumber player, PlayerControl control);
   const PlayerControl* Find(PlayerNumber player) const;
+  // Decides on an input that came from its player; errors as those of Region::QueueInput.
   absl::Status Queue(const PlayerInput& input);
-  // An input that came by way of the last owner: takes its place by number, unless it is here already or too late.
-  void QueueForwarded(PlayerNumber player, const QueuedInput& input);
+  // An input that came by way of the last owner takes its place by number, unless it is here already or too late.
+  void QueueForwarded(const PlayerInput& input);
   // Chooses the input of the next step and applies the scene's limits to it, given the body's state now.
   void Commit(PlayerNumber player, const BodyState& state, double radius_m);
   // The committed input is acting: its number becomes the last one.
   void Applied(PlayerNumber player);
   // All that the new owner must know. What is queued after this comes out of `Release` and has to be sent after it.
   PlayerControl MakeGrant(PlayerNumber player);
-  std::vector<QueuedInput> Release(PlayerNumber player);
+  std::vector<PlayerInput> Release(PlayerNumber player);
 
  private:
-  struct Steering {
+  struct Controlled {
     PlayerControl control;
-    std::uint32_t newest = 0;  // number of the newest input that was taken
-    std::size_t gone = 0;      // inputs that went with a grant already
+    InputSequence sequence;
+    std::size_t granted = 0;  // inputs that went with a grant already
   };
   const Scene& scene_;
   std::set<PlayerNumber> asked_, spawned_, left_, parked_, unparked_;
-  std::map<PlayerNumber, Steering> steering_;
+  std::map<PlayerNumber, Controlled> controlled_;  // players whose bodies are owned here
 };
 
 // Scaled down to `max_force_n`; then the part along the velocity fades to 0 as the body nears `max_speed_m_s` that way.

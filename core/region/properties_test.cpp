@@ -6,7 +6,7 @@
 #include "core/region/log.h"
 #include "core/region/property_table.h"
 #include "core/region/region.h"
-#include "core/region/standby.h"
+#include "core/region/standby_copy.h"
 
 namespace tessera::region {
 namespace {
@@ -79,12 +79,12 @@ TEST(PropertyTableTest, AWrongChangeIsRefusedByNameAndChangesNothing) {
 
 TEST(FramePropertiesTest, AGrantCarriesThemAndBadOnesAreRefused) {
   const Catalog catalog(MakeScene());
-  Frame frame;
+  BorderFrame frame;
   frame.sender = RegionId(2);
   Grant grant;
   grant.bodies = {{BodyId(7), Epoch(2), {}, Carried(-3, 900)}};
   frame.grants = {grant};
-  Frame without = frame;
+  BorderFrame without = frame;
   without.grants[0].bodies[0].properties = {};
   const auto bytes = Encode(frame, {});
   const auto back = Decode(bytes, {});
@@ -120,34 +120,34 @@ TEST(RegionPropertiesTest, OnlyAnOwnedBodyCanBeChanged) {
   region.SpawnPlayer(PlayerNumber(3));
   (void)region.Step();
   EXPECT_TRUE(region.SetProperty(player, "health", std::int64_t{1}, 2).ok());
-  ASSERT_EQ(region.properties().size(), 2U);
+  ASSERT_EQ(region.properties().all().size(), 2U);
   region.RemovePlayer(PlayerNumber(3));
   (void)region.Step();
-  EXPECT_EQ(region.properties().size(), 1U) << "they leave with their body";
+  EXPECT_EQ(region.properties().all().size(), 1U) << "they leave with their body";
 }
 
 // By whole states and by changes, through a checkpoint too.
-TEST(RegionPropertiesTest, TheHeirAndARestoredRegionHaveThem) {
+TEST(RegionPropertiesTest, TheStandbyAndARestoredRegionHaveThem) {
   const auto scene = MakeScene();
   Region region(MakeConfig(scene));
   (void)region.Start();
   ASSERT_TRUE(region.SetProperty(BodyId(7), "team", std::string("red"), 1).ok());
   region.SetStandby(true);
-  Standby standby(RegionId(1), region.catalog());
-  ASSERT_TRUE(standby.Receive(region.Step().log).ok());
-  EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
+  StandbyCopy standby_copy(RegionId(1), region.catalog());
+  ASSERT_TRUE(standby_copy.Receive(region.Step().log).ok());
+  EXPECT_EQ(EncodeState(standby_copy.state()), region.SaveState());
   const std::size_t quiet = region.Step().log.size();
   region.SetStandby(true);
-  ASSERT_TRUE(standby.Receive(region.Step().log).ok());
+  ASSERT_TRUE(standby_copy.Receive(region.Step().log).ok());
 
   ASSERT_TRUE(region.SetProperty(BodyId(8), "health", std::int64_t{5}, 2).ok());
   ASSERT_TRUE(region.SetProperty(BodyId(7), "health", std::int64_t{6}, 3).ok());
   const Bytes log = region.Step().log;
   EXPECT_GT(log.size(), quiet);
-  ASSERT_TRUE(standby.Receive(log).ok());
-  EXPECT_EQ(EncodeState(standby.state()), region.SaveState());
-  ASSERT_EQ(standby.state().properties.size(), 2U);
-  EXPECT_EQ(standby.state().PropertiesOf(BodyId(7)).change, 3U);
+  ASSERT_TRUE(standby_copy.Receive(log).ok());
+  EXPECT_EQ(EncodeState(standby_copy.state()), region.SaveState());
+  ASSERT_EQ(standby_copy.state().properties.size(), 2U);
+  EXPECT_EQ(standby_copy.state().PropertiesOf(BodyId(7)).change, 3U);
 
   const auto saved = DecodeState(region.SaveState(), region.catalog());
   ASSERT_TRUE(saved.ok()) << saved.status();
@@ -156,10 +156,10 @@ TEST(RegionPropertiesTest, TheHeirAndARestoredRegionHaveThem) {
   Config config = MakeConfig(scene);
   config.initial = std::make_shared<RegionState>(*merged);
   const Region restored(config);
-  ASSERT_EQ(restored.properties().size(), 2U);
-  EXPECT_EQ(Value(*restored.properties()[0].bytes, "team"), PropertyValue(std::string("red")));
-  EXPECT_EQ(Value(*restored.properties()[0].bytes, "health"), PropertyValue(std::int64_t{6}));
-  EXPECT_EQ(Value(*restored.properties()[1].bytes, "health"), PropertyValue(std::int64_t{5}));
+  ASSERT_EQ(restored.properties().all().size(), 2U);
+  EXPECT_EQ(Value(*restored.properties().all()[0].bytes, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(Value(*restored.properties().all()[0].bytes, "health"), PropertyValue(std::int64_t{6}));
+  EXPECT_EQ(Value(*restored.properties().all()[1].bytes, "health"), PropertyValue(std::int64_t{5}));
 }
 
 TEST(RegionPropertiesTest, ABadOneInAStateIsRefusedByName) {

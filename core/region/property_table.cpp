@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "absl/strings/str_cat.h"
+#include "core/region/ascends.h"
 #include "core/region/catalog.h"
 
 namespace tessera::region {
@@ -82,6 +83,11 @@ std::vector<ChangedProperties> PropertyTable::TakeNews() {
   }
   news_.clear();
   return news;
+}
+
+void PropertyTable::Validate() const {
+  assert(Ascends(all_, &ChangedProperties::body));
+  assert(std::ranges::none_of(all_, [](const ChangedProperties& entry) { return entry.change == 0; }));
 }
 
 }  // namespace tessera::region

@@ -59,6 +59,8 @@ class PropertyTable {
   // Those that were changed or adopted since the last call, ascending.
   std::vector<ChangedProperties> TakeNews();
 
+  void Validate() const;
+
  private:
   void Put(ChangedProperties entry);
 

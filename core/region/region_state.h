@@ -1,4 +1,4 @@
-// RegionState: all that carries a region on, as an heir, a checkpoint or a new map needs it.
+// RegionState: all that carries a region on, as a standby, a checkpoint or a new map needs it.
 //
 //   absl::StatusOr<RegionState> whole = MergeStates(states);   // of all regions at one tick
 //   config.initial = std::make_shared<RegionState>(*std::move(whole));
@@ -25,7 +25,7 @@ struct StateBody {
   friend bool operator==(const StateBody&, const StateBody&) = default;
 };
 
-// A body that was granted and that the new owner has not confirmed: all it takes to revive it.
+// A body that was granted and that the new owner has not confirmed: all it takes to promote it.
 struct KeptGrant {
   RegionId to;
   Tick tick;  // of the state; the new owner has it from the next on

@@ -11,12 +11,12 @@ namespace {
 absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
 
 // Of equal epochs, the first of these lives.
-enum class Kind : std::uint8_t { kOwned, kStandby, kGranted, kStandbyGranted };
+enum class ClaimKind : std::uint8_t { kOwned, kStandby, kGranted, kStandbyGranted };
 
 struct Claim {
   BodyId body;
   Epoch epoch;
-  Kind kind = Kind::kOwned;
+  ClaimKind kind = ClaimKind::kOwned;
   RegionId holder;
   RegionId from;  // the dead region out of whose standby; 0: the holder's own
   Tick tick;      // of a standby
@@ -30,18 +30,18 @@ bool Better(const Claim& a, const Claim& b) {
 void AddClaims(const Inventory& inventory, std::span<const RegionId> dead, std::vector<Claim>& claims) {
   const RegionId self = inventory.region;
   for (const auto& [body, epoch] : inventory.owned) {
-    claims.push_back({body, epoch, Kind::kOwned, self, RegionId(), Tick()});
+    claims.push_back({body, epoch, ClaimKind::kOwned, self, RegionId(), Tick()});
   }
   for (const auto& [body, epoch, to] : inventory.grants) {
-    claims.push_back({body, epoch, Kind::kGranted, self, RegionId(), Tick()});
+    claims.push_back({body, epoch, ClaimKind::kGranted, self, RegionId(), Tick()});
   }
-  for (const WardInventory& ward : inventory.wards) {
-    if (std::find(dead.begin(), dead.end(), ward.region) == dead.end()) continue;
-    for (const auto& [body, epoch] : ward.bodies) {
-      claims.push_back({body, epoch, Kind::kStandby, self, ward.region, ward.tick});
+  for (const StandbyCopyInventory& primary : inventory.primaries) {
+    if (std::find(dead.begin(), dead.end(), primary.region) == dead.end()) continue;
+    for (const auto& [body, epoch] : primary.bodies) {
+      claims.push_back({body, epoch, ClaimKind::kStandby, self, primary.region, primary.tick});
     }
-    for (const auto& [body, epoch, to] : ward.grants) {
-      claims.push_back({body, epoch, Kind::kStandbyGranted, self, ward.region, ward.tick});
+    for (const auto& [body, epoch, to] : primary.grants) {
+      claims.push_back({body, epoch, ClaimKind::kStandbyGranted, self, primary.region, primary.tick});
     }
   }
 }
@@ -72,7 +72,7 @@ Tick NewestTick(std::span<const Inventory> inventories) {
   Tick newest;
   for (const Inventory& inventory : inventories) {
     newest = std::max(newest, inventory.tick);
-    for (const WardInventory& ward : inventory.wards) newest = std::max(newest, ward.tick);
+    for (const StandbyCopyInventory& primary : inventory.primaries) newest = std::max(newest, primary.tick);
   }
   return newest;
 }
@@ -80,14 +80,14 @@ Tick NewestTick(std::span<const Inventory> inventories) {
 // `claims`: all on one body, best first.
 void Settle(std::span<const Claim> claims, const PartitionMap& map, Resolution& resolution) {
   const Claim& best = claims.front();
-  const bool kept = best.kind == Kind::kOwned;
+  const bool kept = best.kind == ClaimKind::kOwned;
   const Epoch epoch = kept ? best.epoch : Epoch(best.epoch.value() + 1);
   if (!kept) {
-    const bool revived = best.kind != Kind::kStandby;
-    resolution.takeovers.push_back({best.body, epoch, best.holder, best.from, revived});
+    const bool from_grant = best.kind != ClaimKind::kStandby;
+    resolution.takeovers.push_back({best.body, epoch, best.holder, best.from, from_grant});
   }
   for (const Claim& claim : claims.subspan(1)) {
-    const bool copy = claim.kind == Kind::kGranted || claim.kind == Kind::kStandbyGranted;
+    const bool copy = claim.kind == ClaimKind::kGranted || claim.kind == ClaimKind::kStandbyGranted;
     if (!copy || claim.epoch != best.epoch || claim.holder == best.holder) continue;
     const std::vector<RegionId> links = map.Neighbors(claim.holder);
     if (!std::binary_search(links.begin(), links.end(), best.holder)) continue;
@@ -134,12 +134,12 @@ absl::StatusOr<Resolution> Resolve(const PartitionMap& map, std::span<const Regi
   FindLost(expected, claims, resolution);
   for (const RegionId region : dead) {
     const bool held = std::any_of(inventories.begin(), inventories.end(), [region](const Inventory& inventory) {
-      return std::any_of(inventory.wards.begin(), inventory.wards.end(),
-                         [region](const WardInventory& ward) { return ward.region == region; });
+      return std::any_of(inventory.primaries.begin(), inventory.primaries.end(),
+                         [region](const StandbyCopyInventory& primary) { return primary.region == region; });
     });
-    if (!held) resolution.without_standby.push_back(region);
+    if (!held) resolution.without_copy.push_back(region);
   }
-  std::sort(resolution.without_standby.begin(), resolution.without_standby.end());
+  std::sort(resolution.without_copy.begin(), resolution.without_copy.end());
   return resolution;
 }
 

@@ -1,11 +1,11 @@
 // Resolve: who goes on with what when regions have died.
 //
 // For each body the highest epoch lives. A live owner keeps what it has. What only the standby of a dead region holds
-// is taken up by the heir; what a region granted to a dead one, and neither the dead one's standby nor anybody else
-// has, is revived by its granter. Whatever is taken up gets an epoch that nobody has seen.
+// is taken up by the standby; what a region granted to a dead one, and neither the dead one's standby nor anybody else
+// has, is promoted by its granter. Whatever is taken up gets an epoch that nobody has seen.
 //
 //   absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
-//   send to every live region: region.Resume(*resolution, wards)
+//   send to every live region: region.Resume(*resolution, primaries)
 //
 // The same input gives the same resolution, whatever the order of the inventories. Thread rule: free functions on
 // values.
@@ -22,10 +22,10 @@ namespace tessera::region {
 
 struct Takeover {
   BodyId body;
-  Epoch epoch;           // of the new ownership
-  RegionId region;       // who takes it up
-  RegionId from;         // the dead region out of whose standby; 0: out of its own unconfirmed grants
-  bool revived = false;  // out of unconfirmed grants (its own, or those in the standby) rather than bodies
+  Epoch epoch;              // of the new ownership
+  RegionId region;          // who takes it up
+  RegionId from;            // the dead region out of whose standby; 0: out of its own unacknowledged grants
+  bool from_grant = false;  // out of unacknowledged grants (its own, or those in the standby) rather than bodies
   friend auto operator<=>(const Takeover&, const Takeover&) = default;
 };
 
@@ -42,11 +42,11 @@ struct PendingGrant {
 struct Resolution {
   MapVersion version;  // of the failover
   Tick resume_tick;    // the next tick that is stepped, by all; nobody has used the number of the one before it
-  std::vector<Takeover> takeovers;        // ascending
-  std::vector<PendingGrant> pending;      // ascending
-  std::vector<BodyId> lost;               // ascending: expected, and held by nobody
-  std::vector<RegionId> without_standby;  // ascending: dead regions of which nobody has a whole tick
-  std::vector<PlayerNumber> players;      // ascending: whose bodies live
+  std::vector<Takeover> takeovers;     // ascending
+  std::vector<PendingGrant> pending;   // ascending
+  std::vector<BodyId> lost;            // ascending: expected, and held by nobody
+  std::vector<RegionId> without_copy;  // ascending: dead regions of which nobody has a whole tick
+  std::vector<PlayerNumber> players;   // ascending: whose bodies live
   friend bool operator==(const Resolution&, const Resolution&) = default;
 };
 

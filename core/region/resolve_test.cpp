@@ -16,7 +16,7 @@ using ::testing::IsEmpty;
 constexpr RegionId kA(1), kB(2), kC(3), kD(4);
 constexpr BodyId kX(7);
 
-// Four regions that meet in a corner; heirs are 1 -> 2 -> 3 -> 4 -> 1.
+// Four regions that meet in a corner; standbys are 1 -> 2 -> 3 -> 4 -> 1.
 class ResolveTest : public ::testing::Test {
  protected:
   void Die(std::vector<RegionId> who) {
@@ -26,8 +26,8 @@ class ResolveTest : public ::testing::Test {
       inventories.push_back({map.version(), region.id, Tick(100), {}, {}, {}});
   }
   Inventory& Of(RegionId id) { return *std::ranges::find(inventories, id, &Inventory::region); }
-  void Ward(RegionId holder, RegionId region, std::vector<BodyClaim> bodies, std::vector<GrantClaim> grants = {}) {
-    Of(holder).wards.push_back({region, Incarnation(1), Tick(99), std::move(bodies), std::move(grants)});
+  void Primary(RegionId holder, RegionId region, std::vector<BodyClaim> bodies, std::vector<GrantClaim> grants = {}) {
+    Of(holder).primaries.push_back({region, Incarnation(1), Tick(99), std::move(bodies), std::move(grants)});
   }
   Resolution Result(std::vector<BodyId> expected = {kX}) {
     const absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
@@ -43,9 +43,9 @@ class ResolveTest : public ::testing::Test {
   std::vector<Inventory> inventories;
 };
 
-TEST_F(ResolveTest, TheHeirTakesUpWhatOnlyItsStandbyHas) {
+TEST_F(ResolveTest, TheStandbyPromotesWhatOnlyItsStandbyHas) {
   Die({kA});
-  Ward(kB, kA, {{kX, Epoch(3)}});
+  Primary(kB, kA, {{kX, Epoch(3)}});
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(4), kB, kA, false}));
   EXPECT_EQ(Result().resume_tick, Tick(102));
   EXPECT_THAT(Result().lost, IsEmpty());
@@ -53,28 +53,28 @@ TEST_F(ResolveTest, TheHeirTakesUpWhatOnlyItsStandbyHas) {
 
 TEST_F(ResolveTest, GrantedAndTakenBeforeTheStandbyHeardOfIt) {
   Die({kA});
-  Ward(kB, kA, {{kX, Epoch(3)}});
+  Primary(kB, kA, {{kX, Epoch(3)}});
   Of(kC).owned = {{kX, Epoch(4)}};
   EXPECT_THAT(Result().takeovers, IsEmpty());
 }
 
 TEST_F(ResolveTest, GrantedAndNeverTaken) {
   Die({kA});
-  Ward(kB, kA, {{kX, Epoch(3)}}, {{kX, Epoch(4), kC}});
+  Primary(kB, kA, {{kX, Epoch(3)}}, {{kX, Epoch(4), kC}});
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, kA, true}))
       << "an epoch above the one that was granted";
 }
 
-TEST_F(ResolveTest, TheGranterRevivesWhatTheDeadOnesStandbyLacks) {
+TEST_F(ResolveTest, TheGranterPromotesWhatTheDeadOnesStandbyLacks) {
   Die({kA});
-  Ward(kB, kA, {});
+  Primary(kB, kA, {});
   Of(kC).grants = {{kX, Epoch(4), kA}};
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kC, RegionId(), true}));
 }
 
-TEST_F(ResolveTest, TheGranterDoesNotReviveWhatTheStandbyHasAndKeepsItsCopyForTheNextDeath) {
+TEST_F(ResolveTest, TheGranterDoesNotPromoteWhatTheStandbyHasAndKeepsItsCopyForTheNextDeath) {
   Die({kA});
-  Ward(kB, kA, {{kX, Epoch(4)}});
+  Primary(kB, kA, {{kX, Epoch(4)}});
   Of(kC).grants = {{kX, Epoch(4), kA}};
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, kA, false}));
   EXPECT_THAT(Result().pending, ElementsAre(PendingGrant{kX, Epoch(5), kC, kB}));
@@ -82,24 +82,24 @@ TEST_F(ResolveTest, TheGranterDoesNotReviveWhatTheStandbyHasAndKeepsItsCopyForTh
 
 TEST_F(ResolveTest, GrantedOnwardToAThird) {
   Die({kB});
-  Ward(kC, kB, {});                      // has neither the taking nor the granting on
-  Of(kA).grants = {{kX, Epoch(2), kB}};  // unconfirmed
+  Primary(kC, kB, {});                   // has neither the taking nor the granting on
+  Of(kA).grants = {{kX, Epoch(2), kB}};  // unacknowledged
   Of(kD).owned = {{kX, Epoch(3)}};
   EXPECT_THAT(Result().takeovers, IsEmpty());
   EXPECT_THAT(Result().pending, IsEmpty()) << "region 1's copy is of an ownership that has ended";
 }
 
-TEST_F(ResolveTest, AGrantOnTheWayBetweenTheLivingIsRevivedByItsGranter) {
+TEST_F(ResolveTest, AGrantOnTheWayBetweenTheLivingIsPromotedByItsGranter) {
   Die({kA});
-  Ward(kB, kA, {});
+  Primary(kB, kA, {});
   Of(kC).owned = {{kX, Epoch(2)}};
   Of(kC).grants = {{kX, Epoch(3), kD}};
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(4), kC, RegionId(), true}));
 }
 
-TEST_F(ResolveTest, AGrantBetweenTheLivingThatWasTakenStaysUnconfirmed) {
+TEST_F(ResolveTest, AGrantBetweenTheLivingThatWasTakenStaysUnacknowledged) {
   Die({kA});
-  Ward(kB, kA, {});
+  Primary(kB, kA, {});
   Of(kC).owned = {{kX, Epoch(2)}};
   Of(kC).grants = {{kX, Epoch(3), kD}};
   Of(kD).owned = {{kX, Epoch(3)}};
@@ -107,27 +107,27 @@ TEST_F(ResolveTest, AGrantBetweenTheLivingThatWasTakenStaysUnconfirmed) {
   EXPECT_THAT(Result().pending, ElementsAre(PendingGrant{kX, Epoch(3), kC, kD}));
 }
 
-TEST_F(ResolveTest, TwoNeighboursThatDieTogetherAreCarriedOnByTheirHeirs) {
+TEST_F(ResolveTest, TwoNeighboursThatDieTogetherAreCarriedOnByTheirStandbys) {
   Die({kA, kC});
-  Ward(kB, kA, {{BodyId(1), Epoch(1)}}, {{kX, Epoch(2), kC}});
-  Ward(kD, kC, {{BodyId(2), Epoch(1)}, {kX, Epoch(2)}});
+  Primary(kB, kA, {{BodyId(1), Epoch(1)}}, {{kX, Epoch(2), kC}});
+  Primary(kD, kC, {{BodyId(2), Epoch(1)}, {kX, Epoch(2)}});
   EXPECT_THAT(Result({BodyId(1), BodyId(2), kX}).takeovers,
               ElementsAre(Takeover{BodyId(1), Epoch(2), kB, kA, false}, Takeover{BodyId(2), Epoch(2), kD, kC, false},
                           Takeover{kX, Epoch(3), kD, kC, false}));
-  EXPECT_THAT(Result().without_standby, IsEmpty());
+  EXPECT_THAT(Result().without_copy, IsEmpty());
 }
 
-TEST_F(ResolveTest, RegionAndHeirLostTogetherIsToldAsALoss) {
+TEST_F(ResolveTest, RegionAndStandbyLostTogetherIsToldAsALoss) {
   Die({kA, kB});
-  Ward(kC, kB, {{BodyId(2), Epoch(1)}});
+  Primary(kC, kB, {{BodyId(2), Epoch(1)}});
   const Resolution resolution = Result({BodyId(2), kX});
-  EXPECT_THAT(resolution.without_standby, ElementsAre(kA));
+  EXPECT_THAT(resolution.without_copy, ElementsAre(kA));
   EXPECT_THAT(resolution.lost, ElementsAre(kX));
 }
 
 TEST_F(ResolveTest, NamesThePlayersThatHaveABody) {
   Die({kA});
-  Ward(kB, kA, {{PlayerBodyId(PlayerNumber(2)), Epoch(1)}});
+  Primary(kB, kA, {{PlayerBodyId(PlayerNumber(2)), Epoch(1)}});
   Of(kC).owned = {{PlayerBodyId(PlayerNumber(1)), Epoch(5)}};
   EXPECT_THAT(Result({}).players, ElementsAre(PlayerNumber(1), PlayerNumber(2)));
 }

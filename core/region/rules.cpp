@@ -20,12 +20,12 @@ class Hash {
 
 }  // namespace
 
-std::uint64_t RulesOf(const Settings& settings) {
+std::uint64_t RulesOf(const RegionSettings& settings) {
   Hash hash;
   hash.Add(std::uint64_t{kEngineVersion});
   hash.Add(settings.aura_m);
   hash.Add(std::uint64_t{settings.lookahead_ticks});
-  hash.Add(std::uint64_t{settings.vouch_ticks});
+  hash.Add(std::uint64_t{settings.promise_ticks});
   hash.Add(std::uint64_t{settings.ghost_depth});
   hash.Add(std::uint64_t{settings.whole_up_to});
   hash.Add(settings.hysteresis_m);

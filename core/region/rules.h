@@ -16,6 +16,6 @@ namespace tessera::region {
 inline constexpr std::uint32_t kEngineVersion = 9;
 
 // The same number on every host. Never 0, which is what one who tells no rules would tell.
-std::uint64_t RulesOf(const Settings& settings);
+std::uint64_t RulesOf(const RegionSettings& settings);
 
 }  // namespace tessera::region

@@ -6,17 +6,17 @@
 
 namespace tessera::region {
 
-struct Settings {
+struct RegionSettings {
   // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells; so is what
   // comes near a body of the neighbour's, wherever that is. Less than what contacts are watched from, and a body comes
   // upon another unseen; more, and ghosts cost what bodies cost.
   double aura_m = 0.1;
   // How far ahead the swept bounds look, ticks. At least 2: a frame is used one tick after it was made.
   std::uint32_t lookahead_ticks = 4;
-  // For how many ticks a region vouches that nothing of it but sleepers is near a border. More, and a border that
+  // For how many ticks a region promises that nothing of it but sleepers is near a border. More, and a border that
   // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
   // never.
-  std::uint32_t vouch_ticks = 8;
+  std::uint32_t promise_ticks = 8;
   // Of a pile that moves, what lies so many bodies further in than what the aura reaches is shown as well; of one at
   // rest nothing, for its ghosts bear the loads of what is not shown. With 0 what is struck across a border gives way
   // as if it lay on nothing: boxes of a pile of 1240 that falls together come to lie 15 mm within each other, in one
@@ -44,31 +44,31 @@ inline constexpr std::uint32_t kMaxGhostDepth = 64, kMaxWholeUpTo = 100'000;
 // What lay still for so many ticks, its fastest point slower than so much, m/s, is calm: ghosts that are do not touch
 // each other. Fewer ticks, or more speed, and what still moves is told of by loads, which come late; less speed, and a
 // pile that trembles costs what its ghosts do to each other.
-inline constexpr std::uint8_t kCalmTicks = 12;
-inline constexpr float kCalm_m_s = 0.05f;
+inline constexpr std::uint8_t kSettledTicks = 12;
+inline constexpr float kSettled_m_s = 0.05f;
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
 // origins are exact in float.
 inline constexpr double kOriginGrid_m = 64;
-// What a neighbour may vouch for at most: frames before that many are refused.
-inline constexpr std::uint32_t kMaxVouched = 64;
+// The longest promise of a neighbour: frames with a longer one are refused.
+inline constexpr std::uint32_t kMaxPromised = 64;
 // A closed border is offered to be opened every so many ticks: what a neighbour that stands still would find is little.
-inline constexpr std::uint32_t kOfferTicks = 6;
+inline constexpr std::uint32_t kReconnectIntervalTicks = 6;
 // A border that opens does so this many ticks after the later side has heard of it: longer than word takes to come and
 // go. Less, and an opening fails and is tried again; more, and it takes longer.
-inline constexpr std::uint64_t kOpeningTicks = 12;
+inline constexpr std::uint64_t kReconnectDelayTicks = 12;
 // Of a closed border: who is further behind than this, ticks, adopts the other's tick before they agree on one to open
-// at; who is less far behind gets there by its own steps. More than kOpeningTicks, which each side may be away.
+// at; who is less far behind gets there by its own steps. More than kReconnectDelayTicks, which each side may be away.
 inline constexpr std::uint64_t kFarBehind = 24;
 // Offers that come after this side has opened, until it closes again: what it waits for may wait for it. A neighbour
 // that only has a few ticks to go sends fewer.
-inline constexpr std::uint32_t kMaxOffers = 8;
+inline constexpr std::uint32_t kMaxReconnects = 8;
 // Of an open border: a frame whose tick differs from this side's strains it by so much, one with the same tick eases it
 // by one, and beyond the limit it is closed, to be opened between the right steps. Where borders around a corner were
 // opened between steps that do not belong together, ticks run ahead of steps for ever, and each border of the circle
 // sees it in one of as many frames as the circle has borders: up to some thirty are found. What an opening elsewhere
 // brings passes by in a frame or two.
-inline constexpr std::uint32_t kStrain = 32;
-inline constexpr std::uint32_t kMaxStrain = 24 * kStrain;
+inline constexpr std::uint32_t kDesyncPenalty = 32;
+inline constexpr std::uint32_t kMaxDesyncScore = 24 * kDesyncPenalty;
 // No neighbour is further ahead: a month at 240 ticks a second.
 inline constexpr std::uint64_t kMaxTicksAhead = 600'000'000;
 // Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.

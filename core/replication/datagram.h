@@ -12,6 +12,9 @@ enum class DatagramKind : std::uint8_t {
   kInput = 2,     // client -> region: core/replication/input.h
 };
 
+// A tick beyond this is a lie: two million years at 60 Hz. The limit keeps tick arithmetic far from 64 bits.
+inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
+
 inline DatagramKind KindOf(std::span<const std::uint8_t> datagram) {
   if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kInput)) return DatagramKind::kUnknown;
   return static_cast<DatagramKind>(datagram[0]);

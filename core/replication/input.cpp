@@ -1,34 +1,22 @@
 #include "core/replication/input.h"
 
-#include <bit>
 #include <cassert>
 #include <limits>
 
 #include "absl/strings/str_cat.h"
-#include "core/replication/bit_stream.h"
 #include "core/replication/datagram.h"
-#include "core/replication/record_codec.h"
+#include "core/world/bytes.h"
 
 namespace tessera::replication {
 namespace {
 
-void WriteVector(BitWriter& writer, Vec3f v) {
-  for (const float c : {v.x, v.y, v.z}) writer.Write(std::bit_cast<std::uint32_t>(c), 32);
-}
-
-Vec3f ReadVector(BitReader& reader) {
-  const auto one = [&] { return std::bit_cast<float>(static_cast<std::uint32_t>(reader.Read(32))); };
-  const float x = one(), y = one(), z = one();
-  return {x, y, z};
-}
-
 // Null, or which field is wrong.
-const char* ReadCommand(BitReader& reader, std::uint32_t previous_number, InputCommand& input) {
-  const std::uint64_t number = reader.ReadVarint();
-  input.body = BodyId(reader.ReadVarint());
-  const std::uint64_t target = reader.ReadVarint();
-  input.force_n = ReadVector(reader);
-  input.torque_nm = ReadVector(reader);
+const char* ReadInput(ByteReader& in, std::uint32_t previous_number, PlayerInput& input) {
+  const std::uint64_t number = in.Varint();
+  input.body = BodyId(in.Varint());
+  const std::uint64_t target = in.Varint();
+  input.force_n = in.V3f();
+  input.torque_nm = in.V3f();
   if (number > std::numeric_limits<std::uint32_t>::max()) return "number is out of range";
   if (number <= previous_number) return "number does not ascend";
   if (target > kMaxTick) return "target is out of range";
@@ -43,45 +31,45 @@ const char* ReadCommand(BitReader& reader, std::uint32_t previous_number, InputC
 
 std::vector<std::uint8_t> EncodeInput(const InputMessage& message) {
   assert(message.ack.size() <= kMaxInputAckBytes && message.inputs.size() <= kMaxInputs);
-  BitWriter writer;
-  writer.Write(static_cast<std::uint8_t>(DatagramKind::kInput), 8);
-  writer.Write(message.ack.size(), 8);
-  for (const std::uint8_t byte : message.ack) writer.Write(byte, 8);
-  writer.Write(message.inputs.size(), 8);
-  for (const InputCommand& input : message.inputs) {
-    writer.WriteVarint(input.number);
-    writer.WriteVarint(input.body.value());
-    writer.WriteVarint(input.target.value());
-    WriteVector(writer, input.force_n);
-    WriteVector(writer, input.torque_nm);
+  ByteWriter out;
+  out.U8(static_cast<std::uint8_t>(DatagramKind::kInput));
+  out.U8(static_cast<std::uint8_t>(message.ack.size()));
+  out.Bytes(message.ack);
+  out.U8(static_cast<std::uint8_t>(message.inputs.size()));
+  for (const PlayerInput& input : message.inputs) {
+    out.Varint(input.number);
+    out.Varint(input.body.value());
+    out.Varint(input.target.value());
+    out.V(input.force_n);
+    out.V(input.torque_nm);
   }
-  return writer.Finish();
+  return out.Take();
 }
 
 absl::StatusOr<InputMessage> DecodeInput(std::span<const std::uint8_t> datagram) {
-  BitReader reader(datagram);
-  if (reader.Read(8) != static_cast<std::uint8_t>(DatagramKind::kInput)) {
-    return absl::InvalidArgumentError("input: kind");
-  }
+  ByteReader in(datagram);
+  in.Field("input");
+  if (in.U8() != static_cast<std::uint8_t>(DatagramKind::kInput)) return absl::InvalidArgumentError("input: kind");
   InputMessage message;
-  const std::uint64_t ack_bytes = reader.Read(8);
+  const std::uint8_t ack_bytes = in.U8();
   if (ack_bytes > kMaxInputAckBytes) return absl::InvalidArgumentError("input: ack is too long");
-  for (std::uint64_t i = 0; i < ack_bytes; ++i) message.ack.push_back(static_cast<std::uint8_t>(reader.Read(8)));
-  const std::uint64_t count = reader.Read(8);
+  const std::span<const std::uint8_t> ack = in.Bytes(ack_bytes);
+  message.ack.assign(ack.begin(), ack.end());
+  const std::uint8_t count = in.U8();
   if (count > kMaxInputs) {
     return absl::InvalidArgumentError(absl::StrCat("input: ", count, " inputs; at most ", kMaxInputs));
   }
   std::uint32_t previous_number = 0;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    InputCommand input;
-    const char* wrong = ReadCommand(reader, previous_number, input);
-    if (!reader.ok()) break;
+  for (std::uint8_t i = 0; i < count; ++i) {
+    PlayerInput input;
+    const char* wrong = ReadInput(in, previous_number, input);
+    if (!in.ok()) break;
     if (wrong != nullptr) return absl::InvalidArgumentError(absl::StrCat("input: inputs[", i, "].", wrong));
     previous_number = input.number;
     message.inputs.push_back(input);
   }
-  if (!reader.ok()) return absl::InvalidArgumentError("input: truncated");
-  if (!reader.AtEnd()) return absl::InvalidArgumentError("input: trailing bytes");
+  if (!in.ok()) return absl::InvalidArgumentError(in.error());
+  if (in.remaining() != 0) return absl::InvalidArgumentError("input: trailing bytes");
   return message;
 }
 

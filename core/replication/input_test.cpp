@@ -93,7 +93,7 @@ TEST(InputTest, NoiseNeverHarms) {
     const auto got = DecodeInput(bytes);
     if (!got.ok()) continue;
     EXPECT_LE(got->inputs.size(), kMaxInputs);
-    for (const InputCommand& input : got->inputs) EXPECT_TRUE(IsFinite(input.force_n) && IsFinite(input.torque_nm));
+    for (const PlayerInput& input : got->inputs) EXPECT_TRUE(IsFinite(input.force_n) && IsFinite(input.torque_nm));
   }
 }
 

@@ -137,7 +137,7 @@ TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
     const auto stand = [&](Vec3d at, int snapshots) {
       for (int n = 0; n < snapshots; ++n) {
         tick += 2;
-        history.PushChanges(Tick(tick), tick == 2 ? bodies : std::vector<BodyRecord>(), {});
+        history.Push(Tick(tick), tick == 2 ? bodies : std::vector<BodyRecord>(), {});
         walker.See(history, Tick(tick), at);
       }
       for (const BodyRecord& body : bodies) {
@@ -155,7 +155,7 @@ TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
     EXPECT_EQ(walker.appeared, walker.seen.size());
     for (double x = 0; x < 200; x += 5) {
       tick += 2;
-      history.PushChanges(Tick(tick), {}, {});
+      history.Push(Tick(tick), {}, {});
       walker.See(history, Tick(tick), {x, 1, 0});
     }
     stand({200, 1, 0}, 60);
@@ -227,7 +227,7 @@ TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
   SnapshotHistory history(kBounds, settings);
   Walker walker(settings, 0, 3, 3);
   for (std::uint64_t n = 1; n <= 240; ++n) {
-    history.PushChanges(Tick(2 * n), n == 1 ? bodies : std::vector<BodyRecord>(), {});
+    history.Push(Tick(2 * n), n == 1 ? bodies : std::vector<BodyRecord>(), {});
     walker.See(history, Tick(2 * n), {0, 1, 0});
   }
   ASSERT_EQ(walker.seen.size(), bodies.size());

@@ -24,6 +24,7 @@
 #include "absl/status/status.h"
 #include "core/replication/bit_stream.h"
 #include "core/replication/codec/fast_record.h"
+#include "core/replication/datagram.h"
 #include "core/replication/quantize.h"
 #include "core/replication/snapshot.h"
 
@@ -36,9 +37,6 @@ struct SnapshotHeader {
   std::uint32_t last_input = 0;
   std::int32_t input_margin_ticks = 0;
 };
-
-// A tick beyond this is a lie: two million years at 60 Hz. Keeps tick arithmetic far from 64 bits.
-inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
 
 void WriteHeader(BitWriter& writer, const SnapshotHeader& header);
 absl::Status ReadHeader(BitReader& reader, SnapshotHeader& header);

@@ -9,7 +9,7 @@
 
 namespace tessera::replication {
 
-// What a datagram takes on the wire besides the snapshot in it: IPv4 and UDP, the door's header and tag.
+// Bytes of a datagram on the wire besides the snapshot in it: IPv4, UDP, the seal's header and tag.
 inline constexpr int kDatagramOverheadBytes = 28 + 24;
 
 struct Settings {
@@ -23,7 +23,7 @@ struct Settings {
   // Ticks a second, and what falls along y: how bodies are predicted, and how velocities follow from positions.
   double tick_rate_hz = 60;
   double gravity_m_s2 = -9.81;
-  // Largest datagram: with the door's header and tag, and UDP's and IPv4's, it stays within an mtu of 1200.
+  // Largest datagram: with the seal's header and tag, and UDP's and IPv4's headers, it stays within an MTU of 1200.
   std::size_t max_datagram_bytes = 1148;
   // Changes of a body kept as baselines: an acknowledgement of an older one (2 s at 30 a second) falls back to a whole
   // record.

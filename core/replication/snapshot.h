@@ -5,7 +5,7 @@
 // predict it (none: it is told whole). The client's SnapshotReceiver rebuilds them and makes the acknowledgements. So a
 // lost datagram costs only itself.
 //
-//   history.PushChanges(tick, changed, departures);                      // once a tick that is sent
+//   history.Push(tick, changed, departures);                             // once a tick that is sent
 //   for (auto& bytes : sender.Write(history, view, ...).datagrams) send;  // per client
 //   ...
 //   receiver.Read(bytes);  send(receiver.WriteAck());                    // client
@@ -66,8 +66,6 @@ class SnapshotHistory {
   ~SnapshotHistory();
   // Ticks ascend. `bodies` that came or may have changed since the last call; `departures` of what left since, and may
   // have come back. All others are as they were.
-  void PushChanges(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures);
-  // The same with all bodies that there are: one that is missing has left, whether it is named or not.
   void Push(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures);
 
  private:

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/snapshot_sender.h"
+#include "core/world/bytes.h"
 
 namespace tessera::replication {
 namespace {
@@ -86,9 +87,9 @@ absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
   if (ack.size() != kAckBytes) {
     return absl::InvalidArgumentError(absl::StrCat("ack: ", ack.size(), " bytes instead of ", kAckBytes));
   }
-  BitReader reader(ack);
-  const auto newest = static_cast<std::uint32_t>(reader.Read(32));
-  return impl_->Acknowledge(newest, reader.Read(64));
+  ByteReader in(ack);
+  const std::uint32_t newest = in.U32();
+  return impl_->Acknowledge(newest, in.U64());
 }
 
 }  // namespace tessera::replication

@@ -46,7 +46,6 @@ void SnapshotHistory::Impl::MoveOrigin() {
   }
   for (Slot& slot : slots) {
     for (Stamp& stamp : slot.ticks) move(stamp);
-    move(slot.seen);
   }
   now = MovedStamp(now, by, 0);  // nothing counts as of then alone
   origin += by;
@@ -98,8 +97,7 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
   }
   const SlotIndex index = free.back();
   free.pop_back();
-  slots[index] = {
-      .id = body.id, .epoch = body.epoch, .ticks = {now}, .states = {state}, .seen = now, .properties = nullptr};
+  slots[index] = {.id = body.id, .epoch = body.epoch, .ticks = {now}, .states = {state}, .properties = nullptr};
   const Vec3d position = quantizer.PositionOf(state);
   faces[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = faces[index].generation + 1};
   by_id[body.id] = index;
@@ -141,7 +139,6 @@ void SnapshotHistory::Impl::Put(const BodyRecord& body) {
   const auto found = by_id.find(body.id);
   if (found != by_id.end() && slots[found->second].epoch == body.epoch) {
     Slot& slot = slots[found->second];
-    slot.seen = now;
     if (!(slot.now() == state)) Change(found->second, state);
     return PutProperties(found->second, body);
   }
@@ -164,12 +161,6 @@ void SnapshotHistory::Impl::Remove(BodyId id) {
   Leave(found->second);
   free.push_back(found->second);
   by_id.erase(found);
-}
-
-void SnapshotHistory::Impl::RemoveUnseen() {
-  for (std::size_t i = 0; i < slots.size(); ++i) {
-    if (faces[i].used() && slots[i].seen != now) Remove(slots[i].id);
-  }
 }
 
 // --- Records ---------------------------------------------------------------------------------------------------------
@@ -214,14 +205,6 @@ SnapshotHistory::SnapshotHistory(const Aabb& world_bounds, const Settings& setti
 SnapshotHistory::~SnapshotHistory() = default;
 
 void SnapshotHistory::Push(Tick tick, std::span<const BodyRecord> bodies, std::span<const DepartureRecord> departures) {
-  impl_->Begin(tick);
-  for (const DepartureRecord& departure : departures) impl_->departed[departure.id] = departure;
-  for (const BodyRecord& body : bodies) impl_->Put(body);
-  impl_->RemoveUnseen();
-}
-
-void SnapshotHistory::PushChanges(Tick tick, std::span<const BodyRecord> bodies,
-                                  std::span<const DepartureRecord> departures) {
   impl_->Begin(tick);
   for (const DepartureRecord& departure : departures) {
     impl_->departed[departure.id] = departure;

@@ -39,7 +39,6 @@ struct Slot {
   std::vector<Stamp> ticks;
   std::vector<QuantizedState> states;
   std::size_t newest = 0;
-  Stamp seen = 0;  // of the last Push that named it
   std::shared_ptr<const Bytes> properties;
 
   const QuantizedState& now() const { return states[newest]; }
@@ -82,7 +81,6 @@ struct SnapshotHistory::Impl {
   Stamp StampOf(Tick at) const { return static_cast<Stamp>(at.value() - origin + 1); }
   void Put(const BodyRecord& body);
   void Remove(BodyId id);
-  void RemoveUnseen();
 
   // Packed if it is not yet; valid until the next call. Requires that the slot keeps the states at those ticks
   // (faces[slot].oldest).

@@ -6,6 +6,7 @@
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
 #include "core/replication/record_codec.h"
+#include "core/world/bytes.h"
 #include "core/world/limits.h"
 
 namespace tessera::replication {
@@ -336,10 +337,10 @@ std::uint32_t SnapshotReceiver::newest_sequence() const { return impl_->newest; 
 
 Bytes SnapshotReceiver::WriteAck() const {
   if (impl_->newest == 0) return {};
-  BitWriter writer;
-  writer.Write(impl_->newest, 32);
-  writer.Write(impl_->mask, 64);
-  return writer.Finish();
+  ByteWriter out;
+  out.U32(impl_->newest);
+  out.U64(impl_->mask);
+  return out.Take();
 }
 
 }  // namespace tessera::replication

@@ -36,7 +36,7 @@ struct Rect {
 
   friend bool operator==(const Rect&, const Rect&) = default;
   bool Contains(double x, double z) const { return x >= min_x && x < max_x && z >= min_z && z < max_z; }
-  // True if the closed rectangles meet, in a corner too.
+  // True if the closed rectangles meet, be it in a corner.
   bool Touches(const Rect& o) const {
     return min_x <= o.max_x && o.min_x <= max_x && min_z <= o.max_z && o.min_z <= max_z;
   }

@@ -49,7 +49,7 @@ bool Faults::NotNegative(const std::string& field, double value, double high) {
 
 bool Faults::Vector(const std::string& field, const v1::Vec3& v, double limit) {
   const auto within = [limit](double value) { return value >= -limit && value <= limit; };
-  if (within(v.x()) && within(v.y()) && within(v.z())) return true;  // spares a mesh the names of its components
+  if (within(v.x()) && within(v.y()) && within(v.z())) return true;  // a mesh need not name all components
   const bool x = Range(field + ".x", v.x(), -limit, limit);
   const bool y = Range(field + ".y", v.y(), -limit, limit);
   return Range(field + ".z", v.z(), -limit, limit) && x && y;

@@ -1,11 +1,11 @@
-// Faults: what is wrong with a scene. Keeps the first one in words and counts the rest.
+// Faults: the list of faults of a scene. It keeps the first one in words and counts the rest.
 //
-// Checks speak of a place (`At`: a body, a joint) and a field in it, and return whether all is well:
+// A check names a place (`At`: a body, a joint) and a field in it, and returns whether all is well:
 //
 //   faults.At("bodies[12] (id 40 \"crate\")");
 //   faults.Positive("mass", body.mass(), kMinMass_kg, kMaxMass_kg);
 //
-// Inside core/world only. One thread.
+// For use inside core/world only. Thread rule: one thread.
 #pragma once
 
 #include <string>
@@ -20,23 +20,23 @@ class Faults {
  public:
   explicit Faults(std::string file) : file_(std::move(file)) {}
 
-  // What the faults that follow are in; empty: the scene as a whole.
+  // Names the place of the faults that follow; empty: the scene as a whole.
   void At(std::string place) { place_ = std::move(place); }
   void Add(const std::string& field_and_problem);
   std::size_t count() const { return count_; }
   // OK, or INVALID_ARGUMENT.
   absl::Status ToStatus() const;
 
-  // Each is false, and tells of it, unless the value is finite and within [low, high].
+  // Each adds a fault and returns false unless the value is finite and within [low, high].
   bool Range(const std::string& field, double value, double low, double high);
-  bool Positive(const std::string& field, double value, double low, double high);  // says "> 0" of what is not
-  bool NotNegative(const std::string& field, double value, double high);           // says ">= 0" of what is not
+  bool Positive(const std::string& field, double value, double low, double high);  // asks for "> 0" first
+  bool NotNegative(const std::string& field, double value, double high);           // asks for ">= 0" first
   bool Vector(const std::string& field, const v1::Vec3& v, double limit);          // each component within +-limit
   bool Length(const std::string& field, const v1::Vec3& v, double limit);          // finite and no longer than
   bool Volume(const std::string& field, const v1::Box& box);                       // min < max, within kMaxCoordinate_m
   bool Name(const std::string& field, const std::string& name);                    // short and printable; may be empty
 
-  // Checks a pose and gives it with its quaternion normalised; the identity where it is wrong.
+  // Checks a pose and returns it with its quaternion normalised; the identity if it is wrong.
   Pose Normalised(const std::string& field, const v1::Pose& pose, double position_limit_m);
 
  private:

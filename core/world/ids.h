@@ -38,9 +38,9 @@ using JointId = Id<struct JointTag, std::uint32_t>;
 using RegionId = Id<struct RegionTag, std::uint32_t>;
 // A player of an instance; from 1, given in the order of joining. 0 means "no player".
 using PlayerNumber = Id<struct PlayerTag, std::uint32_t>;
-// How often ownership (of a body or of a cell) has changed hands. Only grows; a lower one is refused.
+// Counts how often ownership of a body or of a cell has changed hands. It only grows; a lower one is refused.
 using Epoch = Id<struct EpochTag, std::uint32_t>;
-// One life of a worker; unique in an instance, only grows, never used twice.
+// Numbers the lives of a worker; unique in an instance, it only grows and is never used twice.
 using Incarnation = Id<struct IncarnationTag, std::uint64_t>;
 // Version of a partition map; only grows.
 using MapVersion = Id<struct MapVersionTag, std::uint64_t>;

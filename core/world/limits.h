@@ -1,4 +1,4 @@
-// Limits of a world: what outside input is held to. Each with its unit, its reason, and what breaks if it changes.
+// Limits of a world, which all outside input must keep. Each has its unit, its reason, and what breaks if it changes.
 #pragma once
 
 #include <cstddef>
@@ -19,38 +19,40 @@ inline constexpr std::uint32_t kMaxPlayers = 1024;
 inline constexpr std::uint32_t kMinTickRateHz = 10, kMaxTickRateHz = 240;
 // Furthest coordinate, m. Doubles resolve 2 nm here.
 inline constexpr double kMaxCoordinate_m = 1e7;
-// Extents of one shape, m: thinner falls through the collision margin, larger swamps float coordinates.
+// Extents of one shape, m. A thinner shape falls through the collision margin, a larger one swamps float coordinates.
 inline constexpr double kMinExtent_m = 1e-3, kMaxExtent_m = 1e5;
 // Mass of a dynamic body, kg.
 inline constexpr double kMinMass_kg = 1e-6, kMaxMass_kg = 1e9;
-// A given moment of inertia against the mass, m^2: that of a grain of the least extent, and of two mountains as far
-// apart as the parts of a compound may be. What lies beyond turns at a touch, or never.
+// Range of a given moment of inertia by the mass, m^2: from a grain of the least extent to two mountains as far apart
+// as the parts of a compound may be. A body beyond it turns at a touch, or never.
 inline constexpr double kMinInertiaOfMass_m2 = kMinExtent_m * kMinExtent_m / 10;
 inline constexpr double kMaxInertiaOfMass_m2 = kMaxExtent_m * kMaxExtent_m * 10;
 // Speeds a scene or an input may ask for. Faster bodies cross a region in one tick.
 inline constexpr double kMaxSpeed_m_s = 1e4, kMaxAngularSpeed_rad_s = 1e3;
-// Gravity, fields, and players' forces by their bodies' mass: beyond, one tick moves a body further than it is long.
+// Limit of gravity, of fields, and of a player's force by the mass of its body. Beyond it, one tick moves a body
+// further than it is long.
 inline constexpr double kMaxAcceleration_m_s2 = 1e4;
 // Forces and torques of motors and players, spring constants, in SI units. Squares of it still fit a float.
 inline constexpr double kMaxForce = 1e15;
-// What a state may hold once a world runs: far more than a scene may ask for, since impacts and long falls add up. A
-// body beyond is as good as lost (a float has steps of metres there): its owner takes it out and reports it, and a
+// Limits of a state once a world runs: far more than a scene may ask for, since impacts and long falls add up. A body
+// beyond them is as good as lost (a float has steps of metres there): its owner takes it out and reports it, and a
 // frame that shows one is refused.
 inline constexpr double kMaxStatePosition_m = 1e8;
 inline constexpr double kMaxStateSpeed_m_s = 1e5, kMaxStateAngularSpeed_rad_s = 1e5;
 // kg m^2/s: the largest inertia at that speed, about. Its square does not fit a float.
 inline constexpr double kMaxStateAngularMomentum = 1e27;
-// What one pair of bodies may do to each other in one tick, N s and N m s: the largest mass and inertia, stopped from
-// those speeds.
+// Largest impulse between two bodies in one tick, N s and N m s: it stops the largest mass and inertia from those
+// speeds.
 inline constexpr double kMaxImpulse = 1e15, kMaxAngularImpulse = 1e27;
-// A gear's ratio, either way: 1 / ratio is used as well.
+// Largest ratio of a gear, and 1 / the least: solving uses both the ratio and its inverse.
 inline constexpr double kMinGearRatio = 1e-6, kMaxGearRatio = 1e6;
-// Of what one client may be sent, bytes a second: below, not even the own body gets through; above is no network.
+// Range of the rate at which one client is sent data, bytes a second. Below it not even the own body gets through;
+// beyond it there is no network.
 inline constexpr double kMinViewBytes_per_s = 8e3, kMaxViewBytes_per_s = 1e9;
-// Fields of one scene. Each is reckoned for each body in each tick.
+// Fields of one scene. Each is computed for each body in each tick.
 inline constexpr std::size_t kMaxFields = 256;
 inline constexpr double kMaxFriction = 10;
-// How far a quaternion's or a normal's length may be from 1 before it is taken for a mistake.
+// The length of a quaternion or a normal may differ from 1 by this much before it counts as a mistake.
 inline constexpr double kUnitTolerance = 1e-3;
 inline constexpr std::size_t kMaxHullPoints = 255;
 inline constexpr std::size_t kMaxCompoundChildren = 255;

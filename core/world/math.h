@@ -1,8 +1,8 @@
 // Vectors, quaternions and poses, in single and double precision.
 //
 // Right-handed, y up, metres, radians, seconds, kilograms. Positions in world space are double (`Vec3d`); directions,
-// velocities and what is local to a region or body may be float. Quaternions are (x, y, z, w), unit length, and rotate
-// local to world: `Rotate(q, local)`.
+// velocities and coordinates local to a region or body may be float. Quaternions are (x, y, z, w), unit length, and
+// rotate local to world: `Rotate(q, local)`.
 #pragma once
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "core/world/partition_change.h"
 
 #include <algorithm>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
@@ -22,7 +23,7 @@ Rect Common(const Rect& a, const Rect& b) {
 
 bool HasArea(const Rect& r) { return r.min_x < r.max_x && r.min_z < r.max_z; }
 
-// Whether the two make a rectangle together; then it is in `a`.
+// Makes `a` the rectangle that the two form together; false if they form none.
 bool Join(Rect& a, const Rect& b) {
   if (a.min_z == b.min_z && a.max_z == b.max_z && (a.max_x == b.min_x || b.max_x == a.min_x)) {
     a = {std::min(a.min_x, b.min_x), a.min_z, std::max(a.max_x, b.max_x), a.max_z};
@@ -41,7 +42,7 @@ bool JoinInto(Cell& cell, const Cell& other) {
   return true;
 }
 
-// Until no two cells of one owner make a rectangle.
+// Joins cells until no two of one owner form a rectangle.
 void JoinAll(std::vector<Cell>& cells) {
   for (bool joined = true; joined;) {
     joined = false;
@@ -56,11 +57,6 @@ void JoinAll(std::vector<Cell>& cells) {
       }
     }
   }
-}
-
-const MapRegion* Find(std::span<const MapRegion> regions, RegionId id) {
-  const auto it = std::ranges::lower_bound(regions, id, {}, &MapRegion::id);
-  return it != regions.end() && it->id == id ? &*it : nullptr;
 }
 
 }  // namespace
@@ -82,7 +78,7 @@ absl::StatusOr<PartitionMap> TransitionMap(const PartitionMap& now, const Partit
   JoinAll(cells);
   std::vector<MapRegion> regions(wanted.regions().begin(), wanted.regions().end());
   for (const MapRegion& region : now.regions()) {
-    if (Find(wanted.regions(), region.id) == nullptr) regions.push_back(region);
+    if (!wanted.HasRegion(region.id)) regions.push_back(region);
   }
   return PartitionMap::Create(version, now.bounds(), std::move(cells), std::move(regions));
 }
@@ -98,7 +94,7 @@ absl::StatusOr<PartitionMap> SettledMap(const PartitionMap& map, MapVersion vers
   std::vector<MapRegion> regions;
   for (MapRegion region : map.regions()) {
     if (!has_cell(region.id)) continue;
-    if (!has_cell(region.heir)) region.heir = RegionId();
+    if (!has_cell(region.standby)) region.standby = RegionId();
     regions.push_back(region);
   }
   return PartitionMap::Create(version, map.bounds(), std::move(cells), std::move(regions));
@@ -113,18 +109,18 @@ absl::StatusOr<PartitionMap> FailoverMap(const PartitionMap& map, std::span<cons
   const auto died = [&](RegionId id) { return std::find(dead.begin(), dead.end(), id) != dead.end(); };
   std::vector<MapRegion> regions;
   for (const RegionId id : dead) {
-    if (Find(map.regions(), id) == nullptr) return Bad(absl::StrCat("dead: there is no region ", id.value()));
+    if (!map.HasRegion(id)) return Bad(absl::StrCat("dead: there is no region ", id.value()));
   }
   for (MapRegion region : map.regions()) {
     if (died(region.id)) continue;
-    if (died(region.heir)) region.heir = RegionId();
+    if (died(region.standby)) region.standby = RegionId();
     regions.push_back(region);
   }
   if (regions.empty()) return Bad("dead: no region would be left");
   const auto successor = [&](RegionId id) {
     for (std::size_t hops = 0; hops <= map.regions().size() && id != RegionId(); ++hops) {
       if (!died(id)) return id;
-      id = Find(map.regions(), id)->heir;
+      id = map.Find(id)->standby;
     }
     return regions.front().id;
   };

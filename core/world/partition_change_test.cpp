@@ -55,7 +55,7 @@ TEST(TransitionMapTest, ReachesCellsThatBodiesMayStillBeIn) {
   EXPECT_TRUE(map.Reaches(RegionId(1), east));
   EXPECT_TRUE(map.Reaches(RegionId(2), east));
   EXPECT_FALSE(SettledMap(map, MapVersion(3))->Reaches(RegionId(1), east));
-  EXPECT_GT(map.DistanceTo(RegionId(1), {6, 0, 4}), 1);  // it is to hand over what is there
+  EXPECT_GT(map.DistanceTo(RegionId(1), {6, 0, 4}), 1);  // it hands over the bodies there
 }
 
 TEST(SettledMapTest, LeadsToWhatWasWanted) {
@@ -72,17 +72,17 @@ TEST(SettledMapTest, LeadsToWhatWasWanted) {
   }
 }
 
-TEST(FailoverMapTest, GivesTheCellsOfTheDeadToTheirHeirs) {
+TEST(FailoverMapTest, GivesTheCellsOfTheDeadToTheirStandbys) {
   const PartitionMap map = *FailoverMap(Grid(4), std::vector{RegionId(2)}, MapVersion(7));
   EXPECT_EQ(map.version(), MapVersion(7));
   EXPECT_EQ(map.regions().size(), 3U);
   EXPECT_EQ(Places(map, RegionId(3)), 128U);
   EXPECT_EQ(map.CellAt(6, 1).epoch, Epoch(2));
   EXPECT_EQ(map.CellAt(1, 1).epoch, Epoch(1));
-  EXPECT_EQ(map.regions()[0].heir, RegionId()) << "region 1's heir died";
+  EXPECT_EQ(map.regions()[0].standby, RegionId()) << "region 1's standby died";
 }
 
-TEST(FailoverMapTest, FollowsTheHeirOfADeadHeir) {
+TEST(FailoverMapTest, FollowsTheStandbyOfADeadStandby) {
   const PartitionMap map = *FailoverMap(Grid(4), std::vector{RegionId(3), RegionId(2)}, MapVersion(2));
   EXPECT_EQ(Places(map, RegionId(4)), 192U);
   const PartitionMap one = *FailoverMap(Grid(2), std::vector{RegionId(2)}, MapVersion(2));

@@ -1,5 +1,6 @@
 #include "core/world/partition_io.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace tessera {
@@ -29,7 +30,7 @@ v1::PartitionMap ToProto(const PartitionMap& map) {
   for (const MapRegion& region : map.regions()) {
     v1::MapRegion& added = *out.add_regions();
     added.set_id(region.id.value());
-    added.set_heir(region.heir.value());
+    added.set_standby(region.standby.value());
   }
   return out;
 }
@@ -43,8 +44,14 @@ absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map) {
   }
   std::vector<MapRegion> regions;
   regions.reserve(static_cast<std::size_t>(map.regions_size()));
-  for (const v1::MapRegion& region : map.regions()) regions.push_back({RegionId(region.id()), RegionId(region.heir())});
+  for (const v1::MapRegion& region : map.regions())
+    regions.push_back({RegionId(region.id()), RegionId(region.standby())});
   return PartitionMap::Create(MapVersion(map.version()), FromProto(map.bounds()), std::move(cells), std::move(regions));
+}
+
+const v1::MapRegion* FindRegion(const v1::PartitionMap& map, RegionId region) {
+  const auto found = std::ranges::find(map.regions(), region.value(), &v1::MapRegion::id);
+  return found == map.regions().end() ? nullptr : &*found;
 }
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -44,10 +45,11 @@ absl::Status CheckRegions(std::span<const MapRegion> regions) {
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
     const MapRegion& region = regions[i];
-    const auto field = absl::StrCat("regions[", i, "].heir");
-    if (region.heir == RegionId()) continue;
-    if (region.heir == region.id) return Bad(field, absl::StrCat("region ", region.id.value(), " is its own heir"));
-    if (!known(region.heir)) return Bad(field, absl::StrCat("there is no region ", region.heir.value()));
+    const auto field = absl::StrCat("regions[", i, "].standby");
+    if (region.standby == RegionId()) continue;
+    if (region.standby == region.id)
+      return Bad(field, absl::StrCat("region ", region.id.value(), " is its own standby"));
+    if (!known(region.standby)) return Bad(field, absl::StrCat("there is no region ", region.standby.value()));
   }
   return absl::OkStatus();
 }
@@ -155,6 +157,11 @@ absl::Status PartitionMap::FillSlab(Slab& slab, double max_z, std::span<const st
   return absl::OkStatus();
 }
 
+const MapRegion* PartitionMap::Find(RegionId region) const {
+  const auto it = std::ranges::lower_bound(regions_, region, {}, &MapRegion::id);
+  return it != regions_.end() && it->id == region ? &*it : nullptr;
+}
+
 // The slab that holds z; the first or last one beyond the ends.
 std::size_t PartitionMap::SlabAt(double z) const {
   const auto after = std::upper_bound(slabs_.begin() + 1, slabs_.end(), z,
@@ -194,9 +201,9 @@ const Cell& PartitionMap::NearestOutside(double x, double z) const {
 }
 
 std::span<const std::uint32_t> PartitionMap::CellsOf(RegionId region, const RegionIndex& index) const {
-  const auto it = std::ranges::lower_bound(regions_, region, {}, &MapRegion::id);
-  if (it == regions_.end() || it->id != region) return {};
-  const auto r = static_cast<std::size_t>(it - regions_.begin());
+  const MapRegion* const entry = Find(region);
+  if (entry == nullptr) return {};
+  const auto r = static_cast<std::size_t>(entry - regions_.data());
   const std::uint32_t first = index.first_of_region[r];
   return std::span(index.cells).subspan(first, index.first_of_region[r + 1] - first);
 }
@@ -211,7 +218,7 @@ double PartitionMap::DistanceTo(RegionId region, Vec3d position) const {
 bool PartitionMap::Reaches(RegionId region, const Aabb& box) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   for (const std::uint32_t i : CellsOf(region, may_hold_)) {
-    // A cell is nearest to all that lies straight out from its share of the world's edge.
+    // A cell is nearest to everything straight out from its share of the world's edge.
     Rect nearest = cells_[i].area;
     if (nearest.min_x == bounds_.min_x) nearest.min_x = -kFar;
     if (nearest.min_z == bounds_.min_z) nearest.min_z = -kFar;

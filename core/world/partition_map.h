@@ -1,8 +1,8 @@
-// PartitionMap: who should own what part of the world.
+// PartitionMap: the parts of the world and the regions that should own them.
 //
 // A list of cells, axis-aligned rectangles over x-z that cover the world's bounds exactly once, each with its owner
-// region and that owner's fencing epoch; and the regions, each with its heir. One type serves the grid, a balanced k-d
-// tree and a failover, where a region comes to own several cells. A map is a value: a change makes a new one with a
+// region and that owner's fencing epoch; and the regions, each with its standby. One type serves the grid, a balanced
+// k-d tree and a failover, where a region comes to own several cells. A map is a value: a change makes a new one with a
 // higher version.
 //
 // A position outside the bounds belongs to the nearest cell (the earliest in the list on a tie), so every position in
@@ -29,7 +29,7 @@ struct Cell {
 
 struct MapRegion {
   RegionId id;
-  RegionId heir;  // who carries the region on if it dies; RegionId() when it has none
+  RegionId standby;  // carries the region on if it dies; RegionId() when there is none
   friend bool operator==(const MapRegion&, const MapRegion&) = default;
 };
 
@@ -37,9 +37,10 @@ class PartitionMap {
  public:
   PartitionMap() = default;
 
-  // Checks and adopts. Errors (INVALID_ARGUMENT, naming the field, e.g. "cells[2].owner"): no cell, a cell without area
-  // or not finite, cells that overlap or leave a hole in `bounds`, an owner or heir that is not in `regions`, a region
-  // that appears twice, is 0 or is its own heir; more than kMaxCells cells or kMaxRegions regions.
+  // Checks the parts and makes a map of them. Errors (INVALID_ARGUMENT, naming the field, e.g. "cells[2].owner"): no
+  // cell, a cell without area or not finite, cells that overlap or leave a hole in `bounds`, an owner or standby that
+  // is not in `regions`, a region that appears twice, is 0 or is its own standby; more than kMaxCells cells or
+  // kMaxRegions regions.
   static absl::StatusOr<PartitionMap> Create(MapVersion version, Rect bounds, std::vector<Cell> cells,
                                              std::vector<MapRegion> regions);
 
@@ -47,8 +48,12 @@ class PartitionMap {
   const Rect& bounds() const { return bounds_; }
   std::span<const Cell> cells() const { return cells_; }
   std::span<const MapRegion> regions() const { return regions_; }  // ascending by id
+  // The entry of a region; null if the map does not have it. One binary search.
+  const MapRegion* Find(RegionId region) const;
+  bool HasRegion(RegionId region) const { return Find(region) != nullptr; }
 
-  // The cell that holds (x, z): total, see above. Both finite; the map is not a default-made one. Two binary searches.
+  // The cell that holds (x, z), which may lie anywhere, see above. Both are finite and the map is not a default-made
+  // one. Two binary searches.
   const Cell& CellAt(double x, double z) const;
   RegionId OwnerOf(Vec3d position) const { return CellAt(position.x, position.z).owner; }
 
@@ -87,15 +92,15 @@ class PartitionMap {
   Rect bounds_;
   std::vector<Cell> cells_;
   std::vector<MapRegion> regions_;
-  // Follows from the above.
+  // Indices, which follow from the above.
   std::vector<Slab> slabs_;
-  RegionIndex owned_;     // cells that it owns
-  RegionIndex may_hold_;  // and those that come from it
+  RegionIndex owned_;     // cells that the region owns
+  RegionIndex may_hold_;  // and cells that come from it
 };
 
 // The dissertation's Algorithm 2 with its faults mended. n regions, ids 1..n, one cell each: columns = ceil(sqrt(n)),
 // rows = ceil(n / columns); every full row has `columns` cells, the last row shares its whole width among the cells
-// that remain, and the last row and column end exactly on the bounds. Heirs: each region's is the next one (n > 1),
+// that remain, and the last row and column end exactly on the bounds. Standbys: each region's is the next one (n > 1),
 // epochs 1, version 1. Errors: INVALID_ARGUMENT "regions" unless 1 <= n <= kMaxRegions, "bounds" unless finite with
 // area.
 absl::StatusOr<PartitionMap> MakeGridMap(Rect bounds, std::uint32_t n);

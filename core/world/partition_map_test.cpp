@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
 
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
@@ -27,7 +28,7 @@ PartitionMap Grid(std::uint32_t n, Rect bounds = kBounds) {
   return *map;
 }
 
-// Looks at every cell: what `CellAt` must agree with.
+// Looks at every cell; `CellAt` must agree.
 const Cell& NearestBySearch(const PartitionMap& map, double x, double z) {
   for (const Cell& cell : map.cells()) {
     if (cell.area.Contains(x, z)) return cell;
@@ -101,7 +102,7 @@ TEST(GridMapTest, LastRowAndColumnReachTheEdge) {
     double max_z = -kInf;
     for (const Cell& cell : map.cells()) max_z = std::max(max_z, cell.area.max_z);
     ASSERT_EQ(max_z, bounds.max_z) << n;
-    for (const Cell& cell : map.cells()) {  // whatever has nothing to its east ends on the bound
+    for (const Cell& cell : map.cells()) {  // a cell without another to its east ends on the bound
       const bool last = std::ranges::none_of(map.cells(), [&](const Cell& other) {
         return other.area.min_z == cell.area.min_z && other.area.min_x > cell.area.min_x;
       });
@@ -138,14 +139,14 @@ TEST(GridMapTest, FourRegionsMeetInTheMiddle) {
   for (std::uint32_t id = 1; id <= 4; ++id) EXPECT_EQ(map.Neighbors(RegionId(id)).size(), 3u);
 }
 
-TEST(GridMapTest, EveryRegionHasAnotherForHeir) {
+TEST(GridMapTest, EveryRegionHasAnotherForStandby) {
   ForEveryGrid([&](const PartitionMap& map, std::uint32_t n) {
     for (const MapRegion& region : map.regions()) {
       if (n == 1) {
-        ASSERT_EQ(region.heir, RegionId());
+        ASSERT_EQ(region.standby, RegionId());
       } else {
-        ASSERT_NE(region.heir, region.id);
-        ASSERT_TRUE(region.heir.value() >= 1 && region.heir.value() <= n);
+        ASSERT_NE(region.standby, region.id);
+        ASSERT_TRUE(region.standby.value() >= 1 && region.standby.value() <= n);
       }
     }
   });
@@ -162,6 +163,21 @@ TEST(GridMapTest, RefusesWhatIsNoGrid) {
   }
   // So thin that neighbouring edges round to the same number.
   EXPECT_FALSE(MakeGridMap({1e6, 0, std::nextafter(1e6, kInf), 1}, 1000).ok());
+}
+
+TEST(PartitionMapTest, FindsItsRegionsAndNoOther) {
+  const PartitionMap map = *PartitionMap::Create(
+      MapVersion(1), {0, 0, 2, 1}, {{{0, 0, 1, 1}, RegionId(7), Epoch(1)}, {{1, 0, 2, 1}, RegionId(3), Epoch(1)}},
+      {{RegionId(7), RegionId(3)}, {RegionId(3), RegionId()}});
+  ASSERT_NE(map.Find(RegionId(7)), nullptr);
+  EXPECT_EQ(map.Find(RegionId(7))->standby, RegionId(3));
+  EXPECT_EQ(map.Find(RegionId(5)), nullptr);
+  EXPECT_TRUE(map.HasRegion(RegionId(3)));
+  for (const std::uint32_t other : {0u, 2u, 5u, 8u}) EXPECT_FALSE(map.HasRegion(RegionId(other))) << other;
+  EXPECT_FALSE(PartitionMap().HasRegion(RegionId(1)));
+  const v1::PartitionMap message = ToProto(map);
+  EXPECT_EQ(FindRegion(message, RegionId(7))->standby(), 3u);
+  EXPECT_EQ(FindRegion(message, RegionId(5)), nullptr);
 }
 
 TEST(PartitionMapTest, NeighborsAreSymmetric) {
@@ -282,8 +298,8 @@ TEST(PartitionMapTest, NamesTheFieldThatIsWrong) {
   EXPECT_THAT(CreateError({0, 0, kInf, 1}, {{all, one, {}}}, {{one, {}}}), HasSubstr("bounds: must be finite"));
   EXPECT_THAT(CreateError(all, {{{0, 0, kNan, 2}, one, {}}}, {{one, {}}}), HasSubstr("cells[0].area: must be finite"));
   EXPECT_EQ(CreateError(all, {{all, two, {}}}, {{one, {}}}), "cells[0].owner: there is no region 2");
-  EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{one, two}}), "regions[0].heir: there is no region 2");
-  EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{one, one}}), "regions[0].heir: region 1 is its own heir");
+  EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{one, two}}), "regions[0].standby: there is no region 2");
+  EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{one, one}}), "regions[0].standby: region 1 is its own standby");
   EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{two, {}}, {one, {}}, {two, {}}}),
             "regions[2].id: 2 is also that of regions[0]");
   EXPECT_EQ(CreateError(all, {{all, one, {}}}, {{one, {}}, {RegionId(), {}}}), "regions[1].id: must not be 0");

@@ -1,10 +1,10 @@
 #include "core/world/properties.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/bytes.h"
 
 namespace tessera {
 namespace {
@@ -32,67 +32,26 @@ absl::Status Check(const PropertyDef& def, const PropertyValue& value) {
   return absl::OkStatus();
 }
 
-void WriteVarint(std::vector<std::uint8_t>& out, std::uint64_t value) {
-  for (; value >= 0x80; value >>= 7) out.push_back(static_cast<std::uint8_t>(value | 0x80));
-  out.push_back(static_cast<std::uint8_t>(value));
-}
-
-class ByteReader {
- public:
-  explicit ByteReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
-  bool done() const { return at_ == bytes_.size(); }
-  bool ok() const { return ok_; }
-  std::uint8_t Byte() {
-    if (at_ < bytes_.size()) return bytes_[at_++];
-    ok_ = false;
-    return 0;
-  }
-  std::uint64_t Varint() {
-    std::uint64_t value = 0;
-    for (int shift = 0; shift < 64; shift += 7) {
-      const std::uint8_t byte = Byte();
-      value |= static_cast<std::uint64_t>(byte & 0x7f) << shift;
-      if ((byte & 0x80) == 0) return value;
-    }
-    ok_ = false;
-    return 0;
-  }
-
- private:
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 0;
-  bool ok_ = true;
-};
-
-void WriteValue(std::vector<std::uint8_t>& out, const PropertyValue& value) {
-  if (const bool* flag = std::get_if<bool>(&value)) return out.push_back(*flag ? 1 : 0);
+void WriteValue(ByteWriter& out, const PropertyValue& value) {
+  if (const bool* flag = std::get_if<bool>(&value)) return out.U8(*flag ? 1 : 0);
   if (const std::int64_t* number = std::get_if<std::int64_t>(&value)) {
-    return WriteVarint(out, (static_cast<std::uint64_t>(*number) << 1) ^ static_cast<std::uint64_t>(*number >> 63));
+    return out.Varint((static_cast<std::uint64_t>(*number) << 1) ^ static_cast<std::uint64_t>(*number >> 63));
   }
-  if (const double* number = std::get_if<double>(&value)) {
-    const auto bits = std::bit_cast<std::uint64_t>(*number);
-    for (int i = 0; i < 64; i += 8) out.push_back(static_cast<std::uint8_t>(bits >> i));
-    return;
-  }
+  if (const double* number = std::get_if<double>(&value)) return out.F64(*number);
   const std::string& text = std::get<std::string>(value);
-  out.push_back(static_cast<std::uint8_t>(text.size()));
-  out.insert(out.end(), text.begin(), text.end());
+  out.U8(static_cast<std::uint8_t>(text.size()));
+  out.Text(text);
 }
 
 PropertyValue ReadValue(ByteReader& in, std::size_t type) {
-  if (type == 0) return in.Byte() != 0;
+  if (type == 0) return in.U8() != 0;
   if (type == 1) {
     const std::uint64_t zigzag = in.Varint();
     return static_cast<std::int64_t>(zigzag >> 1) ^ -static_cast<std::int64_t>(zigzag & 1);
   }
-  if (type == 2) {
-    std::uint64_t bits = 0;
-    for (int i = 0; i < 64; i += 8) bits |= static_cast<std::uint64_t>(in.Byte()) << i;
-    return std::bit_cast<double>(bits);
-  }
-  std::string text(in.Byte(), '\0');
-  for (char& c : text) c = static_cast<char>(in.Byte());
-  return text;
+  if (type == 2) return in.F64();
+  const std::span<const std::uint8_t> text = in.Bytes(in.U8());
+  return std::string(text.begin(), text.end());
 }
 
 }  // namespace
@@ -124,12 +83,12 @@ absl::Status PropertySet::Set(std::span<const PropertyDef> defs, std::string_vie
 }
 
 std::vector<std::uint8_t> PropertySet::Encode() const {
-  std::vector<std::uint8_t> out;
+  ByteWriter out;
   for (const auto& [place, value] : values_) {
-    out.push_back(place);
+    out.U8(place);
     WriteValue(out, value);
   }
-  return out;
+  return out.Take();
 }
 
 absl::StatusOr<PropertySet> PropertySet::Decode(std::span<const std::uint8_t> bytes,
@@ -137,14 +96,15 @@ absl::StatusOr<PropertySet> PropertySet::Decode(std::span<const std::uint8_t> by
   if (bytes.size() > kMaxPropertyBytes) return absl::InvalidArgumentError("properties: too long");
   PropertySet set;
   ByteReader in(bytes);
-  while (!in.done()) {
-    const std::uint8_t place = in.Byte();
+  in.Field("properties");
+  while (in.remaining() > 0) {
+    const std::uint8_t place = in.U8();
     if (place >= defs.size()) return absl::InvalidArgumentError("properties: not declared");
     if (!set.values_.empty() && place <= set.values_.back().first) {
       return absl::InvalidArgumentError("properties: out of order");
     }
     PropertyValue value = ReadValue(in, defs[place].initial.index());
-    if (!in.ok()) return absl::InvalidArgumentError("properties: truncated");
+    if (!in.ok()) return absl::InvalidArgumentError(in.error());
     if (absl::Status status = Check(defs[place], value); !status.ok()) return status;
     set.values_.emplace_back(place, std::move(value));
   }

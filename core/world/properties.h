@@ -1,10 +1,10 @@
 // Properties: small typed fields that a game attaches to bodies: a class, a team, health, a name.
 //
-// A scene declares them, each with a name, a type and a value that bodies have unless they say otherwise; a body of the
-// scene may say otherwise, and a region changes them while the world runs. They go along when a body changes hands, and
-// clients are told of changes by the rules that hold for states.
+// A scene declares them, each with a name, a type and an initial value. A body of the scene may have another value, and
+// a region changes values while the world runs. They go along when a body changes hands, and clients receive changes by
+// the rules that hold for states.
 //
-//   PropertySet set;                                       // what differs from the scene, of one body
+//   PropertySet set;                                       // the values of one body that differ from the scene
 //   absl::Status status = set.Set(scene.properties, "health", std::int64_t{80});
 //   std::optional<PropertyValue> health = ValueOf(scene.properties, body_def.properties, set, "health");
 //
@@ -32,11 +32,11 @@ struct PropertyDef {
   PropertyValue initial;  // its type is the property's
 };
 
-// Declared by one scene: they are told by their place in one byte.
+// Properties that one scene may declare: on the wire, one byte holds the place of each.
 inline constexpr std::size_t kMaxProperties = 64;
 inline constexpr std::size_t kMaxPropertyText = 63;
 inline constexpr double kMaxPropertyReal = 1e18;  // sums and squares of a few stay finite
-// Of one body, encoded: it has to fit a datagram beside the body.
+// Size of the encoded properties of one body, which have to fit a datagram beside the body.
 inline constexpr std::size_t kMaxPropertyBytes = 512;
 
 class PropertySet {
@@ -58,7 +58,8 @@ class PropertySet {
   std::vector<std::pair<std::uint8_t, PropertyValue>> values_;  // ascending by place in the scene's list
 };
 
-// Of a body: as changed, else as the scene gives it to the body, else as declared. Nothing if it is not declared.
+// The value of a body's property: the changed one, else the one that the scene gives to the body, else the declared
+// one. Nothing if the property is not declared.
 std::optional<PropertyValue> ValueOf(std::span<const PropertyDef> defs, const PropertySet& of_scene,
                                      const PropertySet& changed, std::string_view name);
 

@@ -1,4 +1,4 @@
-// Vectors, quaternions and boxes to and from their messages. They check nothing.
+// Conversion of vectors, quaternions and boxes to and from their messages. Nothing is checked.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace tessera {
 
 inline Vec3d FromProto(const v1::Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline Aabb FromProto(const v1::Box& box) { return {FromProto(box.min()), FromProto(box.max())}; }
-// All zero, that is left out, means no rotation.
+// All zero, as in a message without it, means no rotation.
 inline Quatd FromProto(const v1::Quat& q) {
   const Quatd out{q.x(), q.y(), q.z(), q.w()};
   return out == Quatd(0, 0, 0, 0) ? Quatd() : out;
 }
 inline Pose FromProto(const v1::Pose& pose) { return {FromProto(pose.position()), FromProto(pose.orientation())}; }
 
-// Nothing if it has no value.
+// Nothing if the message has no value.
 inline std::optional<PropertyValue> FromProto(const v1::Property& property) {
   switch (property.value_case()) {
     case v1::Property::kFlag:
@@ -37,7 +37,7 @@ inline std::optional<PropertyValue> FromProto(const v1::Property& property) {
   return std::nullopt;
 }
 
-// Which field holds its value, for errors.
+// The name of the field that holds the value, for errors.
 inline std::string ValueField(const v1::Property& property) {
   switch (property.value_case()) {
     case v1::Property::kFlag:

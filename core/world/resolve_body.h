@@ -1,5 +1,6 @@
-// Bodies from their messages: those written out, and templates of scatters and players. Inside core/world only. One
-// thread.
+// BodyResolver: makes bodies from their messages, those written out and the templates of scatters and players.
+//
+// For use inside core/world only. Thread rule: one thread.
 #pragma once
 
 #include <span>
@@ -19,7 +20,7 @@ inline constexpr std::uint64_t kMaxSceneBody = kFirstPlayerBody - 1;
 
 class BodyResolver {
  public:
-  // Of a scene with these bounds, this gravity and these properties, which stay where they are.
+  // For a scene with these bounds, this gravity and these properties, which must outlive the resolver.
   BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2, std::span<const PropertyDef> properties)
       : faults_(faults),
         bounds_(bounds),
@@ -30,7 +31,7 @@ class BodyResolver {
   // Materials come before the bodies that name them.
   void AddMaterial(int index, const v1::Material& material);
   BodyDef Body(int index, const v1::Body& body);
-  // `place` is where it stands, e.g. "scatters[0].templates[2]". Without id and pose.
+  // A body without id and pose. `place` is its place in the scene, e.g. "scatters[0].templates[2]".
   BodyDef Template(const std::string& place, const v1::Body& body);
 
  private:
@@ -47,7 +48,7 @@ class BodyResolver {
   std::unordered_map<std::string, Material> materials_;
 };
 
-// `bodies[12] (id 40 "crate")`.
+// The place of a body in words: `bodies[12] (id 40 "crate")`.
 std::string PlaceOf(int index, const v1::Body& body);
 
 }  // namespace tessera

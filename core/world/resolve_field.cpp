@@ -32,7 +32,7 @@ bool Overlap(const UniformField& a, const UniformField& b) { return a.bounds.Ove
 double StrengthOf(const VortexField& field) { return field.gain_per_s; }
 double StrengthOf(const UniformField& field) { return Length(field.acceleration_m_s2); }
 
-// Of the field and those of its kind that overlap it.
+// The total over the field and those of its kind that overlap it.
 template <class Kind>
 double SumAt(const Kind& field, const std::vector<Field>& fields) {
   double sum = 0;

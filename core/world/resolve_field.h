@@ -1,5 +1,6 @@
-// Fields from their messages: each checked by itself, and together with those that act in the same place. Inside
-// core/world only. One thread.
+// Makes fields from their messages. Each is checked by itself and together with those that act in the same place.
+//
+// For use inside core/world only. Thread rule: one thread.
 #pragma once
 
 #include <vector>

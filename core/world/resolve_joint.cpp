@@ -11,14 +11,14 @@ namespace {
 
 using Kind = v1::Joint::KindCase;
 
-// Once round, with room for a rounded pi.
+// A whole turn, with room for a rounded pi.
 constexpr double kTurn_rad = 6.2832, kHalfTurn_rad = 3.1416;
 
-// Converts the parts of a joint, `field` being a part's path.
+// Converts the parts of a joint; `field` is the path of a part.
 struct Parts {
   Faults& faults;
 
-  // `given` false: `otherwise`.
+  // If it is not `given`, the limit is `otherwise`.
   Limit LimitOf(const std::string& field, bool given, const v1::Limit& in, double reach, Limit otherwise = {}) {
     if (!given) return otherwise;
     const bool lower = faults.Range(field + ".lower", in.lower(), -reach, reach);
@@ -28,7 +28,7 @@ struct Parts {
     }
     return {in.lower(), in.upper()};
   }
-  // `turns`: it is angular.
+  // `turns`: the limit is of an angle.
   Motor MotorOf(const std::string& field, const v1::Motor& in, bool turns) {
     const double fastest = turns ? kMaxAngularSpeed_rad_s : kMaxSpeed_m_s;
     faults.Range(field + ".target_velocity", in.target_velocity(), -fastest, fastest);

@@ -1,4 +1,6 @@
-// One joint from its message. Which bodies there are is the caller's to check. Inside core/world only. One thread.
+// Makes one joint from its message. The caller checks that its bodies exist.
+//
+// For use inside core/world only. Thread rule: one thread.
 #pragma once
 
 #include <string>
@@ -9,7 +11,7 @@
 
 namespace tessera {
 
-// Tells `faults`, whose place is the joint, what is wrong with frames and kind.
+// Adds to `faults`, whose place is the joint, the faults of its frames and its kind.
 JointDef ResolveJoint(Faults& faults, const v1::Joint& joint);
 
 }  // namespace tessera

@@ -44,15 +44,15 @@ const char* NameOf(Kind kind) {
   return "nothing";
 }
 
-// A hull thinner than this share of its furthest coordinate is flat to float coordinates.
+// A hull thinner than this share of its furthest coordinate is flat in float coordinates.
 constexpr double kFlat = 1e-5;
 
 bool Extent(Faults& faults, const std::string& field, double value) {
   return faults.Positive(field, value, kMinExtent_m, kMaxExtent_m);
 }
 
-// How thick the points are in their thinnest direction, m, as far as a tetrahedron of extreme points tells: 0 for
-// points in one plane, on one line or in one place, and then only.
+// Thickness of the points in their thinnest direction, m, as a tetrahedron of extreme points shows it: 0 exactly if the
+// points lie in one plane, on one line or in one place.
 double Thickness(const std::vector<Vec3d>& points) {
   const auto furthest = [&](auto measure) { return *std::ranges::max_element(points, {}, measure); };
   const Vec3d a = points.front();
@@ -92,7 +92,7 @@ ConvexHullShape Hull(Faults& faults, const std::string& field, const v1::Shape::
 bool HasArea(Vec3f a, Vec3f b, Vec3f c) {
   const Vec3d ab(b - a), ac(c - a), bc(c - b);
   const double longest = std::max({LengthSquared(ab), LengthSquared(ac), LengthSquared(bc)});
-  // Flatter than float coordinates can tell: its normal would be noise.
+  // Flatter than float coordinates resolve: its normal would be noise.
   return Length(Cross(ab, ac)) > 1e-7 * longest;
 }
 

@@ -1,5 +1,6 @@
-// Shapes from their messages: checked, converted, and shared where bodies look alike. Inside core/world only. One
-// thread.
+// ShapeResolver: makes shapes from their messages; bodies that look alike share one.
+//
+// For use inside core/world only. Thread rule: one thread.
 #pragma once
 
 #include <string>
@@ -15,8 +16,8 @@ class ShapeResolver {
  public:
   explicit ShapeResolver(Faults& faults) : faults_(faults) {}
 
-  // The shape, one and the same for equal messages; null if it is wrong, which `faults` then tells. `field` is its
-  // path, e.g. "shape".
+  // The shape, one and the same for equal messages; null, and a fault in `faults`, if it is wrong. `field` is its path,
+  // e.g. "shape".
   ShapePtr Resolve(const std::string& field, const v1::Shape& shape, Motion motion);
 
  private:

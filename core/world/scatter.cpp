@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-// How many fit into `length`; a quotient that rounding brought just below a whole number counts as that number.
+// Number of spacings that fit into `length`; a quotient that rounding brought just below a whole number counts as it.
 std::uint64_t Fit(double length_m, double spacing_m) {
   return static_cast<std::uint64_t>(
       std::clamp(std::floor(length_m / spacing_m * (1 + 1e-12)), 1.0, static_cast<double>(kMaxBodies)));
@@ -22,7 +22,7 @@ std::uint64_t Random(std::uint64_t seed, std::uint64_t n) {
   return z ^ (z >> 31);
 }
 
-// Evenly over [-1, 1).
+// A number spread evenly over [-1, 1).
 double Jitter(std::uint64_t seed, std::uint64_t n) { return static_cast<double>(Random(seed, n) >> 11) * 0x1p-52 - 1; }
 
 }  // namespace

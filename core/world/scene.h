@@ -1,8 +1,7 @@
-// Scene: a world to run, checked and resolved. Plain data; what the rest of core works on.
+// Scene: a world to run, checked and resolved. It is plain data that the rest of core works on.
 //
-// It comes from `tessera.v1.Scene` (textproto, JSON or wire) through core/world/scene_io.h, which checks every field
-// and expands what is written short (defaults, materials by name, scatters into bodies). Nothing here needs checking
-// again.
+// It comes from `tessera.v1.Scene` (textproto, JSON or wire) through core/world/scene_load.h, which checks every field
+// and expands defaults, materials by name and scatters. Nothing here needs another check.
 #pragma once
 
 #include <array>
@@ -21,9 +20,9 @@
 namespace tessera {
 
 // --- Shapes ----------------------------------------------------------------------------------------------------------
-// Each has coordinates of its own, in which joints' frames are given too. A static body's position is their origin. A
-// dynamic body's is its centre of mass at uniform density: the same point, but for a cone (a quarter of its height
-// above the base), a hull and a compound; `physics::CenterOfMass` tells.
+// Each has coordinates of its own, in which the frames of joints are given too. The position of a static body is their
+// origin. The position of a dynamic body is its centre of mass at uniform density: the same point except for a cone (a
+// quarter of its height above the base), a hull and a compound, see `physics::CenterOfMass`.
 
 struct Shape;
 using ShapePtr = std::shared_ptr<const Shape>;  // shared by all bodies that look alike
@@ -85,21 +84,21 @@ struct Material {
 
 enum class Motion : std::uint8_t { kStatic, kDynamic };
 
-// What changes from tick to tick: all that an owner tells about a body, and all that a handover must keep.
+// The part of a body that changes from tick to tick: an owner sends all of it, and a handover must keep all of it.
 struct BodyState {
   Vec3d position;          // of the centre of mass, world space, m
   Quatd orientation;       // unit; rounded to float every tick, a spinning body would be .3 rad off after 20 s
   Vec3f linear_velocity;   // m/s
   Vec3f angular_velocity;  // rad/s, world frame
-  // What free flight conserves; kg m^2/s, world frame. Believed only where angular_velocity is to the bit what it
-  // gives: otherwise angular_velocity counts. So one who sets only that, as scenes do, may leave this 0 or as it was.
+  // Free flight conserves it; kg m^2/s, world frame. It counts only where angular_velocity is to the bit the one that
+  // follows from it; otherwise angular_velocity counts. So a scene, which sets angular_velocity alone, may leave it 0.
   Vec3f angular_momentum{};
-  float still_s = 0;  // for how long it has been slow enough to sleep: a handover restarts no wait
+  float still_s = 0;  // time for which it has been slow enough to sleep: a handover restarts no wait
   bool asleep = false;
   friend bool operator==(const BodyState&, const BodyState&) = default;
 };
 
-// What never changes.
+// The part of a body that never changes.
 struct BodyDef {
   BodyId id;
   std::string name;  // may be empty
@@ -110,9 +109,9 @@ struct BodyDef {
   Material material;
   double linear_damping = 0, angular_damping = 0;  // share of velocity lost a second, 0 to 1
   double gravity_scale = 1;
-  bool trigger = false;  // reports overlaps, pushes nothing
+  bool trigger = false;  // reports overlaps and pushes nothing
   bool may_sleep = true;
-  PropertySet properties;  // where they differ from what the scene declares
+  PropertySet properties;  // those that differ from the scene's declaration
   BodyState initial;
 };
 
@@ -174,8 +173,8 @@ struct JointDef {
       kind;
 };
 
-// --- Fields: forces that act by place. Functions of a body's state alone, so both sides of a border compute the same.
-// -----
+// --- Fields ----------------------------------------------------------------------------------------------------------
+// Accelerations by place. They are functions of a body's state alone, so both sides of a border compute the same.
 
 // Drags bodies toward turning about a vertical axis: a = gain_per_s * (omega x r - v), horizontal part only, within
 // radius.
@@ -192,19 +191,19 @@ struct UniformField {
 };
 using Field = std::variant<VortexField, UniformField>;
 
-// --- The whole
-// -----------------------------------------------------------------------------------------------------------
+// --- The scene -------------------------------------------------------------------------------------------------------
 
-// What a player is in this scene, and what a client may do to it.
+// The body of a player in this scene, and the limits of a client's input.
 struct PlayerRules {
   BodyDef body;                     // template: id and initial position come with the player
   std::vector<Vec3d> spawn_points;  // player n starts at spawn_points[(n - 1) % size]
   double max_force_n = 0;           // an input that asks for more is scaled down to it
-  double max_speed_m_s = 0;         // the input's force fades to 0 along the direction in which the body is this fast
-                                    // (a torque is held to what both mean at the body's surface)
+  // The input's force fades to 0 along the direction in which the body is this fast; a torque is limited by the force
+  // and the speed that it means at the body's surface.
+  double max_speed_m_s = 0;
 };
 
-// What clients are shown, and what that may cost.
+// The part of the world that clients see, and its cost.
 struct ViewRules {
   double radius_m = 0;             // around the own body, in x and z; 0: all of the world
   double bytes_per_s = 1'250'000;  // to one client, from all regions together, overhead of datagrams included

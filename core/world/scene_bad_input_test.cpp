@@ -1,4 +1,4 @@
-// One test for each way in which a scene can be wrong, but for its shapes and joints: what is told, in full.
+// One test for each way in which a scene can be wrong, except its shapes and joints, with the error in full.
 #include "core/world/limits.h"
 #include "core/world/scene_faults.h"
 

@@ -1,4 +1,4 @@
-// One test for each way in which a scene's shapes and joints can be wrong: what is told, in full.
+// One test for each way in which a scene's shapes and joints can be wrong, with the error in full.
 #include "core/world/scene_faults.h"
 
 namespace tessera {
@@ -35,7 +35,7 @@ TEST(BadSceneTest, Hulls) {
             "shape.hull.points lie in one plane: they must be at least 0.001 m thick, got 0");
   EXPECT_EQ(ShapeError("hull { " + corners + " points { z: nan } }"),
             "shape.hull.points[3].z must be a finite number, got nan");
-  // Thick enough to a double, flat to the floats that collision computes with.
+  // Thick enough in doubles, flat in the floats that collision computes with.
   EXPECT_EQ(ShapeError("hull { points {} points { x: 1e4 } points { y: 1e4 } points { x: 1e4 y: 1e4 z: 0.01 } }"),
             "shape.hull.points lie in one plane: they must be at least 0.1 m thick, got 0.01");
 }

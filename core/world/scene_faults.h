@@ -1,4 +1,4 @@
-// For tests: a sound scene, and what is told of it once something in it is wrong.
+// A sound scene, and the error that it gives once something in it is wrong.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ inline v1::Scene Sound() {
   return *scene;
 }
 
-// The error of the sound scene after `change`, without the file, which it must begin with.
+// The error of the sound scene after `change`, without the file name that it must begin with.
 template <class Change>
 std::string Error(Change change) {
   v1::Scene scene = Sound();
@@ -52,7 +52,7 @@ std::string Error(Change change) {
   return message.substr(std::min(start.size(), message.size()));
 }
 
-// Of bodies[1], the crate.
+// The error after a change of bodies[1], the crate, without its place.
 template <class Change>
 std::string CrateError(Change change) {
   const std::string place = "bodies[1] (id 40 \"crate\"): ";
@@ -61,7 +61,7 @@ std::string CrateError(Change change) {
   return error.substr(std::min(place.size(), error.size()));
 }
 
-// Of the shape of bodies[0], which is static, given as text.
+// The error when bodies[0], which is static, has the shape that is given as text.
 inline std::string ShapeError(const std::string& shape) {
   const auto parsed = ParseScene("bodies { shape { " + shape + " } }", kFile);
   EXPECT_TRUE(parsed.ok()) << parsed.status();

@@ -1,11 +1,6 @@
-// Scenes from outside: read, checked, expanded.
+// The steps by which scene_load.h takes a scene from outside: parse, resolve, hash.
 //
-//   absl::StatusOr<v1::Scene> written = ParseScene(text, "scenes/plaza.textproto");
-//   absl::StatusOr<std::shared_ptr<const Scene>> scene = ResolveScene(*written, "scenes/plaza.textproto");
-//
-// A scene travels as the message, so that it stays small; each receiver resolves it, and all come to the same bits.
-// Pure functions, any thread. `file` is only what errors begin with: a path, or "scene" for one that came over the
-// wire.
+// Pure functions, any thread. `file` is only what errors begin with: a path, or "scene" for one from the wire.
 #pragma once
 
 #include <cstdint>
@@ -24,15 +19,11 @@ namespace tessera {
 absl::StatusOr<v1::Scene> ParseScene(std::string_view text, std::string_view file);
 
 // Checks everything that scene.proto and limits.h ask for and expands what is written short: defaults, materials by
-// name, scatters into bodies; quaternions are normalised. INVALID_ARGUMENT in one line that tells the first fault and
-// how many more there are: `scenes/x.textproto: bodies[12] (id 40 "crate"): mass must be > 0, got -1 (and 2 more)`.
+// name, scatters into bodies; quaternions are normalised. INVALID_ARGUMENT in one line, with the first fault and how
+// many more there are: `scenes/x.textproto: bodies[12] (id 40 "crate"): mass must be > 0, got -1 (and 2 more)`.
 absl::StatusOr<std::shared_ptr<const Scene>> ResolveScene(const v1::Scene& scene, std::string_view file);
 
 // The scene's identity on the wire: BLAKE2b-256 over its serialised form, 64 hexadecimal digits.
 std::string SceneHash(const v1::Scene& scene);
-
-// Sets the number of bodies of the first scatter, so that one scene serves many sizes; 0 removes it. Without a scatter:
-// nothing.
-void OverrideScatterCount(v1::Scene& scene, std::uint32_t count);
 
 }  // namespace tessera

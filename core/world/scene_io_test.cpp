@@ -147,7 +147,7 @@ TEST(ScatterTest, BodiesStandInsideTheAreaAndApart) {
       scatters { first_id: 10 spacing: 1 jitter: 0.25 seed: 5 area { min { x: -9 y: 1 z: -3 } max { x: 9 y: 2 z: 6.5 } }
                  templates { mass: 1 shape { sphere { radius: 0.1 } } } })"));
   for (const std::uint32_t count : {1u, 2u, 3u, 7u, 100u, 161u, 162u, 163u, 500u, 1000u}) {
-    OverrideScatterCount(scene, count);
+    scene.mutable_scatters(0)->set_count(count);
     const auto resolved = Resolved(scene);
     ASSERT_EQ(resolved->bodies.size(), count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -165,7 +165,7 @@ TEST(ScatterTest, BodiesStandInsideTheAreaAndApart) {
 TEST(ScatterTest, OneBodyForEachRegionOfASquareWorld) {
   v1::Scene scene = FromFile(kScenes / "dissertation.textproto");
   for (std::uint32_t n = 1; n <= 9; ++n) {
-    OverrideScatterCount(scene, n);
+    scene.mutable_scatters(0)->set_count(n);
     const auto resolved = Resolved(scene);
     const auto map = MakeGridMap(resolved->ground(), n);
     std::set<RegionId> owners;
@@ -188,14 +188,6 @@ TEST(ScatterTest, SeedMovesBodiesAndNothingElseDoes) {
   other.mutable_scatters(0)->set_seed(1);
   EXPECT_EQ(positions(scene), positions(scene));
   EXPECT_NE(positions(scene), positions(other));
-}
-
-TEST(OverrideScatterCountTest, NoneRemovesTheScatter) {
-  v1::Scene scene = FromFile(kScenes / "dissertation.textproto");
-  OverrideScatterCount(scene, 0);
-  EXPECT_EQ(Resolved(scene)->bodies.size(), 5u);  // ground and walls
-  OverrideScatterCount(scene, 3);                 // nothing left to override
-  EXPECT_EQ(Resolved(scene)->bodies.size(), 5u);
 }
 
 TEST(SceneHashTest, TellsScenesApart) {
@@ -242,10 +234,10 @@ TEST(ShippedScenesTest, AllParseAndResolveUnderTheirOwnName) {
   EXPECT_GE(count, 6);
 }
 
-// Whatever comes over the wire ends in a scene or a status.
+// Any bytes from the wire end in a scene or a status.
 TEST(ResolveSceneTest, SurvivesDamagedMessages) {
   const std::string sound = FromFile(kScenes / "shapes.textproto").SerializeAsString();
-  const google::protobuf::LogSilencer silence;  // of names that are no UTF-8
+  const google::protobuf::LogSilencer silence;  // names are not always UTF-8
   std::mt19937 random(1);
   int parsed = 0, resolved = 0;
   for (int i = 0; i < 20'000; ++i) {
@@ -256,7 +248,7 @@ TEST(ResolveSceneTest, SurvivesDamagedMessages) {
     v1::Scene scene;
     if (!scene.ParseFromString(damaged)) continue;
     ++parsed;
-    // Scattered bodies by the million are legal, and not the point here.
+    // Millions of scattered bodies are legal, and not the point here.
     for (v1::Scatter& scatter : *scene.mutable_scatters()) scatter.set_count(std::min(scatter.count(), 50u));
     const auto result = ResolveScene(scene, "wire");
     EXPECT_TRUE(result.ok() || result.status().code() == absl::StatusCode::kInvalidArgument);

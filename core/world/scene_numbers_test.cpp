@@ -1,4 +1,4 @@
-// Every number of a scene, made absurd in turn: the scene is refused, and the field is named.
+// Makes every number of a scene absurd in turn: the scene is refused, and the error names the field.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -98,7 +98,7 @@ void Set(Message& message, const FieldDescriptor& field, double value) {
   reflection.SetDouble(&message, &field, value);
 }
 
-// Numbers of the message and of all that is set in it. `name`: of the field that holds the message.
+// Numbers of the message and of every message in it. `name`: the field that holds the message.
 void ForEachNumber(Message& message, const std::string& name,
                    const std::function<void(Message&, const FieldDescriptor&, const std::string& name)>& tell) {
   const Descriptor& type = *message.GetDescriptor();
@@ -146,7 +146,7 @@ void NumbersOf(const Descriptor& type, std::set<std::string>& names) {
   for (int i = 0; i < type.nested_type_count(); ++i) NumbersOf(*type.nested_type(i), names);
 }
 
-// So that a field that comes to the format comes to the test above, too.
+// A field that is added to the format must be added to the test above, too.
 TEST(SceneNumbersTest, NoneIsLeftOut) {
   std::set<std::string> all, seen;
   const auto& file = *v1::Scene::descriptor()->file();

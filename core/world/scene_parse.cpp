@@ -17,7 +17,7 @@ namespace {
 // Scene > Body > Shape > Compound > Child > Shape > Hull > Vec3, with room.
 constexpr int kMaxDepth = 32;
 
-// Anything a parser says, in one line.
+// The message of a parser in one line.
 std::string OneLine(std::string text) {
   std::ranges::replace_if(
       text, [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
@@ -59,7 +59,7 @@ std::string DescribeJsonError(const std::string& text, const std::string& file, 
   if (first == last || message.back() != '^') return absl::StrCat(file, ": ", OneLine(message));
   const std::string what = message.substr(0, first);
   const std::string around = message.substr(first + 1, last - first - 1);
-  const std::size_t offset = message.size() - last - 2;  // of the caret
+  const std::size_t offset = message.size() - last - 2;  // position of the caret
   const std::size_t found = text.find(around);
   if (found == std::string::npos || text.find(around, found + 1) != std::string::npos) {
     return absl::StrCat(file, ": ", OneLine(what), " near: ", OneLine(around));

@@ -14,8 +14,8 @@
 namespace tessera {
 namespace {
 
-// Builds one scene. Steps in the order in which they need each other; each tells `faults_` and goes on, so that all
-// faults are counted.
+// Builds one scene. The steps stand in the order in which they need each other; each adds to `faults_` and goes on, so
+// that all faults are counted.
 class SceneResolver {
  public:
   SceneResolver(const v1::Scene& in, std::string_view file) : in_(in), faults_(std::string(file)) {}
@@ -44,7 +44,7 @@ class SceneResolver {
 
 absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveGlobals();
-  // What is too big is not looked at any further.
+  // A scene that is too big is not examined any further.
   if (!CheckCounts()) return faults_.ToStatus();
   ResolveProperties();
   BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties);
@@ -107,7 +107,7 @@ void SceneResolver::ResolveBodies(BodyResolver& bodies) {
   }
 }
 
-// The grid and its bodies' places; the ids are checked for all scatters together.
+// Checks the grid and the places of its bodies; ids are checked for all scatters together.
 bool SceneResolver::CheckScatterGrid(const v1::Scatter& in) {
   const std::size_t before = faults_.count();
   if (in.count() == 0) faults_.Add("count must be > 0, got 0");
@@ -279,15 +279,6 @@ void SceneResolver::ResolveView() {
 
 absl::StatusOr<std::shared_ptr<const Scene>> ResolveScene(const v1::Scene& scene, std::string_view file) {
   return SceneResolver(scene, file).Resolve();
-}
-
-void OverrideScatterCount(v1::Scene& scene, std::uint32_t count) {
-  if (scene.scatters().empty()) return;
-  if (count == 0) {
-    scene.mutable_scatters()->DeleteSubrange(0, 1);
-  } else {
-    scene.mutable_scatters(0)->set_count(count);
-  }
 }
 
 }  // namespace tessera

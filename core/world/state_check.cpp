@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-// All are written so that a NaN fails; this without branches, which would cost more than they spare.
+// All are written so that a NaN fails. This one has no branches, which would cost more than they spare.
 template <class T>
 bool Within(Vec3<T> v, double limit) {
   const auto within = [limit](T c) { return std::abs(static_cast<double>(c)) <= limit; };
@@ -27,7 +27,7 @@ absl::Status Fault(BodyId id, const std::string& field, const std::string& probl
                                                  finite ? problem : std::string("a finite number"), ", got ", got));
 }
 
-// Tells which component of a vector that is not within `limit` is to blame.
+// Names the component of the vector that is not within `limit`.
 template <class T>
 absl::Status Blame(BodyId id, const char* field, Vec3<T> v, double limit) {
   const char* names[] = {".x", ".y", ".z"};

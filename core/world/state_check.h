@@ -1,7 +1,7 @@
-// What physics may be given and may give back: states, forces and impulses that are finite and within limits.h.
+// The check of every state, force and impulse that goes into physics or comes out: finite, and within limits.h.
 //
-// Scenes are held to tighter limits when they are resolved. This is for what comes later: frames of other regions, what
-// a step made of a body, inputs. One rule for all of them, so that what an honest region tells is never refused.
+// Scenes keep tighter limits from the start. This check is for a running world: frames of other regions, bodies after a
+// step, inputs. All share one rule, so that nothing that an honest region sends is ever refused.
 //
 //   if (absl::Status status = CheckState(id, state); !status.ok()) return status;
 //   // INVALID_ARGUMENT: body 7: linear_velocity.x must be a finite number, got nan
@@ -15,9 +15,9 @@
 
 namespace tessera {
 
-// INVALID_ARGUMENT naming the body and the field, unless IsSane.
+// OK if IsSane, else INVALID_ARGUMENT with the body and the field.
 absl::Status CheckState(BodyId id, const BodyState& state);
-// The same rule without words, for every body in every tick.
+// The same rule as a yes or no, for every body in every tick.
 bool IsSane(const BodyState& state);
 
 // N and N m: each component within kMaxForce. INVALID_ARGUMENT naming the body and `force_n` or `torque_nm`.

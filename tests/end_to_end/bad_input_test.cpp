@@ -1,10 +1,11 @@
-// What users get wrong, through the real command line: one clear line on stderr, the right exit status, nothing left
+// Mistakes of users, through the real command line: one clear line on stderr, the right exit status, nothing left
 // behind.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "host/temporary_folder.h"
 #include "local_cluster/local_cluster.h"
 #include "tests/support/run_program.h"
 
@@ -18,7 +19,7 @@ using testing::StartsWith;
 class BadInputTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new local::TemporaryFolder();
+    folder_ = new host::TemporaryFolder();
     cluster_ = new local::LocalCluster({.data_dir = folder_->path(), .capacity = 6});
   }
   static void TearDownTestSuite() {
@@ -47,10 +48,10 @@ class BadInputTest : public testing::Test {
     EXPECT_THAT(hosts.out, MatchesRegex("NAME.*\nlocal-1 +READY +0 .*\n"));
   }
 
-  static local::TemporaryFolder* folder_;
+  static host::TemporaryFolder* folder_;
   static local::LocalCluster* cluster_;
 };
-local::TemporaryFolder* BadInputTest::folder_ = nullptr;
+host::TemporaryFolder* BadInputTest::folder_ = nullptr;
 local::LocalCluster* BadInputTest::cluster_ = nullptr;
 
 constexpr const char* kBounds = "name: \"bad\" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }\n";
@@ -176,7 +177,7 @@ TEST_F(BadInputTest, WrongUsageExitsWith2) {
 }
 
 TEST_F(BadInputTest, APortInUseIsNamed) {
-  const local::TemporaryFolder other;
+  const host::TemporaryFolder other;
   const support::RunResult result = support::RunProgram(
       "tessera-control",
       {"--listen", cluster_->control_address(), "--http", "127.0.0.1:0", "--data-dir", other.path()});
@@ -186,7 +187,7 @@ TEST_F(BadInputTest, APortInUseIsNamed) {
 }
 
 TEST_F(BadInputTest, AWrongJoinTokenIsRefused) {
-  const local::TemporaryFolder state;
+  const host::TemporaryFolder state;
   std::ofstream(state.path() + "/token") << "not-a-token\n";
   const support::RunResult result = support::RunProgram(
       "tessera-agent", {"--control", cluster_->control_address(), "--state-dir", state.path() + "/s",
@@ -196,7 +197,7 @@ TEST_F(BadInputTest, AWrongJoinTokenIsRefused) {
 }
 
 TEST_F(BadInputTest, AUsedJoinTokenIsRefused) {
-  const local::TemporaryFolder state;
+  const host::TemporaryFolder state;
   std::ifstream in(folder_->path() + "/local-1/join-token");
   std::string used;
   ASSERT_TRUE(std::getline(in, used));

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "host/temporary_folder.h"
 #include "local_cluster/checkpoint_file.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
@@ -117,7 +118,7 @@ TEST_F(CheckpointTest, AWorldWhoseWorkersAllDieComesBackFromItsCheckpointAndSays
 }
 
 // The others run, and have none of what those two had.
-TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsHeirComesBackFromTheCheckpointAsALossOfTime) {
+TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsStandbyComesBackFromTheCheckpointAsALossOfTime) {
   Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
   const std::uint64_t tick = Checkpoint();
@@ -125,7 +126,7 @@ TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsHeirComesBackFromTheChe
   const auto pids = Pids();
   const v1::Instance before = run_->Latest();
   const auto region = std::ranges::find(before.map().regions(), 1u, &v1::MapRegion::id);
-  for (const std::uint32_t victim : {1u, region->heir()}) kill(static_cast<pid_t>(pids.at(victim)), SIGKILL);
+  for (const std::uint32_t victim : {1u, region->standby()}) kill(static_cast<pid_t>(pids.at(victim)), SIGKILL);
   ASSERT_TRUE(PlayUntilAllAreOthersThan(pids));
   const v1::Instance instance = run_->Latest();
   EXPECT_GE(instance.lost_ticks(), 60u);
@@ -140,7 +141,7 @@ TEST_F(CheckpointTest, AnExportedWorldStartsAnewWithAllItsBodies) {
   Start({.scene = "", .regions = 2, .bots = 0, .hosts = 1, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
   Checkpoint();
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const std::string file = folder.path() + "/world.tessera";
   ASSERT_EQ(Tessera({"instance", "export", run_->instance_id(), file}).exit_code, 0);
 

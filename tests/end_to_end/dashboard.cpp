@@ -1,13 +1,16 @@
 #include "tests/end_to_end/dashboard.h"
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <sstream>
 #include <stdexcept>
 
+#include "host/files.h"
+
 namespace tessera::end_to_end {
 namespace {
+
+constexpr std::size_t kMaxSourceBytes = 1 << 24;
 
 void ReplaceAll(std::string& text, const std::string& from, const std::string& to) {
   for (auto at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
@@ -33,11 +36,9 @@ std::string AsPromql(const std::string& variable_query) {
 }  // namespace
 
 std::string ReadSource(const std::string& path) {
-  std::ifstream file(std::string(TESSERA_SOURCE_DIR) + "/" + path);
-  if (!file) throw std::runtime_error("cannot read " + path);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return std::move(text).str();
+  auto text = host::ReadFile(std::string(TESSERA_SOURCE_DIR) + "/" + path, kMaxSourceBytes);
+  if (!text.ok()) throw std::runtime_error(text.status().ToString());
+  return *std::move(text);
 }
 
 std::vector<DashboardQuery> DashboardQueries(const std::string& window) {

@@ -1,4 +1,4 @@
-// What deploy/ asks of Prometheus and what docs/metrics.md promises, read from the files themselves.
+// Queries of deploy/ and metrics that docs/metrics.md promises, read from the files themselves.
 #pragma once
 
 #include <set>

@@ -1,8 +1,9 @@
-// What touches what, as a player of a real cluster hears of it: each once, from whichever region.
+// Contact events as a player of a real cluster receives them: each once, from whichever region.
 #include <fstream>
 #include <map>
 #include <set>
 
+#include "host/temporary_folder.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {
@@ -41,7 +42,7 @@ struct EventsTest : WorldTest {
     std::ofstream(scene_) << text;
   }
 
-  local::TemporaryFolder folder_;
+  host::TemporaryFolder folder_;
   std::string scene_;
 };
 

@@ -1,6 +1,7 @@
 // Worlds that outlive their processes: workers, agents and the control plane are killed while players play.
 #include <csignal>
 
+#include "host/process.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {
@@ -8,7 +9,7 @@ namespace {
 
 class FailoverTest : public WorldTest {
  protected:
-  // Of the first player's body, by the command line; until every player sees it.
+  // Changes a property of the first player's body by the command line; returns when every player sees it.
   testing::AssertionResult SetHealth(const std::string& health) {
     const auto done = Tessera({"instance", "set-property", run_->instance_id(), BodyOfFirst(), "health", health});
     if (done.exit_code != 0) return testing::AssertionFailure() << done.err;
@@ -85,7 +86,7 @@ TEST_F(FailoverTest, AnAgentKilledAloneLosesNoWorkerAndTheNextOneAdoptsThem) {
   EXPECT_EQ(Pids(), pids);
   EXPECT_EQ(run_->Latest().failovers(), 0u);
   ExpectAllIsThere();
-  for (const auto& [region, pid] : pids) EXPECT_FALSE(support::IsAlive(pid)) << "region " << region;
+  for (const auto& [region, pid] : pids) EXPECT_FALSE(host::IsAlive(pid)) << "region " << region;
 }
 
 TEST_F(FailoverTest, TheWorldRunsOnWhileTheControlPlaneIsDead) {

@@ -1,4 +1,5 @@
 // Worlds whose regions are added, moved, evened out and replaced while players play.
+#include "host/process.h"
 #include "local_cluster/connection.h"
 #include "tests/end_to_end/world_fixture.h"
 
@@ -65,7 +66,7 @@ TEST_F(GrowthTest, RestartingTheWorkersReplacesEachWhileTheWorldRuns) {
     return IsSettled() && std::ranges::none_of(Pids(), [&](const auto& at) { return old.contains(at.second); });
   }));
   ASSERT_TRUE(PlayOn(2));
-  for (const std::int64_t pid : old) EXPECT_FALSE(support::IsAlive(pid));
+  for (const std::int64_t pid : old) EXPECT_FALSE(host::IsAlive(pid));
   EXPECT_EQ(run_->Latest().failovers(), 0u);
   ExpectAllIsThere();
 }

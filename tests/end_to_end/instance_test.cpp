@@ -8,6 +8,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "host/process.h"
+#include "host/temporary_folder.h"
 #include "local_cluster/instance_state.h"
 #include "local_cluster/world_run.h"
 #include "tests/support/run_program.h"
@@ -48,7 +50,7 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
   const local::RunSummary summary = run.Finish();
   EXPECT_EQ(summary.failure, "");
   EXPECT_EQ(summary.conservation->found, summary.bodies_at_start);
-  for (const pid_t worker : workers) EXPECT_FALSE(support::IsAlive(worker));
+  for (const pid_t worker : workers) EXPECT_FALSE(host::IsAlive(worker));
 }
 
 TEST(InstanceTest, TheDemoProvesItself) {
@@ -77,7 +79,7 @@ TEST(InstanceTest, TheOnlyWorkersDeathFailsItsInstanceWithTheReason) {
 }
 
 TEST(InstanceTest, AWorkerThatEndsAtItsStartFailsTheInstanceAndGivesItsPlacesBack) {
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const std::string program = folder.path() + "/region";
   std::ofstream(program) << "#!/bin/sh\necho 'no such luck' >&2\nexit 3\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
@@ -113,7 +115,7 @@ TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
 }
 
 TEST(InstanceTest, EveryListingSpeaksJson) {
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const local::LocalCluster cluster({.data_dir = folder.path()});
   const auto tessera = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--control", cluster.control_address(), "-o", "json"});

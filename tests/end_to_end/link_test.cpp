@@ -1,5 +1,6 @@
 // Hosts with networks of their own, and links that break. A program of its own: it leaves this machine's network before
 // anything else.
+#include "host/process.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {
@@ -36,11 +37,10 @@ TEST_F(LinkTest, AHostThatIsCutOffIsCarriedOnByTheOtherAndItsWorkersEndWhenItIsB
   ASSERT_TRUE(network_->Cut(0).ok());
   ASSERT_TRUE(PlayUntilFailedOver());
   EXPECT_EQ(run_->Latest().lost_bodies(), 0u);
-  for (const std::int64_t pid : cut_off) EXPECT_TRUE(support::IsAlive(pid));
+  for (const std::int64_t pid : cut_off) EXPECT_TRUE(host::IsAlive(pid));
   ASSERT_TRUE(network_->Mend(0).ok());
-  ASSERT_TRUE(PlayUntil("they end", [&] {
-    return std::ranges::none_of(cut_off, [](std::int64_t pid) { return support::IsAlive(pid); });
-  }));
+  ASSERT_TRUE(PlayUntil(
+      "they end", [&] { return std::ranges::none_of(cut_off, [](std::int64_t pid) { return host::IsAlive(pid); }); }));
   ASSERT_TRUE(PlayOn(2));
   ExpectAllIsThere();
 }

@@ -1,8 +1,10 @@
 // Players who come late, and players who come back.
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/temporary_folder.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {
@@ -17,15 +19,17 @@ class PlayerTest : public WorldTest {
   }
   // A game of its own that walks, and is killed; the body of its player is `kGuest`.
   void LetGuestDieWalking() {
-    local::ChildProcess game({support::BinaryPath("tessera"), "--control", run_->cluster().control_address(), "client",
-                              run_->instance_id(), "--name", "ann", "--player-file", GuestFile()},
-                             folder_.path() + "/log");
+    auto game = host::ChildProcess::Start(
+        {.argv = {support::BinaryPath("tessera"), "--control", run_->cluster().control_address(), "client",
+                  run_->instance_id(), "--name", "ann", "--player-file", GuestFile()},
+         .log_path = folder_.path() + "/log"});
+    ASSERT_TRUE(game.ok()) << game.status();
     ASSERT_TRUE(PlayUntil("it walks", [&] {
       const client::SeenBody* seen = Seen(kGuest);
       return seen != nullptr && Length(seen->state.linear_velocity) > 2;
     }));
-    game.Signal(SIGKILL);
-    ASSERT_TRUE(game.Wait(kPatience).has_value());
+    game->Signal(SIGKILL);
+    ASSERT_TRUE(game->Wait(kPatience).has_value());
   }
   std::string GuestFile() const { return folder_.path() + "/player"; }
   std::vector<std::uint8_t> GuestToken() const { return ReadToken(GuestFile()); }
@@ -43,15 +47,15 @@ class PlayerTest : public WorldTest {
     return found == world.end() ? nullptr : &found->second;
   }
   static std::vector<std::uint8_t> ReadToken(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
+    const std::string token = host::ReadFile(path, 4096).value_or("");
+    return {token.begin(), token.end()};
   }
 
   static constexpr BodyId kGuest = PlayerBodyId(PlayerNumber(2));
-  local::TemporaryFolder folder_;
+  host::TemporaryFolder folder_;
 };
 
-// What becomes of a body whose player's process was killed: by the instance's setting.
+// A body whose player's process was killed stays or goes by the instance's setting.
 class LeaverTest : public PlayerTest {
  protected:
   void SetUp() override {}

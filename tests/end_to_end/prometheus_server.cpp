@@ -2,17 +2,16 @@
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <poll.h>
-#include <sys/inotify.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <fstream>
 #include <regex>
 #include <stdexcept>
 
-#include "telemetry/http_get.h"
+#include "host/file_watch.h"
+#include "host/last_lines.h"
+#include "telemetry/testing/http_get.h"
 #include "tests/end_to_end/dashboard.h"
 
 namespace tessera::end_to_end {
@@ -45,12 +44,15 @@ std::string Adapted(const std::string& config, const std::string& discovery_addr
   return faster;
 }
 
-local::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
+host::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
   Write(folder + "/prometheus.yml", Adapted(ReadSource("deploy/prometheus/prometheus.yml"), discovery_address));
   Write(folder + "/rules.yml", ReadSource("deploy/prometheus/rules.yml"));
-  return local::ChildProcess({TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
-                              "--storage.tsdb.path=" + folder + "/data", "--web.listen-address=" + address},
-                             folder + "/prometheus.log");
+  auto process =
+      host::ChildProcess::Start({.argv = {TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
+                                          "--storage.tsdb.path=" + folder + "/data", "--web.listen-address=" + address},
+                                 .log_path = folder + "/prometheus.log"});
+  if (!process.ok()) throw std::runtime_error(process.status().ToString());
+  return *std::move(process);
 }
 
 }  // namespace
@@ -62,7 +64,7 @@ PrometheusServer::PrometheusServer(const std::string& discovery_address, const s
     const auto answer = telemetry::HttpGet(address_, "/-/ready");
     if (answer.ok() && answer->status == 200) return;
     if (process_.Wait(std::chrono::milliseconds(50)) || std::chrono::steady_clock::now() > deadline) {
-      throw std::runtime_error("prometheus did not become ready" + local::LastLines(folder + "/prometheus.log", 5));
+      throw std::runtime_error("prometheus did not become ready" + host::LastLinesText(folder + "/prometheus.log", 5));
     }
   }
 }
@@ -83,22 +85,12 @@ nlohmann::json PrometheusServer::Query(const std::string& expression) const {
 
 bool PrometheusServer::Until(const std::function<bool()>& holds, std::chrono::seconds patience) const {
   const auto deadline = std::chrono::steady_clock::now() + patience;
-  const int events = inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-  if (inotify_add_watch(events, log_folder_.c_str(), IN_MODIFY | IN_CREATE) < 0) {
-    close(events);
-    throw std::runtime_error("cannot watch " + log_folder_);
-  }
-  bool held = false;
-  while (!(held = holds())) {
+  host::FileWatch written(log_folder_);
+  while (!holds()) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
-    pollfd watch{events, POLLIN, 0};
-    if (left.count() <= 0 || poll(&watch, 1, static_cast<int>(left.count())) <= 0) break;
-    std::array<char, 4096> ignored;
-    while (read(events, ignored.data(), ignored.size()) > 0) {
-    }
+    if (!written.Wait(left)) return false;
   }
-  close(events);
-  return held;
+  return true;
 }
 
 }  // namespace tessera::end_to_end

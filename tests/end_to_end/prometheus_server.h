@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "local_cluster/child_process.h"
+#include "host/child_process.h"
 
 namespace tessera::end_to_end {
 
@@ -32,7 +32,7 @@ class PrometheusServer {
  private:
   std::string address_;
   std::string log_folder_;  // where it writes ahead
-  local::ChildProcess process_;
+  host::ChildProcess process_;
 };
 
 }  // namespace tessera::end_to_end

@@ -1,8 +1,8 @@
-// What MetricsServer serves is what Prometheus reads, through the configuration that operators install.
+// Prometheus reads every metric that MetricsServer serves, through the configuration that operators install.
 #include "tests/end_to_end/prometheus_server.h"
 
 #include "gtest/gtest.h"
-#include "local_cluster/local_cluster.h"
+#include "host/temporary_folder.h"
 #include "prometheus/counter.h"
 #include "prometheus/registry.h"
 #include "telemetry/metrics_server.h"
@@ -22,7 +22,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
     return telemetry::HttpReply{.content_type = "application/json", .body = targets.dump()};
   });
 
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const PrometheusServer prometheus((*server)->address(), folder.path());
   nlohmann::json result;
   const auto scraped = [&] {
@@ -40,7 +40,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
 TEST(PrometheusServerTest, TellsWhatIsWrongWithAQuery) {
   auto server = telemetry::MetricsServer::Start("127.0.0.1", 0, nullptr);
   ASSERT_TRUE(server.ok()) << server.status();
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const PrometheusServer prometheus((*server)->address(), folder.path());
   EXPECT_THROW(prometheus.Query("rate("), std::runtime_error);
   EXPECT_TRUE(prometheus.Query("no_such_metric").empty());

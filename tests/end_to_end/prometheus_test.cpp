@@ -8,9 +8,11 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "host/temporary_folder.h"
 #include "local_cluster/local_cluster.h"
 #include "tests/end_to_end/dashboard.h"
 #include "tests/end_to_end/prometheus_server.h"
@@ -27,11 +29,11 @@ constexpr char kRateWindow[] = "5m";
 class PrometheusTest : public ::testing::Test {
  protected:
   struct World {
-    local::TemporaryFolder folder;
+    host::TemporaryFolder folder;
     std::unique_ptr<local::LocalCluster> cluster;
     std::unique_ptr<PrometheusServer> prometheus;
     std::string instance_id;
-    std::unique_ptr<local::ChildProcess> client;
+    std::optional<host::ChildProcess> client;
   };
 
   static void SetUpTestSuite() {
@@ -54,10 +56,12 @@ class PrometheusTest : public ::testing::Test {
     // The client comes when Prometheus has looked once, so that it sees the full snapshot as an increase.
     ASSERT_TRUE(world->prometheus->Until(
         [&] { return world->prometheus->Query("tessera_region_tick > 0").size() == kRegions; }));
-    world->client = std::make_unique<local::ChildProcess>(
-        std::vector<std::string>{support::BinaryPath("tessera"), "--control", world->cluster->control_address(),
-                                 "client", world->instance_id, "--seconds", "600"},
-        world->folder.path() + "/client.log");
+    auto client = host::ChildProcess::Start(
+        {.argv = {support::BinaryPath("tessera"), "--control", world->cluster->control_address(), "client",
+                  world->instance_id, "--seconds", "600"},
+         .log_path = world->folder.path() + "/client.log"});
+    ASSERT_TRUE(client.ok()) << client.status();
+    world->client = *std::move(client);
     world_ = world.release();
   }
 

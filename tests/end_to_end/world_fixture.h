@@ -36,8 +36,8 @@ class WorldTest : public testing::Test {
     return testing::AssertionFailure() << "it ended before, or never: " << what << "\n"
                                        << run_->Latest().ShortDebugString();
   }
-  // Every region's heir has followed it for a second, and every player sees all there is: what moves, and the scene's
-  // ground and walls.
+  // Every region's standby has followed it for a second, and every player sees all there is: what moves, and the
+  // scene's ground and walls.
   testing::AssertionResult PlayUntilProtected() {
     return PlayUntil("all regions protected", [this] {
       const v1::Instance instance = run_->Latest();

@@ -1,17 +1,17 @@
-// A stranger's datagrams at a door, one after the other: what is read says the same when it is written again, nothing
-// is kept of any, and every answer is shorter than its question.
+// Datagrams of an unproven peer at an acceptor: a datagram that is read comes back when it is written again, none
+// leaves anything behind, and every answer is shorter than its question.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
 
-#include "net/door.h"
+#include "net/acceptor.h"
 #include "net/handshake.h"
 #include "net/protocol.h"
 
 namespace {
 
-using namespace tessera::net;  // NOLINT: every name here is of it
+using namespace tessera::net;  // NOLINT: every name here is from it
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr Address kFrom{.host = 0x0200007f, .port = 5000};
@@ -35,16 +35,16 @@ void ReadAll(std::span<const std::uint8_t> bytes) {
   if (const auto refusal = ReadRefusal(bytes)) Require(ReadRefusal(Write(*refusal, kMaxHandshakeBytes)) == refusal);
 }
 
-Door& House() {
-  static Door* house = [] {
-    auto* door = new Door({.max_sessions = 4});
-    door->Open({.instance_id = "plaza-1",
-                .region = tessera::RegionId(1),
-                .incarnation = tessera::Incarnation(1),
-                .key = MakeInstanceKey()});
-    return door;
+Acceptor& TestAcceptor() {
+  static Acceptor* acceptor = [] {
+    auto* acceptor = new Acceptor({.max_sessions = 4});
+    acceptor->Open({.instance_id = "plaza-1",
+                    .region = tessera::RegionId(1),
+                    .incarnation = tessera::Incarnation(1),
+                    .key = MakeInstanceKey()});
+    return acceptor;
   }();
-  return *house;
+  return *acceptor;
 }
 
 }  // namespace
@@ -55,20 +55,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const bool help = (data[0] & 1) != 0;
   Bytes bytes(data + 1, data + size);
   ReadAll(bytes);
-  Door& house = House();
-  const Door::TimePoint now{std::chrono::hours(1)};
+  Acceptor& acceptor = TestAcceptor();
+  const Acceptor::TimePoint now{std::chrono::hours(1)};
   if (auto login = ReadLogin(bytes); login && help) {
     Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = login->session, .nonce = login->nonce});
-    const auto challenge = ReadChallenge(house.Receive(now, 1000, kFrom, hello).bytes);
+    const auto challenge = ReadChallenge(acceptor.Receive(now, 1000, kFrom, hello).bytes);
     Require(challenge.has_value());
     login->cookie = challenge->cookie;
     login->incarnation = challenge->incarnation;
     bytes = Write(*login, SessionKey());
   }
   const std::size_t question = bytes.size();
-  const Door::Received received = house.Receive(now, 1000, kFrom, bytes);
-  Require(received.kind == Door::Received::Kind::kNothing || received.kind == Door::Received::Kind::kReply);
+  const Acceptor::Received received = acceptor.Receive(now, 1000, kFrom, bytes);
+  Require(received.kind == Acceptor::Received::Kind::kNothing || received.kind == Acceptor::Received::Kind::kReply);
   Require(received.bytes.empty() || received.bytes.size() < question);
-  Require(house.sessions() == 0);
+  Require(acceptor.sessions() == 0);
   return 0;
 }

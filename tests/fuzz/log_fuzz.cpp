@@ -8,7 +8,7 @@
 
 #include "core/region/log.h"
 #include "core/region/log_wire.h"
-#include "core/region/standby.h"
+#include "core/region/standby_copy.h"
 
 namespace {
 
@@ -42,7 +42,7 @@ RegionState MakeState() {
     state.bodies.push_back(body);
   }
   state.bodies.push_back({PlayerBodyId(PlayerNumber(1)), Epoch(1), {}});
-  state.controls[PlayerNumber(1)] = {.last_input = 3, .queue = {{5, {1, 0, 0}, {}}}};
+  state.controls[PlayerNumber(1)] = {.last_input = 3, .queue = {{.number = 5, .force_n = {1, 0, 0}}}};
   state.spawned = {PlayerNumber(1)};
   state.touching = {{BodyId(3), BodyId(6), false}};
   KeptGrant& grant = state.grants[{BodyId(20), Epoch(4)}];
@@ -64,16 +64,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::uint64_t sum = LogChecksum(bytes);
     for (int i = 0; i < 8; ++i, sum >>= 8) bytes.push_back(static_cast<std::uint8_t>(sum));
   }
-  Standby standby(RegionId(1), catalog);
-  if ((data[0] & kOnTop) != 0 && !standby.Receive(base).ok()) std::abort();
-  const Bytes before = EncodeState(standby.state());
-  if (!standby.Receive(bytes).ok()) {
-    if (EncodeState(standby.state()) != before) std::abort();
+  StandbyCopy standby_copy(RegionId(1), catalog);
+  if ((data[0] & kOnTop) != 0 && !standby_copy.Receive(base).ok()) std::abort();
+  const Bytes before = EncodeState(standby_copy.state());
+  if (!standby_copy.Receive(bytes).ok()) {
+    if (EncodeState(standby_copy.state()) != before) std::abort();
     return 0;
   }
-  if (!standby.whole()) std::abort();
-  if (!CheckRegionState(standby.state(), catalog).ok()) std::abort();
-  const Bytes again = EncodeState(standby.state());
+  if (!standby_copy.whole()) std::abort();
+  if (!CheckRegionState(standby_copy.state(), catalog).ok()) std::abort();
+  const Bytes again = EncodeState(standby_copy.state());
   const auto state = DecodeState(again, catalog);
   if (!state.ok() || EncodeState(*state) != again) std::abort();
   return 0;

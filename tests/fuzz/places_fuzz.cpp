@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/world/limits.h"
-#include "region_worker/link_message.h"
-#include "region_worker/player_places.h"
+#include "region_worker/core/link_message.h"
+#include "region_worker/core/player_places.h"
 
 namespace {
 
@@ -30,7 +30,7 @@ PlayerPlaces MakePlaces() {
   return places;
 }
 
-std::vector<std::uint8_t> ToldBy(PlayerPlaces places) { return places.Tell(kNow); }
+std::vector<std::uint8_t> WrittenBy(PlayerPlaces places) { return places.Write(kNow); }
 
 bool IsSane(double c) { return std::isfinite(c) && std::abs(c) <= kMaxStatePosition_m; }
 
@@ -49,16 +49,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto message = ReadLinkMessage(std::span(data, size));
   if (!message.has_value() || message->kind != LinkMessageKind::kPlaces) return 0;
   PlayerPlaces places = MakePlaces();
-  const auto before = ToldBy(places);
-  const bool taken = places.Hear(message->bytes, kNow).ok();
-  const auto told = ToldBy(places);
+  const auto before = WrittenBy(places);
+  const bool taken = places.Receive(message->bytes, kNow).ok();
+  const auto told = WrittenBy(places);
   if (!taken && told != before) std::abort();
   CheckPlaces(places);
-  if (places.Hear(message->bytes, kNow).ok() != taken || ToldBy(places) != told) std::abort();
+  if (places.Receive(message->bytes, kNow).ok() != taken || WrittenBy(places) != told) std::abort();
 
   PlayerPlaces next(kRate_hz);
-  if (places.Tell(kNow) != told || !next.Hear(std::span(told).subspan(1), kNow).ok()) std::abort();
-  if (ToldBy(next) != told) std::abort();
-  if (!places.Hear(std::span(told).subspan(1), kNow).ok() || !places.Tell(kLater).empty()) std::abort();
+  if (places.Write(kNow) != told || !next.Receive(std::span(told).subspan(1), kNow).ok()) std::abort();
+  if (WrittenBy(next) != told) std::abort();
+  if (!places.Receive(std::span(told).subspan(1), kNow).ok() || !places.Write(kLater).empty()) std::abort();
   return 0;
 }

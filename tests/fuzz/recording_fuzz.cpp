@@ -9,10 +9,10 @@
 #include "client_sdk/recording.h"
 #include "client_sdk/recording_format.h"
 #include "client_sdk/replay.h"
-#include "core/region/wire.h"
 #include "core/replication/codec/checksum.h"
+#include "core/world/bytes.h"
 #include "core/world/partition_io.h"
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 
 namespace {
 
@@ -21,18 +21,18 @@ using namespace tessera::client;
 using replication::Bytes;
 
 RecordingHeader MakeHeader() {
-  const auto written = ParseScene(R"(name: "f" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
+  const auto loaded =
+      LoadScene(SceneForm::kText, R"(name: "f" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
     bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } })",
-                                  "fuzz");
-  const auto scene = ResolveScene(*written, "fuzz");
-  const auto map = MakeGridMap((*scene)->ground(), 2);
+                "fuzz");
+  const auto map = MakeGridMap(loaded->scene->ground(), 2);
   return {.instance_id = "f",
           .player = PlayerNumber(1),
           .tick_rate_hz = 60,
           .snapshot_rate_hz = 30,
           .started = true,
           .map = ToProto(*map).SerializeAsString(),
-          .scene = written->SerializeAsString()};
+          .scene = loaded->message.SerializeAsString()};
 }
 
 void PutWord(std::string& out, std::uint32_t word) {
@@ -58,7 +58,7 @@ std::string Sealed(std::span<const std::uint8_t> bytes) {
     bytes = bytes.subspan(2 + size);
   }
   // The time of the last entry is not known here, so the end is at the latest there is.
-  region::Writer end;
+  ByteWriter end;
   end.U8(0);
   end.Varint(kMaxTime_us);
   end.Varint(entries);

@@ -1,4 +1,4 @@
-// A connect token: only what was sealed by the key opens.
+// A connect token opens only if the key sealed it.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

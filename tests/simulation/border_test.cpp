@@ -250,7 +250,7 @@ TEST(BorderTest, AWallAlongABorderIsThatOfOneWorldToTheBit) {
   Cluster one = Make(builder, 1), two = Make(builder, 2, pinned);
   one.RunTo(Tick(200));
   two.RunTo(Tick(200));
-  EXPECT_GT(two.region(2).owned_count(), pinned.settings.whole_up_to);
+  EXPECT_GT(two.region(2).owned().size(), pinned.settings.whole_up_to);
   EXPECT_EQ(LargestDistance(one, two), 0.0);
   EXPECT_THAT(two.problems(), IsEmpty());
 }

@@ -1,6 +1,7 @@
 // Borders that close and open again, and borders that nobody is near.
 #include <gmock/gmock.h>
 
+#include "core/region/testing/kept_bodies.h"
 #include "tests/simulation/scene_builder.h"
 #include "tests/simulation/simulation.h"
 
@@ -38,15 +39,15 @@ TEST(ClosingTest, ASilentBorderClosesAndTheRestGoesOnAndItOpensAgain) {
   simulation.RunTo(Tick(30));
   simulation.CutBetween(kFirst, kSecond, Milliseconds(1000));
   simulation.RunFor(Milliseconds(600));
-  EXPECT_FALSE(simulation.worker(1).region().IsOpen(kSecond));
-  EXPECT_FALSE(simulation.worker(2).region().IsOpen(kFirst));
-  EXPECT_TRUE(simulation.worker(1).region().IsOpen(RegionId(3)));
+  EXPECT_FALSE(simulation.worker(1).region().IsLinkUp(kSecond));
+  EXPECT_FALSE(simulation.worker(2).region().IsLinkUp(kFirst));
+  EXPECT_TRUE(simulation.worker(1).region().IsLinkUp(RegionId(3)));
   const Tick then = simulation.tick();
   simulation.RunFor(Milliseconds(300));
   EXPECT_GE(simulation.tick() - then, 15);
   simulation.RunFor(Milliseconds(200));
   simulation.Settle();
-  EXPECT_TRUE(simulation.worker(1).region().IsOpen(kSecond));
+  EXPECT_TRUE(simulation.worker(1).region().IsLinkUp(kSecond));
   EXPECT_THAT(simulation.problems(), IsEmpty());
 }
 
@@ -84,7 +85,7 @@ TEST(ClosingTest, ABodyThatIsBeingHandedOverWhenTheBorderClosesIsNeitherLostNorD
     for (const auto& [id, state] : simulation.States()) {
       EXPECT_NEAR(state.linear_velocity.x, 3, 0.01) << "body " << id << ", cut at tick " << when;
     }
-    for (auto& [id, worker] : simulation.workers()) EXPECT_EQ(worker->region().unconfirmed_grants(), 0U);
+    for (auto& [id, worker] : simulation.workers()) EXPECT_TRUE(region::KeptBodies(worker->region()).empty());
   }
 }
 
@@ -106,7 +107,7 @@ TEST(QuietBorderTest, WaitsForNobody) {
   builder.Add(Ball(0.5), {-12, 0, 0}, {0, 0, 1}).may_sleep = false;
   builder.Add(Ball(0.5), {12, 0, 0}, {0, 0, 1}).may_sleep = false;
   Simulation simulation = Make(builder, 2);
-  simulation.RunTo(Tick(45));  // right after both have vouched
+  simulation.RunTo(Tick(45));  // right after both have promised
   const Tick before = simulation.worker(1).region().tick();
   simulation.Stall(kSecond, Milliseconds(80));
   simulation.RunFor(Milliseconds(84));

@@ -121,7 +121,6 @@ void Cluster::StepOne(region::Region& region) {
   }
   totals_.handovers += result.handed_in;
   totals_.max_ghosts = std::max<std::uint64_t>(totals_.max_ghosts, region.ghost_count());
-  totals_.max_prediction_error_m = std::max(totals_.max_prediction_error_m, result.max_prediction_error_m);
   totals_.events.insert(totals_.events.end(), result.events.begin(), result.events.end());
   totals_.nonfinite.insert(totals_.nonfinite.end(), result.nonfinite.begin(), result.nonfinite.end());
   Send(region.id(), std::move(result.frames));
@@ -188,7 +187,7 @@ void Cluster::RemovePlayer(PlayerNumber player) {
   for (const auto& region : regions_) region->RemovePlayer(player);
 }
 
-absl::Status Cluster::QueueInput(const region::PlayerInput& input) {
+absl::Status Cluster::QueueInput(const PlayerInput& input) {
   const RegionId owner = OwnerOf(input.body);
   if (owner == RegionId()) return absl::NotFoundError("nobody owns it");
   return region(owner.value()).QueueInput(input);

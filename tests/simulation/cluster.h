@@ -29,7 +29,7 @@ namespace tessera::simulation {
 struct ClusterOptions {
   std::uint64_t seed = 1;
   std::uint32_t max_delay_rounds = 3;
-  region::Settings settings;
+  region::RegionSettings settings;
   // Called with each frame as it is sent.
   std::function<void(RegionId from, const region::OutgoingFrame&)> on_frame;
 };
@@ -37,7 +37,6 @@ struct ClusterOptions {
 struct Totals {
   std::uint64_t handovers = 0, frame_bytes = 0, frames = 0;
   std::uint64_t max_ghosts = 0;
-  double max_prediction_error_m = 0;
   std::vector<physics::PairEvent> events;
   std::vector<BodyId> nonfinite;
 };
@@ -57,7 +56,7 @@ class Cluster {
   void SpawnPlayer(PlayerNumber player, std::uint32_t region);
   void RemovePlayer(PlayerNumber player);
   // Offered to the region that owns the body now.
-  absl::Status QueueInput(const region::PlayerInput& input);
+  absl::Status QueueInput(const PlayerInput& input);
 
   // Called with each result of each region, in the order of stepping.
   std::function<void(RegionId, const region::StepResult&)> on_step;

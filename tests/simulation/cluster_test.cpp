@@ -1,5 +1,6 @@
 // Whole instances: nothing is lost or doubled, and the network's whims do not matter.
 #include "tests/simulation/cluster.h"
+#include "core/region/testing/kept_bodies.h"
 
 #include <gmock/gmock.h>
 
@@ -9,7 +10,7 @@
 #include <limits>
 #include <sstream>
 
-#include "core/world/scene_io.h"
+#include "core/world/scene_load.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {
@@ -64,9 +65,9 @@ TEST(ClusterTest, AVortexThroughFourRegionsLosesAndDoublesNothing) {
   EXPECT_THAT(cluster.totals().nonfinite, IsEmpty());
   EXPECT_EQ(cluster.States().size(), 300U);
   EXPECT_GT(cluster.totals().handovers, 300U);
-  std::size_t unconfirmed = 0;
-  for (std::uint32_t id = 1; id <= 4; ++id) unconfirmed += cluster.region(id).unconfirmed_grants();
-  EXPECT_LE(unconfirmed, 8U) << "of " << cluster.totals().handovers;
+  std::size_t unacknowledged = 0;
+  for (std::uint32_t id = 1; id <= 4; ++id) unacknowledged += region::KeptBodies(cluster.region(id)).size();
+  EXPECT_LE(unacknowledged, 8U) << "of " << cluster.totals().handovers;
   const double per_tick = static_cast<double>(cluster.totals().frame_bytes) / 1200;
   std::printf(
       "vortex, 4 regions, 300 bodies, 1200 ticks: %lu handovers, %lu ghosts at most in a region, %.0f bytes a tick\n",
@@ -159,10 +160,10 @@ absl::StatusOr<std::shared_ptr<const Scene>> ShippedScene(const std::string& nam
   std::ifstream file(path);
   std::stringstream text;
   text << file.rdbuf();
-  absl::StatusOr<v1::Scene> written = ParseScene(text.str(), path);
-  if (!written.ok()) return written.status();
-  OverrideScatterCount(*written, bodies);
-  return ResolveScene(*written, path);
+  absl::StatusOr<LoadedScene> loaded =
+      LoadScene(SceneForm::kText, text.str(), path, {.scatter_count = bodies, .hash = {}});
+  if (!loaded.ok()) return loaded.status();
+  return loaded->scene;
 }
 
 // Dumbbells are driven along the walls in rows, lying in each other's hollows.

@@ -8,7 +8,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr std::uint8_t kLog = 10, kAcknowledgement = 11, kAskWhole = 12;
+constexpr std::uint8_t kLog = SimulatedRegion::kFirstOtherKind, kAcknowledgement = kLog + 1, kAskWhole = kLog + 2;
 constexpr Micros kLook = Milliseconds(50);  // between looks at a planned map
 
 Bytes Packed(Tick tick) {
@@ -23,26 +23,20 @@ Tick Unpacked(std::span<const std::uint8_t> bytes) {
   return Tick(value);
 }
 
-const MapRegion* Entry(const PartitionMap& map, RegionId region) {
-  const auto it = std::ranges::find(map.regions(), region, &MapRegion::id);
-  return it == map.regions().end() ? nullptr : &*it;
-}
-
 }  // namespace
 
 Control::Control(Simulation& simulation, const PartitionMap& map, const ControlOptions& options)
     : simulation_(simulation), options_(options), map_(map), versions_(map.version().value()) {
-  simulation.on_worker_started = [this](Worker& worker) { Protect(worker); };
-  simulation.on_step = [this](Worker& worker, const region::StepResult& result) { Stepped(worker, result); };
-  simulation.on_message = [this](Worker& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
-    OnMessage(worker, from, kind, bytes);
-  };
+  simulation.on_worker_started = [this](SimulatedRegion& worker) { Protect(worker); };
+  simulation.on_step = [this](SimulatedRegion& worker, const region::StepResult& result) { Stepped(worker, result); };
+  simulation.on_message = [this](SimulatedRegion& worker, Node from, std::uint8_t kind,
+                                 std::span<const std::uint8_t> bytes) { OnMessage(worker, from, kind, bytes); };
   simulation.on_killed = [this](RegionId region) { Killed(region); };
   simulation.more_copies = [this](std::vector<BodyId>& held) {
-    for (const auto& [holder, wards] : standbys_) {
-      for (const auto& [region, standby] : wards) {
-        for (const region::StateBody& body : standby.state().bodies) held.push_back(body.id);
-        for (const auto& [key, grant] : standby.state().grants) held.push_back(key.first);
+    for (const auto& [holder, primaries] : standby_copies_) {
+      for (const auto& [region, standby_copy] : primaries) {
+        for (const region::StateBody& body : standby_copy.state().bodies) held.push_back(body.id);
+        for (const auto& [key, grant] : standby_copy.state().grants) held.push_back(key.first);
       }
     }
   };
@@ -66,19 +60,19 @@ void Control::ToWorker(RegionId region, Action action) {
 // --- Logs.
 
 // One that joins is in the next map only.
-RegionId Control::HeirOf(RegionId region) const {
-  const MapRegion* entry = Entry(map_, region);
-  if (entry == nullptr && plan_) entry = Entry(plan_->next, region);
-  return entry == nullptr ? RegionId() : entry->heir;
+RegionId Control::StandbyOf(RegionId region) const {
+  const MapRegion* entry = map_.Find(region);
+  if (entry == nullptr && plan_) entry = plan_->next.Find(region);
+  return entry == nullptr ? RegionId() : entry->standby;
 }
 
-void Control::Protect(Worker& worker) {
-  const RegionId heir = HeirOf(worker.id());
-  worker.region().SetStandby(heir != RegionId());
-  if (heir != RegionId()) simulation_.network().Link(worker.node(), heir.value());
+void Control::Protect(SimulatedRegion& worker) {
+  const RegionId standby = StandbyOf(worker.id());
+  worker.region().SetStandby(standby != RegionId());
+  if (standby != RegionId()) simulation_.network().Link(worker.node(), standby.value());
 }
 
-void Control::Stepped(Worker& worker, const region::StepResult& result) {
+void Control::Stepped(SimulatedRegion& worker, const region::StepResult& result) {
   last_tick_[worker.id()] = result.tick;
   std::vector<BodyId>& owned = last_owned_[worker.id()];
   owned.clear();
@@ -86,32 +80,32 @@ void Control::Stepped(Worker& worker, const region::StepResult& result) {
   SendLog(worker, result);
 }
 
-void Control::SendLog(Worker& worker, const region::StepResult& result) {
-  const RegionId heir = HeirOf(worker.id());
-  if (result.log.empty() || heir == RegionId() || held_logs_.contains(worker.id())) return;
+void Control::SendLog(SimulatedRegion& worker, const region::StepResult& result) {
+  const RegionId standby = StandbyOf(worker.id());
+  if (result.log.empty() || standby == RegionId() || held_logs_.contains(worker.id())) return;
   ++totals_.log_messages;
   totals_.log_bytes += result.log.size();
-  (void)worker.SendOther(heir.value(), kLog, result.log);
+  (void)worker.SendOther(standby.value(), kLog, result.log);
 }
 
-void Control::OnMessage(Worker& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+void Control::OnMessage(SimulatedRegion& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
   const RegionId sender(from);
   if (kind == kLog) {
     if (dead_.contains(sender) || retired_.contains(sender)) return;  // the promise: nothing more is acknowledged
-    region::Standby& standby =
-        standbys_[worker.id()].try_emplace(sender, sender, worker.region().catalog()).first->second;
-    if (standby.Receive(bytes).ok()) {
+    region::StandbyCopy& standby_copy =
+        standby_copies_[worker.id()].try_emplace(sender, sender, worker.region().catalog()).first->second;
+    if (standby_copy.Receive(bytes).ok()) {
       asked_.erase(sender);
-      (void)worker.SendOther(from, kAcknowledgement, Packed(standby.tick()));
+      (void)worker.SendOther(from, kAcknowledgement, Packed(standby_copy.tick()));
     } else if (!asked_.contains(sender) || last_tick_[sender] - asked_[sender] > 20) {
       asked_[sender] = last_tick_[sender];
       (void)worker.SendOther(from, kAskWhole, {});
     }
   } else if (kind == kAcknowledgement) {
-    if (HeirOf(worker.id()) != sender) return;
+    if (StandbyOf(worker.id()) != sender) return;
     worker.region().LogAcknowledged(Unpacked(bytes));
-    for (auto& [holder, wards] : standbys_) {
-      if (holder != sender) wards.erase(worker.id());
+    for (auto& [holder, primaries] : standby_copies_) {
+      if (holder != sender) primaries.erase(worker.id());
     }
   } else if (kind == kAskWhole) {
     ++totals_.whole_logs;
@@ -121,10 +115,10 @@ void Control::OnMessage(Worker& worker, Node from, std::uint8_t kind, std::span<
 
 std::optional<Tick> Control::StandbyTick(RegionId region) const {
   std::optional<Tick> newest;
-  for (const auto& [holder, wards] : standbys_) {
-    const auto ward = wards.find(region);
-    if (ward == wards.end() || !ward->second.whole()) continue;
-    if (!newest || ward->second.tick() > *newest) newest = ward->second.tick();
+  for (const auto& [holder, primaries] : standby_copies_) {
+    const auto primary = primaries.find(region);
+    if (primary == primaries.end() || !primary->second.whole()) continue;
+    if (!newest || primary->second.tick() > *newest) newest = primary->second.tick();
   }
   return newest;
 }
@@ -137,25 +131,25 @@ void Control::HoldLog(RegionId region, bool held) {
   }
 }
 
-std::vector<const region::Standby*> Control::WardsOf(RegionId holder) const {
-  std::vector<const region::Standby*> wards;
-  const auto found = standbys_.find(holder);
-  if (found == standbys_.end()) return wards;
-  for (const auto& [region, standby] : found->second) {
-    if (dead_.contains(region)) wards.push_back(&standby);
+std::vector<const region::StandbyCopy*> Control::PrimariesOf(RegionId holder) const {
+  std::vector<const region::StandbyCopy*> primaries;
+  const auto found = standby_copies_.find(holder);
+  if (found == standby_copies_.end()) return primaries;
+  for (const auto& [region, standby_copy] : found->second) {
+    if (dead_.contains(region)) primaries.push_back(&standby_copy);
   }
-  return wards;
+  return primaries;
 }
 
 // --- Deaths.
 
 void Control::Killed(RegionId region) {
-  standbys_.erase(region);
+  standby_copies_.erase(region);
   if (retired_.contains(region)) return;
   if (!StandbyTick(region)) {
     for (const BodyId id : last_owned_[region]) simulation_.ledger().Excuse(id);
   }
-  // What it was heir to and had not been taken up is gone with it.
+  // What it was standby to and had not been taken up is gone with it.
   for (const RegionId dead : dead_) {
     if (StandbyTick(dead)) continue;
     for (const BodyId id : last_owned_[dead]) simulation_.ledger().Excuse(id);
@@ -166,10 +160,11 @@ void Control::Killed(RegionId region) {
   After(options_.detection, [this] { BeginFailover(); });
 }
 
-void Control::AssignHeirs() {
+void Control::AssignStandbys() {
   std::vector<MapRegion> regions(map_.regions().begin(), map_.regions().end());
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (regions[i].heir == RegionId() && regions.size() > 1) regions[i].heir = regions[(i + 1) % regions.size()].id;
+    if (regions[i].standby == RegionId() && regions.size() > 1)
+      regions[i].standby = regions[(i + 1) % regions.size()].id;
   }
   map_ = *PartitionMap::Create(map_.version(), map_.bounds(), {map_.cells().begin(), map_.cells().end()},
                                std::move(regions));
@@ -188,12 +183,12 @@ void Control::BeginFailover() {
   }
   if (gone.empty() || gone.size() == map_.regions().size()) return;
   map_ = *FailoverMap(map_, gone, MapVersion(++versions_));
-  AssignHeirs();
+  AssignStandbys();
   inventories_.clear();
   resumed_.clear();
   for (const MapRegion& region : map_.regions()) {
-    ToWorker(region.id, [this, map = map_](Worker& worker) {
-      const auto inventory = worker.region().BeginFailover(map, WardsOf(worker.id()));
+    ToWorker(region.id, [this, map = map_](SimulatedRegion& worker) {
+      const auto inventory = worker.region().BeginFailover(map, PrimariesOf(worker.id()));
       if (inventory.ok()) Message([this, inventory = *inventory] { TakeInventory(inventory); });
     });
   }
@@ -218,7 +213,7 @@ void Control::Resolved() {
     return simulation_.ledger().Problem(simulation_.tick(), "no resolution: " + resolution.status().ToString());
   }
   for (const region::Takeover& takeover : resolution->takeovers) {
-    ++(takeover.revived ? totals_.revived : totals_.adopted);
+    ++(takeover.from_grant ? totals_.from_grant : totals_.adopted);
     if (takeover.from == RegionId()) continue;
     const Tick tick = *StandbyTick(takeover.from);
     totals_.max_age_ticks = std::max(totals_.max_age_ticks, died_at_[takeover.from] - tick);
@@ -226,29 +221,27 @@ void Control::Resolved() {
   for (const BodyId id : resolution->lost) simulation_.ledger().Excuse(id);
   totals_.pending += resolution->pending.size();
   totals_.lost += resolution->lost.size();
-  totals_.without_standby += resolution->without_standby.size();
+  totals_.without_copy += resolution->without_copy.size();
   for (const MapRegion& region : map_.regions()) {
-    ToWorker(region.id, [this, resolution = *resolution](Worker& worker) { Resume(worker, resolution); });
+    ToWorker(region.id, [this, resolution = *resolution](SimulatedRegion& worker) { Resume(worker, resolution); });
   }
 }
 
-void Control::Resume(Worker& worker, const region::Resolution& resolution) {
+void Control::Resume(SimulatedRegion& worker, const region::Resolution& resolution) {
   if (resolution.version != map_.version() || !worker.region().halted()) return;
   Protect(worker);
-  absl::StatusOr<region::StepResult> result = worker.region().Resume(resolution, WardsOf(worker.id()));
+  absl::StatusOr<region::StepResult> result = worker.region().Resume(resolution, PrimariesOf(worker.id()));
   if (!result.ok()) {
     return simulation_.ledger().Problem(worker.region().tick(), "no resuming: " + result.status().ToString());
   }
   for (const RegionId neighbor : worker.region().neighbors()) {
     simulation_.network().Link(worker.node(), neighbor.value());
   }
-  worker.Send(std::move(result->frames));
-  worker.on_step(worker, *result);
-  worker.Advance();
+  worker.Resumed(*std::move(result));
   resumed_.insert(worker.id());
   if (resumed_.size() < map_.regions().size()) return;
-  for (auto& [holder, wards] : standbys_) {
-    for (const RegionId dead : dead_) wards.erase(dead);
+  for (auto& [holder, primaries] : standby_copies_) {
+    for (const RegionId dead : dead_) primaries.erase(dead);
   }
   ++totals_.failovers;
   totals_.max_gap = std::max(totals_.max_gap, simulation_.timeline().now() - *failover_begun_);
@@ -279,7 +272,7 @@ void Control::SendPlan() {
   plan_->knows.clear();
   plan_->answers = 0;
   for (const MapRegion& region : map_.regions()) {
-    ToWorker(region.id, [this, next = plan_->next, effective = plan_->effective](Worker& worker) {
+    ToWorker(region.id, [this, next = plan_->next, effective = plan_->effective](SimulatedRegion& worker) {
       const absl::Status status = worker.region().Announce(next, effective);
       for (const RegionId neighbor : next.Neighbors(worker.id())) {
         simulation_.network().Link(worker.node(), neighbor.value());
@@ -295,7 +288,7 @@ void Control::SendPlan() {
 
 void Control::SendCommit() {
   for (const MapRegion& region : map_.regions()) {
-    ToWorker(region.id, [this, version = plan_->next.version(), effective = plan_->effective](Worker& worker) {
+    ToWorker(region.id, [this, version = plan_->next.version(), effective = plan_->effective](SimulatedRegion& worker) {
       const bool ok = worker.region().Commit(version).ok();
       Message([this, ok, version, effective] {
         if (!plan_ || plan_->next.version() != version || plan_->effective != effective) return;
@@ -314,7 +307,7 @@ void Control::SendCommit() {
 void Control::StartJoining() {
   for (const MapRegion& region : plan_->next.regions()) {
     // One that has died without anybody knowing yet is no newcomer.
-    if (simulation_.Alive(region.id) || Entry(map_, region.id) != nullptr) continue;
+    if (simulation_.Alive(region.id) || map_.HasRegion(region.id)) continue;
     retired_.erase(region.id);
     auto nothing = std::make_shared<region::RegionState>();
     nothing->tick = Tick(plan_->effective.value() - 1);
@@ -346,14 +339,14 @@ void Control::WatchPlan() {
     plan_.reset();
     std::vector<RegionId> empty;
     for (const auto& [id, worker] : workers) {
-      if (std::ranges::find(map_.regions(), id, &MapRegion::id) == map_.regions().end()) empty.push_back(id);
+      if (!map_.HasRegion(id)) empty.push_back(id);
     }
     for (const RegionId id : empty) {
       retired_.insert(id);
-      for (auto& [holder, wards] : standbys_) wards.erase(id);
+      for (auto& [holder, primaries] : standby_copies_) primaries.erase(id);
       simulation_.Kill(id);
     }
-    AssignHeirs();
+    AssignStandbys();
     for (const auto& [id, worker] : workers) Protect(*worker);
   });
 }

@@ -1,8 +1,8 @@
 // Control: what a control plane, agents and the shells of workers do about deaths and planned maps, in a Simulation.
 //
-// Each worker streams its log to its heir, which acknowledges it. When a worker dies, a failover map goes to those that
-// live, their inventories come back, one resolution goes out. A planned map is announced, committed, and settled when
-// nobody owns bodies in another's cells. All messages take times drawn from the simulation's seed.
+// Each worker streams its log to its standby, which acknowledges it. When a worker dies, a failover map goes to those
+// that live, their inventories come back, one resolution goes out. A planned map is announced, committed, and settled
+// when nobody owns bodies in another's cells. All messages take times drawn from the simulation's seed.
 //
 //   std::unique_ptr<Control> control;
 //   Simulation simulation(scene, map, {.attach = [&](Simulation& s) { control = std::make_unique<Control>(s, map); }});
@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "core/region/resolve.h"
-#include "core/region/standby.h"
+#include "core/region/standby_copy.h"
 #include "tests/simulation/simulation.h"
 
 namespace tessera::simulation {
@@ -32,12 +32,12 @@ struct ControlOptions {
 };
 
 struct ControlTotals {
-  std::uint64_t failovers = 0;                          // that were carried out
-  std::uint64_t adopted = 0, revived = 0, pending = 0;  // bodies
-  std::uint64_t lost = 0;                               // bodies that nobody had
-  std::uint64_t without_standby = 0;                    // dead regions
-  std::int64_t max_age_ticks = 0;                       // of states out of standbys, at the death of their region
-  Micros max_gap = 0;                                   // from a death until all have resumed
+  std::uint64_t failovers = 0;                             // that were carried out
+  std::uint64_t adopted = 0, from_grant = 0, pending = 0;  // bodies
+  std::uint64_t lost = 0;                                  // bodies that nobody had
+  std::uint64_t without_copy = 0;                          // dead regions
+  std::int64_t max_age_ticks = 0;                          // of states out of standbys, at the death of their region
+  Micros max_gap = 0;                                      // from a death until all have resumed
   std::uint64_t whole_logs = 0, log_messages = 0, log_bytes = 0;
   std::uint64_t planned = 0, refused = 0;  // maps that came into force; commits that came too late
 };
@@ -54,9 +54,9 @@ class Control {
   bool failing_over() const { return failover_begun_.has_value(); }
   const PartitionMap& map() const { return map_; }
   const ControlTotals& totals() const { return totals_; }
-  // Ticks that the heir of a region has; none if nobody has any.
+  // Ticks that the standby of a region has; none if nobody has any.
   std::optional<Tick> StandbyTick(RegionId region) const;
-  // Its log does not reach its heir any more, or does again.
+  // Its log does not reach its standby any more, or does again.
   void HoldLog(RegionId region, bool held);
 
  private:
@@ -73,19 +73,19 @@ class Control {
   template <class Action>
   void ToWorker(RegionId region, Action action);
 
-  void Stepped(Worker& worker, const region::StepResult& result);
-  void SendLog(Worker& worker, const region::StepResult& result);
-  void OnMessage(Worker& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes);
-  RegionId HeirOf(RegionId region) const;
-  void Protect(Worker& worker);
+  void Stepped(SimulatedRegion& worker, const region::StepResult& result);
+  void SendLog(SimulatedRegion& worker, const region::StepResult& result);
+  void OnMessage(SimulatedRegion& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes);
+  RegionId StandbyOf(RegionId region) const;
+  void Protect(SimulatedRegion& worker);
   void Killed(RegionId region);
-  std::vector<const region::Standby*> WardsOf(RegionId holder) const;
+  std::vector<const region::StandbyCopy*> PrimariesOf(RegionId holder) const;
 
   void BeginFailover();
   void TakeInventory(const region::Inventory& inventory);
   void Resolved();
-  void Resume(Worker& worker, const region::Resolution& resolution);
-  void AssignHeirs();
+  void Resume(SimulatedRegion& worker, const region::Resolution& resolution);
+  void AssignStandbys();
 
   void SendPlan();
   void SendCommit();
@@ -97,8 +97,8 @@ class Control {
   PartitionMap map_;  // the newest that was ordered
   ControlTotals totals_;
   std::uint64_t versions_ = 0, incarnations_ = 1;
-  std::map<RegionId, std::map<RegionId, region::Standby>> standbys_;  // by holder, by whose they are
-  std::map<RegionId, Tick> asked_;                                    // for a whole state, by whose
+  std::map<RegionId, std::map<RegionId, region::StandbyCopy>> standby_copies_;  // by holder, by whose they are
+  std::map<RegionId, Tick> asked_;                                              // for a whole state, by whose
   std::map<RegionId, Tick> last_tick_;
   std::map<RegionId, std::vector<BodyId>> last_owned_;
   std::set<RegionId> held_logs_, retired_;

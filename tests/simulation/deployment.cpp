@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/queries.h"
+#include "core/region/testing/kept_bodies.h"
 #include "core/world/partition_change.h"
 
 namespace tessera::simulation {
@@ -14,9 +16,9 @@ constexpr std::uint64_t kTicksSettling = 10;
 constexpr int kFreezes = 20;
 
 // A ledger knows owners by number: that of a life.
-RegionId LifeOf(const DeployedWorker& worker) { return RegionId(worker.node()); }
+RegionId LifeOf(const SimulatedWorker& worker) { return RegionId(worker.node()); }
 
-std::string Name(const DeployedWorker& worker) {
+std::string Name(const SimulatedWorker& worker) {
   return absl::StrCat("region ", worker.identity().region.value(), "#", worker.identity().incarnation.value(),
                       " on host ", worker.place());
 }
@@ -30,11 +32,11 @@ Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptio
       ledger_(std::make_unique<Ledger>(*around_.scene)),
       regions_(options.regions) {
   around_.settings = options.settings;
-  around_.on_step = [this](DeployedWorker& worker, const region::StepResult& result) { Stepped(worker, result); };
-  around_.on_takeover = [this](DeployedWorker& worker, const worker::OrderedFailover& failover) {
+  around_.on_step = [this](SimulatedWorker& worker, const region::StepResult& result) { Stepped(worker, result); };
+  around_.on_takeover = [this](SimulatedWorker& worker, const worker::OrderedFailover& failover) {
     TakenOver(worker, failover);
   };
-  around_.on_failure = [this](DeployedWorker& worker, const std::string& what) {
+  around_.on_failure = [this](SimulatedWorker& worker, const std::string& what) {
     ledger_->Problem(tick(), absl::StrCat(Name(worker), " failed: ", what));
   };
   Begin(options);
@@ -48,9 +50,9 @@ void Deployment::Begin(const DeploymentOptions& options) {
     v1::AddHostRequest request;
     request.set_name(absl::StrCat("host", i));
     const auto added =
-        control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.AddHost(now, request); });
-    hosts_.push_back(std::make_unique<DeployedHost>(around_, control_, i, options.capacity, added->join_token()));
-    hosts_.back()->on_ending = [this](DeployedWorker& worker) { Ending(worker); };
+        control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.AddHost(now, request); });
+    hosts_.push_back(std::make_unique<SimulatedHost>(around_, control_, i, options.capacity, added->join_token()));
+    hosts_.back()->on_ending = [this](SimulatedWorker& worker) { Ending(worker); };
     hosts_.back()->StartAgent();
   }
   RunUntil(kPatience, [&] { return std::ranges::all_of(hosts_, [](const auto& host) { return host->admitted(); }); });
@@ -71,7 +73,7 @@ void Deployment::Begin(const DeploymentOptions& options) {
   }
   if (around_.scene->player) plan.spawn_points = around_.scene->player->spawn_points;
   const auto made = control_.Call(
-      [&](control::Cluster& cluster, control::Moment now) { return cluster.CreateInstance(now, plan, false); });
+      [&](control::Cluster& cluster, control::Now now) { return cluster.CreateInstance(now, plan, false); });
   if (!made.ok()) return ledger_->Problem(Tick(), std::string(made.status().message()));
   id_ = made->id();
 }
@@ -82,23 +84,23 @@ void Deployment::RunFor(Micros time) {
   around_.timeline.AdvanceTo(end);
   if (!control_.alive()) return;
   const auto seen =
-      control_.Call([this](control::Cluster& cluster, control::Moment) { return cluster.GetInstance(id_); });
+      control_.Call([this](control::Cluster& cluster, control::Now) { return GetInstance(cluster.state(), id_); });
   if (seen.ok()) last_seen_ = *seen;
   TakeAnswers();
 }
 
 v1::Instance Deployment::instance() const { return last_seen_; }
 
-std::vector<DeployedWorker*> Deployment::Workers() const {
-  std::vector<DeployedWorker*> all;
+std::vector<SimulatedWorker*> Deployment::Workers() const {
+  std::vector<SimulatedWorker*> all;
   for (const auto& host : hosts_) {
-    for (DeployedWorker* worker : host->workers()) all.push_back(worker);
+    for (SimulatedWorker* worker : host->workers()) all.push_back(worker);
   }
   return all;
 }
 
-DeployedWorker* Deployment::Find(RegionId region) {
-  for (DeployedWorker* worker : Workers()) {
+SimulatedWorker* Deployment::Find(RegionId region) {
+  for (SimulatedWorker* worker : Workers()) {
     if (worker->identity().region == region && Counts(*worker)) return worker;
   }
   return nullptr;
@@ -106,13 +108,13 @@ DeployedWorker* Deployment::Find(RegionId region) {
 
 void Deployment::Kill(RegionId region) { Kill(*Find(region)); }
 
-void Deployment::Kill(const DeployedWorker& worker) {
+void Deployment::Kill(const SimulatedWorker& worker) {
   const worker::Identity& identity = worker.identity();
   host(worker.place()).KillWorker({identity.instance_id, identity.region.value(), identity.incarnation.value()});
 }
 
-DeployedWorker* Deployment::Newcomer() const {
-  for (DeployedWorker* worker : Workers()) {
+SimulatedWorker* Deployment::Newcomer() const {
+  for (SimulatedWorker* worker : Workers()) {
     if (worker->order().joins_running && Counts(*worker)) return worker;
   }
   return nullptr;
@@ -123,8 +125,8 @@ bool Deployment::Scale(std::uint32_t regions) {
   v1::ScaleInstanceRequest request;
   request.set_id(id_);
   request.set_regions(regions);
-  const auto taken = control_.Call(
-      [&](control::Cluster& cluster, control::Moment now) { return cluster.ScaleInstance(now, request); });
+  const auto taken =
+      control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.ScaleInstance(now, request); });
   if (taken.ok()) regions_ = regions;
   return taken.ok();
 }
@@ -134,13 +136,12 @@ bool Deployment::Calm() const {
 }
 
 bool Deployment::Still() const {
-  const std::vector<DeployedWorker*> workers = Workers();
+  const std::vector<SimulatedWorker*> workers = Workers();
   if (workers.size() != regions_ || (control_.alive() && last_seen_.changes_size() > 0)) return false;
-  const MapVersion version =
-      workers.front()->worker() ? workers.front()->worker()->region().map().version() : MapVersion();
-  return std::ranges::all_of(workers, [&](const DeployedWorker* worker) {
-    if (!worker->Moves() || !worker->whole() || !Counts(*worker)) return false;
-    const region::Region& region = worker->worker()->region();
+  const MapVersion version = workers.front()->region() ? workers.front()->region()->map().version() : MapVersion();
+  return std::ranges::all_of(workers, [&](const SimulatedWorker* worker) {
+    if (!worker->Moves() || !worker->Protected() || !Counts(*worker)) return false;
+    const region::Region& region = *worker->region();
     return region.map().version() == version && !region.committed() && !InTransition(region.map()) &&
            region.map().version().value() == last_seen_.map().version();
   });
@@ -162,17 +163,16 @@ void Deployment::Settle() {
   if (!AwaitCalm(kPatience)) return ledger_->Problem(tick(), "it does not stay at rest:" + Standing());
   if (!Freeze()) return ledger_->Problem(tick(), "there is no end to changes:" + Standing());
   const Tick end = tick() + kTicksSettling;
-  for (DeployedWorker* worker : Workers()) worker->worker()->set_target(end);
+  for (SimulatedWorker* worker : Workers()) worker->set_target(end);
   const auto there = [&] {
-    return std::ranges::all_of(Workers(),
-                               [&](DeployedWorker* worker) { return worker->worker()->region().tick() >= end; });
+    return std::ranges::all_of(Workers(), [&](SimulatedWorker* worker) { return worker->region()->tick() >= end; });
   };
   if (!RunUntil(kPatience, there)) return ledger_->Problem(tick(), "ticks differ at the end:" + Standing());
   std::vector<BodyId> owned;
-  for (DeployedWorker* worker : Workers()) {
-    if (worker->worker()->region().tick() != end) ledger_->Problem(tick(), "ticks differ at the end");
-    for (const region::OwnedBody& body : worker->worker()->region().owned()) owned.push_back(body.def->id);
-    worker->worker()->set_target(Tick(~Tick::rep{0} >> 1));
+  for (SimulatedWorker* worker : Workers()) {
+    if (worker->region()->tick() != end) ledger_->Problem(tick(), "ticks differ at the end");
+    for (const region::OwnedBody& body : worker->region()->owned()) owned.push_back(body.def->id);
+    worker->set_target(Tick(~Tick::rep{0} >> 1));
   }
   ledger_->CheckOwners(end, owned);
   CheckHealths(end);
@@ -205,27 +205,27 @@ Tick Deployment::tick() const {
   return newest;
 }
 
-void Deployment::Stepped(DeployedWorker& worker, const region::StepResult& result) {
+void Deployment::Stepped(SimulatedWorker& worker, const region::StepResult& result) {
   ++totals_.steps;
   totals_.handovers += result.handed_out;
   if (before_.contains(worker.node())) return;
   if (!Counts(worker)) {
     return ledger_->Problem(result.tick, Name(worker) + " steps though its place was taken");
   }
-  ledger_->Stepped(LifeOf(worker), result.tick, worker.worker()->region().owned(), result);
+  ledger_->Stepped(LifeOf(worker), result.tick, worker.region()->owned(), result);
   last_step_[worker.node()] = result.tick;
   CheckOthers(worker);
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
 }
 
-void Deployment::CheckOthers(DeployedWorker& worker) {
-  const region::Region& region = worker.worker()->region();
-  for (DeployedWorker* other : Workers()) {
+void Deployment::CheckOthers(SimulatedWorker& worker) {
+  const region::Region& region = *worker.region();
+  for (SimulatedWorker* other : Workers()) {
     if (other == &worker || !other->Moves() || before_.contains(other->node())) continue;
     if (other->identity().region == worker.identity().region) {
       ledger_->Problem(region.tick(), absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
     }
-    const region::Region& its = other->worker()->region();
+    const region::Region& its = *other->region();
     if (its.tick() != region.tick()) continue;
     for (const region::OwnedBody& body : region.owned()) {
       if (!its.Owns(body.def->id)) continue;
@@ -236,12 +236,12 @@ void Deployment::CheckOthers(DeployedWorker& worker) {
 }
 
 // Whoever is declared dead owns nothing any more, and may not step again.
-void Deployment::TakenOver(DeployedWorker& worker, const worker::OrderedFailover& failover) {
+void Deployment::TakenOver(SimulatedWorker& worker, const worker::OrderedFailover& failover) {
   for (const worker::DeadRegion& dead : failover.dead) {
-    const Node node = NodeOf(dead.region, static_cast<Node>(dead.incarnation.value()));
+    const Node node = NodeOf(dead.region, dead.incarnation);
     if (!taken_over_.insert(node).second) continue;
     if (totals_.takeovers++ == 0) totals_.first_takeover_at = around_.timeline.now();
-    for (DeployedWorker* other : Workers()) {
+    for (SimulatedWorker* other : Workers()) {
       if (other->node() != node || !other->Moves()) continue;
       ledger_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
     }
@@ -249,29 +249,28 @@ void Deployment::TakenOver(DeployedWorker& worker, const worker::OrderedFailover
   }
 }
 
-void Deployment::Ending(DeployedWorker& worker) {
-  if (!Counts(worker)) ++totals_.outranked;
+void Deployment::Ending(SimulatedWorker& worker) {
+  if (!Counts(worker)) ++totals_.fenced;
   ledger_->Died(LifeOf(worker));
 }
 
 void Deployment::CheckCopies() {
   std::vector<BodyId> held;
-  for (DeployedWorker* worker : Workers()) {
-    if (worker->worker() == nullptr || !Counts(*worker)) continue;
-    for (const region::OwnedBody& body : worker->worker()->region().owned()) held.push_back(body.def->id);
-    for (const BodyId kept : worker->worker()->region().KeptBodies()) held.push_back(kept);
-    for (const auto& [region, ward] : worker->wards()->all()) {
-      if (!ward.copy.whole()) continue;
-      for (const region::StateBody& body : ward.copy.state().bodies) held.push_back(body.id);
-      for (const auto& [key, grant] : ward.copy.state().grants) held.push_back(key.first);
+  for (SimulatedWorker* worker : Workers()) {
+    if (worker->region() == nullptr || !Counts(*worker)) continue;
+    for (const region::OwnedBody& body : worker->region()->owned()) held.push_back(body.def->id);
+    for (const BodyId kept : region::KeptBodies(*worker->region())) held.push_back(kept);
+    for (const region::StandbyCopy* copy : worker->core().run()->copies().Whole()) {
+      for (const region::StateBody& body : copy->state().bodies) held.push_back(body.id);
+      for (const auto& [key, grant] : copy->state().grants) held.push_back(key.first);
     }
   }
   ledger_->CheckCopies(tick(), held);
 }
 
 RegionId Deployment::OwnerOf(BodyId id) const {
-  for (DeployedWorker* worker : Workers()) {
-    if (worker->worker() != nullptr && Counts(*worker) && worker->worker()->region().Owns(id)) {
+  for (SimulatedWorker* worker : Workers()) {
+    if (worker->region() != nullptr && Counts(*worker) && worker->region()->Owns(id)) {
       return worker->identity().region;
     }
   }
@@ -280,8 +279,8 @@ RegionId Deployment::OwnerOf(BodyId id) const {
 
 std::size_t Deployment::bodies() const {
   std::size_t count = 0;
-  for (DeployedWorker* worker : Workers()) {
-    if (worker->worker() != nullptr && Counts(*worker)) count += worker->worker()->region().owned_count();
+  for (SimulatedWorker* worker : Workers()) {
+    if (worker->region() != nullptr && Counts(*worker)) count += worker->region()->owned().size();
   }
   return count;
 }
@@ -292,7 +291,7 @@ void Deployment::ExcuseAll() {
 
 // Lives of the world before are stopped by their agents; what they still do is not of this one.
 void Deployment::Restored() {
-  for (DeployedWorker* worker : Workers()) before_.insert(worker->node());
+  for (SimulatedWorker* worker : Workers()) before_.insert(worker->node());
   problems_ = problems();
   ledger_ = std::make_unique<Ledger>(*around_.scene);
   healths_.clear();
@@ -312,7 +311,7 @@ std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
   request.set_instance_id(id_);
   request.set_player_name(name);
   const auto joined =
-      control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Join(now, request); });
+      control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Join(now, request); });
   if (!joined.ok()) return std::nullopt;
   tokens_[joined->response.player()] = joined->response;
   ledger_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
@@ -326,7 +325,7 @@ void Deployment::Leave(std::uint32_t player) {
   request.set_connect_token(tokens_.at(player).connect_token());
   request.set_session_key(tokens_.at(player).session_key());
   ledger_->Removing(PlayerBodyId(PlayerNumber(player)));
-  (void)control_.Call([&](control::Cluster& cluster, control::Moment now) { return cluster.Leave(now, request); });
+  (void)control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Leave(now, request); });
 }
 
 // --- Properties.
@@ -339,7 +338,7 @@ bool Deployment::SetHealth(BodyId body, std::int64_t health) {
   request.mutable_property()->set_name("health");
   request.mutable_property()->set_number(health);
   const auto number =
-      control_.Call([&](control::Cluster& cluster, control::Moment) { return cluster.SetProperty(request); });
+      control_.Call([&](control::Cluster& cluster, control::Now) { return cluster.SetProperty(request); });
   if (number.ok()) healths_[body].push_back({*number, health});
   return number.ok();
 }
@@ -350,7 +349,7 @@ void Deployment::TakeAnswers() {
     for (std::size_t i = 0; i < orders.size(); ++i) {
       const std::uint64_t number = orders[i].number;
       if (orders[i].answered || orders[i].given_up) continue;
-      const auto outcome = control_.Call([&](control::Cluster& cluster, control::Moment) {
+      const auto outcome = control_.Call([&](control::Cluster& cluster, control::Now) {
         auto told = cluster.PropertyOutcome(id_, number);
         if (told) cluster.ForgetProperty(id_, number);
         return told;
@@ -368,8 +367,8 @@ void Deployment::TakeAnswers() {
 
 void Deployment::CheckHealths(Tick end) {
   std::map<BodyId, std::int64_t> found;
-  for (DeployedWorker* worker : Workers()) {
-    for (const region::ChangedProperties& entry : worker->worker()->region().properties()) {
+  for (SimulatedWorker* worker : Workers()) {
+    for (const region::ChangedProperties& entry : worker->region()->properties().all()) {
       const auto changed = PropertySet::Decode(*entry.bytes, around_.scene->properties);
       if (!changed.ok()) continue;
       const auto value = ValueOf(around_.scene->properties, {}, *changed, "health");
@@ -397,18 +396,20 @@ std::string Deployment::Standing() const {
   std::string text = absl::StrCat("\n  control plane ", control_.alive() ? "lives" : "is dead", ", ",
                                   v1::InstanceState_Name(last_seen_.state()), " ", last_seen_.reason(), ", map ",
                                   last_seen_.map().version());
-  for (DeployedWorker* worker : Workers()) {
+  for (SimulatedWorker* worker : Workers()) {
     absl::StrAppend(&text, "\n  ", Name(*worker));
-    if (!Counts(*worker)) absl::StrAppend(&text, ", outranked");
-    if (worker->worker() == nullptr) continue;
-    const region::Region& region = worker->worker()->region();
+    if (!Counts(*worker)) absl::StrAppend(&text, ", fenced");
+    if (worker->region() == nullptr) continue;
+    const region::Region& region = *worker->region();
     absl::StrAppend(&text, ": tick ", region.tick().value(), ", map ", region.map().version().value(),
                     worker->running() ? "" : ", does not run", worker->paused() ? ", paused" : "",
-                    region.halted() ? ", halted" : "", worker->whole() ? "" : ", unprotected", ", heir ",
-                    worker->order().heir.value(), ", waits for");
+                    region.halted() ? ", halted" : "", worker->Protected() ? "" : ", unprotected", ", standby ",
+                    worker->order().standby.value(), ", waits for");
     for (const RegionId other : region.WaitingFor()) absl::StrAppend(&text, " ", other.value());
-    for (const auto& [what, count] : worker->worker()->totals().refused)
-      absl::StrAppend(&text, "; ", what, " x", count);
+    const worker::DropCounts& drops = worker->core().run()->drops();
+    for (std::size_t i = 0; i < drops.size(); ++i) {
+      if (drops[i] > 0) absl::StrAppend(&text, "; ", std::string(worker::kDropReasonNames[i]), " x", drops[i]);
+    }
   }
   for (const v1::InstanceEvent& event : last_seen_.events()) absl::StrAppend(&text, "\n  event: ", event.text());
   const auto& log = control_.log();

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/deployed_host.h"
 #include "tests/simulation/ledger.h"
+#include "tests/simulation/simulated_host.h"
 
 namespace tessera::simulation {
 
@@ -29,14 +29,14 @@ struct DeploymentOptions {
   std::uint64_t seed = 1;
   std::uint32_t hosts = 2, regions = 4;
   std::uint32_t capacity = 16;  // workers a host
-  region::Settings settings = {};
+  region::RegionSettings settings = {};
   std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
 };
 
 struct DeploymentTotals {
   std::uint64_t steps = 0, handovers = 0;
   std::uint64_t takeovers = 0;   // lives declared dead whose place was taken
-  std::uint64_t outranked = 0;   // of those, that ended thereafter
+  std::uint64_t fenced = 0;      // of those, that ended thereafter
   Micros first_takeover_at = 0;  // 0: there was none
 };
 
@@ -52,7 +52,7 @@ class Deployment {
     while (!condition() && around_.timeline.now() < end) RunFor(Milliseconds(1));
     return condition();
   }
-  // Runs, by a map that all run by, and each region's heir has a copy.
+  // Runs, by a map that all run by, and each region's standby has a copy.
   bool Calm() const;
   // The same, as far as workers go.
   bool Still() const;
@@ -62,26 +62,26 @@ class Deployment {
 
   // --- Faults. Hosts from 1.
   void Cut(std::uint32_t host, bool cut) { around_.network.CutPlace(host, cut); }
-  DeployedHost& host(std::uint32_t number) { return *hosts_.at(number - 1); }
-  DeployedControl& control() { return control_; }
+  SimulatedHost& host(std::uint32_t number) { return *hosts_.at(number - 1); }
+  SimulatedControl& control() { return control_; }
   VirtualNetwork& network() { return around_.network; }
   Timeline& timeline() { return around_.timeline; }
   // The life of the region that is in the control plane's orders; null if none runs.
-  DeployedWorker* Find(RegionId region);
+  SimulatedWorker* Find(RegionId region);
   void Kill(RegionId region);
-  void Kill(const DeployedWorker& worker);
+  void Kill(const SimulatedWorker& worker);
   // The life that came while the world ran and whose map is not known to be in force; null if there is none.
-  DeployedWorker* Newcomer() const;
+  SimulatedWorker* Newcomer() const;
   // Whether the control plane takes it on.
   bool Scale(std::uint32_t regions);
-  std::vector<DeployedWorker*> Workers() const;
+  std::vector<SimulatedWorker*> Workers() const;
 
   v1::Instance instance() const;                      // as the control plane told it last
   const PartitionMap& map() const { return map_; }    // the first
   std::uint32_t regions() const { return regions_; }  // wanted
   RegionId OwnerOf(BodyId id) const;
   std::size_t bodies() const;  // that somebody who counts owns
-  // All bodies are lost rightly: a region and its heir are.
+  // All bodies are lost rightly: a region and its standby are.
   void ExcuseAll();
   // The world is to begin again from a checkpoint: what was before counts no more.
   void Restored();
@@ -105,21 +105,21 @@ class Deployment {
 
  private:
   void Begin(const DeploymentOptions& options);
-  void Stepped(DeployedWorker& worker, const region::StepResult& result);
-  void TakenOver(DeployedWorker& worker, const worker::OrderedFailover& failover);
-  void Ending(DeployedWorker& worker);
-  void CheckOthers(DeployedWorker& worker);
+  void Stepped(SimulatedWorker& worker, const region::StepResult& result);
+  void TakenOver(SimulatedWorker& worker, const worker::OrderedFailover& failover);
+  void Ending(SimulatedWorker& worker);
+  void CheckOthers(SimulatedWorker& worker);
   void CheckCopies();
   bool Freeze();
   void TakeAnswers();
   void CheckHealths(Tick end);
-  bool Counts(const DeployedWorker& worker) const {
+  bool Counts(const SimulatedWorker& worker) const {
     return !taken_over_.contains(worker.node()) && !before_.contains(worker.node());
   }
 
   Surroundings around_;
-  DeployedControl control_;
-  std::vector<std::unique_ptr<DeployedHost>> hosts_;
+  SimulatedControl control_;
+  std::vector<std::unique_ptr<SimulatedHost>> hosts_;
   PartitionMap map_;
   std::unique_ptr<Ledger> ledger_;
   std::vector<std::string> problems_;  // of the worlds before

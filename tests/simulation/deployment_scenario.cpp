@@ -12,7 +12,7 @@ constexpr Micros kPatience = Milliseconds(12'000);     // until another region m
 constexpr double kNewcomersYouth = Milliseconds(600);  // in which it may be struck; its map is in force then
 constexpr std::uint32_t kMostRegions = 7;
 constexpr std::uint32_t kChangedAtOnce = 6;  // properties
-constexpr Micros kCutTimes = 3;  // as long as other faults is a cut from an heir, so that some are given another
+constexpr Micros kCutTimes = 3;  // as long as other faults is a cut from a standby, so that some are given another
 
 bool TakesRegions(DeploymentFaultKind kind) { return kind >= DeploymentFaultKind::kWorkerDies; }
 
@@ -30,7 +30,7 @@ class Runner {
   void SetStalled(std::uint32_t host, bool stalled);
   void PlayerComesOrLeaves(std::uint32_t number);
   void ChangeProperties(std::uint32_t number);
-  void CutOffHeir(const DeploymentFault& fault);
+  void CutOffStandby(const DeploymentFault& fault);
 
   const DeploymentScenario& scenario_;
   Deployment deployment_;
@@ -41,18 +41,18 @@ class Runner {
   std::int64_t last_health_ = 1;
 };
 
-// Everybody moves, and has an heir with a copy that the fault does not strike as well.
+// Everybody moves, and has a standby with a copy that the fault does not strike as well.
 bool Runner::Safe(const DeploymentFault& fault) {
   if (fault.kind == DeploymentFaultKind::kNewcomerDies) return active_ == 0 && deployment_.control().alive();
-  // In the middle of a change a newcomer's heir may have no copy yet.
+  // In the middle of a change a newcomer's standby may have no copy yet.
   if (active_ > 0 || !deployment_.Still()) return false;
-  const std::vector<DeployedWorker*> workers = deployment_.Workers();
+  const std::vector<SimulatedWorker*> workers = deployment_.Workers();
   if (workers.size() < 2) return false;
   const bool one_host = fault.kind != DeploymentFaultKind::kWorkerDies;
-  return std::ranges::all_of(workers, [&](DeployedWorker* worker) {
-    if (!worker->Moves() || !worker->whole()) return false;
-    DeployedWorker* heir = deployment_.Find(worker->order().heir);
-    return heir != nullptr && (!one_host || heir->place() != worker->place());
+  return std::ranges::all_of(workers, [&](SimulatedWorker* worker) {
+    if (!worker->Moves() || !worker->Protected()) return false;
+    SimulatedWorker* standby = deployment_.Find(worker->order().standby);
+    return standby != nullptr && (!one_host || standby->place() != worker->place());
   });
 }
 
@@ -62,7 +62,7 @@ void Runner::AtEnd(const DeploymentFault& fault, std::function<void()> action) {
 
 void Runner::SetStalled(std::uint32_t host, bool stalled) {
   deployment_.network().SetStalled(AgentNode(host), stalled);
-  for (DeployedWorker* worker : deployment_.host(host).workers()) {
+  for (SimulatedWorker* worker : deployment_.host(host).workers()) {
     deployment_.network().SetStalled(worker->node(), stalled);
   }
 }
@@ -86,20 +86,20 @@ void Runner::ChangeProperties(std::uint32_t number) {
   }
 }
 
-void Runner::CutOffHeir(const DeploymentFault& fault) {
-  const std::vector<DeployedWorker*> workers = deployment_.Workers();
+void Runner::CutOffStandby(const DeploymentFault& fault) {
+  const std::vector<SimulatedWorker*> workers = deployment_.Workers();
   if (workers.empty()) return;
-  const DeployedWorker* worker = workers[fault.whom % workers.size()];
-  const DeployedWorker* heir = deployment_.Find(worker->order().heir);
-  if (heir == nullptr) return;
-  const Node a = worker->node(), b = heir->node();
+  const SimulatedWorker* worker = workers[fault.whom % workers.size()];
+  const SimulatedWorker* standby = deployment_.Find(worker->order().standby);
+  if (standby == nullptr) return;
+  const Node a = worker->node(), b = standby->node();
   deployment_.network().Cut(a, b, true);
   deployment_.timeline().In(kCutTimes * fault.lasts, [this, a, b] { deployment_.network().Cut(a, b, false); });
 }
 
 void Runner::Begin(const DeploymentFault& fault) {
   const std::uint32_t host = fault.whom % hosts_ + 1;
-  DeployedControl& control = deployment_.control();
+  SimulatedControl& control = deployment_.control();
   const auto start_control = [this] {
     if (!settling_ && !deployment_.control().alive()) deployment_.control().Start();
   };
@@ -135,17 +135,17 @@ void Runner::Begin(const DeploymentFault& fault) {
       return;
     case DeploymentFaultKind::kProperty:
       return ChangeProperties(fault.whom);
-    case DeploymentFaultKind::kHeirCutOff:
-      return CutOffHeir(fault);
+    case DeploymentFaultKind::kStandbyCutOff:
+      return CutOffStandby(fault);
     case DeploymentFaultKind::kNewcomerDies:
       deployment_.Scale(deployment_.regions() % kMostRegions + 1);
       if (deployment_.RunUntil(kPatience, [this] { return deployment_.Newcomer() != nullptr; })) {
         deployment_.RunFor(static_cast<Micros>(fault.strength * kNewcomersYouth));
-        if (const DeployedWorker* newcomer = deployment_.Newcomer()) deployment_.Kill(*newcomer);
+        if (const SimulatedWorker* newcomer = deployment_.Newcomer()) deployment_.Kill(*newcomer);
       }
       return AtEnd(fault, over);
     case DeploymentFaultKind::kWorkerDies: {
-      const std::vector<DeployedWorker*> workers = deployment_.Workers();
+      const std::vector<SimulatedWorker*> workers = deployment_.Workers();
       deployment_.Kill(workers[fault.whom % workers.size()]->identity().region);
       return AtEnd(fault, over);
     }

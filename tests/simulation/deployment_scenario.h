@@ -3,7 +3,7 @@
 //   const DeploymentScenario scenario = DrawDeployment(17);
 //   const Outcome outcome = Run(scenario);
 //
-// Of these faults none may cost a body: those that take a region from the world come one at a time, when its heir is
+// Of these faults none may cost a body: those that take a region from the world come one at a time, when its standby is
 // elsewhere and has a copy; the others come at any time. Thread rule: free functions on values.
 #pragma once
 
@@ -24,8 +24,8 @@ enum class DeploymentFaultKind : std::uint8_t {
   kWeather,  // everywhere
   kPlayer,   // comes, or leaves
   kScale,
-  kProperty,    // of a body is changed
-  kHeirCutOff,  // a region and its heir do not hear each other, all others do
+  kProperty,       // of a body is changed
+  kStandbyCutOff,  // a region and its standby do not hear each other, all others do
   // Those that take regions from the world.
   kWorkerDies,
   kHostCrashes,  // and comes back empty
@@ -43,7 +43,7 @@ inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFault
     "player",
     "scale",
     "property",
-    "heir cut off",
+    "standby cut off",
     "worker dies",
     "host crashes",
     "host cut off",

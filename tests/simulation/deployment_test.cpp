@@ -31,10 +31,10 @@ struct Deployed {
     EXPECT_EQ(deployment.bodies(), bodies);
     EXPECT_EQ(deployment.instance().lost_bodies(), 0U);
   }
-  Tick TickOf(std::uint32_t region) { return deployment.Find(RegionId(region))->worker()->region().tick(); }
+  Tick TickOf(std::uint32_t region) { return deployment.Find(RegionId(region))->region()->tick(); }
   bool PausedOn(std::uint32_t host) {
-    const std::vector<DeployedWorker*> workers = deployment.host(host).workers();
-    return std::ranges::all_of(workers, [](const DeployedWorker* worker) { return worker->paused(); });
+    const std::vector<SimulatedWorker*> workers = deployment.host(host).workers();
+    return std::ranges::all_of(workers, [](const SimulatedWorker* worker) { return worker->paused(); });
   }
 
   std::size_t bodies;
@@ -47,7 +47,7 @@ TEST_F(DeploymentTest, AnInstanceStartsAndEveryRegionIsProtected) {
   EXPECT_GT(run.deployment.totals().steps, 100U);
 }
 
-TEST_F(DeploymentTest, AWorkerThatDiesIsTakenUpAndReplaced) {
+TEST_F(DeploymentTest, AWorkerThatDiesIsPromotedAndReplaced) {
   Deployed run;
   run.deployment.Kill(RegionId(2));
   run.deployment.RunFor(Milliseconds(200));  // its end was seen: nobody waits for a lease
@@ -165,7 +165,7 @@ TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDead) {
   run.ExpectWhole();
 }
 
-// Of the workers of an agent that is dead it knows through their heirs, and of them nothing while it stood still.
+// Of the workers of an agent that is dead it knows through their standbys, and of them nothing while it stood still.
 TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDeadWhoseAgentIs) {
   for (const Micros stood : {Milliseconds(600), Milliseconds(2000), Milliseconds(4000)}) {
     Deployed run;
@@ -183,8 +183,8 @@ TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDeadWhoseAgentIs
 
 // --- Machines.
 
-// It pauses before its heirs start (checked at each takeover), and ends when it hears that it is outranked.
-TEST_F(DeploymentTest, AMachineThatIsCutOffPausesIsTakenUpAndEndsItsWorkers) {
+// It pauses before its standbys start (checked at each takeover), and ends when it hears that it is fenced.
+TEST_F(DeploymentTest, AMachineThatIsCutOffPausesIsPromotedAndEndsItsWorkers) {
   Deployed run;
   run.deployment.Cut(2, true);
   ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(1500), [&] { return run.PausedOn(2); }))
@@ -195,17 +195,18 @@ TEST_F(DeploymentTest, AMachineThatIsCutOffPausesIsTakenUpAndEndsItsWorkers) {
   EXPECT_TRUE(run.PausedOn(2));
   run.deployment.Cut(2, false);
   run.deployment.RunFor(Milliseconds(2000));
-  EXPECT_EQ(run.deployment.totals().outranked, 2U);
+  EXPECT_EQ(run.deployment.totals().fenced, 2U);
   run.ExpectWhole();
 }
 
-// Silent as its host was already, only what heirs tell of its regions counts; a lease runs for 1 s after the last word.
-TEST_F(DeploymentTest, AMachineWithoutAnAgentThatIsCutOffHasPausedBeforeItsHeirsStart) {
+// Silent as its host was already, only what standbys tell of its regions counts; a lease runs for 1 s after the last
+// word.
+TEST_F(DeploymentTest, AMachineWithoutAnAgentThatIsCutOffHasPausedBeforeItsStandbysStart) {
   for (int i = 0; i < 5; ++i) {
     Deployed run;
     run.deployment.host(2).KillAgent();
     run.deployment.RunFor(Milliseconds(3000) + static_cast<Micros>(i) * Milliseconds(110));
-    EXPECT_EQ(run.deployment.totals().takeovers, 0U);  // their heirs hear them
+    EXPECT_EQ(run.deployment.totals().takeovers, 0U);  // their standbys hear them
     const Micros cut_at = run.deployment.timeline().now();
     run.deployment.Cut(2, true);
     run.deployment.RunFor(Milliseconds(3000));
@@ -241,7 +242,7 @@ TEST_F(DeploymentTest, AMachineThatWasCutOffGoesOnIfNobodyTookOver) {
   run.ExpectWhole();
 }
 
-TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
+TEST_F(DeploymentTest, AMachineThatCrashesIsPromotedAndComesBackEmpty) {
   for (const Micros down : {Milliseconds(300), Milliseconds(5000)}) {
     Deployed run;
     run.deployment.host(1).Crash();
@@ -253,21 +254,21 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsTakenUpAndComesBackEmpty) {
   }
 }
 
-// What the heir has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it
+// What the standby has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it
 // still.
-TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsHeirHeardOfItLosesNoBody) {
+TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsStandbyHeardOfItLosesNoBody) {
   for (std::uint32_t region = 1; region <= 4; ++region) {
     for (const Micros deaf : {Milliseconds(700), Milliseconds(2500), Milliseconds(5000)}) {
       Deployed run({.seed = region});
-      const DeployedWorker& worker = *run.deployment.Find(RegionId(region));
-      const Node heir = run.deployment.Find(worker.order().heir)->node();
-      run.deployment.network().Cut(worker.node(), heir, true);
+      const SimulatedWorker& worker = *run.deployment.Find(RegionId(region));
+      const Node standby = run.deployment.Find(worker.order().standby)->node();
+      run.deployment.network().Cut(worker.node(), standby, true);
       run.deployment.RunFor(deaf);
-      EXPECT_EQ(worker.whole(), deaf < Milliseconds(2000));
+      EXPECT_EQ(worker.Protected(), deaf < Milliseconds(2000));
       EXPECT_FALSE(worker.paused());  // the control plane hears it
       run.deployment.Kill(RegionId(region));
       run.deployment.RunFor(Milliseconds(1000));
-      run.deployment.network().Cut(worker.node(), heir, false);
+      run.deployment.network().Cut(worker.node(), standby, false);
       run.ExpectWhole();
       if (HasFailure()) FAIL() << region << " " << deaf << run.deployment.Standing();
     }
@@ -280,25 +281,28 @@ struct Growing : Deployed {
   explicit Growing(DeploymentOptions options) : Deployed(options) {
     EXPECT_TRUE(deployment.Scale(5));
     EXPECT_TRUE(deployment.RunUntil(Milliseconds(2000), [&] { return deployment.Newcomer() != nullptr; }));
+    node = deployment.Newcomer()->node();
   }
-  const DeployedWorker& newcomer() { return *deployment.Newcomer(); }
-  bool Joined() {
-    const DeployedWorker* worker = deployment.Newcomer();
-    return worker != nullptr && worker->worker() != nullptr && worker->order().planned->committed &&
-           worker->worker()->region().tick() >= worker->order().planned->effective;
+  // The life that came first, whether its map is in force or not.
+  const SimulatedWorker& newcomer() {
+    const std::vector<SimulatedWorker*> workers = deployment.Workers();
+    return **std::ranges::find_if(workers, [this](const SimulatedWorker* worker) { return worker->node() == node; });
   }
+  bool HasStepped() { return newcomer().region() != nullptr && newcomer().core().run()->ticks().stepped(); }
   void KillNewcomer() {
     deployment.Kill(newcomer());
     deployment.RunFor(Milliseconds(2000));
     ExpectWhole();
   }
+
+  Node node = 0;
 };
 
 TEST_F(DeploymentTest, ANewcomerMayDieBeforeItsMapIsInForce) {
   for (Micros after = 0; after < Milliseconds(250); after += Milliseconds(10)) {
     Growing run({.seed = after + 1});
     run.deployment.RunFor(after);
-    ASSERT_FALSE(run.Joined());
+    ASSERT_FALSE(run.HasStepped());
     run.KillNewcomer();
     if (HasFailure()) FAIL() << after << run.deployment.Standing();
   }
@@ -309,11 +313,11 @@ TEST_F(DeploymentTest, ANewcomerMayDieInItsFirstTicks) {
   int unprotected = 0, owners = 0, carried_on = 0;
   for (Micros after = 0; after < Milliseconds(60); after += Milliseconds(1)) {
     Growing run({.seed = after + 1});
-    ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(5000), [&] { return run.Joined(); }));
+    run.deployment.network().weather().delay = Milliseconds(3);  // so that its standby lags some of its ticks
+    ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(5000), [&] { return run.HasStepped(); }));
     run.deployment.RunFor(after);
-    if (run.deployment.Newcomer() == nullptr) break;  // the map is known to be in force
-    unprotected += run.newcomer().whole() ? 0 : 1;
-    owners += run.newcomer().worker()->region().owned().empty() ? 0 : 1;
+    unprotected += run.newcomer().Protected() ? 0 : 1;
+    owners += run.newcomer().region()->owned().empty() ? 0 : 1;
     run.KillNewcomer();
     carried_on += run.deployment.totals().takeovers > 0 ? 1 : 0;
     if (HasFailure()) FAIL() << after << run.deployment.Standing();
@@ -339,34 +343,34 @@ TEST_F(DeploymentTest, AMachineWithANewcomerMayBeCutOffAtAnyTime) {
 
 // --- A link that two regions alone have lost.
 
-struct LostHeir : Deployed {
-  explicit LostHeir(DeploymentOptions options) : Deployed(options) {
+struct LostStandby : Deployed {
+  explicit LostStandby(DeploymentOptions options) : Deployed(options) {
     region = deployment.Find(RegionId(1));
-    heir = deployment.Find(region->order().heir);
-    deployment.network().Cut(region->node(), heir->node(), true);
+    standby = deployment.Find(region->order().standby);
+    deployment.network().Cut(region->node(), standby->node(), true);
   }
-  DeployedWorker *region, *heir;
+  SimulatedWorker *region, *standby;
 };
 
 // What is on its way to it could not be confirmed: the change would have no end.
-TEST_F(DeploymentTest, ARegionThatItsHeirAloneDoesNotHearIsGivenAnotherAndAChangeEnds) {
+TEST_F(DeploymentTest, ARegionThatItsStandbyAloneDoesNotHearIsGivenAnotherAndAChangeEnds) {
   for (const std::uint32_t regions : {3U, 6U}) {
-    LostHeir run({.regions = 4});
+    LostStandby run({.regions = 4});
     run.deployment.RunFor(Milliseconds(1500));
-    EXPECT_FALSE(run.region->whole());
+    EXPECT_FALSE(run.region->Protected());
     ASSERT_TRUE(run.deployment.Scale(regions));
     EXPECT_TRUE(run.deployment.AwaitCalm(Milliseconds(25'000))) << run.deployment.Standing();
     EXPECT_EQ(run.deployment.totals().takeovers, 0U);
-    if (DeployedWorker* now = run.deployment.Find(RegionId(1))) {
-      EXPECT_NE(now->order().heir, run.heir->identity().region);
-      EXPECT_TRUE(now->whole());
+    if (SimulatedWorker* now = run.deployment.Find(RegionId(1))) {
+      EXPECT_NE(now->order().standby, run.standby->identity().region);
+      EXPECT_TRUE(now->Protected());
     }
     run.ExpectWhole();
   }
 }
 
-TEST_F(DeploymentTest, WithoutAnotherHeirAChangeWaitsForTheLinkAndSaysSo) {
-  LostHeir run({.regions = 2});
+TEST_F(DeploymentTest, WithoutAnotherStandbyAChangeWaitsForTheLinkAndSaysSo) {
+  LostStandby run({.regions = 2});
   run.deployment.RunFor(Milliseconds(1500));
   ASSERT_TRUE(run.deployment.Scale(1));
   run.deployment.RunFor(Milliseconds(12'000));
@@ -375,8 +379,8 @@ TEST_F(DeploymentTest, WithoutAnotherHeirAChangeWaitsForTheLinkAndSaysSo) {
   EXPECT_EQ(instance.unprotected_regions_size(), 2);
   ASSERT_EQ(instance.changes_size(), 1);
   EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("to hand over"));
-  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("region 1 is unprotected and confirms nothing"));
-  run.deployment.network().Cut(run.region->node(), run.heir->node(), false);
+  EXPECT_THAT(instance.changes(0).text(), testing::HasSubstr("region 1 is unprotected and acknowledges nothing"));
+  run.deployment.network().Cut(run.region->node(), run.standby->node(), false);
   EXPECT_TRUE(run.deployment.AwaitCalm()) << run.deployment.Standing();
   run.ExpectWhole();
 }
@@ -389,14 +393,14 @@ struct Checkpointed : Deployed {
   }
 };
 
-TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherComeBackFromTheCheckpointAsALossOfTime) {
+TEST_F(DeploymentTest, ARegionAndItsStandbyLostTogetherComeBackFromTheCheckpointAsALossOfTime) {
   Checkpointed run;
   const std::uint64_t saved = run.deployment.instance().checkpoints(0).tick();
   run.deployment.RunFor(Milliseconds(1000));
   const Tick last = run.TickOf(2);
-  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  const RegionId standby = run.deployment.Find(RegionId(2))->order().standby;
   run.deployment.Kill(RegionId(2));
-  run.deployment.Kill(heir);
+  run.deployment.Kill(standby);
   run.deployment.Restored();
   run.deployment.RunFor(Milliseconds(3000));
   EXPECT_NEAR(static_cast<double>(run.deployment.instance().lost_ticks()), static_cast<double>(last.value() - saved),
@@ -405,25 +409,25 @@ TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherComeBackFromTheCheckpointAsA
   run.ExpectWhole();
 }
 
-TEST_F(DeploymentTest, ARegionAndItsHeirLostTogetherWithoutACheckpointAreNeverASuccess) {
+TEST_F(DeploymentTest, ARegionAndItsStandbyLostTogetherWithoutACheckpointAreNeverASuccess) {
   Deployed run;
-  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  const RegionId standby = run.deployment.Find(RegionId(2))->order().standby;
   run.deployment.Kill(RegionId(2));
-  run.deployment.Kill(heir);
+  run.deployment.Kill(standby);
   run.deployment.ExcuseAll();
   run.deployment.RunFor(Milliseconds(1000));
   EXPECT_EQ(run.deployment.instance().state(), v1::INSTANCE_STATE_FAILED);
-  EXPECT_THAT(run.deployment.instance().reason(), testing::HasSubstr("lost together with its heir"));
+  EXPECT_THAT(run.deployment.instance().reason(), testing::HasSubstr("lost together with its standby"));
 }
 
-TEST_F(DeploymentTest, AnHeirThatDiesDuringTheTakeoverCostsTheTimeSinceTheCheckpoint) {
+TEST_F(DeploymentTest, AStandbyThatDiesDuringTheTakeoverCostsTheTimeSinceTheCheckpoint) {
   Checkpointed run;
   run.deployment.RunFor(Milliseconds(500));
-  const RegionId heir = run.deployment.Find(RegionId(2))->order().heir;
+  const RegionId standby = run.deployment.Find(RegionId(2))->order().standby;
   run.deployment.Kill(RegionId(2));
   run.deployment.RunFor(1200);  // the failover has been stored and ordered
   EXPECT_EQ(run.deployment.totals().takeovers, 0U);
-  run.deployment.Kill(heir);
+  run.deployment.Kill(standby);
   run.deployment.Restored();
   run.deployment.RunFor(Milliseconds(3000));
   EXPECT_GT(run.deployment.instance().lost_ticks(), 0U);

@@ -36,7 +36,7 @@ struct Traffic {
 
   void Read(RegionId from, const region::OutgoingFrame& out) {
     std::vector<region::GhostRecord>& ghosts = before[{from, out.to}];
-    absl::StatusOr<region::Frame> frame = region::Decode(out.bytes, ghosts);
+    absl::StatusOr<region::BorderFrame> frame = region::Decode(out.bytes, ghosts);
     ASSERT_TRUE(frame.ok()) << frame.status();
     impulses += frame->impulses.size();
     late += frame->late_corrections.size();
@@ -121,7 +121,7 @@ TEST(ExchangeTest, WhatAPileBearsIsToldWithWhatIsShownOfIt) {
   for (const std::uint32_t from : {1U, 2U}) {
     std::size_t propped = 0;
     for (const region::GhostRecord& ghost : traffic.before[{RegionId(from), RegionId(3 - from)}]) {
-      if (ghost.propped) {
+      if (ghost.externally_supported) {
         ++propped;
         EXPECT_GT(ghost.island_load, 14);
         EXPECT_LT(ghost.island_load, 50);

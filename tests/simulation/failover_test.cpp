@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/region/testing/kept_bodies.h"
 #include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
@@ -14,24 +15,24 @@ using ::testing::IsEmpty;
 
 constexpr double kHalf = 20;  // of the ground, m
 
-TEST(FailoverTest, TheHeirCarriesTheAreaOn) {
+TEST(FailoverTest, TheStandbyCarriesTheAreaOn) {
   Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
-  const std::size_t owned = instance.simulation->worker(2).region().owned_count();
+  const std::size_t owned = instance.simulation->worker(2).region().owned().size();
   instance.simulation->Kill(RegionId(2));
   instance.ExpectWhole(120);
   EXPECT_EQ(instance.control->totals().failovers, 1U);
   EXPECT_GE(instance.control->totals().adopted + 10, owned);
   EXPECT_EQ(instance.simulation->worker(3).region().map().OwnerOf({10, 0, -10}), RegionId(3));
-  std::printf("age %ld ticks, gap %lu us, %lu adopted, %lu revived, %lu pending\n",
+  std::printf("age %ld ticks, gap %lu us, %lu adopted, %lu promoted, %lu pending\n",
               static_cast<long>(instance.control->totals().max_age_ticks),
               static_cast<unsigned long>(instance.control->totals().max_gap),
               static_cast<unsigned long>(instance.control->totals().adopted),
-              static_cast<unsigned long>(instance.control->totals().revived),
+              static_cast<unsigned long>(instance.control->totals().from_grant),
               static_cast<unsigned long>(instance.control->totals().pending));
 }
 
-TEST(FailoverTest, APileThatIsTakenUpHardlySags) {
+TEST(FailoverTest, APileThatIsPromotedHardlySags) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);
   for (int row = 0; row < 8; ++row) {
@@ -67,9 +68,9 @@ TEST(FailoverTest, EachRegionMayDieInTurnUntilOneIsLeft) {
 }
 
 TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
-  // A ball crosses from region 1 to region 2 about tick 22. Either dies at each tick around that, with its heir's news
-  // held back or not.
-  std::uint64_t adopted = 0, revived = 0, pending = 0;
+  // A ball crosses from region 1 to region 2 about tick 22. Either dies at each tick around that, with its standby's
+  // news held back or not.
+  std::uint64_t adopted = 0, from_grant = 0, pending = 0;
   for (std::uint64_t tick = 18; tick <= 32; ++tick) {
     for (const std::uint32_t victim : {1U, 2U}) {
       for (const std::uint64_t held_ticks : {0U, 1U, 2U}) {
@@ -84,19 +85,19 @@ TEST(FailoverTest, ADeathAtAnyTickAroundAHandoverLosesNothing) {
         EXPECT_THAT(instance.simulation->problems(), IsEmpty()) << victim << " at " << tick << ", held " << held_ticks;
         ASSERT_EQ(instance.simulation->States().size(), 1U) << victim << " at " << tick << ", held " << held_ticks;
         adopted += instance.control->totals().adopted;
-        revived += instance.control->totals().revived;
+        from_grant += instance.control->totals().from_grant;
         pending += instance.control->totals().pending;
       }
     }
   }
-  std::printf("of 90 deaths around one handover: %lu adopted, %lu revived, %lu kept for the next death\n",
-              static_cast<unsigned long>(adopted), static_cast<unsigned long>(revived),
+  std::printf("of 90 deaths around one handover: %lu adopted, %lu promoted, %lu kept for the next death\n",
+              static_cast<unsigned long>(adopted), static_cast<unsigned long>(from_grant),
               static_cast<unsigned long>(pending));
   EXPECT_GT(adopted, 0U);
-  EXPECT_GT(revived, 0U);
+  EXPECT_GT(from_grant, 0U);
 }
 
-// A body that was granted away and came back, before its first granter heard the first confirmation, is its owner's,
+// A body that was granted away and came back, before its first granter heard the first acknowledgement, is its owner's,
 // and the grant that was never confirmed is forgotten.
 TEST(FailoverTest, AGrantOfABodyThatCameBackIsKeptNoMore) {
   SceneBuilder builder(kHalf);
@@ -114,7 +115,7 @@ TEST(FailoverTest, AGrantOfABodyThatCameBackIsKeptNoMore) {
   for (int i = 0; i < 200 && simulation.totals().handovers < 2; ++i) simulation.RunFor(Milliseconds(5));
   simulation.RunFor(Milliseconds(40));
   ASSERT_EQ(simulation.OwnerOf(id), RegionId(2));
-  EXPECT_THAT(simulation.worker(2).region().KeptBodies(), IsEmpty());
+  EXPECT_THAT(region::KeptBodies(simulation.worker(2).region()), IsEmpty());
   simulation.Kill(RegionId(4));
   simulation.RunFor(Milliseconds(200));
   EXPECT_EQ(instance.control->totals().failovers, 1U);
@@ -123,17 +124,17 @@ TEST(FailoverTest, AGrantOfABodyThatCameBackIsKeptNoMore) {
 }
 
 // Its death was declared, and yet it speaks: a worker that was cut off.
-TEST(FailoverTest, AnOutrankedRegionsFramesAreRefusedAndStopNobody) {
+TEST(FailoverTest, AFencedRegionsFramesAreRefusedAndStopNobody) {
   Instance instance(Swarm(kHalf, 40), 4);
   Simulation& simulation = *instance.simulation;
   simulation.RunTo(Tick(30));
   const region::Config config{
       RegionId(2), Incarnation(1), instance.scene, *MakeGridMap(instance.scene->ground(), 4), {}};
-  region::Region outranked(config);
+  region::Region fenced(config);
   simulation.Kill(RegionId(2));
   simulation.RunFor(Milliseconds(200));
   ASSERT_EQ(instance.control->totals().failovers, 1U);
-  for (const region::OutgoingFrame& frame : outranked.Start()) {
+  for (const region::OutgoingFrame& frame : fenced.Start()) {
     const absl::Status status = simulation.worker(frame.to.value()).region().Receive(RegionId(2), frame.bytes);
     EXPECT_FALSE(status.ok()) << frame.to;
   }
@@ -141,50 +142,50 @@ TEST(FailoverTest, AnOutrankedRegionsFramesAreRefusedAndStopNobody) {
 }
 
 TEST(FailoverTest, TwoOfACornerOfFourDieTogether) {
-  for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's heir
+  for (const auto& [a, b] : {std::pair(1U, 3U), std::pair(2U, 4U)}) {  // neither is the other's standby
     Instance instance(Swarm(kHalf, 120), 4);
     instance.simulation->RunTo(Tick(60));
     instance.simulation->Kill(RegionId(a));
     instance.simulation->Kill(RegionId(b));
     instance.ExpectWhole(120);
-    EXPECT_EQ(instance.control->totals().without_standby, 0U);
+    EXPECT_EQ(instance.control->totals().without_copy, 0U);
   }
 }
 
 TEST(FailoverTest, ASecondDeathDuringAFailoverStartsItOver) {
   Instance instance(Swarm(kHalf, 120), 6);
   instance.simulation->RunTo(Tick(60));
-  instance.simulation->Kill(RegionId(2));  // its heir is 3
+  instance.simulation->Kill(RegionId(2));  // its standby is 3
   instance.simulation->RunFor(4000);
   ASSERT_TRUE(instance.control->failing_over());
   instance.simulation->Kill(RegionId(5));
   instance.ExpectWhole(120);
 }
 
-TEST(FailoverTest, WhenTheHeirDiesDuringTheTakeoverTheLossIsToldAndTheRestGoesOn) {
+TEST(FailoverTest, WhenTheStandbyDiesDuringTheTakeoverTheLossIsToldAndTheRestGoesOn) {
   Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
-  const std::size_t owned = instance.simulation->worker(2).region().owned_count();
+  const std::size_t owned = instance.simulation->worker(2).region().owned().size();
   instance.simulation->Kill(RegionId(2));
   instance.simulation->RunFor(4000);
   ASSERT_TRUE(instance.control->failing_over());
   instance.simulation->Kill(RegionId(3));
   instance.simulation->RunFor(Milliseconds(800));
   EXPECT_THAT(instance.simulation->problems(), IsEmpty());
-  EXPECT_EQ(instance.control->totals().without_standby, 1U);
+  EXPECT_EQ(instance.control->totals().without_copy, 1U);
   EXPECT_GT(instance.control->totals().lost, 0U);
   EXPECT_LE(instance.control->totals().lost, owned);
   EXPECT_EQ(instance.simulation->States().size() + instance.control->totals().lost, 120U);
 }
 
-TEST(FailoverTest, RegionAndHeirLostTogetherAreToldAsALoss) {
+TEST(FailoverTest, RegionAndStandbyLostTogetherAreToldAsALoss) {
   Instance instance(Swarm(kHalf, 120), 4);
   instance.simulation->RunTo(Tick(60));
   instance.simulation->Kill(RegionId(2));
   instance.simulation->Kill(RegionId(3));
   instance.simulation->RunFor(Milliseconds(800));
   EXPECT_THAT(instance.simulation->problems(), IsEmpty());
-  EXPECT_EQ(instance.control->totals().without_standby, 1U);
+  EXPECT_EQ(instance.control->totals().without_copy, 1U);
   EXPECT_GT(instance.control->totals().lost, 0U);
 }
 
@@ -206,7 +207,7 @@ TEST(FailoverTest, PlayersThatCameOrLeftInTheLastTicksAreNeitherLostNorMadeTwice
     simulation.RunTo(Tick(50 + after));
     simulation.Kill(RegionId(2));
     simulation.RunFor(Milliseconds(200));
-    // The control plane tells the heir of the one that may not have been made.
+    // The control plane tells the standby of the one that may not have been made.
     for (auto& [id, worker] : simulation.workers()) worker->region().RemovePlayer(PlayerNumber(1));
     simulation.worker(3).region().SpawnPlayer(PlayerNumber(2));
     simulation.RunFor(Milliseconds(300));
@@ -219,7 +220,7 @@ TEST(FailoverTest, PlayersThatCameOrLeftInTheLastTicksAreNeitherLostNorMadeTwice
 
 // Deaths at random times of random regions, one after the other as soon as all are protected again.
 struct Deaths {
-  std::uint64_t deaths = 0, revived = 0, adopted = 0, pending = 0;
+  std::uint64_t deaths = 0, from_grant = 0, adopted = 0, pending = 0;
   std::int64_t max_age_ticks = 0;
 };
 
@@ -252,7 +253,7 @@ Deaths RandomDeaths(std::uint64_t seed) {
   EXPECT_EQ(simulation.States().size(), 70U) << "seed " << seed;
   const ControlTotals& totals = instance.control->totals();
   EXPECT_EQ(totals.lost, 0U) << "seed " << seed;
-  sum.adopted = totals.adopted, sum.revived = totals.revived, sum.pending = totals.pending;
+  sum.adopted = totals.adopted, sum.from_grant = totals.from_grant, sum.pending = totals.pending;
   sum.max_age_ticks = totals.max_age_ticks;
   return sum;
 }
@@ -263,12 +264,12 @@ TEST(FailoverTest, RandomDeathsLoseAndDoubleNothing) {
   Deaths sum;
   for (std::uint64_t seed = 1; seed <= seeds && !HasFailure(); ++seed) {
     const Deaths one = RandomDeaths(seed);
-    sum.deaths += one.deaths, sum.adopted += one.adopted, sum.revived += one.revived, sum.pending += one.pending;
+    sum.deaths += one.deaths, sum.adopted += one.adopted, sum.from_grant += one.from_grant, sum.pending += one.pending;
     sum.max_age_ticks = std::max(sum.max_age_ticks, one.max_age_ticks);
   }
-  std::printf("%lu deaths: %lu bodies adopted, %lu revived, %lu kept for the next; oldest state %ld ticks\n",
+  std::printf("%lu deaths: %lu bodies adopted, %lu promoted, %lu kept for the next; oldest state %ld ticks\n",
               static_cast<unsigned long>(sum.deaths), static_cast<unsigned long>(sum.adopted),
-              static_cast<unsigned long>(sum.revived), static_cast<unsigned long>(sum.pending),
+              static_cast<unsigned long>(sum.from_grant), static_cast<unsigned long>(sum.pending),
               static_cast<long>(sum.max_age_ticks));
 }
 

@@ -1,7 +1,8 @@
-// A region dies around a handover: what the granter, the new owner, their heirs and a third know differs, and one copy
-// has to live.
+// A region dies around a handover: what the granter, the new owner, their standbys and a third know differs, and one
+// copy has to live.
 #include <gmock/gmock.h>
 
+#include "core/region/testing/kept_bodies.h"
 #include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
@@ -11,8 +12,8 @@ using ::testing::IsEmpty;
 
 constexpr double kHalf = 20;  // of the ground, m
 
-// One ball that flies over 2 x 2 regions: 1 and 2 at negative z, 3 and 4 beyond them; the heir of each is the next one,
-// of 4 it is 1.
+// One ball that flies over 2 x 2 regions: 1 and 2 at negative z, 3 and 4 beyond them; the standby of each is the next
+// one, of 4 it is 1.
 struct Flight {
   Flight(Vec3d from, Vec3f velocity, std::uint64_t seed = 1) : builder(kHalf) {
     id = builder.Add(Ball(0.5), from, velocity).id;
@@ -21,7 +22,7 @@ struct Flight {
   Simulation& simulation() { return *instance->simulation; }
   Control& control() { return *instance->control; }
   region::Region& region(std::uint32_t number) { return simulation().worker(number).region(); }
-  bool Keeps(std::uint32_t granter) { return region(granter).KeptBodies() == std::vector<BodyId>{id}; }
+  bool Keeps(std::uint32_t granter) { return region::KeptBodies(region(granter)) == std::vector<BodyId>{id}; }
 
   // In steps far shorter than a tick.
   template <class Condition>
@@ -39,7 +40,8 @@ struct Flight {
     EXPECT_EQ(control().totals().lost, 0U);
     EXPECT_EQ(simulation().States().size(), 1U);
     EXPECT_EQ(simulation().OwnerOf(id), RegionId(owner));
-    for (const auto& [at, worker] : simulation().workers()) EXPECT_THAT(worker->region().KeptBodies(), IsEmpty()) << at;
+    for (const auto& [at, worker] : simulation().workers())
+      EXPECT_THAT(region::KeptBodies(worker->region()), IsEmpty()) << at;
   }
 
   SceneBuilder builder;
@@ -49,22 +51,22 @@ struct Flight {
 
 Flight AlongTheFirstRow() { return {{-2, 1, -10}, {6, 0, 0}}; }
 
-// Granter and heir have the body by the same epoch: it is the heir's, and once only.
-TEST(HandoverDeathTest, WhatTheHeirHasIsNotRevivedByAGranterThatNeverHeardTheConfirmation) {
+// Granter and standby have the body by the same epoch: it is the standby's, and once only.
+TEST(HandoverDeathTest, WhatTheStandbyHasIsNotPromotedByAGranterThatNeverHeardTheAcknowledgement) {
   Flight flight = AlongTheFirstRow();
   flight.RunUntilOwnedBy(2);
-  flight.simulation().network().Cut(1, 2, true);  // so the confirmation is lost
+  flight.simulation().network().Cut(1, 2, true);  // so the acknowledgement is lost
   const Tick owned = flight.region(2).tick();
   flight.RunUntil([&] { return flight.control().StandbyTick(RegionId(2)) >= owned; });
   ASSERT_TRUE(flight.Keeps(1));
   flight.simulation().Kill(RegionId(2));
   flight.ExpectOne(3);
   EXPECT_EQ(flight.control().totals().adopted, 1U);
-  EXPECT_EQ(flight.control().totals().revived, 0U);
+  EXPECT_EQ(flight.control().totals().from_grant, 0U);
 }
 
-// A confirmation waits for the heir, however long that takes: until then the granter's copy is all there is.
-TEST(HandoverDeathTest, NothingIsConfirmedByATickThatTheHeirLacks) {
+// A acknowledgement waits for the standby, however long that takes: until then the granter's copy is all there is.
+TEST(HandoverDeathTest, NothingIsConfirmedByATickThatTheStandbyLacks) {
   Flight flight = AlongTheFirstRow();
   flight.simulation().RunTo(Tick(10));
   flight.control().HoldLog(RegionId(2), true);
@@ -75,19 +77,19 @@ TEST(HandoverDeathTest, NothingIsConfirmedByATickThatTheHeirLacks) {
   flight.RunUntilOwnedBy(1);
   flight.ExpectOne(3);  // who has that area now
   EXPECT_EQ(flight.control().totals().adopted, 0U);
-  EXPECT_EQ(flight.control().totals().revived, 1U);
+  EXPECT_EQ(flight.control().totals().from_grant, 1U);
 }
 
-// The other way round: the granter has heard the confirmation at a tick that its own heir lacks, and dies. What the
-// heir has is the body before it was granted, or the grant; both are over.
-TEST(HandoverDeathTest, WhatWasConfirmedAtATickThatTheGrantersHeirLacksStaysWithItsOwner) {
-  for (const bool heir_has_the_grant : {false, true}) {
+// The other way round: the granter has heard the acknowledgement at a tick that its own standby lacks, and dies. What
+// the standby has is the body before it was granted, or the grant; both are over.
+TEST(HandoverDeathTest, WhatWasConfirmedAtATickThatTheGrantersStandbyLacksStaysWithItsOwner) {
+  for (const bool standby_has_the_grant : {false, true}) {
     Flight flight = AlongTheFirstRow();
     flight.simulation().RunTo(Tick(10));
-    if (!heir_has_the_grant) flight.control().HoldLog(RegionId(1), true);
+    if (!standby_has_the_grant) flight.control().HoldLog(RegionId(1), true);
     flight.RunUntil([&] { return flight.Keeps(1); });
     const Tick granted = flight.region(1).tick();
-    if (heir_has_the_grant) {
+    if (standby_has_the_grant) {
       flight.RunUntil([&] { return flight.control().StandbyTick(RegionId(1)) >= granted; });
       flight.control().HoldLog(RegionId(1), true);
     }
@@ -95,15 +97,15 @@ TEST(HandoverDeathTest, WhatWasConfirmedAtATickThatTheGrantersHeirLacksStaysWith
     flight.simulation().RunFor(Milliseconds(100));
     flight.simulation().Kill(RegionId(1));
     flight.ExpectOne(2);
-    EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().revived, 0U) << heir_has_the_grant;
+    EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().from_grant, 0U) << standby_has_the_grant;
   }
 }
 
-// From 1 to 2 to 4 within a few ticks, while the heirs of some hear nothing.
+// From 1 to 2 to 4 within a few ticks, while the standbys of some hear nothing.
 struct Onward : Flight {
   Onward() : Flight({-4, 1, -1.5}, {24, 0, 6}) {
     simulation().RunTo(Tick(4));
-    control().HoldLog(RegionId(2), true);  // it confirms nothing, and its heir has nothing of the ball
+    control().HoldLog(RegionId(2), true);  // it confirms nothing, and its standby has nothing of the ball
   }
   // Until 4 has it, and neither it nor 2 has confirmed.
   void RunUntilNobodyHasConfirmed() {
@@ -124,36 +126,36 @@ TEST(HandoverDeathTest, WhatWasGrantedOnwardToAThirdStaysThere) {
   ASSERT_TRUE(flight.Keeps(1));                       // the second has not
   flight.simulation().Kill(RegionId(2));
   flight.ExpectOne(4);
-  EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().revived, 0U);
+  EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().from_grant, 0U);
 }
 
-TEST(HandoverDeathTest, WhatWasGrantedOnwardIsRevivedByTheSecondIfTheThirdDies) {
+TEST(HandoverDeathTest, WhatWasGrantedOnwardIsPromotedByTheSecondIfTheThirdDies) {
   Onward flight;
   flight.RunUntilNobodyHasConfirmed();
   flight.control().HoldLog(RegionId(2), false);
   flight.simulation().Kill(RegionId(4));
   flight.RunUntilOwnedBy(2);
   flight.ExpectOne(1);  // who has that area now
-  EXPECT_EQ(flight.control().totals().revived, 1U);
+  EXPECT_EQ(flight.control().totals().from_grant, 1U);
 }
 
-TEST(HandoverDeathTest, WhatWasGrantedOnwardIsRevivedByTheFirstIfBothOthersDieTogether) {
+TEST(HandoverDeathTest, WhatWasGrantedOnwardIsPromotedByTheFirstIfBothOthersDieTogether) {
   Onward flight;
   flight.RunUntilNobodyHasConfirmed();
   flight.simulation().Kill(RegionId(2));
   flight.simulation().Kill(RegionId(4));
   flight.ExpectOne(1);
-  EXPECT_EQ(flight.control().totals().revived, 1U);
-  EXPECT_EQ(flight.control().totals().without_standby, 0U);
+  EXPECT_EQ(flight.control().totals().from_grant, 1U);
+  EXPECT_EQ(flight.control().totals().without_copy, 0U);
 }
 
 // Granter and new owner die together, at each tick around the handover, and of none, of one or of both the last ticks
-// never reached the heir.
+// never reached the standby.
 TEST(HandoverDeathTest, TwoNeighboursThatDieTogetherAroundAHandoverLoseNothing) {
-  std::uint64_t adopted = 0, revived = 0;
+  std::uint64_t adopted = 0, from_grant = 0;
   for (std::uint64_t tick = 18; tick <= 32; ++tick) {
     for (const unsigned held : {0U, 1U, 2U, 3U}) {   // bit 0: of the granter, bit 1: of the new owner
-      Flight flight({-10, 1, -2}, {0, 0, 6}, tick);  // from 1 to 3, whose heirs are 2 and 4
+      Flight flight({-10, 1, -2}, {0, 0, 6}, tick);  // from 1 to 3, whose standbys are 2 and 4
       flight.simulation().RunTo(Tick(tick - 2));
       flight.control().HoldLog(RegionId(1), (held & 1) != 0);
       flight.control().HoldLog(RegionId(3), (held & 2) != 0);
@@ -164,18 +166,18 @@ TEST(HandoverDeathTest, TwoNeighboursThatDieTogetherAroundAHandoverLoseNothing) 
       const std::string when = "at " + std::to_string(tick) + ", held " + std::to_string(held);
       EXPECT_THAT(flight.simulation().problems(), IsEmpty()) << when;
       ASSERT_EQ(flight.simulation().States().size(), 1U) << when;
-      EXPECT_EQ(flight.control().totals().without_standby, 0U) << when;
-      EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().revived, 1U) << when;
+      EXPECT_EQ(flight.control().totals().without_copy, 0U) << when;
+      EXPECT_EQ(flight.control().totals().adopted + flight.control().totals().from_grant, 1U) << when;
       adopted += flight.control().totals().adopted;
-      revived += flight.control().totals().revived;
+      from_grant += flight.control().totals().from_grant;
     }
   }
   EXPECT_GT(adopted, 0U);
-  EXPECT_GT(revived, 0U);  // out of the granter's log: the new owner's never reached its heir
+  EXPECT_GT(from_grant, 0U);  // out of the granter's log: the new owner's never reached its standby
 }
 
-// A spawn that a heir has, one that it has not, a removal likewise: at each tick after they were asked for, whichever
-// region dies, and its heir's news held back or not.
+// A spawn that a standby has, one that it has not, a removal likewise: at each tick after they were asked for,
+// whichever region dies, and its standby's news held back or not.
 TEST(HandoverDeathTest, ASpawnOrARemovalInTheLastTicksIsDoneOnce) {
   for (std::uint64_t after = 0; after < 5; ++after) {
     for (const bool held : {false, true}) {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/region/wire.h"
+#include "core/world/bytes.h"
 
 namespace tessera::simulation {
 
@@ -21,7 +21,7 @@ PlayerClient::~PlayerClient() {
 }
 
 Bytes PlayerClient::Tell(RegionId region, Epoch epoch, std::uint32_t last_input) {
-  region::Writer out;
+  ByteWriter out;
   out.Varint(region.value());
   out.Varint(epoch.value());
   out.Varint(last_input);
@@ -29,7 +29,7 @@ Bytes PlayerClient::Tell(RegionId region, Epoch epoch, std::uint32_t last_input)
 }
 
 void PlayerClient::Hear(const Bytes& datagram) {
-  region::Reader in(datagram);
+  ByteReader in(datagram);
   const RegionId region(in.Varint32());
   const Epoch epoch(in.Varint32());
   const std::uint32_t last_input = in.Varint32();
@@ -42,11 +42,11 @@ void PlayerClient::Hear(const Bytes& datagram) {
 void PlayerClient::Speak() {
   if (owner_ != RegionId()) {
     const Vec3d push{chance_.Between(-1, 1), 0, chance_.Between(-1, 1)};
-    asked_.push_back({next_++, Vec3f(push * force_n_)});
+    asked_.push_back({.number = next_++, .force_n = Vec3f(push * force_n_)});
     if (asked_.size() > kRepeats) asked_.pop_front();
-    region::Writer out;
+    ByteWriter out;
     out.U8(static_cast<std::uint8_t>(asked_.size()));
-    for (const Asked& input : asked_) {
+    for (const PlayerInput& input : asked_) {
       out.Varint(input.number);
       out.V(input.force_n);
     }
@@ -57,10 +57,10 @@ void PlayerClient::Speak() {
   });
 }
 
-std::vector<region::PlayerInput> PlayerClient::Read(PlayerNumber player, const Bytes& datagram) {
-  region::Reader in(datagram);
-  std::vector<region::PlayerInput> inputs(std::min<std::size_t>(in.U8(), kRepeats));
-  for (region::PlayerInput& input : inputs) {
+std::vector<PlayerInput> PlayerClient::Read(PlayerNumber player, const Bytes& datagram) {
+  ByteReader in(datagram);
+  std::vector<PlayerInput> inputs(std::min<std::size_t>(in.U8(), kRepeats));
+  for (PlayerInput& input : inputs) {
     input.player = player;
     input.body = PlayerBodyId(player);
     input.number = in.Varint32();

@@ -24,7 +24,7 @@ class PlayerClient {
 
   // What a region tells a player, and how it reads what one asks for.
   static Bytes Tell(RegionId region, Epoch epoch, std::uint32_t last_input);
-  static std::vector<region::PlayerInput> Read(PlayerNumber player, const Bytes& datagram);
+  static std::vector<PlayerInput> Read(PlayerNumber player, const Bytes& datagram);
 
  private:
   void Hear(const Bytes& datagram);
@@ -38,11 +38,7 @@ class PlayerClient {
   RegionId owner_;
   Epoch epoch_;
   std::uint32_t next_ = 1;
-  struct Asked {
-    std::uint32_t number = 0;
-    Vec3f force_n;
-  };
-  std::deque<Asked> asked_;
+  std::deque<PlayerInput> asked_;
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };
 

@@ -3,8 +3,9 @@
 #include <gmock/gmock.h>
 
 #include "client_sdk/world_view.h"
+#include "core/region/testing/kept_bodies.h"
 #include "region_worker/body_feed.h"
-#include "region_worker/property_orders.h"
+#include "region_worker/core/property_orders.h"
 #include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
@@ -76,7 +77,8 @@ class Changing {
   Changing(const SceneBuilder& builder, std::uint64_t seed) : instance(builder, 4, SimulationOptions{.seed = seed}) {
     viewers.emplace_back(*instance.scene, seed + 1, 0.2);
     viewers.emplace_back(*instance.scene, seed + 2, 0.2);
-    simulation().on_step = [this, before = simulation().on_step](Worker& worker, const region::StepResult& result) {
+    simulation().on_step = [this, before = simulation().on_step](SimulatedRegion& worker,
+                                                                 const region::StepResult& result) {
       before(worker, result);
       Stepped(worker, result);
     };
@@ -102,7 +104,7 @@ class Changing {
   }
   PropertyValue ValueAtOwner(BodyId body, const char* name) {
     const RegionId owner = simulation().OwnerOf(body);
-    for (const region::ChangedProperties& entry : simulation().worker(owner.value()).region().properties()) {
+    for (const region::ChangedProperties& entry : simulation().worker(owner.value()).region().properties().all()) {
       if (entry.body == body) return *ValueOf(kDefs, {}, *PropertySet::Decode(*entry.bytes, kDefs), name);
     }
     return *ValueOf(kDefs, {}, {}, name);
@@ -119,7 +121,7 @@ class Changing {
     worker::BodyFeed feed;
     std::unique_ptr<replication::SnapshotHistory> history;
   };
-  void Stepped(Worker& worker, const region::StepResult& result) {
+  void Stepped(SimulatedRegion& worker, const region::StepResult& result) {
     Shell& shell = shells_[worker.id()];
     if (shell.history == nullptr) {
       const auto settings = replication::SettingsFor(*instance.scene);
@@ -146,7 +148,7 @@ SceneBuilder WithProperties(SceneBuilder builder) {
   return builder;
 }
 
-// A ball flies from region 1 into 2, which dies; 3 is its heir.
+// A ball flies from region 1 into 2, which dies; 3 is its standby.
 TEST(PropertiesTest, AChangeOutlivesAHandoverAndADeath) {
   SceneBuilder builder(kHalf);
   const BodyId ball = builder.Add(Ball(0.5), {-4, 1, -10}, {6, 0, 0}).id;
@@ -157,12 +159,13 @@ TEST(PropertiesTest, AChangeOutlivesAHandoverAndADeath) {
   EXPECT_EQ(world.ValueAtOwner(ball, "health"), PropertyValue(std::int64_t{80}));
 
   // While it is being handed over nobody can make the change; then the new owner does.
-  world.RunUntil([&] { return world.simulation().worker(1).region().KeptBodies() == std::vector<BodyId>{ball}; });
+  world.RunUntil(
+      [&] { return region::KeptBodies(world.simulation().worker(1).region()) == std::vector<BodyId>{ball}; });
   world.Order(ball, "health", std::int64_t{50});
   world.RunUntil([&] { return world.orders.empty(); });
   EXPECT_EQ(world.simulation().OwnerOf(ball), RegionId(2));
 
-  // Made by an owner that dies before its heir has heard of it: made again by the heir.
+  // Made by an owner that dies before its standby has heard of it: made again by the standby.
   world.instance.control->HoldLog(RegionId(2), true);
   world.Order(ball, "team", std::string("red"));
   world.RunUntil([&] { return world.ValueAtOwner(ball, "team") == PropertyValue(std::string("red")); });

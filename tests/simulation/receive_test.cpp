@@ -27,7 +27,7 @@ class ReceiveTest : public ::testing::Test {
     const PartitionMap map = *MakeGridMap(scene->ground(), 3);
     for (std::uint32_t id : {1, 2, 3}) {
       regions.push_back(std::make_unique<region::Region>(
-          region::Config{RegionId(id), Incarnation(1), scene, map, region::Settings()}));
+          region::Config{RegionId(id), Incarnation(1), scene, map, region::RegionSettings()}));
       for (region::OutgoingFrame& frame : regions.back()->Start()) {
         if (frame.to == RegionId(1)) to_first.push_back(frame.bytes);
       }
@@ -62,11 +62,11 @@ TEST_F(ReceiveTest, AFrameThatIsHereAlreadyIsIgnored) {
 TEST_F(ReceiveTest, OnlyNeighboursSpeakForThemselves) {
   EXPECT_EQ(Error(9, to_first[0]), "region 9 is not a neighbour");
   EXPECT_EQ(Error(3, to_first[0]), "a frame of region 2 from region 3");
-  EXPECT_EQ(Error(2, {}), "truncated");
+  EXPECT_EQ(Error(2, {}), "header: truncated");
 }
 
 TEST_F(ReceiveTest, NobodyShowsOrGrantsWhatIsOwnedHere) {
-  region::Frame frame = *region::Decode(to_first[0], {});
+  region::BorderFrame frame = *region::Decode(to_first[0], {});
   ASSERT_EQ(frame.ghosts.size(), 1U);
   frame.ghosts[0].id = BodyId(1);
   EXPECT_EQ(Error(2, region::Encode(frame, {})), "body 1 is owned here");
@@ -78,7 +78,7 @@ TEST_F(ReceiveTest, NobodyShowsOrGrantsWhatIsOwnedHere) {
 }
 
 TEST_F(ReceiveTest, FramesOfAnotherMapOrTooEarlyAreRefused) {
-  region::Frame frame = *region::Decode(to_first[0], {});
+  region::BorderFrame frame = *region::Decode(to_first[0], {});
   frame.map_version = MapVersion(5);
   EXPECT_THAT(Error(2, region::Encode(frame, {})), HasSubstr("map version 5"));
   frame.map_version = MapVersion(1);
@@ -88,8 +88,8 @@ TEST_F(ReceiveTest, FramesOfAnotherMapOrTooEarlyAreRefused) {
 }
 
 TEST_F(ReceiveTest, NothingOfABadFrameIsUsedAndTheGoodOneIsStillWelcome) {
-  const region::Frame good = *region::Decode(to_first[0], {});
-  region::Frame frame = good;
+  const region::BorderFrame good = *region::Decode(to_first[0], {});
+  region::BorderFrame frame = good;
   frame.ghosts[0].id = BodyId(77);
   EXPECT_EQ(Error(2, region::Encode(frame, {})), "body 77 is not a dynamic body of the scene");
   frame = good;
@@ -148,7 +148,7 @@ TEST(FrameNoiseTest, NothingInAFrameEndsTheProcess) {
     };
     for (std::uint32_t id = 1; id <= 4; ++id) {
       regions.push_back(std::make_unique<region::Region>(
-          region::Config{RegionId(id), Incarnation(1), scene, map, region::Settings()}));
+          region::Config{RegionId(id), Incarnation(1), scene, map, region::RegionSettings()}));
       send(RegionId(id), regions.back()->Start());
     }
     regions[0]->SpawnPlayer(PlayerNumber(1));

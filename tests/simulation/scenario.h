@@ -29,7 +29,7 @@ enum class FaultKind : std::uint8_t {
   kPartition,  // two groups of regions do not hear each other
   kStall,      // a worker stands still
   kSlow,       // each tick of a worker takes longer than a tick
-  kKill,       // a worker dies, as soon as its heir has a copy; lasts until its area moves again
+  kKill,       // a worker dies, as soon as its standby has a copy; lasts until its area moves again
   kRestart,    // a new worker takes the place of the dead by a planned map; lasts until that is settled
 };
 inline constexpr std::size_t kFaultKinds = 11;
@@ -54,7 +54,7 @@ struct Scenario {
   World world = World::kSwarm;
   std::shared_ptr<const Scene> scene;
   PartitionMap map;
-  region::Settings settings;
+  region::RegionSettings settings;
   std::uint64_t ticks = 0;
   bool closed = false;  // nothing acts on the bodies from outside: momentum is kept
   std::uint32_t players = 0;
@@ -75,7 +75,7 @@ struct Outcome {
   SimulationTotals totals;
   NetworkTotals network;
   std::array<std::uint64_t, kFaultKinds> handovers_under{};  // while a fault of the kind held the two regions up
-  std::uint64_t cut_short = 0;  // handovers whose granter or new owner died between grant and confirmation
+  std::uint64_t cut_short = 0;  // handovers whose granter or new owner died between grant and acknowledgement
   ControlTotals control;
   std::size_t lost = 0, doubled = 0;
   std::uint64_t closings = 0, openings = 0;

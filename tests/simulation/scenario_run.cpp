@@ -3,6 +3,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "core/region/testing/kept_bodies.h"
 #include "tests/simulation/player_client.h"
 #include "tests/simulation/scenario.h"
 
@@ -38,7 +39,7 @@ class Runner {
   void End(const Fault& fault);
   void MakeWeather();
   static bool Strikes(const Fault& fault, RegionId from, RegionId to);
-  void TellPlayers(Worker& worker);
+  void TellPlayers(SimulatedRegion& worker);
   void WeighClosed(Outcome& outcome);
   bool HasDeaths() const;
   void TryKill(const Fault& fault);
@@ -73,7 +74,7 @@ bool Runner::HasDeaths() const {
 
 void Runner::Attach(Simulation& simulation) {
   if (HasDeaths()) control_ = std::make_unique<Control>(simulation, scenario_.map);
-  simulation.on_step = [this, before = simulation.on_step](Worker& worker, const region::StepResult& result) {
+  simulation.on_step = [this, before = simulation.on_step](SimulatedRegion& worker, const region::StepResult& result) {
     if (before) before(worker, result);
     for (const region::Departure& departure : result.departures) {
       // A failover lets go of bodies as well.
@@ -88,9 +89,9 @@ void Runner::Attach(Simulation& simulation) {
     }
     TellPlayers(worker);
   };
-  simulation.on_datagram = [](Worker& worker, Node from, const Bytes& bytes) {
+  simulation.on_datagram = [](SimulatedRegion& worker, Node from, const Bytes& bytes) {
     const PlayerNumber player(from - ClientNode(PlayerNumber(0)));
-    for (const region::PlayerInput& input : PlayerClient::Read(player, bytes)) (void)worker.region().QueueInput(input);
+    for (const PlayerInput& input : PlayerClient::Read(player, bytes)) (void)worker.region().QueueInput(input);
   };
 }
 
@@ -157,7 +158,7 @@ void Runner::End(const Fault& fault) {
   }
 }
 
-// One that dies before its heir has a copy, or while others are dying, is lost rightly: failover_test has those.
+// One that dies before its standby has a copy, or while others are dying, is lost rightly: failover_test has those.
 bool Runner::MayDie(RegionId region) const {
   const auto& workers = simulation_.workers();
   return simulation_.Alive(region) && workers.size() > kFewest && !control_->failing_over() &&
@@ -168,7 +169,7 @@ bool Runner::MayDie(RegionId region) const {
 std::uint64_t Runner::HandoversUnderWay(RegionId region) const {
   std::uint64_t count = 0;
   for (const auto& [id, worker] : simulation_.workers()) {
-    for (const BodyId body : worker->region().KeptBodies()) {
+    for (const BodyId body : region::KeptBodies(worker->region())) {
       const auto to = granted_to_.find({id, body});
       count += id == region || (to != granted_to_.end() && to->second == region) ? 1 : 0;
     }
@@ -263,7 +264,7 @@ void Runner::PlanPlayers() {
   }
 }
 
-void Runner::TellPlayers(Worker& worker) {
+void Runner::TellPlayers(SimulatedRegion& worker) {
   if (scenario_.players == 0) return;
   for (const region::OwnedBody& body : worker.region().owned()) {
     const BodyId id = body.def->id;

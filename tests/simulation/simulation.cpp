@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "core/region/testing/kept_bodies.h"
 
 namespace tessera::simulation {
 namespace {
@@ -59,11 +60,11 @@ Simulation::Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& m
 
 Simulation::~Simulation() = default;
 
-Worker& Simulation::StartWorker(region::Config config) {
+SimulatedRegion& Simulation::StartWorker(region::Config config) {
   auto& worker = workers_[config.self];
-  worker = std::make_unique<Worker>(timeline_, network_, std::move(config));
-  worker->on_step = [this](Worker& of, const region::StepResult& result) { Stepped(of, result); };
-  worker->on_other = [this](Worker& of, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+  worker = std::make_unique<SimulatedRegion>(timeline_, network_, std::move(config));
+  worker->on_step = [this](SimulatedRegion& of, const region::StepResult& result) { Stepped(of, result); };
+  worker->on_other = [this](SimulatedRegion& of, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
     if (on_message) on_message(of, from, kind, bytes);
   };
   worker->on_datagram = [this, of = worker.get()](Node from, const Bytes& bytes) {
@@ -90,7 +91,7 @@ Tick Simulation::tick() const {
 std::uint64_t Simulation::Unrest() const {
   std::uint64_t unrest = 0;
   for (const auto& [id, worker] : workers_) {
-    const WorkerTotals& totals = worker->totals();
+    const RegionTotals& totals = worker->totals();
     unrest += totals.closings + totals.openings + worker->region().tick().value() - totals.steps;
   }
   return unrest;
@@ -105,7 +106,7 @@ std::string Simulation::Standstill() const {
     for (const RegionId missing : region.WaitingFor()) absl::StrAppend(&text, " ", missing.value());
     absl::StrAppend(&text, ", closed to");
     for (const RegionId neighbor : region.neighbors()) {
-      if (!region.IsOpen(neighbor)) absl::StrAppend(&text, " ", neighbor.value());
+      if (!region.IsLinkUp(neighbor)) absl::StrAppend(&text, " ", neighbor.value());
     }
     absl::StrAppend(&text, ";");
   }
@@ -129,7 +130,7 @@ bool Simulation::AllOpen() const {
   return std::all_of(workers_.begin(), workers_.end(), [](const auto& entry) {
     const region::Region& region = entry.second->region();
     return std::all_of(region.neighbors().begin(), region.neighbors().end(),
-                       [&](RegionId neighbor) { return region.IsOpen(neighbor); });
+                       [&](RegionId neighbor) { return region.IsLinkUp(neighbor); });
   });
 }
 
@@ -191,7 +192,7 @@ void Simulation::RemovePlayer(PlayerNumber player) {
   for (const auto& [id, worker] : workers_) worker->region().RemovePlayer(player);
 }
 
-void Simulation::Stepped(Worker& worker, const region::StepResult& result) {
+void Simulation::Stepped(SimulatedRegion& worker, const region::StepResult& result) {
   ++totals_.steps;
   totals_.nonfinite += result.nonfinite.size();
   ledger_.Stepped(worker.id(), result.tick, worker.region().owned(), result);
@@ -200,7 +201,7 @@ void Simulation::Stepped(Worker& worker, const region::StepResult& result) {
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
 }
 
-void Simulation::CountHandovers(Worker& worker, const region::StepResult& result) {
+void Simulation::CountHandovers(SimulatedRegion& worker, const region::StepResult& result) {
   if (result.handed_out == 0) return;
   for (const region::Departure& departure : result.departures) {
     if (departure.reason != region::DepartureReason::kHandedOver) continue;
@@ -220,7 +221,7 @@ void Simulation::CheckCopies() {
   std::vector<BodyId> held;
   for (const auto& [id, worker] : workers_) {
     for (const region::OwnedBody& body : worker->region().owned()) held.push_back(body.def->id);
-    for (const BodyId kept : worker->region().KeptBodies()) held.push_back(kept);
+    for (const BodyId kept : region::KeptBodies(worker->region())) held.push_back(kept);
   }
   if (more_copies) more_copies(held);
   ledger_.CheckCopies(tick(), held);

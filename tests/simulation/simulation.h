@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "tests/simulation/ledger.h"
-#include "tests/simulation/worker.h"
+#include "tests/simulation/simulated_region.h"
 
 namespace tessera::simulation {
 
@@ -35,7 +35,7 @@ class Simulation;
 
 struct SimulationOptions {
   std::uint64_t seed = 1;
-  region::Settings settings = {};
+  region::RegionSettings settings = {};
   Weather weather = {};
   bool weigh = false;  // the ledger adds up momentum and energy
   // Called before the first worker starts: the place to hang something in.
@@ -66,13 +66,13 @@ class Simulation {
   void Stall(RegionId region, Micros time);
   void CutBetween(RegionId a, RegionId b, Micros time);
   // Its last life must have ended.
-  Worker& StartWorker(region::Config config);
+  SimulatedRegion& StartWorker(region::Config config);
 
   // --- What hangs itself in. Called in this order: started, then steps and messages, then killed.
-  std::function<void(Worker&)> on_worker_started;
-  std::function<void(Worker&, const region::StepResult&)> on_step;
-  std::function<void(Worker&, Node from, std::uint8_t kind, std::span<const std::uint8_t>)> on_message;
-  std::function<void(Worker&, Node from, const Bytes&)> on_datagram;
+  std::function<void(SimulatedRegion&)> on_worker_started;
+  std::function<void(SimulatedRegion&, const region::StepResult&)> on_step;
+  std::function<void(SimulatedRegion&, Node from, std::uint8_t kind, std::span<const std::uint8_t>)> on_message;
+  std::function<void(SimulatedRegion&, Node from, const Bytes&)> on_datagram;
   std::function<void(RegionId)> on_killed;
   // Bodies that others than owners and granters keep, e.g. standbys: asked for by the check of copies.
   std::function<void(std::vector<BodyId>&)> more_copies;
@@ -81,9 +81,9 @@ class Simulation {
   void SpawnPlayer(PlayerNumber player, RegionId region);
   void RemovePlayer(PlayerNumber player);
 
-  Worker& worker(std::uint32_t region) { return *workers_.at(RegionId(region)); }
-  std::map<RegionId, std::unique_ptr<Worker>>& workers() { return workers_; }
-  const std::map<RegionId, std::unique_ptr<Worker>>& workers() const { return workers_; }
+  SimulatedRegion& worker(std::uint32_t region) { return *workers_.at(RegionId(region)); }
+  std::map<RegionId, std::unique_ptr<SimulatedRegion>>& workers() { return workers_; }
+  const std::map<RegionId, std::unique_ptr<SimulatedRegion>>& workers() const { return workers_; }
   Timeline& timeline() { return timeline_; }
   VirtualNetwork& network() { return network_; }
   Chance& chance() { return chance_; }
@@ -98,8 +98,8 @@ class Simulation {
   std::map<BodyId, BodyState> States() const;
 
  private:
-  void Stepped(Worker& worker, const region::StepResult& result);
-  void CountHandovers(Worker& worker, const region::StepResult& result);
+  void Stepped(SimulatedRegion& worker, const region::StepResult& result);
+  void CountHandovers(SimulatedRegion& worker, const region::StepResult& result);
   void CheckCopies();
   bool AllOpen() const;
   std::uint64_t Unrest() const;
@@ -112,7 +112,7 @@ class Simulation {
   Chance chance_;
   VirtualNetwork network_;
   Ledger ledger_;
-  std::map<RegionId, std::unique_ptr<Worker>> workers_;
+  std::map<RegionId, std::unique_ptr<SimulatedRegion>> workers_;
   std::vector<Vec3d> corners_;  // of three cells or more
   std::vector<std::uint8_t> jointed_;
   SimulationTotals totals_;

@@ -61,8 +61,9 @@ TEST(SimulationTest, AKilledWorkerIsGoneAndAnotherLifeMayStart) {
   EXPECT_FALSE(simulation.Alive(RegionId(2)));
   EXPECT_EQ(simulation.OwnerOf(simulation.scene()->bodies[4].id), RegionId(1));  // the first ball
   simulation.RunFor(Milliseconds(100));
-  Worker& next = simulation.StartWorker({RegionId(2), Incarnation(2), simulation.scene(),
-                                         *MakeGridMap(simulation.scene()->ground(), 2), region::Settings()});
+  SimulatedRegion& next =
+      simulation.StartWorker({RegionId(2), Incarnation(2), simulation.scene(),
+                              *MakeGridMap(simulation.scene()->ground(), 2), region::RegionSettings()});
   EXPECT_EQ(next.region().tick(), Tick());
   EXPECT_EQ(simulation.totals().kills, 1U);
 }

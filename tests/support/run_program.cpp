@@ -1,32 +1,32 @@
 #include "tests/support/run_program.h"
 
-#include <filesystem>
-#include <fstream>
-
-#include "local_cluster/local_cluster.h"
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/temporary_folder.h"
 
 namespace tessera::support {
 namespace {
 
-std::string ReadAll(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
+constexpr std::size_t kMaxOutputBytes = std::size_t{1} << 28;
 
 }  // namespace
 
 RunResult RunProgram(const std::string& program, const std::vector<std::string>& arguments,
                      std::chrono::seconds timeout) {
-  const local::TemporaryFolder folder;
+  const host::TemporaryFolder folder;
   const std::string out = folder.path() + "/out", err = folder.path() + "/err";
   std::vector<std::string> argv{BinaryPath(program)};
   argv.insert(argv.end(), arguments.begin(), arguments.end());
   RunResult result;
-  local::ChildProcess process(argv, err, out);
-  if (const auto ended = process.Wait(timeout); ended && ended->signal == 0) result.exit_code = ended->code;
-  process.End(std::chrono::seconds(10));
-  result.out = ReadAll(out);
-  result.err = ReadAll(err);
+  auto process = host::ChildProcess::Start({.argv = argv, .log_path = err, .output_path = out});
+  if (!process.ok()) {
+    result.err = process.status().ToString();
+    return result;
+  }
+  if (const auto ended = process->Wait(timeout); ended && ended->signal == 0) result.exit_code = ended->code;
+  process->End(std::chrono::seconds(10));
+  result.out = host::ReadFile(out, kMaxOutputBytes).value_or("");
+  result.err = host::ReadFile(err, kMaxOutputBytes).value_or("");
   return result;
 }
 

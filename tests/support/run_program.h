@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "local_cluster/child_process.h"
-
 namespace tessera::support {
 
 struct RunResult {
@@ -20,6 +18,5 @@ RunResult RunProgram(const std::string& program, const std::vector<std::string>&
 
 std::string BinaryPath(const std::string& program);
 std::string ScenePath(const std::string& name);
-using local::IsAlive;
 
 }  // namespace tessera::support

@@ -96,7 +96,7 @@ Touch NearestInside(const Polyhedron& p, const Segment& s) {
     Vec3f normal = cross / length;
     if (Dot(normal, edge.center - p.inside) < 0) normal = -normal;
     // Only edges whose two faces look to either side of the normal bear it.
-    const Vec3f vertex = p.vertices[Support(p, normal)];
+    const Vec3f vertex = p.vertices[SupportVertex(p, normal)];
     if (Dot(vertex - edge.center, normal) > 1e-5f * length) continue;
     const float distance = Dot(s.center - edge.center, normal);
     if (distance > best.distance_m + lead) best = {normal, distance, MeetingOf(edge, s).t};
@@ -123,7 +123,7 @@ void AddOverFace(const Polyhedron& p, const Polyhedron::Face& face, const Segmen
 
 // Where the segment runs along an edge that looks its way.
 void AddAlongEdge(const Polyhedron& p, const Segment& s, float speculative_m, LocalManifold* out) {
-  const float most = Dot(out->normal, p.vertices[Support(p, out->normal)]);
+  const float most = Dot(out->normal, p.vertices[SupportVertex(p, out->normal)]);
   for (const Polyhedron::Edge& e : p.edges) {
     const Segment edge = EdgeOf(p, e);
     const float lowest = Dot(out->normal, edge.center) - std::abs(Dot(out->normal, edge.half));

@@ -255,7 +255,7 @@ TEST(BoundsTest, HoldAShapeTightly) {
   for (const ShapeRef& shape : ConvexShapes()) {
     for (int i = 0; i < 50; ++i) {
       const Mat3f turn = RotationOf(draw.Turn());
-      const LocalBounds bounds = BoundsOf(*shape, turn);
+      const Bounds bounds = BoundsOf(*shape, turn);
       // A plane just below touches, and just a little further no more.
       const auto touches = [&](Vec3f up, float offset) {
         LocalManifold m;
@@ -278,7 +278,7 @@ TEST(BoundsTest, HoldAShapeTightly) {
 TEST(BoundsTest, RadiiHoldFromInsideAndOutside) {
   Draw draw(14);
   for (const ShapeRef& shape : ConvexShapes()) {
-    const LocalBounds straight = BoundsOf(*shape, {});
+    const Bounds straight = BoundsOf(*shape, {});
     for (int i = 0; i < 500; ++i) {
       // The lowest point along any direction lies between the two balls.
       LocalManifold m;

@@ -6,15 +6,12 @@
 namespace tessera::physics {
 namespace {
 
-// Bounds of b about its own origin in a's axes.
-LocalBounds BoundsIn(const Geometry& geometry, const LocalPose& pose) {
-  LocalBounds bounds = BoundsOf(geometry, pose.rotation);
-  bounds.min += pose.position;
-  bounds.max += pose.position;
-  return bounds;
+// Bounds of a geometry that is placed by `pose`.
+Bounds BoundsAt(const Geometry& geometry, const LocalPose& pose) {
+  return BoundsOf(geometry, pose.rotation).Moved(pose.position);
 }
 
-bool Meet(const LocalBounds& a, const LocalBounds& b, float within) {
+bool Near(const Bounds& a, const Bounds& b, float within) {
   return a.min.x <= b.max.x + within && b.min.x <= a.max.x + within && a.min.y <= b.max.y + within &&
          b.min.y <= a.max.y + within && a.min.z <= b.max.z + within && b.min.z <= a.max.z + within;
 }
@@ -58,14 +55,14 @@ void CollideParts(const Geometry& a, const Geometry& b, const LocalPose& b_in_a,
                   std::vector<LocalManifold>* out) {
   const bool everywhere = b.kind == GeometryKind::kPlane;
   const bool surface = b.kind == GeometryKind::kMesh || b.kind == GeometryKind::kHeightField;
-  const LocalBounds bounds = everywhere || surface ? LocalBounds{} : BoundsIn(b, b_in_a);
+  const Bounds bounds = everywhere || surface ? Bounds{} : BoundsAt(b, b_in_a);
   Scratch& scratch = ScratchOfThread();
   PartCaches& known = scratch.of_a;
   known.assign(parts.begin(), parts.end());
   parts.clear();
   for (std::uint32_t i = 0; i < a.children.size(); ++i) {
     const Geometry::Child& child = a.children[i];
-    if (!everywhere && !surface && !Meet(BoundsIn(*child.geometry, PoseOf(child)), bounds, speculative_m)) continue;
+    if (!everywhere && !surface && !Near(BoundsAt(*child.geometry, PoseOf(child)), bounds, speculative_m)) continue;
     const LocalPose pose = FromChild(child, b_in_a);
     const std::size_t begin = out->size();
     if (b.convex()) {
@@ -96,7 +93,7 @@ void CollideCompound(const Geometry& a, const Geometry& b, const LocalPose& b_in
   PartCaches &known = ScratchOfThread().of_b, &found = ScratchOfThread().found;
   known.assign(parts.begin(), parts.end());
   parts.clear();
-  const LocalBounds bounds = BoundsOf(a, Mat3f{});
+  const Bounds bounds = BoundsOf(a, Mat3f{});
   const auto stride = static_cast<std::uint32_t>(std::max<std::size_t>(a.children.size(), 1));
   for (std::uint32_t i = 0; i < b.children.size(); ++i) {
     const Geometry::Child& child = b.children[i];
@@ -104,7 +101,7 @@ void CollideCompound(const Geometry& a, const Geometry& b, const LocalPose& b_in
     pose.position = b_in_a.position + b_in_a.rotation * child.position;
     pose.rotation = b_in_a.rotation * child.rotation;
     pose.a_in_b = Vec3d(Into(child.rotation, Vec3f(b_in_a.a_in_b) - child.position));
-    if (!Meet(bounds, BoundsIn(*child.geometry, pose), speculative_m)) continue;
+    if (!Near(bounds, BoundsAt(*child.geometry, pose), speculative_m)) continue;
     const std::size_t begin = out->size();
     const auto within = [&](std::uint32_t key) {
       return std::lower_bound(known.begin(), known.end(), key,

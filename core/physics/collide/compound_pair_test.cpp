@@ -29,7 +29,7 @@ TEST(CompoundTest, TwoBoxesAreTwoBoxes) {
     EXPECT_NE(found[0].key, found[1].key);
     for (std::size_t i = 0; i < 2; ++i) {
       const CompoundChild& child = i == 0 ? left : right;
-      const auto part = MakeGeometry(child.shape, {});
+      const auto part = MakeGeometry(*child.shape, {});
       const Pose place{above.position + Rotate(above.orientation, child.pose.position),
                        above.orientation * child.pose.orientation};
       ConvexCache cache;

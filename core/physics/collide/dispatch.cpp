@@ -68,7 +68,7 @@ void CollideWithCapsule(const Geometry& a, const Geometry& b, const LocalPose& p
 bool Grazes(const Geometry& box, const Geometry& other, const LocalPose& other_in_box, Vec3f normal) {
   constexpr float kAthwart = 0.5f;
   const Vec3f h = box.half_extents_m, at = other_in_box.position;
-  const LocalBounds bounds = BoundsOf(other, other_in_box.rotation);
+  const Bounds bounds = BoundsOf(other, other_in_box.rotation);
   const float size = std::min({h.x, h.y, h.z, other.middle_radius_m});
   const float thin = std::min(kGraze_m, kGrazeShare * size);
   const auto athwart = [&](float along, float half, float low, float high) {

@@ -4,23 +4,19 @@
 #include <cmath>
 #include <limits>
 
-#include "core/physics/bullet_math.h"
-#include "core/physics/collide/polyhedron.h"
-#include "core/physics/collide/surface.h"
+#include "core/physics/collide/hull.h"
 
 namespace tessera::physics {
 namespace {
 
-constexpr float kHuge = std::numeric_limits<float>::max();
-
-// Of the largest ball about `center` inside of the hull; negative where it lies outside.
+// Radius of the largest ball about `center` inside the hull; negative where the center lies outside.
 float RadiusAbout(Vec3f center, const Polyhedron& hull) {
-  float radius = kHuge;
+  float radius = std::numeric_limits<float>::max();
   for (const Polyhedron::Face& face : hull.faces) radius = std::min(radius, face.offset_m - Dot(face.normal, center));
   return radius;
 }
 
-struct Fill {
+struct FillGeometry {
   const BodyFrame& frame;
   Geometry& out;
 
@@ -71,8 +67,7 @@ struct Fill {
   void operator()(const ConvexHullShape& hull) const {
     out.kind = GeometryKind::kHull;
     std::vector<Vec3f> points;
-    const Quatd to_frame = Conjugate(frame.axes);
-    for (const Vec3f& p : hull.points) points.push_back(Vec3f(Rotate(to_frame, Vec3d(p) - frame.origin)));
+    for (const Vec3f& p : hull.points) points.push_back(Vec3f(frame.FromShape(Vec3d(p))));
     out.polyhedron = HullOf(points);
     out.inner_radius_m = std::max(RadiusAbout({}, *out.polyhedron), 0.0f);
     out.middle = out.polyhedron->inside;
@@ -82,12 +77,11 @@ struct Fill {
 
   void operator()(const CompoundShape& compound) const {
     out.kind = GeometryKind::kCompound;
-    const Quatd to_frame = Conjugate(frame.axes);
     for (const CompoundChild& part : compound.children) {
-      const Vec3f position(Rotate(to_frame, part.pose.position - frame.origin));
-      const std::shared_ptr<const Geometry> geometry = MakeGeometry(part.shape, {});
-      out.children.push_back(
-          {geometry, position, RotationOf(Normalized(to_frame * Normalized(part.pose.orientation)))});
+      const Pose pose = frame.FromShape(part.pose);
+      const Vec3f position(pose.position);
+      const std::shared_ptr<const Geometry> geometry = MakeGeometry(*part.shape, {});
+      out.children.push_back({geometry, position, RotationOf(Normalized(pose.orientation))});
       const float away = Length(position);
       out.inner_radius_m = std::max(out.inner_radius_m, geometry->inner_radius_m - away);
       out.outer_radius_m = std::max(out.outer_radius_m, geometry->outer_radius_m + away);
@@ -96,13 +90,13 @@ struct Fill {
 
   void operator()(const TriangleMeshShape& mesh) const {
     out.kind = GeometryKind::kMesh;
-    out.surface = Surface::Of(mesh, frame);
+    out.surface = std::make_shared<const Surface>(mesh);
     for (const Vec3f& v : mesh.vertices) out.outer_radius_m = std::max(out.outer_radius_m, Length(v));
   }
 
   void operator()(const HeightFieldShape& field) const {
     out.kind = GeometryKind::kHeightField;
-    out.surface = Surface::Of(field, frame);
+    out.surface = std::make_shared<const Surface>(field, frame);
     const auto [low, high] = std::minmax_element(field.heights_m.begin(), field.heights_m.end());
     const double x = field.spacing_m * (field.columns - 1) / 2, z = field.spacing_m * (field.rows - 1) / 2;
     const double y = std::max(std::abs(*low - frame.origin.y), std::abs(*high - frame.origin.y));
@@ -118,82 +112,13 @@ struct Fill {
   }
 };
 
-LocalBounds About(Vec3f half) { return {-half, half}; }
-
-void Include(Vec3f point, LocalBounds* bounds) {
-  Vec3f &low = bounds->min, &high = bounds->max;
-  low = {std::min(low.x, point.x), std::min(low.y, point.y), std::min(low.z, point.z)};
-  high = {std::max(high.x, point.x), std::max(high.y, point.y), std::max(high.z, point.z)};
-}
-
-constexpr LocalBounds kNothing{{kHuge, kHuge, kHuge}, {-kHuge, -kHuge, -kHuge}};
-
-// Half extents of a disc with this unit normal.
-Vec3f DiscExtents(Vec3f normal, float radius) {
-  const auto along = [&](float n) { return radius * std::sqrt(std::max(0.0f, 1 - n * n)); };
-  return {along(normal.x), along(normal.y), along(normal.z)};
-}
-
-Vec3f Absolute(Vec3f v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
-
-LocalBounds BulletBounds(const Geometry& geometry, const Mat3f& r) {
-  btTransform transform;
-  transform.setOrigin({0, 0, 0});
-  transform.setBasis({r.x.x, r.y.x, r.z.x, r.x.y, r.y.y, r.z.y, r.x.z, r.y.z, r.z.z});
-  btVector3 low, high;
-  geometry.bullet->bullet()->getAabb(transform, low, high);
-  return {FromBullet(low), FromBullet(high)};
-}
-
 }  // namespace
 
-std::shared_ptr<const Geometry> MakeGeometry(const ShapePtr& shape, const BodyFrame& frame) {
+std::shared_ptr<const Geometry> MakeGeometry(const Shape& shape, const BodyFrame& frame) {
   auto geometry = std::make_shared<Geometry>();
-  std::visit(Fill{frame, *geometry}, shape->form);
+  std::visit(FillGeometry{frame, *geometry}, shape.form);
   if (geometry->convex() && geometry->middle_radius_m == 0) geometry->middle_radius_m = geometry->inner_radius_m;
-  if (geometry->kind == GeometryKind::kPlane) {
-    geometry->bullet = MakePlane(Vec3d(geometry->plane_normal), geometry->plane_offset_m);
-  } else {
-    geometry->bullet = MakeShape(*shape, frame);
-  }
   return geometry;
-}
-
-LocalBounds BoundsOf(const Geometry& g, const Mat3f& r) {
-  switch (g.kind) {
-    case GeometryKind::kSphere:
-      return About({g.radius_m, g.radius_m, g.radius_m});
-    case GeometryKind::kCapsule:
-      return About(Absolute(r.y * g.half_height_m) + Vec3f{g.radius_m, g.radius_m, g.radius_m});
-    case GeometryKind::kBox:
-      return About(Absolute(r.x * g.half_extents_m.x) + Absolute(r.y * g.half_extents_m.y) +
-                   Absolute(r.z * g.half_extents_m.z));
-    case GeometryKind::kCylinder:
-      return About(Absolute(r.y * g.half_height_m) + DiscExtents(r.y, g.radius_m));
-    case GeometryKind::kCone: {
-      const Vec3f base = r.y * g.base_y_m, rim = DiscExtents(r.y, g.radius_m);
-      LocalBounds bounds{base - rim, base + rim};
-      Include(r.y * (g.base_y_m + 2 * g.half_height_m), &bounds);
-      return bounds;
-    }
-    case GeometryKind::kHull: {
-      LocalBounds bounds = kNothing;
-      for (const Vec3f& v : g.polyhedron->vertices) Include(r * v, &bounds);
-      return bounds;
-    }
-    case GeometryKind::kCompound: {
-      LocalBounds bounds = kNothing;
-      for (const Geometry::Child& child : g.children) {
-        const LocalBounds part = BoundsOf(*child.geometry, r * child.rotation);
-        const Vec3f at = r * child.position;
-        Include(at + part.min, &bounds);
-        Include(at + part.max, &bounds);
-      }
-      return bounds;
-    }
-    default:
-      return BulletBounds(g, r);
-  }
 }
 
 }  // namespace tessera::physics

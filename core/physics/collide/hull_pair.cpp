@@ -23,7 +23,7 @@ struct FaceAxis {
 };
 
 float Over(const Polyhedron::Face& face, const Polyhedron& other, Vec3f normal_in_other, float offset) {
-  return Dot(normal_in_other, other.vertices[Support(other, -normal_in_other)]) - (face.offset_m - offset);
+  return Dot(normal_in_other, other.vertices[SupportVertex(other, -normal_in_other)]) - (face.offset_m - offset);
 }
 
 // The face of p that has q furthest above it; `q_in_p` tells where q is. Stops where that is more than `enough_m`.
@@ -119,7 +119,7 @@ Loop LoopOf(const Polyhedron& p, const Polyhedron::Face& face, Vec3f position, c
 
 // Of the faces that hold the vertex furthest along -direction, the one that looks most against `direction`.
 std::uint32_t Facing(const Polyhedron& p, Vec3f direction) {
-  const std::uint32_t lowest = Support(p, -direction);
+  const std::uint32_t lowest = SupportVertex(p, -direction);
   std::uint32_t best = 0;
   float least = 2;
   for (std::uint32_t i = 0; i < p.faces.size(); ++i) {
@@ -150,8 +150,8 @@ void FacePoints(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_
 // Along the axis of the last search.
 float SeparationAlong(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_p, Vec3f axis) {
   const Vec3f in_q = Into(q_in_p.rotation, axis);
-  return Dot(axis, q_in_p.position) + Dot(in_q, q.vertices[Support(q, -in_q)]) -
-         Dot(axis, p.vertices[Support(p, axis)]);
+  return Dot(axis, q_in_p.position) + Dot(in_q, q.vertices[SupportVertex(q, -in_q)]) -
+         Dot(axis, p.vertices[SupportVertex(p, axis)]);
 }
 
 }  // namespace

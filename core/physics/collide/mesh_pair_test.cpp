@@ -1,12 +1,10 @@
 // Meshes and height fields against closed forms.
-#include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "core/physics/bullet_math.h"
 #include "core/physics/collide/test_surfaces.h"
 
 namespace tessera::physics {
@@ -63,7 +61,7 @@ TEST(SurfaceTest, EveryShapeOnAFlatSurfaceFeelsNoEdges) {
           for (const Quatd& turn : {Quatd{}, About({0, 1, 0}, 0.3), About({1, 0, 2}, 0.4)}) {
             SCOPED_TRACE(testing::Message() << static_cast<int>(shape->kind) << place << gap << turn << " ground "
                                             << static_cast<int>(ground->kind));
-            const LocalBounds bounds = BoundsOf(*shape, RotationOf(turn));
+            const Bounds bounds = BoundsOf(*shape, RotationOf(turn));
             const LocalManifolds found =
                 On(*shape, *ground, {place + Vec3d{0, gap - static_cast<double>(bounds.min.y), 0}, turn});
             // Turned, the axes of the shape are no longer those of the ground: up to rounding, then.
@@ -245,7 +243,7 @@ TEST(SurfaceTest, BoxOverTheRimOfATableIsHeldByItsTopAlone) {
 TEST(SurfaceTest, WallsOfACubeAreFeltFromTheSide) {
   const auto cube = CubeMesh();
   for (const auto& shape : ConvexShapes()) {
-    const LocalBounds bounds = BoundsOf(*shape, Mat3f{});
+    const Bounds bounds = BoundsOf(*shape, Mat3f{});
     const LocalManifolds found = On(*shape, *cube, {{1 - static_cast<double>(bounds.min.x) - 0.002, 0.1, 0.1}, {}});
     ASSERT_EQ(found.size(), 1u) << static_cast<int>(shape->kind);
     EXPECT_NEAR(found[0].normal.x, -1, 1e-4f);
@@ -325,39 +323,6 @@ TEST(SurfaceTest, FarPlacesAreAsExactAsNearOnes) {
   }
 }
 
-// Rays and overlaps ask Bullet; contacts must be with the same triangles.
-TEST(SurfaceTest, FieldHasTheTrianglesThatBulletHas) {
-  const auto field = Field(7, 0.5, [](float x, float z) { return std::sin(3 * x) + 0.3f * z; });
-  struct Collector : btTriangleCallback {
-    std::vector<std::array<Vec3d, 3>> triangles;
-    void processTriangle(btVector3* v, int, int) override {
-      triangles.push_back({Vec3d(FromBullet(v[0])), Vec3d(FromBullet(v[1])), Vec3d(FromBullet(v[2]))});
-    }
-  } bullet;
-  static_cast<btConcaveShape*>(field->bullet->bullet())
-      ->processAllTriangles(&bullet, {-100, -100, -100}, {100, 100, 100});
-  std::vector<std::uint32_t> found;
-  field->surface->FieldTriangles({-100, -100, -100}, {100, 100, 100}, &found);
-  ASSERT_EQ(found.size(), 72u);
-  ASSERT_EQ(bullet.triangles.size(), 72u);
-  // Bullet centres heights; the body's frame makes up for it, and here there is none.
-  const double low = std::min_element(bullet.triangles.begin(), bullet.triangles.end(),
-                                      [](const auto& a, const auto& b) { return a[0].y < b[0].y; })
-                         ->at(0)
-                         .y;
-  double own_low = 1e9;
-  for (const std::uint32_t t : found) own_low = std::min(own_low, field->surface->Corners(t)[0].y);
-  const Vec3d lift{0, low - own_low, 0};
-  for (const std::uint32_t t : found) {
-    const std::array<Vec3d, 3> own = field->surface->Corners(t);
-    const bool same = std::any_of(bullet.triangles.begin(), bullet.triangles.end(), [&](const auto& other) {
-      return Length(own[0] + lift - other[0]) + Length(own[1] + lift - other[1]) + Length(own[2] + lift - other[2]) <
-             1e-5;
-    });
-    EXPECT_TRUE(same) << t;
-  }
-}
-
 TEST(SurfaceTest, LargeFieldsAreSmoothEverywhere) {
   const auto field = Field(1201, 0.5, Flat);
   const auto ball = GeometryOf(SphereShape{0.3});
@@ -376,7 +341,7 @@ TEST(SurfaceTest, SliversAndRepeatedCornersDoNoHarm) {
   mesh.triangles = {{0, 2, 1}, {0, 3, 2}, {4, 4, 4}, {0, 2, 2}, {4, 2, 0}, {4, 5, 1}};
   const auto ground = GeometryOf(mesh);
   for (const auto& shape : ConvexShapes()) {
-    const LocalBounds bounds = BoundsOf(*shape, Mat3f{});
+    const Bounds bounds = BoundsOf(*shape, Mat3f{});
     for (const Vec3d& place : Places()) {
       for (const LocalManifold& m : On(*shape, *ground, {place - Vec3d{0, static_cast<double>(bounds.min.y), 0}, {}})) {
         ASSERT_TRUE(IsFinite(m.normal));

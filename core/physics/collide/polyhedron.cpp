@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace tessera::physics {
 namespace {
 
-// Nearest point of the face to `from`, which is above its plane.
+// The point of the face nearest to `from`, which lies above the plane of the face.
 Vec3f NearestOnFace(const Polyhedron& p, const Polyhedron::Face& face, Vec3f from) {
   Vec3f nearest = from - face.normal * (Dot(face.normal, from) - face.offset_m);
   float best = std::numeric_limits<float>::max();
@@ -27,7 +29,7 @@ Vec3f NearestOnFace(const Polyhedron& p, const Polyhedron::Face& face, Vec3f fro
 
 }  // namespace
 
-std::uint32_t Support(const Polyhedron& polyhedron, Vec3f direction) {
+std::uint32_t SupportVertex(const Polyhedron& polyhedron, Vec3f direction) {
   std::uint32_t best = 0;
   float furthest = Dot(direction, polyhedron.vertices[0]);
   for (std::uint32_t i = 1; i < polyhedron.vertices.size(); ++i) {
@@ -52,7 +54,7 @@ PolyhedronPoint NearestOn(const Polyhedron& polyhedron, Vec3f from, float enough
     const float square = LengthSquared(from - nearest);
     if (square < best) best = square, result.point = nearest;
   }
-  // So near the surface that the way to it is rounding, the face's own normal stays.
+  // So near the surface the direction to it is rounding, and the normal of the face stays.
   constexpr float kTouching_m = 1e-6f;
   const float distance = std::sqrt(best);
   if (distance > kTouching_m) result.normal = (from - result.point) / distance;
@@ -79,6 +81,27 @@ std::shared_ptr<const Polyhedron> BoxOf(Vec3f h) {
   face({0, 0, 1}, h.z, {4, 5, 7, 6});
   JoinFaces(box.get());
   return box;
+}
+
+bool JoinFaces(Polyhedron* polyhedron) {
+  using Index = std::uint32_t;
+  std::map<std::pair<Index, Index>, Index> open;  // edges that wait for their other face
+  polyhedron->edges.clear();
+  for (Index f = 0; f < polyhedron->faces.size(); ++f) {
+    const Polyhedron::Face& face = polyhedron->faces[f];
+    for (Index k = 0; k < face.count; ++k) {
+      const Index u = polyhedron->loops[face.first + k];
+      const Index v = polyhedron->loops[face.first + (k + 1 == face.count ? 0 : k + 1)];
+      if (const auto other = open.find({v, u}); other != open.end()) {
+        polyhedron->edges.push_back({.a = v, .b = u, .left = other->second, .right = f});
+        open.erase(other);
+      } else if (!open.try_emplace({u, v}, f).second) {
+        return false;
+      }
+    }
+  }
+  // A closed surface satisfies Euler's formula.
+  return open.empty() && polyhedron->vertices.size() + polyhedron->faces.size() == polyhedron->edges.size() + 2;
 }
 
 }  // namespace tessera::physics

@@ -1,10 +1,8 @@
-// Surface: the triangles of a mesh or height field, and which of them are neighbours.
+// Surface: the triangles of a mesh or of a height field, and which of them are neighbours.
 //
-// Counter-clockwise is outward. Vertices at the same place are one, so meshes that repeat them along their seams are
-// smooth there too. A height field's triangles are cut from its cells on the fly, whatever its size, the way Bullet
-// cuts them: along the diagonal from (x + 1, z) to (x, z + 1).
+// Counter-clockwise is outward. Contacts and sweeps both take their triangles from here.
 //
-// Thread rule: immutable once made.
+// Thread rule: immutable once made; `TrianglesIn` allows one thread at a time (Bullet's tree).
 #pragma once
 
 #include <array>
@@ -13,70 +11,60 @@
 #include <span>
 #include <vector>
 
-#include "core/physics/linear.h"
-#include "core/physics/shapes.h"
+#include "core/physics/body_frame.h"
+#include "core/physics/bounds.h"
+#include "core/physics/collide/height_grid.h"
+#include "core/physics/collide/mesh_topology.h"
+#include "core/physics/collide/triangle_tree.h"
+#include "core/world/bounds.h"
 
 namespace tessera::physics {
 
 class Surface {
  public:
-  static constexpr std::uint32_t kNone = 0xffffffff;
-  static constexpr std::size_t kRing = 64;  // neighbours of a vertex that are looked at
+  static constexpr std::size_t kRing = 64;  // most neighbours of a vertex that are looked at
   static constexpr float kSharp = 0.866f;   // cosine of 30 degrees
 
-  // As seen from the body's frame, like the Bullet shape.
-  static std::shared_ptr<const Surface> Of(const TriangleMeshShape& mesh, const BodyFrame& frame);
-  static std::shared_ptr<const Surface> Of(const HeightFieldShape& field, const BodyFrame& frame);
+  explicit Surface(const TriangleMeshShape& mesh);
+  Surface(const HeightFieldShape& field, const BodyFrame& frame);
 
-  bool is_field() const { return triangles_.empty(); }
-  // Outward, unit; 0 where a triangle has no extent: no contact is made with it.
+  bool is_field() const { return tree_ == nullptr; }
+  const Bounds& bounds() const { return bounds_; }
+
+  // Appends the triangles that may reach into the box, in an order that depends on the surface alone. The box is
+  // widened by a little first, so that rounding loses none.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+
+  std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
+  // In single precision, for sweeps.
+  std::array<Vec3f, 3> RoundedCorners(std::uint32_t triangle) const;
+  // Outward, unit; 0 for a triangle without extent, with which no contact is made.
   Vec3f Normal(std::uint32_t triangle) const;
   // Whether at one of its corners some triangle falls away from its neighbour by more than `kSharp`, or has none.
   bool IsSharp(std::uint32_t triangle) const;
-
-  // Part of a closed surface, or of a height field: there is ground behind it. Else it is part of a sheet.
+  // Whether there is ground behind it: part of a closed surface or of a height field, rather than of a sheet.
   bool IsSolid(std::uint32_t triangle) const;
-
-  std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
-  // The third corner of the triangle on the other side of the edge from corner `edge` to the next; false at the border.
+  // The third corner of the triangle across the edge from corner `edge` to the next one; false at the border.
   bool Opposite(std::uint32_t triangle, std::size_t edge, Vec3d* corner) const;
   // The vertices that edges join to a corner. Returns how many.
   std::size_t Ring(std::uint32_t triangle, std::size_t corner, std::span<Vec3d, kRing> vertices) const;
 
-  // Of a height field: triangles of cells that may reach into the bounds, ascending.
-  void FieldTriangles(Vec3d min, Vec3d max, std::vector<std::uint32_t>* found) const;
+  // For Bullet's queries.
+  btBvhTriangleMeshShape& mesh_shape() const { return tree_->shape(); }
+  const HeightFieldShape& field() const { return grid_.field(); }
 
  private:
-  struct Cell {
-    std::uint32_t x, z;
-    bool second;  // the half towards (x + 1, z + 1)
-  };
   std::array<std::size_t, 3> VerticesOf(std::uint32_t triangle) const;
-  void MarkSharpCorners(std::uint32_t triangles);
-  Cell CellOf(std::uint32_t triangle) const;
-  Vec3d Sample(std::uint32_t x, std::uint32_t z) const;
-  void JoinEdges();
-  void MakeRings();
-  void FindSheets();
-  void Weld(const TriangleMeshShape& mesh);
+  void MarkSharpCorners(std::size_t vertices, std::uint32_t triangles);
 
-  // Mesh.
-  struct Triangle {
-    std::array<std::uint32_t, 3> corners;
-    std::array<std::uint32_t, 3> opposite;  // vertices, or kNone
-    Vec3f normal;
-    bool solid = true;
-  };
-  std::vector<Vec3f> vertices_;
-  std::vector<Triangle> triangles_;
-  std::vector<std::uint32_t> ring_begin_, ring_;
+  // A mesh.
+  MeshTopology mesh_;
+  std::unique_ptr<const TriangleTree> tree_;
+  // A height field.
+  HeightGrid grid_;
 
-  std::vector<std::uint8_t> sharp_;  // of vertices
-
-  // Height field.
-  std::uint32_t columns_ = 0, rows_ = 0;
-  double spacing_m_ = 0, base_y_m_ = 0;
-  std::vector<float> heights_m_;
+  Bounds bounds_;
+  std::vector<std::uint8_t> sharp_;  // by vertex
 };
 
 }  // namespace tessera::physics

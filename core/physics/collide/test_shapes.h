@@ -13,7 +13,7 @@ namespace tessera::physics {
 
 template <class Form>
 std::shared_ptr<const Geometry> GeometryOf(Form form) {
-  return MakeGeometry(std::make_shared<const Shape>(Shape{std::move(form)}), {});
+  return MakeGeometry(Shape{std::move(form)}, {});
 }
 
 inline Quatd About(Vec3d axis, double angle) {

@@ -40,7 +40,7 @@ void Damping::Prepare(double dt_s) {
   } else {
     const double k = -LogOneMinus(share), x = k * dt_s;
     kept_ = ExpMinus(x);
-    // By their series where x is so small that the differences would be rounding.
+    // The series replace the differences where x is so small that these would be rounding.
     slid_s_ = x < 1e-4 ? dt_s * (1 - x / 2 + x * x / 6) : (1 - kept_) / k;
     fallen_s2_ = x < 1e-3 ? dt_s * dt_s * (0.5 - x / 6 + x * x / 24 - x * x * x / 120) : (dt_s - slid_s_) / k;
   }

@@ -2,7 +2,7 @@
 //
 //   dv/dt = a - k v:   v(t) = v e^(-k t) + a s(t),   p(t) = p + v s(t) + a (t - s(t)) / k,   s(t) = (1 - e^(-k t)) / k
 //
-// with k = -ln(1 - share). Without damping, the parabola.
+// with k = -ln(1 - share). Without damping it is the parabola.
 #pragma once
 
 namespace tessera::physics {
@@ -13,7 +13,8 @@ class Damping {
   explicit Damping(double share_a_second) : share_(share_a_second) {}
 
   bool none() const { return share_ <= 0; }
-  // Reckons the factors of a step, once for each length of step. Own exponentials: the same bits on every host.
+  // Computes the factors of a step, once for each length of step. It has exponentials of its own, which give the same
+  // bits on every host.
   void Prepare(double dt_s);
   double kept() const { return kept_; }            // e^(-k dt)
   double slid_s() const { return slid_s_; }        // s(dt)

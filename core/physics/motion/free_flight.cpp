@@ -11,12 +11,14 @@ namespace {
 
 // Inertia that differs by less than this share is that of a round body: less than hulls of float points are true to.
 constexpr double kRound = 1e-7;
-// What turns about a principal axis turns steadily: one whose other two parts of m are no more than this share of it,
-// squared, does. No more than rounding, or a body about its middle axis would never come to flip.
+// A body whose angular momentum m lies along a principal axis turns steadily; it counts as such if the squares of the
+// other two parts of m are no more than this share of its own. The share is rounding and no more, or a body that turns
+// about its middle axis would never come to flip.
 constexpr double kSteady2 = 1e-30;
 // Attitude error that one step may make, rad.
 constexpr double kStepError_rad = 1e-8;
-// So a body that spins absurdly fast costs at most about 10 microseconds; its angular momentum stays exact.
+// With this limit a body that spins absurdly fast costs at most about 10 microseconds; its angular momentum stays
+// exact.
 constexpr int kMostPieces = 64;
 
 // The free rigid body in its own axes, with m = angular momentum and I_k <= I_j <= I_i in some order:
@@ -32,12 +34,12 @@ constexpr std::array<double, 4> kTurnI = {0.0792036964311957, 0.353172906049774,
 constexpr std::array<double, 3> kTurnK = {0.209515106613362, -0.143851773179818,
                                           0.5 - (0.209515106613362 - 0.143851773179818)};
 
-// A turn of the body in its own axes so far, and m; axes are named so that the two turned about are x and z.
+// The turn of the body in its own axes so far, and m. Axes are named so that the two turned about are x and z.
 struct Spin {
   Vec3d m;
   Quatd q;
 
-  // By `angle` about the body's x: m turns the other way in body axes.
+  // Turns by `angle` about the body's x; m turns the other way in body axes.
   void TurnX(double angle) {
     const SinCos half = SinCosOf(angle / 2);
     const double c = 1 - 2 * half.sin * half.sin, s = 2 * half.sin * half.cos;
@@ -54,7 +56,7 @@ struct Spin {
   }
 };
 
-// x and z turn at rates `x` and `z` times their part of m.
+// Turns about x and z at the rates `x` and `z` times the part of m along each.
 void Wobble(double x, double z, double dt_s, int pieces, Spin* spin) {
   const double h = dt_s / pieces;
   const auto turn_x = [&](double share) { spin->TurnX(share * h * x * spin->m.x); };
@@ -74,7 +76,8 @@ void Wobble(double x, double z, double dt_s, int pieces, Spin* spin) {
   }
 }
 
-// The error of a piece goes with the fifth power of its turn, and vanishes with either rate.
+// Number of pieces for a step. The error of a piece goes with the fifth power of its turn, and vanishes with either
+// rate.
 int PiecesFor(double x, double z, double turn) {
   constexpr double kErrorOfPiece = 1.5e-4;  // the largest seen for a turn under a radian
   const double faster = std::max(x, z), slower = std::min(x, z);
@@ -84,7 +87,7 @@ int PiecesFor(double x, double z, double turn) {
   return pieces < kMostPieces ? static_cast<int>(pieces) + 1 : kMostPieces;
 }
 
-// Names the axes anew, going round: what was y or z becomes x. Turns by quaternions go along with their vectors.
+// Renames the axes in a cycle, so that y or z becomes x. Quaternions are renamed as their vectors are.
 Vec3d Renamed(Vec3d v, int by) { return by == 0 ? v : by == 1 ? Vec3d{v.y, v.z, v.x} : Vec3d{v.z, v.x, v.y}; }
 Quatd Renamed(Quatd q, int by) {
   const Vec3d v = Renamed(Vec3d{q.x, q.y, q.z}, by);
@@ -93,14 +96,14 @@ Quatd Renamed(Quatd q, int by) {
 
 bool SameWithin(double a, double b, double share) { return std::abs(a - b) <= share * std::max(a, b); }
 
-// How far to rename so that y has the middle moment. Two that are alike within rounding count as alike.
+// The cycle of renaming after which y has the middle moment. Moments that are alike within rounding count as alike.
 int RenamingFor(Vec3d inertia) {
   const auto middle = [](double a, double b, double c) { return (a <= b && b <= c) || (c <= b && b <= a); };
   if (middle(inertia.x, inertia.y, inertia.z)) return 0;
   return middle(inertia.y, inertia.z, inertia.x) ? 1 : 2;
 }
 
-// The moment about the principal axis that `m` lies along, 0 if it lies along none.
+// The moment about the principal axis along which `m` lies; 0 if it lies along none.
 double SteadyMoment(Vec3d inertia, Vec3d m, double square) {
   const double x = m.x * m.x, y = m.y * m.y, z = m.z * m.z, most = kSteady2 * square;
   return y + z <= most ? inertia.x : x + z <= most ? inertia.y : x + y <= most ? inertia.z : 0;
@@ -137,7 +140,7 @@ void Fly(Vec3d inertia, Vec3d acceleration, Vec3d torque, double dt_s, FlightSta
   const Vec3d v(state->velocity), l(state->angular_momentum);
   state->position += v * dt_s + acceleration * (dt_s * dt_s / 2);
   state->velocity = Vec3f(v + acceleration * dt_s);
-  // The torque in two halves, before and after the turn: second order in it, exact without.
+  // The torque acts in two halves, before and after the turn, which is second order in it and exact without it.
   state->orientation = Turn(inertia, l + torque * (dt_s / 2), dt_s, state->orientation);
   state->angular_momentum = Vec3f(l + torque * dt_s);
 }

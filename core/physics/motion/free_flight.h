@@ -17,15 +17,16 @@ namespace tessera::physics {
 
 struct FlightState {
   Vec3d position;          // m
-  Quatd orientation;       // of the principal axes, unit
+  Quatd orientation;       // turns the principal axes, unit
   Vec3f velocity;          // m/s
   Vec3f angular_momentum;  // world axes, kg m^2/s
 };
 
-// `inertia`: principal, kg m^2, all > 0. `acceleration`: m/s^2, constant over the step. `torque`: N m, world axes.
+// Moves `state` by one step. `inertia` is principal, kg m^2, all > 0; `acceleration`, m/s^2, is constant over the step;
+// `torque` is in N m, world axes.
 void Fly(Vec3d inertia, Vec3d acceleration, Vec3d torque, double dt_s, FlightState* state);
 
-// I(q)^-1 L, world axes, rad/s; and its inverse. Reckoned in doubles and rounded once, so both ends of a wire agree.
+// I(q)^-1 L, world axes, rad/s; and its inverse. They compute in doubles and round once, so both ends of a wire agree.
 Vec3f AngularVelocityOf(Vec3d inertia, Quatd orientation, Vec3f angular_momentum);
 Vec3f AngularMomentumOf(Vec3d inertia, Quatd orientation, Vec3f angular_velocity);
 

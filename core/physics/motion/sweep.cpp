@@ -11,7 +11,7 @@
 
 namespace tessera::physics {
 
-Placement Way::At(double fraction) const {
+Placement SweptMotion::At(double fraction) const {
   Placement placement{from + (to - from) * fraction, Turned(orientation, turned_rad * fraction), {}};
   placement.rotation = RotationOf(placement.orientation);
   return placement;
@@ -22,22 +22,22 @@ namespace {
 constexpr double kTolerance_m = 1e-5;
 // Enough for a rod that spins past a wall half a dozen times; a sweep that takes more ends where it is still safe.
 constexpr int kIterations = 100;
-// A graze is told from an impact by bounding the rest of the way in so many parts.
+// Number of parts in which the rest of a motion is bounded, to tell a graze from an impact.
 constexpr int kGrazeParts = 16;
 
-// Two convex parts, or one and a plane, on their ways.
+// Conservative advancement of two convex parts, or of a plane and a convex part.
 class Advance {
  public:
-  Advance(const Part& a, const Part& b, const Ways& ways, double target_m)
+  Advance(const Part& a, const Part& b, const SweptPair& pair, double target_m)
       : a_(a),
         b_(b),
-        ways_(ways),
+        pair_(pair),
         target_(target_m),
         slack_(target_m / 2),
         radius_(a.core.radius() + b.core.radius()),
-        axis_(ways.start) {}
+        axis_(pair.start) {}
 
-  // The first impact before `until`, which is a share of the step.
+  // Finds the first impact before `until`, a share of the step.
   std::optional<Impact> Find(double until) {
     if (until <= 0) return {};
     Apart now = Measure(0);
@@ -63,17 +63,17 @@ class Advance {
 
   Apart Measure(double t) {
     if (a_.plane) return {true, Along(a_.plane_normal, t), a_.plane_normal};
-    const Vec3d to_b = ways_.ToB(t);
-    const Quatd q_a = ways_.a.At(t), into_a = Conjugate(q_a);
-    b_.PlaceIn(Rotate(into_a, to_b), into_a * ways_.b.At(t));
+    const Vec3d to_b = pair_.ToB(t);
+    const Quatd q_a = pair_.a.At(t), into_a = Conjugate(q_a);
+    b_.PlaceIn(Rotate(into_a, to_b), into_a * pair_.b.At(t));
     const GjkResult found = Gjk(a_.core, b_.placed, Rotate(into_a, axis_), std::numeric_limits<double>::infinity());
     if (found.kind == GjkResult::Kind::kOverlap) return {};
     axis_ = Rotate(q_a, found.axis);
     return {true, found.distance_m - radius_, axis_};
   }
 
-  // Lowers the target for two that start nearer than that. Where it comes to lie deeper than the cores can tell,
-  // smaller ones are taken; false if even these overlap.
+  // Lowers the target for two that start nearer than that. Where it comes to lie deeper than the cores can measure,
+  // smaller cores are taken; false if even these overlap.
   bool StartNear(Apart* now) {
     if (now->apart && now->distance_m > target_ + kTolerance_m) return true;
     if (!now->apart || (!a_.plane && now->distance_m - slack_ < slack_ - radius_)) {
@@ -84,34 +84,35 @@ class Advance {
     return now->apart;
   }
 
-  // How far they are apart at t along a fixed axis.
+  // Distance of the two at t along a fixed axis.
   double Along(Vec3d axis, double t) const {
-    const double between = Dot(axis, ways_.ToB(t));
-    const Vec3d in_b = Rotate(Conjugate(ways_.b.At(t)), -axis);
+    const double between = Dot(axis, pair_.ToB(t));
+    const Vec3d in_b = Rotate(Conjugate(pair_.b.At(t)), -axis);
     const double reach_b = Dot(in_b, b_.core.Support(in_b));
     if (a_.plane) return between - reach_b - radius_ - a_.plane_offset_m;
-    const Vec3d in_a = Rotate(Conjugate(ways_.a.At(t)), axis);
+    const Vec3d in_a = Rotate(Conjugate(pair_.a.At(t)), axis);
     return between - Dot(in_a, a_.core.Support(in_a)) - reach_b - radius_;
   }
 
-  // Bound of its second derivative: a point at r from the axis of a turn w moves along `axis` like w^2 r at most.
+  // A bound of the second derivative of that distance: a point at r from the axis of a turn w moves along `axis` like
+  // w^2 r at most.
   double Curvature(Vec3d axis) const {
     const auto of = [axis](const Turning& turning, double reach) {
       const double w = Length(turning.turn);
       return w > 0 ? w * Length(Cross(turning.turn, axis)) * reach : 0;
     };
-    return (a_.plane ? 0 : of(ways_.a, a_.reach_m)) + of(ways_.b, b_.reach_m);
+    return (a_.plane ? 0 : of(pair_.a, a_.reach_m)) + of(pair_.b, b_.reach_m);
   }
 
-  // How long from t, at most `rest`, they surely stay further apart than the target.
+  // How long from t on, at most `rest`, the two surely stay further apart than the target.
   double SafeTime(const Apart& now, double t, double rest) const {
     const double start = std::min(now.distance_m, Along(now.axis, t));
     const double spare = std::max(start - target_, kTolerance_m / 4), curvature = Curvature(now.axis);
     double span = rest;
-    // So long that the turns may use up no more than what is to spare.
+    // The turns may use up no more than the distance to spare.
     if (curvature * rest * rest > 8 * spare) span = std::sqrt(8 * spare / curvature);
     const double then = Along(now.axis, t + span);
-    // spare + slope s + curvature s^2 / 2 = 0, the earlier root.
+    // The earlier root of spare + slope s + curvature s^2 / 2 = 0.
     const double slope = (then - start) / span - curvature * span / 2;
     if (slope >= 0) return span;
     const double under = slope * slope - 2 * curvature * spare;
@@ -119,7 +120,7 @@ class Advance {
     return std::min(span, 2 * spare / (std::sqrt(under) - slope));
   }
 
-  // Surely comes no nearer along this axis than by the slack in what is left of the step.
+  // Whether the two surely come nearer along this axis by no more than the slack in the rest of the step.
   bool Grazes(const Apart& now, double t) const {
     const double curvature = Curvature(now.axis), part = (1 - t) / kGrazeParts, bulge = curvature * part * part / 8;
     const double least = now.distance_m - slack_;
@@ -131,21 +132,21 @@ class Advance {
   }
 
   Part a_, b_;
-  const Ways& ways_;
+  const SweptPair& pair_;
   double target_, slack_, radius_;
-  Vec3d axis_;  // the last that parted them; at first any
+  Vec3d axis_;  // the last axis that separated them; at first any
 };
 
 }  // namespace
 
-std::optional<Impact> FirstImpact(const Way& a, const Way& b, float target_m) {
+std::optional<Impact> FirstImpact(const SweptMotion& a, const SweptMotion& b, float target_m) {
   assert(target_m > 0);
   if (HasNoParts(a.geometry) && HasNoParts(b.geometry)) return {};
   const bool turned = HasNoParts(b.geometry);
-  const Ways ways = turned ? Ways(b, a) : Ways(a, b);
+  const SweptPair pair = turned ? SweptPair(b, a) : SweptPair(a, b);
   std::optional<Impact> first;
-  ForPartsThatMayMeet(ways, target_m, [&](const Part& part_a, const Part& part_b) {
-    const std::optional<Impact> found = Advance(part_a, part_b, ways, target_m).Find(first ? first->fraction : 1);
+  ForPartsThatMayMeet(pair, target_m, [&](const Part& part_a, const Part& part_b) {
+    const std::optional<Impact> found = Advance(part_a, part_b, pair, target_m).Find(first ? first->fraction : 1);
     if (found) first = found;
   });
   if (first && turned) first->normal = -first->normal;
@@ -170,9 +171,9 @@ Placement PartOf(const Placement& whole, const Geometry::Child& child) {
 
 }  // namespace
 
-double CameThrough(const Way& way, Vec3d from, Vec3d to, Vec3f normal) {
-  const Geometry& geometry = way.geometry;
-  const Placement start = way.At(0), end = way.At(1);
+double CameThrough(const SweptMotion& motion, Vec3d from, Vec3d to, Vec3f normal) {
+  const Geometry& geometry = motion.geometry;
+  const Placement start = motion.At(0), end = motion.At(1);
   const auto came = [&](const Geometry& convex, const Placement& before, const Placement& after) {
     return ReachThrough(convex, after, to, normal) - std::max(0.0, ReachThrough(convex, before, from, normal));
   };

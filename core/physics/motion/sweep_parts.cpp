@@ -1,18 +1,14 @@
 #include "core/physics/motion/sweep_parts.h"
 
-#include <BulletCollision/CollisionShapes/btConcaveShape.h>
-
 #include <algorithm>
 #include <cmath>
-
-#include "core/physics/bullet_math.h"
 
 namespace tessera::physics {
 namespace {
 
-Turning TurningOf(const Way& way) { return {way.orientation, way.turned_rad}; }
+Turning TurningOf(const SweptMotion& motion) { return {motion.orientation, motion.turned_rad}; }
 
-// From its own origin to the farthest point of its core, without rounding.
+// Distance from a shape's own origin to the farthest point of its core, without rounding.
 double ReachOfCore(const Geometry& g) {
   switch (g.kind) {
     case GeometryKind::kSphere:
@@ -28,7 +24,7 @@ double ReachOfCore(const Geometry& g) {
   }
 }
 
-// A child of a compound, or the whole of what is convex.
+// A child of a compound, or the whole of a convex shape.
 Part ChildOf(const Geometry& geometry, std::size_t index) {
   if (geometry.kind != GeometryKind::kCompound) return Part(AtOrigin(geometry));
   const Geometry::Child& child = geometry.children[index];
@@ -39,74 +35,57 @@ std::size_t ChildrenOf(const Geometry& geometry) {
   return geometry.kind == GeometryKind::kCompound ? geometry.children.size() : 1;
 }
 
-// How far the middle of a part may leave its straight way because its body turns.
+// How far the middle of a part may leave its straight line because its body turns, m.
 double Strays(const Part& part, const Turning& turning) {
   return std::min(2.0, Length(turning.turn)) * Length(part.middle);
 }
 
-bool MayMeet(const Part& a, const Part& b, const Ways& ways, double target_m) {
-  const Vec3d from = ways.start + Rotate(ways.b.from, b.middle) - Rotate(ways.a.from, a.middle);
-  const double all = LengthSquared(ways.travel);
-  const double nearest = all > 0 ? std::clamp(-Dot(from, ways.travel) / all, 0.0, 1.0) : 0;
-  const double room = a.size_m + b.size_m + target_m + Strays(a, ways.a) + Strays(b, ways.b);
-  return LengthSquared(from + ways.travel * nearest) <= room * room * (1 + 1e-9);
+bool MayMeet(const Part& a, const Part& b, const SweptPair& pair, double target_m) {
+  const Vec3d from = pair.start + Rotate(pair.b.from, b.middle) - Rotate(pair.a.from, a.middle);
+  const double all = LengthSquared(pair.travel);
+  const double nearest = all > 0 ? std::clamp(-Dot(from, pair.travel) / all, 0.0, 1.0) : 0;
+  const double room = a.size_m + b.size_m + target_m + Strays(a, pair.a) + Strays(b, pair.b);
+  return LengthSquared(from + pair.travel * nearest) <= room * room * (1 + 1e-9);
 }
 
-// A flat triangle whose plane b stays above or below, all the way.
-bool StaysOnOneSide(const Part& triangle, const Part& b, const Ways& ways, double target_m) {
+// Whether b stays above, or below, the plane of a flat triangle for the whole step.
+bool StaysOnOneSide(const Part& triangle, const Part& b, const SweptPair& pair, double target_m) {
   const auto& c = triangle.convex.triangle;
   const Vec3d corner(c[0]), cross = Cross(Vec3d(c[1]) - corner, Vec3d(c[2]) - corner);
-  const Quatd into_a = Conjugate(ways.a.from);
-  const double from = Dot(cross, Rotate(into_a, ways.start + Rotate(ways.b.from, b.middle)) - corner);
-  const double to = from + Dot(cross, Rotate(into_a, ways.travel));
-  const double room = (b.size_m + Strays(b, ways.b) + target_m) * (1 + 1e-9) * Length(cross);
+  const Quatd into_a = Conjugate(pair.a.from);
+  const double from = Dot(cross, Rotate(into_a, pair.start + Rotate(pair.b.from, b.middle)) - corner);
+  const double to = from + Dot(cross, Rotate(into_a, pair.travel));
+  const double room = (b.size_m + Strays(b, pair.b) + target_m) * (1 + 1e-9) * Length(cross);
   return (from > room && to > room) || (from < -room && to < -room);
 }
 
-// Bounds of all that `part` of b sweeps over, in a's frame; a stays.
-struct Swept {
-  Vec3d min, max;
-};
-Swept SweptInA(const Part& part, const Ways& ways, double target_m) {
-  const Quatd into_a = Conjugate(ways.a.from);
-  const Vec3d from = Rotate(into_a, ways.start + Rotate(ways.b.from, part.middle));
-  const Vec3d to = from + Rotate(into_a, ways.travel);
-  const double around = part.size_m + Strays(part, ways.b) + target_m;
+// Bounds of everything that `part` of b sweeps over, in the frame of a, which stays.
+Aabb SweptInA(const Part& part, const SweptPair& pair, double target_m) {
+  const Quatd into_a = Conjugate(pair.a.from);
+  const Vec3d from = Rotate(into_a, pair.start + Rotate(pair.b.from, part.middle));
+  const Vec3d to = from + Rotate(into_a, pair.travel);
+  const double around = part.size_m + Strays(part, pair.b) + target_m;
   const Vec3d room{around, around, around};
   return {Vec3d{std::min(from.x, to.x), std::min(from.y, to.y), std::min(from.z, to.z)} - room,
           Vec3d{std::max(from.x, to.x), std::max(from.y, to.y), std::max(from.z, to.z)} + room};
 }
 
-// Runs over the triangles that Bullet's tree or grid finds.
-class Triangles : public btTriangleCallback {
- public:
-  explicit Triangles(const std::function<void(const Part&)>& each) : each_(each) {}
-  void processTriangle(btVector3* corners, int, int) override {
-    each_(Part(TriangleAt({FromBullet(corners[0]), FromBullet(corners[1]), FromBullet(corners[2])})));
-  }
-
- private:
-  const std::function<void(const Part&)>& each_;
-};
-
-void ForTriangles(const Geometry& geometry, const Swept& swept, const std::function<void(const Part&)>& each) {
-  Triangles triangles(each);
-  // Rounded to float, bounds may lose what lies on them.
-  const double room = 1e-6 * (1 + std::max(Length(swept.min), Length(swept.max)));
-  const Vec3d around{room, room, room};
-  static_cast<btConcaveShape&>(*geometry.bullet->bullet())
-      .processAllTriangles(&triangles, ToBullet(swept.min - around), ToBullet(swept.max + around));
+void ForTriangles(const Surface& surface, const Aabb& swept, const std::function<void(const Part&)>& each) {
+  thread_local std::vector<std::uint32_t> found;
+  found.clear();
+  surface.TrianglesIn(swept, &found);
+  for (const std::uint32_t triangle : found) each(Part(TriangleAt(surface.RoundedCorners(triangle))));
 }
 
 }  // namespace
 
-Ways::Ways(const Way& way_a, const Way& way_b)
-    : geometry_a(way_a.geometry),
-      geometry_b(way_b.geometry),
-      a(TurningOf(way_a)),
-      b(TurningOf(way_b)),
-      start(way_b.from - way_a.from),
-      travel((way_b.to - way_b.from) - (way_a.to - way_a.from)) {}
+SweptPair::SweptPair(const SweptMotion& motion_a, const SweptMotion& motion_b)
+    : geometry_a(motion_a.geometry),
+      geometry_b(motion_b.geometry),
+      a(TurningOf(motion_a)),
+      b(TurningOf(motion_b)),
+      start(motion_b.from - motion_a.from),
+      travel((motion_b.to - motion_b.from) - (motion_a.to - motion_a.from)) {}
 
 Part::Part(const Convex& in_body) : convex(in_body), core(in_body, 0), placed(core) {
   if (convex.geometry == nullptr) {
@@ -143,19 +122,20 @@ double Part::Shrink() {
 
 bool HasNoParts(const Geometry& geometry) { return geometry.kind > GeometryKind::kCompound; }
 
-void ForPartsThatMayMeet(const Ways& ways, double target_m, const std::function<void(const Part&, const Part&)>& test) {
-  for (std::size_t j = 0; j < ChildrenOf(ways.geometry_b); ++j) {
-    const Part b = ChildOf(ways.geometry_b, j);
-    if (ways.geometry_a.kind == GeometryKind::kPlane) {
-      test(Part(ways.geometry_a, ways.a), b);
-    } else if (HasNoParts(ways.geometry_a)) {
-      ForTriangles(ways.geometry_a, SweptInA(b, ways, target_m), [&](const Part& triangle) {
-        if (MayMeet(triangle, b, ways, target_m) && !StaysOnOneSide(triangle, b, ways, target_m)) test(triangle, b);
+void ForPartsThatMayMeet(const SweptPair& pair, double target_m,
+                         const std::function<void(const Part&, const Part&)>& test) {
+  for (std::size_t j = 0; j < ChildrenOf(pair.geometry_b); ++j) {
+    const Part b = ChildOf(pair.geometry_b, j);
+    if (pair.geometry_a.kind == GeometryKind::kPlane) {
+      test(Part(pair.geometry_a, pair.a), b);
+    } else if (HasNoParts(pair.geometry_a)) {
+      ForTriangles(*pair.geometry_a.surface, SweptInA(b, pair, target_m), [&](const Part& triangle) {
+        if (MayMeet(triangle, b, pair, target_m) && !StaysOnOneSide(triangle, b, pair, target_m)) test(triangle, b);
       });
     } else {
-      for (std::size_t i = 0; i < ChildrenOf(ways.geometry_a); ++i) {
-        const Part a = ChildOf(ways.geometry_a, i);
-        if (MayMeet(a, b, ways, target_m)) test(a, b);
+      for (std::size_t i = 0; i < ChildrenOf(pair.geometry_a); ++i) {
+        const Part a = ChildOf(pair.geometry_a, i);
+        if (MayMeet(a, b, pair, target_m)) test(a, b);
       }
     }
   }

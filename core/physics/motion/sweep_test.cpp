@@ -18,23 +18,25 @@ using GeometryPtr = std::shared_ptr<const Geometry>;
 
 template <class Form>
 GeometryPtr Make(Form form) {
-  return MakeGeometry(std::make_shared<const Shape>(Shape{std::move(form)}), {});
+  return MakeGeometry(Shape{std::move(form)}, {});
 }
 ShapePtr Box(double x, double y, double z) { return std::make_shared<const Shape>(Shape{BoxShape{{x, y, z}}}); }
 
-Way Still(const GeometryPtr& geometry, Vec3d at = {}, Quatd q = {}) { return {*geometry, at, at, q, {}}; }
-Way Straight(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q = {}) { return {*geometry, from, to, q, {}}; }
-Way Turning(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q, Vec3d turn) {
+SweptMotion Still(const GeometryPtr& geometry, Vec3d at = {}, Quatd q = {}) { return {*geometry, at, at, q, {}}; }
+SweptMotion Straight(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q = {}) {
+  return {*geometry, from, to, q, {}};
+}
+SweptMotion Turning(const GeometryPtr& geometry, Vec3d from, Vec3d to, Quatd q, Vec3d turn) {
   return {*geometry, from, to, q, turn};
 }
 
-Quatd OrientationAt(const Way& way, double t) { return TurnBy(way.turned_rad * t) * way.orientation; }
-// By GJK, one convex shape against another, at one moment.
-double DistanceAt(const Way& a, const Way& b, double t) {
-  const auto placed = [t](const Way& way, Vec3d origin) {
-    Core core(AtOrigin(way.geometry), 0);
-    const Quatd q = OrientationAt(way, t);
-    core.Place(way.from + (way.to - way.from) * t - origin,
+Quatd OrientationAt(const SweptMotion& motion, double t) { return TurnBy(motion.turned_rad * t) * motion.orientation; }
+// Distance of two convex shapes at one moment, by GJK.
+double DistanceAt(const SweptMotion& a, const SweptMotion& b, double t) {
+  const auto placed = [t](const SweptMotion& motion, Vec3d origin) {
+    Core core(AtOrigin(motion.geometry), 0);
+    const Quatd q = OrientationAt(motion, t);
+    core.Place(motion.from + (motion.to - motion.from) * t - origin,
                {Rotate(q, Vec3d{1, 0, 0}), Rotate(q, Vec3d{0, 1, 0}), Rotate(q, Vec3d{0, 0, 1})});
     return core;
   };
@@ -78,13 +80,13 @@ TEST(SweepTest, BallAtBulletSpeedStopsBeforeAWallOfAnyKind) {
   }
 }
 
-TEST(SweepTest, PlaneAndHeightFieldStopWhatFalls) {
+TEST(SweepTest, PlaneAndHeightFieldStopAFallingBox) {
   const GeometryPtr plane = Make(PlaneShape{{0, 1, 0}, 2});
-  const GeometryPtr field = Make(HeightFieldShape{3, 3, 4, {2, 2, 2, 2, 2, 2, 2, 2, 2}});
+  const BodyFrame centred{.origin = {0, 2, 0}, .axes = {}};
+  const GeometryPtr field = MakeGeometry({HeightFieldShape{3, 3, 4, {2, 2, 2, 2, 2, 2, 2, 2, 2}}}, centred);
   const Quatd tilt = TurnBy({0, 0, std::numbers::pi / 4});
   for (const GeometryPtr& ground : {plane, field}) {
-    // Static bodies with a height field are told their middle: here it lies at its height.
-    const Vec3d at = ground == plane ? Vec3d() : Vec3d{0, 2, 0};
+    const Vec3d at = ground == plane ? Vec3d() : centred.origin;
     const auto impact = FirstImpact(Straight(Make(BoxShape{{.5, .5, .5}}), {.3, 9, .2}, {.3, -1, .2}, tilt),
                                     Still(ground, at), kTarget_m);
     ASSERT_TRUE(impact);
@@ -114,9 +116,9 @@ TEST(SweepTest, BulletsHeadOnMeetHalfway) {
   EXPECT_NEAR(impact->fraction, (8 - std::sqrt(touch * touch - 0.005 * 0.005)) / 16.6, 1e-5);
 }
 
-TEST(SweepTest, RodThatSpinsInPlaceHitsWhatItsEndReaches) {
+TEST(SweepTest, RodThatSpinsInPlaceHitsAPostThatItsEndReaches) {
   const GeometryPtr rod = Make(BoxShape{{1, 0.02, 0.02}}), post = Make(SphereShape{0.05});
-  // From along x to along y and beyond, 2 rad; the post stands at 60 degrees.
+  // The rod turns by 2 rad, from along x to beyond y; the post stands at 60 degrees.
   const double at = std::numbers::pi / 3;
   for (const double r : {0.2, 0.9, 1.03}) {
     const Vec3d where{r * std::cos(at), r * std::sin(at), 0};
@@ -144,16 +146,16 @@ TEST(SweepTest, AgreesWithBruteForceForAnyTwoShapes) {
     for (const GeometryPtr& b : shapes) {
       for (int i = 0; i < 30; ++i) {
         const Vec3d away = Normalized(vector()) * 2.5, aim = vector() * 0.9;
-        const Way way_a = Turning(a, {}, vector(), TurnBy(vector() * 3.0), vector() * 1.7);
-        const Way way_b = Turning(b, away, aim - away, TurnBy(vector() * 3.0), vector() * 1.7);
-        const auto impact = FirstImpact(way_a, way_b, kTarget_m);
+        const SweptMotion motion_a = Turning(a, {}, vector(), TurnBy(vector() * 3.0), vector() * 1.7);
+        const SweptMotion motion_b = Turning(b, away, aim - away, TurnBy(vector() * 3.0), vector() * 1.7);
+        const auto impact = FirstImpact(motion_a, motion_b, kTarget_m);
         double least = 1e9;
         constexpr int kSamples = 400;
         const double end = impact ? impact->fraction : 1;
-        for (int k = 0; k <= kSamples; ++k) least = std::min(least, DistanceAt(way_a, way_b, end * k / kSamples));
+        for (int k = 0; k <= kSamples; ++k) least = std::min(least, DistanceAt(motion_a, motion_b, end * k / kSamples));
         ASSERT_GT(least, impact ? kTarget_m - 1e-6 : kTarget_m / 2 - 1e-6);
         if (impact) {
-          ASSERT_LT(DistanceAt(way_a, way_b, impact->fraction), kTarget_m + 1.1e-5);
+          ASSERT_LT(DistanceAt(motion_a, motion_b, impact->fraction), kTarget_m + 1.1e-5);
         }
         ++(impact ? hits : misses);
       }
@@ -181,7 +183,7 @@ TEST(SweepTest, IsTheSameFarFromTheOriginAndInEitherOrder) {
   EXPECT_LT(Length(here->normal + reversed->normal), 1e-3f);
 }
 
-TEST(SweepTest, WhatRestsOrSlidesOrPartsMeetsNothing) {
+TEST(SweepTest, RestingSlidingAndPartingBodiesMeetNothing) {
   const GeometryPtr box = Make(BoxShape{{.5, .5, .5}}), floor = Make(BoxShape{{50, .5, 50}});
   for (const double gap : {-0.004, -0.0002, 0.0, 0.0003, 0.0005}) {
     const Vec3d at{0, 1 + gap, 0};

@@ -1,8 +1,8 @@
 // Coloring: which constraints may be solved at the same time.
 //
 // Each constraint gets the lowest color that neither of its moving bodies has yet, in the order given. So its color
-// depends only on constraints that reach it through moving bodies, never on another island. What finds all colors taken
-// is left over, to be solved one by one.
+// depends only on constraints that reach it through moving bodies, never on another island. A constraint that finds all
+// colors taken is left over, to be solved by itself.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -29,7 +29,7 @@ class Coloring {
  private:
   std::uint8_t Take(std::uint32_t a, std::uint32_t b);
 
-  std::vector<std::uint64_t> taken_;  // by body: its colors
+  std::vector<std::uint64_t> taken_;  // colors of each body, a bit each
   std::vector<std::uint8_t> contacts_, joints_;
   int used_ = 0;
 };

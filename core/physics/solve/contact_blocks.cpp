@@ -9,9 +9,9 @@
 namespace tessera::physics {
 namespace {
 
-// Manifolds lie all over the memory: those to come are asked for while others are worked on.
+// Number of contacts by which manifolds are prefetched, as they lie all over the memory.
 constexpr std::size_t kAhead = 8;
-void AskFor(const Manifold& manifold) {
+void Prefetch(const Manifold& manifold) {
   constexpr std::size_t kLine = 64;
   for (std::size_t i = 0; i < sizeof(Manifold); i += kLine) {
     __builtin_prefetch(static_cast<const char*>(static_cast<const void*>(&manifold)) + i);
@@ -33,7 +33,7 @@ void Put(Lanes (&to)[3], int lane, Vec3f v) {
   to[2].f[lane] = v.z;
 }
 
-// How much each point counts for the middle: by what it carried last; a new contact by which points touch.
+// Weights of the points for the middle, by the impulses of the last step; those of a new contact by which points touch.
 void Weigh(const Manifold& manifold, float (&weights)[kManifoldPoints]) {
   float sum = 0, lowest = manifold.points[0].separation_m;
   for (int i = 0; i < manifold.count; ++i) {
@@ -141,7 +141,7 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
   }
 }
 
-// How easily a body turns, 1 / (kg m^2).
+// Inverse of a body's inertia, 1 / (kg m^2).
 float Ease(const SolvedMass& mass) {
   const float* q = mass.root_inertia;
   return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + 2 * (q[3] * q[3] + q[4] * q[4] + q[5] * q[5]);
@@ -155,17 +155,17 @@ void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
   state.spin[2] += spin.z;
 }
 
-// An impulse that acts `apart` from where its counterpart does turns the two together, and what it made so is taken
-// again. A round surface is touched under its middle wherever it goes: then the contact has moved over the other body,
-// which has to bear it. Of two equals the heavier to turn bears more.
+// Takes back the angular momentum that impulses made because they acted apart from their counterparts. A round surface
+// is touched under its middle wherever it goes: then the contact has moved over the other body, which has to bear the
+// correction. Of two alike surfaces, the body that is harder to turn bears more.
 template <class Block>
 void MakeGood(const ContactConstraint& contact, const Block& block, int lane, SolvedState* states,
               const SolvedMass* masses) {
   Manifold& manifold = *contact.manifold;
   Vec3f impulse = manifold.total_friction;
   for (int i = 0; i < manifold.count; ++i) impulse += manifold.normal * block.points[i].total.f[lane];
-  const LagLanes& lag = block.lag;
-  const Vec3f made{lag.made[0].f[lane], lag.made[1].f[lane], lag.made[2].f[lane]};
+  const LeverArmLanes& lever_arm = block.lever_arm;
+  const Vec3f made{lever_arm.made[0].f[lane], lever_arm.made[1].f[lane], lever_arm.made[2].f[lane]};
   const Vec3f lacks = Cross(manifold.ahead_m, impulse) - made;
   const bool round_a = manifold.round_a_m > 0, round_b = manifold.round_b_m > 0;
   const float ease_a = Ease(masses[contact.a]), ease_b = Ease(masses[contact.b]);
@@ -188,9 +188,9 @@ Softness SoftnessOf(float share, float damping_ratio, float h) {
   return {stiff / (1 + stiff), 1 / (1 + stiff), omega_h / h / (2 * damping_ratio + omega_h)};
 }
 
-// Decides where each contact goes. Those with restitution have runs of their own.
+// Decides on the place of each contact. Contacts with restitution have runs of their own.
 void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring) {
-  constexpr std::size_t kBuckets = 2 * kContactKinds;  // of a color
+  constexpr std::size_t kBuckets = 2 * kContactKinds;  // in each color
   const std::span<const std::uint8_t> colors = coloring.contacts();
   std::size_t size[kContactKinds];
   for (int kind = 0; kind < kContactKinds; ++kind) size[kind] = LanesOf(kind);
@@ -240,7 +240,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
   const Softness softness = SoftnessOf(kContactShare, kContactDamping, h);
   Lay(contacts, coloring);
   for (const ContactRun& run : runs_) {
-    // Lanes that stay empty name nobody twice; everything else of theirs is 0.
+    // Empty lanes name the body that stands for the world on both sides; everything else in them is 0.
     ForKind(run.kind, [&](auto* type) {
       auto* last = static_cast<decltype(type)>(BlocksOf(run)) + (run.blocks - 1);
       std::memset(static_cast<void*>(last), 0, sizeof(*last));
@@ -249,7 +249,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
     });
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size()) AskFor(*contacts[i + kAhead].manifold);
+    if (i + kAhead < contacts.size()) Prefetch(*contacts[i + kAhead].manifold);
     const ContactPlace& place = places_[i];
     Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, softness, block); });
   }
@@ -258,7 +258,7 @@ void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Colo
 void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
                           std::span<const SolvedMass> masses) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size()) AskFor(*contacts[i + kAhead].manifold);
+    if (i + kAhead < contacts.size()) Prefetch(*contacts[i + kAhead].manifold);
     const ContactPlace& place = places_[i];
     Visit(place, [&](auto& block) {
       const ContactConstraint& contact = contacts[i];

@@ -1,4 +1,4 @@
-// ContactBlocks: the contacts of a batch in the memory that the kernels work on, sorted by color and kind.
+// ContactBlocks: the contacts of a batch, in the memory that the kernels work on, sorted by color and kind.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -12,27 +12,27 @@
 
 namespace tessera::physics {
 
-// Blocks of one color and kind.
+// A run of blocks of one color and kind.
 struct ContactRun {
   std::uint8_t kind = 0, color = 0;
   bool bounces = false;  // its contacts have restitution
   std::uint32_t blocks = 0;
-  std::size_t offset = 0;  // in `Lanes` from the first
+  std::size_t offset = 0;  // from the first block of all, in `Lanes`
 };
 
-// Soft constraint in the form of Catto, "Soft Constraints", 2011: shares of mass and of impulse, and velocity per
+// A soft constraint in the form of Catto, "Soft Constraints", 2011: shares of mass and of impulse, and velocity per
 // depth.
 struct Softness {
   float mass = 1, impulse = 0, bias_rate = 0;
 };
-// `share`: of the substep rate 1 / h, the frequency.
+// `share` is the frequency over the substep rate 1 / h.
 Softness SoftnessOf(float share, float damping_ratio, float h);
 
-// Where a contact is.
+// The place of a contact in the blocks.
 struct ContactPlace {
   std::uint8_t kind = 0, lane = 0;
   bool bounces = false;
-  std::size_t offset = 0;  // of its block
+  std::size_t offset = 0;  // where its block begins, in `Lanes`
 };
 
 // Calls `f` with a null pointer to a block of this kind.
@@ -64,12 +64,12 @@ class ContactBlocks {
  public:
   // `nobody`: index of the body that stands for the world.
   void Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody, float h);
-  // Writes impulses and totals to the manifolds.
-  // Gives the bodies the turn that they lack because impulses acted where the contacts were at the start of the step.
+  // Writes impulses and totals to the manifolds, and corrects the turning of bodies for impulses that acted where the
+  // contacts were at the start of the step.
   void Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
              std::span<const SolvedMass> masses);
 
-  std::span<const ContactRun> runs() const { return runs_; }  // by color, what is left over last
+  std::span<const ContactRun> runs() const { return runs_; }  // by color; contacts that are left over come last
   void* BlocksOf(const ContactRun& run) { return &memory_[run.offset]; }
 
   // Calls `f` with the block.
@@ -90,7 +90,7 @@ class ContactBlocks {
   std::vector<Lanes> memory_;
   std::vector<ContactRun> runs_;
   std::vector<ContactPlace> places_;   // by contact
-  std::vector<std::uint32_t> counts_;  // by bucket: color, restitution or not, kind
+  std::vector<std::uint32_t> counts_;  // contacts by bucket: color, restitution or not, kind
   std::vector<std::size_t> starts_;
 };
 

@@ -9,12 +9,12 @@
 namespace tessera::physics {
 namespace {
 
-// Enough for a blow to pass through a row of this many bodies against the order of its contacts.
+// Number of sweeps over all contacts: a blow goes through a row of this many bodies against the order of its contacts.
 constexpr int kSweeps = 32;
-// Of the points of one contact; four converge in fewer.
+// Number of sweeps over the points of one contact; four points converge in fewer.
 constexpr int kPointSweeps = 8;
-// A body flies if all other impulses of a substep are smaller than that of its acceleration by this, squared. Well
-// above the rounding of a fast body's velocity.
+// A body flies if the square of all other impulses of a substep is below this share of that of its acceleration. The
+// share is well above the rounding of a fast body's velocity.
 constexpr float kFlies = 1e-4f;
 
 Vec3f Get(const float (&v)[4]) { return {v[0], v[1], v[2]}; }
@@ -25,7 +25,7 @@ void Add(float (&to)[4], Vec3f v) {
 }
 Vec3f At(const Lanes (&v)[3], int lane) { return {v[0].f[lane], v[1].f[lane], v[2].f[lane]}; }
 
-// One contact of a block, and the bodies it acts on.
+// One contact of a block, and the bodies that it acts on.
 template <class Block>
 struct Striking {
   Striking(Block& block_in, int lane_in, SolvedState* states, SolvedMemory* before)
@@ -39,7 +39,7 @@ struct Striking {
         inverse_root_mass_a(block.head.inverse_root_mass_a.f[lane]),
         inverse_root_mass_b(block.head.inverse_root_mass_b.f[lane]) {}
 
-  // Of a point along the normal, where `of_a` and `of_b` are how the bodies move.
+  // Velocity of a point along the normal, where the bodies move as `of_a` and `of_b` say.
   template <class Body>
   float Velocity(const PointLanes& point, const Body& of_a, const Body& of_b) const {
     const Vec3f relative = Get(of_b.velocity) * inverse_root_mass_b - Get(of_a.velocity) * inverse_root_mass_a;
@@ -57,7 +57,7 @@ struct Striking {
     Add(to_b.spin, At(point.angular_b, lane) * impulse);
   }
 
-  // Impulses at the points that hit, together, until they move as they are to.
+  // Gives the points that hit impulses, all together, until they move at their targets.
   void Strike(const bool (&hits)[kManifoldPoints], const float (&targets)[kManifoldPoints]) {
     constexpr int kPoints = Block::kPointCount;
     float impulses[kPoints] = {};
@@ -69,7 +69,7 @@ struct Striking {
         const float change = std::max(wanted, 0.0f) - impulses[i];
         impulses[i] += change;
         Apply(point, change, a, b);
-        Apply(point, change, before_a, before_b);  // not to be repeated by the next kick
+        Apply(point, change, before_a, before_b);  // so that the next kick does not repeat it
       }
     }
     float sum = 0;
@@ -78,23 +78,23 @@ struct Striking {
       sum += impulses[i];
     }
     if constexpr (Block::kHasFriction) block.friction.impact.f[lane] += sum;
-    NoteLag(Cross(Get(b.moved) - Get(a.moved), normal * sum));
+    NoteLeverArm(Cross(Get(b.moved) - Get(a.moved), normal * sum));
   }
 
-  // Puts the two apart along the normal, their middle of mass staying where it is.
+  // Moves the two apart along the normal, while their common centre of mass stays.
   void PutApart(float by_m) {
     const float m_a = inverse_root_mass_a * inverse_root_mass_a, m_b = inverse_root_mass_b * inverse_root_mass_b;
     const float share = by_m / (m_a + m_b);
     Add(a.moved, normal * (-share * m_a));
     Add(b.moved, normal * (share * m_b));
     const Vec3f relative = Get(b.velocity) * inverse_root_mass_b - Get(a.velocity) * inverse_root_mass_a;
-    NoteLag(Cross(normal * share, relative));
+    NoteLeverArm(Cross(normal * share, relative));
   }
 
-  void NoteLag(Vec3f made) {
-    block.lag.made[0].f[lane] += made.x;
-    block.lag.made[1].f[lane] += made.y;
-    block.lag.made[2].f[lane] += made.z;
+  void NoteLeverArm(Vec3f made) {
+    block.lever_arm.made[0].f[lane] += made.x;
+    block.lever_arm.made[1].f[lane] += made.y;
+    block.lever_arm.made[2].f[lane] += made.z;
   }
 
   Block& block;
@@ -105,14 +105,14 @@ struct Striking {
   const float inverse_root_mass_a, inverse_root_mass_b;
 };
 
-// How a point that hits its surface is at the end of the substep.
+// The motion, at the end of the substep, of a point that hits its surface within it.
 struct Bounced {
   bool hits = false;
   float velocity = 0, separation = 0;
-  float time = 0;  // of the hit
+  float time = 0;  // at which it hits, s
 };
 
-// From a distance, a velocity and an acceleration along the normal at the start of the substep.
+// The bounce of a point with this distance, velocity and acceleration along the normal at the start of the substep.
 Bounced BounceOf(float distance, float velocity, float acceleration, float restitution, float h) {
   const float start = std::max(distance, 0.0f);
   if (start + h * (velocity + 0.5f * h * acceleration) >= 0) return {};
@@ -124,8 +124,8 @@ Bounced BounceOf(float distance, float velocity, float acceleration, float resti
   return {true, up + acceleration * rest, rest * (up + 0.5f * acceleration * rest), time};
 }
 
-// Finds what hits by the free motion of both bodies, strikes, and puts them where they are after the bounce. `shift`:
-// by how much b was shifted against a.
+// Finds the points that hit, by the free motion of both bodies, strikes, and moves the two to where they are after the
+// bounce. `shift` is that of b against a.
 template <class Block>
 bool FirstStrike(Striking<Block> contact, Vec3f shift, float h) {
   Block& block = contact.block;
@@ -150,13 +150,13 @@ bool FirstStrike(Striking<Block> contact, Vec3f shift, float h) {
   }
   if (!first.hits) return false;
   contact.Strike(hits, targets);
-  // What drifting will make of the velocity, against where the bounce ends.
+  // The drift of the substep will add this way, which is no part of where the bounce ends.
   const float drifts = h * first.velocity + Dot(contact.normal, shift);
   contact.PutApart(first.separation - first_distance - drifts);
   return true;
 }
 
-// What was struck may strike in turn, if it is to reach its surface in this substep.
+// Lets a body that was struck strike in turn, if it is to reach its surface in this substep.
 template <class Block>
 bool StrikeOn(Striking<Block> contact, float h) {
   Block& block = contact.block;
@@ -193,8 +193,8 @@ void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodi
   }
 }
 
-// Drifting by the velocity after the kick runs ahead of the parabola by half a kick. What nothing but its acceleration
-// acts on is shifted back onto it.
+// A drift by the velocity after the kick runs ahead of the parabola by half a kick. A body that nothing but its
+// acceleration acts on is shifted back onto the parabola.
 bool Impacts::Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
                     float h) {
   bool any = false;

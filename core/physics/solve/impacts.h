@@ -1,9 +1,10 @@
 // Impacts: restitution, for contacts that have any.
 //
-// Before a substep is solved, each such contact asks whether it reaches its surface within it, and how fast it will be
-// there. If so the bodies are given, at once, the velocities and places that they have at the end of the substep after
-// bouncing at that very moment: with e = 1 a ball's energy stays. Bodies then act on each other pair by pair until none
-// approach, so that a row of touching balls passes a blow on to the last one. The solver finds nothing left to do.
+// Before a substep is solved, each such contact is asked whether it reaches its surface within the substep, and how
+// fast it will be there. If so the bodies get, at once, the velocities and places that they have at the end of the
+// substep after bouncing at that very moment: with e = 1 a ball's energy stays. Bodies then act on each other pair by
+// pair until none approach, so that a row of touching balls hands a blow on to the last one. The solver finds nothing
+// left to do.
 //
 // Most contacts are not about to hit: a wide kernel picks out the few that approach.
 //
@@ -19,9 +20,9 @@ namespace tessera::physics {
 
 class Impacts {
  public:
-  // Which bodies may bounce.
+  // Finds the bodies that may bounce.
   void Fill(std::span<const ContactConstraint> contacts, std::size_t bodies);
-  // After the kick of each substep. `before`: velocities before it. Whether any was put elsewhere.
+  // Bounces, after the kick of each substep; `before` are the velocities before it. Returns whether any body was moved.
   bool Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
               SolvedMemory* before, const SolvedKick* kicks, float h);
 
@@ -31,11 +32,11 @@ class Impacts {
   bool Shift(SolvedState* states, const SolvedMass* masses, const SolvedMemory* before, const SolvedKick* kicks,
              float h);
 
-  std::vector<std::uint32_t> bodies_;  // that have such contacts, each once
+  std::vector<std::uint32_t> bodies_;  // those with such contacts, each once
   std::vector<bool> listed_;           // by body
   std::vector<Vec3f> shifts_;          // by body, m; the last stands for the world
-  std::vector<bool> struck_;           // likewise, in this substep: only what was may strike on
-  std::vector<std::uint8_t> lanes_;    // by block of a run: contacts that approach
+  std::vector<bool> struck_;           // by body, in this substep: only a body that was struck may strike on
+  std::vector<std::uint8_t> lanes_;    // contacts that approach, by block of a run
 };
 
 }  // namespace tessera::physics

@@ -9,8 +9,8 @@
 namespace tessera::physics {
 namespace {
 
-// Bounds of what is divided by. Below the first an azimuth turns faster than anyone can follow; the others are near
-// opposed axes.
+// Lower bounds of divisors. Below the first an azimuth turns faster than anyone can follow; the others are near opposed
+// axes.
 constexpr double kLeastAcross = 1e-3, kLeastSum = 0.05, kLeastSine = 0.05;
 
 double& At(Vec3d& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
@@ -32,7 +32,7 @@ Vec3d AzimuthGradient(Vec3d p, std::size_t k) {
   return gradient;
 }
 
-// Turn about axis k that is left when the swing of that axis is taken away.
+// The turn about axis k that is left when the swing of that axis is taken away.
 JointAngle TwistOf(const FramePair& f, std::size_t k) {
   const Quatd r = Conjugate(f.q_a) * f.q_b;
   const double sign = r.w < 0 ? -1 : 1;
@@ -41,7 +41,7 @@ JointAngle TwistOf(const FramePair& f, std::size_t k) {
           sum / std::max(1 + Dot(f.a[k], f.b[k]), kLeastSum)};
 }
 
-// An axis of a and one of b that ought to stay perpendicular.
+// The angle by which an axis of a and one of b are not perpendicular, as they ought to be.
 JointAngle Across(Vec3d of_a, Vec3d of_b) { return {Dot(of_a, of_b), Cross(of_b, of_a)}; }
 
 }  // namespace
@@ -74,7 +74,7 @@ JointAngles HingeAngles(const FramePair& f, std::size_t k) {
     angles[j] = {along_i, Cross(axis, f.a[i])};
     return angles;
   }
-  // More than a quarter turn off, where sines fall again: the rotation vector itself, and the axes it has.
+  // Sines fall again beyond a quarter turn; there the rotation vector itself is taken, and its axes.
   const double across = std::sqrt(along_i * along_i + along_j * along_j);
   const double swing = Atan2(across, along_k);
   angles[i] = {across > 1e-9 ? -along_j / across * swing : swing, f.a[i]};
@@ -108,8 +108,8 @@ SwingTwist SwingTwistOf(const FramePair& f) {
   // The swing is scale * (x cross u) with u = b's x as a sees it, scale = angle / sine; u' = w x u.
   const Vec3d u = f.InA(f.b[0]);
   const double sine = std::sqrt(u.y * u.y + u.z * u.z), angle = Atan2(sine, u.x);
-  double scale = 1 + angle * angle / 6, growth = angle / 3;  // of the scale with the angle
-  Vec3d axis{0, 0, 0};                                       // the swing's: the angle grows by w about it
+  double scale = 1 + angle * angle / 6, growth = angle / 3;  // derivative of the scale by the angle
+  Vec3d axis{0, 0, 0};                                       // the swing turns about it: the angle grows by w along it
   if (sine > 1e-4 || u.x < 0) {
     const double s = std::max(sine, kLeastSine * (u.x < 0 ? 1 : 0));
     scale = angle / s;

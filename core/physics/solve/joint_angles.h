@@ -1,4 +1,4 @@
-// Joint angles: how one frame is turned against another, and how that changes with their angular velocity.
+// Joint angles: the turn of one frame against another, and how it changes with their angular velocity.
 //
 // Each angle comes with its gradient: d(value)/dt = gradient . (w_b - w_a), world axes. Where an angle loses its
 // meaning (gimbal lock, opposed axes) gradients are bounded and everything stays finite.
@@ -31,16 +31,17 @@ struct FramePair {
 // The rotation vector that turns a into b, along a's axes.
 JointAngles RotationAngles(const FramePair& frames);
 
-// Turn about axis k, shared by both, -pi to pi; the other two values say how far these are apart, and vanish with it.
+// The turn about axis k, which both share, -pi to pi. The other two values say how far these axes are apart, and vanish
+// with that.
 JointAngles HingeAngles(const FramePair& frames, std::size_t k);
 
-// b = a Rz(z) Ry(y) Rx(x). Three angles; or, where x or z is held at 0, the other two all the way round, and the held
-// one as the sine of what it ought to be.
+// The angles of b = a Rz(z) Ry(y) Rx(x): all three; or, where x or z is held at 0, the other two all the way round, and
+// the held one as the sine of its error.
 JointAngles EulerAngles(const FramePair& frames);
 JointAngles EulerAnglesWithoutX(const FramePair& frames);
 JointAngles EulerAnglesWithoutZ(const FramePair& frames);
 
-// Twist about x, and the rotation vector of the swing that takes a's x to b's: along a's y and z.
+// The twist about x, and the rotation vector, along a's y and z, of the swing that takes a's x to b's.
 struct SwingTwist {
   JointAngle twist, swing_y, swing_z;
 };

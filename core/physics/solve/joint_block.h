@@ -1,4 +1,4 @@
-// JointBlock: a joint of a batch as it is solved. Plain data.
+// JointBlock: a joint of a batch in the form in which it is solved. Plain data.
 #pragma once
 
 #include <array>
@@ -9,14 +9,14 @@
 
 namespace tessera::physics {
 
-// A row as it is solved.
+// A row in the form in which it is solved.
 struct JointRow {
   Vec3f linear_a, angular_a, linear_b, angular_b;  // mass-normalised, with signs
   Vec3f linear;                                    // in m/s
   RowKind kind = RowKind::kLocked;
-  std::uint8_t origin = 0;  // which of the joint's rows
+  std::uint8_t origin = 0;  // index among the joint's own rows
   float error = 0;          // now
-  float relax_error = 0;    // of a spring: at the start of the substep, where the force that is relaxed belongs
+  float relax_error = 0;    // a spring's error at the start of the substep, to which the force that is relaxed belongs
   float mass = 0;           // effective
   float target_velocity = 0;
   float max_impulse = 0;  // in a substep
@@ -32,13 +32,14 @@ struct JointBlock {
   const JointRows* from = nullptr;
   Vec3f arm_a, arm_b;  // from each centre of mass to the point on b
   int locked = 0, count = 0;
-  float gap_m = 0;                        // of the locked rows, m or rad
+  float gap_m = 0;                        // largest error of the locked rows, m or rad
   bool in_tree = false;                   // its locked rows are solved together with those of its neighbours
   std::array<JointRow, kJointRows> rows;  // locked ones first
   std::array<std::array<float, kLockedRows>, kLockedRows> lower{};  // L
-  std::array<float, kLockedRows> wanted{}, found{};  // in a tree: what its rows are to lose, and the impulses for that
-  std::array<float, kJointRows> last_errors{};       // of the joint's own rows, a substep ago
-  std::array<float, kJointRows> impulses{};          // along the joint's own rows, while those are made anew
+  // The velocities that the rows of a joint in a tree are to lose, and the impulses for that.
+  std::array<float, kLockedRows> wanted{}, found{};
+  std::array<float, kJointRows> last_errors{};  // errors of the joint's own rows a substep ago
+  std::array<float, kJointRows> impulses{};     // along the joint's own rows, while those are made anew
 };
 
 }  // namespace tessera::physics

@@ -12,8 +12,8 @@ namespace {
 
 // Locked rows that keep less than this share of their square beside the others are implied by them.
 constexpr float kImplied = 1e-6f;
-// Of what turns further than this in a substep, rad^2, the last impulses point anywhere; to start with them feeds it
-// energy.
+// The last impulses of a joint whose bodies turn further than this in a substep, rad^2, point anywhere; to start with
+// them would feed it energy.
 constexpr float kLostTurn2 = 0.25f;
 
 constexpr std::size_t At(int i) { return static_cast<std::size_t>(i); }
@@ -47,7 +47,7 @@ float Product(const JointRow& p, const JointRow& q) {
          (Dot(p.linear_b, q.linear_b) + Dot(p.angular_b, q.angular_b));
 }
 
-// p -= s q, and p *= s.
+// Subtract: p -= s q. Scale: p *= s.
 void Subtract(JointRow& p, float s, const JointRow& q) {
   p.linear_a -= q.linear_a * s;
   p.angular_a -= q.angular_a * s;
@@ -61,8 +61,8 @@ void Scale(JointRow& p, float s) {
   p.error *= s;
 }
 
-// A spring's force is taken at the error it has now or that it will have after the substep: the first conserves energy,
-// the second holds however stiff it is. In between, by how far it swings in a substep.
+// The force of a spring is taken at the error that it has now, which conserves energy, or at the error after the
+// substep, which holds however stiff the spring is; in between by how far it swings in a substep.
 void MakeSpring(const Row& row, float h, JointRow& out) {
   const float inverse_mass = Product(out, out);
   const float swing = h * h * row.stiffness * inverse_mass;
@@ -72,7 +72,7 @@ void MakeSpring(const Row& row, float h, JointRow& out) {
   out.mass = 1 / (1 + out.damping * inverse_mass);
 }
 
-// How a body stands against the start of the step.
+// The turn of a body since the start of the step.
 struct Turned {
   static constexpr float kFraction = 0.25f;  // square of half the turn, rad^2, up to which the fraction is good
   // The quaternion (x tan |x| / |x|, 1) / |...| turns by 2 x; the tangent as a fraction, after Pade. Larger turns by
@@ -103,7 +103,7 @@ struct Turned {
 
 float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit)); }
 
-// A joint's point and axes as its bodies stand now.
+// A joint's point and axes where its bodies are now.
 struct Stance {
   Stance(const JointRows& rows, const SolvedState& a, const SolvedState& b)
       : turned_a(Get(a.turned)), turned_b(Get(b.turned)), axes(turned_a), start_gap(rows.gap) {
@@ -123,7 +123,7 @@ struct Stance {
 
 JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, const SolvedMass& b, float h,
                  float bias_rate) {
-  // What the row asks of angular velocities beyond the motion of the joint's point.
+  // The row's angular part beyond the motion of the joint's point.
   const Vec3f extra_a = stance.axes(row.angular_a - Cross(stance.start_arm_a, row.linear));
   const Vec3f extra_b = stance.axes(row.angular_b - Cross(stance.start_arm_b, row.linear));
   const Vec3f linear = stance.axes(row.linear);
@@ -148,7 +148,7 @@ JointRow MakeRow(const Row& row, const Stance& stance, const SolvedMass& a, cons
   return out;
 }
 
-// One more step of Gram and Schmidt. False if the row adds nothing to those before it.
+// Makes one more step of Gram and Schmidt. Returns false if the row adds nothing to those before it.
 bool Orthonormalize(JointBlock& block, JointRow& row) {
   const float square = Product(row, row);
   auto& lower = block.lower[At(block.locked)];
@@ -166,7 +166,7 @@ bool Orthonormalize(JointBlock& block, JointRow& row) {
   return true;
 }
 
-// Rows as the bodies stand, with the impulses in `block.impulses`.
+// Makes the rows where the bodies are now, with the impulses in `block.impulses`.
 void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, float bias_rate, JointBlock& block) {
   const JointRows& rows = *block.from;
   const Stance stance(rows, states[block.a], states[block.b]);
@@ -189,7 +189,8 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
     }
     block.rows[At(block.count++)] = row;
   }
-  // Impulses along the orthonormal rows: transpose(L) times those along the joint's own. Row j no longer needs its own.
+  // Impulses along the orthonormal rows are transpose(L) times those along the joint's own; row j no longer needs its
+  // own.
   for (int j = 0; j < block.locked; ++j) {
     float sum = 0;
     for (int i = j; i < block.locked; ++i) sum += block.lower[At(i)][At(j)] * block.rows[At(i)].impulse;
@@ -197,7 +198,7 @@ void MakeRows(const SolvedState* states, const SolvedMass* masses, float h, floa
   }
 }
 
-// The other way: transpose(L) x = impulses.
+// Solves transpose(L) x = impulses: takes the impulses back to the joint's own rows.
 void ToOwnRows(JointBlock& block) {
   block.impulses.fill(0);
   for (int i = block.count - 1; i >= 0; --i) {
@@ -218,23 +219,23 @@ float TurnInSubstep2(const JointBlock& block, const SolvedState* states, const S
                   LengthSquared(RootInertia(masses[block.b]) * Get(states[block.b].spin)));
 }
 
-// How fast the joint's point is carried off its way by the turning of both bodies, as seen from a: what centripetal and
-// Coriolis acceleration make of half a substep. A substep then follows the chord of a pendulum's arc rather than its
-// tangent, and turning the rows at its end loses no energy.
+// The velocity at which the turning of both bodies carries the joint's point off its straight line, as seen from a:
+// that of centripetal and Coriolis acceleration over half a substep. A substep then follows the chord of a pendulum's
+// arc rather than its tangent, and turning the rows at its end loses no energy.
 Vec3f Curving(const JointBlock& block, const SolvedState* states, const SolvedMass* masses, float h) {
   const SolvedState &a = states[block.a], &b = states[block.b];
   const Vec3f w_a = RootInertia(masses[block.a]) * Get(a.spin), w_b = RootInertia(masses[block.b]) * Get(b.spin);
   const Vec3f turn_a = Cross(w_a, block.arm_a), turn_b = Cross(w_b, block.arm_b);
   const Vec3f seen = (Get(b.velocity) * masses[block.b].inverse_root_mass + turn_b) -
                      (Get(a.velocity) * masses[block.a].inverse_root_mass + turn_a);
-  // Of what turns too far in a substep for the second order to say anything, less and less.
+  // The share falls for bodies that turn too far in a substep for the second order to hold.
   const float turn = h * h * std::max(LengthSquared(w_a), LengthSquared(w_b));
   const float most = block.in_tree ? kTreeCurvingTurn2 : kCurvingTurn2;
   const float fade = std::min(1.0f, most / std::max(turn, most));
   return (Cross(w_b, turn_b) - Cross(w_a, turn_a + 2.0f * seen)) * (0.5f * h * fade * fade);
 }
 
-// The impulse of a row after meeting this velocity.
+// The impulse that a row has once it has met this velocity.
 float Wanted(const JointRow& row, float velocity, const StepConstants& step, Softness softness, bool relax) {
   switch (row.kind) {
     case RowKind::kLocked:
@@ -322,8 +323,8 @@ void JointBlocks::Turn(SolvedState* states, const SolvedMass* masses, SolvedMemo
   }
 }
 
-// Turning carries a joint's point off its way by the square of the turn. What hangs together is put back into place as
-// a whole, without a change of velocity; again where the way back was so long that it bent.
+// Turning carries a joint's point off its straight line by the square of the turn. Connected joints are put back into
+// place as a whole, without a change of velocity, and once more where the way back was so long that it curved.
 void JointBlocks::Rejoin(SolvedState* states, const SolvedMass* masses, float h) {
   forest_.Factor(blocks_);
   for (int round = 0; round < kRejoinRounds; ++round) {
@@ -335,7 +336,7 @@ void JointBlocks::Rejoin(SolvedState* states, const SolvedMass* masses, float h)
     }
     forest_.Solve(blocks_);
     forest_.Place(blocks_, states, masses);
-    if (widest < kBentWay_m) break;
+    if (widest < kCurvedGap_m) break;
     for (JointBlock& block : blocks_) {
       if (block.in_tree) MakeRows(states, masses, h, softness_.bias_rate, block);
     }

@@ -2,8 +2,8 @@
 //
 // The locked rows of a joint are made orthonormal in mass-normalised space (J' J'^T = L L^T, rows L^-1 J'), so that
 // solving them one after the other solves them all at once, exactly. A row that the others already imply drops out.
-// Springs, motors and limits come before them, each by itself. Locked rows of joints that hang together are solved
-// together (joint_forest.h).
+// Springs, motors and limits come before them, each by itself. Locked rows of connected joints are solved together
+// (joint_forest.h).
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -26,9 +26,9 @@ class JointBlocks {
             const SolvedMass* masses, std::uint32_t nobody, float h);
   void Warm(SolvedState* states) const;
   // Turns the rows along with the bodies, and with them the impulses that the next substep starts with: those of the
-  // last one, which are what `states` have beyond `before`.
+  // last one, by which `states` differ from `before`.
   void Turn(SolvedState* states, const SolvedMass* masses, SolvedMemory* before, float h);
-  // All of them: once, with or without bias.
+  // Solves all joints once, with bias or, to relax, without.
   void Solve(SolvedState* states, const SolvedMass* masses, const StepConstants& step, bool relax);
   void Store(std::span<const JointConstraint> joints);
 
@@ -39,8 +39,8 @@ class JointBlocks {
   void SolveForest(SolvedState* states, const SolvedMass* masses, const StepConstants& step, bool relax);
 
   std::vector<JointBlock> blocks_;
-  std::vector<std::uint32_t> joint_of_;  // by block
-  std::vector<std::uint32_t> order_;     // blocks by joint
+  std::vector<std::uint32_t> joint_of_;  // joint, by block
+  std::vector<std::uint32_t> order_;     // block, by joint
   JointForest forest_;
   Softness softness_;
 };

@@ -1,6 +1,7 @@
-// Joints as the solver solves them, with rows written by hand.
+// Joints in the solver, with rows written by hand.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -38,7 +39,7 @@ Row RowAlong(RowKind kind, Vec3f linear, std::uint8_t slot) {
   return row;
 }
 
-// A rod of length 1 that swings about its end; returns times at which it passes the lowest point going right.
+// Swings a rod of length 1 about its end; returns the times at which it passes the lowest point going right.
 std::vector<double> Swing(double amplitude, double seconds, int substeps, double* widest, double* energy_error) {
   Jointed joint;
   const double inertia = 1.0 / 12;
@@ -107,7 +108,7 @@ TEST(JointBlocksTest, SolvesItsLockedRowsExactly) {
   joint.solver.Solve({joint.bodies, {}, joint.constraints, 1, 1e-4f});
   const Vec3f velocity = joint.body().velocity + Cross(joint.body().angular_velocity, arm);
   EXPECT_LT(Length(velocity), 2e-2f) << "from " << Length(Vec3f{3, -4, 5});
-  // The impulses it reports are those along its own rows.
+  // The impulses that it reports are those along its own rows.
   Vec3f impulse;
   for (std::size_t k = 0; k < 3; ++k) impulse += axes[k] * joint.impulses[k];
   EXPECT_LT(Length(impulse - (joint.body().velocity - Vec3f{3, -4, 5})), 2e-2f);
@@ -139,7 +140,7 @@ TEST(JointBlocksTest, SpringsSwingAtTheirFrequency) {
   EXPECT_GT(widest, .2) << "of .3 after 10 s";
 }
 
-// Far stiffer than its substeps could follow.
+// The spring is far stiffer than its substeps could follow.
 TEST(JointBlocksTest, HoldsHoweverStiffASpring) {
   Jointed joint;
   joint.body().inertia_kg_m2 = {1, 1, 1};

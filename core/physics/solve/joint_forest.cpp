@@ -28,7 +28,7 @@ void AddScaled(Vector& to, double s, const Vector& v) {
   for (std::size_t k = 0; k < kLockedRows; ++k) to[k] += s * v[k];
 }
 
-// The lower half of `m`, n by n, becomes L with m = L L^T; of its diagonal the inverse is kept.
+// Replaces the lower half of `m`, n by n, by L with m = L L^T, and inverts the diagonal of L.
 void Cholesky(Rows& m, std::size_t n) {
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j <= i; ++j) {
@@ -38,7 +38,7 @@ void Cholesky(Rows& m, std::size_t n) {
     }
   }
 }
-// L x = v and L^T x = v, in place.
+// Forward solves L x = v, and Backward L^T x = v, in place.
 void Forward(const Rows& lower, std::size_t n, Vector& v) {
   for (std::size_t i = 0; i < n; ++i) {
     double sum = v[i];
@@ -91,7 +91,7 @@ void JointForest::Link(std::span<JointBlock> blocks, std::span<const std::uint32
     ++degrees_[block.b];
     links_.push_back(k);
   }
-  degrees_[nobody] = 0;  // the world ties nothing together
+  degrees_[nobody] = 0;  // Two joints to the world are not connected by that.
   std::erase_if(links_, [&](std::uint32_t k) { return degrees_[blocks[k].a] < 2 && degrees_[blocks[k].b] < 2; });
   for (const std::uint32_t k : links_) blocks[k].in_tree = true;
 }
@@ -105,7 +105,7 @@ std::uint32_t JointForest::NodeOf(std::uint32_t body, std::uint32_t nobody) {
   return node;
 }
 
-// Breadth first from the bodies in `queue_`.
+// Visits bodies breadth first from those in `queue_`, and makes an edge of each joint on the way.
 void JointForest::Walk(std::span<const JointBlock> blocks, std::uint32_t nobody) {
   for (std::size_t next = 0; next < queue_.size(); ++next) {
     const std::uint32_t body = queue_[next];
@@ -158,7 +158,7 @@ void JointForest::Decompose(Node& node) {
   if (!node.leaf) Cholesky(node.lower, kLockedRows);
 }
 
-// What hangs on the parent through a joint whose child is weighed already.
+// Adds to the parent's K what hangs on it through a joint whose child has its K already.
 void JointForest::Weigh(Edge& edge, const JointBlock& block) {
   Node &child = nodes_[edge.child], &parent = nodes_[edge.parent];
   edge.rows = block.locked;
@@ -234,7 +234,7 @@ void JointForest::Solve(std::span<JointBlock> blocks) {
       if (!parent.world) impulse[i] -= Dot(edge.above[i], parent.change);
     }
     Backward(edge.lower, n, impulse);
-    // Of the child: L_c^-T (pull + below^T impulse).
+    // The child changes by L_c^-T (pull + below^T impulse).
     child.change = child.pull;
     for (std::size_t i = 0; i < n; ++i) AddScaled(child.change, impulse[i], edge.below[i]);
     if (!child.leaf) Backward(child.lower, kLockedRows, child.change);

@@ -1,4 +1,4 @@
-// Joints that hang together, and a chain that needs them solved as one.
+// Connected joints, and a chain that needs them solved as one.
 #include "core/physics/solve/joint_forest.h"
 
 #include <gtest/gtest.h>
@@ -17,10 +17,10 @@ namespace {
 
 Vec3f Axis(int k) { return {k == 0 ? 1.0f : 0, k == 1 ? 1.0f : 0, k == 2 ? 1.0f : 0}; }
 
-// Round bodies of the given masses, tied by points; the last one is the world.
-class Tied {
+// Round bodies of the given masses, connected at points; the last one is the world.
+class ConnectedBodies {
  public:
-  explicit Tied(std::vector<float> masses) : masses_(std::move(masses)), states(masses_.size() + 1) {
+  explicit ConnectedBodies(std::vector<float> masses) : masses_(std::move(masses)), states(masses_.size() + 1) {
     for (std::size_t i = 0; i < masses_.size(); ++i) {
       const auto t = static_cast<float>(i);
       for (int k = 0; k < 3; ++k) {
@@ -31,7 +31,7 @@ class Tied {
   }
   std::uint32_t world() const { return static_cast<std::uint32_t>(masses_.size()); }
 
-  void Tie(std::uint32_t a, std::uint32_t b) {
+  void Connect(std::uint32_t a, std::uint32_t b) {
     JointBlock& block = blocks.emplace_back();
     block.a = a;
     block.b = b;
@@ -92,55 +92,55 @@ class Tied {
 };
 
 TEST(JointForestTest, StopsEveryRowOfATreeInOneGo) {
-  Tied tied({1, 2, 1000, 1, 5, 0.5f, 1, 300});
+  ConnectedBodies bodies({1, 2, 1000, 1, 5, 0.5f, 1, 300});
   for (const auto& [a, b] : {std::pair{0u, 1u}, {1u, 2u}, {3u, 1u}, {3u, 4u}, {5u, 3u}, {6u, 0u}, {6u, 7u}}) {
-    tied.Tie(a, b);
+    bodies.Connect(a, b);
   }
-  tied.Grow();
-  const float before = tied.Fastest();
-  tied.Solve();
+  bodies.Grow();
+  const float before = bodies.Fastest();
+  bodies.Solve();
   EXPECT_GT(before, 0.5f);
-  EXPECT_LT(tied.Fastest(), 2e-6f * before);
+  EXPECT_LT(bodies.Fastest(), 2e-6f * before);
 }
 
 TEST(JointForestTest, HangsATreeOnTheWorld) {
-  Tied tied({1, 1, 1, 1000});
-  tied.Tie(0, tied.world());
-  for (std::uint32_t i = 0; i < 3; ++i) tied.Tie(i, i + 1);
-  tied.Grow();
-  const float before = tied.Fastest();
-  tied.Solve();
-  EXPECT_LT(tied.Fastest(), 2e-6f * before);
+  ConnectedBodies bodies({1, 1, 1, 1000});
+  bodies.Connect(0, bodies.world());
+  for (std::uint32_t i = 0; i < 3; ++i) bodies.Connect(i, i + 1);
+  bodies.Grow();
+  const float before = bodies.Fastest();
+  bodies.Solve();
+  EXPECT_LT(bodies.Fastest(), 2e-6f * before);
 }
 
 TEST(JointForestTest, LeavesAloneWhatClosesACycleOrHasNoNeighbour) {
-  Tied tied({1, 1, 1, 1, 1, 1});
-  tied.Tie(0, 1);
-  tied.Tie(1, 2);
-  tied.Tie(2, 0);             // closes a cycle
-  tied.Tie(3, 4);             // alone
-  tied.Tie(5, tied.world());  // likewise: the world is no neighbour
-  tied.Grow();
+  ConnectedBodies bodies({1, 1, 1, 1, 1, 1});
+  bodies.Connect(0, 1);
+  bodies.Connect(1, 2);
+  bodies.Connect(2, 0);               // closes a cycle
+  bodies.Connect(3, 4);               // alone
+  bodies.Connect(5, bodies.world());  // alone too: the world is no neighbour
+  bodies.Grow();
   std::vector<bool> in_tree;
-  for (const JointBlock& block : tied.blocks) in_tree.push_back(block.in_tree);
+  for (const JointBlock& block : bodies.blocks) in_tree.push_back(block.in_tree);
   EXPECT_EQ(in_tree, (std::vector<bool>{true, true, false, false, false}));
 }
 
 TEST(JointForestTest, DoesTheSameInAnyCompany) {
   const auto solved = [](bool company) {
-    Tied tied({1, 20, 1, 7, 1});
-    tied.Tie(0, 1);
-    if (company) tied.Tie(3, tied.world());
-    tied.Tie(1, 2);
-    if (company) tied.Tie(4, 3);
-    tied.Grow();
-    tied.Solve();
-    return std::vector<float>{tied.states[0].velocity[0], tied.states[1].spin[1], tied.states[2].velocity[2]};
+    ConnectedBodies bodies({1, 20, 1, 7, 1});
+    bodies.Connect(0, 1);
+    if (company) bodies.Connect(3, bodies.world());
+    bodies.Connect(1, 2);
+    if (company) bodies.Connect(4, 3);
+    bodies.Grow();
+    bodies.Solve();
+    return std::vector<float>{bodies.states[0].velocity[0], bodies.states[1].spin[1], bodies.states[2].velocity[2]};
   };
   EXPECT_EQ(solved(false), solved(true));
 }
 
-// Hung up level and let go, it swings like a whip; by the world's own choice of substeps.
+// A chain that is hung up level and let go swings like a whip; the world chooses the substeps.
 TEST(JointForestTest, HoldsAChainWithAHeavyEndTogether) {
   for (const double ratio : {1.0, 100.0, 1000.0}) {
     const scenes::Chain chain = scenes::BallAndChain(ratio);

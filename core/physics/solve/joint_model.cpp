@@ -12,11 +12,12 @@ namespace tessera::physics {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Stops that leave less than this of a turn between them on the far side would be taken for each other, rad.
+// If the two stops are nearer than this on the far side of the circle, rad, one could be taken for the other.
 constexpr double kFarSide_rad = 0.5;
 // Both stops get a row where they are nearer together than this, m or rad: a step may reach either.
 constexpr double kNarrow = 0.2;
-// A swing or twist held closer than this is locked, rad; one of a half turn, nearly, is free.
+// A swing or twist with a smaller limit than the first is locked, rad; one beyond the second, nearly a half turn, is
+// free.
 constexpr double kLockedSwing_rad = 0.01, kFreeSwing_rad = 3.14;
 // Nearer to the middle of a cone than this share of its opening there is no direction to its border.
 constexpr double kMiddleOfCone = 1e-3;
@@ -24,7 +25,7 @@ constexpr double kMiddleOfCone = 1e-3;
 constexpr Limit kFree{1, -1};
 using Axes = std::array<SixDofAxis, 6>;
 
-// Each joint with up to six axes of freedom, said as six axes: linear x, y, z, angular x, y, z; locked unless set.
+// The six axes of a joint: linear x, y, z, angular x, y, z. An axis that is not set is locked.
 Axes AxesOf(const FixedJoint&) { return {}; }
 Axes AxesOf(const SixDofJoint& joint) { return joint.axes; }
 Axes AxesOf(const HingeJoint& joint) {
@@ -62,7 +63,7 @@ std::uint8_t Slot(std::size_t axis, SlotOf which) { return static_cast<std::uint
 
 Vec3d AxisOf(std::size_t k) { return {k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0}; }
 
-// What is measured along an axis, and how it changes with the velocities.
+// A distance or angle along an axis, and how it changes with the velocities.
 struct Measure {
   double value = 0;
   Vec3d linear, angular_a, angular_b;
@@ -83,7 +84,7 @@ Row* Add(RowKind kind, const Measure& measure, std::uint8_t slot, JointRows* row
   return &row;
 }
 
-// Stops at both ends; only the nearer one where the other is out of reach, or where there is no room for both.
+// Adds stops at both ends, or only the nearer one where the other is out of reach, or where there is no room for both.
 void AddLimit(const Measure& measure, Limit limit, bool both, std::size_t axis, JointRows* rows) {
   const bool upper_nearer = limit.upper - measure.value < measure.value - limit.lower;
   both = both && limit.upper - limit.lower < kNarrow;
@@ -93,7 +94,7 @@ void AddLimit(const Measure& measure, Limit limit, bool both, std::size_t axis, 
   }
 }
 
-// `from_rest`: how far the spring is bent.
+// Adds the rows of an axis that is not locked. `from_rest` is how far the spring is bent.
 void AddFreeAxis(const SixDofAxis& spec, const Measure& measure, double from_rest, std::size_t axis, JointRows* rows) {
   const bool motor = spec.motor.max_force > 0, spring = spec.spring.stiffness > 0;
   if (motor) {
@@ -116,7 +117,8 @@ double NearestTurn(double angle, double to) { return angle + 2 * kPi * std::roun
 
 }  // namespace
 
-// The frames where the bodies are now. Told from the bodies' centres, so nothing is lost far from the origin.
+// The frames where the bodies are now. Positions are relative to the bodies' centres, so nothing is lost far from the
+// origin.
 struct JointModel::Sides {
   Sides(const Placement& body_a, const Placement& body_b, const Pose& frame_a, const Pose& frame_b)
       : q_a(body_a.orientation * frame_a.orientation),
@@ -125,9 +127,9 @@ struct JointModel::Sides {
         arm_b(Rotate(body_b.orientation, frame_b.position)),
         apart((body_b.position - body_a.position) - arm_a + arm_b) {}
 
-  // Along an axis that turns with a.
+  // The distance along an axis that turns with a.
   Measure Along(Vec3d axis) const { return {Dot(axis, apart), axis, Cross(arm_a + apart, axis), Cross(arm_b, axis)}; }
-  // Along one that stands still in the world; for what is to vanish.
+  // The distance along an axis that stands still in the world, for distances that are to vanish.
   Measure AlongFixed(Vec3d axis) const { return {Dot(axis, apart), axis, Cross(arm_a, axis), Cross(arm_b, axis)}; }
 
   Quatd q_a, q_b;
@@ -178,8 +180,8 @@ double JointModel::Counted(std::size_t k, double angle) {
   if (limit.free()) return angle;
   const double middle = (limit.lower + limit.upper) / 2;
   if (!counts_[k]) return NearestTurn(angle, middle);
-  turned_rad[k] = NearestTurn(angle, turned_known ? turned_rad[k] : middle);
-  return turned_rad[k];
+  turned_rad_[k] = NearestTurn(angle, turned_known_ ? turned_rad_[k] : middle);
+  return turned_rad_[k];
 }
 
 void JointModel::MakeRows(const Placement& a, const Placement& b, JointRows* rows) {
@@ -215,7 +217,7 @@ void JointModel::PointRows(const Sides& sides, JointRows* rows) const {
   }
 }
 
-// Held: its velocities alone, so what the teeth slip stays slipped.
+// A gear holds velocities alone: if its teeth slip, they stay slipped.
 void JointModel::GearRow(const Sides& sides, JointRows* rows) const {
   const Vec3d axis_a = Rotate(sides.q_a, Vec3d{0, 0, 1}), axis_b = Rotate(sides.q_b, Vec3d{0, 0, 1});
   Add(RowKind::kLocked, {0, {}, axis_a * -ratio_, axis_b}, Slot(5, kLockOrMotor), rows);
@@ -267,12 +269,12 @@ void JointModel::AngularRows(const Sides& sides, JointRows* rows) {
     const double bent = measure.value - spec.spring.rest;
     AddFreeAxis(spec, measure, counts_[k] ? bent : NearestTurn(bent, 0), 3 + k, rows);
   }
-  turned_known = true;
+  turned_known_ = true;
 }
 
 namespace {
 
-// A half angle of a cone about one axis, or of the twist.
+// Adds the limit of a swing about one axis, or of the twist, to `half` rad on either side.
 void AddSwing(const JointAngle& angle, double half, std::size_t axis, JointRows* rows) {
   if (half >= kFreeSwing_rad) return;
   if (half <= kLockedSwing_rad) {
@@ -282,8 +284,8 @@ void AddSwing(const JointAngle& angle, double half, std::size_t axis, JointRows*
   }
 }
 
-// The border of the ellipse in the swing's direction: what is left is least half angle times (1 - rho), where
-// rho^2 = (y / half_y)^2 + (z / half_z)^2. A scale has no say in where the border is.
+// Adds the border of the ellipse in the direction of the swing. The distance left is (1 - rho) times the lesser half
+// angle, where rho^2 = (y / half_y)^2 + (z / half_z)^2; that scale does not move the border.
 void AddCone(const SwingTwist& swing, double half_y, double half_z, JointRows* rows) {
   const double y = swing.swing_y.value / half_y, z = swing.swing_z.value / half_z;
   const double rho = std::sqrt(y * y + z * z), scale = std::min(half_y, half_z);
@@ -299,7 +301,7 @@ void JointModel::ConeTwistRows(const Sides& sides, JointRows* rows) const {
   const auto locked = [](double half) { return half <= kLockedSwing_rad; };
   const auto open = [&](double half) { return !locked(half) && half < kFreeSwing_rad; };
   const bool cone = open(cone_.swing_y_rad) && open(cone_.swing_z_rad);
-  // Locked ones first.
+  // Locked rows come first.
   if (locked(cone_.twist_rad)) AddSwing(swing.twist, cone_.twist_rad, 3, rows);
   if (locked(cone_.swing_y_rad)) AddSwing(swing.swing_y, cone_.swing_y_rad, 4, rows);
   if (locked(cone_.swing_z_rad)) AddSwing(swing.swing_z, cone_.swing_z_rad, 5, rows);

@@ -1,7 +1,7 @@
-// JointModel: a scene's joint, ready to be asked for its rows each step.
+// JointModel: a joint of a scene, which makes its rows in each step.
 //
-// Positions and velocities along a joint's axes are those of body_b against body_a, and the axes those of frame_a. In a
-// joint to the world, the world takes the part of body_a: "turn at 2 rad/s" turns the body by +2.
+// Positions and velocities along a joint's axes are those of body_b against body_a, and the axes are those of frame_a.
+// In a joint to the world, the world takes the part of body_a: "turn at 2 rad/s" turns the body by +2.
 //
 // Angles of three axes are b = a Rz(z) Ry(y) Rx(x). Where two axes are locked the third is the hinge's, -pi to pi, or
 // the turn of the same pose that lies nearest to the middle of its limits; limits so wide that this would jump from one
@@ -30,12 +30,8 @@ class JointModel {
 
   void MakeRows(const Placement& a, const Placement& b, JointRows* rows);
 
-  // Impulses of the last substep by slot, N s or N m s: what the next step starts with.
+  // Impulses of the last substep by slot, N s or N m s, with which the next step starts.
   std::array<float, kJointSlots> impulses{};
-  // Angles about x, y, z at the last step, where turns are counted; goes along when a joint changes hands.
-  bool counts_turns() const { return counts_[0] || counts_[1] || counts_[2]; }
-  std::array<double, 3> turned_rad{};
-  bool turned_known = false;  // false: the first step takes the angle nearest to the middle of the limits
 
  private:
   enum class Form : std::uint8_t { kPoint, kConeTwist, kGear, kSixAxes };
@@ -52,12 +48,14 @@ class JointModel {
 
   Form form_ = Form::kPoint;
   bool to_world_ = false;
-  std::array<SixDofAxis, 6> axes_;  // kSixAxes
+  std::array<SixDofAxis, 6> axes_;  // used by kSixAxes
   ConeTwistJoint cone_;
   double ratio_ = 1;
   Pose frame_a_, frame_b_;
-  Quatd turn_a_, turn_b_;  // frames whose angles about locked axes are held at 0, against the given ones
-  std::array<bool, 3> counts_{};
+  Quatd turn_a_, turn_b_;               // from the given frames to those whose angles about locked axes are held at 0
+  std::array<bool, 3> counts_{};        // about x, y, z: turns are counted
+  std::array<double, 3> turned_rad_{};  // angles at the last step, where turns are counted
+  bool turned_known_ = false;           // If false, the first step takes the angle nearest to the middle of the limits.
 };
 
 }  // namespace tessera::physics

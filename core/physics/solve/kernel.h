@@ -18,26 +18,26 @@ struct alignas(32) Lanes {
   float f[kLanes];
 };
 
-// What a substep changes of a body: vectors of x, y, z, 0. A constraint to the world names a body of zeros.
+// The part of a body that a substep changes, as vectors of x, y, z, 0. A constraint to the world names a body of zeros.
 struct alignas(32) SolvedState {
   float velocity[4], spin[4];  // mass-normalised: sqrt(m) v, sqrt(I) w
   float moved[4], turned[4];   // since the start of the step: m, and the rotation vector in rad
 };
 
-// What stays over a step.
+// The part of a body that stays over a step.
 struct alignas(32) SolvedMass {
   float root_inertia[6];  // inverse square root of the inertia tensor, world axes: xx, yy, zz, xy, xz, yz
   float inverse_root_mass;
   float unused;
 };
 
-// Per body, beside the state: velocities of the last substep's start.
+// Velocities of a body at the start of the last substep.
 struct alignas(32) SolvedMemory {
   float velocity[4], spin[4];
 };
 
 struct alignas(32) SolvedKick {
-  float velocity[4], spin[4];  // of the accelerations over one substep, mass-normalised
+  float velocity[4], spin[4];  // changes by accelerations over one substep, mass-normalised
 };
 
 enum class Tangent : std::uint8_t { kNone, kFriction, kRolling };
@@ -51,14 +51,14 @@ struct ContactHead {
   Lanes round_a, round_b;  // radii about which the surfaces bend at the contact, m
   Lanes soft_mass, soft_impulse, bias_rate;
   Lanes restitution;
-  Lanes relax_gap;  // 1 where relaxing acts across a gap; 0 where what is near may bounce yet
+  Lanes relax_gap;  // 1 where relaxing acts across a gap; 0 where the two may bounce yet
 };
 
 struct PointLanes {
   Lanes r_a[3];
   Lanes angular_a[3], angular_b[3];  // mass-normalised
   Lanes separation;                  // now
-  Lanes start_separation;            // of the step
+  Lanes start_separation;            // at the start of the step
   Lanes mass;                        // effective; 0 where there is no point
   Lanes impulse, total;
 };
@@ -68,17 +68,17 @@ struct FrictionLanes {
   Lanes impact;  // impulse of this substep's impacts, which friction may lean on too
   Lanes tangent[2][3];
   Lanes angular_a[2][3], angular_b[2][3];
-  Lanes inverse[3];  // of the 2 x 2 matrix: 11, 22, 12
+  Lanes inverse[3];  // inverse of the 2 x 2 matrix: 11, 22, 12
   Lanes slide_mass;  // inverse of its larger eigenvalue
   Lanes impulse[2], total[2];
 };
 
-// About the normal.
+// Friction against turning about the normal.
 template <int kPoints>
 struct TwistLanes {
   Lanes angular_a[3], angular_b[3];
   Lanes mass;
-  Lanes arm[kPoints];  // coefficient of friction times the distance from the middle, plus that of spinning
+  Lanes arm[kPoints];  // friction times the distance from the middle, plus the coefficient of spinning
   Lanes impulse, total;
 };
 
@@ -89,10 +89,10 @@ struct RollingLanes {
   Lanes impulse[2], total[2];
 };
 
-// What impulses did to the angular momentum of both bodies together because they act, all step long, where the contact
-// was at its start, though the bodies have moved on against each other since.
-struct LagLanes {
-  Lanes apart[3];  // how far b has moved against a: before this substep
+// Correction of lever arms. Impulses act, all step long, where the contact was at its start, though the bodies have
+// moved against each other since; that makes angular momentum of both bodies together, which is taken back in the end.
+struct LeverArmLanes {
+  Lanes apart[3];  // how far b had moved against a before this substep
   Lanes made[3];   // angular momentum that came of it so far
 };
 
@@ -108,12 +108,12 @@ struct ContactBlock {
 
   ContactHead head;
   PointLanes points[kPoints];
-  Lanes weight[kPoints];       // of each point in the middle where friction acts; they sum to 1
-  Lanes coupling[kCouplings];  // of points i <= j: velocity at j for an impulse of 1 at i
+  Lanes weight[kPoints];       // share of each point in the middle where friction acts; they sum to 1
+  Lanes coupling[kCouplings];  // velocity at point j for an impulse of 1 at point i <= j
   [[no_unique_address]] std::conditional_t<kHasFriction, FrictionLanes, NoLanes> friction;
   [[no_unique_address]] std::conditional_t<kHasTwist, TwistLanes<kPoints>, NoLanes> twist;
   [[no_unique_address]] std::conditional_t<kHasRolling, RollingLanes, NoLanes> rolling;
-  LagLanes lag;
+  LeverArmLanes lever_arm;
 };
 
 inline constexpr int kPointKinds = 3;  // 1, 2 or 4 points
@@ -130,21 +130,21 @@ struct SolvedBodies {
   const SolvedMass* masses;
 };
 
-// Over `count` blocks of one kind.
+// Works on `count` blocks of one kind.
 using ContactKernel = void (*)(void* blocks, std::size_t count, SolvedBodies bodies, const StepConstants& step);
 
-// Which lanes hold a contact that approaches faster than `speed` at any point, a bit each, to `lanes`. `first` in this
-// substep: forgets the impacts of the last one.
+// Writes to `lanes`, a bit each, which lanes hold a contact that approaches faster than `speed` at any point. The
+// `first` call in a substep forgets the impacts of the last one.
 using ApproachKernel = void (*)(void* blocks, std::size_t count, const SolvedState* states, float speed, bool first,
                                 std::uint8_t* lanes);
 
 struct ContactKernels {
-  ContactKernel prepare;  // reckons rows and effective masses from normals, points and impulses
+  ContactKernel prepare;  // computes rows and effective masses from normals, points and impulses
   ContactKernel warm;     // applies the impulses at hand
   ContactKernel solve;    // a sweep with bias
   ContactKernel relax;    // measures separations anew, a sweep without bias
   ContactKernel settle;   // another sweep without bias, adds to the totals
-  ContactKernel locate;   // notes where bodies are against each other after bounces put them elsewhere
+  ContactKernel locate;   // notes where bodies are against each other after bounces have moved them
   ApproachKernel approach;
 };
 

@@ -6,14 +6,14 @@
 namespace tessera::physics {
 namespace {
 
-// Where the entry of points i and j is in the upper half of their matrix.
+// Index of the entry of points i and j in the upper half of their matrix.
 constexpr int Coupling(int i, int j, int points) {
   return i <= j ? i * points - i * (i - 1) / 2 + (j - i) : Coupling(j, i, points);
 }
 
 TESSERA_INLINE F Inverse(F x) { return And(Positive(x), Wide(1) / x); }
 
-// Inverse of [k11 k12; k12 k22] and of its larger eigenvalue; zeros where the matrix is singular.
+// Inverts [k11 k12; k12 k22] and its larger eigenvalue; zeros where the matrix is singular.
 TESSERA_INLINE void InvertSymmetric(F k11, F k22, F k12, Lanes (&inverse)[3], Lanes& slide_mass) {
   const F determinant = k11 * k22 - k12 * k12;
   const F regular = Positive(determinant - Wide(1e-6f) * k11 * k22);
@@ -25,9 +25,9 @@ TESSERA_INLINE void InvertSymmetric(F k11, F k22, F k12, Lanes (&inverse)[3], La
   Store(slide_mass, Inverse(Wide(0.5f) * (k11 + k22 + Sqrt(difference * difference + Wide(4) * k12 * k12))));
 }
 
-// Two rows whose impulses lie in a disc. Where the impulse that stops all motion would leave the disc, a step along the
-// velocity itself is taken and brought back to the rim: the resting point of that is an impulse straight against the
-// motion, also where the two rows differ in effective mass.
+// Solves two rows whose impulses lie in a disc. Where the impulse that stops all motion would leave the disc, a step
+// along the velocity itself is taken and brought back to the rim: such steps come to rest at an impulse straight against
+// the motion, also where the two rows differ in effective mass.
 struct DiscStep {
   F p0, p1;  // new impulses
 };
@@ -141,11 +141,11 @@ struct ContactLoops {
     }
     if constexpr (Block::kHasFriction) PrepareFriction(block, mass_a, mass_b, n, offset, linear);
     const V none{Wide(0), Wide(0), Wide(0)};
-    Store(block.lag.apart, none);
-    Store(block.lag.made, none);
+    Store(block.lever_arm.apart, none);
+    Store(block.lever_arm.made, none);
   }
 
-  // Velocities of both bodies, and what constraints do to them.
+  // The velocities of both bodies, which constraints change.
   struct Both {
     Motion a, b;
     F inverse_root_mass_a, inverse_root_mass_b;
@@ -201,18 +201,18 @@ struct ContactLoops {
     PutBack(block, bodies, both);
   }
 
-  // Separations after what the bodies have moved and turned. Of a turn, the second order counts too:
-  // n . (R r - r) = c . r with c = n x t + (n . t) t / 2 - n (t . t) / 2.
+  // How a turn t changes separations, to the second order: n . (R r - r) = c . r with
+  // c = n x t + (n . t) t / 2 - n (t . t) / 2.
   static TESSERA_INLINE V TurnOf(V n, V turned) {
     const F half = Wide(0.5f);
     return Cross(n, turned) + turned * (half * Dot(n, turned)) - n * (half * Dot(turned, turned));
   }
-  // Returns how far b has moved against a.
+  // Updates separations by how the bodies have moved and turned. Returns how far b has moved against a.
   static TESSERA_INLINE V Measure(Block& block, SolvedBodies bodies) {
     const Motion a = GatherMoved(bodies.states, block.head.a), b = GatherMoved(bodies.states, block.head.b);
     const V n = Load(block.head.normal);
     const V turn_a = TurnOf(n, a.w), turn_b = TurnOf(n, b.w);
-    // A round surface turns without coming nearer or going away: of it, only its middle is carried along.
+    // A round surface turns without coming nearer or going away; only its middle is carried along.
     const F rounds = Dot(turn_b, n) * Load(block.head.round_b) + Dot(turn_a, n) * Load(block.head.round_a);
     const V apart = b.v - a.v;
     const F shared = Dot(n, apart) - Dot(turn_b, Load(block.head.offset)) + rounds;
@@ -223,7 +223,7 @@ struct ContactLoops {
     return apart;
   }
 
-  // All that is pushed with now.
+  // The whole impulse of the contact on b.
   static TESSERA_INLINE V Impulse(const Block& block) {
     F sum = Load(block.points[0].impulse);
     for (int i = 1; i < kPoints; ++i) sum = sum + Load(block.points[i].impulse);
@@ -236,21 +236,21 @@ struct ContactLoops {
     return impulse;
   }
 
-  // The impulse at a point that brings its velocity to where it should be.
+  // The impulse at a point after which it has the velocity that it should have.
   template <bool kRelax>
   static TESSERA_INLINE F Wanted(const Block& block, int i, F velocity, F old, const StepConstants& step) {
     const PointLanes& point = block.points[i];
     const F mass = Load(point.mass);
     if constexpr (kRelax) {
-      // To what may bounce nothing is done across a gap, nor where it comes fast: neither is stopped what is to hit in
-      // the next substep, or has come to hit in this one because something else pushed it on, nor what was too slow to
-      // bounce set free again.
+      // A point that may bounce is left alone across a gap, and where it comes fast. So it is not stopped if it is to
+      // hit in the next substep, or hits in this one because something pushed it on; and it is not set free again if it
+      // was too slow to bounce.
       const F separation = Load(point.separation), apart = Positive(separation);
       const F unsettled = Positive(Max(separation, Wide(-kBounce_m_s) - velocity));
       const F acting = mass * Select(unsettled, Load(block.head.relax_gap), Wide(1));
       return old - acting * (velocity + And(apart, separation * Wide(step.inverse_h)));
     } else {
-      // A gap may close at once; from there to the depth at rest it is softly let down, and from below pushed up.
+      // A gap may close at once. From there the point is softly let down to the depth at rest, or pushed up to it.
       const F separation = Load(point.separation), slop = Load(block.head.slop), rate = Load(block.head.bias_rate);
       const F apart = Positive(separation);
       const F push = Max((separation + slop) * rate, Wide(-step.push_out_m_s));
@@ -346,20 +346,20 @@ struct ContactLoops {
     }
   }
 
-  // Of the substep's impulse, what acted before the bodies moved acted where they were apart as before; what is solved
-  // from here on acts where they are now.
+  // Notes that the bodies have moved. The substep's impulse so far acted where they were before; impulses from here on
+  // act where they are now.
   static TESSERA_INLINE void NoteMove(Block& block, const V& apart) {
-    const F far = Positive(Dot(apart, apart) - Wide(kLag_m * kLag_m));
+    const F far = Positive(Dot(apart, apart) - Wide(kLeverArm_m * kLeverArm_m));
     if (Bits(far) != 0) {
-      const V made = Cross(Load(block.lag.apart) - apart, Impulse(block));
-      Store(block.lag.made, Load(block.lag.made) + And(far, made));
+      const V made = Cross(Load(block.lever_arm.apart) - apart, Impulse(block));
+      Store(block.lever_arm.made, Load(block.lever_arm.made) + And(far, made));
     }
-    Store(block.lag.apart, And(far, apart));
+    Store(block.lever_arm.apart, And(far, apart));
   }
-  static TESSERA_INLINE void NoteLag(Block& block) {
-    const V apart = Load(block.lag.apart);
+  static TESSERA_INLINE void NoteLeverArm(Block& block) {
+    const V apart = Load(block.lever_arm.apart);
     if (Bits(Positive(Dot(apart, apart))) == 0) return;
-    Store(block.lag.made, Load(block.lag.made) + Cross(apart, Impulse(block)));
+    Store(block.lever_arm.made, Load(block.lever_arm.made) + Cross(apart, Impulse(block)));
   }
 
   enum class Stage { kPush, kRelax, kSettle };
@@ -368,14 +368,14 @@ struct ContactLoops {
     constexpr bool kRelax = kStage != Stage::kPush;
     if constexpr (kStage == Stage::kRelax) NoteMove(block, Measure(block, bodies));
     Both both = Fetch(block, bodies.states);
-    // Normals come after friction: no overlap matters more than no sliding. When relaxing, friction has another go by
-    // what they have come to: with bias they carry less while a body sinks in, and it would slide.
+    // Normals come after friction, because overlaps matter more than sliding. When relaxing, friction is solved again by
+    // the new normal impulses: those with bias carry less while a body sinks in, and it would slide.
     if constexpr (Block::kHasFriction) SolveFriction(block, both);
     SolveNormals<kRelax>(block, both, step);
     if constexpr (Block::kHasFriction && kRelax) SolveFriction(block, both);
     if constexpr (kStage == Stage::kSettle) {
       AddToTotals(block);
-      NoteLag(block);
+      NoteLeverArm(block);
     }
     PutBack(block, bodies, both);
   }

@@ -44,7 +44,7 @@ struct Solver::Impl {
 
   const Kernels& kernels;
   StepConstants step{};
-  std::size_t count = 0;  // of moving bodies; the one after the last stands for the world
+  std::size_t count = 0;  // number of moving bodies; the one after the last stands for the world
   std::vector<SolvedState> states;
   std::vector<SolvedMass> masses;
   std::vector<SolvedMemory> before;  // velocities before the last kick
@@ -80,8 +80,9 @@ void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
   kicks[count] = {};
 }
 
-// What a substep did to a body is the kick plus all its impulses. So giving it the same once more is both the next kick
-// and the warm start: no constraint need be looked at.
+// A kick is the change of velocities by accelerations over a substep. The whole change that a substep made to a body is
+// its kick plus all its impulses; so giving the body the same change once more is both the next kick and the warm
+// start, and no constraint need be looked at.
 void Solver::Impl::Kick(bool first) {
   for (std::size_t i = 0; i < count; ++i) {
     SolvedState& state = states[i];
@@ -99,9 +100,9 @@ void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactRun& 
   (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
 }
 
-// Joints before contacts: what must not overlap has the last word.
-// There and back: with contacts solved in one direction alone a wall of boxes gathers energy until it sways by
-// centimetres. Colors alone are turned round; with the points of a contact turned round as well it sways again.
+// Joints come before contacts, so that overlaps have the last word. Contacts are solved there and back: in one
+// direction alone a wall of boxes gathers energy until it sways by centimetres. The order of colors alone is reversed;
+// if that of the points of a contact were reversed as well, the wall would sway again.
 void Solver::Impl::SolveAll(bool relax) {
   if (!joints.empty()) joints.Solve(states.data(), masses.data(), step, relax);
   const std::span<const ContactRun> runs = contacts.runs();

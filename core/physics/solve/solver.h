@@ -1,9 +1,10 @@
 // Solver: soft contacts and joints of bodies that touch, in small substeps.
 //
-// Each substep: apply forces, warm start, solve with bias, move, relax without bias (Catto, Solver2D "soft step").
-// Restitution once per impact. Contacts are coloured so that no two of a colour share a moving body, and solved eight
-// at a time; which lane or path (SSE2, AVX2) does the work changes no bit. The colour of a constraint depends only on
-// the constraints it is tied to and their order, so an island comes out the same in any company.
+// Each substep applies forces, warm starts, solves with bias, moves, and relaxes without bias (Catto, Solver2D "soft
+// step"). Restitution acts once per impact. Contacts are coloured so that no two of a colour share a moving body, and
+// solved eight at a time; which lane or path (SSE2, AVX2) does the work changes no bit. The colour of a constraint
+// depends only on the constraints that it is connected to and their order, so an island comes out the same in any
+// company.
 //
 // Velocities inside are mass-normalised: v' = sqrt(m) v, w' = sqrt(I) w. Then a row is one vector for measuring and for
 // applying, a static body is a row of zeros, and rows of a joint can be made orthogonal, which solves them as one
@@ -24,14 +25,14 @@ namespace tessera::physics {
 
 // A body that is solved. Static ones (inverse_mass 0) are not listed; constraints name them by kStatic.
 struct SolverBody {
-  // In.
+  // --- In.
   Vec3f velocity, angular_velocity;  // at the start of the step; out: at its end
-  Vec3f acceleration;                // of gravity and forces, m/s^2, constant over the step
-  Vec3f angular_acceleration;        // of torques, rad/s^2
+  Vec3f acceleration;                // by gravity and forces, m/s^2, constant over the step
+  Vec3f angular_acceleration;        // by torques, rad/s^2
   float mass_kg = 1;
   Vec3f inertia_kg_m2;  // principal
-  Mat3f rotation;       // of the principal axes
-  // Out.
+  Mat3f rotation;       // turns the principal axes
+  // --- Out.
   Vec3f moved_m, turned_rad;  // over the step: displacement and rotation vector, world axes
   Vec3f angular_impulse_nms;  // change of angular momentum by constraints and torques
 };
@@ -43,17 +44,17 @@ struct ContactConstraint {
   Manifold* manifold = nullptr;            // in: warm impulses; out: impulses, totals
   PairMaterial material;
   float slop_m = kSlop_m;  // overlap at rest
-  float warm_scale = 1;    // for the warm impulses: substeps of the last step over those of this one
+  float warm_scale = 1;    // factor of the warm impulses: substeps of the last step over those of this one
 };
 
 struct JointConstraint {
   std::uint32_t a = kStatic, b = kStatic;
   JointRows* rows = nullptr;
-  float* impulses = nullptr;  // kJointSlots of them: in warm, out of the last substep
-  float warm_scale = 1;       // as above
+  float* impulses = nullptr;  // kJointSlots impulses: in, warm ones; out, those of the last substep
+  float warm_scale = 1;       // as in ContactConstraint
 };
 
-// What is solved with the same number of substeps; any number of islands. Constraints ascend by the ids of their
+// Any number of islands that are solved with the same number of substeps. Constraints ascend by the ids of their
 // bodies.
 struct SolveBatch {
   std::span<SolverBody> bodies;

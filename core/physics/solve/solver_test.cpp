@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <deque>
@@ -56,8 +57,8 @@ Vec3f BoxInertia(float mass, Vec3f half) {
          (mass / 3);
 }
 
-// How far a block slides in 2 s on a plane through y = 0, some steps after it was put there; gravity is tilted instead
-// of the plane.
+// Distance that a block slides in 2 s on a plane through y = 0, some steps after it was put there. Gravity is tilted,
+// not the plane.
 float SlideOnSlope(float friction, float tangent, int settle) {
   Solver solver;
   const float angle = std::atan(tangent);
@@ -70,7 +71,7 @@ float SlideOnSlope(float friction, float tangent, int settle) {
   float slid = 0;
   for (int step = 0; step < settle + 120; ++step) {
     const bool tilted = step >= settle;
-    // Along a diagonal, where a friction pyramid would be wrong by a factor of root 2.
+    // The slope runs along a diagonal, where a friction pyramid would be wrong by a factor of root 2.
     const float along = tilted ? std::sin(angle) * std::sqrt(.5f) : 0;
     scene.bodies[0].acceleration = Vec3f{along, tilted ? -std::cos(angle) : -1, along} * kG;
     scene.Solve(solver);
@@ -83,7 +84,7 @@ float SlideOnSlope(float friction, float tangent, int settle) {
 TEST(SolverTest, HoldsABlockBelowTheFrictionLimitAndLetsItSlideAbove) {
   EXPECT_LT(SlideOnSlope(.5f, .5f * .99f, 60), 1e-4f);
   EXPECT_LT(SlideOnSlope(.5f, .5f * .99f, 0), 5e-3f) << "while it sinks in";
-  // Above: a = g (sin - mu cos), s = a t^2 / 2 over 2 s.
+  // Above the limit a = g (sin - mu cos), and s = a t^2 / 2 over 2 s.
   const float angle = std::atan(.5f * 1.01f);
   const float slid = kG * (std::sin(angle) - .5f * std::cos(angle)) * 2;
   EXPECT_NEAR(SlideOnSlope(.5f, .5f * 1.01f, 60), slid, .05f * slid) << "the net force is a hundredth of friction";
@@ -143,8 +144,8 @@ TEST(SolverTest, KeepsLinearMomentum) {
   }
 }
 
-// Angular momentum about a point, of two bodies with one contact whose arms meet in one place, though they slide along
-// each other while they are in touch.
+// Two bodies with one contact slide along each other while they touch. Their angular momentum about a point stays,
+// because their lever arms meet in one place.
 TEST(SolverTest, KeepsAngularMomentum) {
   Solver solver;
   Scene scene;
@@ -263,7 +264,7 @@ TEST(SolverTest, PassesABlowThroughARowOfBalls) {
   }
 }
 
-// E = g y + v^2 / 2 of a ball that falls on a plane, one step before and one after.
+// A ball that falls on a plane has the same E = g y + v^2 / 2 one step before and one after.
 TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
   Solver solver;
   for (int i = 0; i < 50; ++i) {
@@ -281,7 +282,7 @@ TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
   }
 }
 
-// Once too slow to bounce, it must not gather speed again in the gap that is left.
+// A body that is too slow to bounce must not gather speed again in the gap that is left.
 TEST(SolverTest, LetsABouncingBoxComeToRest) {
   Solver solver;
   Scene scene;

@@ -9,7 +9,7 @@
 namespace tessera::physics {
 namespace {
 
-// Largest load that 1, 2, 4 ... 64 substeps carry: 20 (n / 4)^(2/3), five sixths of what they were seen to hold.
+// Largest loads that 1, 2, 4 ... 64 substeps carry: 20 (n / 4)^(2/3), five sixths of the loads that they held in tests.
 constexpr float kLoads[] = {7.9f, 12.6f, 20, 31.7f, 50.4f, 80, 127};
 constexpr int kLevels = 7;
 
@@ -49,7 +49,7 @@ int SubstepsFor(const IslandDemand& demand) {
   }
   const int last = std::bit_width(static_cast<unsigned>(demand.last)) - 1;
   if (wanted > last) return 1 << (last + 1);
-  if (wanted < last && LevelOf(demand, kCalm) < last) return 1 << (last - 1);
+  if (wanted < last && LevelOf(demand, kFewerMargin) < last) return 1 << (last - 1);
   return 1 << last;
 }
 

@@ -7,7 +7,7 @@
 namespace tessera::physics {
 namespace {
 
-// What an island settles at that shows the same each step.
+// Substeps at which an island settles that has the same demand in each step.
 int Settled(IslandDemand demand, int from) {
   demand.last = from;
   for (int i = 0; i < 10; ++i) demand.last = SubstepsFor(demand);

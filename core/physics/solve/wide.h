@@ -1,5 +1,5 @@
-// Eight floats at a time, as one AVX register or two of SSE. Only for kernel_*.cpp: everything here has internal
-// linkage, so that each translation unit keeps its own instructions. Both forms give the same bits.
+// Wide arithmetic: eight floats at a time, as one AVX register or two of SSE, with the same bits. It is for
+// kernel_*.cpp only: everything here has internal linkage, so that each translation unit keeps its own instructions.
 #pragma once
 
 #include <immintrin.h>
@@ -84,7 +84,7 @@ TESSERA_INLINE V And(F mask, V v) { return {And(mask, v.x), And(mask, v.y), And(
 TESSERA_INLINE F Dot(V a, V b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 TESSERA_INLINE V Cross(V a, V b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
-// Rows x, y, z, w of four bodies in each half, to one register a component and back.
+// Transposes rows x, y, z, w of four bodies in each half to one register a component, and back.
 #ifdef __AVX2__
 TESSERA_INLINE void Transpose(F* r) {
   const __m256 t0 = _mm256_unpacklo_ps(r[0].v, r[1].v), t1 = _mm256_unpackhi_ps(r[0].v, r[1].v);
@@ -117,7 +117,7 @@ struct Motion {
   V v, w;
 };
 
-// The two vectors of four floats that start at `member`, of the bodies named by `index`.
+// The two vectors of four floats that start at `member`, for the bodies that `index` names.
 template <class Body>
 TESSERA_INLINE Motion Gather(const Body* bodies, const std::int32_t* index, const float (Body::*first)[4],
                              const float (Body::*second)[4]) {
@@ -151,7 +151,7 @@ TESSERA_INLINE void ScatterVelocity(SolvedState* bodies, const std::int32_t* ind
   }
 }
 
-// Inverse square root of the inertia, and of the mass.
+// Inverse square roots of the inertia and of the mass.
 struct MassOf {
   F xx, yy, zz, xy, xz, yz, inverse_root_mass;
 };

@@ -1,32 +1,18 @@
 #include "core/replication/codec/dense_model.h"
 
-#include "core/replication/codec/frame_codec_impl.h"
-
 namespace tessera::replication {
 namespace {
 
 // Neighbours are sought among so many bodies coded last, and within so many steps: the first bounds the work, the
-// second says what may hang together.
+// second is how far apart bodies may be that move together.
 constexpr std::size_t kSearched = 64;
 constexpr std::int64_t kNear = 1000;
 
 // Null where nothing is known of the body.
-const StandingBox* BoxOf(const DenseModel::Setup& setup, BodyId id) {
+const StandingBox* BoxOf(const DenseSetup& setup, BodyId id) {
   if (setup.boxes == nullptr) return nullptr;
   const auto found = setup.boxes->find(id);
   return found == setup.boxes->end() ? nullptr : &found->second;
-}
-
-std::uint32_t FingerprintOf(const StandingBoxes* boxes) {
-  std::uint64_t hash = 0;
-  const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 0x9e3779b97f4a7c15; };
-  if (boxes == nullptr) return 0;
-  for (const auto& [id, box] : *boxes) {
-    add(id.value());
-    add(static_cast<std::uint64_t>(box.floor));
-    for (const std::int64_t half : box.half) add(static_cast<std::uint64_t>(half));
-  }
-  return static_cast<std::uint32_t>(hash >> 32);
 }
 
 }  // namespace
@@ -36,10 +22,10 @@ void DenseModel::BeginFrame() {
   moved_ = false;
 }
 
-DenseModel::State DenseModel::Told(const Setup& setup, const State& state) {
-  State told = state;
-  if (!setup.velocities || state.asleep) told.linear = told.angular = {};
-  return told;
+QuantizedState DenseModel::Written(const DenseSetup& setup, const QuantizedState& state) {
+  QuantizedState written = state;
+  if (!setup.velocities || state.asleep) written.linear = written.angular = {};
+  return written;
 }
 
 const Miss* DenseModel::Near(const std::array<std::int64_t, 3>& position) const {
@@ -60,7 +46,8 @@ const Miss* DenseModel::Near(const std::array<std::int64_t, 3>& position) const 
   return nearest;
 }
 
-void DenseModel::Remember(const Prediction& prediction, const State& base, const State& state, std::int32_t limit) {
+void DenseModel::Remember(const Prediction& prediction, const QuantizedState& base, const QuantizedState& state,
+                          std::int32_t limit) {
   const FixedQuaternion& q = prediction.orientation;
   Miss miss{.base = base.position};
   for (std::size_t axis = 0; axis < 3; ++axis) miss.position[axis] = state.position[axis] - prediction.position[axis];
@@ -72,7 +59,7 @@ void DenseModel::Remember(const Prediction& prediction, const State& base, const
 }
 
 template <class Coder>
-bool DenseModel::CodeVelocities(Coder& coder, const State& base, State& state) {
+bool DenseModel::CodeVelocities(Coder& coder, const QuantizedState& base, QuantizedState& state) {
   for (std::size_t i = 0; i < 6; ++i) {
     std::int32_t& value = i < 3 ? state.linear[i] : state.angular[i - 3];
     const std::int32_t before = i < 3 ? base.linear[i] : base.angular[i - 3];
@@ -87,8 +74,8 @@ bool DenseModel::CodeVelocities(Coder& coder, const State& base, State& state) {
 }
 
 template <class Coder>
-bool DenseModel::CodeState(Coder& coder, const Setup& setup, const BodyHistory<State>& history, State& state) {
-  const State& base = *history.base;
+bool DenseModel::CodeState(Coder& coder, const DenseSetup& setup, const BodyHistory& history, QuantizedState& state) {
+  const QuantizedState& base = *history.base;
   const Prediction prediction = setup.predictor.PredictWithFit({.base = history.base,
                                                                 .older = history.older,
                                                                 .oldest = history.oldest,
@@ -113,7 +100,8 @@ bool DenseModel::CodeState(Coder& coder, const Setup& setup, const BodyHistory<S
 }
 
 template <class Coder>
-bool DenseModel::CodeArrival(Coder& coder, const Setup& setup, const State& beside, State& state) {
+bool DenseModel::CodeArrival(Coder& coder, const DenseSetup& setup, const QuantizedState& beside,
+                             QuantizedState& state) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::int64_t change = state.position[axis] - beside.position[axis];
     Code(coder, change, arrival_position_[axis]);
@@ -147,19 +135,9 @@ bool DenseModel::CodeArrival(Coder& coder, const Setup& setup, const State& besi
   return true;
 }
 
-template class FrameCodec<DenseModel>;
-
-DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2, bool velocities,
-                          std::shared_ptr<const StandingBoxes> boxes) {
-  const Quantizer quantizer(world_bounds, settings);
-  const PosePredictor predictor(quantizer, settings, gravity_m_s2);
-  const std::uint32_t fingerprint =
-      quantizer.fingerprint() + (velocities ? 0x10000u : 0u) + predictor.fingerprint() + FingerprintOf(boxes.get());
-  return DenseCodec({.predictor = predictor,
-                     .boxes = std::move(boxes),
-                     .velocities = velocities,
-                     .fingerprint = fingerprint,
-                     .format = 1});
-}
+template bool DenseModel::CodeState(RangeEncoder&, const DenseSetup&, const BodyHistory&, QuantizedState&);
+template bool DenseModel::CodeState(RangeDecoder&, const DenseSetup&, const BodyHistory&, QuantizedState&);
+template bool DenseModel::CodeArrival(RangeEncoder&, const DenseSetup&, const QuantizedState&, QuantizedState&);
+template bool DenseModel::CodeArrival(RangeDecoder&, const DenseSetup&, const QuantizedState&, QuantizedState&);
 
 }  // namespace tessera::replication

@@ -1,0 +1,102 @@
+// Checkpoints on disk, and as one file.
+#include "control_plane/checkpoint_files.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/world/sha256.h"
+#include "host/temporary_folder.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::HasSubstr;
+
+class CheckpointFilesTest : public testing::Test {
+ protected:
+  void Make(std::uint64_t tick) {
+    records::Manifest manifest;
+    manifest.set_tick(tick);
+    for (const std::string name : {"region-1", "region-2", "scene"}) {
+      const std::string bytes = name + " at " + std::to_string(tick);
+      ASSERT_TRUE(files_->Put("inst-1", tick, name, bytes).ok());
+      records::ManifestFile& file = *manifest.add_files();
+      file.set_name(name);
+      file.set_size(bytes.size());
+      file.set_hash(Sha256Hex(bytes));
+    }
+    ASSERT_TRUE(files_->Complete("inst-1", manifest).ok());
+  }
+
+  host::TemporaryFolder temporary_;
+  std::string folder_ = temporary_.path();
+  std::unique_ptr<CheckpointFiles> files_ = *CheckpointFiles::Open(folder_);
+};
+
+TEST_F(CheckpointFilesTest, KeepsWhatWasPut) {
+  Make(60);
+  EXPECT_TRUE(files_->Check("inst-1", 60).ok());
+  EXPECT_EQ(*files_->Read("inst-1", 60, "region-2"), "region-2 at 60");
+  EXPECT_EQ(files_->Check("inst-1", 61).code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(CheckpointFilesTest, NamesTheDamagedFile) {
+  for (const std::string name : {"region-1", "region-2", "scene", "manifest"}) {
+    Make(60);
+    const std::string path = folder_ + "/inst-1/60/" + name;
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(3);
+    file.put('#');
+    file.close();
+    const absl::Status status = files_->Check("inst-1", 60);
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+    EXPECT_THAT(status.message(), HasSubstr("checkpoint 60 of inst-1: " + name + ": has another checksum"));
+  }
+}
+
+TEST_F(CheckpointFilesTest, ForgetsWhatWasHalfMade) {
+  ASSERT_TRUE(files_->Put("inst-1", 120, "region-1", "half").ok());
+  files_ = *CheckpointFiles::Open(folder_);
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/inst-1/.120"));
+  EXPECT_EQ(files_->Check("inst-1", 120).code(), absl::StatusCode::kNotFound);
+}
+
+TEST(BundleTest, ComesBackWholeOrNotAtAll) {
+  records::Bundle bundle;
+  bundle.mutable_manifest()->set_tick(7);
+  records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
+  file.set_name("scene");
+  file.set_hash(Sha256Hex("s"));
+  (*bundle.mutable_contents())["scene"] = "s";
+  const std::string bytes = Bundle(bundle);
+  EXPECT_EQ(Unbundle(bytes)->manifest().tick(), 7u);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::string damaged = bytes;
+    damaged[i] = static_cast<char>(damaged[i] ^ 0x20);
+    EXPECT_FALSE(Unbundle(damaged).ok()) << i;
+    EXPECT_FALSE(Unbundle(bytes.substr(0, i)).ok()) << i;
+  }
+}
+
+// Names come from outside, and become names of files.
+TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
+  records::Bundle bundle;
+  const auto add = [&](const std::string& name) {
+    records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
+    file.set_name(name);
+    file.set_hash(Sha256Hex("s"));
+    (*bundle.mutable_contents())[name] = "s";
+  };
+  bundle.mutable_manifest()->mutable_map()->add_regions()->set_id(2);
+  add("scene");
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
+  add("region-2");
+  EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
+  add("../../control.db");
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,86 @@
+// Checkpoints: when they are made, what they consist of, and worlds that have to be brought back from one. The files
+// are ControlPlane's.
+//
+// One is made at a tick that all regions are still to reach: each uploads its file of that tick, and with the last one
+// the manifest is complete. A change of who runs what on the way abandons it, as its files would not be the whole
+// world. A draft is not stored: after a restart of the control plane the checkpoint is begun anew.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/now.h"
+#include "control_plane/placement.h"
+#include "tessera/v1/agent_link.pb.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::control {
+
+class Checkpoints {
+ public:
+  explicit Checkpoints(ClusterState& state) : state_(state) {}
+  void Forget(std::uint64_t number) { work_.erase(number); }
+
+  // --- Making one.
+  // The tick of the checkpoint of a RUNNING instance that is being made from here on, or was already.
+  // FAILED_PRECONDITION while who runs what is being changed.
+  absl::StatusOr<std::uint64_t> Begin(InstanceEntry& instance, Now now);
+  // The tick of the checkpoint that is being made; 0 if none is.
+  std::uint64_t UnderWay(const InstanceEntry& instance) const;
+  // FAILED_PRECONDITION: nobody waits for that file.
+  absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
+  // The file is on the disk. Returns the manifest if it was the last one.
+  std::optional<records::Manifest> NoteUploaded(const v1::UploadCheckpointRequest& request);
+  // All files are on the disk, `size` bytes: lists the checkpoint, and prunes the oldest.
+  void NoteMade(InstanceEntry& instance, const records::Manifest& manifest, std::uint64_t size, Now now);
+  // Time passes: begins one when it is due, abandons one that cannot be finished.
+  void Step(InstanceEntry& instance, Now now);
+
+  // --- Worlds that are lost without one.
+  // The world cannot go on from its workers. With a checkpoint it is to be restored, and the next record is nothing;
+  // without one it has failed.
+  std::optional<records::Instance> GiveUp(const InstanceEntry& instance, const std::string& why, Now now);
+  // Why the world is to be restored; empty: it is not.
+  std::string RestoreWanted(const InstanceEntry& instance) const;
+  // Time passes: asks again for a restore that could not be made.
+  void RetryRestore(const InstanceEntry& instance, Now now);
+  // The record of a world that starts again from the checkpoint, with what that costs.
+  records::Instance Restored(const InstanceEntry& instance, const records::Manifest& manifest,
+                             const PlacementPlan& placed, Now now) const;
+  // The world starts again, or has failed: nothing is under way any more.
+  void Restarted(const InstanceEntry& instance);
+  // An instance that has failed lets its checkpoints go: it is forgotten in time like all that have ended.
+  absl::Status Drop(InstanceEntry& instance);
+
+  // --- Reading.
+  // NOT_FOUND unless the instance starts from that checkpoint.
+  absl::Status CheckFetch(const v1::FetchStateRequest& request) const;
+
+ private:
+  struct Draft {
+    std::uint64_t tick = 0;
+    Steady since{0};
+    std::uint64_t map_version = 0;
+    std::map<std::uint32_t, records::ManifestFile> files;  // by region: those that are on the disk
+  };
+  struct Work {
+    std::optional<Draft> draft;
+    Steady next{0};           // when the next one is due; 0: not yet reckoned
+    std::string restore_why;  // empty: the world is not to be restored
+    Steady restore_again_at{0};
+  };
+
+  const Draft* DraftOf(const InstanceEntry& instance, std::uint64_t tick) const;
+  void Abandon(InstanceEntry& instance, const std::string& why, Now now);
+
+  ClusterState& state_;
+  std::map<std::uint64_t, Work> work_;  // by instance number
+};
+
+}  // namespace tessera::control

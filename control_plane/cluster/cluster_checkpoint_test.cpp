@@ -1,0 +1,198 @@
+// Checkpoints of a running world: when they are made, and worlds that come back from them.
+#include <gmock/gmock.h>
+
+#include "control_plane/cluster/queries.h"
+#include "control_plane/testing/cluster_harness.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+struct CheckpointedWorld {
+  explicit CheckpointedWorld(std::int64_t interval_ms) {
+    harness.AddHost("alpha", 4);
+    harness.AddHost("beta", 4);
+    InstancePlan plan = TestPlan(4);
+    plan.checkpoint_interval = std::chrono::milliseconds(interval_ms);
+    plan.keep_checkpoints = 2;
+    id = harness.cluster().CreateInstance(harness.now, plan, false)->id();
+    harness.Run(seconds(1));
+    EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  }
+  // All regions' files come; false if none was asked for.
+  bool Upload() {
+    const std::uint64_t tick = harness.cluster().CheckpointUnderWay(id);
+    if (tick == 0) return false;
+    std::optional<records::Manifest> done;
+    for (auto& [name, agent] : harness.agents) {
+      for (auto& [key, worker] : agent.fake.workers) {
+        EXPECT_EQ(worker.order.checkpoint().tick(), tick);
+        const v1::UploadCheckpointRequest request = UploadOf(agent, worker, tick);
+        EXPECT_FALSE(done);
+        EXPECT_TRUE(harness.cluster().CheckUpload(request).ok());
+        done = harness.cluster().NoteUploaded(request);
+      }
+    }
+    EXPECT_TRUE(done.has_value());
+    last = *done;
+    harness.cluster().NoteCheckpoint(harness.now, id, last, 1000);
+    return true;
+  }
+  static v1::UploadCheckpointRequest UploadOf(const FakeHost& agent, const FakeWorker& worker, std::uint64_t tick) {
+    v1::UploadCheckpointRequest request;
+    request.set_host_id(agent.host_id);
+    request.set_host_secret(agent.secret);
+    *request.mutable_identity() = worker.report.identity();
+    request.set_tick(tick);
+    request.set_hash("hash of " + std::to_string(request.identity().region()));
+    return request;
+  }
+  void KillAll() {
+    for (auto& [name, agent] : harness.agents) {
+      while (!agent.fake.workers.empty()) harness.Send(agent, agent.fake.Kill(agent.fake.workers.begin()->first, 9));
+    }
+  }
+  // Only a checkpoint that is whole is left.
+  void LoseAllWithACheckpoint() {
+    EXPECT_TRUE(harness.cluster().BeginCheckpoint(harness.now, id).ok());
+    harness.Pump();
+    EXPECT_TRUE(Upload());
+    KillAll();
+  }
+  ClusterHarness harness;
+  std::string id;
+  records::Manifest last;
+};
+
+TEST(CheckpointTest, AreMadeAtTheirIntervalAndTheOldestGo) {
+  CheckpointedWorld world(10'000);
+  int made = 0;
+  for (int i = 0; i < 45; ++i) {
+    world.harness.Run(seconds(1));
+    made += world.Upload();
+  }
+  EXPECT_EQ(made, 4);
+  EXPECT_EQ(world.harness.Get(world.id).checkpoints_size(), 2);
+}
+
+TEST(CheckpointTest, OneThatDoesNotComeIsAbandonedAndTriedAgain) {
+  CheckpointedWorld world(10'000);
+  world.harness.Run(seconds(12));
+  const std::uint64_t first = world.harness.cluster().CheckpointUnderWay(world.id);
+  EXPECT_NE(first, 0u);
+  world.harness.Run(seconds(40));
+  const std::uint64_t second = world.harness.cluster().CheckpointUnderWay(world.id);
+  EXPECT_GT(second, first);
+  EXPECT_TRUE(world.Upload());
+}
+
+// The failover's map has a region less: with the files of the others it would count as whole.
+TEST(CheckpointTest, OneIsNotMadeWholeByADeath) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  const std::uint64_t tick = harness.cluster().CheckpointUnderWay(world.id);
+  std::vector<v1::UploadCheckpointRequest> uploads;
+  uploads.reserve(4);
+  for (auto& [name, agent] : harness.agents) {
+    for (auto& [key, worker] : agent.fake.workers) uploads.push_back(CheckpointedWorld::UploadOf(agent, worker, tick));
+  }
+  ASSERT_EQ(uploads.size(), 4u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_TRUE(harness.cluster().CheckUpload(uploads[i]).ok());
+    ASSERT_FALSE(harness.cluster().NoteUploaded(uploads[i]).has_value());
+  }
+  auto& agent = harness.AgentOf(world.id, uploads[0].identity().region());
+  harness.Send(agent, agent.fake.Kill({world.id, uploads[0].identity().region()}, 9));
+  EXPECT_EQ(harness.cluster().CheckUpload(uploads[3]).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_FALSE(harness.cluster().NoteUploaded(uploads[3]).has_value());
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(world.id).checkpoints_size(), 0);
+}
+
+TEST(CheckpointTest, AFileThatNobodyWaitsForIsRefused) {
+  CheckpointedWorld world(0);
+  auto& agent = world.harness.agents["alpha"];
+  v1::UploadCheckpointRequest request;
+  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kUnauthenticated);
+  request.set_host_id(agent.host_id);
+  request.set_host_secret(agent.secret);
+  request.set_tick(5);
+  EXPECT_EQ(world.harness.cluster().CheckUpload(request).code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(CheckpointTest, ARegionAndItsStandbyLostTogetherComeBackWithALossOfTime) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  ASSERT_TRUE(harness.cluster().BeginCheckpoint(harness.now, world.id).ok());
+  harness.Pump();
+  ASSERT_TRUE(world.Upload());
+  harness.Run(seconds(10));
+  world.KillAll();
+  EXPECT_EQ(harness.cluster().TakeEffects().restore.count(world.id), 1u);
+  const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, "scene", false);
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  harness.Run(seconds(2));
+  const v1::Instance instance = harness.Get(world.id);
+  EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_RUNNING) << instance.reason();
+  EXPECT_GT(instance.lost_ticks(), 0u);
+  EXPECT_THAT(instance.events(instance.events_size() - 1).text(),
+              HasSubstr("restored from the checkpoint of tick " + std::to_string(world.last.tick())));
+  EXPECT_EQ(harness.Workers(), 4u);
+  for (auto& [name, agent] : harness.agents) {
+    for (auto& [key, worker] : agent.fake.workers) {
+      EXPECT_EQ(worker.order.initial_state().tick(), world.last.tick());
+      EXPECT_EQ(worker.order.initial_state().hash(), "hash of " + std::to_string(key.second));
+    }
+  }
+}
+
+TEST(CheckpointTest, ARestoreThatCouldNotBeMadeIsTriedAgain) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.LoseAllWithACheckpoint();
+  EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_FALSE(harness.cluster().TakeEffects().restore.contains(world.id)) << "not at once";
+  harness.now.steady += seconds(6);
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_TRUE(harness.cluster().TakeEffects().restore.contains(world.id));
+}
+
+TEST(CheckpointTest, OfAFailedInstanceTheyGoWhenItIsDeleted) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.LoseAllWithACheckpoint();
+  harness.cluster().CannotRestore(harness.now, world.id, "no room");
+  (void)harness.cluster().TakeEffects();
+  v1::DeleteInstanceRequest request;
+  request.set_id(world.id);
+  ASSERT_TRUE(harness.cluster().DeleteInstance(harness.now, request).ok());
+  EXPECT_EQ(harness.cluster().TakeEffects().pruned.size(), 1u);
+  harness.now.steady += std::chrono::hours(2);
+  harness.cluster().HandleTimer(harness.now);
+  EXPECT_FALSE(StateOf(harness.cluster().state(), world.id).has_value());
+}
+
+TEST(CheckpointTest, WithoutAWholeOneTheInstanceFailsAndSaysWhy) {
+  CheckpointedWorld world(0);
+  ClusterHarness& harness = world.harness;
+  world.LoseAllWithACheckpoint();
+  harness.cluster().CannotRestore(harness.now, world.id, "region-1 is damaged");
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness.Get(world.id).reason(), HasSubstr("region-1 is damaged"));
+  harness.now.steady += std::chrono::hours(2);
+  harness.cluster().HandleTimer(harness.now);
+  ASSERT_TRUE(StateOf(harness.cluster().state(), world.id).has_value()) << "forgotten with its checkpoints";
+  // An operator who finds a good one brings it back, scene and all.
+  ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, "scene", false).ok());
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_TRUE(harness.cluster().state().SceneInUse("0123"));
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,359 @@
+// Workers that die while their world runs, under a virtual clock: what is carried on, by whom, and when.
+#include <gmock/gmock.h>
+
+#include "control_plane/testing/cluster_harness.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using ::testing::HasSubstr;
+
+std::string Start(ClusterHarness& harness, std::uint32_t regions) {
+  const auto made = harness.cluster().CreateInstance(harness.now, TestPlan(regions), false);
+  EXPECT_TRUE(made.ok()) << made.status();
+  harness.Pump();
+  harness.Pump();
+  EXPECT_EQ(harness.Get(made->id()).state(), v1::INSTANCE_STATE_RUNNING);
+  return made->id();
+}
+
+std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region) {
+  for (const v1::MapRegion& entry : instance.map().regions()) {
+    if (entry.id() == region) return entry.standby();
+  }
+  return 0;
+}
+
+void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {
+  const auto bodies = harness.Bodies();
+  EXPECT_EQ(bodies.size(), regions * FakeWorld::kBodiesEach);
+  for (const auto& [body, owners] : bodies) EXPECT_EQ(owners, 1) << "body " << body;
+}
+
+void ExpectNoIncarnationTwice(const ClusterHarness& harness) {
+  for (const auto& [name, agent] : harness.agents) {
+    for (const auto& [key, times] : agent.fake.starts) EXPECT_EQ(times, 1) << name << " region " << std::get<1>(key);
+  }
+}
+
+// Time passes in quarter seconds; what the agent's workers hold of their primaries grows with it.
+void RunWhileCopiesGrow(ClusterHarness& harness, FakeHost& agent, int quarters) {
+  for (int i = 0; i < quarters; ++i) {
+    for (auto& [key, worker] : agent.fake.workers) {
+      for (v1::StandbyStatus& standby_copy : *worker.report.mutable_standby_copies())
+        standby_copy.set_tick(standby_copy.tick() + 15);
+    }
+    harness.Run(milliseconds(250));
+  }
+}
+
+bool Joined(const std::vector<v1::InstanceEvent>& events, const std::string& text) {
+  return std::any_of(events.begin(), events.end(),
+                     [&](const v1::InstanceEvent& event) { return event.text().find(text) != std::string::npos; });
+}
+std::vector<v1::InstanceEvent> Events(const v1::Instance& instance) {
+  return {instance.events().begin(), instance.events().end()};
+}
+
+TEST(FailoverTest, TheStandbyCarriesADeadRegionOnAndItIsReplaced) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  const std::uint32_t standby = StandbyOf(harness.Get(id), 2);
+  ASSERT_NE(&harness.AgentOf(id, 2), &harness.AgentOf(id, standby));
+  auto& agent = harness.AgentOf(id, 2);
+  harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
+  EXPECT_EQ(harness.Get(id).map().regions_size(), 3);
+  EXPECT_EQ(harness.Workers(), 3u);
+  harness.Pump();  // no time passes: the exit was seen
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  ExpectEachBodyOnce(harness, 4);
+  EXPECT_TRUE(Joined(Events(harness.Get(id)), "region 2 on")) << harness.Get(id).DebugString();
+  EXPECT_TRUE(Joined(Events(harness.Get(id)), "3 bodies promoted, 0 lost"));
+  harness.Run(seconds(10));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness.Get(id).map().regions_size(), 4);  // a new worker has a part of the world again
+  EXPECT_EQ(harness.Workers(), 4u);
+  ExpectEachBodyOnce(harness, 4);
+  ExpectNoIncarnationTwice(harness);
+}
+
+// One of the scene's bodies is held by nobody, one was taken out for good reason before.
+TEST(FailoverTest, CountsABodyThatNobodyHoldsOnce) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 8);
+  InstancePlan plan = TestPlan(3);
+  for (const std::uint64_t id : {7, 8, 1001, 1002, 1003, 2001, 2002, 2003, 3001, 3002, 3003})
+    plan.bodies.emplace_back(id);
+  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
+  ASSERT_TRUE(made.ok()) << made.status();
+  const std::string id = made->id();
+  harness.Run(seconds(1));
+  agent.fake.workers.at({id, 1}).report.add_nonfinite_ids(8);
+  harness.Run(seconds(1));
+  harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+  harness.Pump();
+  EXPECT_TRUE(Joined(Events(harness.Get(id)), "3 bodies promoted, 1 lost")) << harness.Get(id).DebugString();
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
+  harness.Restart();
+  harness.Run(seconds(10));
+  harness.Send(agent, agent.fake.Kill({id, 1}, 9));
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.Get(id).failovers(), 2u);
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 1u);
+}
+
+TEST(FailoverTest, WhoHasThePlaceMakesThePlayersThatTheDeadHadNotMade) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 8);
+  const std::string id = Start(harness, 4);
+  v1::JoinInstanceRequest join;
+  join.set_instance_id(id);
+  for (int player = 0; player < 2; ++player) ASSERT_TRUE(harness.cluster().Join(harness.now, join).ok());
+  harness.Pump();
+  const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
+  const std::uint64_t made = PlayerBodyId(PlayerNumber(2)).value();  // by region 4, and gone over to region 1 since
+  harness.world->owned[agent.fake.workers.at({id, 1}).report.identity().incarnation()][made] = 2;
+  harness.Send(agent, agent.fake.Kill({id, 1}, 9));
+  harness.Pump();
+  const v1::WorkerOrder& order = agent.fake.workers.at({id, standby}).order;
+  ASSERT_EQ(order.players_size(), 2);
+  EXPECT_EQ(order.players(0).spawn_region(), standby);  // had no body yet
+  EXPECT_EQ(order.players(1).spawn_region(), 4u);
+}
+
+TEST(FailoverTest, ASilentHostIsCarriedOnByTheOtherOnceItsLeasesHaveRunOut) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  const std::size_t there = beta.fake.workers.size();
+  ASSERT_EQ(there, 2u);
+  beta.silent = true;
+  harness.Run(milliseconds(1000));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  harness.Run(milliseconds(500));  // begun; the standbys have only just stopped to acknowledge
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
+  EXPECT_EQ(harness.Get(id).failovers(), 0u);
+  harness.Run(milliseconds(1250));
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  // Cut off, and back: what ran there is fenced and ends, and nothing is started twice.
+  beta.silent = false;
+  harness.Run(seconds(10));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  EXPECT_EQ(harness.Workers(), 4u);
+  ExpectEachBodyOnce(harness, 4);
+  ExpectNoIncarnationTwice(harness);
+}
+
+TEST(FailoverTest, NobodyWaitsForALeaseThatRanOutLongAgo) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  alpha.fake.last_acknowledged_ms = 1500;
+  beta.silent = true;
+  harness.Run(milliseconds(1500));
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+}
+
+TEST(FailoverTest, AStandbyWhoseCopyGrowsIsAWitnessThatTheRegionLives) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  beta.silent = true;  // its agent is away; its workers are not
+  RunWhileCopiesGrow(harness, alpha, 40);
+  EXPECT_EQ(harness.Get(id).failovers(), 0u);
+  EXPECT_EQ(harness.Get(id).map().version(), 1u);
+  EXPECT_THAT(harness.Get(id).reason(), HasSubstr("host beta is silent"));
+}
+
+TEST(FailoverTest, OfTwoHostsThatFallSilentTogetherNeitherIsDeclaredDeadBeforeOneIsHeard) {
+  ClusterHarness harness;
+  auto& alpha = harness.AddHost("alpha", 4);
+  auto& beta = harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  beta.silent = true;  // its agent is away; its workers are not
+  RunWhileCopiesGrow(harness, alpha, 8);
+  harness.Run(milliseconds(250));  // alpha's last word has nothing new of beta
+  alpha.silent = true;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).map().version(), 1u);
+  beta.silent = false;
+  harness.Run(seconds(5));
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  const v1::Instance now = harness.Get(id);
+  for (const auto& worker : beta.fake.workers) {
+    const std::uint32_t region = worker.first.second;
+    EXPECT_TRUE(std::any_of(now.map().regions().begin(), now.map().regions().end(),
+                            [region](const v1::MapRegion& in_map) { return in_map.id() == region; }));
+  }
+  ExpectNoIncarnationTwice(harness);
+}
+
+TEST(FailoverTest, AControlPlaneThatStoodStillBlamesNobody) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  harness.Run(seconds(1));
+  harness.now.steady += seconds(30);
+  harness.cluster().HandleTimer(harness.now);
+  harness.Run(seconds(1));
+  EXPECT_EQ(harness.Get(id).map().version(), 1u);
+  EXPECT_EQ(harness.HostState("alpha"), v1::HOST_STATE_READY);
+}
+
+TEST(FailoverTest, ARegionAndItsStandbyLostTogetherAreNoSuccess) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 4);
+  const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
+  auto& first = harness.AgentOf(id, 1);
+  auto& second = harness.AgentOf(id, standby);
+  harness.Send(first, first.fake.Kill({id, 1}, 9));
+  harness.Send(second, second.fake.Kill({id, standby}, 9));
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness.Get(id).reason(), HasSubstr("lost together with its standby"));
+}
+
+TEST(FailoverTest, AnotherDeathOnTheWayBeginsAnewWithTheDeadOfBoth) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  harness.AddHost("gamma", 8);
+  const std::string id = Start(harness, 9);
+  const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
+  std::uint32_t other = 2;
+  while (other == standby || StandbyOf(harness.Get(id), other) == 1 || StandbyOf(harness.Get(id), standby) == other)
+    ++other;
+  for (const std::uint32_t region : {1u, other}) {
+    auto& agent = harness.AgentOf(id, region);
+    harness.Send(agent, agent.fake.Kill({id, region}, 9));
+  }
+  const auto version = harness.Get(id).map().version();
+  EXPECT_EQ(version, 3u);
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  ExpectEachBodyOnce(harness, 9);
+}
+
+// The resolution is stored, and its standby has not heard of it.
+TEST(FailoverTest, ADeathBeforeAResolutionIsCarriedOutLosesNothingOfTheFirst) {
+  ClusterHarness harness;
+  for (const char* name : {"alpha", "beta", "gamma"}) harness.AddHost(name, 8);
+  const std::string id = Start(harness, 9);
+  const std::uint32_t standby = StandbyOf(harness.Get(id), 1);
+  std::uint32_t other = 2;
+  while (other == standby || StandbyOf(harness.Get(id), other) == 1) ++other;
+  auto& first = harness.AgentOf(id, 1);
+  harness.Send(first, first.fake.Kill({id, 1}, 9));
+  harness.Exchange();
+  ASSERT_EQ(harness.Get(id).failovers(), 1u);
+  auto& second = harness.AgentOf(id, other);
+  harness.Send(second, second.fake.Kill({id, other}, 9));
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+  EXPECT_EQ(harness.Get(id).lost_bodies(), 0u);
+  ExpectEachBodyOnce(harness, 9);
+}
+
+TEST(FailoverTest, IsGivenUpWhenALivingRegionDoesNotAnswer) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  auto& agent = harness.AgentOf(id, 2);
+  for (auto& [name, living] : harness.agents) living.fake.mute = true;
+  harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+  harness.Run(seconds(14));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_DEGRADED);
+  harness.Run(seconds(2));
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED);
+  EXPECT_THAT(harness.Get(id).reason(), HasSubstr("timed out waiting for the inventories of regions "));
+}
+
+TEST(FailoverTest, AnEarlierFailoversAnswersAreNotTaken) {
+  ClusterHarness harness;
+  harness.AddHost("alpha", 8);
+  harness.AddHost("beta", 8);
+  const std::string id = Start(harness, 4);
+  auto& agent = harness.AgentOf(id, 2);
+  harness.Send(agent, agent.fake.Kill({id, 2}, 9));
+  v1::AgentMessage stale;
+  for (auto& [name, living] : harness.agents) {
+    for (auto& [key, worker] : living.fake.workers) {
+      *stale.mutable_inventory()->mutable_identity() = worker.report.identity();
+      stale.mutable_inventory()->mutable_inventory()->set_version(1);
+      stale.mutable_inventory()->mutable_inventory()->set_region(key.second);
+      harness.Send(living, stale);
+      stale.mutable_inventory()->mutable_inventory()->set_version(2);
+      stale.mutable_inventory()->mutable_inventory()->set_region(77);  // and one that is wrong
+      harness.Send(living, stale);
+    }
+  }
+  EXPECT_EQ(harness.Get(id).failovers(), 0u);
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).failovers(), 1u);
+  ExpectEachBodyOnce(harness, 4);
+}
+
+// Death, takeover and replacement. The control plane dies before its n-th call, for every n: between storing and
+// sending each map and each resolution, and between sending and hearing.
+TEST(FailoverTest, AControlPlaneThatDiesAtAnyCallBringsItToAnEnd) {
+  int n = 0;
+  for (bool died = true; died; ++n) {
+    SCOPED_TRACE(n);
+    ClusterHarness harness;
+    harness.AddHost("alpha", 4);
+    harness.AddHost("beta", 4);
+    const std::string id = Start(harness, 4);
+    auto& agent = harness.AgentOf(id, 3);
+    const v1::AgentMessage exited = agent.fake.Kill({id, 3}, 9);
+    harness.calls_until_death = n;
+    harness.Send(agent, exited);
+    harness.Run(seconds(12));
+    ASSERT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
+    ASSERT_EQ(harness.Get(id).failovers(), 1u);
+    ASSERT_EQ(harness.Get(id).map().regions_size(), 4);
+    ASSERT_EQ(harness.Workers(), 4u);
+    ExpectEachBodyOnce(harness, 4);
+    ExpectNoIncarnationTwice(harness);
+    died = harness.calls_until_death < 0;
+    if (n > 150) break;  // the rest is peace
+  }
+  EXPECT_GT(n, 100);
+}
+
+TEST(LeaseTest, IsRenewedForWhoIsToRunAndForNobodyElse) {
+  ClusterHarness harness;
+  auto& agent = harness.AddHost("alpha", 4);
+  harness.AddHost("beta", 4);
+  const std::string id = Start(harness, 2);
+  auto& home = harness.AgentOf(id, 1);
+  (void)agent;
+  harness.cluster().TakeEffects();
+  v1::AgentMessage message;
+  *message.mutable_lease()->mutable_identity() = home.fake.workers.at({id, 1}).report.identity();
+  message.mutable_lease()->set_number(42);
+  harness.Send(home, message);
+  Effects effects = harness.cluster().TakeEffects();
+  ASSERT_EQ(effects.leases.size(), 1u);
+  EXPECT_EQ(effects.leases[0].second.number(), 42u);
+  EXPECT_EQ(effects.leases[0].second.ttl_ms(), 1000u);
+  message.mutable_lease()->mutable_identity()->set_incarnation(99);  // an earlier or unknown life
+  harness.Send(home, message);
+  EXPECT_TRUE(harness.cluster().TakeEffects().leases.empty());
+}
+
+}  // namespace
+}  // namespace tessera::control

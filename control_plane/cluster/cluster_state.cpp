@@ -1,0 +1,320 @@
+#include "control_plane/cluster/cluster_state.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/life.h"
+#include "control_plane/one_line.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+// Revisions: 2^32 changes in each of 2^31 lives.
+constexpr int kLifeShift = 32;
+
+bool SamePlaces(const records::Instance& a, const records::Instance& b) {
+  return a.map().version() == b.map().version() &&
+         std::equal(a.placements().begin(), a.placements().end(), b.placements().begin(), b.placements().end(),
+                    [](const records::Placement& x, const records::Placement& y) {
+                      return x.incarnation() == y.incarnation() && x.host_id() == y.host_id();
+                    });
+}
+
+absl::Status NotWritten(const absl::Status& status) { return absl::UnavailableError(status.message()); }
+
+}  // namespace
+
+// --- Loading.
+
+absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
+  auto stored = ReadRecords(store);
+  if (!stored.ok()) return stored.status();
+  std::unique_ptr<ClusterState> state(new ClusterState(store));
+  state->counters_ = std::move(stored->counters);
+  if (absl::Status status = state->BeginLife(); !status.ok()) return status;
+  for (auto& host : stored->hosts) {
+    HostEntry& entry = state->hosts_[host.number];
+    entry.number = host.number;
+    entry.record = std::move(host.record);
+    entry.revision = host.revision;
+  }
+  for (const auto& instance : stored->instances) state->Adopt(instance);
+  for (const auto& [hash, scene] : stored->scenes) {
+    if (absl::Status status = state->AdoptScene(hash, scene); !status.ok()) return status;
+  }
+  state->Log(absl::StrCat("loaded hosts=", state->hosts_.size(), " instances=", state->instances_.size(),
+                          " life=", state->counters_.record.lives()));
+  return state;
+}
+
+absl::Status ClusterState::BeginLife() {
+  counters_.record.set_lives(counters_.record.lives() + 1);
+  last_revision_ = counters_.record.lives() << kLifeShift;
+  const auto written = store_.Put(kCountersKey, counters_.record.SerializeAsString(), counters_.revision);
+  if (!written.ok()) return written.status();
+  counters_.revision = *written;
+  return absl::OkStatus();
+}
+
+void ClusterState::Adopt(const StoredRecord<records::Instance>& stored) {
+  InstanceEntry& instance = instances_[stored.number];
+  instance.number = stored.number;
+  instance.record = stored.record;
+  instance.revision = stored.revision;
+  FollowPlacements(instance);
+  if (!stored.record.request_id().empty()) request_ids_[stored.record.request_id()] = stored.number;
+  if (!IsFinal(stored.record.state())) ++scenes_[stored.record.scene_hash()].instances;
+}
+
+// A control plane that knew of no properties kept the scene's, unread; its workers may be replaced by some that know
+// them.
+absl::Status ClusterState::AdoptScene(const std::string& hash, const StoredScene& scene) {
+  const auto use = scenes_.find(hash);
+  if (use == scenes_.end()) return absl::OkStatus();
+  use->second.revision = scene.revision;
+  for (InstanceEntry& instance : EachInstance()) {
+    if (instance.record.properties_taken() || instance.record.scene_hash() != hash) continue;
+    records::Instance next = instance.record;
+    if (v1::Scene read; read.ParseFromString(scene.bytes)) *next.mutable_properties() = read.properties();
+    next.set_properties_taken(true);
+    if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+// --- Access.
+
+const HostEntry* ClusterState::FindHost(std::string_view id) const {
+  const auto found = hosts_.find(NumberOf(id, kHostId));
+  return found == hosts_.end() ? nullptr : &found->second;
+}
+
+HostEntry* ClusterState::FindHost(std::string_view id) {
+  return const_cast<HostEntry*>(std::as_const(*this).FindHost(id));
+}
+
+HostEntry* ClusterState::HostOf(StreamId stream) {
+  const auto found = streams_.find(stream);
+  return found == streams_.end() ? nullptr : &hosts_.at(found->second);
+}
+
+const InstanceEntry* ClusterState::FindInstance(std::string_view id) const {
+  const auto found = instances_.find(NumberOf(id, kInstanceId));
+  return found == instances_.end() ? nullptr : &found->second;
+}
+
+InstanceEntry* ClusterState::FindInstance(std::string_view id) {
+  return const_cast<InstanceEntry*>(std::as_const(*this).FindInstance(id));
+}
+
+const InstanceEntry* ClusterState::FindByRequestId(const std::string& request_id) const {
+  const auto found = request_ids_.find(request_id);
+  return request_id.empty() || found == request_ids_.end() ? nullptr : &instances_.at(found->second);
+}
+
+const HostEntry* ClusterState::HostAt(const InstanceEntry& instance, std::size_t index) const {
+  return FindHost(instance.record.placements(static_cast<int>(index)).host_id());
+}
+
+HostEntry* ClusterState::HostAt(const InstanceEntry& instance, std::size_t index) {
+  return const_cast<HostEntry*>(std::as_const(*this).HostAt(instance, index));
+}
+
+// --- Writing.
+
+absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
+  records::Counters counters = counters_.record;
+  const std::uint64_t number = counters.last_host() + 1;
+  counters.set_last_host(number);
+  record.set_id(absl::StrCat(kHostId, number));
+  const StoreOp ops[] = {PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
+                         PutOp(HostKey(number), record.SerializeAsString(), kAbsent)};
+  const auto written = store_.Txn(ops);
+  if (!written.ok()) return NotWritten(written.status());
+  counters_.record = counters;
+  counters_.revision = *written;
+  HostEntry& host = hosts_[number];
+  host.number = number;
+  host.record = std::move(record);
+  host.revision = *written;
+  return &host;
+}
+
+absl::Status ClusterState::StoreHost(HostEntry& host, const records::Host& next) {
+  const auto written = store_.Put(HostKey(host.number), next.SerializeAsString(), host.revision);
+  if (!written.ok()) return NotWritten(written.status());
+  host.record = next;
+  host.revision = *written;
+  return absl::OkStatus();
+}
+
+absl::Status ClusterState::RemoveHost(HostEntry& host, const absl::Status& why) {
+  const auto written = store_.Delete(HostKey(host.number), host.revision);
+  if (!written.ok()) return NotWritten(written.status());
+  CloseStream(host, why);
+  hosts_.erase(host.number);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance record, const std::string& scene_bytes) {
+  records::Counters counters = counters_.record;
+  const std::uint64_t number = counters.last_instance() + 1;
+  counters.set_last_instance(number);
+  record.set_id(absl::StrCat(kInstanceId, number));
+  std::vector<StoreOp> ops{PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
+                           PutOp(InstanceKey(number), record.SerializeAsString(), kAbsent)};
+  const bool new_scene = !scenes_.contains(record.scene_hash());
+  if (new_scene) ops.push_back(PutOp(SceneKey(record.scene_hash()), scene_bytes, kAbsent));
+  const auto written = store_.Txn(ops);
+  if (!written.ok()) return NotWritten(written.status());
+  counters_.record = counters;
+  counters_.revision = *written;
+  if (new_scene) scenes_[record.scene_hash()].revision = *written;
+  Adopt({number, std::move(record), *written});
+  return &instances_.at(number);
+}
+
+absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records::Instance& next) {
+  std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
+  const bool ends = IsFinal(next.state()) && !IsFinal(instance.record.state());
+  const auto scene = scenes_.find(next.scene_hash());
+  const bool last_use = ends && scene != scenes_.end() && scene->second.instances == 1;
+  if (last_use) ops.push_back(DeleteOp(SceneKey(next.scene_hash()), scene->second.revision));
+  const auto written = store_.Txn(ops);
+  if (!written.ok()) return NotWritten(written.status());
+  if (last_use) {
+    scenes_.erase(scene);
+  } else if (ends && scene != scenes_.end()) {
+    --scene->second.instances;
+  }
+  const bool placed_anew = !SamePlaces(instance.record, next);
+  instance.record = next;
+  instance.revision = *written;
+  if (placed_anew) FollowPlacements(instance);
+  return absl::OkStatus();
+}
+
+absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
+  const auto written = store_.Delete(InstanceKey(instance.number), instance.revision);
+  if (!written.ok()) return written.status();
+  request_ids_.erase(instance.record.request_id());
+  instances_.erase(instance.number);
+  return absl::OkStatus();
+}
+
+absl::Status ClusterState::ReuseScene(const std::string& hash, const std::string& scene_bytes) {
+  if (!scenes_.contains(hash)) {
+    const auto written = store_.Put(SceneKey(hash), scene_bytes, kAbsent);
+    if (!written.ok()) return NotWritten(written.status());
+    scenes_[hash].revision = *written;
+  }
+  ++scenes_[hash].instances;
+  return absl::OkStatus();
+}
+
+// Workers and hosts' lists follow the record's placements; what is known of a worker stays.
+void ClusterState::FollowPlacements(InstanceEntry& instance) {
+  for (HostEntry& host : EachHost()) {
+    if (std::erase_if(host.workers, [&](const auto& worker) { return worker.first == instance.number; }) > 0) {
+      MarkDesired(host);
+    }
+  }
+  std::map<std::uint64_t, WorkerEntry> known;  // by incarnation
+  for (WorkerEntry& worker : instance.workers) known.emplace(worker.incarnation, std::move(worker));
+  instance.map = *FromProto(instance.record.map());  // checked when it was loaded or made
+  instance.workers.clear();
+  for (const records::Placement& placement : instance.record.placements()) {
+    WorkerEntry& worker = instance.workers.emplace_back();
+    HostEntry* host = FindHost(placement.host_id());
+    if (const auto old = known.find(placement.incarnation()); old != known.end()) worker = std::move(old->second);
+    worker.region = placement.region();
+    worker.incarnation = placement.incarnation();
+    worker.gone = worker.gone || instance.record.state() == v1::INSTANCE_STATE_ENDED || host == nullptr;
+    if (!worker.gone) host->workers.emplace(instance.number, instance.workers.size() - 1);
+  }
+}
+
+// --- Agents' streams.
+
+StreamId ClusterState::OpenStream(HostEntry& host, const absl::Status& why) {
+  CloseStream(host, why);
+  host.stream = ++last_stream_;
+  streams_[host.stream] = host.number;
+  return host.stream;
+}
+
+void ClusterState::CloseStream(HostEntry& host, const absl::Status& why) {
+  if (host.stream == 0) return;
+  effects_.closed[host.stream] = why;
+  ForgetStream(host);
+}
+
+void ClusterState::ForgetStream(HostEntry& host) {
+  streams_.erase(host.stream);
+  host.stream = 0;
+}
+
+// --- What follows from a change.
+
+void ClusterState::SetGone(InstanceEntry& instance, WorkerEntry& worker, std::string ending) {
+  if (worker.gone) return;
+  worker.gone = true;
+  worker.ending = std::move(ending);
+  const auto index = static_cast<std::size_t>(&worker - instance.workers.data());
+  if (HostEntry* host = HostAt(instance, index)) {
+    host->workers.erase({instance.number, index});
+    MarkDesired(*host);
+  }
+  MarkChanged(instance);
+}
+
+void ClusterState::MarkDesired(HostEntry& host) {
+  host.desired_changed = true;
+  if (host.stream != 0) effects_.desired.insert(host.stream);
+}
+
+void ClusterState::MarkOrders(InstanceEntry& instance) {
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    if (instance.workers[i].gone) continue;
+    if (HostEntry* host = HostAt(instance, i)) MarkDesired(*host);
+  }
+}
+
+void ClusterState::MarkChanged(const InstanceEntry& instance) { effects_.instances.insert(instance.record.id()); }
+
+void ClusterState::LogTrouble(InstanceEntry& instance, const char* what, const absl::Status& status) {
+  if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
+  Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()));
+}
+
+// --- Free functions.
+
+FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity) {
+  InstanceEntry* instance = state.FindInstance(identity.instance_id());
+  if (instance == nullptr) return {};
+  for (std::size_t i = 0; i < instance->workers.size(); ++i) {
+    const records::Placement& placement = instance->record.placements(static_cast<int>(i));
+    if (placement.region() == identity.region() && placement.incarnation() == identity.incarnation() &&
+        placement.host_id() == host.record.id()) {
+      return {instance, &instance->workers[i]};
+    }
+  }
+  return {};
+}
+
+absl::Status NoInstance(const char* field, const std::string& id) {
+  return absl::NotFoundError(absl::StrCat(field, ": no instance ", OneLine(id, kMaxNameBytes)));
+}
+
+absl::StatusOr<InstanceEntry*> FindRunning(ClusterState& state, const std::string& id) {
+  InstanceEntry* instance = state.FindInstance(id);
+  if (instance == nullptr) return NoInstance("id", id);
+  if (instance->record.state() != v1::INSTANCE_STATE_RUNNING) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", instance->record.id(), " does not run"));
+  }
+  return instance;
+}
+
+}  // namespace tessera::control

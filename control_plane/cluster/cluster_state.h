@@ -1,0 +1,201 @@
+// ClusterState: the stored records of hosts and instances, the places of their workers, and what those that run have
+// reported. The parts of Cluster decide on it. State that only one part needs is in that part.
+//
+// Promises. Memory follows the store: a record changes only by a write that succeeded, and workers' entries follow
+// their instance's placements at once. Ids and revisions are never given twice, over all lives of a control plane on
+// one store. Each field of an entry names the part that writes it; a field without a name is written here.
+//
+//   auto state = ClusterState::Load(store);
+//   InstanceEntry* instance = state->FindInstance("inst-7");
+//   if (absl::Status status = state->StoreInstance(*instance, next); !status.ok()) return status;
+//   state->MarkOrders(*instance);
+//
+// Thread rule: none of its own. `store` outlives it. Entries stay where they are until they are removed.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "control_plane/cluster/effects.h"
+#include "control_plane/control_records.pb.h"
+#include "control_plane/now.h"
+#include "control_plane/store.h"
+#include "control_plane/stored_records.h"
+#include "core/world/partition_map.h"
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::control {
+
+struct WorkerEntry {
+  std::uint32_t region = 0;
+  std::uint64_t incarnation = 0;
+  bool gone = false;   // has ended; for good, since incarnations are not used twice
+  std::string ending;  // why, if nobody asked it to
+
+  // Written by WorkerReports.
+  v1::WorkerReport report;  // the last one; empty before the first
+  bool reported = false;
+  Steady reported_at{0};
+  int missed = 0;  // heartbeats in a row that did not name it
+
+  // Written by DesiredSets.
+  v1::WorkerOrder order;       // as last given out
+  std::uint64_t ended_in = 0;  // revision of the first desired set that asks it to end; 0: none does
+
+  // Written by Failovers.
+  Steady witnessed_at{0};  // when its standby last reported progress of it
+  Steady leased_at{0};     // when its lease was last renewed from here
+
+  // Listens, and its address is known.
+  bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
+};
+
+struct HostEntry {
+  std::uint64_t number = 0;
+  records::Host record;
+  Revision revision = kAbsent;
+  StreamId stream = 0;                                      // its agent's; 0: not attached
+  std::set<std::pair<std::uint64_t, std::size_t>> workers;  // (instance number, index) placed here and not gone
+
+  // Written by Hosts.
+  bool lost = false;
+  Steady last_heard{0};
+  std::chrono::nanoseconds last_heartbeat_time{0};  // wall clock; 0: none in this life
+
+  // Set here, cleared by DesiredSets.
+  bool desired_changed = false;
+};
+
+struct InstanceEntry {
+  std::uint64_t number = 0;
+  records::Instance record;
+  Revision revision = kAbsent;
+  PartitionMap map;                  // as in the record
+  std::vector<WorkerEntry> workers;  // as record.placements
+
+  // Written by Instances.
+  std::string degraded;  // why; empty in good health
+  Steady start_deadline{0};
+  Steady state_since{0};
+  bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
+
+  std::string trouble;  // why its last step could not be taken; logged once
+};
+
+// The values of a map, in the order of its keys, for a range-based for.
+template <class Map>
+class ValuesOf {
+ public:
+  struct Iterator {
+    typename Map::iterator at;
+    typename Map::mapped_type& operator*() const { return at->second; }
+    Iterator& operator++() {
+      ++at;
+      return *this;
+    }
+    bool operator!=(const Iterator& other) const { return at != other.at; }
+  };
+  explicit ValuesOf(Map& map) : map_(map) {}
+  Iterator begin() const { return {map_.begin()}; }
+  Iterator end() const { return {map_.end()}; }
+
+ private:
+  Map& map_;
+};
+
+class ClusterState {
+ public:
+  // Reads all records and begins a new life on the store. DATA_LOSS names the key that cannot be read.
+  static absl::StatusOr<std::unique_ptr<ClusterState>> Load(Store& store);
+
+  // --- Access. Null: there is none.
+  const std::map<std::uint64_t, HostEntry>& hosts() const { return hosts_; }              // by the number in the id,
+  const std::map<std::uint64_t, InstanceEntry>& instances() const { return instances_; }  // so in order of creation
+  auto EachHost() { return ValuesOf(hosts_); }
+  auto EachInstance() { return ValuesOf(instances_); }
+  const HostEntry* FindHost(std::string_view id) const;
+  HostEntry* FindHost(std::string_view id);
+  HostEntry* HostOf(StreamId stream);
+  const InstanceEntry* FindInstance(std::string_view id) const;
+  InstanceEntry* FindInstance(std::string_view id);
+  InstanceEntry& instance(std::uint64_t number) { return instances_.at(number); }
+  const InstanceEntry* FindByRequestId(const std::string& request_id) const;
+  // The host of the worker at `index`; null if it was removed.
+  const HostEntry* HostAt(const InstanceEntry& instance, std::size_t index) const;
+  HostEntry* HostAt(const InstanceEntry& instance, std::size_t index);
+  // True if an instance that has not ended uses the scene, which then lies in the store under SceneKey(hash).
+  bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
+  bool WasHost(std::uint64_t number) const { return number > 0 && number <= counters_.record.last_host(); }
+
+  // --- Writing. UNAVAILABLE: nothing was written, and nothing has changed.
+  absl::StatusOr<HostEntry*> AddHost(records::Host record);  // gives it its id
+  absl::Status StoreHost(HostEntry& host, const records::Host& next);
+  absl::Status RemoveHost(HostEntry& host, const absl::Status& why);  // closes its agent's stream with `why`
+  absl::StatusOr<InstanceEntry*> AddInstance(records::Instance record, const std::string& scene_bytes);  // likewise
+  absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next);
+  absl::Status RemoveInstance(const InstanceEntry& instance);
+  // An instance that had ended needs its scene again.
+  absl::Status ReuseScene(const std::string& hash, const std::string& scene_bytes);
+
+  // --- Agents' streams. An earlier stream of the host is closed with `why`.
+  StreamId OpenStream(HostEntry& host, const absl::Status& why);
+  void CloseStream(HostEntry& host, const absl::Status& why);
+  void ForgetStream(HostEntry& host);  // it is over already
+
+  // --- What follows from a change.
+  void SetGone(InstanceEntry& instance, WorkerEntry& worker, std::string ending);
+  void MarkDesired(HostEntry& host);                // its desired set may differ
+  void MarkOrders(InstanceEntry& instance);         // so may the orders of all its workers
+  void MarkChanged(const InstanceEntry& instance);  // who watches it is to look
+  void Log(std::string line) { effects_.log.push_back(std::move(line)); }
+  // Logs the trouble of an instance's step once, however often the step is tried.
+  void LogTrouble(InstanceEntry& instance, const char* what, const absl::Status& status);
+  Effects& effects() { return effects_; }
+
+  // Revisions of orders and desired sets; the upper half is the number of this life.
+  std::uint64_t NextRevision() { return ++last_revision_; }
+  std::uint64_t last_revision() const { return last_revision_; }
+
+ private:
+  struct SceneUse {
+    int instances = 0;
+    Revision revision = kAbsent;
+  };
+
+  explicit ClusterState(Store& store) : store_(store) {}
+  absl::Status BeginLife();
+  void Adopt(const StoredRecord<records::Instance>& stored);
+  absl::Status AdoptScene(const std::string& hash, const StoredScene& scene);
+  void FollowPlacements(InstanceEntry& instance);
+
+  Store& store_;
+  StoredRecord<records::Counters> counters_;
+  std::map<std::uint64_t, HostEntry> hosts_;
+  std::map<std::uint64_t, InstanceEntry> instances_;
+  std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
+  std::map<StreamId, std::uint64_t> streams_;         // to the host's number
+  std::map<std::string, SceneUse> scenes_;            // by hash, of instances that have not ended
+  StreamId last_stream_ = 0;
+  std::uint64_t last_revision_ = 0;
+  Effects effects_;
+};
+
+// The worker with this identity that `host` is to run; null if there is none, or another incarnation of it.
+struct FoundWorker {
+  InstanceEntry* instance = nullptr;
+  WorkerEntry* worker = nullptr;
+};
+FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity);
+
+// NOT_FOUND, with the request's field that named the instance.
+absl::Status NoInstance(const char* field, const std::string& id);
+// NOT_FOUND or FAILED_PRECONDITION, for the field "id".
+absl::StatusOr<InstanceEntry*> FindRunning(ClusterState& state, const std::string& id);
+
+}  // namespace tessera::control

@@ -1,0 +1,97 @@
+#include "control_plane/cluster/cluster_state.h"
+
+#include <gmock/gmock.h>
+
+#include "control_plane/testing/state_rig.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::Pair;
+
+TEST(ClusterStateTest, AnotherLifeFindsEverythingAgainAndGivesNothingTwice) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  const InstanceEntry& instance = rig.AddRunning({&alpha, &alpha});
+  const std::uint64_t revision = rig.state->NextRevision();
+  rig.state = *ClusterState::Load(rig.store);
+  const InstanceEntry* again = rig.state->FindInstance("inst-1");
+  ASSERT_NE(again, nullptr);
+  EXPECT_EQ(again->workers.size(), 2U);
+  EXPECT_EQ(rig.state->HostAt(*again, 1)->record.name(), "alpha");
+  EXPECT_THAT(rig.state->FindHost("host-1")->workers, ElementsAre(Pair(1, 0), Pair(1, 1)));
+  EXPECT_TRUE(rig.state->SceneInUse(again->record.scene_hash()));
+  EXPECT_GT(rig.state->NextRevision(), revision);
+  EXPECT_EQ(rig.AddHost("beta").record.id(), "host-2");
+  (void)instance;
+}
+
+TEST(ClusterStateTest, MemoryFollowsTheStoreAndNeverTheOtherWayRound) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry& instance = rig.AddRunning({&alpha, &alpha});
+  records::Instance next = instance.record;
+  next.mutable_placements()->RemoveLast();
+  next.mutable_map()->set_version(2);
+  rig.store.FailNext(1);
+  EXPECT_EQ(rig.state->StoreInstance(instance, next).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(instance.record.placements_size(), 2);
+  EXPECT_EQ(alpha.workers.size(), 2U);
+  ASSERT_TRUE(rig.state->StoreInstance(instance, next).ok());
+  EXPECT_EQ(instance.workers.size(), 1U) << "workers follow their placements";
+  EXPECT_EQ(alpha.workers.size(), 1U);
+  EXPECT_TRUE(alpha.desired_changed);
+}
+
+TEST(ClusterStateTest, WhatIsKnownOfAWorkerStaysWhilePlacementsChangeAroundIt) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry& instance = rig.AddRunning({&alpha, &alpha, &alpha});
+  StateRig::WorkerOf(instance, 3).report.set_tick(77);
+  records::Instance next = instance.record;
+  next.mutable_placements()->DeleteSubrange(0, 1);
+  next.mutable_map()->set_version(2);
+  ASSERT_TRUE(rig.state->StoreInstance(instance, next).ok());
+  ASSERT_EQ(instance.workers.size(), 2U);
+  EXPECT_EQ(instance.workers[1].region, 3U);
+  EXPECT_EQ(instance.workers[1].report.tick(), 77U);
+}
+
+TEST(ClusterStateTest, ASceneGoesWithTheLastInstanceThatUsesIt) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry &first = rig.AddRunning({&alpha}), &second = rig.AddRunning({&alpha});
+  const auto end = [&](InstanceEntry& instance) {
+    records::Instance next = instance.record;
+    next.set_state(v1::INSTANCE_STATE_ENDED);
+    ASSERT_TRUE(rig.state->StoreInstance(instance, next).ok());
+  };
+  end(first);
+  EXPECT_EQ(rig.store.List("scene/")->size(), 1U);
+  end(second);
+  EXPECT_TRUE(rig.store.List("scene/")->empty());
+  EXPECT_FALSE(rig.state->SceneInUse(first.record.scene_hash()));
+}
+
+TEST(ClusterStateTest, TheLatestStreamOfAHostCounts) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  const StreamId first = rig.state->OpenStream(alpha, absl::AbortedError("another"));
+  const StreamId second = rig.state->OpenStream(alpha, absl::AbortedError("another"));
+  EXPECT_EQ(rig.state->HostOf(first), nullptr);
+  EXPECT_EQ(rig.state->HostOf(second), &alpha);
+  EXPECT_THAT(rig.state->effects().closed, ElementsAre(Pair(first, absl::AbortedError("another"))));
+}
+
+TEST(ClusterStateTest, AnIdHasOneSpelling) {
+  StateRig rig;
+  rig.AddHost("alpha");
+  EXPECT_NE(rig.state->FindHost("host-1"), nullptr);
+  for (const char* id : {"host-01", "host-+1", "host-1 ", "inst-1", "host-2", ""}) {
+    EXPECT_EQ(rig.state->FindHost(id), nullptr) << id;
+  }
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,46 @@
+#include "control_plane/cluster/desired_sets.h"
+
+#include <algorithm>
+
+#include "control_plane/life.h"
+
+namespace tessera::control {
+namespace {
+
+// While a worker is missing that has run before, its agent must not be ordered to start "what is missing": that would
+// give its incarnation to a second one. A few heartbeats show whether it is dead.
+bool HeldBack(const ClusterState& state, const HostEntry& host) {
+  return std::any_of(host.workers.begin(), host.workers.end(), [&state](const auto& placed) {
+    const InstanceEntry& instance = state.instances().at(placed.first);
+    return WantsWorkers(instance.record.state()) && instance.workers[placed.second].missed > 0;
+  });
+}
+
+}  // namespace
+
+std::optional<v1::DesiredSet> DesiredSets::Take(StreamId stream) {
+  HostEntry* host = state_.HostOf(stream);
+  if (host == nullptr || !host->desired_changed || HeldBack(state_, *host)) return std::nullopt;
+  host->desired_changed = false;
+  v1::DesiredSet desired;
+  desired.set_revision(state_.NextRevision());
+  for (const auto& [number, index] : host->workers) {
+    InstanceEntry& instance = state_.instance(number);
+    WorkerEntry& worker = instance.workers[index];
+    const v1::InstanceState state = instance.record.state();
+    if (state == v1::INSTANCE_STATE_PENDING || state == v1::INSTANCE_STATE_PLACING) continue;
+    if (!WantsWorkers(state) && worker.ended_in == 0) worker.ended_in = desired.revision();
+    // A worker that has never been heard of is not asked to end in order, lest it be started for that.
+    if (instance.withdrawn || (!WantsWorkers(state) && !worker.reported)) continue;
+    v1::WorkerOrder order = MakeOrder(instance, index, requests_of_(instance));
+    order.set_revision(worker.order.revision());
+    if (worker.order.revision() == 0 || order.SerializeAsString() != worker.order.SerializeAsString()) {
+      order.set_revision(state_.NextRevision());
+      worker.order = std::move(order);
+    }
+    *desired.add_workers() = worker.order;
+  }
+  return desired;
+}
+
+}  // namespace tessera::control

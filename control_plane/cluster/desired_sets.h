@@ -1,0 +1,31 @@
+// DesiredSets: what each agent is to run: the orders of all workers that are placed on its host, as one set.
+//
+// A set is made when the agent's stream is free for it, so changes between two sets collapse. A set that follows from a
+// stored record is made only after the write.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/cluster/orders.h"
+
+namespace tessera::control {
+
+class DesiredSets {
+ public:
+  using RequestsOf = std::function<Requests(const InstanceEntry&)>;
+
+  DesiredSets(ClusterState& state, RequestsOf requests_of) : state_(state), requests_of_(std::move(requests_of)) {}
+
+  // The host's whole desired set, if it may have changed since it was last taken.
+  std::optional<v1::DesiredSet> Take(StreamId stream);
+
+ private:
+  ClusterState& state_;
+  RequestsOf requests_of_;
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,75 @@
+// Desired sets on records and entries alone.
+#include "control_plane/cluster/desired_sets.h"
+
+#include <gtest/gtest.h>
+
+#include "control_plane/testing/state_rig.h"
+
+namespace tessera::control {
+namespace {
+
+class DesiredSetsTest : public ::testing::Test {
+ protected:
+  std::optional<v1::DesiredSet> Take() { return sets_.Take(alpha_.stream); }
+  void SetState(v1::InstanceState state) {
+    records::Instance next = instance_.record;
+    next.set_state(state);
+    ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+    rig_.state->MarkOrders(instance_);
+  }
+
+  StateRig rig_;
+  HostEntry& alpha_ = rig_.AddHost("alpha");
+  InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_});
+  Requests requests_;
+  DesiredSets sets_{*rig_.state, [this](const InstanceEntry&) { return requests_; }};
+  StreamId stream_ = rig_.state->OpenStream(alpha_, absl::OkStatus());
+};
+
+TEST_F(DesiredSetsTest, HoldsAllOrdersAndGivesANewRevisionOnlyToThoseThatChanged) {
+  EXPECT_FALSE(Take()) << "nothing has changed";
+  rig_.state->MarkOrders(instance_);
+  const auto first = Take();
+  ASSERT_TRUE(first && first->workers_size() == 2);
+  EXPECT_FALSE(Take());
+  rig_.state->MarkOrders(instance_);
+  const auto second = Take();
+  ASSERT_TRUE(second.has_value());
+  EXPECT_GT(second->revision(), first->revision());
+  EXPECT_EQ(second->workers(0).revision(), first->workers(0).revision());
+  requests_.checkpoint_tick = 500;
+  rig_.state->MarkOrders(instance_);
+  const auto third = Take();
+  EXPECT_EQ(third->workers(0).checkpoint().tick(), 500U);
+  EXPECT_GT(third->workers(0).revision(), second->workers(0).revision());
+}
+
+TEST_F(DesiredSetsTest, IsHeldBackWhileAWorkerIsMissingThatRanBefore) {
+  instance_.workers[0].missed = 1;
+  rig_.state->MarkOrders(instance_);
+  EXPECT_FALSE(Take());
+  instance_.workers[0].missed = 0;
+  EXPECT_TRUE(Take());
+}
+
+TEST_F(DesiredSetsTest, WorkersAreAskedToEndAndThenWithdrawn) {
+  SetState(v1::INSTANCE_STATE_STOPPING);
+  const auto stopping = Take();
+  ASSERT_TRUE(stopping && stopping->workers_size() == 2);
+  EXPECT_TRUE(stopping->workers(0).stop());
+  EXPECT_EQ(instance_.workers[0].ended_in, stopping->revision());
+  instance_.withdrawn = true;
+  rig_.state->MarkOrders(instance_);
+  EXPECT_EQ(Take()->workers_size(), 0);
+}
+
+TEST_F(DesiredSetsTest, WhoWasNeverHeardOfIsNotStartedToBeEnded) {
+  instance_.workers[0].reported = false;
+  SetState(v1::INSTANCE_STATE_FAILED);
+  const auto set = Take();
+  ASSERT_TRUE(set && set->workers_size() == 1);
+  EXPECT_EQ(set->workers(0).region(), 2U);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,76 @@
+// Failovers: workers that die while their world runs. What happens to a running instance, top to bottom:
+//
+//   1. Declare dead   A worker's exit is reported; or its host and its standby fall silent about it, while somebody who
+//                     holds a copy of its region is heard. The map without it is stored.
+//   2. Inventory      The living stand still by that map and say what they own and hold copies of. Proof is awaited
+//   that
+//                     the dead stand still: an exit, or a lease that has run out.
+//   3. Resolve        Who promotes which bodies is stored.
+//   4. Resume         The living run by the new map, with the bodies of the dead.
+//   5. Replace        As fewer regions run than are wanted, PlannedChanges plans a new one.
+//
+// `Next` returns one step of 1 to 4 at a time, from the stored record and what is known. The caller stores the record
+// before anybody gets an order that follows from it. The records' steps themselves are failover.h's.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/failover.h"
+#include "control_plane/failover_watch.h"
+#include "control_plane/now.h"
+
+namespace tessera::control {
+
+// At most one of these.
+struct FailoverStep {
+  std::optional<records::Instance> next = std::nullopt;  // to be stored
+  bool dropped_plan = false;                             // `next` only gives up a planned map, as newcomers died
+  std::string given_up = {};                             // why the world cannot go on from its workers; empty: it can
+};
+
+class Failovers {
+ public:
+  Failovers(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+
+  // The instance was loaded, maybe amid a failover.
+  void Adopt(const InstanceEntry& instance, Now now);
+  void Forget(std::uint64_t number) { watches_.erase(number); }
+
+  // The next step of a RUNNING instance; an empty one if there is none now. `cut` keeps standbys apart.
+  FailoverStep Next(const InstanceEntry& instance, const CutBetween& cut, Now now);
+  // Newcomers whose standbys have reported a copy are protected from then on.
+  static std::optional<records::Instance> NextProtected(const InstanceEntry& instance);
+
+  // --- Evidence, in the order in which it comes.
+  // Renews the lease on stepping of a worker that is to run; others get no answer.
+  void RenewLease(const HostEntry& host, const v1::LeaseRequest& request, Now now);
+  // A worker reported. If its standby copies grew, or if it was asked for leases while all stand still for a failover,
+  // it is a witness that those regions live, whatever their own agents say.
+  static void Witness(InstanceEntry& instance, const v1::WorkerReport& before, const v1::WorkerReport& report, Now now);
+  // This process stood still for `pause`: missing witnesses of that time prove nothing.
+  void Forgive(Steady pause, Now now);
+  // A worker that was declared dead for its silence has ended. The instance, if its failover waits for that.
+  InstanceEntry* NoteExit(const v1::WorkerExited& exited);
+  // The instance, if its failover waits for that inventory.
+  InstanceEntry* NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now);
+
+ private:
+  std::vector<Death> Deaths(const InstanceEntry& instance, Now now) const;
+  bool CarriedOnByAnother(const InstanceEntry& instance, std::size_t dead, Now now) const;
+  bool Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const;
+  FailoverStep Begin(const InstanceEntry& instance, const std::vector<Death>& deaths, const CutBetween& cut, Now now);
+  FailoverStep Resolve(const InstanceEntry& instance, Now now);
+  FailoverStep End(const InstanceEntry& instance, Now now);
+
+  ClusterState& state_;
+  ControlSettings settings_;
+  std::map<std::uint64_t, FailoverWatch> watches_;  // by instance number; empty while there was no failover
+};
+
+}  // namespace tessera::control

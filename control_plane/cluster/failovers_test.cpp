@@ -1,0 +1,160 @@
+// Failovers on records and entries alone: the walk of a death, step by step.
+#include "control_plane/cluster/failovers.h"
+
+#include <gmock/gmock.h>
+
+#include "control_plane/standbys.h"
+#include "control_plane/testing/state_rig.h"
+
+namespace tessera::control {
+namespace {
+
+using std::chrono::milliseconds;
+using ::testing::HasSubstr;
+
+const CutBetween kNoCuts = [](RegionId, RegionId) { return false; };
+
+// Regions 1 and 2 on alpha, 3 and 4 on beta.
+class FailoversTest : public ::testing::Test {
+ protected:
+  // Stores the step as Cluster does. False: there was none.
+  bool Take(const FailoverStep& step) { return step.next && rig_.state->StoreInstance(instance_, *step.next).ok(); }
+  FailoverStep Next() { return failovers_.Next(instance_, kNoCuts, rig_.now); }
+
+  // The region owns one body, and holds a copy of each dead primary of its with one body.
+  void SendInventory(std::uint32_t region) {
+    const WorkerEntry& worker = StateRig::WorkerOf(instance_, region);
+    v1::InventoryReport report;
+    *report.mutable_identity() = StateRig::IdentityOf(instance_, worker);
+    v1::Inventory& inventory = *report.mutable_inventory();
+    inventory.set_version(instance_.record.map().version());
+    inventory.set_region(region);
+    inventory.set_tick(100);
+    Own(region, *inventory.mutable_owned());
+    for (const records::Dead& dead : instance_.record.failover().dead()) {
+      if (dead.standby() != region) continue;
+      v1::StandbyCopyInventory& copy = *inventory.add_standby_copies();
+      copy.set_region(dead.region());
+      copy.set_incarnation(dead.incarnation());
+      copy.set_tick(100);
+      Own(dead.region(), *copy.mutable_bodies());
+    }
+    const auto* host = rig_.state->FindHost(
+        instance_.record.placements(static_cast<int>(&worker - instance_.workers.data())).host_id());
+    EXPECT_EQ(failovers_.NoteInventory(*host, report, rig_.now), &instance_);
+  }
+  static void Own(std::uint32_t region, v1::BodyEpochs& bodies) {
+    bodies.add_bodies(1000 * region);
+    bodies.add_epochs(1);
+  }
+  void ResumeAll() {
+    for (WorkerEntry& worker : instance_.workers) worker.report.set_map_version(instance_.record.map().version());
+  }
+
+  StateRig rig_;
+  HostEntry &alpha_ = rig_.AddHost("alpha"), &beta_ = rig_.AddHost("beta");
+  InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_, &beta_, &beta_});
+  Failovers failovers_{*rig_.state, rig_.settings};
+};
+
+TEST_F(FailoversTest, AnExitIsWalkedFromTheMapWithoutItToTheWorldThatRunsAgain) {
+  EXPECT_FALSE(Take(Next())) << "nobody is dead";
+  WorkerEntry& dead = StateRig::WorkerOf(instance_, 3);
+  const std::uint32_t standby = StandbyOf(instance_.record, 3);
+  rig_.state->SetGone(instance_, dead, "worker was killed by signal 9");
+
+  ASSERT_TRUE(Take(Next()));  // declared dead
+  EXPECT_EQ(instance_.record.map().version(), 2U);
+  EXPECT_EQ(instance_.workers.size(), 3U);
+  EXPECT_EQ(instance_.record.failover().dead(0).standby(), standby);
+  EXPECT_THAT(instance_.record.events(0).text(), HasSubstr("region 3 on beta: worker was killed by signal 9"));
+
+  for (const std::uint32_t region : {1, 2, 4}) {
+    EXPECT_FALSE(Take(Next())) << "waits for inventories";
+    SendInventory(region);
+  }
+  ASSERT_TRUE(Take(Next()));  // resolved
+  ASSERT_EQ(instance_.record.failover().resolution().takeovers_size(), 1);
+  EXPECT_EQ(instance_.record.failover().resolution().takeovers(0).region(), standby);
+  EXPECT_EQ(instance_.record.failover().resolution().takeovers(0).body(), 3000U);
+
+  EXPECT_FALSE(Take(Next())) << "waits until all run by the new map";
+  ResumeAll();
+  ASSERT_TRUE(Take(Next()));  // resumed
+  EXPECT_FALSE(instance_.record.has_failover());
+  EXPECT_THAT(instance_.record.events(1).text(), HasSubstr("1 bodies promoted, 0 lost"));
+  EXPECT_EQ(rig_.state->effects().failovers.size(), 1U);
+  EXPECT_FALSE(Take(Next()));
+}
+
+TEST_F(FailoversTest, ASilentWorkerIsDeadOnlyWhileItsStandbyIsHeardAndSaysNothingOfIt) {
+  const auto silence = [&](milliseconds span) {
+    const Steady last = beta_.last_heard;
+    rig_.Pass(span);
+    beta_.last_heard = last;
+  };
+  silence(rig_.settings.failover_after);
+  EXPECT_FALSE(Next().next) << "not for long enough";
+  for (WorkerEntry& worker : instance_.workers) worker.witnessed_at = rig_.now.steady;
+  silence(milliseconds(1));
+  EXPECT_FALSE(Next().next) << "a witness has seen it alive";
+  for (WorkerEntry& worker : instance_.workers) worker.witnessed_at = Steady(0);
+  const FailoverStep step = Next();
+  ASSERT_TRUE(step.next);
+  EXPECT_EQ(step.next->failover().dead_size(), 2);
+  EXPECT_FALSE(step.next->failover().dead(0).exit_seen());
+  for (WorkerEntry& worker : instance_.workers) worker.report.clear_standby_copies();
+  EXPECT_FALSE(Next().next) << "nobody could carry it on, and it may well run";
+}
+
+TEST_F(FailoversTest, WhoIsSilentIsWaitedForUntilTheLeaseHasRunOut) {
+  const WorkerEntry& worker = StateRig::WorkerOf(instance_, 3);
+  v1::LeaseRequest request;
+  *request.mutable_identity() = StateRig::IdentityOf(instance_, worker);
+  const std::uint64_t incarnation = worker.incarnation;
+  failovers_.RenewLease(beta_, request, rig_.now);
+  EXPECT_EQ(rig_.state->effects().leases.size(), 1U);
+  failovers_.RenewLease(alpha_, request, rig_.now);
+  EXPECT_EQ(rig_.state->effects().leases.size(), 1U) << "alpha does not run it";
+  for (WorkerEntry& silent : instance_.workers) silent.leased_at = rig_.now.steady;
+  alpha_.last_heard = beta_.last_heard + rig_.settings.failover_after;
+  rig_.now.steady += rig_.settings.failover_after + milliseconds(1);
+  ASSERT_TRUE(Take(Next()));
+  for (const std::uint32_t region : {1, 2}) SendInventory(region);
+  EXPECT_FALSE(Take(Next())) << "the standbys have just renewed";
+  rig_.now.steady += kLeaseTtl + kLeaseDrift;
+  ASSERT_TRUE(Take(Next()));
+  EXPECT_TRUE(instance_.record.failover().has_resolution());
+  (void)incarnation;
+}
+
+TEST_F(FailoversTest, ARegionThatDiesWithItsStandbyIsGivenUp) {
+  for (const std::uint32_t region : {1U, StandbyOf(instance_.record, 1)}) {
+    rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, region), "killed");
+  }
+  const FailoverStep step = Next();
+  EXPECT_FALSE(step.next);
+  EXPECT_THAT(step.given_up, HasSubstr("lost together with its standby: region 1"));
+}
+
+TEST_F(FailoversTest, AFailoverThatNobodyAnswersIsGivenUpInTheEnd) {
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "killed");
+  ASSERT_TRUE(Take(Next()));
+  rig_.Pass(rig_.settings.failover_timeout - milliseconds(1));
+  EXPECT_EQ(Next().given_up, "");
+  rig_.Pass(milliseconds(1));
+  EXPECT_THAT(Next().given_up, HasSubstr("timed out waiting for the inventories of regions 1, 2, 4"));
+}
+
+TEST_F(FailoversTest, AnotherLifeGoesOnFromTheStoredRecord) {
+  rig_.state->SetGone(instance_, StateRig::WorkerOf(instance_, 3), "killed");
+  ASSERT_TRUE(Take(Next()));
+  Failovers another(*rig_.state, rig_.settings);
+  another.Adopt(instance_, rig_.now);
+  EXPECT_FALSE(another.Next(instance_, kNoCuts, rig_.now).next);
+  rig_.Pass(rig_.settings.failover_timeout);
+  EXPECT_THAT(another.Next(instance_, kNoCuts, rig_.now).given_up, HasSubstr("the inventories of regions 1, 2, 4"));
+}
+
+}  // namespace
+}  // namespace tessera::control

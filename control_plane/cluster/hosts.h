@@ -1,0 +1,64 @@
+// Hosts: which machines belong to the cluster, whose agent is attached, and which of them are heard.
+//
+// A host is added with a join token, which admits one agent once; from then on its secret does. The latest stream of an
+// agent counts. A host that is silent for `lost_after` is lost until its next word.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include "absl/status/statusor.h"
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/now.h"
+#include "control_plane/secrets.h"
+#include "tessera/v1/agent_link.pb.h"
+#include "tessera/v1/host.pb.h"
+
+namespace tessera::control {
+
+struct Admission {
+  StreamId stream = 0;
+  v1::Admitted admitted;
+};
+
+class Hosts {
+ public:
+  Hosts(ClusterState& state, const ControlSettings& settings, RandomBytes random);
+
+  // Errors: INVALID_ARGUMENT, ALREADY_EXISTS, NOT_FOUND, FAILED_PRECONDITION, naming the field.
+  absl::StatusOr<v1::AddHostResponse> Add(const v1::AddHostRequest& request, Now now);
+  absl::StatusOr<v1::DrainHostResponse> Drain(const v1::DrainHostRequest& request);
+  absl::Status Remove(const v1::RemoveHostRequest& request);
+
+  // Admits an agent and opens its stream. UNAUTHENTICATED, PERMISSION_DENIED (the host was removed), INVALID_ARGUMENT.
+  absl::StatusOr<Admission> Admit(const v1::AgentHello& hello);
+
+  // The host was loaded: nobody is lost before there was time to be heard.
+  void Adopt(HostEntry& host, Now now) { host.last_heard = now.steady; }
+  // How long this process itself stood still before `now`, if it did: it heard nobody meanwhile, which is no silence of
+  // theirs. Call it before anything is made of what came meanwhile, of which the first may be old.
+  Steady OwnPause(Now now);
+  // A message came. True: the host was lost until now.
+  bool Heard(HostEntry& host, Now now);
+  void NoteHeartbeat(HostEntry& host, Now now) { host.last_heartbeat_time = now.unix_time; }
+  // True: the host has been silent for too long, and is lost from now on.
+  bool Lost(HostEntry& host, Now now);
+
+ private:
+  absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello);
+
+  ClusterState& state_;
+  ControlSettings settings_;
+  RandomBytes random_;
+  Steady last_call_{0};  // 0: not yet
+};
+
+// Names are unique; an id is taken for one only where no host has it as its name. Null: there is none.
+const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id);
+absl::Status NoHost(const std::string& name);
+v1::HostState StateOf(const HostEntry& host);
+v1::Host ViewOf(const HostEntry& host);
+// UNAUTHENTICATED unless the secret is that of the host.
+absl::Status CheckHostSecret(const ClusterState& state, const std::string& host_id, const std::string& secret);
+
+}  // namespace tessera::control

@@ -1,0 +1,34 @@
+#include "control_plane/cluster/liveness.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace tessera::control {
+
+bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now) {
+  const HostEntry* host = state.HostAt(instance, index);
+  return host == nullptr ||
+         (now.steady - host->last_heard > after && now.steady - instance.workers[index].witnessed_at > after);
+}
+
+bool AllRunByMap(const InstanceEntry& instance) {
+  return std::all_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& worker) {
+    return worker.report.phase() == v1::WORKER_PHASE_RUNNING &&
+           worker.report.map_version() >= instance.record.map().version();
+  });
+}
+
+std::uint64_t TickOf(const InstanceEntry& instance, const WorkerEntry& worker, Now now) {
+  const std::uint64_t reported = worker.report.tick();
+  if (reported == 0) return 0;
+  const double age_s = std::chrono::duration<double>(now.steady - worker.reported_at).count();
+  return reported + static_cast<std::uint64_t>(age_s * instance.record.tick_rate_hz());
+}
+
+bool HoldsCopyOf(const WorkerEntry& worker, std::uint64_t incarnation) {
+  const auto& copies = worker.report.standby_copies();
+  return std::any_of(copies.begin(), copies.end(),
+                     [&](const v1::StandbyStatus& copy) { return copy.incarnation() == incarnation; });
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,80 @@
+#include "control_plane/cluster/orders.h"
+
+#include "control_plane/life.h"
+#include "control_plane/standbys.h"
+
+namespace tessera::control {
+
+namespace {
+
+void SetFailover(const records::Instance& record, v1::WorkerOrder& order) {
+  if (!record.has_failover()) return;
+  order.mutable_failover()->set_version(record.map().version());
+  for (const records::Dead& dead : record.failover().dead()) {
+    v1::DeadRegion& region = *order.mutable_failover()->add_dead();
+    region.set_region(dead.region());
+    region.set_incarnation(dead.incarnation());
+  }
+  if (record.failover().has_resolution()) *order.mutable_resolution() = record.failover().resolution();
+}
+
+void SetStandbys(const records::Instance& record, v1::WorkerOrder& order) {
+  order.set_standby(StandbyOf(record, order.region()));
+  for (const v1::MapRegion& region : record.map().regions()) {
+    if (region.standby() == order.region()) order.add_primaries(region.id());
+  }
+  for (const records::Placement& placement : record.placements()) {
+    if (placement.joins() && StandbyOf(record, placement.region()) == order.region())
+      order.add_primaries(placement.region());
+  }
+  // The copies of the dead are promoted.
+  for (const records::Dead& dead : record.failover().dead()) {
+    if (dead.standby() == order.region()) order.add_primaries(dead.region());
+  }
+}
+
+void SetInitialState(const records::Instance& record, const records::Placement& placement, v1::WorkerOrder& order) {
+  if (placement.incarnation() > record.restored().last_incarnation()) return;
+  for (const records::RegionFile& file : record.restored().files()) {
+    if (file.region() != placement.region()) continue;
+    order.mutable_initial_state()->set_tick(record.restored().tick());
+    order.mutable_initial_state()->set_hash(file.hash());
+  }
+}
+
+}  // namespace
+
+v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests) {
+  const records::Instance& record = instance.record;
+  const records::Placement& placement = record.placements(static_cast<int>(index));
+  v1::WorkerOrder order;
+  order.set_instance_id(record.id());
+  order.set_region(placement.region());
+  order.set_incarnation(placement.incarnation());
+  order.set_scene_hash(record.scene_hash());
+  *order.mutable_map() = record.map();
+  order.set_instance_key(record.key());
+  for (const WorkerEntry& peer : instance.workers) {
+    if (peer.region != placement.region() && peer.bound()) *order.add_peers() = peer.report.address();
+  }
+  *order.mutable_players() = record.players();
+  order.set_run(record.run());
+  order.set_stop(!WantsWorkers(record.state()));
+  order.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  order.set_expected_players(record.expected_players());
+  *order.mutable_borders() = record.borders();
+  order.set_joins_running(placement.joins());
+  if (record.planned().effective_tick() != 0 || (record.has_planned() && placement.joins())) {
+    *order.mutable_planned() = record.planned();
+    // A newcomer makes ready before there is a tick, and again when there is.
+    if (record.planned().effective_tick() == 0) order.mutable_planned()->set_effective_tick(1);
+  }
+  SetFailover(record, order);
+  SetStandbys(record, order);
+  if (requests.checkpoint_tick != 0) order.mutable_checkpoint()->set_tick(requests.checkpoint_tick);
+  *order.mutable_property_changes() = {requests.property_changes.begin(), requests.property_changes.end()};
+  SetInitialState(record, placement, order);
+  return order;
+}
+
+}  // namespace tessera::control

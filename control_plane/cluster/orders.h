@@ -1,0 +1,21 @@
+// Orders: what a worker is to be, from what is stored and observed. Pure.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "control_plane/cluster/cluster_state.h"
+
+namespace tessera::control {
+
+// Requests to all workers of an instance that are not in its record.
+struct Requests {
+  std::uint64_t checkpoint_tick = 0;  // 0: no checkpoint is being made
+  std::vector<v1::PropertyChange> property_changes;
+};
+
+// The order for the worker at `index`, without its revision. It holds nothing that is not stored, but for `requests`
+// and the addresses of the other workers.
+v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, const Requests& requests);
+
+}  // namespace tessera::control

@@ -1,0 +1,231 @@
+#include "control_plane/cluster/planned_changes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/cluster/free_hosts.h"
+#include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/liveness.h"
+#include "control_plane/instance_record.h"
+#include "control_plane/standbys.h"
+#include "core/world/limits.h"
+
+namespace tessera::control {
+namespace {
+
+constexpr double kReportTicks = 64;  // a reported median is over so many; StepTimes in region_worker
+constexpr std::chrono::nanoseconds kLongestWait = std::chrono::seconds(5);  // in a world that hardly moves
+
+constexpr int kMaxSpread = 256;  // values an axis; a worker of ours reports fewer
+
+// Cost of a region that owns nothing that moves, in bodies: without it the price of a body in a near-empty region is
+// far too high.
+constexpr double kEmptyBodies = 50;
+
+bool Ascends(const google::protobuf::RepeatedField<float>& values) {
+  return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); }) &&
+         std::is_sorted(values.begin(), values.end());
+}
+
+// Empty, as if it were not known, unless the report holds a spread.
+RegionSpread SpreadOf(const v1::WorkerReport& report) {
+  const auto &x = report.spread_x(), &z = report.spread_z();
+  if (x.size() < 2 || x.size() > kMaxSpread || x.size() != z.size() || !Ascends(x) || !Ascends(z)) return {};
+  return {{x.begin(), x.end()}, {z.begin(), z.end()}};
+}
+
+// Where borders are to be balanced, a change waits until the reported step times all come from the map that came into
+// force just now.
+std::chrono::nanoseconds UntilNextChange(const InstanceEntry& instance) {
+  std::chrono::nanoseconds wait = kBalanceInterval;
+  if (!instance.record.balance()) return wait;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (worker.report.tick_rate_hz() <= 0) continue;  // not measured yet
+    const std::chrono::duration<double> ticks(kReportTicks / worker.report.tick_rate_hz());
+    if (ticks > wait) wait = std::min(std::chrono::duration_cast<std::chrono::nanoseconds>(ticks), kLongestWait);
+  }
+  return wait;
+}
+
+double LoadedBodies(const v1::WorkerReport& report) {
+  const std::uint64_t asleep = std::min(report.asleep(), report.owned());
+  return static_cast<double>(report.owned() - asleep) + kEmptyBodies;
+}
+
+// The index of the region's worker; `workers.size()` if there is none.
+std::size_t IndexOf(const InstanceEntry& instance, std::uint32_t region) {
+  const auto at = std::find_if(instance.workers.begin(), instance.workers.end(),
+                               [region](const WorkerEntry& worker) { return worker.region == region; });
+  return static_cast<std::size_t>(at - instance.workers.begin());
+}
+
+// True if `region` has a link to `other`, or is not there to have one.
+bool Hears(const InstanceEntry& instance, std::uint32_t region, std::uint32_t other) {
+  const std::size_t index = IndexOf(instance, region);
+  if (index == instance.workers.size()) return true;
+  const auto& linked = instance.workers[index].report.linked_regions();
+  return std::find(linked.begin(), linked.end(), other) != linked.end();
+}
+
+}  // namespace
+
+// --- What is asked for.
+
+absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Scale(const InstanceEntry& instance,
+                                                                       std::uint32_t regions, Now now) const {
+  records::Instance next = instance.record;
+  next.set_wanted_regions(regions);
+  if (AtRest(next)) {  // else it is tried once that is over
+    const auto planned =
+        PlanChange(next, Facts(instance, now), HeardHosts(state_, nullptr, settings_.failover_after, now));
+    if (!planned.ok()) return planned.status();
+  }
+  if (next.wanted_regions() == instance.record.wanted_regions()) return std::nullopt;
+  AddEvent(next, now, absl::StrCat("scaling from ", instance.record.map().regions_size(), " to ", regions));
+  return next;
+}
+
+absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Restart(const InstanceEntry& instance, Now now) const {
+  const bool under_way = std::any_of(instance.workers.begin(), instance.workers.end(), [&](const WorkerEntry& worker) {
+    return worker.incarnation <= instance.record.replace_up_to();
+  });
+  if (under_way) return std::nullopt;
+  records::Instance next = instance.record;
+  next.set_replace_up_to(next.last_incarnation());
+  if (AtRest(next)) {  // else it is tried once that is over
+    const auto planned =
+        PlanChange(next, Facts(instance, now), HeardHosts(state_, nullptr, settings_.failover_after, now));
+    if (!planned.ok()) return planned.status();
+  }
+  if (next.wanted_regions() == 0) next.set_wanted_regions(static_cast<std::uint32_t>(next.map().regions_size()));
+  AddEvent(next, now, absl::StrCat("replacing ", next.map().regions_size(), " workers one after the other"));
+  return next;
+}
+
+// --- What follows from it, and from drains, deaths and loads.
+
+std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, Now now) {
+  NoteCuts(instance, now);
+  std::vector<RegionFacts> facts = Facts(instance, now);
+  auto next = StepPlan(instance.record, facts);
+  if (!next) return Plan(instance, std::move(facts), now);
+  if (AtRest(*next)) {
+    changes_[instance.number].not_before = now.steady + UntilNextChange(instance);
+    AddEvent(*next, now,
+             absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
+  }
+  return next;
+}
+
+std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, std::vector<RegionFacts> facts,
+                                                      Now now) {
+  Change& change = changes_[instance.number];
+  const bool all_run = AllRunByMap(instance);
+  if (!AtRest(instance.record) || !all_run || now.steady < change.not_before) return std::nullopt;
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    const WorkerEntry& worker = instance.workers[i];
+    facts[i].step_s = SmoothedStep(worker, change.workers[worker.incarnation]);
+  }
+  auto planned = PlanChange(instance.record, facts, HeardHosts(state_, nullptr, settings_.failover_after, now));
+  if (!planned.ok()) {
+    change.not_before = now.steady + kChangeRetry;
+    state_.LogTrouble(instance, "change cannot be made for now", planned.status());
+    return std::nullopt;
+  }
+  if (!*planned) change.not_before = now.steady + kBalanceInterval;
+  return *std::move(planned);
+}
+
+// How long a step takes by what is in the region now and what that cost of late: a machine that is busy with something
+// else makes one second's step times up to twice as long as the next one's, and borders would follow.
+double PlannedChanges::SmoothedStep(const WorkerEntry& worker, WorkerLoad& load) {
+  const double bodies = LoadedBodies(worker.report), cost_s = worker.report.step().p50_seconds() / bodies;
+  load.body_cost_s = load.body_cost_s > 0 ? (load.body_cost_s + cost_s) / 2 : cost_s;
+  return load.body_cost_s * bodies;
+}
+
+std::vector<RegionFacts> PlannedChanges::Facts(const InstanceEntry& instance, Now now) const {
+  const auto change = changes_.find(instance.number);
+  std::vector<RegionFacts> facts;
+  facts.reserve(instance.workers.size());
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const WorkerEntry& worker = instance.workers[i];
+    const records::Placement& placement = instance.record.placements(static_cast<int>(i));
+    const HostEntry* host = state_.HostAt(instance, i);
+    const v1::WorkerReport& report = worker.report;
+    RegionFacts& region = facts.emplace_back();
+    region.region = worker.region;
+    region.incarnation = worker.incarnation;
+    region.host_id = placement.host_id();
+    region.host_draining = host != nullptr && host->record.draining();
+    region.newcomer = placement.joins();
+    region.bound = worker.bound();
+    region.running = report.phase() == v1::WORKER_PHASE_RUNNING;
+    region.tick = TickOf(instance, worker, now);
+    region.map_version = report.map_version();
+    region.planned_version = report.planned_version();
+    region.refused_version = report.refused_version();
+    region.bodies_outside = report.bodies_outside();
+    if (change != changes_.end()) {
+      for (const auto& [pair, until] : change->second.cuts) {
+        if (pair.first == worker.region) region.cut_from.push_back(pair.second);
+        if (pair.second == worker.region) region.cut_from.push_back(pair.first);
+      }
+    }
+    std::sort(region.cut_from.begin(), region.cut_from.end());
+    region.step_s = report.step().p50_seconds();
+    region.spread = SpreadOf(report);
+  }
+  return facts;
+}
+
+// --- Links that fail.
+
+// Notes which regions cannot hear each other. Once two are kept apart, and only then, a missing link between neighbours
+// prolongs it.
+void PlannedChanges::NoteCuts(const InstanceEntry& instance, Now now) {
+  Change& change = changes_[instance.number];
+  NoteUnprotected(instance, change, now);
+  for (auto& [pair, until] : change.cuts) {
+    const std::vector<RegionId> neighbors = instance.map.Neighbors(RegionId(pair.first));
+    const bool adjoin = std::binary_search(neighbors.begin(), neighbors.end(), RegionId(pair.second));
+    if (now.steady >= until && adjoin && !Hears(instance, pair.first, pair.second)) until = now.steady + kCutKept;
+  }
+  std::erase_if(change.cuts, [&](const auto& entry) { return now.steady >= entry.second; });
+}
+
+// Cuts a region from a standby that is there, but takes nothing of its primary's log, or not in time.
+void PlannedChanges::NoteUnprotected(const InstanceEntry& instance, Change& change, Now now) {
+  std::map<std::uint64_t, WorkerLoad> before = std::exchange(change.workers, {});
+  for (const WorkerEntry& worker : instance.workers) {
+    WorkerLoad& load = change.workers[worker.incarnation] = before[worker.incarnation];
+    const std::uint32_t standby = StandbyOf(instance.record, worker.region);
+    const std::size_t index = IndexOf(instance, standby);
+    const bool waits = worker.report.phase() == v1::WORKER_PHASE_RUNNING && worker.report.unprotected() &&
+                       standby != 0 && now.steady - worker.reported_at < settings_.failover_after &&
+                       index < instance.workers.size() &&
+                       !Silent(state_, instance, index, settings_.failover_after, now);
+    if (!waits) {
+      load.unprotected_since = Steady(0);
+      continue;
+    }
+    if (load.unprotected_since.count() == 0) load.unprotected_since = now.steady;
+    if (now.steady - load.unprotected_since < kStandbyPatience) continue;
+    load.unprotected_since = now.steady;
+    change.cuts[std::minmax(worker.region, standby)] = now.steady + kCutKept;
+    state_.Log(absl::StrCat("standby takes nothing instance=", instance.record.id(), " region=", worker.region,
+                            " standby=", standby));
+  }
+}
+
+CutBetween PlannedChanges::CutsOf(const InstanceEntry& instance) const {
+  const auto change = changes_.find(instance.number);
+  if (change == changes_.end()) return [](RegionId, RegionId) { return false; };
+  return [&cuts = change->second.cuts](RegionId a, RegionId b) {
+    return cuts.contains(std::minmax(a.value(), b.value()));
+  };
+}
+
+}  // namespace tessera::control

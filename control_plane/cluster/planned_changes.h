@@ -1,0 +1,72 @@
+// PlannedChanges: growing, shrinking, draining, restarting and balancing a world that runs. It gathers what is known of
+// the regions; the planned maps and their steps are change.h's.
+//
+// Nothing is changed during a failover. `Next` returns one step at a time, from the stored record and what is known;
+// the caller stores it before anybody gets an order that follows from it.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "control_plane/change.h"
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/now.h"
+#include "control_plane/standbys.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::control {
+
+class PlannedChanges {
+ public:
+  PlannedChanges(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+  void Forget(std::uint64_t number) { changes_.erase(number); }
+
+  // The record with what is asked for, of a RUNNING instance; nothing if it is so already. The work follows by `Next`.
+  // RESOURCE_EXHAUSTED when it needs a place and there is none.
+  absl::StatusOr<std::optional<records::Instance>> Scale(const InstanceEntry& instance, std::uint32_t regions,
+                                                         Now now) const;
+  absl::StatusOr<std::optional<records::Instance>> Restart(const InstanceEntry& instance, Now now) const;
+  // A request is stored: the next change waits for nothing.
+  void Hasten(std::uint64_t number) { changes_[number].not_before = Steady(0); }
+  // The last change came to nothing: the next one waits for a while.
+  void RetryLater(std::uint64_t number, Now now) { changes_[number].not_before = now.steady + kChangeRetry; }
+
+  // The next step of a RUNNING instance without a failover; nothing if there is none now.
+  std::optional<records::Instance> Next(InstanceEntry& instance, Now now);
+
+  // The pairs of regions that cannot hear each other. Valid until the next call.
+  CutBetween CutsOf(const InstanceEntry& instance) const;
+
+ private:
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;  // the lower region first
+  struct WorkerLoad {
+    double body_cost_s = 0;       // step time for each loaded body, smoothed; 0: not measured yet
+    Steady unprotected_since{0};  // by its own word, while its standby's host is heard; 0: it is protected
+  };
+  // Not stored: a new life of the control plane finds it again.
+  struct Change {
+    Steady not_before{0};  // no planned map before
+    // Pairs whose link failed a standby, and until when they are kept apart.
+    std::map<Pair, Steady> cuts;
+    std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
+  };
+
+  std::vector<RegionFacts> Facts(const InstanceEntry& instance, Now now) const;
+  std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts, Now now);
+  void NoteCuts(const InstanceEntry& instance, Now now);
+  void NoteUnprotected(const InstanceEntry& instance, Change& change, Now now);
+  static double SmoothedStep(const WorkerEntry& worker, WorkerLoad& load);
+
+  ClusterState& state_;
+  ControlSettings settings_;
+  std::map<std::uint64_t, Change> changes_;  // by instance number
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,267 @@
+#include "control_plane/cluster/players.h"
+
+#include <algorithm>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/instance_record.h"
+#include "control_plane/life.h"
+#include "core/world/limits.h"
+#include "net/connect_token.h"
+
+namespace tessera::control {
+namespace {
+
+absl::Status CheckOpen(const records::Instance& record) {
+  const v1::InstanceState state = record.state();
+  if (IsFinal(state) || state == v1::INSTANCE_STATE_STOPPING) {
+    const absl::string_view what = state == v1::INSTANCE_STATE_FAILED  ? " has failed"
+                                   : state == v1::INSTANCE_STATE_ENDED ? " has ended"
+                                                                       : " is stopping";
+    return absl::FailedPreconditionError(
+        absl::StrCat("instance_id: ", record.id(), what, record.reason().empty() ? "" : ": ", record.reason()));
+  }
+  if (record.spawn_points().empty()) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("instance_id: ", record.id(), " cannot be joined: scene ", record.scene_name(), " has no player"));
+  }
+  if (const int present = PlayersPresent(record); present >= static_cast<int>(kMaxPlayers)) {
+    return absl::ResourceExhaustedError(absl::StrCat("instance_id: ", record.id(), " is full: ", present, " players"));
+  }
+  return absl::OkStatus();
+}
+
+std::uint64_t Seconds(std::chrono::nanoseconds unix_time) {
+  return static_cast<std::uint64_t>(std::chrono::floor<std::chrono::seconds>(unix_time).count());
+}
+
+// The player of the token. Everybody on the way sees the token when it is presented to a region; the session key never
+// travels there.
+absl::StatusOr<std::uint32_t> PlayerOf(const records::Instance& record, const std::string& connect_token,
+                                       const std::string& session_key, Now now) {
+  const auto key = net::InstanceKeyFrom(record.key());
+  if (!key.ok()) return key.status();
+  const std::span sealed(reinterpret_cast<const std::uint8_t*>(connect_token.data()), connect_token.size());
+  const auto token = net::Open(sealed, record.id(), *key, Seconds(now.unix_time));
+  if (!token.ok()) return absl::UnauthenticatedError(absl::StrCat("connect_token: ", token.status().message()));
+  const auto presented = net::SessionKeyFrom(session_key);
+  if (!presented.ok() || !(*presented == net::SessionKeyOf(sealed, *key))) {
+    return absl::UnauthenticatedError("session_key: is not that of the connect token");
+  }
+  return token->player.value();
+}
+
+// One that comes back is the player that it was: nothing about it has to be stored or sent.
+absl::StatusOr<std::uint32_t> FindReturning(const records::Instance& record, const v1::JoinInstanceRequest& request,
+                                            Now now) {
+  const auto number = PlayerOf(record, request.connect_token(), request.session_key(), now);
+  if (!number.ok()) return number.status();
+  const auto& players = record.players();
+  const auto player =
+      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
+  if (player == players.end() || player->left()) {
+    return absl::FailedPreconditionError(absl::StrCat("connect_token: player ", *number, " has left for good"));
+  }
+  return *number;
+}
+
+absl::StatusOr<v1::JoinInstanceResponse> Admit(const InstanceEntry& instance, std::uint32_t player, Now now) {
+  const records::Instance& record = instance.record;
+  const auto key = net::InstanceKeyFrom(record.key());
+  if (!key.ok()) return key.status();
+  const std::uint64_t expires_unix_s =
+      Seconds(now.unix_time) + static_cast<std::uint64_t>(kConnectTokenLifetime.count());
+  const net::Credentials credentials =
+      net::Issue({.instance_id = record.id(), .player = PlayerNumber(player), .expires_unix_s = expires_unix_s}, *key);
+  v1::JoinInstanceResponse response;
+  response.set_player(player);
+  response.set_connect_token(std::string(credentials.token.begin(), credentials.token.end()));
+  response.set_session_key(credentials.key.data(), credentials.key.size());
+  *response.mutable_map() = record.map();
+  for (const WorkerEntry& worker : instance.workers) {
+    v1::RegionAddress& address = *response.add_regions();
+    address = worker.report.address();
+    address.clear_link_port();
+    address.clear_metrics_port();
+  }
+  response.set_scene_hash(record.scene_hash());
+  response.set_tick_rate_hz(record.tick_rate_hz());
+  response.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  response.set_expected_players(record.expected_players());
+  return response;
+}
+
+// Players with a connection to any worker. A host that is silent may well serve its players still: its last report
+// counts.
+std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
+  std::set<std::uint32_t> connected;
+  for (const WorkerEntry& worker : instance.workers) {
+    const auto& players = worker.report.connected_players();
+    if (!worker.gone) connected.insert(players.begin(), players.end());
+  }
+  return connected;
+}
+
+}  // namespace
+
+// --- Joining.
+
+absl::StatusOr<InstanceEntry*> Players::BeginWait(const v1::JoinInstanceRequest& request) {
+  if (request.player_name().size() > kMaxNameBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("player_name: ", request.player_name().size(), " bytes are more than ", kMaxNameBytes));
+  }
+  InstanceEntry* instance = state_.FindInstance(request.instance_id());
+  if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
+  if (absl::Status status = CheckOpen(instance->record); !status.ok()) return status;
+  ++known_[instance->number].waiting;
+  return instance;
+}
+
+InstanceEntry* Players::EndWait(const std::string& instance_id) {
+  InstanceEntry* instance = state_.FindInstance(instance_id);
+  if (instance != nullptr) --known_[instance->number].waiting;
+  return instance;
+}
+
+int Players::Waiting(const InstanceEntry& instance) const {
+  const auto known = known_.find(instance.number);
+  return known == known_.end() ? 0 : known->second.waiting;
+}
+
+absl::StatusOr<Joined> Players::Join(const v1::JoinInstanceRequest& request, Now now) {
+  if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id()); !can.ok()) return can.status();
+  InstanceEntry& instance = *state_.FindInstance(request.instance_id());
+  const bool returns = !request.connect_token().empty();
+  Joined joined;
+  if (!returns) joined.mark = state_.last_revision();  // any order made from here on names the player
+  const auto number = returns ? FindReturning(instance.record, request, now) : Add(instance, request.player_name());
+  if (!number.ok()) return number.status();
+  auto response = Admit(instance, *number, now);
+  if (!response.ok()) return response.status();
+  joined.response = *std::move(response);
+  return joined;
+}
+
+absl::StatusOr<std::uint32_t> Players::Add(InstanceEntry& instance, const std::string& name) {
+  if (const auto key = net::InstanceKeyFrom(instance.record.key()); !key.ok()) return key.status();
+  records::Instance next = instance.record;
+  const std::uint32_t number = next.last_player() + 1;
+  next.set_last_player(number);
+  v1::Player& player = *next.add_players();
+  player.set_number(number);
+  player.set_name(name);
+  player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
+  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
+  state_.MarkOrders(instance);
+  state_.MarkChanged(instance);
+  return number;
+}
+
+// --- Leaving.
+
+absl::Status Players::Leave(const v1::LeaveInstanceRequest& request, Now now) {
+  InstanceEntry* instance = state_.FindInstance(request.instance_id());
+  if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
+  const auto number = PlayerOf(instance->record, request.connect_token(), request.session_key(), now);
+  if (!number.ok()) return number.status();
+  records::Instance next = instance->record;
+  auto& players = *next.mutable_players();
+  const auto player =
+      std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
+  if (player == players.end() || player->left()) return absl::OkStatus();  // has left already
+  player->set_left(true);
+  if (absl::Status status = state_.StoreInstance(*instance, next); !status.ok()) return status;
+  known_[instance->number].left[*number] = {state_.last_revision(), now.steady};
+  state_.MarkOrders(*instance);
+  state_.MarkChanged(*instance);
+  return absl::OkStatus();
+}
+
+std::optional<records::Instance> Players::NextVanished(const InstanceEntry& instance, Now now) {
+  const records::Instance& record = instance.record;
+  const bool parks = record.leaver_policy() == v1::LEAVER_POLICY_PARK;
+  if (!parks && record.leaver_policy() != v1::LEAVER_POLICY_REMOVE) return std::nullopt;
+  const std::set<std::uint32_t> connected = Connected(instance);
+  Known& known = known_[instance.number];
+  std::optional<records::Instance> next;
+  for (int i = 0; i < record.players_size(); ++i) {
+    const v1::Player& player = record.players(i);
+    bool away = false;
+    if (!player.left() && !connected.contains(player.number())) {
+      const Steady since = known.unseen.try_emplace(player.number(), now.steady).first->second;
+      away = player.parked() || now.steady - since >= std::chrono::milliseconds(record.leaver_grace_ms());
+    } else {
+      known.unseen.erase(player.number());
+    }
+    if (player.left() || away == (parks && player.parked())) continue;
+    if (!next) next = record;
+    v1::Player& changed = *next->mutable_players(i);
+    if (parks) {
+      changed.set_parked(away);
+    } else {
+      changed.set_left(true);
+      known.left[player.number()] = {state_.last_revision(), now.steady};
+    }
+    state_.Log(absl::StrCat("player ",
+                            !parks ? "removed"
+                            : away ? "parked"
+                                   : "back",
+                            " id=", record.id(), " player=", player.number()));
+  }
+  return next;
+}
+
+void Players::Prune(InstanceEntry& instance, Now now) {
+  Known& known = known_[instance.number];
+  std::set<std::uint32_t> forgotten;
+  for (const v1::Player& player : instance.record.players()) {
+    if (!player.left()) continue;
+    // After a restart it is not known since when: from now on, then.
+    const Left& left = known.left.try_emplace(player.number(), Left{state_.last_revision(), now.steady}).first->second;
+    if (now.steady - left.since > settings_.keep_left_players && AllKnow(state_, instance.record.id(), left.mark)) {
+      forgotten.insert(player.number());
+    }
+  }
+  if (forgotten.empty()) return;
+  records::Instance next = instance.record;
+  auto& players = *next.mutable_players();
+  players.erase(std::remove_if(players.begin(), players.end(),
+                               [&](const v1::Player& p) { return forgotten.contains(p.number()); }),
+                players.end());
+  if (!state_.StoreInstance(instance, next).ok()) return;
+  for (const std::uint32_t number : forgotten) known.left.erase(number);
+  state_.MarkOrders(instance);
+}
+
+// --- Reading.
+
+absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id) {
+  const InstanceEntry* instance = state.FindInstance(instance_id);
+  if (instance == nullptr) return NoInstance("instance_id", instance_id);
+  if (absl::Status status = CheckOpen(instance->record); !status.ok()) return status;
+  return std::all_of(instance->workers.begin(), instance->workers.end(),
+                     [](const WorkerEntry& worker) { return worker.bound(); });
+}
+
+bool AllKnow(const ClusterState& state, const std::string& instance_id, std::uint64_t mark) {
+  const InstanceEntry* instance = state.FindInstance(instance_id);
+  return instance == nullptr ||
+         std::all_of(instance->workers.begin(), instance->workers.end(), [mark](const WorkerEntry& worker) {
+           return worker.gone || worker.report.order_revision() > mark;
+         });
+}
+
+int ConnectedEverywhere(const InstanceEntry& instance) {
+  const auto everywhere = [&instance](const v1::Player& player) {
+    return !player.left() &&
+           std::all_of(instance.workers.begin(), instance.workers.end(), [&player](const WorkerEntry& worker) {
+             const auto& connected = worker.report.connected_players();
+             return std::find(connected.begin(), connected.end(), player.number()) != connected.end();
+           });
+  };
+  const auto& players = instance.record.players();
+  return static_cast<int>(std::count_if(players.begin(), players.end(), everywhere));
+}
+
+}  // namespace tessera::control

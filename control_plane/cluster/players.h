@@ -1,0 +1,75 @@
+// Players: who may play in an instance: joining, coming back, leaving, and vanishing without having left.
+//
+// A join first waits (`BeginWait`), which is what starts a lazy instance, until `CanJoin`; then `Join` and `EndWait`,
+// in one go. A player who has left is in the orders until all workers know, and a while longer.
+//
+// Thread rule: as Cluster.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "control_plane/cluster/cluster_state.h"
+#include "control_plane/control_settings.h"
+#include "control_plane/now.h"
+#include "tessera/v1/session.pb.h"
+
+namespace tessera::control {
+
+struct Joined {
+  v1::JoinInstanceResponse response;
+  std::uint64_t mark = 0;  // for AllKnow
+};
+
+class Players {
+ public:
+  Players(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+  void Forget(std::uint64_t number) { known_.erase(number); }
+
+  // The instance that the join waits for; it may start because of it. Errors name the field.
+  absl::StatusOr<InstanceEntry*> BeginWait(const v1::JoinInstanceRequest& request);
+  // Null: the instance is not there any more.
+  InstanceEntry* EndWait(const std::string& instance_id);
+  int Waiting(const InstanceEntry& instance) const;
+
+  // A player with a connect token of its own comes back as the one it was.
+  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, Now now);
+  // Repeating it is fine.
+  absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
+
+  // The next record of a RUNNING instance whose players vanished or came back, by its policy; nothing if nobody did.
+  // A grace counts from when the last connection was seen; in a new life of the control plane, from its beginning.
+  std::optional<records::Instance> NextVanished(const InstanceEntry& instance, Now now);
+  // Time passes: forgets players who left, so that a world with much coming and going stays small.
+  void Prune(InstanceEntry& instance, Now now);
+
+ private:
+  struct Left {
+    std::uint64_t mark = 0;  // orders after this revision say so
+    Steady since{0};
+  };
+  // Not stored: counted anew by a new life of the control plane.
+  struct Known {
+    int waiting = 0;                         // joins that wait for the workers
+    std::map<std::uint32_t, Steady> unseen;  // players without a connection, and since when
+    std::map<std::uint32_t, Left> left;
+  };
+
+  absl::StatusOr<std::uint32_t> Add(InstanceEntry& instance, const std::string& name);
+
+  ClusterState& state_;
+  ControlSettings settings_;
+  std::map<std::uint64_t, Known> known_;  // by instance number
+};
+
+// False: not all workers are bound yet. An error: it will never be.
+absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id);
+// True once every worker of the instance has acted on an order made after `mark`.
+bool AllKnow(const ClusterState& state, const std::string& instance_id, std::uint64_t mark);
+// How many players every worker has a connection of.
+int ConnectedEverywhere(const InstanceEntry& instance);
+
+}  // namespace tessera::control

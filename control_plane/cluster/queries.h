@@ -1,0 +1,61 @@
+// Questions about the cluster that change nothing: what clients, watchers, metrics and Prometheus ask. Pure.
+//
+//   const auto page = ListHosts(cluster.state(), request);
+//
+// Errors name the field of the request.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "control_plane/cluster/cluster_state.h"
+#include "tessera/v1/host.pb.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::control {
+
+absl::StatusOr<v1::ListHostsResponse> ListHosts(const ClusterState& state, const v1::ListHostsRequest& request);
+absl::StatusOr<v1::GetHostResponse> GetHost(const ClusterState& state, const v1::GetHostRequest& request);
+
+absl::StatusOr<v1::Instance> GetInstance(const ClusterState& state, const std::string& id);
+// The instance that this request id made before.
+absl::StatusOr<v1::Instance> GetByRequestId(const ClusterState& state, const std::string& request_id);
+absl::StatusOr<v1::ListInstancesResponse> ListInstances(const ClusterState& state,
+                                                        const v1::ListInstancesRequest& request);
+absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const ClusterState& state,
+                                                            const v1::ListCheckpointsRequest& request);
+// As GetInstance has it; nothing if there is no such instance.
+std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::string& id);
+
+// How a RUNNING instance fares.
+struct InstanceHealth {
+  std::string id;
+  int unprotected = 0;                          // regions
+  std::chrono::nanoseconds last_checkpoint{0};  // wall clock; 0: none
+  double imbalance = 0;                         // 0: not known
+  std::uint64_t lost_bodies = 0, lost_ticks = 0;
+  bool checkpoints_expected = false;
+};
+
+// How many hosts and instances are in each state, for the metrics.
+struct ClusterSummary {
+  std::map<v1::HostState, int> hosts;
+  std::map<v1::InstanceState, int> instances;
+  std::vector<InstanceHealth> health;
+};
+ClusterSummary Summarise(const ClusterState& state);
+
+// A process that serves metrics.
+struct ScrapeTarget {
+  std::string address;      // "10.0.0.5:9101"
+  std::string host;         // name
+  std::string instance_id;  // empty for an agent
+  std::uint32_t region = 0;
+};
+std::vector<ScrapeTarget> ScrapeTargets(const ClusterState& state);
+
+}  // namespace tessera::control

@@ -1,0 +1,118 @@
+#include "control_plane/cluster/views.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/change.h"
+#include "control_plane/failover.h"
+#include "control_plane/instance_record.h"
+#include "control_plane/region_tree.h"
+#include "control_plane/standbys.h"
+#include "core/region/settings.h"
+
+namespace tessera::control {
+namespace {
+
+// While bodies move to their new regions: which regions still have some of another's, and which acknowledge none.
+std::string DescribeWait(const InstanceEntry& instance) {
+  std::string text;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (const std::uint64_t outside = worker.report.bodies_outside(); outside > 0) {
+      absl::StrAppend(&text, "; region ", worker.region, " has ", outside, " to hand over");
+    }
+    if (worker.report.unprotected()) {
+      absl::StrAppend(&text, "; region ", worker.region,
+                      " is unprotected and acknowledges nothing: its standby, region ",
+                      StandbyOf(instance.record, worker.region), ", does not take its log");
+    }
+  }
+  return text;
+}
+
+void AddChange(const InstanceEntry& instance, v1::Instance& view) {
+  const records::Instance& record = instance.record;
+  if (record.has_failover()) {
+    v1::InstanceChange& change = *view.add_changes();
+    change.set_text(absl::StrCat("failover of ", DescribeFailover(record.failover())));
+    change.set_version(record.map().version());
+  } else if (const std::string plan = DescribePlan(record); !plan.empty()) {
+    v1::InstanceChange& change = *view.add_changes();
+    change.set_text(absl::StrCat(plan, DescribeWait(instance)));
+    change.set_version(record.has_planned() ? record.planned().map().version() : record.map().version());
+    change.set_effective_tick(record.planned().effective_tick());
+  }
+}
+
+void AddLoads(const InstanceEntry& instance, v1::Instance& view) {
+  RegionLoads loads;
+  for (const WorkerEntry& worker : instance.workers) {
+    if (worker.report.unprotected()) view.add_unprotected_regions(worker.region);
+    loads[RegionId(worker.region)] = worker.report.step().p50_seconds();
+  }
+  const bool measured = std::all_of(loads.begin(), loads.end(), [](const auto& load) { return load.second > 0; });
+  if (measured && !loads.empty()) view.set_imbalance(Imbalance(loads));
+}
+
+void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
+  const records::Instance& record = instance.record;
+  for (int i = 0; i < record.placements_size(); ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const bool has_worker = index < instance.workers.size();  // a draft has none
+    if (has_worker && instance.workers[index].gone) continue;
+    v1::RegionStatus& status = *view.add_region_status();
+    status.set_region(record.placements(i).region());
+    if (const HostEntry* host = state.HostAt(instance, index)) status.set_host(host->record.name());
+    if (has_worker && instance.workers[index].reported) *status.mutable_report() = instance.workers[index].report;
+  }
+}
+
+}  // namespace
+
+v1::InstanceState StateOf(const InstanceEntry& instance) {
+  const bool degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();
+  return degraded ? v1::INSTANCE_STATE_DEGRADED : instance.record.state();
+}
+
+v1::Instance SummaryOf(const InstanceEntry& instance) {
+  const records::Instance& record = instance.record;
+  v1::Instance view;
+  view.set_id(record.id());
+  view.set_state(StateOf(instance));
+  view.set_reason(instance.degraded.empty() ? record.reason() : instance.degraded);
+  view.set_scene_name(record.scene_name());
+  view.set_scene_hash(record.scene_hash());
+  view.set_regions(static_cast<std::uint32_t>(record.placements_size()));
+  view.set_expected_players(record.expected_players());
+  view.set_players(static_cast<std::uint32_t>(PlayersPresent(record)));
+  view.set_snapshot_rate_hz(record.snapshot_rate_hz());
+  *view.mutable_borders() = record.borders();
+  // Records made before there were such settings lack them.
+  if (!record.borders().has_ghost_depth())
+    view.mutable_borders()->set_ghost_depth(region::RegionSettings().ghost_depth);
+  if (!record.borders().has_whole_up_to())
+    view.mutable_borders()->set_whole_up_to(region::RegionSettings().whole_up_to);
+  *view.mutable_create_time() = record.create_time();
+  if (record.has_start_time()) *view.mutable_start_time() = record.start_time();
+  view.set_revision(static_cast<std::uint64_t>(instance.revision));
+  view.set_wanted_regions(record.wanted_regions() == 0 ? view.regions() : record.wanted_regions());
+  view.set_failovers(record.failovers());
+  view.set_lost_bodies(record.lost_bodies());
+  view.set_lost_ticks(record.lost_ticks());
+  return view;
+}
+
+v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance) {
+  const records::Instance& record = instance.record;
+  v1::Instance view = SummaryOf(instance);
+  AddChange(instance, view);
+  AddLoads(instance, view);
+  *view.mutable_events() = record.events();
+  *view.mutable_checkpoints() = record.checkpoints();
+  *view.mutable_map() = record.map();
+  *view.mutable_player_list() = record.players();
+  *view.mutable_properties() = record.properties();
+  AddRegions(state, instance, view);
+  return view;
+}
+
+}  // namespace tessera::control

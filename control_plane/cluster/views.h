@@ -1,0 +1,18 @@
+// Instances as clients see them. Pure.
+#pragma once
+
+#include "control_plane/cluster/cluster_state.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::control {
+
+// The stored state, or DEGRADED.
+v1::InstanceState StateOf(const InstanceEntry& instance);
+
+// As in a listing: without the map, players, events, checkpoints, regions and changes.
+v1::Instance SummaryOf(const InstanceEntry& instance);
+
+// Everything.
+v1::Instance ViewOf(const ClusterState& state, const InstanceEntry& instance);
+
+}  // namespace tessera::control

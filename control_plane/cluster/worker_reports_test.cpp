@@ -1,0 +1,91 @@
+// Agents' messages about workers, on entries alone.
+#include "control_plane/cluster/worker_reports.h"
+
+#include <gmock/gmock.h>
+
+#include "control_plane/control_settings.h"
+#include "control_plane/testing/state_rig.h"
+
+namespace tessera::control {
+namespace {
+
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
+
+class WorkerReportsTest : public ::testing::Test {
+ protected:
+  v1::WorkerReport ReportOf(std::uint32_t region) {
+    WorkerEntry& worker = StateRig::WorkerOf(instance_, region);
+    v1::WorkerReport report = worker.report;
+    *report.mutable_identity() = StateRig::IdentityOf(instance_, worker);
+    report.mutable_address()->set_link_port(1);
+    return report;
+  }
+  InstanceNumbers Take(const v1::WorkerReport& report) {
+    InstanceNumbers touched;
+    (void)reports_.Take(alpha_, report, touched, rig_.now);
+    return touched;
+  }
+  InstanceNumbers Heartbeat(const ReportList& named, std::uint64_t acted_revision) {
+    InstanceNumbers touched;
+    reports_.NoticeAbsent(alpha_, named, acted_revision, touched);
+    return touched;
+  }
+
+  StateRig rig_;
+  HostEntry& alpha_ = rig_.AddHost("alpha");
+  InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_});
+  WorkerReports reports_{*rig_.state};
+};
+
+TEST_F(WorkerReportsTest, AnAddressThatIsNewGoesIntoAllOrders) {
+  v1::WorkerReport report = ReportOf(1);
+  report.mutable_address()->set_game_port(30000);
+  EXPECT_THAT(Take(report), UnorderedElementsAre(instance_.number));
+  EXPECT_TRUE(alpha_.desired_changed);
+  EXPECT_EQ(instance_.workers[0].report.address().game_port(), 30000U);
+  alpha_.desired_changed = false;
+  EXPECT_THAT(Take(report), IsEmpty()) << "nothing new";
+  report.mutable_address()->set_game_port(1 << 20);
+  Take(report);
+  EXPECT_FALSE(instance_.workers[0].bound()) << "that is no port";
+}
+
+TEST_F(WorkerReportsTest, MessagesAboutOthersWorkersAreIgnored) {
+  v1::WorkerReport report = ReportOf(1);
+  report.mutable_identity()->set_incarnation(99);
+  EXPECT_THAT(Take(report), IsEmpty());
+  HostEntry& beta = rig_.AddHost("beta");
+  InstanceNumbers touched;
+  EXPECT_FALSE(reports_.Take(beta, ReportOf(1), touched, rig_.now));
+  v1::WorkerExited exited;
+  *exited.mutable_identity() = ReportOf(1).identity();
+  EXPECT_FALSE(reports_.TakeExit(beta, exited, touched));
+  EXPECT_TRUE(reports_.TakeExit(alpha_, exited, touched));
+  EXPECT_TRUE(instance_.workers[0].gone);
+}
+
+TEST_F(WorkerReportsTest, AWorkerThatIsNamedNoLongerHasDiedUnseen) {
+  ReportList named;
+  *named.Add() = ReportOf(2);
+  for (int i = 1; i < kMissedBeforeVanished; ++i) {
+    EXPECT_THAT(Heartbeat(named, 1), IsEmpty());
+    EXPECT_FALSE(instance_.workers[0].gone);
+  }
+  EXPECT_THAT(Heartbeat(named, 1), UnorderedElementsAre(instance_.number));
+  EXPECT_TRUE(instance_.workers[0].gone);
+  EXPECT_FALSE(instance_.workers[1].gone);
+}
+
+TEST_F(WorkerReportsTest, OneThatWasToEndHasEndedWhenItsAgentHasActedOnThat) {
+  records::Instance next = instance_.record;
+  next.set_state(v1::INSTANCE_STATE_STOPPING);
+  ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+  for (WorkerEntry& worker : instance_.workers) worker.ended_in = 7;
+  EXPECT_THAT(Heartbeat({}, 6), IsEmpty());
+  EXPECT_THAT(Heartbeat({}, 7), UnorderedElementsAre(instance_.number));
+  EXPECT_TRUE(instance_.workers[0].gone && instance_.workers[1].gone);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,202 @@
+// ControlPlane's part in checkpoints: the files, and the calls that wait for them.
+#include <spdlog/spdlog.h>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "control_plane/cluster/queries.h"
+#include "control_plane/control_plane.h"
+#include "control_plane/id_ranges.h"
+#include "core/world/partition_io.h"
+#include "core/world/sha256.h"
+
+namespace tessera::control {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr char kSceneFile[] = "scene";
+
+absl::Status NoFiles() { return absl::FailedPreconditionError("this control plane keeps no checkpoints"); }
+
+}  // namespace
+
+absl::Status ControlPlane::TakeUpload(const v1::UploadCheckpointRequest& request, const std::string& bytes) {
+  if (!files_) return NoFiles();
+  absl::Status status = Call([&](Cluster& cluster, Now) { return cluster.CheckUpload(request); });
+  if (!status.ok()) return status;
+  const std::string& id = request.identity().instance_id();
+  if (bytes.size() != request.size() || Sha256Hex(bytes) != request.hash()) {
+    return absl::InvalidArgumentError("data: has not the size and hash that were announced");
+  }
+  status = files_->Put(id, request.tick(), RegionFileName(request.identity().region()), bytes);
+  if (!status.ok()) return status;
+  std::optional<records::Manifest> manifest =
+      Call([&](Cluster& cluster, Now) { return cluster.NoteUploaded(request); });
+  if (!manifest) return absl::OkStatus();
+  return CompleteCheckpoint(id, *std::move(manifest));
+}
+
+absl::Status ControlPlane::CompleteCheckpoint(const std::string& id, records::Manifest manifest) {
+  const auto scene = SceneBytes(manifest.scene_hash());
+  if (!scene.ok()) return scene.status();
+  if (absl::Status status = files_->Put(id, manifest.tick(), kSceneFile, *scene); !status.ok()) return status;
+  records::ManifestFile& file = *manifest.add_files();
+  file.set_name(kSceneFile);
+  file.set_size(scene->size());
+  file.set_hash(Sha256Hex(*scene));
+  const auto size = files_->Complete(id, manifest);
+  if (!size.ok()) return size.status();
+  spdlog::info("checkpoint made id={} tick={} bytes={}", id, manifest.tick(), *size);
+  return Call([&](Cluster& cluster, Now now) {
+    cluster.NoteCheckpoint(now, id, manifest, *size);
+    return absl::OkStatus();
+  });
+}
+
+absl::StatusOr<v1::Checkpoint> ControlPlane::CheckpointInstance(const v1::CheckpointInstanceRequest& request,
+                                                                const std::function<bool()>& given_up) {
+  if (!files_) return NoFiles();
+  Lock lock(mutex_);
+  Watch watch(*this, request.id());
+  if (request.validate_only()) {
+    const auto instance = GetInstance(cluster_->state(), request.id());
+    return instance.ok() ? absl::StatusOr<v1::Checkpoint>(v1::Checkpoint()) : instance.status();
+  }
+  const auto tick = cluster_->BeginCheckpoint(ReadClocks(), request.id());
+  Publish();
+  if (!tick.ok()) return tick.status();
+  while (true) {
+    v1::ListCheckpointsRequest list;
+    list.set_id(request.id());
+    const auto made = ListCheckpoints(cluster_->state(), list);
+    if (!made.ok()) return made.status();
+    for (const v1::Checkpoint& checkpoint : made->checkpoints()) {
+      if (checkpoint.tick() == *tick) return checkpoint;
+    }
+    if (cluster_->CheckpointUnderWay(request.id()) != *tick) {
+      return absl::AbortedError(
+          absl::StrCat("id: the checkpoint of ", request.id(), " could not be made; see its log"));
+    }
+    if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
+  }
+}
+
+// The newest checkpoint that is whole, or the one that was asked for.
+absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id, std::uint64_t tick,
+                                                          std::vector<std::string>& damaged) {
+  if (!files_) return NoFiles();
+  v1::ListCheckpointsRequest list;
+  list.set_id(id);
+  const auto listed = Call([&](Cluster& cluster, Now) { return ListCheckpoints(cluster.state(), list); });
+  if (!listed.ok()) return listed.status();
+  for (auto checkpoint = listed->checkpoints().rbegin(); checkpoint != listed->checkpoints().rend(); ++checkpoint) {
+    if (tick != 0 && checkpoint->tick() != tick) continue;
+    const absl::Status whole = files_->Check(id, checkpoint->tick());
+    if (whole.ok()) return files_->ReadManifest(id, checkpoint->tick());
+    damaged.emplace_back(whole.message());
+    if (tick != 0) return whole;
+  }
+  if (!damaged.empty()) return absl::DataLossError(absl::StrJoin(damaged, "; "));
+  return absl::NotFoundError(tick == 0 ? absl::StrCat("id: ", id, " has no checkpoint")
+                                       : absl::StrCat("tick: ", id, " has no checkpoint of tick ", tick));
+}
+
+absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreInstance(const v1::RestoreInstanceRequest& request) {
+  v1::RestoreInstanceResponse response;
+  std::vector<std::string> damaged;
+  const auto manifest = FindWhole(request.id(), request.tick(), damaged);
+  if (!manifest.ok()) return manifest.status();
+  const auto scene = files_->Read(request.id(), manifest->tick(), kSceneFile);
+  if (!scene.ok()) return scene.status();
+  for (const std::string& what : damaged) {
+    spdlog::warn("checkpoint passed over: {}", what);
+    response.add_damaged(what);
+  }
+  auto restored = Call([&](Cluster& cluster, Now now) {
+    return cluster.Restore(now, request.id(), *manifest, *scene, request.validate_only());
+  });
+  if (!restored.ok()) return restored.status();
+  *response.mutable_instance() = *std::move(restored);
+  response.mutable_checkpoint()->set_tick(manifest->tick());
+  response.mutable_checkpoint()->set_regions(static_cast<std::uint32_t>(manifest->map().regions_size()));
+  return response;
+}
+
+absl::StatusOr<std::string> ControlPlane::StateFile(const v1::FetchStateRequest& request) {
+  if (!files_) return NoFiles();
+  const absl::Status status = Call([&](Cluster& cluster, Now) { return cluster.CheckFetch(request); });
+  if (!status.ok()) return status;
+  return files_->Read(request.instance_id(), request.tick(), RegionFileName(request.region()));
+}
+
+absl::StatusOr<std::string> ControlPlane::ExportCheckpoint(const v1::ExportCheckpointRequest& request) {
+  std::vector<std::string> damaged;
+  const auto manifest = FindWhole(request.id(), request.tick(), damaged);
+  if (!manifest.ok()) return manifest.status();
+  records::Bundle bundle;
+  *bundle.mutable_manifest() = *manifest;
+  for (const records::ManifestFile& file : manifest->files()) {
+    auto bytes = files_->Read(request.id(), manifest->tick(), file.name());
+    if (!bytes.ok()) return bytes.status();
+    (*bundle.mutable_contents())[file.name()] = *std::move(bytes);
+  }
+  return Bundle(bundle);
+}
+
+absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportCheckpointRequest& request,
+                                                            const std::string& bytes) {
+  if (!files_) return NoFiles();
+  const auto bundle = Unbundle(bytes);
+  if (!bundle.ok()) return bundle.status();
+  const records::Manifest& manifest = bundle->manifest();
+  auto map = FromProto(manifest.map());
+  if (!map.ok()) return absl::InvalidArgumentError(absl::StrCat("file: map: ", map.status().message()));
+  v1::CreateInstanceRequest create;
+  create.set_request_id(request.request_id());
+  const auto scene = bundle->contents().find(kSceneFile);
+  if (scene == bundle->contents().end() || !create.mutable_spec()->mutable_scene()->ParseFromString(scene->second)) {
+    return absl::InvalidArgumentError("file: has no scene");
+  }
+  create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
+  create.mutable_spec()->set_snapshot_rate_hz(manifest.snapshot_rate_hz());
+  *create.mutable_spec()->mutable_borders() = manifest.borders();
+  auto plan = PlanInstance(create);
+  if (!plan.ok()) return plan.status();
+  plan->map = *std::move(map);
+  plan->restored = manifest;
+  plan->bodies = Within(plan->bodies, manifest.bodies());
+  // The lock is held until the files are there, so that nobody asks for them before.
+  return Call([&](Cluster& cluster, Now now) -> absl::StatusOr<v1::Instance> {
+    if (auto made = GetByRequestId(cluster.state(), request.request_id()); made.ok()) return made;
+    auto instance = cluster.CreateInstance(now, *plan, request.validate_only());
+    if (!instance.ok() || request.validate_only()) return instance;
+    for (const records::ManifestFile& file : manifest.files()) {
+      const std::string& content = bundle->contents().at(file.name());
+      if (absl::Status put = files_->Put(instance->id(), manifest.tick(), file.name(), content); !put.ok()) return put;
+    }
+    const auto size = files_->Complete(instance->id(), manifest);
+    if (!size.ok()) return size.status();
+    cluster.NoteCheckpoint(now, instance->id(), manifest, *size);
+    return instance;
+  });
+}
+
+// Runs on the timer's thread, without the lock.
+void ControlPlane::DoPendingWork(PendingWork work) {
+  if (!files_) work = PendingWork{.pruned = {}, .abandoned = {}, .forgotten = {}, .restore = work.restore};
+  for (const auto& [id, tick] : work.pruned) files_->Remove(id, tick);
+  for (const auto& [id, tick] : work.abandoned) files_->Abandon(id, tick);
+  for (const std::string& id : work.forgotten) files_->RemoveAll(id);
+  for (const std::string& id : work.restore) {
+    v1::RestoreInstanceRequest request;
+    request.set_id(id);
+    const auto restored = RestoreInstance(request);
+    if (restored.ok() || absl::IsUnavailable(restored.status())) continue;
+    Call([&](Cluster& cluster, Now now) {
+      cluster.CannotRestore(now, id, std::string(restored.status().message()));
+      return 0;
+    });
+  }
+}
+
+}  // namespace tessera::control

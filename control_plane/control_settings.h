@@ -1,0 +1,105 @@
+// Limits and defaults of the control plane: each with its unit, its reason and what breaks if it changes.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::control {
+
+// Settings that an operator may change. Spans are counted on the steady clock.
+struct ControlSettings {
+  // How often an agent says that it lives; it learns this on admission.
+  std::chrono::milliseconds heartbeat_interval{250};
+  // Silence of a host, and of its regions towards their standbys, after which others carry its regions on. It is four
+  // heartbeats: shorter, and a busy machine loses healthy workers; each 100 ms more is 100 ms more without that part of
+  // the world.
+  std::chrono::milliseconds failover_after{1000};
+  // How long a failover may take until every live region has answered. One that does not answer is worse than dead: the
+  // others stand still for it.
+  std::chrono::milliseconds failover_timeout{15'000};
+  // Silence after which a host is LOST. It is twenty heartbeats: shorter, and a paused virtual machine degrades its
+  // instances.
+  std::chrono::milliseconds lost_after{5000};
+  // How long an instance may be STARTING (or PLACING) before it is given up. A scene of a million bodies loads in
+  // seconds.
+  std::chrono::milliseconds start_timeout{60'000};
+  // How long a worker may take to end in order before its agent has to end it.
+  std::chrono::milliseconds stop_grace{10'000};
+  // How long instances that have ended stay listed.
+  std::chrono::milliseconds keep_ended{3'600'000};
+  // How long a player who has left stays in the orders after all workers know, so that a late grant of the body is
+  // still met by someone who knows that the player has left.
+  std::chrono::milliseconds keep_left_players{60'000};
+};
+
+// A worker may step so long after it asked for its lease, and stands still thereafter. The same in region_worker.
+inline constexpr std::chrono::milliseconds kLeaseTtl{1000};
+// How much slower than ours a worker's clock may run within a TTL: 1 in 20, far beyond any quartz.
+inline constexpr std::chrono::milliseconds kLeaseDrift{50};
+// Time from one message or timer call to the next, beyond which it is this process that has stood still, not its hosts.
+inline constexpr std::chrono::milliseconds kOwnPause{500};
+// Changes of properties of one instance that wait for an answer: each is in the orders of all its workers.
+inline constexpr std::size_t kMaxPropertyChanges = 1000;
+inline constexpr int kMaxEvents = 32;  // kept for an instance
+
+// Time from the announcement of a planned map to its tick, beside the ticks of its flood: two messages to the slowest
+// worker and back. Shorter, and a plan is put off; longer, and every change takes longer.
+inline constexpr std::chrono::milliseconds kPlanLead{400};
+// Time between two changes of one instance that nobody asked for: step times are those of the last few seconds.
+inline constexpr std::chrono::milliseconds kBalanceInterval{1000};
+// How long a region may be without a standby that takes its log until another one is planned: a new standby has its
+// copy within a second. And how long those two are then kept apart.
+inline constexpr std::chrono::milliseconds kStandbyPatience{5000}, kCutKept{60'000};
+// Wait after a change that could not be made, for want of room or because a newcomer died.
+inline constexpr std::chrono::milliseconds kChangeRetry{5000};
+// How long a checkpoint may take from the choice of its tick until all files are on the disk, and the wait before
+// another try. A region of 10000 bodies writes some MB.
+inline constexpr std::chrono::milliseconds kCheckpointTimeout{30'000}, kCheckpointRetry{5'000};
+inline constexpr std::chrono::milliseconds kDefaultCheckpointInterval{60'000};
+inline constexpr std::chrono::milliseconds kMinCheckpointInterval{5'000}, kMaxCheckpointInterval{24 * 3'600'000};
+inline constexpr std::uint32_t kDefaultKeptCheckpoints = 3, kMaxKeptCheckpoints = 100;
+inline constexpr std::chrono::milliseconds kDefaultLeaverGrace{60'000}, kMaxLeaverGrace{24 * 3'600'000};
+// One piece of a streamed file, and the largest file, bytes: a region of a million bodies.
+inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t{512} << 20;
+
+// The busiest region's step time by the mean above which borders are moved, and how far at most, as a share of the
+// heavier side's extent. Lower or larger: bodies change hands for noise.
+inline constexpr double kBalanceAbove = 1.2, kBalanceStep = 0.5;
+
+// Most instances that have ended and are kept; the oldest go first.
+inline constexpr std::size_t kMaxEndedInstances = 1000;
+
+// Start deadline of an instance: default and largest.
+inline constexpr std::chrono::milliseconds kDefaultStartDeadline{30'000};
+inline constexpr std::chrono::milliseconds kMaxStartDeadline{24 * 3'600'000};
+inline constexpr std::uint32_t kDefaultSnapshotRateHz = 30;
+
+// How long a connect token admits its player. A client that comes back later joins anew.
+inline constexpr std::chrono::seconds kConnectTokenLifetime{24 * 3600};
+
+// Missed heartbeats (the hello counts as one) after which a worker that its agent no longer names is taken as dead.
+// More than one: an agent that has just started names its workers as it finds them.
+inline constexpr int kMissedBeforeVanished = 3;
+
+inline constexpr std::size_t kMaxNameBytes = 63;  // hosts and players: a DNS label
+inline constexpr std::size_t kMaxRequestIdBytes = 128;
+inline constexpr std::size_t kMaxAddressBytes = 253;  // a DNS name
+inline constexpr std::int32_t kDefaultPageSize = 100, kMaxPageSize = 1000;
+inline constexpr std::size_t kMaxReasonBytes = 600;  // one line of a terminal, or a few
+inline constexpr std::size_t kReasonLogLines = 3;
+
+// Largest message, bytes: a scene of a million scattered-out bodies is about 100 MB as text, 64 MB on the wire.
+inline constexpr int kMaxMessageBytes = 64 << 20;
+// Shortest time between two pushes of a watched instance whose state is the same, so that reports do not become a
+// flood.
+inline constexpr std::chrono::milliseconds kWatchInterval{100};
+// How long JoinInstance waits until the workers know the new player, so that its client is not refused by a region that
+// has not heard. After that the answer goes out; the client then has to try again where it is refused.
+inline constexpr std::chrono::milliseconds kPlayerKnownTimeout{2000};
+// How long a change of a property waits for the owner of its body: longer than a failover takes.
+inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
+// How often deadlines are checked. No command waits for it.
+inline constexpr std::chrono::milliseconds kTimerInterval{100};
+
+}  // namespace tessera::control

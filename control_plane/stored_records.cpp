@@ -1,0 +1,76 @@
+#include "control_plane/stored_records.h"
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "core/world/partition_io.h"
+
+namespace tessera::control {
+namespace {
+
+constexpr char kHostPrefix[] = "host/";
+constexpr char kInstancePrefix[] = "instance/";
+constexpr char kScenePrefix[] = "scene/";
+
+absl::Status Damaged(const std::string& key) {
+  return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
+}
+
+template <class Record>
+absl::StatusOr<std::vector<StoredRecord<Record>>> ReadAll(const Store& store, const char* prefix) {
+  const auto entries = store.List(prefix);
+  if (!entries.ok()) return entries.status();
+  std::vector<StoredRecord<Record>> all;
+  all.reserve(entries->size());
+  for (const StoreEntry& entry : *entries) {
+    StoredRecord<Record>& stored = all.emplace_back();
+    if (!stored.record.ParseFromString(entry.value)) return Damaged(entry.key);
+    stored.number = NumberOf(entry.key, prefix);
+    stored.revision = entry.revision;
+  }
+  return all;
+}
+
+absl::Status ReadCounters(const Store& store, StoredRecord<records::Counters>& counters) {
+  const absl::StatusOr<StoreEntry> entry = store.Get(kCountersKey);
+  if (absl::IsNotFound(entry.status())) return absl::OkStatus();
+  if (!entry.ok()) return entry.status();
+  if (!counters.record.ParseFromString(entry->value)) return Damaged(kCountersKey);
+  counters.revision = entry->revision;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+std::uint64_t NumberOf(std::string_view id, std::string_view prefix) {
+  std::uint64_t number = 0;
+  if (!id.starts_with(prefix)) return 0;
+  const std::string digits(id.substr(prefix.size()));
+  // The same id in one spelling only: "host-07" and "host-+7" are not host-7.
+  return absl::SimpleAtoi(digits, &number) && absl::StrCat(number) == digits ? number : 0;
+}
+
+std::string HostKey(std::uint64_t number) { return absl::StrCat(kHostPrefix, number); }
+std::string InstanceKey(std::uint64_t number) { return absl::StrCat(kInstancePrefix, number); }
+std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
+
+absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
+  StoredRecords stored;
+  if (absl::Status status = ReadCounters(store, stored.counters); !status.ok()) return status;
+  auto hosts = ReadAll<records::Host>(store, kHostPrefix);
+  if (!hosts.ok()) return hosts.status();
+  stored.hosts = *std::move(hosts);
+  auto instances = ReadAll<records::Instance>(store, kInstancePrefix);
+  if (!instances.ok()) return instances.status();
+  stored.instances = *std::move(instances);
+  for (const auto& instance : stored.instances) {
+    if (!FromProto(instance.record.map()).ok()) return Damaged(InstanceKey(instance.number));
+  }
+  auto scenes = store.List(kScenePrefix);
+  if (!scenes.ok()) return scenes.status();
+  for (StoreEntry& entry : *scenes) {
+    stored.scenes[entry.key.substr(sizeof(kScenePrefix) - 1)] = {std::move(entry.value), entry.revision};
+  }
+  return stored;
+}
+
+}  // namespace tessera::control

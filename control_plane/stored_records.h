@@ -1,0 +1,51 @@
+// The keys of the records in the store, and reading all of them when a control plane starts.
+//
+//   auto stored = ReadRecords(store);   // DATA_LOSS names the key that cannot be read
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "control_plane/control_records.pb.h"
+#include "control_plane/store.h"
+
+namespace tessera::control {
+
+inline constexpr char kHostId[] = "host-", kInstanceId[] = "inst-";
+inline constexpr char kCountersKey[] = "counters";
+
+// "host-12" with the prefix "host-" is 12; 0 if it is not of that form.
+std::uint64_t NumberOf(std::string_view id, std::string_view prefix);
+
+std::string HostKey(std::uint64_t number);
+std::string InstanceKey(std::uint64_t number);
+std::string SceneKey(std::string_view hash);
+
+template <class Record>
+struct StoredRecord {
+  std::uint64_t number = 0;  // in its key and its id
+  Record record;
+  Revision revision = kAbsent;
+};
+
+struct StoredScene {
+  std::string bytes;
+  Revision revision = kAbsent;
+};
+
+struct StoredRecords {
+  StoredRecord<records::Counters> counters;  // revision kAbsent before the first start
+  std::vector<StoredRecord<records::Host>> hosts;
+  std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
+  std::map<std::string, StoredScene> scenes;               // by hash
+};
+
+absl::StatusOr<StoredRecords> ReadRecords(const Store& store);
+
+}  // namespace tessera::control

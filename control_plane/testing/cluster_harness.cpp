@@ -1,0 +1,136 @@
+#include "control_plane/testing/cluster_harness.h"
+
+namespace tessera::control {
+
+void ClusterHarness::Restart() {
+  cluster_.reset();
+  for (auto& [name, agent] : agents) agent.stream = 0;
+  Load();
+}
+
+Cluster& ClusterHarness::cluster() {
+  if (calls_until_death >= 0 && calls_until_death-- == 0) Restart();
+  return *cluster_;
+}
+
+FakeHost& ClusterHarness::AddHost(const std::string& name, std::uint32_t capacity) {
+  v1::AddHostRequest request;
+  request.set_name(name);
+  const auto added = cluster().AddHost(now, request);
+  EXPECT_TRUE(added.ok()) << added.status();
+  v1::AgentHello hello = Hello(capacity);
+  hello.set_join_token(added->join_token());
+  const auto admission = cluster().HandleHello(now, hello);
+  EXPECT_TRUE(admission.ok()) << admission.status();
+  FakeHost& agent = agents[name];
+  agent.fake.world = world;
+  agent.host_id = admission->admitted.host_id();
+  agent.secret = admission->admitted.host_secret();
+  agent.capacity = capacity;
+  agent.stream = admission->stream;
+  return agent;
+}
+
+v1::AgentHello ClusterHarness::Hello(std::uint32_t capacity) {
+  v1::AgentHello hello;
+  hello.set_advertise_address("10.0.0.1");
+  hello.set_metrics_port(9100);
+  hello.mutable_resources()->set_region_capacity(capacity);
+  return hello;
+}
+
+void ClusterHarness::Attach(FakeHost& agent) {
+  v1::AgentHello hello = Hello(agent.capacity);
+  hello.set_host_id(agent.host_id);
+  hello.set_host_secret(agent.secret);
+  for (const auto& [key, worker] : agent.fake.workers) *hello.add_workers() = worker.report;
+  const auto admission = cluster().HandleHello(now, hello);
+  ASSERT_TRUE(admission.ok()) << admission.status();
+  agent.stream = admission->stream;
+  for (const v1::AgentMessage& message : agent.fake.Inventories()) Send(agent, message);
+}
+
+void ClusterHarness::Send(FakeHost& agent, const v1::AgentMessage& message) {
+  // It is aborted when the control plane was restarted meanwhile; the agent attaches again with the next pump.
+  const absl::Status status = cluster().HandleAgentMessage(now, agent.stream, message);
+  if (!status.ok()) agent.stream = 0;
+}
+
+bool ClusterHarness::Exchange() {
+  bool any = false;
+  for (auto& [name, agent] : agents) {
+    if (agent.silent) continue;
+    if (agent.stream == 0) Attach(agent);
+    const std::optional<v1::DesiredSet> desired = cluster().TakeDesired(agent.stream);
+    if (!desired) continue;
+    any = true;
+    for (const v1::AgentMessage& message : agent.fake.Apply(*desired)) Send(agent, message);
+  }
+  cluster_->TakeEffects();
+  return any;
+}
+
+void ClusterHarness::Pump() {
+  for (int rounds = 0; rounds < 50 && Exchange(); ++rounds) continue;
+  for (auto& [name, agent] : agents) {
+    if (!agent.silent && agent.stream != 0) Send(agent, agent.fake.Heartbeat());
+  }
+  for (int rounds = 0; rounds < 50 && Exchange(); ++rounds) continue;
+}
+
+void ClusterHarness::Run(std::chrono::milliseconds span) {
+  for (const Steady end = now.steady + span; now.steady < end;) {
+    now.steady += settings_.heartbeat_interval;
+    now.unix_time += settings_.heartbeat_interval;
+    cluster().HandleTimer(now);
+    Pump();
+  }
+}
+
+std::map<std::uint64_t, int> ClusterHarness::Bodies() const {
+  std::map<std::uint64_t, int> bodies;
+  for (const auto& [name, agent] : agents) {
+    for (const auto& [key, worker] : agent.fake.workers) {
+      const auto owned = world->owned.find(worker.report.identity().incarnation());
+      if (owned == world->owned.end()) continue;
+      for (const auto& [body, epoch] : owned->second) ++bodies[body];
+    }
+  }
+  return bodies;
+}
+
+std::size_t ClusterHarness::Workers() const {
+  std::size_t n = 0;
+  for (const auto& [name, agent] : agents) n += agent.fake.workers.size();
+  return n;
+}
+
+FakeHost& ClusterHarness::AgentOf(const std::string& id, std::uint32_t region) {
+  for (auto& [name, agent] : agents) {
+    if (agent.fake.workers.contains({id, region})) return agent;
+  }
+  ADD_FAILURE() << "region " << region << " runs nowhere";
+  return agents.begin()->second;
+}
+
+v1::HostState ClusterHarness::HostState(const std::string& name) {
+  v1::GetHostRequest request;
+  request.set_name(name);
+  return control::GetHost(cluster().state(), request)->host().state();
+}
+
+void ClusterHarness::Load() {
+  auto loaded = Cluster::Load(
+      store, settings_, [this](std::size_t n) { return Random(n); }, now);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  cluster_ = *std::move(loaded);
+}
+
+std::string ClusterHarness::Random(std::size_t n) {
+  std::string bytes(n, '\0');
+  for (char& byte : bytes)
+    byte = static_cast<char>((random_ = random_ * 6364136223846793005u + 1442695040888963407u) >> 56);
+  return bytes;
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,75 @@
+// ClusterHarness: a Cluster with its agents under a virtual clock, for tests. The control plane can be killed and
+// loaded again at any call.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "control_plane/cluster/cluster.h"
+#include "control_plane/cluster/queries.h"
+#include "control_plane/memory_store.h"
+#include "control_plane/testing/fake_workers.h"
+#include "control_plane/testing/test_plan.h"
+
+namespace tessera::control {
+
+// A host with its agent, as the control plane sees it.
+struct FakeHost {
+  std::string host_id, secret;
+  std::uint32_t capacity = 0;
+  StreamId stream = 0;  // 0: not attached
+  bool silent = false;  // sends nothing and hears nothing
+  FakeWorkers fake;
+};
+
+class ClusterHarness {
+ public:
+  explicit ClusterHarness(ControlSettings settings = {}) : settings_(settings) { Load(); }
+
+  // As if the process had been killed: only the store is left. Agents attach again when pumped.
+  void Restart();
+  // The cluster; it dies first if `calls_until_death` says so.
+  Cluster& cluster();
+
+  // A host named `name` with its agent attached.
+  FakeHost& AddHost(const std::string& name, std::uint32_t capacity);
+  static v1::AgentHello Hello(std::uint32_t capacity);
+  void Attach(FakeHost& agent);
+  void Send(FakeHost& agent, const v1::AgentMessage& message);
+
+  // One round of messages; false if nobody had anything to say.
+  bool Exchange();
+  // Messages go to and fro until nobody has anything to say; then everybody sends one heartbeat.
+  void Pump();
+  // Time passes in steps of a heartbeat.
+  void Run(std::chrono::milliseconds span);
+
+  // All bodies that live workers own, with how many own each.
+  std::map<std::uint64_t, int> Bodies() const;
+  std::size_t Workers() const;
+  // The host that runs the region.
+  FakeHost& AgentOf(const std::string& id, std::uint32_t region);
+
+  v1::Instance Get(const std::string& id) { return *GetInstance(cluster().state(), id); }
+  v1::HostState HostState(const std::string& name);
+
+  MemoryStore store;
+  Now now{std::chrono::hours(1), std::chrono::hours(24 * 365 * 50)};
+  std::map<std::string, FakeHost> agents;
+  std::shared_ptr<FakeWorld> world = std::make_shared<FakeWorld>();
+  int calls_until_death = -1;  // the control plane dies before this call of many; below 0: it does not
+
+ private:
+  void Load();
+  // Different bytes each time, the same in each run.
+  std::string Random(std::size_t n);
+
+  ControlSettings settings_;
+  std::unique_ptr<Cluster> cluster_;
+  std::uint64_t random_ = 1;
+};
+
+}  // namespace tessera::control

@@ -1,0 +1,34 @@
+// TriangleTree: the triangles of a mesh that may reach into a box, found with Bullet's tree of bounds.
+//
+// Thread rule: one thread at a time (Bullet keeps statics).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/world/bounds.h"
+#include "core/world/scene.h"
+
+class btBvhTriangleMeshShape;
+
+namespace tessera::physics {
+
+class TriangleTree {
+ public:
+  explicit TriangleTree(const TriangleMeshShape& mesh);
+  ~TriangleTree();
+
+  // Appends indices of triangles in an order that depends on the mesh alone: every triangle that reaches into the box,
+  // and some that only come near it.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+  // The mesh for Bullet's queries; it lives as long as the tree.
+  btBvhTriangleMeshShape& shape() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::physics

@@ -1,0 +1,217 @@
+#include "core/physics/narrow_phase.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "core/physics/motion/sweep.h"
+#include "core/physics/tuning.h"
+
+namespace tessera::physics {
+namespace {
+
+// Radius about which a surface bends where its outward normal is `normal`, m; 0 for what is flat there.
+float RoundnessOf(const RigidBody& body, Vec3f normal) {
+  const Geometry& geometry = body.geometry();
+  switch (geometry.kind) {
+    case GeometryKind::kSphere:
+    case GeometryKind::kCapsule:
+      return geometry.radius_m;
+    case GeometryKind::kCylinder:
+    case GeometryKind::kCone: {
+      const float axial = Dot(body.placement().rotation.y, normal);
+      const float radial = std::sqrt(std::max(0.0f, 1 - axial * axial));
+      return radial > 0.5f ? geometry.radius_m * radial : 0;
+    }
+    default:
+      return 0;
+  }
+}
+
+// Notes how near the surfaces of a pair are, and whether one of its points may come to push in this step.
+void Measure(Pair* pair, float dt_s) {
+  const PredictedMotion &low = pair->low->predicted, &high = pair->high->predicted;
+  pair->separation_m = std::numeric_limits<float>::max();
+  pair->live = false;
+  const Vec3f velocity = high.velocity_m_s - low.velocity_m_s;
+  for (Manifold& manifold : pair->manifolds) {
+    manifold.round_a_m = RoundnessOf(*pair->low, manifold.normal);
+    manifold.round_b_m = RoundnessOf(*pair->high, -manifold.normal);
+    const float approach = Dot(velocity, manifold.normal);
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      pair->separation_m = std::min(pair->separation_m, point.separation_m);
+      const Vec3f turning = Cross(high.spin_rad_s, point.r_b) - Cross(low.spin_rad_s, point.r_a);
+      const float closing = (approach + Dot(turning, manifold.normal)) * dt_s;
+      if (point.separation_m + std::min(closing, 0.0f) < kTouchSoon_m) pair->live = true;
+    }
+  }
+}
+
+float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
+  const auto velocity = [](const RigidBody& body, Vec3f r) {
+    if (!body.awake()) return Vec3f();
+    return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
+  };
+  return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
+}
+
+ActiveContact ContactOf(Pair& pair) {
+  const auto index = [](const RigidBody& body) { return body.awake() ? body.awake_index : kAsleep; };
+  ActiveContact contact{.pair = &pair,
+                        .low = index(*pair.low),
+                        .high = index(*pair.high),
+                        .low_tag = pair.low->tag,
+                        .high_tag = pair.high->tag,
+                        .manifolds = pair.manifolds.data(),
+                        .count = static_cast<std::uint32_t>(pair.manifolds.size()),
+                        .substeps = pair.substeps,
+                        .responds = pair.responds(),
+                        .live = pair.live,
+                        .penetration_m = 0,
+                        .impact_m_s = 0,
+                        .load_ns = pair.load_ns,
+                        .inner_m = pair.inner_m,
+                        .slop_m = pair.slop_m,
+                        .normal = pair.manifolds.front().normal,
+                        .material = pair.material};
+  if (!contact.live || !contact.responds) return contact;
+  for (const Manifold& manifold : pair.manifolds) {
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      contact.penetration_m = std::max(contact.penetration_m, -point.separation_m);
+      contact.impact_m_s = std::max(contact.impact_m_s, Approach(pair, manifold, point));
+    }
+  }
+  return contact;
+}
+
+SweptMotion PredictedSweep(const RigidBody& body, double dt_s) {
+  const Placement& from = body.placement();
+  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, {}};
+  return {body.geometry(), from.position, from.position + Vec3d(body.predicted.move_m), from.orientation,
+          Vec3d(body.predicted.spin_rad_s) * dt_s};
+}
+
+// Collides two bodies that move by much of their own size in a step. Their nearest points of now say nothing about
+// where they will meet, so contacts are found where they do, and are taken to be as far apart as the motion to that
+// place is long. Two that only pass by have none.
+void CollideFast(Pair& pair, double dt_s) {
+  const SweptMotion low = PredictedSweep(*pair.low, dt_s), high = PredictedSweep(*pair.high, dt_s);
+  pair.manifolds.clear();
+  pair.cache = {};
+  const std::optional<Impact> impact = FirstImpact(low, high, kImpactDistance_m);
+  if (!impact) return;
+  const Placement low_then = low.At(impact->fraction), high_then = high.At(impact->fraction);
+  PairCache cache;
+  Collide({low.geometry, low_then}, {high.geometry, high_then}, 2 * kImpactDistance_m, cache, pair.manifolds);
+  const Vec3f moved(((high.to - high.from) - (low.to - low.from)) * impact->fraction);
+  const Vec3f low_turned(low.turned_rad * impact->fraction), high_turned(high.turned_rad * impact->fraction);
+  pair.swept = true;
+  for (Manifold& manifold : pair.manifolds) {
+    manifold.ahead_m = moved;
+    for (int i = 0; i < manifold.count; ++i) {
+      ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      const Vec3f way = moved + Cross(high_turned, point.r_b) - Cross(low_turned, point.r_a);
+      point.separation_m -= Dot(way, manifold.normal);
+    }
+  }
+}
+
+void ForgetContact(Pair& pair) {
+  if (std::exchange(pair.apart, true)) return;
+  pair.manifolds.clear();
+  pair.cache = {};
+  pair.impulse_ns = pair.load_ns = 0;
+  pair.substeps = 0;
+}
+
+}  // namespace
+
+void NarrowPhase::Run(double dt_s, PairTable& pairs, Waking& waking) {
+  Clear();
+  sleepers_.clear();
+  pairs.Walk([&](Pair& pair) {
+    Collide(pair, dt_s, pairs);
+    if (pair.low != nullptr) List(pair);
+  });
+  if (sleepers_.empty()) return;
+  // A body that wakes brings pairs of its own, in which it may wake others.
+  while (!sleepers_.empty()) {
+    std::swap(waking_, sleepers_);
+    sleepers_.clear();
+    for (RigidBody* body : waking_) waking.Wake(*body);
+    for (Pair* pair : pairs.News()) Collide(*pair, dt_s, pairs);
+  }
+  Clear();
+  pairs.Revisit([this](Pair& pair) { List(pair); });
+}
+
+void NarrowPhase::Clear() {
+  contacts_.clear();
+  parting_.clear();
+}
+
+void NarrowPhase::List(Pair& pair) {
+  if (!pair.manifolds.empty()) {
+    contacts_.push_back(ContactOf(pair));
+  } else if (pair.touching) {
+    parting_.push_back(&pair);
+  }
+}
+
+void NarrowPhase::Collide(Pair& pair, double dt_s, PairTable& pairs) {
+  RigidBody &low = *pair.low, &high = *pair.high;
+  if (!low.fat.Overlaps(high.fat)) {
+    pairs.End(pair);
+    return;
+  }
+  pair.searched = true;
+  pair.live = pair.swept = false;
+  pair.separation_m = std::numeric_limits<float>::max();
+  if (pair.jointed && !pair.trigger) return;
+  const bool excluded = Excludes(low.exclusion_group, high.exclusion_group) && !pair.trigger;
+  if (excluded || !low.reach.Overlaps(high.reach)) {
+    ForgetContact(pair);
+    return;
+  }
+  pair.apart = false;
+  const float move =
+      Length(low.predicted.move_m - high.predicted.move_m) + low.predicted.sweep_m + high.predicted.sweep_m;
+  const bool fast = move > kFastShare * pair.inner_m;
+  const float speculative = kSpeculative_m + (fast ? 0.0f : move);
+  physics::Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
+                   pair.manifolds);
+  Measure(&pair, static_cast<float>(dt_s));
+  if (fast && !pair.trigger && pair.separation_m > kTouchEnd_m) {
+    CollideFast(pair, dt_s);
+    Measure(&pair, static_cast<float>(dt_s));
+  }
+  if (!pair.live || pair.trigger) return;
+  if (low.dynamic() && !low.awake()) sleepers_.push_back(&low);
+  if (high.dynamic() && !high.awake()) sleepers_.push_back(&high);
+}
+
+bool NarrowPhase::Validate(std::span<RigidBody* const> awake) const {
+  const auto names = [awake](std::uint32_t index, const RigidBody& body) {
+    return index == kAsleep ? !body.awake() : index < awake.size() && awake[index] == &body;
+  };
+  const auto ids = [](const ActiveContact& contact) {
+    return std::tuple(contact.pair->low->id(), contact.pair->high->id());
+  };
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const ActiveContact& contact = contacts_[i];
+    const Pair& pair = *contact.pair;
+    if (i > 0 && !(ids(contacts_[i - 1]) < ids(contact))) return false;
+    if (contact.low == kAsleep && contact.high == kAsleep) return false;
+    if (!names(contact.low, *pair.low) || !names(contact.high, *pair.high)) return false;
+    if (contact.count == 0 || contact.count != pair.manifolds.size()) return false;
+  }
+  return std::all_of(parting_.begin(), parting_.end(),
+                     [](const Pair* pair) { return pair->touching && pair->manifolds.empty(); });
+}
+
+}  // namespace tessera::physics

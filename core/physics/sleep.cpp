@@ -1,0 +1,29 @@
+#include "core/physics/sleep.h"
+
+#include "core/physics/tuning.h"
+
+namespace tessera::physics {
+
+void SleepPass::Run(double dt_s, const Islands& islands, BodyStore& bodies) {
+  restless_.assign(islands.count(), 0);
+  const std::span<RigidBody* const> awake = bodies.awake();
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    RigidBody& body = *awake[i];
+    const BodyState& state = body.state();
+    const bool still = body.may_sleep() && allowed_ && Length(state.linear_velocity) < kSleepLinear_m_s &&
+                       Length(state.angular_velocity) < kSleepAngular_rad_s;
+    const float still_s = still ? state.still_s + static_cast<float>(dt_s) : 0.0f;
+    body.SetStill(still_s);
+    if (still_s < kSleepAfter_s) restless_[islands.IndexOf(i)] = 1;
+  }
+  sleepy_.clear();
+  for (std::uint32_t i = 0; i < awake.size(); ++i) {
+    if (restless_[islands.IndexOf(i)] == 0) sleepy_.push_back(awake[i]);
+  }
+  for (RigidBody* body : sleepy_) {
+    bodies.UnlistAwake(*body);
+    body->FallAsleep();
+  }
+}
+
+}  // namespace tessera::physics

@@ -1,0 +1,133 @@
+#include "core/physics/solve_batches.h"
+
+#include <algorithm>
+
+#include "core/physics/motion/free_flight.h"
+#include "core/physics/motion/turn.h"
+
+namespace tessera::physics {
+namespace {
+
+// Faster than this, rad a step, a body's inertia turns enough with it to be felt.
+constexpr float kGyroscopicTurn_rad = 1e-3f;
+
+// Impulses are those of one substep.
+float WarmScale(int last_substeps, int substeps) {
+  return last_substeps == 0 ? 1.0f : static_cast<float>(last_substeps) / static_cast<float>(substeps);
+}
+
+SolverBody SolverBodyOf(const RigidBody& body, double dt_s) {
+  const BodyState& state = body.state();
+  const auto kept = static_cast<float>(body.linear_damping().kept());
+  const auto kept_spin = static_cast<float>(body.angular_damping().kept());
+  SolverBody in;
+  const Quatd& start = body.placement().orientation;
+  in.velocity = state.linear_velocity * kept;
+  in.angular_velocity = state.angular_velocity * kept_spin;
+  in.rotation = body.placement().rotation;
+  // A joint holds a body by where it turns to, so the solver must turn a jointed body right. Such a body gets its
+  // inertia, and the velocity that its angular momentum gives, as they are half way through the step: the rule of the
+  // midpoint.
+  if (!body.joints.empty() && TurnsItsInertia(body, in.angular_velocity, static_cast<float>(dt_s))) {
+    const Quatd midway = Turned(start, Vec3d(in.angular_velocity) * (dt_s / 2));
+    in.angular_velocity = AngularVelocityOf(body.inertia(), midway, state.angular_momentum * kept_spin);
+    in.rotation = RotationOf(midway);
+  }
+  in.acceleration = Vec3f(body.Acceleration());
+  if (body.torque_nm != Vec3d()) {
+    in.angular_acceleration = AngularVelocityOf(body.inertia(), start, Vec3f(body.torque_nm));
+  }
+  in.mass_kg = static_cast<float>(body.mass_kg());
+  in.inertia_kg_m2 = Vec3f(body.inertia());
+  return in;
+}
+
+}  // namespace
+
+bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
+  return !body.round() && Length(spin) * dt_s >= kGyroscopicTurn_rad;
+}
+
+void SolveBatches::Fill(const SolveInput& in) {
+  for (IslandBatch& batch : batches_) {
+    batch.unanchored = false;
+    batch.bodies.clear();
+    batch.sources.clear();
+    batch.contacts.clear();
+    batch.joints.clear();
+  }
+  FillBodies(in);
+  FillContacts(in);
+  FillJoints(in);
+}
+
+void SolveBatches::FillBodies(const SolveInput& in) {
+  place_.resize(in.awake.size());
+  for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
+    const IslandPlan& plan = in.plans[in.islands.IndexOf(i)];
+    if (!plan.solved) continue;
+    IslandBatch& batch = BatchOf(plan);
+    batch.substeps = plan.substeps;
+    batch.unanchored |= plan.unanchored;
+    place_[i] = static_cast<std::uint32_t>(batch.bodies.size());
+    batch.bodies.push_back(SolverBodyOf(*in.awake[i], in.dt_s));
+    batch.sources.push_back(in.awake[i]);
+  }
+}
+
+// A sleeping body that nothing awake comes upon stands as firm as a static one.
+void SolveBatches::FillContacts(const SolveInput& in) {
+  const auto place = [this](std::uint32_t body) { return body != kAsleep ? place_[body] : kStatic; };
+  for (ActiveContact& contact : in.contacts) {
+    if (!contact.responds) continue;
+    const IslandPlan& plan = in.plans[in.islands.IndexOf(contact.one())];
+    if (!plan.solved) continue;
+    IslandBatch& batch = BatchOf(plan);
+    const float warm_scale = WarmScale(contact.substeps, batch.substeps);
+    const std::uint32_t low = place(contact.low), high = place(contact.high);
+    for (std::uint32_t i = 0; i < contact.count; ++i) {
+      batch.contacts.push_back({low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale});
+    }
+    contact.substeps = batch.substeps;
+  }
+}
+
+void SolveBatches::FillJoints(const SolveInput& in) {
+  const auto place = [this](const RigidBody& body) { return body.awake() ? place_[body.awake_index] : kStatic; };
+  for (std::size_t i = 0; i < in.joints.size(); ++i) {
+    Joint& joint = *in.joints[i];
+    IslandBatch& batch = BatchOf(in.plans[in.islands.IndexOf(joint.AwakeBody().awake_index)]);
+    // The world takes the part of body a.
+    batch.joints.push_back({.a = joint.b != nullptr ? place(*joint.a) : kStatic,
+                            .b = place(joint.b != nullptr ? *joint.b : *joint.a),
+                            .rows = &in.rows[i],
+                            .impulses = joint.model.impulses.data(),
+                            .warm_scale = WarmScale(joint.substeps, batch.substeps)});
+    joint.substeps = batch.substeps;
+  }
+}
+
+bool SolveBatches::Validate(const SolveInput& in) const {
+  std::size_t solved = 0;
+  for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
+    const IslandPlan& plan = in.plans[in.islands.IndexOf(i)];
+    if (!plan.solved) continue;
+    ++solved;
+    const IslandBatch& batch = batches_[static_cast<std::size_t>(plan.level)];
+    if (batch.substeps != plan.substeps || place_[i] >= batch.sources.size()) return false;
+    if (batch.sources[place_[i]] != in.awake[i]) return false;
+  }
+  std::size_t placed = 0;
+  for (const IslandBatch& batch : batches_) {
+    placed += batch.bodies.size();
+    const auto there = [&](std::uint32_t body) { return body == kStatic || body < batch.bodies.size(); };
+    const auto sound = [&](const auto& constraint) {
+      return there(constraint.a) && there(constraint.b) && (constraint.a != kStatic || constraint.b != kStatic);
+    };
+    if (!std::all_of(batch.contacts.begin(), batch.contacts.end(), sound)) return false;
+    if (!std::all_of(batch.joints.begin(), batch.joints.end(), sound)) return false;
+  }
+  return placed == solved;
+}
+
+}  // namespace tessera::physics

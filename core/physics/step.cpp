@@ -1,0 +1,99 @@
+// One step of a world.
+#include <algorithm>
+#include <cassert>
+
+#include "core/physics/world_impl.h"
+#include "core/world/state_check.h"
+
+namespace tessera::physics {
+namespace {
+
+bool IsSane(const RigidBody& body) {
+  return tessera::IsSane(body.state()) && CheckForce(body.id(), Vec3f(body.force_n), Vec3f(body.torque_nm)).ok();
+}
+
+}  // namespace
+
+void World::Impl::Step(double dt_s) {
+  isolated.clear();
+  if (bodies.awake().empty() && !pairs.has_ended()) {
+    narrow_phase.Clear();
+    continuous.Clear();
+    report.RunIdle();
+    return;
+  }
+  IsolateInsane();
+  FindIslands(dt_s);
+
+  motions.resize(bodies.awake().size());
+  FlyFree(bodies.awake(), islands, loads.plans(), dt_s, motions);
+  if (anything_to_solve()) {
+    const SolveInput in = SolveInputOf(dt_s);
+    solve.Solve(in);
+    solve.ReadBack(in, motions);
+    assert(solve.Validate(in));
+  }
+  continuous.Run({dt_s, bodies.awake(), joints, groups}, broad_phase, pairs, motions);
+  assert(continuous.Validate(bodies.awake()));
+  integrator.Run(bodies.awake(), islands, motions);
+  assert(Integrator::Validate(bodies.awake()));
+  sleep.Run(dt_s, islands, bodies);
+  assert(bodies.Validate());
+
+  for (RigidBody* body : integrator.failing()) Isolate(*body);
+  report.Run(Outcome(), pairs);
+  assert(report.Validate());
+}
+
+void World::Impl::PrimeContacts(double dt_s, int times) {
+  // Insane bodies are left to the step, which reports them.
+  const std::span<RigidBody* const> awake = bodies.awake();
+  if (times == 0 || awake.empty() ||
+      !std::all_of(awake.begin(), awake.end(), [](const RigidBody* body) { return IsSane(*body); })) {
+    return;
+  }
+  FindIslands(dt_s);
+  if (!anything_to_solve()) return;
+  for (int i = 0; i < times; ++i) solve.Solve(SolveInputOf(dt_s));
+  for (const ActiveContact& contact : narrow_phase.contacts()) contact.pair->substeps = contact.substeps;
+}
+
+// A body that came to be non-finite, or faster than anything in a world has a right to be, is taken out before it can
+// touch anything.
+void World::Impl::IsolateInsane() {
+  for (std::size_t i = 0; i < bodies.awake().size();) {
+    RigidBody& body = *bodies.awake()[i];
+    if (IsSane(body)) {
+      ++i;
+    } else {
+      Isolate(body);
+    }
+  }
+}
+
+void World::Impl::FindIslands(double dt_s) {
+  broad_phase.Predict(bodies.awake(), dt_s);
+  broad_phase.BeginPairs(&pairs);
+  assert(BroadPhase::Validate(bodies.awake()));
+
+  narrow_phase.Run(dt_s, pairs, waking);
+  assert(pairs.Validate() && bodies.Validate() && narrow_phase.Validate(bodies.awake()));
+
+  joints.Run(bodies);
+  BuildIslands(bodies.awake().size(), narrow_phase.contacts(), joints.joints(), &islands);
+  groups.Run(joints.joints());
+  assert(joints.Validate() && Validate(islands, narrow_phase.contacts(), joints.joints()));
+
+  loads.Run({dt_s, bodies.awake(), narrow_phase.contacts(), joints.joints(), joints.rows(), islands, groups});
+  assert(loads.Validate());
+}
+
+SolveInput World::Impl::SolveInputOf(double dt_s) {
+  return {dt_s, bodies.awake(), narrow_phase.contacts(), joints.joints(), joints.rows(), islands, loads.plans()};
+}
+
+StepOutcome World::Impl::Outcome() const {
+  return {narrow_phase.contacts(), narrow_phase.parting(), continuous.crossed(), continuous.impulses()};
+}
+
+}  // namespace tessera::physics

@@ -1,0 +1,73 @@
+#include "core/region/forces.h"
+
+#include "core/region/fields.h"
+
+namespace tessera::region {
+namespace {
+
+const PlayerControl* ControlOf(BodyId id, const Players& players) {
+  return IsPlayerBody(id) ? players.Find(PlayerOf(id)) : nullptr;
+}
+
+}  // namespace
+
+void BodyForces::StatesChanged() {
+  for (FieldNote& note : fields_) note.known = false;
+}
+
+Vec3d BodyForces::FieldOn(std::size_t index, const BodyState& state) {
+  FieldNote& note = fields_[index];
+  if (!note.known) note = {FieldAcceleration(scene_.fields, state), true};
+  return note.acceleration_m_s2;
+}
+
+std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Players& players) {
+  fields_.Align(bodies);
+  forces_.assign(bodies.owned().size(), {});
+  for (std::size_t i = 0; i < forces_.size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    if (body.state.asleep) continue;
+    Vec3d& acceleration = forces_[i].acceleration_m_s2;
+    acceleration = scene_.gravity_m_s2 * body.def->gravity_scale;
+    if (!scene_.fields.empty()) acceleration += FieldOn(i, body.state);
+    if (const PlayerControl* control = ControlOf(body.def->id, players); control != nullptr) {
+      acceleration += Vec3d(control->next.force_n) / body.def->mass_kg;
+    }
+  }
+  return forces_;
+}
+
+void BodyForces::Apply(const Players& players, Bodies& bodies) {
+  fields_.Align(bodies);
+  for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
+    const OwnedBody& body = bodies.owned()[i];
+    const BodyId id = body.def->id;
+    if (scene_.fields.empty() && !IsPlayerBody(id)) continue;
+    Vec3f force, torque;
+    if (const PlayerControl* control = ControlOf(id, players); control != nullptr) {
+      force = control->next.force_n;
+      torque = control->next.torque_nm;
+    }
+    if (!scene_.fields.empty() && !body.state.asleep) force += Vec3f(FieldOn(i, body.state) * body.def->mass_kg);
+    bodies.ApplyForce(id, force, torque);
+  }
+  ApplyToGhosts(bodies);
+}
+
+void BodyForces::ApplyToGhosts(Bodies& bodies) const {
+  const auto per_tick = static_cast<float>(1 / tick_s_);
+  for (const Ghost& ghost : bodies.ghosts()) {
+    const GhostRecord& record = ghost.record;
+    Vec3f force = record.force_n, torque = record.torque_nm;
+    // A ghost that came to rest here a tick before it does with its owner is not woken by its load.
+    const BodyState state = bodies.world().StateOf(record.id);
+    if (!state.asleep) {
+      force += record.load_ns * per_tick;
+      torque += record.load_nms * per_tick;
+      if (!scene_.fields.empty()) force += Vec3f(FieldAcceleration(scene_.fields, state) * ghost.def->mass_kg);
+    }
+    bodies.ApplyForce(record.id, force, torque);
+  }
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,81 @@
+#include "core/region/forces.h"
+
+#include <gtest/gtest.h>
+
+#include "core/region/testing/small_world.h"
+
+namespace tessera::region {
+namespace {
+
+constexpr double kTick_s = SmallWorld::kTick_s;
+
+Scene Windy() {
+  Scene scene = Balls({{-1, 0, 0}, {-4, 0, 0}, {1, 0, 0}});
+  scene.gravity_m_s2 = {0, -10, 0};
+  UniformField wind;
+  wind.bounds = {{-2, -2, -2}, {2, 2, 2}};
+  wind.acceleration_m_s2 = {3, 0, 0};
+  scene.fields.emplace_back(wind);
+  AllowPlayers(scene);
+  return scene;
+}
+
+class ForcesTest : public ::testing::Test {
+ protected:
+  Vec3d On(std::size_t index) { return forces.Find(world.bodies, players)[index].acceleration_m_s2; }
+
+  SmallWorld world{Windy()};
+  Players players{*world.scene};
+  BodyForces forces{*world.scene, kTick_s};
+};
+
+TEST_F(ForcesTest, AreGravityAndFieldsAndNoneOnASleeper) {
+  world.Own(1);
+  world.Own(2);
+  EXPECT_EQ(On(0), Vec3d(3, -10, 0));
+  EXPECT_EQ(On(1), Vec3d(0, -10, 0));  // outside the field
+  BodyState asleep = world.InitialOf(3);
+  asleep.asleep = true;
+  world.Own(3, asleep);
+  EXPECT_EQ(On(2), Vec3d());
+}
+
+TEST_F(ForcesTest, APlayersInputActsThroughItsMass) {
+  const PlayerNumber player(1);
+  world.bodies.Own(PlayerBodyId(player), Epoch(1), world.catalog.MakePlayer(player).initial);
+  PlayerControl control;
+  control.committed = true;
+  control.next.force_n = {4, 0, 0};
+  players.Adopt(player, control);
+  EXPECT_NEAR(On(0).x, 4 / world.catalog.MassOf(PlayerBodyId(player)), 1e-12);
+}
+
+TEST_F(ForcesTest, AFieldIsEvaluatedOnceForEachState) {
+  world.Own(1);
+  EXPECT_EQ(On(0).x, 3);
+  world.bodies.RemoveOwned(BodyId(1));
+  BodyState outside = world.InitialOf(1);
+  outside.position.x = -5;
+  world.Own(1, outside, Epoch(2));
+  EXPECT_EQ(On(0).x, 0);  // another ownership, another note
+  forces.StatesChanged();
+  EXPECT_EQ(On(0).x, 0);
+  forces.Validate();
+}
+
+// An owner and a region that has the body as a ghost push it alike.
+TEST_F(ForcesTest, AGhostIsPushedByWhatItsOwnerReportedAndByFields) {
+  world.AddGhost(3, 2);
+  world.ghosts[0].record.force_n = {0, 0, 6};
+  world.ghosts[0].record.load_ns = {0, static_cast<float>(10 * kTick_s), 0};
+  world.bodies.PlaceGhosts(world.ghosts);
+  forces.Apply(players, world.bodies);
+  world.bodies.Step(kTick_s);
+  const Vec3d speed(world.bodies.world().StateOf(BodyId(3)).linear_velocity);
+  EXPECT_NEAR(speed.x, 3 * kTick_s, 1e-6);
+  EXPECT_NEAR(speed.y, 0, 1e-6);  // the load bears its weight
+  EXPECT_NEAR(speed.z, 6 * kTick_s, 1e-6);
+}
+
+}  // namespace
+}  // namespace tessera::region

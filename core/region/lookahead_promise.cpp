@@ -1,0 +1,56 @@
+#include "core/region/lookahead_promise.h"
+
+#include <algorithm>
+
+namespace tessera::region {
+
+std::uint32_t LookaheadPromise::For(RegionId to, const BorderFrame& frame) {
+  const std::uint32_t ticks = in_.settings.promise_ticks;
+  const bool quiet = frame.impulses.empty() && frame.grants.empty() && frame.acknowledgements.empty() &&
+                     frame.late_corrections.empty() && frame.inputs.empty();
+  if (ticks == 0 || !quiet || in_.map_changes) return 0;
+  const auto sleeps = [](const GhostRecord& ghost) { return ghost.state.asleep && !IsPlayerBody(ghost.id); };
+  if (!std::ranges::all_of(frame.ghosts, sleeps)) return 0;
+  if (!unrest_.has_value()) unrest_ = FindUnrest();
+  if (!frame.ghosts.empty()) return unrest_->any ? 0 : ticks;
+  const auto disturbs = [&](const Aabb& place) { return in_.neighborhood.map().Reaches(to, place); };
+  return std::ranges::any_of(unrest_->places, disturbs) ? 0 : ticks;
+}
+
+LookaheadPromise::Unrest LookaheadPromise::FindUnrest() const {
+  const Scene& scene = in_.catalog.scene();
+  Unrest unrest;
+  for (std::size_t i = 0; i < in_.bodies.owned().size(); ++i) {
+    const OwnedBody& body = in_.bodies.owned()[i];
+    AddUnrest(body.def->id, body.state, in_.bodies.radius_m(i), Length(in_.forces[i].acceleration_m_s2), unrest);
+  }
+  for (const Ghost& ghost : in_.bodies.ghosts()) {
+    const BodyId id = ghost.record.id;
+    const Aabb box = in_.bodies.world().BoundsOf(id);
+    const double acceleration = Length(scene.gravity_m_s2 * ghost.def->gravity_scale);
+    AddUnrest(id, in_.bodies.world().StateOf(id), Length(box.max - box.min) / 2, acceleration, unrest);
+  }
+  return unrest;
+}
+
+// A body that cannot leave this region's cell within the ticks of a promise, and those that a neighbour must see in
+// advance, disturbs nobody: most bodies are such.
+void LookaheadPromise::AddUnrest(BodyId id, const BodyState& state, double radius_m, double acceleration_m_s2,
+                                 Unrest& unrest) const {
+  const bool steered = IsPlayerBody(id);
+  if (state.asleep && !steered) return;
+  unrest.any = true;
+  if (steered) acceleration_m_s2 += in_.catalog.scene().player->max_force_n / in_.catalog.MassOf(id);
+  const double horizon_s = (in_.settings.promise_ticks + in_.settings.lookahead_ticks) * in_.tick_s;
+  const double far = radius_m + in_.settings.aura_m +
+                     horizon_s * (Length(Vec3d(state.linear_velocity)) + 0.5 * acceleration_m_s2 * horizon_s);
+  const Vec3d at = state.position;
+  const Cell& cell = in_.neighborhood.map().CellAt(at.x, at.z);
+  const double inside =
+      std::min({at.x - cell.area.min_x, cell.area.max_x - at.x, at.z - cell.area.min_z, cell.area.max_z - at.z});
+  if (cell.owner == in_.neighborhood.self() && inside > far) return;
+  const Vec3d around{far, far, far};
+  unrest.places.push_back({at - around, at + around});
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,34 @@
+#include "core/region/outgoing.h"
+
+namespace tessera::region {
+
+void OutgoingMessages::SetNeighbors(std::span<const RegionId> neighbors, bool anew) {
+  std::map<RegionId, Messages> before = std::exchange(by_neighbor_, {});
+  if (anew) before.clear();
+  for (const RegionId neighbor : neighbors) by_neighbor_.emplace(neighbor, std::move(before[neighbor]));
+}
+
+void OutgoingMessages::Add(RegionId to, Grant grant) {
+  if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.grants.push_back(std::move(grant));
+}
+
+void OutgoingMessages::Add(RegionId to, const LateCorrection& late) {
+  if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.late_corrections.push_back(late);
+}
+
+void OutgoingMessages::Add(RegionId to, const PlayerInput& input) {
+  if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.inputs.push_back(input);
+}
+
+void OutgoingMessages::ReplaceGrants(RegionId to, std::vector<Grant> grants) {
+  if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.grants = std::move(grants);
+}
+
+void OutgoingMessages::MoveTo(RegionId to, BorderFrame& frame) {
+  Messages& messages = by_neighbor_.at(to);
+  frame.grants = std::exchange(messages.grants, {});
+  frame.late_corrections = std::exchange(messages.late_corrections, {});
+  frame.inputs = std::exchange(messages.inputs, {});
+}
+
+}  // namespace tessera::region

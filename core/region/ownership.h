@@ -1,0 +1,68 @@
+// Ownership: a body that a region owns, together with all that goes with it: the steering of a player's body, the
+// properties that were changed, and the touching pairs whose events its owner reports.
+//
+// Promise: bodies come to be owned here, and cease to be, through this class alone; so each of the four tables has an
+// entry for a body exactly if the body is owned and has something to enter. Thread rule: one thread at a time.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/region/bodies.h"
+#include "core/region/departing_body.h"
+#include "core/region/grants_out.h"
+#include "core/region/handover.h"
+#include "core/region/pair_reports.h"
+#include "core/region/players.h"
+#include "core/region/property_table.h"
+#include "core/region/region_state.h"
+#include "core/region/step_result.h"
+
+namespace tessera::region {
+
+class Ownership {
+ public:
+  // All must outlive it.
+  Ownership(const Catalog& catalog, Bodies& bodies, Players& players, PairReports& reports, PropertyTable& properties)
+      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), properties_(properties) {}
+
+  // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
+  void Take(const GrantedBody& body, const PlayerControl& control);
+  // The same for a body of a saved state, whose contacts nobody remembers.
+  void Restore(const GrantedBody& body, const PlayerControl& control);
+  void Spawn(PlayerNumber player);
+
+  // --- A body goes.
+  struct HandedOver {
+    Departure departure;
+    std::vector<PlayerInput> late_inputs;  // came after the grant
+  };
+  // It lives on as a ghost of the new owner's.
+  HandedOver HandOver(const DepartingBody& body);
+  // It is taken out of the world, and its pairs end.
+  Departure Remove(BodyId id);
+  // The same for bodies whose states came out of the last step not finite, or beyond limits; reads all other states.
+  std::vector<Departure> ReadBack();
+  // It is taken out of the world because `to` owns it: its pairs go on there.
+  Departure LetGo(BodyId id, RegionId to);
+
+  // --- What is owned, for others.
+  // Prepares the handover of an assembly after the step to `tick`.
+  PreparedGrant Prepare(const PlannedHandover& planned, Tick tick);
+  // Fills in the bodies, and all that goes with them.
+  void Save(RegionState& state) const;
+
+  void Validate() const;
+
+ private:
+  std::vector<PlayerInput> Release(BodyId id);
+  Epoch EpochOf(BodyId id) const;
+
+  const Catalog& catalog_;
+  Bodies& bodies_;
+  Players& players_;
+  PairReports& reports_;
+  PropertyTable& properties_;
+};
+
+}  // namespace tessera::region

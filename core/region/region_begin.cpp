@@ -1,0 +1,52 @@
+#include "core/region/region_begin.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace tessera::region {
+namespace {
+
+bool IsInCells(const RegionParts& parts, Vec3d position) {
+  return parts.neighborhood.map().OwnerOf(position) == parts.self();
+}
+
+// The lowest body of the assembly that is in the state: others may have been taken out.
+const StateBody& AnchorOf(const StateBody& body, const RegionState& state, const Catalog& catalog) {
+  for (const BodyId id : catalog.AssemblyOf(body.id)) {
+    if (const StateBody* anchor = state.Find(id); anchor != nullptr) return *anchor;
+  }
+  return body;
+}
+
+}  // namespace
+
+void OwnFromScene(RegionParts& parts) {
+  for (const BodyDef& def : parts.scene().bodies) {
+    if (def.motion != Motion::kDynamic) continue;
+    const BodyDef* anchor = parts.catalog.Find(parts.catalog.AssemblyOf(def.id).front());
+    if (IsInCells(parts, anchor->initial.position)) parts.bodies.Own(def.id, Epoch(1), def.initial);
+  }
+  parts.bodies.ConnectJoints();
+}
+
+void OwnFromState(const RegionState& initial, RegionParts& parts) {
+  parts.tick = initial.tick;
+  const bool own = initial.region == parts.self();
+  for (const StateBody& body : initial.bodies) {
+    if (!own && !IsInCells(parts, AnchorOf(body, initial, parts.catalog).state.position)) continue;
+    // Changes of properties are numbered anew from here on: the state may be another cluster's.
+    CarriedProperties properties = initial.PropertiesOf(body.id);
+    properties.change = std::min<std::uint64_t>(properties.change, 1);
+    const bool player = IsPlayerBody(body.id);
+    parts.ownership.Restore({body.id, body.epoch, body.state, std::move(properties)},
+                            player ? initial.controls.at(PlayerOf(body.id)) : PlayerControl());
+  }
+  for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
+  std::vector<TouchingPair> touching;
+  std::ranges::copy_if(initial.touching, std::back_inserter(touching),
+                       [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });
+  parts.reports.Adopt(touching);
+  parts.bodies.ConnectJoints();
+}
+
+}  // namespace tessera::region

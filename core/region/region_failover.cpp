@@ -1,0 +1,103 @@
+// A region's part in a failover: halts and says what it holds; later goes on with what it is told to promote.
+#include <map>
+#include <utility>
+
+#include "core/region/failover.h"
+#include "core/region/region_map.h"
+#include "core/region/region_parts.h"
+#include "core/region/tick_end.h"
+
+namespace tessera::region {
+namespace {
+
+using Copies = std::map<BodyId, KeptGrant>;
+
+// The body is owned elsewhere, or promoted here anew; then it did not depart.
+void LetGo(BodyId id, RegionId to, const Copies& promoted, RegionParts& parts, StepResult& result) {
+  if (!parts.bodies.Owns(id)) return;
+  const Departure departure = parts.ownership.LetGo(id, to);
+  if (!promoted.contains(id)) result.departures.push_back(departure);
+}
+
+// Every grant that was under way from here has been settled: its body is somebody else's, or promoted here. One that
+// has come back since is owned by a higher epoch.
+void LetGoOfGranted(const Copies& promoted, RegionParts& parts, StepResult& result) {
+  for (const auto& [key, grant] : parts.grants_out.kept()) {
+    const auto& [id, epoch] = key;
+    const std::ptrdiff_t index = parts.bodies.IndexOf(id);
+    if (index >= 0 && parts.bodies.owned()[static_cast<std::size_t>(index)].epoch > epoch) continue;
+    LetGo(id, grant.to, promoted, parts, result);
+  }
+}
+
+void Promote(const Resolution& resolution, const Copies& promoted, RegionParts& parts, StepResult& result) {
+  for (const Takeover& takeover : resolution.takeovers) {
+    if (takeover.region != parts.self()) LetGo(takeover.body, takeover.region, promoted, parts, result);
+  }
+  for (const Takeover& takeover : resolution.takeovers) {
+    if (takeover.region != parts.self()) continue;
+    const BodyId id = takeover.body;
+    if (IsPlayerBody(id) && parts.players.HasLeft(PlayerOf(id))) continue;
+    const KeptGrant& copy = promoted.at(id);
+    parts.ownership.Restore({id, takeover.epoch, copy.state, copy.properties}, copy.control);
+    parts.reports.Adopt(copy.touching);
+  }
+}
+
+void MarkAllSpawned(const Resolution& resolution, std::span<const StandbyCopy* const> primaries, Players& players) {
+  for (const PlayerNumber player : resolution.players) players.MarkSpawned(player);
+  for (const StandbyCopy* primary : primaries) {
+    for (const PlayerNumber player : primary->state().spawned) players.MarkSpawned(player);
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<Inventory> Region::BeginFailover(const PartitionMap& map,
+                                                std::span<const StandbyCopy* const> primaries) {
+  RegionParts& parts = *parts_;
+  bool begun = false;
+  if (absl::Status status = parts.failover.Begin(map, parts.neighborhood.map().version(), &begun); !status.ok()) {
+    return status;
+  }
+  if (begun) {
+    parts.map_change.Clear();
+    parts.borders.Expect(map.version(), map.Neighbors(id()));
+  }
+  return TakeInventory(StateOf(parts), map.version(), primaries);
+}
+
+absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::span<const StandbyCopy* const> primaries) {
+  RegionParts& parts = *parts_;
+  if (absl::Status status = parts.failover.Check(resolution, parts.tick); !status.ok()) return status;
+  const absl::StatusOr<Copies> promoted =
+      FindPromoted(resolution, id(), parts.grants_out.kept(), primaries, parts.catalog, parts.reports);
+  if (!promoted.ok()) return promoted.status();
+
+  StepResult result;
+  parts.tick = result.tick = Tick(resolution.resume_tick.value() - 1);
+  LetGoOfGranted(*promoted, parts, result);
+  for (const PendingGrant& grant : resolution.pending) {
+    if (grant.to == id()) parts.grants_in.Owe(grant.body, grant.epoch, grant.granter, parts.tick);
+  }
+  parts.grants_out.Settle(FindStillNeeded(resolution, id(), parts.grants_out.kept(), primaries));
+  Promote(resolution, *promoted, parts, result);
+  MarkAllSpawned(resolution, primaries, parts.players);
+  parts.grants_in.StartStep();
+  parts.exchange.Clear();
+  parts.loads.Clear();
+  parts.bodies.ForgetGrants();
+  parts.bodies.ConnectJoints();
+  AdoptMap(parts.failover.End(), true, parts);
+
+  parts.log.Restart();
+  parts.reports.TakeChanges();
+  parts.properties.TakeNews();
+  FindRelevant(parts);
+  parts.grants_in.Release(parts.log.standby_has());
+  result.frames = MakeFrames(parts);
+  if (parts.log.on()) result.log = WriteLog(parts);
+  return result;
+}
+
+}  // namespace tessera::region

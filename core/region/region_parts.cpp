@@ -1,0 +1,87 @@
+#include "core/region/region_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace tessera::region {
+namespace {
+
+Vec3d ToGrid(Vec3d v) {
+  const auto to_grid = [](double x) { return std::round(x / kOriginGrid_m) * kOriginGrid_m; };
+  return {to_grid(v.x), to_grid(v.y), to_grid(v.z)};
+}
+
+// The middle of the region's cells, or of the world.
+Vec3d OriginFor(const Config& config) {
+  const Aabb& bounds = config.scene->bounds;
+  const Vec3d center = (bounds.min + bounds.max) * 0.5;
+  if (config.settings.shared_origin) return ToGrid(center);
+  std::optional<Rect> area;
+  for (const Cell& cell : config.map.cells()) {
+    if (cell.owner != config.self) continue;
+    const Rect& more = cell.area;
+    area = !area ? more
+                 : Rect{std::min(area->min_x, more.min_x), std::min(area->min_z, more.min_z),
+                        std::max(area->max_x, more.max_x), std::max(area->max_z, more.max_z)};
+  }
+  if (!area) return ToGrid(center);
+  return ToGrid({(area->min_x + area->max_x) / 2, center.y, (area->min_z + area->max_z) / 2});
+}
+
+physics::Settings WorldSettings(const Config& config) {
+  physics::Settings settings;
+  settings.origin = OriginFor(config);
+  settings.gravity_m_s2 = config.scene->gravity_m_s2;
+  return settings;
+}
+
+}  // namespace
+
+RegionParts::RegionParts(const Config& config)
+    : incarnation(config.incarnation),
+      settings(config.settings),
+      tick_s(1.0 / config.scene->tick_rate_hz),
+      catalog(config.scene),
+      neighborhood(config.self, config.map),
+      bodies(catalog, WorldSettings(config)),
+      players(*config.scene),
+      reports(catalog),
+      ownership(catalog, bodies, players, reports, properties),
+      borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
+      outgoing(neighborhood.neighbors()),
+      grants_out(catalog),
+      grants_in(neighborhood.neighbors()),
+      exchange(catalog, tick_s),
+      loads(settings),
+      forces(catalog.scene(), tick_s),
+      relevance(catalog, settings, tick_s),
+      log(tick_s) {}
+
+RegionState StateOf(const RegionParts& parts) {
+  RegionState state;
+  state.region = parts.self();
+  state.incarnation = parts.incarnation;
+  state.tick = parts.tick;
+  parts.ownership.Save(state);
+  state.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());
+  state.grants = parts.grants_out.kept();
+  return state;
+}
+
+void Validate(const RegionParts& parts) {
+  parts.neighborhood.Validate();
+  parts.bodies.Validate();
+  parts.reports.Validate();
+  parts.properties.Validate();
+  parts.ownership.Validate();
+  parts.borders.Validate();
+  parts.grants_out.Validate(parts.bodies);
+  parts.grants_in.Validate();
+  parts.exchange.Validate();
+  parts.loads.Validate();
+  parts.forces.Validate();
+  parts.relevance.Validate(parts.bodies);
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,66 @@
+// RegionParts: the parts of a region, each with its own data, and how they are connected. Behind Region: tick.cpp has
+// the order in which a tick puts them to work, region_begin.h, region_map.h and region_failover.cpp the rest.
+#pragma once
+
+#include "core/region/bodies.h"
+#include "core/region/border_loads.h"
+#include "core/region/borders.h"
+#include "core/region/catalog.h"
+#include "core/region/failover.h"
+#include "core/region/forces.h"
+#include "core/region/grants_in.h"
+#include "core/region/grants_out.h"
+#include "core/region/impulse_exchange.h"
+#include "core/region/map_change.h"
+#include "core/region/neighborhood.h"
+#include "core/region/outgoing.h"
+#include "core/region/ownership.h"
+#include "core/region/pair_reports.h"
+#include "core/region/players.h"
+#include "core/region/property_table.h"
+#include "core/region/region.h"
+#include "core/region/relevance.h"
+#include "core/region/tick_log.h"
+
+namespace tessera::region {
+
+struct RegionParts {
+  explicit RegionParts(const Config& config);
+
+  RegionId self() const { return neighborhood.self(); }
+  const Scene& scene() const { return catalog.scene(); }
+
+  const Incarnation incarnation;
+  const RegionSettings settings;
+  const double tick_s;
+  const Catalog catalog;
+
+  Tick tick;  // of the last step; written by Step, by Resume and by the constructor of Region
+  Neighborhood neighborhood;
+  MapChange map_change;
+  Failover failover;
+
+  Bodies bodies;
+  Players players;
+  PairReports reports;
+  PropertyTable properties;
+  Ownership ownership;  // of the bodies, in the four tables above
+
+  Borders borders;
+  OutgoingMessages outgoing;
+  GrantsOut grants_out;
+  GrantsIn grants_in;
+  ImpulseExchange exchange;
+  BorderLoads loads;
+  BodyForces forces;
+  Relevance relevance;
+  TickLog log;
+};
+
+// All that carries the region on, as it is now.
+RegionState StateOf(const RegionParts& parts);
+
+// Asserts what the parts promise, each by itself.
+void Validate(const RegionParts& parts);
+
+}  // namespace tessera::region

@@ -1,0 +1,186 @@
+// One tick of a region: the order in which its parts are put to work, as docs/architecture.md describes it.
+#include <cassert>
+#include <utility>
+
+#include "core/region/ghosts.h"
+#include "core/region/handover.h"
+#include "core/region/region_map.h"
+#include "core/region/region_parts.h"
+#include "core/region/tick_end.h"
+
+namespace tessera::region {
+namespace {
+
+// The neighbours' frames of the tick before. Who is behind adopts the later tick.
+std::vector<BorderFrame> TakeFrames(RegionParts& parts) {
+  auto [frames, tick] = parts.borders.Take(parts.tick);
+  parts.tick = tick;
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    const RegionId from = parts.neighborhood[n];
+    if (frames[n].sender != RegionId()) parts.grants_in.Heard(from, frames[n].stamp.number);
+    for (const GrantAcknowledgement& acknowledgement : frames[n].acknowledgements) {
+      if (!parts.grants_out.Acknowledged(from, acknowledgement)) continue;
+      parts.grants_in.WentOn(acknowledgement.id, acknowledgement.epoch);
+    }
+  }
+  return std::move(frames);
+}
+
+// Handovers that the last tick decided take effect here.
+void HandOut(RegionParts& parts, StepResult& result) {
+  for (const DepartingBody& body : parts.grants_out.departing()) {
+    const auto [departure, late_inputs] = parts.ownership.HandOver(body);
+    for (const PlayerInput& input : late_inputs) parts.outgoing.Add(body.to, input);
+    if (const auto late = parts.exchange.PassOn(body)) parts.outgoing.Add(late->to, late->late);
+    result.departures.push_back(departure);
+    ++result.handed_out;
+  }
+}
+
+// Grants of the neighbours take effect here.
+void TakeIn(std::span<const BorderFrame> frames, RegionParts& parts, StepResult& result) {
+  parts.grants_in.StartStep();
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    for (const Grant& grant : frames[n].grants) {
+      const auto fresh = parts.grants_in.Accept(parts.neighborhood[n], grant, parts.bodies, parts.tick + 1);
+      for (const GrantedBody* body : fresh) {
+        parts.exchange.Forget(body->id);
+        parts.grants_out.ForgetBefore(body->id, body->epoch);
+        parts.ownership.Take(*body, grant.control);
+        ++result.handed_in;
+      }
+      if (!fresh.empty()) parts.reports.Adopt(grant.touching);
+    }
+    for (const PlayerInput& input : frames[n].inputs) parts.players.QueueForwarded(input);
+  }
+}
+
+void PlaceGhosts(std::span<const BorderFrame> frames, RegionParts& parts) {
+  const auto link_up = [&](std::size_t n) { return parts.borders.IsUp(n); };
+  parts.bodies.PlaceGhosts(GhostsFrom(frames, parts.neighborhood.neighbors(), link_up, parts.bodies));
+  parts.bodies.ConnectJoints();
+  parts.bodies.NotePlaces();
+}
+
+// Balances the impulses of the last step at contacts across borders.
+void ExchangeImpulses(std::span<const BorderFrame> frames, RegionParts& parts) {
+  const ImpulseExchange::Settlement settlement =
+      parts.exchange.Settle({parts.bodies, parts.neighborhood, frames, parts.grants_out.departing(),
+                             parts.grants_in.taken_in(), parts.borders.LinksUp()});
+  for (const auto& [to, late] : settlement.late) parts.outgoing.Add(to, late);
+  for (const auto& [id, force, torque] : settlement.pushes) parts.bodies.ApplyForce(id, force, torque);
+}
+
+// Players' bodies come and go, and are parked.
+void UpdatePlayers(RegionParts& parts, StepResult& result) {
+  Players& players = parts.players;
+  Bodies& bodies = parts.bodies;
+  for (const PlayerNumber player : players.left()) {
+    const BodyId id = PlayerBodyId(player);
+    if (bodies.Owns(id)) result.departures.push_back(parts.ownership.Remove(id));
+  }
+  for (const PlayerNumber player : players.TakeSpawns()) {
+    const BodyId id = PlayerBodyId(player);
+    if (!bodies.Owns(id) && bodies.FindGhost(id) == nullptr) parts.ownership.Spawn(player);
+  }
+  for (const PlayerNumber player : players.TakeUnparked()) bodies.Unpark(PlayerBodyId(player));
+  for (const PlayerNumber player : players.parked()) {
+    if (bodies.Park(PlayerBodyId(player))) parts.reports.BodyLeft(PlayerBodyId(player));
+  }
+  bodies.NotePlaces();
+}
+
+void ApplyForces(RegionParts& parts) {
+  parts.forces.Apply(parts.players, parts.bodies);
+  if (!parts.scene().player.has_value()) return;
+  for (const OwnedBody& body : parts.bodies.owned()) {
+    if (IsPlayerBody(body.def->id)) parts.players.Applied(PlayerOf(body.def->id));
+  }
+}
+
+// States and events of the step. A body whose state is absurd is taken out.
+void ReadBack(RegionParts& parts, StepResult& result) {
+  for (const BodyId id : parts.bodies.TakeLeft()) parts.reports.BodyLeft(id);
+  result.events = parts.reports.Report(
+      parts.bodies.world().events(), [&](BodyId id) { return parts.bodies.Owns(id); },
+      [&](BodyId id) { return parts.bodies.world().Has(id); });
+  for (const Departure& departure : parts.ownership.ReadBack()) {
+    result.departures.push_back(departure);
+    result.nonfinite.push_back(departure.body);
+  }
+}
+
+// Chooses each player's input of the next step: neighbours that have the body as a ghost apply the same force.
+void CommitInputs(RegionParts& parts) {
+  if (!parts.scene().player.has_value()) return;
+  for (std::size_t i = 0; i < parts.bodies.owned().size(); ++i) {
+    const OwnedBody& body = parts.bodies.owned()[i];
+    if (!IsPlayerBody(body.def->id)) continue;
+    parts.players.Commit(PlayerOf(body.def->id), body.state, parts.bodies.radius_m(i));
+  }
+}
+
+void DecideHandovers(RegionParts& parts) {
+  const auto may_grant = [&](RegionId to) { return parts.borders.Speaks(to); };
+  std::vector<PreparedGrant> grants;
+  for (const PlannedHandover& planned :
+       PlanHandovers(parts.bodies, parts.catalog, parts.neighborhood, parts.settings, may_grant)) {
+    grants.push_back(parts.ownership.Prepare(planned, parts.tick));
+    parts.outgoing.Add(planned.to, std::move(grants.back().grant));
+  }
+  parts.grants_out.Decide(std::move(grants));
+}
+
+// Keeps the contacts near borders, whose impulses and loads the frames report.
+void NoteContacts(RegionParts& parts) {
+  if (parts.neighborhood.size() == 0) return parts.exchange.Clear();
+  const auto near = [&](std::size_t i) { return parts.relevance.table().ToAny(i); };
+  const std::span<const physics::PairImpulse> contacts = parts.bodies.ImpulsesNearBorders(near);
+  parts.loads.Note(contacts);
+  parts.exchange.Note(contacts, parts.bodies, parts.borders.LinksUp());
+}
+
+}  // namespace
+
+StepResult Region::Step(const PhaseObserver& observer) {
+  assert(CanStep());
+  RegionParts& parts = *parts_;
+  const auto enter = [&](Phase phase) {
+    if (observer) observer(phase);
+  };
+  StepResult result;
+
+  enter(Phase::kPlaceGhosts);
+  const std::vector<BorderFrame> frames = TakeFrames(parts);
+  HandOut(parts, result);
+  TakeIn(frames, parts, result);
+  PlaceGhosts(frames, parts);
+  ExchangeImpulses(frames, parts);
+  UpdatePlayers(parts, result);
+  ApplyForces(parts);
+
+  enter(Phase::kPhysics);
+  parts.bodies.Step(parts.tick_s);
+  result.tick = ++parts.tick;
+  ReadBack(parts, result);
+
+  enter(Phase::kPrediction);
+  CommitInputs(parts);
+  AdoptMapIfDue(parts);
+  DecideHandovers(parts);
+  FindRelevant(parts);
+
+  enter(Phase::kFrames);
+  NoteContacts(parts);
+  parts.grants_in.Release(parts.log.standby_has());
+  result.frames = MakeFrames(parts);
+  if (parts.log.on()) result.log = WriteLog(parts);
+
+  enter(Phase::kDone);
+#ifndef NDEBUG
+  Validate(parts);
+#endif
+  return result;
+}
+
+}  // namespace tessera::region

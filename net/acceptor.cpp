@@ -1,0 +1,281 @@
+#include "net/acceptor.h"
+
+#include <sodium.h>
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+#include "absl/strings/str_cat.h"
+#include "net/acceptor_session.h"
+#include "net/protocol.h"
+#include "net/timer_queue.h"
+
+namespace tessera::net {
+namespace {
+
+constexpr std::uint32_t kSlotBits = 12, kSlotMask = (1u << kSlotBits) - 1;
+constexpr std::size_t kShares = 1024;  // addresses of one hash share a bucket
+
+std::uint64_t SecondsOf(Acceptor::TimePoint now) {
+  return static_cast<std::uint64_t>(std::chrono::duration_cast<std::chrono::seconds>(now.time_since_epoch()).count());
+}
+
+Refused ReasonOf(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kNotFound:
+      return Refused::kWrongInstance;
+    case absl::StatusCode::kDeadlineExceeded:
+      return Refused::kExpired;
+    default:
+      return Refused::kBadToken;
+  }
+}
+
+}  // namespace
+
+Acceptor::Acceptor(const AcceptorLimits& limits)
+    : limits_(limits),
+      shares_(kShares),
+      slots_(limits.max_sessions),
+      generations_(limits.max_sessions),
+      free_(limits.max_sessions),
+      index_(std::make_unique<SessionIndex>()),
+      timers_(std::make_unique<TimerQueue>()) {
+  assert(limits.max_sessions >= 1 && limits.max_sessions <= kMaxSessions);
+  randombytes_buf(share_key_.data(), share_key_.size());
+  std::iota(free_.begin(), free_.end(), 0u);
+}
+
+Acceptor::~Acceptor() = default;
+
+void Acceptor::Open(EndpointIdentity identity) { identity_ = std::move(identity); }
+void Acceptor::Close(std::string why) { closed_because_ = std::move(why); }
+
+// --- Sessions --------------------------------------------------------------------------------------------------------
+
+Acceptor::Session* Acceptor::Find(SessionNumber number) const {
+  const std::uint32_t slot = number.value() & kSlotMask;
+  if (slot >= slots_.size() || slots_[slot] == nullptr || slots_[slot]->number != number) return nullptr;
+  return slots_[slot].get();
+}
+
+Acceptor::Session* Acceptor::Make(const Address& address) {
+  if (free_.empty()) return nullptr;
+  const std::uint32_t slot = free_.front();
+  free_.pop_front();
+  std::uint16_t& generation = generations_[slot];
+  generation = static_cast<std::uint16_t>(generation % kMaxSessions + 1);  // 1 to 4095
+  slots_[slot] = std::make_unique<Session>();
+  ++live_;
+  Session& session = *slots_[slot];
+  session.number = SessionNumber(std::uint32_t{generation} << kSlotBits | slot);
+  session.address = address;
+  return &session;
+}
+
+void Acceptor::Forget(SessionNumber number) {
+  Session* session = Find(number);
+  if (session == nullptr) return;
+  SetDue(*session, std::nullopt);
+  if (!session->dialled) index_->Leave(number, session->greeting(), session->token_id, session->token.player);
+  const std::uint32_t slot = number.value() & kSlotMask;
+  slots_[slot].reset();
+  free_.push_back(slot);
+  --live_;
+}
+
+void Acceptor::SetDue(Session& session, std::optional<TimePoint> due) {
+  timers_->Move(session.number, session.due, due);
+}
+
+void Acceptor::Settle(SessionNumber number) {
+  Session& session = *Find(number);
+  SetDue(session, std::nullopt);
+  if (!session.dialled) index_->Settle(number, session.token_id);
+}
+bool Acceptor::IsOpen(SessionNumber session) const { return Find(session)->channel.has_value(); }
+bool Acceptor::IsDialled(SessionNumber session) const { return Find(session)->dialled; }
+const Address& Acceptor::AddressOf(SessionNumber session) const { return Find(session)->address; }
+const ConnectToken& Acceptor::TokenOf(SessionNumber session) const { return Find(session)->token; }
+const std::optional<Refusal>& Acceptor::RefusalOf(SessionNumber session) const { return Find(session)->refusal; }
+
+std::size_t Acceptor::Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
+                           std::size_t payload_bytes) {
+  Session& to = *Find(session);
+  return to.channel->Seal(kind, to.peer, datagram, payload_bytes);
+}
+
+// --- Received datagrams
+// ------------------------------------------------------------------------------------------------------
+
+Acceptor::Received Acceptor::Receive(TimePoint now, std::uint64_t unix_s, const Address& from,
+                                     std::span<std::uint8_t> datagram) {
+  const auto kind = datagram.empty() ? DatagramKind{} : static_cast<DatagramKind>(datagram[0]);
+  if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(from, datagram);
+  stats_.bytes_from_unproven += datagram.size();
+  switch (kind) {
+    case DatagramKind::kHello:
+      return OnHello(now, from, datagram);
+    case DatagramKind::kLogin:
+      return OnLogin(now, unix_s, from, datagram);
+    case DatagramKind::kChallenge:
+      return OnChallenge(now, from, datagram);
+    case DatagramKind::kAccept:
+      return OnAccept(from, datagram);
+    case DatagramKind::kRefusal:
+      return OnRefusal(from, datagram);
+    case DatagramKind::kSealed:
+    case DatagramKind::kDirect:
+      break;
+  }
+  ++stats_.unknown;
+  return {};
+}
+
+Acceptor::Received Acceptor::OnSealed(const Address& from, std::span<std::uint8_t> datagram) {
+  Session* session = nullptr;
+  if (datagram.size() > kSealHeaderBytes + kSealTagBytes) session = Find(SessionNumber(SessionNumberOf(datagram)));
+  if (session == nullptr || !session->channel || session->address != from) {
+    stats_.bytes_from_unproven += datagram.size();
+    ++stats_.unknown;
+    return {};
+  }
+  const bool direct = datagram[0] == static_cast<std::uint8_t>(DatagramKind::kDirect);
+  Channel::Fault fault{};
+  const std::optional<std::span<std::uint8_t>> payload = session->channel->Open(datagram, &fault);
+  if (!payload) {
+    stats_.bytes_from_unproven += datagram.size();
+    ++(fault == Channel::Fault::kReplayed ? stats_.replayed : stats_.forged);
+    return {};
+  }
+  session->heard = true;
+  ++stats_.payloads;
+  return {.kind = direct ? Received::Kind::kDirect : Received::Kind::kPayload,
+          .session = session->number,
+          .bytes = *payload};
+}
+
+Acceptor::Received Acceptor::OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Hello> hello = ReadHello(bytes);
+  if (!identity_ || !hello) {
+    ++stats_.unknown;
+    return {};
+  }
+  ++stats_.hellos;
+  if (hello->protocol != kProtocolVersion) {
+    return Refuse(Refused::kProtocol, hello->session, hello->nonce,
+                  absl::StrCat("you speak protocol ", hello->protocol, ", this region ", kProtocolVersion),
+                  bytes.size());
+  }
+  return Reply(Write(Challenge{.session = hello->session,
+                               .nonce = hello->nonce,
+                               .incarnation = identity_->incarnation,
+                               .cookie = cookies_.Bake(from, hello->nonce, SecondsOf(now))}));
+}
+
+// The checks go from the cheapest to the dearest.
+Acceptor::Received Acceptor::OnLogin(TimePoint now, std::uint64_t unix_s, const Address& from,
+                                     std::span<const std::uint8_t> bytes) {
+  const std::optional<Login> login = ReadLogin(bytes);
+  if (!identity_ || !login) {
+    ++stats_.unknown;
+    return {};
+  }
+  // A cookie of an earlier life of this region does not hold here; the dialler asks for another.
+  if (!cookies_.Good(login->cookie, from, login->nonce, SecondsOf(now)) ||
+      login->incarnation != identity_->incarnation) {
+    ++stats_.stale;
+    return {};
+  }
+  if (!WithinShare(now, from)) {
+    ++stats_.limited;
+    return {};
+  }
+  ++stats_.logins;
+  if (const auto known = index_->GreetedAs({from, login->nonce})) {
+    const Session& session = *Find(*known);
+    return session.heard ? Received{} : Reply(session.sent);  // the acceptance was lost
+  }
+  const auto refuse = [&](Refused reason, std::string_view why) {
+    return Refuse(reason, login->session, login->nonce, std::string(why), bytes.size());
+  };
+  absl::StatusOr<ConnectToken> token = net::Open(login->token, identity_->instance_id, identity_->key, unix_s);
+  if (!token.ok()) {
+    const absl::string_view why = token.status().message();
+    return refuse(ReasonOf(token.status()), {why.data(), why.size()});
+  }
+  const SessionKey key = SessionKeyOf(login->token, identity_->key);
+  if (!IsProven(bytes, key)) return refuse(Refused::kBadToken, "the connect token is shown by another than its holder");
+  if ((token->region != RegionId()) != identity_->for_regions) {
+    return refuse(Refused::kBadToken, "the connect token is for another kind of port");
+  }
+  if (closed_because_) return refuse(Refused::kStopping, *closed_because_);
+  if (login->region != identity_->region) {
+    return refuse(Refused::kWrongRegion,
+                  absl::StrCat("this is region ", identity_->region.value(), ", not ", login->region.value()));
+  }
+  DropUnsettled(login->token);
+  if (free_.empty()) return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_sessions, " places are taken"));
+  if (index_->CountFrom(from.host) >= limits_.max_per_address) {
+    return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_address, " places of one address are taken"));
+  }
+  if (token->player != PlayerNumber() && index_->CountOf(token->player) >= limits_.max_per_player) {
+    return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_player, " places of one player are taken"));
+  }
+  return Admit(now, from, *login, key, *std::move(token));
+}
+
+Acceptor::Received Acceptor::Admit(TimePoint now, const Address& from, const Login& login, const SessionKey& key,
+                                   ConnectToken token) {
+  ++stats_.accepted;
+  Session& session = *Make(from);
+  session.peer = login.session;
+  session.nonce = login.nonce;
+  session.token = std::move(token);
+  session.token_id = TokenIdOf(login.token);
+  SetDue(session, now + kUnsettled);
+  index_->Enter(session.number, session.greeting(), session.token_id, session.token.player);
+  Nonce nonce;
+  randombytes_buf(nonce.data(), nonce.size());
+  const DirectionKeys keys = DeriveKeys(key, identity_->region, identity_->incarnation, login.nonce, nonce);
+  session.channel.emplace(keys.to_dialler, keys.to_acceptor);
+  session.sent =
+      Write(Accept{.session = login.session, .peer = session.number.value(), .nonce = nonce}, keys.to_dialler);
+  return Reply(session.sent);
+}
+
+Acceptor::Received Acceptor::Reply(std::vector<std::uint8_t> bytes) {
+  reply_ = std::move(bytes);
+  stats_.bytes_to_unproven += reply_.size();
+  return {.kind = Received::Kind::kReply, .bytes = reply_};
+}
+
+Acceptor::Received Acceptor::Refuse(Refused reason, std::uint32_t session, const Nonce& nonce, std::string detail,
+                                    std::size_t question_bytes) {
+  ++stats_.refused;
+  std::replace_if(
+      detail.begin(), detail.end(), [](char c) { return c < 0x20 || c > 0x7e; }, '?');
+  return Reply(Write(Refusal{.reason = reason, .session = session, .nonce = nonce, .detail = std::move(detail)},
+                     question_bytes));
+}
+
+// A token has at most one unsettled session, so its holder cannot fill the acceptor with them.
+void Acceptor::DropUnsettled(std::span<const std::uint8_t> token) {
+  if (const auto number = index_->UnsettledOf(TokenIdOf(token))) Forget(*number);
+}
+
+bool Acceptor::WithinShare(TimePoint now, const Address& from) {
+  std::array<std::uint8_t, crypto_shorthash_BYTES> hash;
+  static_assert(Secret<16>::size() == crypto_shorthash_KEYBYTES);
+  crypto_shorthash(hash.data(), reinterpret_cast<const std::uint8_t*>(&from.host), sizeof from.host, share_key_.data());
+  Share& share = shares_[(std::size_t{hash[0]} | std::size_t{hash[1]} << 8) % kShares];
+  const double gained = std::chrono::duration<double>(now - share.since).count() * limits_.logins_per_s;
+  share.left = share.since == TimePoint() ? limits_.login_burst : std::min(limits_.login_burst, share.left + gained);
+  share.since = now;
+  if (share.left < 1) return false;
+  share.left -= 1;
+  return true;
+}
+
+}  // namespace tessera::net

@@ -1,0 +1,182 @@
+// Acceptor: all sessions of one socket, those that it accepted and those that it dialled. It keeps unproven peers from
+// ENet.
+//
+// As the side that is dialled it answers a handshake (handshake.h): a peer that has not proven that it uses its address
+// and holds a token of this instance leaves nothing behind and gets fewer bytes than it sent. As the side that dials it
+// sends Hello and Login, again and again, until it is accepted, refused or forgotten. In either case a session follows
+// whose datagrams are sealed by keys that only this pair and this connection have.
+//
+//   Acceptor acceptor({.max_sessions = 64});
+//   acceptor.Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
+//   for each datagram:  switch (const Received r = acceptor.Receive(now, unix_s, from, bytes); r.kind) ...
+//   now and then:       for (Outgoing& out : acceptor.Due(now)) send(out.to, out.bytes);
+//
+// A datagram is answered in the same time however many sessions there are (session_index.h).
+// Pure: datagrams and time come in. Thread rule: one thread.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/world/ids.h"
+#include "net/address.h"
+#include "net/channel.h"
+#include "net/connect_token.h"
+#include "net/handshake.h"
+
+namespace tessera::net {
+
+// Goes into every sealed datagram, 24 bits; from 1, and reused only after 4095 others of its slot.
+using SessionNumber = Id<struct SessionTag, std::uint32_t>;
+
+// The region behind an acceptor, and the key of the tokens that it accepts.
+struct EndpointIdentity {
+  std::string instance_id;
+  RegionId region;
+  Incarnation incarnation;
+  InstanceKey key;
+  bool for_regions = false;  // accepts tokens of regions instead of players
+};
+
+struct AcceptorLimits {
+  std::size_t max_sessions = 64;     // 1 to 4095, both ways
+  std::size_t max_per_address = 64;  // accepted sessions of one IPv4 address
+  // Accepted sessions of one player: the connection in use, earlier ones that fade, one that begins.
+  std::size_t max_per_player = 8;
+  // Logins with a good cookie of one address; each costs some 10 us. Many players or bots may share one address.
+  double logins_per_s = 256, login_burst = 512;
+};
+
+struct AcceptorStats {
+  std::uint64_t hellos = 0, logins = 0, accepted = 0, refused = 0;
+  std::uint64_t unknown = 0;   // no datagram of this protocol, or of no session here
+  std::uint64_t stale = 0;     // logins without a good cookie
+  std::uint64_t limited = 0;   // logins beyond an address's share of logins_per_s
+  std::uint64_t replayed = 0;  // sealed, but received before or too old
+  std::uint64_t forged = 0;    // sealed by another key, or damaged
+  std::uint64_t payloads = 0;
+  // Bytes of all datagrams but the payloads of sessions.
+  std::uint64_t bytes_from_unproven = 0, bytes_to_unproven = 0;
+};
+
+class SessionIndex;
+class TimerQueue;
+
+class Acceptor {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+  using Duration = std::chrono::steady_clock::duration;
+
+  static constexpr std::size_t kMaxSessions = 4095;
+  // From acceptance until the caller has settled the session.
+  static constexpr Duration kUnsettled = std::chrono::seconds(3);
+  static constexpr Duration kFirstRetry = std::chrono::milliseconds(100), kMaxRetry = std::chrono::seconds(1);
+  // Logins without an answer until it starts anew: another acceptor may be there by now, or the cookie is old.
+  static constexpr int kLoginTries = 4;
+
+  explicit Acceptor(const AcceptorLimits& limits);
+  ~Acceptor();
+
+  // From now on handshakes are answered; before, nothing is.
+  void Open(EndpointIdentity identity);
+  // From now on logins are refused with STOPPING.
+  void Close(std::string why);
+
+  // Begins to dial an acceptor of that region; nothing where all sessions are in use.
+  std::optional<SessionNumber> Dial(TimePoint now, const Address& to, RegionId region, Credentials credentials);
+
+  struct Received {
+    enum class Kind : std::uint8_t {
+      kNothing,
+      kReply,    // bytes are to be sent back
+      kPayload,  // session, bytes: ENet's, within the datagram
+      kDirect,   // session, bytes: an unsequenced message that bypasses ENet
+      kDialled,  // session: one that was dialled is open now
+      kRefused,  // session: one that was dialled is refused, see RefusalOf; the caller forgets it
+    };
+    Kind kind = Kind::kNothing;
+    SessionNumber session{};
+    std::span<std::uint8_t> bytes{};  // valid until the next call
+  };
+  // `datagram` is overwritten. `unix_s` is held against the expiry of tokens.
+  Received Receive(TimePoint now, std::uint64_t unix_s, const Address& from, std::span<std::uint8_t> datagram);
+
+  // As Channel::Seal. Requires an open session.
+  std::size_t Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
+                   std::size_t payload_bytes);
+
+  struct Outgoing {
+    Address to;
+    std::vector<std::uint8_t> bytes;
+  };
+  // Datagrams that dialled sessions have to send by now. Accepted sessions that were not settled in time end here.
+  std::vector<Outgoing> Due(TimePoint now);
+  std::optional<TimePoint> next_due() const;
+
+  // The session is in use: it lives until it is forgotten.
+  void Settle(SessionNumber session);
+  void Forget(SessionNumber session);
+
+  bool Has(SessionNumber session) const { return Find(session) != nullptr; }
+  // These require the session.
+  bool IsOpen(SessionNumber session) const;
+  bool IsDialled(SessionNumber session) const;
+  const Address& AddressOf(SessionNumber session) const;
+  const ConnectToken& TokenOf(SessionNumber session) const;              // requires an accepted session
+  const std::optional<Refusal>& RefusalOf(SessionNumber session) const;  // requires a dialled session
+
+  std::size_t sessions() const { return live_; }
+  const AcceptorStats& stats() const { return stats_; }
+
+ private:
+  struct Session;
+  // An address's share of logins_per_s: a token bucket.
+  struct Share {
+    double left = 0;
+    TimePoint since{};
+  };
+
+  Session* Find(SessionNumber number) const;
+  Session* Make(const Address& address);
+  Session* DialOf(std::uint32_t number, const Nonce& nonce, const Address& from) const;
+
+  Received Reply(std::vector<std::uint8_t> bytes);
+  Received Refuse(Refused reason, std::uint32_t session, const Nonce& nonce, std::string detail,
+                  std::size_t question_bytes);
+  Received OnSealed(const Address& from, std::span<std::uint8_t> datagram);
+  Received OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
+  Received OnLogin(TimePoint now, std::uint64_t unix_s, const Address& from, std::span<const std::uint8_t> bytes);
+  Received Admit(TimePoint now, const Address& from, const Login& login, const SessionKey& key, ConnectToken token);
+  Received OnChallenge(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
+  Received OnAccept(const Address& from, std::span<const std::uint8_t> bytes);
+  Received OnRefusal(const Address& from, std::span<const std::uint8_t> bytes);
+
+  void DropUnsettled(std::span<const std::uint8_t> token);
+  void SetDue(Session& session, std::optional<TimePoint> due);
+  bool WithinShare(TimePoint now, const Address& from);
+  void SendHello(Session& session);
+
+  AcceptorLimits limits_;
+  std::optional<EndpointIdentity> identity_;
+  std::optional<std::string> closed_because_;
+  CookieJar cookies_;
+  Secret<16> share_key_;
+  std::vector<Share> shares_;
+  std::vector<std::unique_ptr<Session>> slots_;
+  std::vector<std::uint16_t> generations_;
+  std::deque<std::uint32_t> free_;  // slots; the one used longest ago comes first
+  std::size_t live_ = 0;
+  std::unique_ptr<SessionIndex> index_;  // accepted sessions
+  std::unique_ptr<TimerQueue> timers_;
+  std::vector<std::uint8_t> reply_;
+  AcceptorStats stats_;
+};
+
+}  // namespace tessera::net

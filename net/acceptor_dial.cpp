@@ -1,0 +1,123 @@
+// The dialling side of an acceptor, and its timers.
+#include <sodium.h>
+
+#include <algorithm>
+
+#include "net/acceptor.h"
+#include "net/acceptor_session.h"
+#include "net/protocol.h"
+#include "net/timer_queue.h"
+
+namespace tessera::net {
+
+TokenId TokenIdOf(std::span<const std::uint8_t> token) {
+  TokenId id;
+  std::copy_n(token.begin(), id.size(), id.begin());
+  return id;
+}
+
+std::optional<SessionNumber> Acceptor::Dial(TimePoint now, const Address& to, RegionId region,
+                                            Credentials credentials) {
+  Session* session = Make(to);
+  if (session == nullptr) return std::nullopt;
+  session->dialled = true;
+  session->region = region;
+  session->credentials = std::move(credentials);
+  SetDue(*session, now);
+  SendHello(*session);
+  return session->number;
+}
+
+void Acceptor::SendHello(Session& session) {
+  randombytes_buf(session.nonce.data(), session.nonce.size());
+  session.incarnation.reset();
+  session.sent = Write(Hello{.protocol = kProtocolVersion, .session = session.number.value(), .nonce = session.nonce});
+  session.tries = 0;
+}
+
+Acceptor::Session* Acceptor::DialOf(std::uint32_t number, const Nonce& nonce, const Address& from) const {
+  Session* session = Find(SessionNumber(number));
+  const bool waits = session != nullptr && session->dialled && !session->channel && !session->refusal;
+  return waits && session->address == from && session->nonce == nonce ? session : nullptr;
+}
+
+Acceptor::Received Acceptor::OnChallenge(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Challenge> challenge = ReadChallenge(bytes);
+  Session* session = challenge ? DialOf(challenge->session, challenge->nonce, from) : nullptr;
+  if (session == nullptr || session->incarnation) {
+    ++stats_.unknown;
+    return {};
+  }
+  session->incarnation = challenge->incarnation;
+  session->sent = Write(Login{.session = session->number.value(),
+                              .nonce = session->nonce,
+                              .cookie = challenge->cookie,
+                              .region = session->region,
+                              .incarnation = challenge->incarnation,
+                              .token = session->credentials.token},
+                        session->credentials.key);
+  session->retry = kFirstRetry;
+  SetDue(*session, now + session->retry);
+  session->tries = 1;
+  return Reply(session->sent);
+}
+
+Acceptor::Received Acceptor::OnAccept(const Address& from, std::span<const std::uint8_t> bytes) {
+  const std::optional<Accept> accept = ReadAccept(bytes);
+  Session* session = accept ? Find(SessionNumber(accept->session)) : nullptr;
+  const bool expected = session != nullptr && session->dialled && !session->channel && !session->refusal &&
+                        session->incarnation && session->address == from;
+  if (!expected) {
+    ++stats_.unknown;
+    return {};
+  }
+  const DirectionKeys keys =
+      DeriveKeys(session->credentials.key, session->region, *session->incarnation, session->nonce, accept->nonce);
+  if (!IsAccepted(bytes, keys.to_dialler)) {
+    ++stats_.forged;
+    return {};
+  }
+  session->peer = accept->peer;
+  session->channel.emplace(keys.to_acceptor, keys.to_dialler);
+  session->credentials = {};
+  session->sent.clear();
+  SetDue(*session, std::nullopt);
+  return {.kind = Received::Kind::kDialled, .session = session->number, .bytes = {}};
+}
+
+Acceptor::Received Acceptor::OnRefusal(const Address& from, std::span<const std::uint8_t> bytes) {
+  std::optional<Refusal> refusal = ReadRefusal(bytes);
+  Session* session = refusal ? DialOf(refusal->session, refusal->nonce, from) : nullptr;
+  if (session == nullptr) {
+    ++stats_.unknown;
+    return {};
+  }
+  session->refusal = std::move(refusal);
+  SetDue(*session, std::nullopt);
+  return {.kind = Received::Kind::kRefused, .session = session->number, .bytes = {}};
+}
+
+std::vector<Acceptor::Outgoing> Acceptor::Due(TimePoint now) {
+  std::vector<Outgoing> out;
+  for (auto next = timers_->first(); next && next->at <= now; next = timers_->first()) {
+    Session& session = *Find(next->session);
+    if (!session.dialled) {
+      Forget(session.number);
+      continue;
+    }
+    if (session.tries >= kLoginTries && session.incarnation) SendHello(session);
+    ++session.tries;
+    stats_.bytes_to_unproven += session.sent.size();
+    out.push_back({session.address, session.sent});
+    SetDue(session, now + session.retry);
+    session.retry = std::min(session.retry * 2, kMaxRetry);
+  }
+  return out;
+}
+
+std::optional<Acceptor::TimePoint> Acceptor::next_due() const {
+  const auto next = timers_->first();
+  return next ? std::optional(next->at) : std::nullopt;
+}
+
+}  // namespace tessera::net

@@ -1,0 +1,44 @@
+// Acceptor::Session: one session of an acceptor. Only the acceptor includes this.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "net/acceptor.h"
+#include "net/session_index.h"
+
+namespace tessera::net {
+
+// Requires a token that opened.
+TokenId TokenIdOf(std::span<const std::uint8_t> token);
+
+struct Acceptor::Session {
+  SessionNumber number;
+  Address address;
+  bool dialled = false;
+  std::uint32_t peer = 0;  // the session's number at the other end
+  Nonce nonce{};           // the dialler's
+  // Accepted: when the session ends unless it is settled. Dialled: when the last datagram is sent again. Nothing:
+  // never.
+  std::optional<TimePoint> due;    // written by Acceptor::SetDue alone
+  std::vector<std::uint8_t> sent;  // the handshake datagram that may have been lost
+  std::optional<Channel> channel;
+
+  // Fields of an accepted session.
+  ConnectToken token;
+  TokenId token_id{};
+  bool heard = false;  // a sealed datagram has come, so the other end knows that it was accepted
+
+  // Fields of a dialled session until it is open.
+  RegionId region;
+  std::optional<Incarnation> incarnation;  // from the challenge
+  Credentials credentials;
+  Duration retry = kFirstRetry;
+  int tries = 0;
+  std::optional<Refusal> refusal;
+
+  Greeting greeting() const { return {address, nonce}; }
+};
+
+}  // namespace tessera::net

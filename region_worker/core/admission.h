@@ -1,0 +1,10 @@
+// Whether a player that has shown its token may enter.
+#pragma once
+
+#include <cstdint>
+
+namespace tessera::worker {
+
+enum class Admission : std::uint8_t { kWelcome, kNotYet, kLeft };
+
+}  // namespace tessera::worker

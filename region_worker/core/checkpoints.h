@@ -1,0 +1,34 @@
+// Checkpoints: writes the region's state right after the tick that the order names, or says why it cannot.
+//
+//   Checkpoints checkpoints;
+//   after each step: checkpoints.Follow(order.checkpoint, region, actions);   // WriteCheckpoint -> Written
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "core/region/region.h"
+#include "region_worker/core/actions.h"
+#include "region_worker/core/order.h"
+
+namespace tessera::worker {
+
+class Checkpoints {
+ public:
+  void Follow(const std::optional<StateFile>& ordered, const region::Region& region, Actions& actions);
+  void Written(Tick tick, const absl::Status& status, Actions& actions);
+
+  Tick tick() const { return tick_; }                      // of the newest that was written
+  const std::string& failure() const { return failure_; }  // of the one that is ordered; empty: it has not failed
+
+ private:
+  std::optional<Tick> newest_;  // that was begun or given up
+  bool writing_ = false;
+  Tick tick_;
+  std::string failure_;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,47 @@
+// NeighbourWatch: which neighbours a region gives up because nothing comes from them.
+//
+// A region that waits says every kInterval that it is well, so only one that says nothing at all is silent; it is given
+// up after kSilence. But regions may wait for each other in a circle: after kStuck nobody is waited for any more.
+//
+//   if (watch.Due(now, last_step)) {
+//     say to all neighbours that this region is well;
+//     for (const SilentNeighbour& silent : watch.Look(region.WaitingFor(), links, now)) region.Close(silent.region);
+//   }
+//   after each step: watch.Stepped();
+//
+// Thread rule: none of its own. Time is passed in, never read.
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "core/world/ids.h"
+#include "region_worker/core/link_table.h"
+#include "region_worker/core/time.h"
+
+namespace tessera::worker {
+
+struct SilentNeighbour {
+  RegionId region;
+  Duration silent{0};
+};
+
+class NeighbourWatch {
+ public:
+  static constexpr Duration kInterval = std::chrono::milliseconds(50);
+  static constexpr Duration kSilence = std::chrono::milliseconds(250);
+  static constexpr Duration kStuck = std::chrono::seconds(1);
+
+  // While no step was made for kInterval, once every kInterval.
+  bool Due(TimePoint now, TimePoint last_step) const { return now >= next_look_ && now - last_step >= kInterval; }
+  // Those to be given up, of `waited_for`. After a look that came late nobody is: this process did not listen.
+  std::vector<SilentNeighbour> Look(std::span<const RegionId> waited_for, const LinkTable& links, TimePoint now);
+  void Stepped() { waited_since_.clear(); }
+
+ private:
+  TimePoint next_look_{};
+  std::map<RegionId, TimePoint> waited_since_;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,181 @@
+#include "region_worker/core/order.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/failover_io.h"
+#include "core/world/limits.h"
+#include "core/world/partition_io.h"
+#include "core/world/proto_math.h"
+
+namespace tessera::worker {
+namespace {
+
+constexpr std::uint32_t kDefaultSnapshotRateHz = 30;
+
+absl::Status CheckAddressee(const v1::WorkerOrder& message, const Identity& self) {
+  if (message.instance_id() == self.instance_id && message.region() == self.region.value() &&
+      message.incarnation() == self.incarnation.value()) {
+    return absl::OkStatus();
+  }
+  return absl::FailedPreconditionError(absl::StrCat("order for instance ", message.instance_id(), " region ",
+                                                    message.region(), " incarnation ", message.incarnation(),
+                                                    ", not for this worker"));
+}
+
+absl::Status ReadPeers(const v1::WorkerOrder& message, Order& order) {
+  for (int i = 0; i < message.peers_size(); ++i) {
+    const v1::RegionAddress& peer = message.peers(i);
+    if (peer.region() == 0 || peer.region() > kMaxRegions) {
+      return absl::InvalidArgumentError(absl::StrCat("peers[", i, "].region: ", peer.region()));
+    }
+    if (peer.link_port() == 0 || peer.link_port() > 65535) {
+      return absl::InvalidArgumentError(absl::StrCat("peers[", i, "].link_port: ", peer.link_port()));
+    }
+    if (peer.game_port() > 65535) {
+      return absl::InvalidArgumentError(absl::StrCat("peers[", i, "].game_port: ", peer.game_port()));
+    }
+    order.peers.push_back({RegionId(peer.region()), Incarnation(peer.incarnation()), peer.host(),
+                           static_cast<std::uint16_t>(peer.link_port()), static_cast<std::uint16_t>(peer.game_port())});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
+  for (int i = 0; i < message.players_size(); ++i) {
+    const v1::Player& player = message.players(i);
+    if (player.number() == 0) return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: 0"));
+    order.players.push_back(
+        {PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left(), player.parked()});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadKey(const std::string& bytes, Order& order) {
+  if (bytes.size() != net::kKeyBytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("instance_key has ", bytes.size(), " bytes; it needs ", net::kKeyBytes));
+  }
+  std::copy(bytes.begin(), bytes.end(), order.key.emplace().data());
+  return absl::OkStatus();
+}
+
+absl::Status InField(const char* field, const absl::Status& status) {
+  return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
+}
+
+absl::Status ReadMaps(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_map()) {
+    absl::StatusOr<PartitionMap> map = FromProto(message.map());
+    if (!map.ok()) return InField("map", map.status());
+    order.map = *std::move(map);
+  }
+  if (message.has_planned()) {
+    absl::StatusOr<PartitionMap> map = FromProto(message.planned().map());
+    if (!map.ok()) return InField("planned.map", map.status());
+    if (message.planned().effective_tick() == 0) return absl::InvalidArgumentError("planned.effective_tick: 0");
+    order.planned = {*std::move(map), Tick(message.planned().effective_tick()), message.planned().committed()};
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadFailover(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_failover()) {
+    if (!order.map || message.failover().version() != order.map->version().value()) {
+      return absl::InvalidArgumentError("failover.version: not that of the map");
+    }
+    order.failover = {.version = order.map->version(), .dead = {}};
+    for (const v1::DeadRegion& dead : message.failover().dead()) {
+      order.failover->dead.push_back({RegionId(dead.region()), Incarnation(dead.incarnation())});
+    }
+  }
+  if (message.has_resolution()) {
+    absl::StatusOr<region::Resolution> resolution = region::FromProto(message.resolution());
+    if (!resolution.ok()) return InField("resolution", resolution.status());
+    order.resolution = *std::move(resolution);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadStandby(const v1::WorkerOrder& message, const Identity& self, Order& order) {
+  const auto bad = [&](std::uint32_t region) { return region > kMaxRegions || RegionId(region) == self.region; };
+  if (bad(message.standby())) return absl::InvalidArgumentError(absl::StrCat("standby: ", message.standby()));
+  order.standby = RegionId(message.standby());
+  for (int i = 0; i < message.primaries_size(); ++i) {
+    if (message.primaries(i) == 0 || bad(message.primaries(i))) {
+      return absl::InvalidArgumentError(absl::StrCat("primaries[", i, "]: ", message.primaries(i)));
+    }
+    order.primaries.push_back(RegionId(message.primaries(i)));
+  }
+  return absl::OkStatus();
+}
+
+void ReadStates(const v1::WorkerOrder& message, Order& order) {
+  if (message.has_checkpoint()) {
+    order.checkpoint = {.tick = Tick(message.checkpoint().tick()), .path = message.checkpoint().path(), .hash = {}};
+  }
+  if (message.has_initial_state()) {
+    const v1::InitialState& state = message.initial_state();
+    order.initial_state = {.tick = Tick(state.tick()), .path = state.path(), .hash = state.hash()};
+  }
+  order.joins_running = message.joins_running();
+}
+
+absl::Status ReadBorders(const v1::BorderSettings& message, region::RegionSettings& borders) {
+  if (message.ghost_depth() > region::kMaxGhostDepth) {
+    return absl::InvalidArgumentError(absl::StrCat("borders.ghost_depth: ", message.ghost_depth()));
+  }
+  if (message.whole_up_to() > region::kMaxWholeUpTo) {
+    return absl::InvalidArgumentError(absl::StrCat("borders.whole_up_to: ", message.whole_up_to()));
+  }
+  if (message.has_ghost_depth()) borders.ghost_depth = message.ghost_depth();
+  if (message.has_whole_up_to()) borders.whole_up_to = message.whole_up_to();
+  return absl::OkStatus();
+}
+
+// The scene decides about names and types.
+absl::Status ReadProperties(const v1::WorkerOrder& message, Order& order) {
+  for (int i = 0; i < message.property_changes_size(); ++i) {
+    const v1::PropertyChange& change = message.property_changes(i);
+    const std::uint64_t last = order.properties.empty() ? 0 : order.properties.back().number;
+    if (change.number() <= last) {
+      return absl::InvalidArgumentError(absl::StrCat("property_changes[", i, "].number: ", change.number()));
+    }
+    std::optional<PropertyValue> value = FromProto(change.property());
+    if (!value) return absl::InvalidArgumentError(absl::StrCat("property_changes[", i, "].property: has no value"));
+    order.properties.push_back({change.number(), BodyId(change.body()), change.property().name(), *std::move(value)});
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity& self,
+                                 const region::RegionSettings& borders) {
+  if (absl::Status status = CheckAddressee(message, self); !status.ok()) return status;
+  Order order;
+  order.borders = borders;
+  order.revision = message.revision();
+  order.scene_path = message.scene_path();
+  order.scene_hash = message.scene_hash();
+  order.run = message.run();
+  order.stop = message.stop();
+  order.snapshot_rate_hz = message.snapshot_rate_hz() == 0 ? kDefaultSnapshotRateHz : message.snapshot_rate_hz();
+  if (order.snapshot_rate_hz > kMaxTickRateHz) {
+    return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: ", order.snapshot_rate_hz));
+  }
+  if (absl::Status status = ReadBorders(message.borders(), order.borders); !status.ok()) return status;
+  if (!message.instance_key().empty()) {
+    if (absl::Status status = ReadKey(message.instance_key(), order); !status.ok()) return status;
+  }
+  if (absl::Status status = ReadMaps(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadFailover(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadStandby(message, self, order); !status.ok()) return status;
+  ReadStates(message, order);
+  if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadProperties(message, order); !status.ok()) return status;
+  return order;
+}
+
+}  // namespace tessera::worker

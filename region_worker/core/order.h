@@ -1,0 +1,81 @@
+// Order: the state that a worker is to be in, checked. The plain form of tessera.v1.WorkerOrder.
+//
+// An order is a whole state, not a command: the worker compares it with what it is and does the difference. A field
+// that is not known yet is empty and comes with a later revision.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/region/resolve.h"
+#include "core/region/settings.h"
+#include "core/world/partition_map.h"
+#include "net/connect_token.h"
+#include "region_worker/core/identity.h"
+#include "region_worker/core/peer_address.h"
+#include "region_worker/core/property_orders.h"
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::worker {
+
+struct OrderedPlayer {
+  PlayerNumber number;
+  RegionId spawn_region{};  // makes its body; RegionId(): the scene has none
+  bool left = false;
+  bool parked = false;
+};
+
+// A life of a region that has ended.
+struct DeadRegion {
+  RegionId region;
+  Incarnation incarnation;
+};
+
+// A failover that is under way: `Order::map` is its map.
+struct OrderedFailover {
+  MapVersion version;
+  std::vector<DeadRegion> dead;
+};
+
+struct OrderedMap {
+  PartitionMap map;
+  Tick effective;
+  bool committed = false;
+};
+
+// A state in a file of this host.
+struct StateFile {
+  Tick tick;
+  std::string path;
+  std::string hash;  // SHA-256, hexadecimal, of a state that is to be read
+};
+
+struct Order {
+  std::uint64_t revision = 0;
+  std::string scene_path, scene_hash;
+  std::optional<PartitionMap> map;
+  std::optional<net::InstanceKey> key;
+  std::vector<PeerAddress> peers;
+  std::vector<OrderedPlayer> players;
+  bool run = false, stop = false;
+  std::uint32_t snapshot_rate_hz = 30;
+  region::RegionSettings borders;
+  std::optional<OrderedFailover> failover;
+  std::optional<region::Resolution> resolution;
+  std::optional<OrderedMap> planned;
+  RegionId standby{};  // RegionId(): none
+  std::vector<RegionId> primaries;
+  std::optional<StateFile> checkpoint, initial_state;
+  bool joins_running = false;
+  std::vector<PropertyOrder> properties;  // ascending by number
+};
+
+// `borders`: the settings that the message leaves open. Errors: FAILED_PRECONDITION if it is not meant for `self`,
+// INVALID_ARGUMENT naming the field.
+absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity& self,
+                                 const region::RegionSettings& borders = {});
+
+}  // namespace tessera::worker

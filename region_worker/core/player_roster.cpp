@@ -1,0 +1,50 @@
+#include "region_worker/core/player_roster.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::worker {
+
+void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, region::Region& region, Actions& actions) {
+  named_.clear();
+  for (const OrderedPlayer& player : players) {
+    named_.insert(player.number);
+    newest_named_ = std::max(newest_named_, player.number);
+    region.ParkPlayer(player.number, player.parked);
+    if (player.left) {
+      if (left_.insert(player.number).second) actions.emplace_back(ExpelPlayer{player.number});
+      continue;
+    }
+    const bool makes_body = players_have_bodies_ && player.spawn_region == region.id();
+    if (!makes_body || !asked_to_spawn_.insert(player.number).second) continue;
+    if (joins) {
+      region.MarkSpawned(player.number);
+      continue;
+    }
+    LogInfo(actions, absl::StrCat("spawn player=", player.number.value()));
+    region.SpawnPlayer(player.number);
+    spawning_.push_back(player.number);
+  }
+  const auto forgotten = [this](PlayerNumber player) { return !named_.contains(player); };
+  std::erase_if(left_, forgotten);
+  std::erase_if(asked_to_spawn_, forgotten);
+}
+
+bool PlayerRoster::HasLeft(PlayerNumber player) const {
+  return left_.contains(player) || (player <= newest_named_ && !named_.contains(player));
+}
+
+void PlayerRoster::RemoveLeft(region::Region& region) const {
+  const std::span<const region::OwnedBody> owned = region.owned();
+  // Players' bodies have the highest ids.
+  for (auto body = owned.rbegin(); body != owned.rend() && IsPlayerBody(body->def->id); ++body) {
+    if (HasLeft(PlayerOf(body->def->id))) region.RemovePlayer(PlayerOf(body->def->id));
+  }
+}
+
+void PlayerRoster::CountSpawned(const region::Region& region) {
+  spawned_ += std::erase_if(spawning_, [&](PlayerNumber player) { return region.Owns(PlayerBodyId(player)); });
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,121 @@
+// RegionRun: a region and all that its worker does with it, from the moment it is built: steps it while it holds its
+// lease, sends its log to the standby, keeps copies of its primaries, follows maps and failovers, makes and removes
+// players' bodies, changes properties.
+//
+//   RegionRun run(self, config, ...);
+//   run.Begin(links, actions);
+//   each order: run.Follow(order, now, links, actions);
+//   each round: if (run.Advance(now, links, actions)) { run.Step(now, observer, links, actions); run.StepEnded(...); }
+//
+// Every part owns its state and is told the region; what goes out are actions. Links outlive it. Thread rule: one
+// thread.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "core/region/region.h"
+#include "region_worker/core/actions.h"
+#include "region_worker/core/drop_log.h"
+#include "region_worker/core/failover_follower.h"
+#include "region_worker/core/identity.h"
+#include "region_worker/core/link_message.h"
+#include "region_worker/core/link_table.h"
+#include "region_worker/core/map_follower.h"
+#include "region_worker/core/order.h"
+#include "region_worker/core/player_places.h"
+#include "region_worker/core/player_roster.h"
+#include "region_worker/core/property_orders.h"
+#include "region_worker/core/run_statistics.h"
+#include "region_worker/core/standby_copies.h"
+#include "region_worker/core/standby_log.h"
+#include "region_worker/core/tick_driver.h"
+
+namespace tessera::worker {
+
+struct FailoverFigures {
+  std::uint64_t failovers = 0;           // that this region went through
+  std::uint64_t takeover_age_ticks = 0;  // how old the state was that the last one brought back
+  std::uint64_t last_gap_ms = 0;         // time without a step that the last one cost
+};
+
+class RegionRun {
+ public:
+  // `views_have_a_radius`: clients are shown the surroundings of their body, so all regions must know where it is.
+  RegionRun(const Identity& self, region::Config config, bool views_have_a_radius);
+
+  // Sends the frames of the tick that the region begins with. Once, before anything else.
+  void Begin(LinkTable& links, Actions& actions);
+  // From now on ticks are due.
+  void Run(TimePoint now, Actions& actions);
+
+  // Repeating it does nothing. An error is a contradiction that this worker cannot live with.
+  absl::Status Follow(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
+  // Whom the region needs links with: neighbours by the map in force, by the one that is announced and by a failover's,
+  // the standby, the primaries. Ascending.
+  std::vector<RegionId> Partners(const Order& order) const;
+  // True once after each change of the map in force.
+  bool MapCameIntoForce(Actions& actions) { return maps_.CameIntoForce(region(), actions); }
+
+  void Receive(RegionId from, const LinkMessage& message, TimePoint now, LinkTable& links, Actions& actions);
+  absl::Status TakeInput(const PlayerInput& input) { return ticks_.region().QueueInput(input); }
+  // As an order would name them, without one.
+  void SetPlayers(std::span<const OrderedPlayer> players, bool joins, Actions& actions) {
+    roster_.Set(players, joins, ticks_.region(), actions);
+  }
+  // The number of a request that the agent is to pass on now, if one is; the standby has been asked.
+  std::optional<std::uint64_t> AskForLease(TimePoint now, const LinkTable& links, Actions& actions);
+  void LeaseGranted(std::uint64_t number, Duration ttl) { standby_log_.LeaseGranted(number, ttl); }
+
+  // Time passes. True: the next tick is to be stepped now.
+  bool Advance(TimePoint now, LinkTable& links, Actions& actions);
+  void Step(TimePoint now, const region::PhaseObserver& observer, LinkTable& links, Actions& actions);
+  // `work`: the time that the tick took, without waiting.
+  void StepEnded(TimePoint end, Duration work);
+  // When the next tick is due; nullopt while only a message or an order can change anything.
+  std::optional<TimePoint> wake_at(TimePoint now) const;
+
+  const region::Region& region() const { return ticks_.region(); }
+  const TickDriver& ticks() const { return ticks_; }
+  const StandbyLog& standby_log() const { return standby_log_; }
+  const StandbyCopies& copies() const { return copies_; }
+  const FailoverFollower& failovers() const { return failovers_; }
+  const PlayerPlaces* places() const { return places_ ? &*places_ : nullptr; }
+  const PlayerRoster& roster() const { return roster_; }
+  const RunStatistics& statistics() const { return statistics_; }
+  const FailoverFigures& failover_figures() const { return failover_figures_; }
+  const DropCounts& drops() const { return drops_.counts(); }
+  std::vector<PropertyAnswer> PropertyAnswers() const;
+  MapVersion planned() const { return maps_.planned(region()); }
+  MapVersion refused() const { return maps_.refused(); }
+  bool paused() const { return paused_; }  // no lease: nothing is stepped, and nothing sent
+  // It steps, as far as it knows: it holds its lease, is in its map, and no failover is under way.
+  bool Moves(TimePoint now) const;
+
+ private:
+  bool MayStep(TimePoint now, Actions& actions);
+  absl::Status FollowFailover(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
+  absl::Status Resume(const region::Resolution& resolution, TimePoint now, LinkTable& links, Actions& actions);
+  void Publish(region::StepResult result, TimePoint now, const LinkTable& links, Actions& actions);
+  void SendPlaces(const LinkTable& links, Actions& actions);
+
+  std::uint32_t tick_rate_hz_;
+  TickDriver ticks_;
+  StandbyLog standby_log_;
+  StandbyCopies copies_;
+  MapFollower maps_;
+  FailoverFollower failovers_;
+  PlayerRoster roster_;
+  PropertyOrders properties_;
+  std::optional<PlayerPlaces> places_;
+  RunStatistics statistics_;
+  DropLog drops_;
+  FailoverFigures failover_figures_;
+  bool paused_ = false;
+  bool resumed_ = false;   // after a failover, and has not stepped since
+  bool left_out_ = false;  // the map in force has no place for it: it waits for its end
+};
+
+}  // namespace tessera::worker

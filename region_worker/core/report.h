@@ -1,0 +1,52 @@
+// A worker's reports about itself, and their times.
+//
+// Thread rule: none of its own.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "region_worker/core/identity.h"
+#include "region_worker/core/region_run.h"
+#include "region_worker/core/time.h"
+#include "tessera/v1/worker_link.pb.h"
+
+namespace tessera::worker {
+
+// The part whose change is reported at once.
+struct ReportedState {
+  v1::WorkerPhase phase = v1::WORKER_PHASE_LOADING;
+  std::uint64_t order_revision = 0;
+  std::vector<RegionId> linked;
+  std::vector<PlayerNumber> players;
+  std::string failure;
+  MapVersion map{}, planned{}, refused{};
+  bool paused = false, unprotected = false;
+  Tick checkpoint_tick{};
+  std::string checkpoint_failure;
+  std::vector<PropertyAnswer> property_answers{};
+  friend bool operator==(const ReportedState&, const ReportedState&) = default;
+};
+
+// Without the memory that the process takes. `run` is null until the world is built.
+v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::RegionAddress& address,
+                            const ReportedState& state, const RegionRun* run, TimePoint now);
+
+// Lets a report through when the state differs from the last one's, else every kInterval.
+class ReportGate {
+ public:
+  static constexpr Duration kInterval = std::chrono::milliseconds(500);
+
+  bool Due(TimePoint now, const ReportedState& state) const { return now >= next_ || state != last_; }
+  void Sent(TimePoint now, ReportedState state) {
+    next_ = now + kInterval;
+    last_ = std::move(state);
+  }
+
+ private:
+  TimePoint next_{};
+  ReportedState last_;
+};
+
+}  // namespace tessera::worker

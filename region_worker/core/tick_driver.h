@@ -1,0 +1,67 @@
+// TickDriver: a region's ticks against the clock: when the next one is stepped, for whom it waits, and when it gives a
+// silent neighbour up.
+//
+//   TickDriver ticks(config);
+//   ticks.SendFirstFrames(links, actions);
+//   ticks.Run(now);
+//   each round: if (ticks.Due(now)) { result = ticks.Step(now, links, actions); ...; ticks.StepEnded(end); }
+//               else ticks.Watch(now, may_give_up, links, actions);
+//
+// Pure: the region's frames go out as actions, time is passed in. Thread rule: one thread.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/region/region.h"
+#include "region_worker/core/actions.h"
+#include "region_worker/core/link_table.h"
+#include "region_worker/core/neighbour_watch.h"
+#include "region_worker/core/tick_pacer.h"
+
+namespace tessera::worker {
+
+class TickDriver {
+ public:
+  explicit TickDriver(region::Config config);
+
+  // Frames of the tick that the region begins with. Once, before anything else.
+  void SendFirstFrames(LinkTable& links, Actions& actions) { links.SendFrames(region_.Start(), actions); }
+  // From now on ticks are due.
+  void Run(TimePoint now);
+  bool running() const { return running_; }
+  // Ticks are counted anew from now: time in which none could be stepped is not caught up with.
+  void Restart(TimePoint now);
+
+  // Whether the next tick is to be stepped: it is time, and the neighbours' frames are here.
+  bool Due(TimePoint now);
+  // Requires Due. The result's frames have been sent.
+  region::StepResult Step(TimePoint now, const region::PhaseObserver& observer, LinkTable& links, Actions& actions);
+  // True if the tick was late: it ended more than a tick after its time.
+  bool StepEnded(TimePoint end) { return pacer_.Finished(end); }
+  // Says to the neighbours that this region is well while it waits, and gives silent ones up if it may.
+  void Watch(TimePoint now, bool may_give_up, LinkTable& links, Actions& actions);
+  // When the next tick is due; nullopt while only a frame, or Run, can change anything.
+  std::optional<TimePoint> wake_at(TimePoint now) const;
+
+  bool stepped() const { return stepped_; }  // at least once
+  TimePoint last_step() const { return last_step_; }
+  Duration frame_wait() const { return frame_wait_; }  // of the last step
+  Duration tick_length() const { return pacer_.tick_length(); }
+  std::uint64_t given_up() const { return given_up_; }  // neighbours
+
+  const region::Region& region() const { return region_; }
+  region::Region& region() { return region_; }
+
+ private:
+  region::Region region_;
+  TickPacer pacer_;
+  NeighbourWatch watch_;
+  bool running_ = false, stepped_ = false;
+  TimePoint last_step_{};
+  std::optional<TimePoint> waiting_since_;  // for frames
+  Duration frame_wait_{0};
+  std::uint64_t given_up_ = 0;
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,316 @@
+#include "region_worker/core/worker_core.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/rules.h"
+#include "core/replication/settings.h"
+#include "core/world/limits.h"
+#include "region_worker/core/client_map.h"
+#include "region_worker/core/initial_state.h"
+#include "region_worker/core/reason.h"
+
+namespace tessera::worker {
+
+Actions& WorkerCore::TakeActions() {
+  taken_.clear();
+  taken_.swap(actions_);
+  return taken_;
+}
+
+// --- Orders ----------------------------------------------------------------------------------------------------------
+
+void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
+  if (stopping()) return;
+  absl::StatusOr<Order> order = CheckOrder(message, setup_.identity, setup_.borders);
+  if (!order.ok()) {
+    return LogError(actions_,
+                    absl::StrCat("order refused from=agent revision=", message.revision(), Reason(order.status())));
+  }
+  if (order->revision <= order_.revision) return;
+  order_ = *std::move(order);
+  LogInfo(actions_,
+          absl::StrCat("order from=agent revision=", order_.revision, " peers=", order_.peers.size(),
+                       " players=", order_.players.size(), " map=", order_.map ? order_.map->version().value() : 0,
+                       " planned=", order_.planned ? order_.planned->map.version().value() : 0,
+                       " standby=", order_.standby.value(), " primaries=", order_.primaries.size(),
+                       " run=", order_.run ? "true" : "false", " stop=", order_.stop ? "true" : "false"));
+  if (order_.stop) return Stop("the instance ends");
+  if (run_) {
+    FollowOrder(now);
+  } else {
+    Progress(now);
+  }
+}
+
+void WorkerCore::StartStandalone(Order order, std::shared_ptr<const Scene> scene, TimePoint now) {
+  order_ = std::move(order);
+  scene_ = std::move(scene);
+  Progress(now);
+}
+
+// Repeating it does nothing.
+void WorkerCore::FollowOrder(TimePoint now) {
+  if (MustRebuild()) {
+    if (const absl::Status built = Build(); !built.ok()) return Fail(built);
+    if (phase_ == v1::WORKER_PHASE_RUNNING) run_->Run(now, actions_);
+  }
+  links_.SetAddresses(order_.peers, actions_);
+  if (const absl::Status followed = run_->Follow(order_, now, links_, actions_); !followed.ok()) return Fail(followed);
+  if (run_->failovers().fenced()) return Stop("fenced: another region has taken its place");
+  links_.SetPartners(run_->Partners(order_), actions_);
+  ReportInventory(now);
+  if (phase_ != v1::WORKER_PHASE_LOADING) actions_.emplace_back(PublishMap{ClientMap()});
+}
+
+// A region that is to join, and was not asked to step yet, joins by another map or at another tick.
+bool WorkerCore::MustRebuild() const {
+  if (!order_.joins_running || !order_.planned) return false;
+  const region::Region& region = run_->region();
+  const Tick begins(order_.planned->effective.value() - 1);
+  if (run_->ticks().stepped() || region.map().version() > order_.planned->map.version()) return false;
+  return region.map().version() != order_.planned->map.version() || region.tick() != begins;
+}
+
+// --- From loading to running -----------------------------------------------------------------------------------------
+
+void WorkerCore::Progress(TimePoint now) {
+  if (!links_.health().ok()) return Fail(links_.health());
+  if (phase_ == v1::WORKER_PHASE_LOADING && CanBuild()) Load();
+  if (phase_ == v1::WORKER_PHASE_LOADING && CanBuild() && !loading_) {
+    if (const absl::Status built = Build(); !built.ok()) return Fail(built);
+    actions_.emplace_back(OpenPorts{*order_.key, region::RulesOf(order_.borders),
+                                    std::min(order_.snapshot_rate_hz, scene_->tick_rate_hz), ClientMap()});
+    FollowOrder(now);
+    if (stopping()) return;
+    phase_ = v1::WORKER_PHASE_BOUND;
+  }
+  if (phase_ == v1::WORKER_PHASE_BOUND && links_.AllLinked()) phase_ = v1::WORKER_PHASE_LINKED;
+  if (phase_ == v1::WORKER_PHASE_LINKED && StartIsDue()) {
+    running_since_ = now;
+    run_->Run(now, actions_);
+    phase_ = v1::WORKER_PHASE_RUNNING;
+    LogInfo(actions_, "running");
+    // One that is started by hand stays as its shell wants it.
+    if (!setup_.standalone) actions_.emplace_back(RaisePriority{});
+  }
+  const std::optional<Duration> runtime = setup_.standalone ? setup_.standalone->runtime : std::nullopt;
+  if (phase_ == v1::WORKER_PHASE_RUNNING && runtime && now >= running_since_ + *runtime) Stop("its time is over");
+}
+
+bool WorkerCore::CanBuild() const {
+  return order_.map && order_.key && (scene_ || !order_.scene_path.empty()) &&
+         (!order_.joins_running || order_.planned);
+}
+
+// Asks for the files that are still needed, one after the other.
+void WorkerCore::Load() {
+  if (loading_) return;
+  const bool restores = order_.initial_state && !order_.joins_running;
+  if (!scene_) {
+    actions_.emplace_back(LoadScene{order_.scene_path, order_.scene_hash});
+    loading_ = true;
+  } else if (restores && !initial_) {
+    actions_.emplace_back(LoadState{order_.initial_state->path});
+    loading_ = true;
+  }
+}
+
+void WorkerCore::SceneLoaded(absl::StatusOr<std::shared_ptr<const Scene>> scene, TimePoint now) {
+  loading_ = false;
+  if (stopping()) return;
+  if (!scene.ok()) return Fail(scene.status());
+  scene_ = *std::move(scene);
+  Progress(now);
+}
+
+void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoint now) {
+  loading_ = false;
+  if (stopping() || !order_.initial_state) return;
+  if (!bytes.ok()) return Fail(bytes.status());
+  absl::StatusOr<region::RegionState> state = ReadInitialState(*order_.initial_state, *bytes, region::Catalog(scene_));
+  if (!state.ok()) return Fail(state.status());
+  initial_ = std::make_shared<const region::RegionState>(*std::move(state));
+  Progress(now);
+}
+
+// Again: with the newest order's map, for a region that has not stepped yet.
+absl::Status WorkerCore::Build() {
+  absl::StatusOr<region::Config> config = MakeConfig();
+  if (!config.ok()) return config.status();
+  const bool views_have_a_radius = replication::SettingsFor(*scene_).interest_radius_m > 0;
+  run_.reset();
+  run_.emplace(setup_.identity, *std::move(config), views_have_a_radius);
+  links_.ForgetFrames();
+  run_->Begin(links_, actions_);
+  initial_.reset();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<region::Config> WorkerCore::MakeConfig() const {
+  const Identity& self = setup_.identity;
+  region::Config config = {.self = self.region,
+                           .incarnation = self.incarnation,
+                           .scene = scene_,
+                           .map = order_.joins_running ? order_.planned->map : *order_.map,
+                           .settings = order_.borders,
+                           .initial = initial_};
+  if (!config.map.HasRegion(self.region)) {
+    return absl::InvalidArgumentError(absl::StrCat("region ", self.region.value(), " is not in the map"));
+  }
+  if (order_.joins_running) {
+    region::RegionState nothing;
+    nothing.region = self.region;
+    nothing.incarnation = self.incarnation;
+    nothing.tick = Tick(order_.planned->effective.value() - 1);
+    config.initial = std::make_shared<const region::RegionState>(std::move(nothing));
+  }
+  return config;
+}
+
+bool WorkerCore::StartIsDue() const {
+  return setup_.standalone ? connected_.size() >= setup_.standalone->players : order_.run;
+}
+
+// --- Other regions and clients ---------------------------------------------------------------------------------------
+
+void WorkerCore::LinkUp(RegionId region, Incarnation incarnation, TimePoint now) {
+  links_.Up(region, incarnation, now, actions_);
+}
+
+void WorkerCore::Receive(RegionId from, const LinkMessage& message, TimePoint now) {
+  links_.Heard(from, now);
+  if (run_ && !stopping()) run_->Receive(from, message, now, links_, actions_);
+}
+
+Admission WorkerCore::Admit(PlayerNumber player) {
+  const auto known = std::ranges::find(order_.players, player, &OrderedPlayer::number);
+  if (known != order_.players.end()) return known->left ? Admission::kLeft : Admission::kWelcome;
+  const bool comes_by_itself =
+      setup_.standalone && player != PlayerNumber() && player.value() <= kMaxPlayers && run_.has_value();
+  if (!comes_by_itself) return Admission::kNotYet;
+  order_.players.push_back(setup_.standalone->make_player(player));
+  run_->SetPlayers(order_.players, order_.joins_running, actions_);
+  return Admission::kWelcome;
+}
+
+absl::Status WorkerCore::TakeInput(const PlayerInput& input) {
+  if (!run_) return absl::FailedPreconditionError("the world is not built yet");
+  return run_->TakeInput(input);
+}
+
+// --- Time ------------------------------------------------------------------------------------------------------------
+
+bool WorkerCore::Advance(TimePoint now) {
+  if (!stopping()) {
+    Progress(now);
+    if (!stopping() && run_ && run_->Advance(now, links_, actions_)) return true;
+  }
+  Settle(now);
+  return false;
+}
+
+void WorkerCore::Step(TimePoint now, const region::PhaseObserver& observer) {
+  run_->Step(now, observer, links_, actions_);
+}
+
+void WorkerCore::StepEnded(TimePoint end, Duration work) {
+  run_->StepEnded(end, work);
+  Settle(end);
+}
+
+// Consequences of any event.
+void WorkerCore::Settle(TimePoint now) {
+  if (run_ && !stopping()) {
+    FollowMaps();
+    KeepLease(now);
+    checkpoints_.Follow(order_.checkpoint, run_->region(), actions_);
+  }
+  if (!setup_.standalone) Report(now);
+}
+
+void WorkerCore::FollowMaps() {
+  if (!run_->MapCameIntoForce(actions_)) return;
+  links_.SetPartners(run_->Partners(order_), actions_);
+  actions_.emplace_back(PublishMap{ClientMap()});
+}
+
+v1::RegionMap WorkerCore::ClientMap() const {
+  return MakeClientMap(run_->region().map(), setup_.address, order_.peers);
+}
+
+void WorkerCore::ReportInventory(TimePoint now) {
+  if (setup_.standalone) return;
+  std::optional<v1::InventoryReport> report;
+  if (std::optional<v1::Inventory> inventory = run_->failovers().InventoryAt(now, run_->copies())) {
+    report.emplace();
+    *report->mutable_identity() = ToProto(setup_.identity);
+    *report->mutable_inventory() = *std::move(inventory);
+  }
+  if (!report && !inventory_sent_) return;
+  inventory_sent_ = report.has_value();
+  actions_.emplace_back(SendInventory{std::move(report)});
+}
+
+void WorkerCore::TakeLease(const v1::LeaseRenewal& renewal) {
+  if (!run_ || renewal.identity().incarnation() != setup_.identity.incarnation.value()) return;
+  run_->LeaseGranted(renewal.number(), std::chrono::milliseconds(renewal.ttl_ms()));
+}
+
+void WorkerCore::KeepLease(TimePoint now) {
+  if (setup_.standalone) return;
+  const std::optional<std::uint64_t> number = run_->AskForLease(now, links_, actions_);
+  if (!number) return;
+  v1::LeaseRequest request;
+  *request.mutable_identity() = ToProto(setup_.identity);
+  request.set_number(*number);
+  actions_.emplace_back(AskForLease{std::move(request)});
+}
+
+// --- Reports ---------------------------------------------------------------------------------------------------------
+
+ReportedState WorkerCore::State() const {
+  ReportedState state = {.phase = phase_,
+                         .order_revision = order_.revision,
+                         .linked = links_.Linked(),
+                         .players = connected_,
+                         .failure = failure_,
+                         .checkpoint_tick = checkpoints_.tick(),
+                         .checkpoint_failure = checkpoints_.failure()};
+  if (run_) {
+    state.map = run_->region().map().version();
+    state.planned = run_->planned();
+    state.refused = run_->refused();
+    state.paused = run_->paused();
+    state.unprotected = run_->standby_log().unprotected();
+    state.property_answers = run_->PropertyAnswers();
+  }
+  return state;
+}
+
+void WorkerCore::Report(TimePoint now) {
+  ReportedState state = State();
+  if (!report_gate_.Due(now, state)) return;
+  v1::WorkerIdentity identity = ToProto(setup_.identity);
+  identity.set_pid(setup_.pid);
+  actions_.emplace_back(SendReport{MakeReport(identity, setup_.address, state, run_ ? &*run_ : nullptr, now)});
+  report_gate_.Sent(now, std::move(state));
+}
+
+// --- The end ---------------------------------------------------------------------------------------------------------
+
+void WorkerCore::Stop(std::string reason) {
+  if (stopping()) return;
+  LogInfo(actions_, absl::StrCat("stopping", Reason(reason)));
+  phase_ = v1::WORKER_PHASE_STOPPING;
+  stop_reason_ = std::move(reason);
+}
+
+void WorkerCore::Fail(const absl::Status& status) {
+  failure_ = std::string(status.message());
+  actions_.emplace_back(PrintFailure{failure_});
+  Stop("it failed");
+}
+
+}  // namespace tessera::worker

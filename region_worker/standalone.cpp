@@ -1,0 +1,65 @@
+#include "region_worker/standalone.h"
+
+#include <sodium.h>
+
+#include <chrono>
+#include <string_view>
+#include <utility>
+
+#include "region_worker/input_files.h"
+
+namespace tessera::worker {
+namespace {
+
+// A player that came by itself: its body is made by the region that owns its spawn point.
+OrderedPlayer MakePlayer(PlayerNumber number, const Scene& scene, const PartitionMap& map) {
+  OrderedPlayer player{.number = number};
+  if (scene.player) {
+    const auto& points = scene.player->spawn_points;
+    player.spawn_region = map.OwnerOf(points[(number.value() - 1) % points.size()]);
+  }
+  return player;
+}
+
+}  // namespace
+
+net::InstanceKey StandaloneKey() {
+  constexpr std::string_view kText = "tessera: the key of standalone worlds";
+  net::InstanceKey key{};
+  crypto_generichash(key.data(), key.size(), reinterpret_cast<const unsigned char*>(kText.data()), kText.size(),
+                     nullptr, 0);
+  return key;
+}
+
+absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
+  absl::StatusOr<std::shared_ptr<const Scene>> scene = LoadSceneFile(flags.scene_path);
+  if (!scene.ok()) return scene.status();
+  absl::StatusOr<PartitionMap> map = MakeGridMap((*scene)->ground(), flags.regions);
+  if (!map.ok()) return map.status();
+  StandaloneWorld world{.scene = *std::move(scene), .order = {}};
+  Order& order = world.order;
+  order.revision = 1;
+  order.map = *std::move(map);
+  order.key = StandaloneKey();
+  order.snapshot_rate_hz = flags.snapshot_rate_hz;
+  order.borders = flags.borders;
+  for (std::uint32_t region = 1; region <= flags.regions; ++region) {
+    const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);
+    order.peers.push_back({RegionId(region), Incarnation(1), "127.0.0.1", link_port});
+  }
+  return world;
+}
+
+StandaloneRules RulesOf(const Standalone& flags, const StandaloneWorld& world) {
+  StandaloneRules rules;
+  rules.players = flags.players;
+  if (flags.seconds) {
+    rules.runtime = std::chrono::duration_cast<Duration>(std::chrono::duration<double>(*flags.seconds));
+  }
+  rules.make_player = [scene = world.scene, map = *world.order.map](PlayerNumber number) {
+    return MakePlayer(number, *scene, map);
+  };
+  return rules;
+}
+
+}  // namespace tessera::worker

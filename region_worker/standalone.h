@@ -1,0 +1,33 @@
+// Running without a control plane: its orders, worked out from the flags, the same in every worker.
+//
+// The key is no secret: a standalone world is for loopback and debugging.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "core/world/scene.h"
+#include "net/connect_token.h"
+#include "region_worker/core/worker_core.h"
+#include "region_worker/worker_options.h"
+
+namespace tessera::worker {
+
+inline constexpr char kStandaloneInstanceId[] = "standalone";
+inline constexpr std::uint16_t kDefaultBasePort = 7900;
+inline constexpr double kMaxSeconds = 1e6;
+
+// Connect tokens for such a world are sealed with it.
+net::InstanceKey StandaloneKey();
+
+// Not yet `run`: the worker starts by itself when it is linked and its players are there.
+struct StandaloneWorld {
+  std::shared_ptr<const Scene> scene;
+  Order order;
+};
+// Reads the scene.
+absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags);
+StandaloneRules RulesOf(const Standalone& flags, const StandaloneWorld& world);
+
+}  // namespace tessera::worker

@@ -1,0 +1,64 @@
+// For tests: a client made of an endpoint and nothing else, so that each message can be wrong on purpose.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/replication/input.h"
+#include "core/replication/snapshot.h"
+#include "net/connect_token.h"
+#include "net/endpoint.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::worker {
+
+net::ConnectToken TokenFor(std::uint32_t player);  // for the standalone instance
+net::Credentials CredentialsFor(std::uint32_t player);
+
+class TestClient {
+ public:
+  explicit TestClient(const Aabb& world_bounds);
+
+  // To a region's game port. `Connect` waits until it is let in or refused: true if it is in.
+  void Dial(std::uint16_t port, RegionId region, const net::Credentials& credentials);
+  bool Connect(std::uint16_t port, RegionId region, const net::Credentials& credentials);
+  void SendDatagram(std::span<const std::uint8_t> bytes);
+  // With the acknowledgement of what has come so far.
+  void SendInput(const PlayerInput& input);
+  void Acknowledge();
+
+  // Takes what has come, answering snapshots; waits a little for the first.
+  void Service();
+  bool Until(const std::function<bool()>& done);
+
+  // What came, newest.
+  std::optional<v1::RegionWelcome> welcome;
+  std::optional<v1::RegionRefusal> refusal;
+  std::optional<v1::InputRefused> input_refused;
+  std::optional<v1::RegionStopping> stopping;
+  std::optional<net::Credentials> renewed;
+  bool started = false, connected = false, disconnected = false;
+  std::map<BodyId, BodyState> bodies;  // as told; departed ones are not in it
+  Tick tick;
+  std::uint32_t last_input = 0;
+  std::uint32_t full_records = 0, records = 0;  // since the start
+
+ private:
+  void Handle(const net::Event& event);
+  void ReadSnapshot(const net::Bytes& bytes);
+
+  std::unique_ptr<net::Endpoint> endpoint_;
+  net::PeerHandle peer_;
+  replication::SnapshotReceiver receiver_;
+  std::uint32_t snapshots_ = 0;
+};
+
+// Services all clients until `done`; false when it takes longer than kPatience.
+bool Until(std::initializer_list<TestClient*> clients, const std::function<bool()>& done);
+
+}  // namespace tessera::worker

@@ -1,0 +1,88 @@
+// WorkerShell: one worker process around its core (core/worker_core.h): it owns the sockets, the files, the threads,
+// the clock, the metrics and the log, feeds events to the core and carries out its actions.
+//
+// Everything but the talk with the agent and the serving of metrics happens in one thread, in one loop: what came, a
+// tick if one is due, a report if one is due, wait.
+//
+//   WorkerShell worker(options, signals);
+//   return worker.Run();
+//
+// Thread rule: one thread, the one that runs it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "region_worker/agent_link.h"
+#include "region_worker/checkpoint_writer.h"
+#include "region_worker/core/worker_core.h"
+#include "region_worker/game_port.h"
+#include "region_worker/region_links.h"
+#include "region_worker/snapshot_broadcast.h"
+#include "region_worker/standalone.h"
+#include "region_worker/tick_meter.h"
+#include "region_worker/wait.h"
+#include "region_worker/worker_metrics.h"
+#include "region_worker/worker_options.h"
+#include "telemetry/metrics_server.h"
+
+namespace tessera::worker {
+
+class WorkerShell {
+ public:
+  WorkerShell(WorkerOptions options, const SignalWatch& signals);
+
+  // Until told to end; the exit status of the process. What went wrong has been said in one line on stderr.
+  int Run();
+
+ private:
+  // Start.
+  absl::Status Bind(const StandaloneWorld& world);
+
+  // One round of the loop.
+  void TakeFromAgent(TimePoint now);
+  void ServiceNetwork();
+  void TakeInput(const PlayerInput& input, TimePoint now);
+  void Step(TimePoint now);
+  void PrintStatus(TimePoint now);
+  void Wait(bool stepped);
+
+  // The core's actions.
+  void CarryOut();
+  void Do(const SendMessage& action);
+  void Do(const FlushLinks& action);
+  void Do(const CutLink& action);
+  void Do(const LoadScene& action);
+  void Do(const LoadState& action);
+  void Do(WriteCheckpoint& action);
+  void Do(const OpenPorts& action);
+  void Do(const PublishMap& action);
+  void Do(const PublishStart& action);
+  void Do(const PublishStep& action);
+  void Do(const ExpelPlayer& action);
+  void Do(SendReport& action);
+  void Do(const SendInventory& action);
+  void Do(const AskForLease& action);
+  void Do(const RaisePriority& action);
+  void Do(const Log& action);
+  void Do(const PrintFailure& action);
+
+  void SayFarewell();
+
+  WorkerOptions options_;
+  const SignalWatch& signals_;
+  WorkerMetrics metrics_;
+  std::unique_ptr<telemetry::MetricsServer> metrics_server_;
+  std::optional<RegionLinks> links_;
+  std::optional<GamePort> game_;
+  std::unique_ptr<AgentLink> agent_;            // null when standalone
+  std::optional<WorkerCore> core_;              // once the ports are bound
+  std::optional<SnapshotBroadcast> broadcast_;  // once the world is built
+  TickMeter meter_{metrics_};
+  CheckpointWriter checkpoint_writer_;
+  TimePoint next_status_{};
+};
+
+}  // namespace tessera::worker

@@ -1,0 +1,52 @@
+#include "telemetry/testing/http_get.h"
+
+#include <civetweb.h>
+
+#include <array>
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "host/socket_address.h"
+
+namespace tessera::telemetry {
+namespace {
+
+using Connection = std::unique_ptr<mg_connection, decltype(&mg_close_connection)>;
+
+constexpr int kPatience_ms = 10'000;  // a caller that hangs says less than one that fails
+
+}  // namespace
+
+absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query) {
+  const auto fail = [&](const std::string& why) {
+    return absl::UnavailableError(absl::StrCat("http://", address, path_and_query, ": ", why));
+  };
+  const auto server = host::ParseSocketAddress(address, host::PortRule::kFrom1);
+  if (!server.ok()) return fail(std::string(server.status().message()));
+  [[maybe_unused]] static const unsigned features = mg_init_library(0);
+  std::array<char, 256> error{};
+  const Connection connection(mg_connect_client(server->host.c_str(), server->port, 0, error.data(), error.size()),
+                              mg_close_connection);
+  // HTTP/1.0: the answer ends with the connection.
+  if (connection == nullptr ||
+      mg_printf(connection.get(), "GET %s HTTP/1.0\r\nHost: %s\r\n\r\n", path_and_query.c_str(), address.c_str()) <=
+          0 ||
+      mg_get_response(connection.get(), error.data(), error.size(), kPatience_ms) < 0) {
+    return fail(error.data());
+  }
+  HttpAnswer answer;
+  answer.status = mg_get_response_info(connection.get())->status_code;
+  std::array<char, 16384> piece;
+  for (int got = 0; (got = mg_read(connection.get(), piece.data(), piece.size())) > 0;) {
+    answer.body.append(piece.data(), static_cast<std::size_t>(got));
+  }
+  return answer;
+}
+
+std::string UrlEncode(const std::string& text) {
+  std::string encoded(3 * text.size() + 1, '\0');
+  encoded.resize(static_cast<std::size_t>(mg_url_encode(text.c_str(), encoded.data(), encoded.size())));
+  return encoded;
+}
+
+}  // namespace tessera::telemetry
