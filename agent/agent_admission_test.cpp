@@ -102,7 +102,7 @@ TEST_F(AgentAdmissionTest, UsageErrorsExitWith2AndOneLine) {
       {{}, "has not been admitted yet"},
       {{"--join-token-file", "/no/file"}, "/host.json): --join-token-file /no/file: No such file or directory"},
       {{"--join-token", "x", "--state-dir", "/tmp/" + std::string(100, 'x')}, "choose a shorter --state-dir"},
-      {{"--join-token", "x", "--log", "loud"}, "--log"},
+      {{"--join-token", "x", "--log-level", "loud"}, "--log-level"},
   };
   for (const auto& [flags, line] : cases) {
     const auto agent = StartAgent(flags);

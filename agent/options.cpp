@@ -13,6 +13,7 @@
 #include "agent/limits.h"
 #include "host/files.h"
 #include "host/program_folder.h"
+#include "host/renamed_options.h"
 #include "host/socket_address.h"
 
 namespace tessera::agent {
@@ -58,7 +59,7 @@ void Declare(CLI::App& app, Flags& f) {
                "end the workers at the end, instead of leaving them to the next agent");
   app.add_flag("--die-with-parent", f.die_with_parent,
                "end as on SIGTERM when the parent process dies; workers then die with this one, however it ends");
-  app.add_option("--log", f.log_level, "trace, debug, info, warning, error or off; default info");
+  app.add_option("--log-level", f.log_level, "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
 }
 
 absl::StatusOr<host::SocketAddress> ParseAddress(const char* option, const std::string& text, host::PortRule ports) {
@@ -124,6 +125,9 @@ std::string DefaultBindAddress(const std::string& address) {
 }
 
 absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
+  if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
+    return absl::InvalidArgumentError(refused);
+  }
   CLI::App app{"The agent of one host: starts, watches and ends the region workers that the control plane wants here."};
   Flags f;
   Declare(app, f);

@@ -61,7 +61,7 @@ absl::Status RunRestore(const FailoverSize& size, Report& report) {
   for (std::uint32_t run = 0; run < std::min<std::uint32_t>(size.runs, 5); ++run) {
     std::cerr << fmt::format("failover: restore {}\n", run + 1);
     const host::TemporaryFolder folder;
-    local::LocalCluster cluster({.data_dir = folder.path(), .hosts = 2, .capacity = 8});
+    local::LocalCluster cluster({.state_dir = folder.path(), .hosts = 2, .capacity = 8});
     local::Connection connection(cluster.control_address());
     const auto begin = Clock::now();
     const std::string id = local::ImportCheckpoint(connection, file, {}).id();

@@ -162,9 +162,8 @@ void AddDemoCommand(CLI::App& app, Globals& globals) {
   demo->add_option("--seconds", options->seconds, "How long the world runs")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
-  demo->add_flag("--json", options->json, "Print only the summary, as JSON");
   demo->callback([&globals, options] {
-    options->json = options->json || globals.format == Format::kJson;
+    options->json = globals.format == Format::kJson;
     Demo(*options);
   });
 }

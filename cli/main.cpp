@@ -7,6 +7,7 @@
 #include <map>
 
 #include "cli/commands.h"
+#include "host/renamed_options.h"
 #include "local_cluster/command_error.h"
 
 #ifndef TESSERA_VERSION
@@ -17,6 +18,10 @@ namespace tessera::cli {
 namespace {
 
 int Main(int argc, char** argv) {
+  if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
+    std::cerr << fmt::format("tessera: {}\n", refused);
+    return 2;
+  }
   Globals globals;
   CLI::App app{"Tessera: real-time physics worlds on many machines"};
   app.set_version_flag("--version", std::string("tessera ") + TESSERA_VERSION);

@@ -17,14 +17,14 @@ namespace tessera::cli {
 namespace {
 
 struct Options {
-  std::string data_dir;
+  std::string state_dir;
   std::string listen = "127.0.0.1:7700";
-  std::string http = "127.0.0.1:7701";
+  std::string metrics_listen = "127.0.0.1:7701";
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;
 };
 
-std::string DefaultDataDir() {
+std::string DefaultStateDir() {
   const char* state = std::getenv("XDG_STATE_HOME");
   const char* home = std::getenv("HOME");
   if (state != nullptr && *state != '\0') return std::string(state) + "/tessera";
@@ -33,14 +33,14 @@ std::string DefaultDataDir() {
 
 void Up(const Globals& globals, const Options& options) {
   StopSignal stop;
-  local::ClusterOptions cluster_options{.data_dir = options.data_dir.empty() ? DefaultDataDir() : options.data_dir,
+  local::ClusterOptions cluster_options{.state_dir = options.state_dir.empty() ? DefaultStateDir() : options.state_dir,
                                         .listen = options.listen,
-                                        .http = options.http,
+                                        .metrics_listen = options.metrics_listen,
                                         .hosts = options.hosts,
                                         .capacity = options.capacity};
   std::error_code error;
-  std::filesystem::create_directories(cluster_options.data_dir, error);
-  if (error) throw local::CommandError(fmt::format("--data-dir {}: {}", cluster_options.data_dir, error.message()));
+  std::filesystem::create_directories(cluster_options.state_dir, error);
+  if (error) throw local::CommandError(fmt::format("--state-dir {}: {}", cluster_options.state_dir, error.message()));
   local::LocalCluster cluster(cluster_options);
   if (globals.format == Format::kJson) {
     std::cout << nlohmann::ordered_json{{"control", cluster.control_address()},
@@ -70,10 +70,12 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<Options>();
   CLI::App* up = app.add_subcommand("up", "Run a cluster on this machine until Ctrl-C");
   up->add_option("--listen", options->listen, "gRPC address of the control plane")->capture_default_str();
-  up->add_option("--http", options->http, "Address of its metrics and service discovery")->capture_default_str();
+  up->add_option("--metrics-listen", options->metrics_listen,
+                 "HTTP address of the control plane: /metrics, /healthz, /sd/prometheus")
+      ->capture_default_str();
   up->add_option("--hosts", options->hosts, "Number of agents")->capture_default_str()->check(CLI::Range(1, 16));
   up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");
-  up->add_option("--data-dir", options->data_dir, "State and logs (default: ~/.local/state/tessera)");
+  up->add_option("--state-dir", options->state_dir, "State and logs (default: ~/.local/state/tessera)");
   up->callback([&globals, options] { Up(globals, *options); });
 }
 

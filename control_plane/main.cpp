@@ -1,4 +1,5 @@
 // tessera-control: the control plane of a cluster.
+#include <fmt/format.h>
 #include <pthread.h>
 #include <signal.h>
 #include <sodium.h>
@@ -7,6 +8,7 @@
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +18,7 @@
 #include "control_plane/http_pages.h"
 #include "control_plane/sqlite_store.h"
 #include "host/files.h"
+#include "host/renamed_options.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
@@ -25,24 +28,38 @@ namespace {
 
 struct ControlFlags {
   std::string listen = "127.0.0.1:7700";
-  std::string http = "127.0.0.1:7701";
-  std::string data_dir;
+  std::string metrics_listen = "127.0.0.1:7701";
+  std::string state_dir;
   std::string ready_file;
   std::string log_level;
   ControlSettings settings;
 };
+
+// Shorter spans take a healthy host on a busy machine for a dead one.
+constexpr std::chrono::milliseconds kLeastLostAfter{1000}, kLeastFailoverAfter{500}, kLongestSpan{3'600'000};
+
+// Declares option `name`: a time in seconds, from `least` on.
+void AddSpan(CLI::App& app, const std::string& name, std::chrono::milliseconds& span, std::chrono::milliseconds least,
+             const std::string& about) {
+  using Seconds = std::chrono::duration<double>;
+  app.add_option_function<double>(
+         name, [&span](double seconds) { span = std::chrono::round<std::chrono::milliseconds>(Seconds(seconds)); },
+         about)
+      ->check(CLI::Range(Seconds(least).count(), Seconds(kLongestSpan).count()))
+      ->default_str(fmt::format("{:g}", Seconds(span).count()));
+}
 
 int Fail(const absl::Status& status) {
   std::fprintf(stderr, "tessera-control: %s\n", std::string(status.message()).c_str());
   return 1;
 }
 
-absl::StatusOr<std::unique_ptr<SqliteStore>> OpenStore(const std::string& data_dir) {
-  if (absl::Status status = host::MakePrivateFolder(data_dir); !status.ok()) {
-    return absl::UnavailableError("--data-dir " + std::string(status.message()));
+absl::StatusOr<std::unique_ptr<SqliteStore>> OpenStore(const std::string& state_dir) {
+  if (absl::Status status = host::MakePrivateFolder(state_dir); !status.ok()) {
+    return absl::UnavailableError("--state-dir " + std::string(status.message()));
   }
   umask(077);  // the store holds instances' keys
-  return SqliteStore::Open(data_dir + "/control.db");
+  return SqliteStore::Open(state_dir + "/control.db");
 }
 
 absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::string& address,
@@ -80,22 +97,22 @@ absl::Status Run(const ControlFlags& flags) {
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
   // Ports are tried first of all, so that one in use costs one line and touches nothing.
-  for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.http, "http")}) {
+  for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.metrics_listen, "http")}) {
     const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
     if (!parsed.ok()) return parsed.status();
     if (absl::Status status = host::CheckBindable(*parsed, what); !status.ok()) return status;
   }
-  const auto store = OpenStore(flags.data_dir);
+  const auto store = OpenStore(flags.state_dir);
   if (!store.ok()) return store.status();
   ControlMetrics metrics;
   const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                 std::chrono::system_clock::now().time_since_epoch()};
   auto cluster = Cluster::Load(**store, flags.settings, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
-  auto files = CheckpointFiles::Open(flags.data_dir + "/checkpoints");
+  auto files = CheckpointFiles::Open(flags.state_dir + "/checkpoints");
   if (!files.ok()) return files.status();
   ControlPlane plane(**store, *std::move(cluster), *std::move(files));
-  const auto http = StartHttp(flags.http, metrics);
+  const auto http = StartHttp(flags.metrics_listen, metrics);
   if (!http.ok()) return http.status();
   const auto grpc = GrpcServer::Start(flags.listen, plane, metrics);
   if (!grpc.ok()) return grpc.status();
@@ -127,35 +144,27 @@ int main(int argc, char** argv) {
       "The control plane of a Tessera cluster: places worlds on hosts, starts and watches them, lets players in.",
       "tessera-control");
   app.set_version_flag("--version", std::string("tessera-control ") + TESSERA_VERSION);
+  if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
+    control::Fail(absl::InvalidArgumentError(refused));
+    return 2;
+  }
   const auto is_address = [](const std::string& text) {
     return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
   };
   app.add_option("--listen", flags.listen, "gRPC address, HOST:PORT; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();
-  app.add_option("--http", flags.http, "HTTP address: /metrics, /healthz, /sd/prometheus")
+  app.add_option("--metrics-listen", flags.metrics_listen,
+                 "HTTP address: /metrics, /healthz, /sd/prometheus; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();
-  app.add_option("--data-dir", flags.data_dir, "folder of the store; made if it is not there")->required();
+  app.add_option("--state-dir", flags.state_dir, "folder of the store and checkpoints; made if it is not there")
+      ->required();
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
-  app.add_option(
-      "--lost-after-ms",
-      [&flags](const CLI::results_t& values) {
-        int ms = 0;
-        if (!CLI::detail::lexical_cast(values[0], ms) || ms < 1000) return false;
-        flags.settings.lost_after = std::chrono::milliseconds(ms);
-        return true;
-      },
-      "silence after which a host counts as lost, at least 1000 (5000)");
-  app.add_option(
-      "--failover-after-ms",
-      [&flags](const CLI::results_t& values) {
-        int ms = 0;
-        if (!CLI::detail::lexical_cast(values[0], ms) || ms < 500) return false;
-        flags.settings.failover_after = std::chrono::milliseconds(ms);
-        return true;
-      },
-      "silence of a host after which others carry its regions on, at least 500 (1000)");
+  control::AddSpan(app, "--lost-after", flags.settings.lost_after, control::kLeastLostAfter,
+                   "seconds of silence after which a host counts as lost, at least 1");
+  control::AddSpan(app, "--failover-after", flags.settings.failover_after, control::kLeastFailoverAfter,
+                   "seconds of silence of a host after which others carry its regions on, at least 0.5");
   app.add_option("--log-level", flags.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
   try {

@@ -35,7 +35,7 @@ class ProgramTest : public ::testing::Test {
   nlohmann::json Ready() const { return nlohmann::json::parse(host::ReadFile(ready_, kMaxReadyBytes).value()); }
   std::vector<std::string> Arguments(const std::string& listen = "127.0.0.1:0",
                                      const std::string& http = "127.0.0.1:0") const {
-    return {"--listen", listen, "--http", http, "--data-dir", folder_.path() + "/data"};
+    return {"--listen", listen, "--metrics-listen", http, "--state-dir", folder_.path() + "/state"};
   }
 
   host::TemporaryFolder folder_;
@@ -85,7 +85,7 @@ TEST_F(ProgramTest, APortInUseIsOneLineAndStatusOne) {
 TEST_F(ProgramTest, WrongUsageIsStatusTwo) {
   const auto no_folder = Start({});
   EXPECT_EQ(no_folder->Wait().code, 2);
-  EXPECT_THAT(no_folder->Output(), HasSubstr("--data-dir is required"));
+  EXPECT_THAT(no_folder->Output(), HasSubstr("--state-dir is required"));
   const auto no_address = Start(Arguments("nowhere"));
   EXPECT_EQ(no_address->Wait().code, 2);
   EXPECT_THAT(no_address->Output(), HasSubstr("--listen: \"nowhere\" is not of the form HOST:PORT"));

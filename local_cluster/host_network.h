@@ -3,7 +3,7 @@
 //
 //   absl::Status own = EnterOwnNetwork();                 // first thing in main: the machine's network stays untouched
 //   auto network = HostNetwork::Create(2);
-//   LocalCluster cluster({.data_dir = dir, .hosts = 2, .network = network->get()});
+//   LocalCluster cluster({.state_dir = dir, .hosts = 2, .network = network->get()});
 //   (*network)->Cut(0);                                   // host 0 hears nobody, and nobody it
 //
 // Works by iproute2 and nsenter, as root or where users may make namespaces. All of it is gone with this process and
@@ -32,12 +32,12 @@ class HostNetwork {
   HostNetwork(const HostNetwork&) = delete;
   HostNetwork& operator=(const HostNetwork&) = delete;
 
-  const std::string& switch_address() const { return switch_address_; }  // of this process, as hosts reach it
+  const std::string& switch_address() const { return switch_address_; }  // where hosts reach this process
   std::string address(std::uint32_t host) const;                         // IPv4
-  // What to put before a program's argv to run it there.
+  // The words to put before a program's argv to run it there.
   std::vector<std::string> Enter(std::uint32_t host) const;
 
-  // What is sent either way vanishes.
+  // Packets either way vanish.
   absl::Status Cut(std::uint32_t host);
   absl::Status Mend(std::uint32_t host);
 

@@ -43,7 +43,7 @@ std::string MakeFolder(const std::string& path) {
 }  // namespace
 
 LocalCluster::LocalCluster(const ClusterOptions& options)
-    : options_(options), log_dir_(MakeFolder(options.data_dir + "/logs")) {
+    : options_(options), log_dir_(MakeFolder(options.state_dir + "/logs")) {
   if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
@@ -72,7 +72,7 @@ void LocalCluster::KillControl() {
 // At the same addresses, so that agents and clients find it again.
 void LocalCluster::RestartControl() {
   options_.listen = control_address_;
-  options_.http = http_address_;
+  options_.metrics_listen = http_address_;
   StartControl();
 }
 
@@ -87,12 +87,13 @@ void LocalCluster::RestartAgent(std::size_t index) {
 
 void LocalCluster::StartControl() {
   const std::string log = log_dir_ + "/control.log";
-  const std::string ready = options_.data_dir + "/control-ready.json";
+  const std::string ready = options_.state_dir + "/control-ready.json";
   fs::remove(ready);
-  control_ = OrThrow(host::ChildProcess::Start(
-      {.argv = {ProgramPath("tessera-control"), "--listen", options_.listen, "--http", options_.http, "--data-dir",
-                MakeFolder(options_.data_dir + "/control"), "--ready-file", ready},
-       .log_path = log}));
+  control_ =
+      OrThrow(host::ChildProcess::Start({.argv = {ProgramPath("tessera-control"), "--listen", options_.listen,
+                                                  "--metrics-listen", options_.metrics_listen, "--state-dir",
+                                                  MakeFolder(options_.state_dir + "/control"), "--ready-file", ready},
+                                         .log_path = log}));
   const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
   control_address_ = addresses.at("grpc").get<std::string>();
   http_address_ = addresses.at("http").get<std::string>();
@@ -100,9 +101,9 @@ void LocalCluster::StartControl() {
 
 host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   const std::string name = fmt::format("local-{}", index + 1);
-  const std::string state = MakeFolder(fmt::format("{}/{}", options_.data_dir, name));
+  const std::string state = MakeFolder(fmt::format("{}/{}", options_.state_dir, name));
   const std::string log = fmt::format("{}/{}.log", log_dir_, name);
-  const std::string ready = options_.data_dir + "/" + name + "-ready.json";
+  const std::string ready = options_.state_dir + "/" + name + "-ready.json";
   fs::remove(ready);
   const std::string address = options_.network != nullptr ? options_.network->address(index) : "127.0.0.1";
   std::vector<std::string> argv;

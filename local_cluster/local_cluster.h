@@ -1,7 +1,7 @@
 // LocalCluster: a control plane and its agents as children of this process, on loopback. What `tessera up`, the demo,
 // the benchmarks and the end-to-end tests run on.
 //
-//   LocalCluster cluster({.data_dir = dir});
+//   LocalCluster cluster({.state_dir = dir});
 //   Connection connection(cluster.control_address());
 //
 // Construction returns when every agent has been admitted; CommandError says which program failed, with its last log
@@ -20,13 +20,13 @@
 namespace tessera::local {
 
 struct ClusterOptions {
-  std::string data_dir;                // state and logs; must exist
-  std::string listen = "127.0.0.1:0";  // gRPC of the control plane
-  std::string http = "127.0.0.1:0";    // its HTTP
+  std::string state_dir;                       // state and logs; must exist
+  std::string listen = "127.0.0.1:0";          // gRPC of the control plane
+  std::string metrics_listen = "127.0.0.1:0";  // its HTTP
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
   std::string region_binary = {};   // the worker's program; empty: the one beside the agent
-  std::uint16_t first_port = 7800;  // of the workers: each agent takes a range of 1000 from here
+  std::uint16_t first_port = 7800;  // each agent takes a range of 1000 from here for its workers
   // A killed agent's workers run on, for the next one to adopt, as on real hosts. Else they die with it, so that
   // nothing is left even of a caller that is killed.
   bool workers_outlive_agents = false;

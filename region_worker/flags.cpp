@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
+#include "host/renamed_options.h"
 #include "region_worker/standalone.h"
 
 namespace tessera::worker {
@@ -24,28 +25,37 @@ struct RawFlags {
 void Declare(CLI::App& app, RawFlags& raw) {
   WorkerOptions& options = raw.options;
   const auto port = CLI::Range(0, 65535);
+  app.set_version_flag("--version", "tessera-region " TESSERA_VERSION);
   app.add_option("--region", raw.region, "which region of the instance this is, from 1")->required();
-  app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on (127.0.0.1)");
-  app.add_option("--log-level", options.log_level, "how much to say; the environment's TESSERA_LOG or info if left out")
+  app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on")->capture_default_str();
+  app.add_option("--log-level", options.log_level,
+                 "trace, debug, info, warning, error or off; else TESSERA_LOG, else info")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
   app.add_option("--log-file", options.log_file, "append the log to this file instead of stderr");
 
   const char* alone = "Standalone, without a control plane";
   app.add_option("--scene", raw.standalone.scene_path, "scene file, textproto or JSON")->group(alone);
-  app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into (1)")->group(alone);
-  app.add_option("--base-port", raw.standalone.base_port,
-                 "region r listens on base + 3 (r - 1): game, links, metrics (7900)")
+  app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into")
+      ->capture_default_str()
       ->group(alone);
-  app.add_option("--players", raw.standalone.players, "start when so many clients are connected (0)")->group(alone);
-  app.add_option("--seconds", raw.seconds, "end after so many seconds of running")->group(alone);
-  app.add_option("--snapshot-rate", raw.standalone.snapshot_rate_hz, "snapshots a second to each client (30)")
+  app.add_option("--base-port", raw.standalone.base_port, "region r listens on base + 3 (r - 1): game, links, metrics")
+      ->capture_default_str()
+      ->group(alone);
+  app.add_option("--players", raw.standalone.players, "start when so many clients are connected; 0: at once")
+      ->capture_default_str()
+      ->group(alone);
+  app.add_option("--seconds", raw.seconds, "end after so many seconds of running; left out: on a signal")->group(alone);
+  app.add_option("--snapshot-rate", raw.standalone.snapshot_rate_hz, "snapshots a second to each client")
+      ->capture_default_str()
       ->group(alone);
 
   app.add_option("--ghost-depth", raw.standalone.borders.ghost_depth,
-                 "how many bodies deep a neighbour sees of a pile that moves (1)")
+                 "how many bodies deep a neighbour sees of a pile that moves")
+      ->capture_default_str()
       ->group(alone);
   app.add_option("--whole-up-to", raw.standalone.borders.whole_up_to,
-                 "piles of which a region has no more than so many bodies are shown as a whole (32)")
+                 "piles of which a region has no more than so many bodies are shown as a whole")
+      ->capture_default_str()
       ->group(alone);
 
   const char* agent = "Under an agent";
@@ -53,7 +63,8 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->group(agent);
   app.add_option("--instance", options.identity.instance_id, "id of the instance")->group(agent);
   app.add_option("--incarnation", raw.incarnation, "which life of the worker this is")->group(agent);
-  app.add_option("--advertise-address", options.advertise_address, "where others reach this host (the bind address)")
+  app.add_option("--advertise-address", options.advertise_address,
+                 "where others reach this host; left out: the bind address")
       ->group(agent);
   app.add_option("--game-port", options.game_port, "UDP port for clients; 0: any")->check(port)->group(agent);
   app.add_option("--link-port", options.link_port, "UDP port for other regions; 0: any")->check(port)->group(agent);
@@ -81,7 +92,7 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
     return absl::InvalidArgumentError(
         absl::StrCat("--region ", raw.region, ": this instance has regions 1 to ", alone.regions));
   }
-  if (alone.base_port == 0) alone.base_port = kDefaultBasePort;
+  if (alone.base_port == 0) return absl::InvalidArgumentError("--base-port 0: must be 1 to 65535");
   if (alone.base_port + kPortsPerRegion * alone.regions > 65536) {
     return absl::InvalidArgumentError(absl::StrCat("--base-port ", alone.base_port, ": ", alone.regions,
                                                    " regions take three ports each, which ends past 65535"));
@@ -121,6 +132,9 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
 }  // namespace
 
 std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* argv) {
+  if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
+    return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", refused, "\n")};
+  }
   RawFlags raw;
   CLI::App app("Simulates one region of a Tessera world.", "tessera-region");
   Declare(app, raw);
@@ -128,6 +142,8 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
     return ExitNow{kExitOk, app.help()};
+  } catch (const CLI::CallForVersion&) {
+    return ExitNow{kExitOk, app.version() + "\n"};
   } catch (const CLI::Error& error) {
     return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", error.what(), "\n")};
   }

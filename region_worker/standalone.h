@@ -15,7 +15,6 @@
 namespace tessera::worker {
 
 inline constexpr char kStandaloneInstanceId[] = "standalone";
-inline constexpr std::uint16_t kDefaultBasePort = 7900;
 inline constexpr double kMaxSeconds = 1e6;
 
 // Connect tokens for such a world are sealed with it.

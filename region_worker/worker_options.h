@@ -10,11 +10,14 @@
 
 namespace tessera::worker {
 
+inline constexpr std::uint16_t kDefaultBasePort = 7900;
+
 // A worker without a control plane: one of `regions` workers that were all started with the same flags but --region.
 struct Standalone {
   std::string scene_path;
   std::uint32_t regions = 1;
-  std::uint16_t base_port = 0;    // region r listens on base_port + 3 * (r - 1) + {0 game, 1 link, 2 metrics}
+  // Region r listens on base_port + 3 * (r - 1) + {0 game, 1 link, 2 metrics}.
+  std::uint16_t base_port = kDefaultBasePort;
   std::uint32_t players = 0;      // wait for so many before the start
   std::optional<double> seconds;  // run so long; absent: until a signal
   std::uint32_t snapshot_rate_hz = 30;
@@ -24,7 +27,7 @@ struct Standalone {
 struct WorkerOptions {
   Identity identity;
   std::string bind_address = "127.0.0.1";
-  std::string advertise_address;                                 // as the report says it to others
+  std::string advertise_address;                                 // reported to others
   std::uint16_t game_port = 0, link_port = 0, metrics_port = 0;  // 0: any
   std::string agent_socket;                                      // empty: standalone
   std::optional<Standalone> standalone;

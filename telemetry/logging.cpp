@@ -30,7 +30,7 @@ absl::Status InitLogging(const std::string& component, std::string_view flag) {
   const char* environment = std::getenv(kLogEnvironment);
   if (!flag.empty()) {
     level = std::string(flag);
-    source = "--log";
+    source = "--log-level";
   } else if (environment != nullptr && *environment != '\0') {
     level = environment;
     source = kLogEnvironment;

@@ -48,7 +48,7 @@ TEST_F(LoggingTest, FlagWinsOverEnvironment) {
 TEST_F(LoggingTest, RefusesAnUnknownLevelAndNamesItsSource) {
   const absl::Status by_flag = InitLogging("region", "loud");
   EXPECT_EQ(by_flag.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(by_flag.message()), HasSubstr("--log: unknown log level loud"));
+  EXPECT_THAT(std::string(by_flag.message()), HasSubstr("--log-level: unknown log level loud"));
   setenv(kLogEnvironment, "very loud", 1);
   EXPECT_THAT(std::string(InitLogging("region").message()), HasSubstr("TESSERA_LOG: unknown log level \"very loud\""));
 }

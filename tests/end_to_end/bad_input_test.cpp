@@ -20,7 +20,7 @@ class BadInputTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new host::TemporaryFolder();
-    cluster_ = new local::LocalCluster({.data_dir = folder_->path(), .capacity = 6});
+    cluster_ = new local::LocalCluster({.state_dir = folder_->path(), .capacity = 6});
   }
   static void TearDownTestSuite() {
     delete cluster_;
@@ -180,7 +180,7 @@ TEST_F(BadInputTest, APortInUseIsNamed) {
   const host::TemporaryFolder other;
   const support::RunResult result = support::RunProgram(
       "tessera-control",
-      {"--listen", cluster_->control_address(), "--http", "127.0.0.1:0", "--data-dir", other.path()});
+      {"--listen", cluster_->control_address(), "--metrics-listen", "127.0.0.1:0", "--state-dir", other.path()});
   EXPECT_EQ(result.exit_code, 1);
   EXPECT_THAT(result.err, HasSubstr(cluster_->control_address()));
   EXPECT_THAT(result.err, HasSubstr("in use"));

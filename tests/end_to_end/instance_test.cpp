@@ -54,8 +54,8 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
 }
 
 TEST(InstanceTest, TheDemoProvesItself) {
-  const support::RunResult demo =
-      support::RunProgram("tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "--json"}, 120s);
+  const support::RunResult demo = support::RunProgram(
+      "tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "-o", "json"}, 120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const json summary = json::parse(demo.out);
   EXPECT_EQ(summary.at("lost"), 0);
@@ -83,7 +83,7 @@ TEST(InstanceTest, AWorkerThatEndsAtItsStartFailsTheInstanceAndGivesItsPlacesBac
   const std::string program = folder.path() + "/region";
   std::ofstream(program) << "#!/bin/sh\necho 'no such luck' >&2\nexit 3\n";
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  const local::LocalCluster cluster({.data_dir = folder.path(), .region_binary = program});
+  const local::LocalCluster cluster({.state_dir = folder.path(), .region_binary = program});
   const support::RunResult created = support::RunProgram(
       "tessera",
       {"--control", cluster.control_address(), "instance", "create", "--scene", "minimal", "--regions", "2", "--wait"});
@@ -116,7 +116,7 @@ TEST(InstanceTest, ABodyOfAnotherPlayerCannotBeMoved) {
 
 TEST(InstanceTest, EveryListingSpeaksJson) {
   const host::TemporaryFolder folder;
-  const local::LocalCluster cluster({.data_dir = folder.path()});
+  const local::LocalCluster cluster({.state_dir = folder.path()});
   const auto tessera = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"--control", cluster.control_address(), "-o", "json"});
     const support::RunResult result = support::RunProgram("tessera", arguments);
