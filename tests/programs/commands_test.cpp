@@ -1,0 +1,243 @@
+// Every command that a document shows is run against a real cluster, or stands below with the reason why it is not. A
+// command that is not run is still held against the options of its program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <regex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/temporary_folder.h"
+#include "local_cluster/local_cluster.h"
+#include "tests/programs/accepted.h"
+#include "tests/programs/documents.h"
+
+namespace tessera::programs {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+constexpr std::size_t kMaxOutputBytes = 1 << 24;
+
+struct NotRun {
+  std::string_view begin;  // the first words of the command
+  std::string_view reason;
+};
+
+constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try_units.sh does it in a container";
+constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
+constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
+
+constexpr std::array<NotRun, 29> kNotRun = {{
+    {"./dev test", kWholeBuild},
+    {"./dev build", kWholeBuild},
+    {"./dev fmt", "changes the sources"},
+    {"./dev lint", kTakesLong},
+    {"./dev demo", "builds the release; end_to_end_instance_test runs tessera demo"},
+    {"./dev bench", kTakesLong},
+    {"./dev sim", kTakesLong},
+    {".ci/run", kTakesLong},
+    {"cmake --install", "installs into the system; sdk_package_test and try_units.sh install elsewhere"},
+    {"apt-get install", "needs root and the network; try_units.sh installs the same packages"},
+    {"systemd-sysusers", kInContainer},
+    {"sysctl", "needs root, and changes the kernel of the machine"},
+    {"systemctl daemon-reload", kInContainer},
+    {"systemctl enable", kInContainer},
+    {"systemctl disable", kInContainer},
+    {"systemctl kill tessera-agent", kInContainer},
+    {"systemctl stop tessera-agent && systemctl kill tessera-agent", kInContainer},
+    {"systemctl stop tessera-control && cp -a /var/lib/tessera/control", kInContainer},
+    {"systemctl restart tessera-agent tessera-control", kInContainer},
+    {"systemctl link", kInContainer},
+    {"install -d -m 0700 /etc/credstore", kInContainer},
+    {"(umask 077; cat > /etc/credstore/tessera.join-token)", kInContainer},
+    {"rm /etc/credstore/tessera.join-token", kInContainer},
+    {"rm /var/lib/tessera/agent/host.json", "needs an installed agent that has lost its control plane"},
+    {"journalctl -u tessera-control", kInContainer},
+    {"journalctl -u tessera-agent", kInContainer},
+    {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
+    {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
+    {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
+}};
+
+// Commands that run until they are stopped.
+constexpr std::array<std::string_view, 1> kEndless = {"tessera instance watch"};
+
+// What a block takes for granted: `word` occurs in it, and no command of it begins with `maker`.
+struct Preparation {
+  std::string_view word, maker, command;
+};
+constexpr std::array<Preparation, 2> kPreparations = {{
+    {"inst-1", "tessera instance create", "tessera instance create --scene plaza --regions 2 --wait"},
+    {"alpha", "tessera host add", "tessera host add alpha"},
+}};
+
+bool BeginsWith(const std::string& text, std::string_view begin) { return text.rfind(begin, 0) == 0; }
+
+const NotRun* FindNotRun(const std::string& text) {
+  const auto* const found = std::find_if(kNotRun.begin(), kNotRun.end(),
+                                         [&](const NotRun& listed) { return BeginsWith(text, listed.begin); });
+  return found == kNotRun.end() ? nullptr : found;
+}
+
+// A line of /etc/default/tessera-agent as the command line that the unit makes of it; "" for other lines.
+std::string FromEnvironmentFile(const std::string& text) {
+  static const std::regex kLine("TESSERA_(CONTROL|AGENT)_FLAGS=(.*)");
+  std::smatch match;
+  if (!std::regex_match(text, match, kLine)) return "";
+  return (match[1] == "CONTROL" ? "tessera-control " : "tessera-agent ") + match[2].str();
+}
+
+// A cluster of one host and a folder of its own, in which a reader types the commands of one block.
+class Terminal {
+ public:
+  void Run(const std::string& text) {
+    static const std::regex kSeconds("--seconds [0-9]+");
+    const std::string command = std::regex_replace(text, kSeconds, "--seconds 1");
+    auto process = Start(command);
+    if (std::any_of(kEndless.begin(), kEndless.end(), [&](auto begin) { return BeginsWith(text, begin); })) {
+      while (Output().empty() && !process.Wait(20ms)) {
+      }
+      EXPECT_THAT(Output(), Not(IsEmpty()));
+      EXPECT_FALSE(process.Wait(0ms)) << Output();
+    } else {
+      const auto ended = process.Wait(60s);
+      EXPECT_TRUE(ended && ended->Clean()) << Output();
+    }
+    process.End(5s);
+  }
+
+ private:
+  host::ChildProcess Start(const std::string& command) {
+    std::filesystem::remove(output_);
+    const char* path = std::getenv("PATH");
+    return host::ChildProcess::Start(
+               {.argv = {"/usr/bin/env", "-C", desk_.path(),
+                         std::string("PATH=") + TESSERA_BINARY_DIR + "/bin:" + (path != nullptr ? path : ""),
+                         "TESSERA_CONTROL=" + cluster_.control_address(), "/bin/sh", "-ec", command},
+                .log_path = output_})
+        .value();
+  }
+  std::string Output() const { return host::ReadFile(output_, kMaxOutputBytes).value_or(""); }
+
+  host::TemporaryFolder state_, desk_;
+  local::LocalCluster cluster_{{.state_dir = state_.path(), .capacity = 16}};
+  std::string output_ = state_.path() + "/output";
+};
+
+void Prepare(Terminal& terminal, const std::vector<Command>& block) {
+  for (const Preparation& preparation : kPreparations) {
+    const auto any = [&](const auto& holds) { return std::any_of(block.begin(), block.end(), holds); };
+    const bool needed =
+        any([&](const Command& command) { return command.text.find(preparation.word) != std::string::npos; });
+    const bool made = any([&](const Command& command) { return BeginsWith(command.text, preparation.maker); });
+    if (needed && !made) terminal.Run(std::string(preparation.command));
+  }
+}
+
+void ExpectAccepted(const std::string& text) {
+  const std::vector<std::string> words = SplitWords(text);
+  if (IsOurs(words)) {
+    EXPECT_EQ(NotAccepted(words), "");
+  }
+}
+
+void CheckBlock(const std::vector<Command>& block) {
+  std::unique_ptr<Terminal> terminal;
+  for (const Command& command : block) {
+    SCOPED_TRACE(command.place + ": " + command.text);
+    if (const std::string line = FromEnvironmentFile(command.text); !line.empty()) {
+      ExpectAccepted(line);
+    } else if (FindNotRun(command.text) != nullptr) {
+      ExpectAccepted(command.text);
+    } else if (BeginsWith(command.text, "tessera ")) {
+      if (terminal == nullptr) {
+        terminal = std::make_unique<Terminal>();
+        Prepare(*terminal, block);
+      }
+      terminal->Run(command.text);
+    } else {
+      ADD_FAILURE() << "neither run nor listed in kNotRun";
+    }
+  }
+}
+
+TEST(CommandsTest, BlocksOfCommandsRun) {
+  int blocks = 0;
+  for (const Document& document : ReadDocuments()) {
+    for (const std::vector<Command>& block : document.blocks) {
+      CheckBlock(block);
+      ++blocks;
+    }
+  }
+  EXPECT_GT(blocks, 10);
+}
+
+TEST(CommandsTest, CommandsInTheTextAreAccepted) {
+  for (const Document& document : ReadDocuments()) {
+    if (document.name == "docs/protocol.md") continue;  // it quotes labels of keys, such as "tessera login"
+    for (const Command& command : document.in_text) {
+      SCOPED_TRACE(command.place + ": " + command.text);
+      ExpectAccepted(command.text);
+      const std::vector<std::string> words = SplitWords(command.text);
+      const bool of_system = words.front() == "systemctl" || words.front() == "rm" || words.front() == "journalctl";
+      if (of_system && words.size() > 1) {
+        EXPECT_NE(FindNotRun(command.text), nullptr) << "not listed in kNotRun";
+      }
+    }
+  }
+}
+
+TEST(CommandsTest, NoCommandHidesInABlockOfAnotherKind) {
+  for (const Document& document : ReadDocuments()) {
+    for (const Command& line : document.unmarked) {
+      EXPECT_FALSE(IsOurs(SplitWords(line.text))) << line.place << ": fence it by ```sh: " << line.text;
+    }
+  }
+}
+
+TEST(CommandsTest, NothingIsListedThatNoDocumentShows) {
+  std::string shown;
+  for (const Document& document : ReadDocuments()) {
+    for (const Command& command : document.in_text) shown += "\n" + command.text;
+    for (const auto& block : document.blocks) {
+      for (const Command& command : block) shown += "\n" + command.text;
+    }
+  }
+  for (const NotRun& listed : kNotRun) {
+    EXPECT_NE(shown.find("\n" + std::string(listed.begin)), std::string::npos) << listed.begin;
+  }
+}
+
+// The units and the examples in their comments.
+TEST(CommandsTest, UnitsGiveOptionsThatTheProgramsHave) {
+  static const std::regex kExec("ExecStart=/usr/bin/(.*) \\$TESSERA_[A-Z]+_FLAGS");
+  int checked = 0;
+  for (const char* unit : {"tessera-control", "tessera-agent"}) {
+    std::ifstream lines(std::string(TESSERA_SOURCE_DIR) + "/deploy/systemd/" + unit + ".service");
+    for (std::string line; std::getline(lines, line);) {
+      std::smatch match;
+      const std::string example = line.rfind("#   ", 0) == 0 ? FromEnvironmentFile(line.substr(4)) : "";
+      const std::string command = std::regex_match(line, match, kExec) ? match[1].str() : example;
+      if (command.empty()) continue;
+      ExpectAccepted(command);
+      ++checked;
+    }
+  }
+  EXPECT_EQ(checked, 4);
+}
+
+}  // namespace
+}  // namespace tessera::programs
