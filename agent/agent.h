@@ -1,5 +1,5 @@
 // Agent: the parts put together, and the life of the program. Decisions are the Supervisor's; here its actions are
-// carried out, and what happens in the world (processes, workers, the control plane, signals) is told to it.
+// carried out, and what happens in the world (processes, workers, the control plane, signals) is passed to it.
 //
 //   auto agent = Agent::Create(options);
 //   if (!agent.ok()) ...
@@ -76,12 +76,12 @@ class Agent {
   void Do(const FetchScene& action);
   void Do(const FetchState& action);
   void Do(const UploadState& action);
-  void Do(const TellReport& action);
-  void Do(const TellExit& action);
+  void Do(const ForwardReport& action);
+  void Do(const ReportExit& action);
   void Save();
   void Watch(const WorkerKey& key, host::Process process, const std::string& log_path);
   std::vector<std::string> WorkerArguments(const SpawnWorker& action) const;
-  void TellExited(const v1::WorkerExited& exited);
+  void SendExited(const v1::WorkerExited& exited);
   void WriteReadyFile();
   void EndWorkers();
   void Finish(int exit_code);
@@ -99,7 +99,7 @@ class Agent {
   std::map<WorkerKey, RunningProcess> processes_;
   std::map<WorkerKey, ConnectionId> connections_;
   std::map<ConnectionId, WorkerKey> attached_;
-  std::map<WorkerKey, v1::InventoryReport> inventories_;  // of failovers that are unresolved as far as is known here
+  std::map<WorkerKey, v1::InventoryReport> inventories_;  // answers in failovers not known to be resolved
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::unique_ptr<WorkerSocket> socket_;
   std::unique_ptr<ControlSession> session_;

@@ -54,7 +54,7 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
   WriteReadyFile();
   scenes_.Connected(session_->link(), *identity_);
   states_.Connected(session_->link(), *identity_);
-  for (const v1::WorkerExited& exited : supervisor_.Exits()) TellExited(exited);
+  for (const v1::WorkerExited& exited : supervisor_.Exits()) SendExited(exited);
   for (const auto& [key, inventory] : inventories_) {
     v1::AgentMessage message;
     *message.mutable_inventory() = inventory;
@@ -103,7 +103,7 @@ void Agent::OnRefused(const absl::Status& status) {
   Finish(1);
 }
 
-void Agent::TellExited(const v1::WorkerExited& exited) {
+void Agent::SendExited(const v1::WorkerExited& exited) {
   v1::AgentMessage message;
   *message.mutable_exited() = exited;
   session_->Send(std::move(message));

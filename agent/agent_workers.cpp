@@ -19,7 +19,7 @@ namespace {
 
 using telemetry::LogValue;
 
-// What systemd told this program alone.
+// systemd addresses these variables to this program alone.
 constexpr std::array kServiceVariables = {"NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID",
                                           "LISTEN_FDS",    "LISTEN_PID",    "LISTEN_FDNAMES"};
 
@@ -31,7 +31,8 @@ void Agent::OnWorkerMessage(ConnectionId connection, const v1::WorkerMessage& me
   if (known != attached_.end()) PassOn(known->second, message);
 }
 
-// What a worker says to the control plane alone. Who it is we know better than it does.
+// Passes on messages that only the control plane reads. The identity is filled in here: a worker is not believed about
+// it.
 void Agent::PassOn(const WorkerKey& key, const v1::WorkerMessage& message) {
   v1::AgentMessage up;
   if (message.has_lease()) {
@@ -91,7 +92,7 @@ void Agent::OnProcessEnd(const WorkerKey& key) {
   std::vector<std::string> lines = host::LastLines(found->second.log_path, kLastLines);
   loop_->Unwatch(found->second.process.pidfd());
   processes_.erase(found);
-  // What it said over its connection, such as why it failed, was posted before; a connection that is left is history.
+  // All messages of its connection, such as why it failed, were posted before; a connection that is left is history.
   if (const auto connection = connections_.find(key); connection != connections_.end()) {
     attached_.erase(connection->second);
     connections_.erase(connection);
@@ -197,13 +198,13 @@ void Agent::Do(const FetchState& action) { states_.Want(action); }
 
 void Agent::Do(const UploadState& action) { states_.Upload(action); }
 
-void Agent::Do(const TellReport& action) {
+void Agent::Do(const ForwardReport& action) {
   v1::AgentMessage message;
   *message.mutable_report() = action.report;
   if (session_) session_->Send(std::move(message));
 }
 
-void Agent::Do(const TellExit& action) {
+void Agent::Do(const ReportExit& action) {
   const v1::WorkerExited& exited = action.exited;
   const auto level = action.result == ExitResult::kClean ? spdlog::level::info : spdlog::level::err;
   spdlog::log(level, "worker ended worker={} pid={} started={} reason={} last_line={}",
@@ -211,7 +212,7 @@ void Agent::Do(const TellExit& action) {
               LogValue(exited.reason()),
               LogValue(exited.last_log_lines().empty() ? "" : *exited.last_log_lines().rbegin()));
   if (exited.identity().pid() != 0) metrics_.Exited(action.result);
-  if (session_) TellExited(exited);
+  if (session_) SendExited(exited);
 }
 
 void Agent::Save() {

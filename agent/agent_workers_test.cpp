@@ -1,4 +1,4 @@
-// What an agent does with workers: the real program and real processes.
+// The agent and its workers: the real program and real processes.
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -233,7 +233,7 @@ TEST_F(AgentWorkersTest, ControlPlaneAwayLeavesWorkersAloneAndItsReturnTellsAll)
   ASSERT_TRUE(agent->WaitForText("worker ended worker=inst-1/1#101"));
   control_.Change([](ControlRecord& r) { r.reports.clear(); });
   control_.Start();
-  ASSERT_TRUE(WaitForExits(1));  // told on return
+  ASSERT_TRUE(WaitForExits(1));  // sent on return
   EXPECT_EQ(control_.record().exits[0].signal(), SIGKILL);
   for (const std::uint32_t region : {2U, 3U, 4U}) ASSERT_TRUE(WaitForPhase(region, v1::WORKER_PHASE_RUNNING));
   EXPECT_EQ(HoldWorkers(), (std::vector<pid_t>{pids[1], pids[2], pids[3]}));
@@ -273,7 +273,7 @@ TEST_F(AgentWorkersTest, SecondSignalKillsAtOnce) {
   agent->Signal(SIGTERM);
   EXPECT_EQ(agent->Wait(), Exited(0));
   ASSERT_TRUE(WaitForExits(1));
-  EXPECT_EQ(control_.record().exits[0].reason(), "killed: told to stop at once");
+  EXPECT_EQ(control_.record().exits[0].reason(), "killed: ordered to stop at once");
 }
 
 TEST_F(AgentWorkersTest, WorkersOfAnAgentThatDiesWithItsParentDieWithItEvenWhenItIsKilled) {
@@ -285,7 +285,7 @@ TEST_F(AgentWorkersTest, WorkersOfAnAgentThatDiesWithItsParentDieWithItEvenWhenI
 }
 
 TEST_F(AgentWorkersTest, AgentThatDiesWithItsParentEndsItsWorkersInOrder) {
-  // A shell is the parent: it starts the agent, tells its pid, and is killed.
+  // A shell is the parent: it starts the agent, prints its pid, and is killed.
   const std::string bin = TESSERA_BINARY_DIR;
   const std::string command = bin + "/bin/tessera-agent --control " + control_.address() + " --state-dir " +
                               state_dir_ + " --metrics-listen 127.0.0.1:0 --port-range " + port_range_ +

@@ -215,7 +215,7 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
     const auto on_closed = callbacks_.on_closed;
     const absl::Status result = FromGrpc(status);
     std::shared_ptr<Stream> self = std::move(self_);
-    self.reset();  // before the news, so that whoever still holds the link ends it on a thread of his own
+    self.reset();  // before the callback, so that whoever still holds the link ends it on its own thread
     on_closed(result);
   }
 

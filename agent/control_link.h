@@ -2,7 +2,8 @@
 //
 //   auto link = ControlLink::Dial("10.0.0.1:7700", hello, {.on_message = ..., .on_closed = ...});
 //   link->Send(heartbeat);
-//   link->Close();  // what was sent still goes out; on_closed follows when the control plane has ended the stream too
+//   link->Close();  // messages sent before still go out; on_closed follows when the control plane has ended the stream
+//   too
 //
 // It keeps itself alive until `on_closed`, which comes exactly once and last. Each link dials anew, so none of gRPC's
 // own waiting between attempts is in the way. What waits to be sent never holds two heartbeats, nor two reports of one

@@ -12,7 +12,7 @@ namespace {
 
 using telemetry::LogValue;
 
-// What no other attempt mends. A hello whose form is wrong counts before the first admission only (see OnClosed).
+// No further attempt mends these. A hello whose form is wrong counts before the first admission only (see OnClosed).
 bool IsRefusal(const absl::Status& status) {
   return absl::IsUnauthenticated(status) || absl::IsPermissionDenied(status);
 }
@@ -80,7 +80,7 @@ void ControlSession::OnAdmitted(const v1::Admitted& admitted) {
   spdlog::info("control plane connected at={} host_id={} host_name={} heartbeat_ms={}", LogValue(address_),
                LogValue(admitted.host_id()), LogValue(admitted.host_name()), asked);
   callbacks_.on_admitted(admitted);
-  // Not at once: the hello has told all.
+  // Not at once: the hello has said all.
   if (admitted_link_) SetTimer(Clock::now() + heartbeat_interval_, [this] { Beat(); });
 }
 

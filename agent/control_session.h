@@ -33,7 +33,7 @@ class ControlSession {
   ~ControlSession();
 
   void Start() { Dial(); }
-  // Dropped unless admitted: whatever counts is told again on admission.
+  // Dropped unless admitted: whatever counts is sent again on admission.
   void Send(v1::AgentMessage message);
   // The link while admitted, else null.
   const std::shared_ptr<ControlLink>& link() const { return admitted_link_; }

@@ -40,7 +40,7 @@ class EventLoop {
   void Watch(int fd, Callback callback);
   void Unwatch(int fd);
   TimerId RunAt(TimePoint when, Callback callback);
-  void Cancel(const TimerId& timer);  // of a timer that has run: nothing
+  void Cancel(const TimerId& timer);  // does nothing once the timer has run
 
   void Run();
   void Stop() { stopped_ = true; }

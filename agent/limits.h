@@ -31,7 +31,7 @@ inline constexpr Duration kLastBackoff = std::chrono::seconds(2);
 inline constexpr Duration kAdmissionTimeout = std::chrono::seconds(10);
 // A connection to a host that vanished without a word is given up after the sum of these two.
 inline constexpr int kKeepaliveTime_ms = 10'000, kKeepaliveTimeout_ms = 5'000;
-// What the control plane may ask for. Below, heartbeats cost more than they tell.
+// The control plane may ask for heartbeats in this range. More often, they cost more than they report.
 inline constexpr std::uint32_t kMinHeartbeat_ms = 20, kMaxHeartbeat_ms = 60'000;
 // Last words on a stream (what just ended) before this program exits; the other side may be gone.
 inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
@@ -49,7 +49,7 @@ inline constexpr std::size_t kMaxTokenBytes = 4096;
 // A region's state as a file, in pieces of so many bytes: that of a million bodies.
 inline constexpr std::size_t kPieceBytes = 1 << 20, kMaxStateBytes = std::size_t{512} << 20;
 
-// Of a worker's log file, when it has ended.
+// Lines of an ended worker's log that the agent reports.
 inline constexpr std::size_t kLastLines = 20;
 // Log files of workers that have ended; the oldest go first.
 inline constexpr std::size_t kKeptLogs = 200;

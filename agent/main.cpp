@@ -1,4 +1,4 @@
-// tessera-agent: one on each host; --help tells how it is run.
+// tessera-agent: one on each host; --help says how it is run.
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 #include <sys/stat.h>

@@ -16,7 +16,7 @@ struct Options {
   std::string join_token_file;
   std::string state_dir = "/var/lib/tessera/agent";
   std::string advertise_address = "127.0.0.1";
-  std::string bind_address;  // of the workers' ports
+  std::string bind_address;  // workers listen on it
   std::string metrics_host = "127.0.0.1";
   std::uint16_t metrics_port = 7702;
   std::string region_binary;
@@ -31,9 +31,9 @@ struct Options {
 // INVALID_ARGUMENT in one line for what cannot be read. Exits by itself, with 0, after --help and --version.
 absl::StatusOr<Options> ParseOptions(int argc, char** argv);
 
-// What admits a new host: the file's content if there is one, else the flag's or the environment's; "" if none was
-// given. INVALID_ARGUMENT if the file cannot be read or holds nothing. Apart from the rest, since a host that has been
-// admitted needs neither token nor file.
+// The token that admits a new host: the file's content if there is one, else the flag's or the environment's; "" if
+// none was given. INVALID_ARGUMENT if the file cannot be read or holds nothing. Apart from the rest, since a host that
+// has been admitted needs neither token nor file.
 absl::StatusOr<std::string> ReadJoinToken(const Options& options);
 
 // "127.0.0.1" if only this machine reaches `address`, else "0.0.0.0".

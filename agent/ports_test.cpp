@@ -36,7 +36,7 @@ TEST(PortRangeTest, SkipsWhatOthersHold) {
 
 TEST(PortRangeTest, NeverOverlapsAnAdoptedWorkersPorts) {
   PortRange ports(7800, 7811);
-  ports.Mark(7804);  // of a range that began elsewhere: 7804 to 7806 lie in the second and the third place
+  ports.Mark(7804);  // from a range with another begin: 7804 to 7806 lie in the second and the third place
   EXPECT_EQ(ports.Take(kAllFree), 7800);
   EXPECT_EQ(ports.Take(kAllFree), 7809);
   EXPECT_FALSE(ports.Take(kAllFree));

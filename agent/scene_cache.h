@@ -1,9 +1,9 @@
 // SceneCache: scenes by hash, from the state folder or, once, from the control plane.
 //
 // A fetched scene is kept only if it is a scene and hashes to what was asked for; the file appears whole or not at all.
-// What is there is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is
-// away, what is missing waits. Thread rule: the event loop's thread, which also runs the callbacks; checking and
-// writing of what was fetched happens on gRPC's.
+// A stored scene is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is
+// away, requests for missing scenes wait. Thread rule: the event loop's thread, which also runs the callbacks; checking
+// and writing of what was fetched happens on gRPC's.
 #pragma once
 
 #include <functional>

@@ -1,8 +1,8 @@
 // StateFiles: regions' states on their way between workers, who read and write files, and the control plane, which
 // keeps checkpoints.
 //
-// What is fetched is kept only if it hashes to what was announced, and appears whole or not at all; while the control
-// plane is away it waits. What is uploaded is removed afterwards, whatever came of it: the control plane asks again.
+// A fetched file is kept only if it has the announced hash, and appears whole or not at all; while the control plane
+// is away it waits. An uploaded file is removed afterwards, whatever came of it: the control plane asks again.
 // Thread rule: the event loop's thread, which also runs the callbacks.
 #pragma once
 

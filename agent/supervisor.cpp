@@ -30,7 +30,7 @@ v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
   return exited;
 }
 
-// What the next agent is to know.
+// Only a difference that the next agent needs is worth a write to the disk.
 bool DiffersInState(const v1::WorkerReport& a, const v1::WorkerReport& b) {
   const auto same = [](const auto& x, const auto& y) { return std::equal(x.begin(), x.end(), y.begin(), y.end()); };
   return a.phase() != b.phase() || a.order_revision() != b.order_revision() || a.map_version() != b.map_version() ||
@@ -307,7 +307,7 @@ void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitR
 }
 
 void Supervisor::KeepExit(const WorkerKey& key, v1::WorkerExited exited, ExitResult result) {
-  actions_.push_back(TellExit{exited, result});
+  actions_.push_back(ReportExit{exited, result});
   exits_[key] = std::move(exited);
   dirty_ = true;
 }
@@ -335,16 +335,16 @@ void Supervisor::Reported(const WorkerKey& key, const v1::WorkerReport& report) 
   const auto found = workers_.find(key);
   if (found == workers_.end()) return;
   Worker& worker = found->second;
-  const bool tell = DiffersInState(worker.report, report);  // else not worth a write to the disk
+  const bool differs = DiffersInState(worker.report, report);
   worker.report = report;
   *worker.report.mutable_identity() = worker.record.identity();
-  actions_.push_back(TellReport{worker.report});
+  actions_.push_back(ForwardReport{worker.report});
   if (worker.order && worker.order->has_checkpoint() && report.checkpoint_tick() == worker.order->checkpoint().tick() &&
       std::exchange(worker.uploaded_tick, report.checkpoint_tick()) != report.checkpoint_tick()) {
     actions_.push_back(
         UploadState{key, report.checkpoint_tick(), StatePath(key, "checkpoint", report.checkpoint_tick())});
   }
-  if (tell) dirty_ = true;
+  if (differs) dirty_ = true;
 }
 
 void Supervisor::Detached(const WorkerKey& key) {
@@ -435,7 +435,7 @@ std::optional<TimePoint> Supervisor::NextDeadline() const {
 void Supervisor::StopAll(TimePoint now) {
   for (auto& [key, worker] : workers_) {
     if (stopping_all_) {
-      Kill(key, worker, "killed: told to stop at once");
+      Kill(key, worker, "killed: ordered to stop at once");
     } else if (worker.stopping == Stopping::kNo) {
       BeginStop(key, worker, now);
     }
@@ -443,7 +443,7 @@ void Supervisor::StopAll(TimePoint now) {
   stopping_all_ = true;
 }
 
-// --- What is told
+// --- Reports
 // ------------------------------------------------------------------------------------------------------
 
 std::vector<v1::WorkerReport> Supervisor::Reports() const {

@@ -1,4 +1,4 @@
-// Supervisor: what an agent decides. Which workers to start, what to tell them, when to end them, what to report.
+// Supervisor: what an agent decides. Which workers to start, what to order, when to end them, what to report.
 //
 // Pure: no process, socket, clock or file. Events come in with the time, what is to be done goes out as actions, which
 // the caller carries out and answers in order before it passes the next event:
@@ -8,10 +8,9 @@
 //   if (supervisor.TakeDirty()) Save(supervisor.State(boot_id));        // workers.json
 //
 // Promises. A worker that is wanted and was never started here is started once; after its end the same incarnation is
-// never started again, but its exit is kept, and told to each control plane that is attached to, until the desired set
-// no longer holds it. Only a bind failure before its ports are known (exit code 98) is tried again, with other ports.
-// Nothing is ended because a control plane or an agent is away.
-// Thread rule: one owner.
+// never started again, but its exit is kept, and sent to each control plane that the agent attaches to, until the
+// desired set no longer holds it. Only a bind failure before its ports are known (exit code 98) is tried again, with
+// other ports. Nothing is ended because a control plane or an agent is away. Thread rule: one owner.
 #pragma once
 
 #include <sys/types.h>
@@ -72,18 +71,18 @@ struct UploadState {
   std::uint64_t tick = 0;
   std::string path;
 };
-struct TellReport {
+struct ForwardReport {
   v1::WorkerReport report;
 };
 enum class ExitResult { kClean, kError, kSignal };
-struct TellExit {
+struct ReportExit {
   v1::WorkerExited exited;
   ExitResult result = ExitResult::kError;
 };
 using Action =
-    std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, FetchState, UploadState, TellReport, TellExit>;
+    std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, FetchState, UploadState, ForwardReport, ReportExit>;
 
-// What came of one order, for the log.
+// The outcome of one order, for the log.
 struct OrderOutcome {
   WorkerKey key;
   std::uint64_t revision = 0;
@@ -100,7 +99,7 @@ class Supervisor {
   void SetStateFolder(std::string folder) { state_folder_ = std::move(folder); }
 
   // From the last life of this agent, before anything else. A record of a process that lives; one of a process that is
-  // gone, with the reason to tell; an exit that may not have been heard.
+  // gone, with the reason to report; an exit that may not have been heard.
   void Adopt(const WorkerRecord& record);
   void AdoptGone(const WorkerRecord& record, const std::string& reason, std::vector<std::string> last_lines);
   void AdoptExit(const v1::WorkerExited& exited);
@@ -112,7 +111,7 @@ class Supervisor {
   void StateReady(const WorkerKey& key, const std::string& path);
   void StateFailed(const WorkerKey& key, const std::string& reason);
 
-  // Of processes.
+  // The caller reports what became of processes.
   void Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path, TimePoint now);
   void SpawnFailed(const WorkerKey& key, const std::string& reason);
   void Ended(const WorkerKey& key, const host::ExitStatus& status, std::vector<std::string> last_lines);
@@ -150,7 +149,7 @@ class Supervisor {
     Stopping stopping = Stopping::kNo;
     bool attached = false, ever_attached = false;
     int port_attempts = 0;
-    std::string state_path;           // of the state to begin with; empty: not here yet
+    std::string state_path;           // holds the state to begin with; empty: not here yet
     bool state_wanted = false;        // has been asked for
     std::uint64_t uploaded_tick = 0;  // the last checkpoint that was passed on
     std::string why;                  // we ended it, if not in order

@@ -82,8 +82,8 @@ class SupervisorTest : public ::testing::Test {
   void Do(const FetchScene& a) { fetches_.push_back(a.hash); }
   void Do(const FetchState& a) { states_.push_back(a); }
   void Do(const UploadState& a) { uploads_.push_back(a); }
-  void Do(const TellReport& a) { reports_.push_back(a.report); }
-  void Do(const TellExit& a) {
+  void Do(const ForwardReport& a) { reports_.push_back(a.report); }
+  void Do(const ReportExit& a) {
     exits_.push_back(a.exited);
     results_.push_back(a.result);
   }
@@ -422,7 +422,7 @@ TEST_F(SupervisorTest, NextLifeAdoptsWhatLivesAndTellsWhatEnded) {
   next.Adopt(file.workers(0));
   next.AdoptGone(file.workers(1), "ended while no agent ran", {"bye"});
   ASSERT_THAT(next.Reports(), SizeIs(1));
-  // Told as it was, before it attaches: else the control plane would take it for one that lost its ports.
+  // Reported as it was, before it attaches: else the control plane would take it for one that lost its ports.
   EXPECT_EQ(next.Reports()[0].phase(), v1::WORKER_PHASE_RUNNING);
   EXPECT_EQ(next.Reports()[0].address().game_port(), 7800U);
   EXPECT_THAT(next.Exits(), SizeIs(2));

@@ -116,13 +116,13 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
   client->add_option("--name", options->name, "Name of the player")->capture_default_str();
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
       ->check(CLI::NonNegativeNumber);
-  client->add_option("--seed", options->seed, "Of its way through the world, from 1")
+  client->add_option("--seed", options->seed, "Seed of its way through the world, from 1")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   client->add_flag("!--stay", options->leave, "Leave the player's body in the world at the end");
   client->add_option("--player-file", options->player_file,
                      "Keep in this file who the player is, and come back as the one in it, wherever its body is now");
-  CLI::Option* record = client->add_option("--record", options->record_file, "Write what it is told into this file");
+  CLI::Option* record = client->add_option("--record", options->record_file, "Write what it receives into this file");
   client->add_option("--record-mb", options->record_mb, "At most so large, megabytes")
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000))

@@ -17,7 +17,7 @@ inline constexpr std::chrono::milliseconds kFrameTime{16};
 std::string StateName(client::ClientState state);
 // "PLAYING tick 812, 2002 bodies, 412.1kB/s in, 58.20ms behind, 0 extrapolated\n"
 std::string ClientLine(local::Bot& bot);
-// "tick 812: contact began: body 12 and player 1's, told by region 2\n"; empty for what the table shows anyway.
+// "tick 812: contact began: body 12 and player 1's, reported by region 2\n"; empty for what the table shows anyway.
 std::string EventLine(const client::Client& client, const client::ClientEvent& event);
 // A row a client: state, bytes, delay, extrapolations.
 std::string ClientTable(const std::vector<local::Bot*>& bots);

@@ -87,7 +87,7 @@ void RestartWorkers(const Globals& globals, const Options& options) {
               response.instance());
 }
 
-// Of the type that the scene declares.
+// Reads `value` as the type that the scene declares.
 v1::Property ReadProperty(const v1::Instance& instance, const std::string& name, const std::string& value) {
   const auto& declared = instance.properties();
   const auto found = std::find_if(declared.begin(), declared.end(), [&](const auto& p) { return p.name() == name; });

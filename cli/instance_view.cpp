@@ -46,7 +46,7 @@ std::string RegionTable(const v1::Instance& instance) {
 
 namespace {
 
-// What is under way, what is at risk, and what has happened.
+// Lists changes under way, risks and past events.
 std::string Health(const v1::Instance& instance) {
   std::string out;
   for (const v1::InstanceChange& change : instance.changes()) out += fmt::format("\nChange:       {}", change.text());

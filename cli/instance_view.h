@@ -14,7 +14,7 @@ inline std::chrono::milliseconds Seconds(double seconds) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3));
 }
 
-// For `command`, which its errors name.
+// Its errors name `command`.
 v1::Instance GetInstance(local::Connection& connection, const std::string& command, const std::string& id);
 // "inst-3 RUNNING tick 1200, 4 of 4 regions, 2 players\n"
 std::string SummaryLine(const v1::Instance& instance);

@@ -17,7 +17,7 @@
 namespace tessera::host {
 namespace {
 
-constexpr std::size_t kPieceBytes = 4096;  // of a file that claims no size, as those of /proc do: most are smaller
+constexpr std::size_t kPieceBytes = 4096;  // files that claim no size, as those of /proc, are mostly smaller
 
 absl::Status FileError(const std::string& path, int error) {
   const std::string message = absl::StrCat(path, ": ", std::strerror(error));

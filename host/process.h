@@ -4,10 +4,10 @@
 //   loop.Watch(process->pidfd(), [&] { Report(process->Reap()); });  // readable once the process has ended
 //
 // A spawned process leads a session of its own, so that no signal of a terminal reaches it. It has /dev/null as input,
-// its log file as output, no other descriptor and no blocked signal. An adopted process was spawned by an earlier life
-// of this program; its exit status cannot be had. The end of this object does not end the process: ChildProcess does.
-// Thread rule: one owner. `Spawn` with a `parent_death_signal` only from a thread that lives as long as the process is
-// to live, since the kernel counts the end of the spawning *thread*.
+// its log file as output, no other descriptor and no blocked signal. An earlier life of this
+// program spawned an adopted process; its exit status cannot be had. The end of this object does not end the process:
+// ChildProcess does. Thread rule: one owner. `Spawn` with a `parent_death_signal` only from a thread that lives as long
+// as the process is to live, since the kernel counts the end of the spawning *thread*.
 #pragma once
 
 #include <sys/types.h>

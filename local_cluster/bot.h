@@ -29,13 +29,13 @@ class Bot {
   bool Frame(client::TimePoint now);
 
   client::Client& client() { return *client_; }
-  // Of the last frame.
+  // The events that the last frame took in.
   const std::vector<client::ClientEvent>& events() const { return events_; }
   // Contacts and triggers so far: began or entered, ended or left.
   std::uint64_t pairs_begun() const { return pairs_begun_; }
   std::uint64_t pairs_ended() const { return pairs_ended_; }
   const std::string& name() const { return name_; }
-  std::uint64_t region_changes() const { return region_changes_; }  // of its own body
+  std::uint64_t region_changes() const { return region_changes_; }  // how often its own body crossed a border
 
  private:
   Bot(std::unique_ptr<client::Client> client, std::string name, std::uint64_t seed)

@@ -48,7 +48,7 @@ v1::Instance ImportCheckpoint(Connection& connection, const std::string& path, c
   do {
     in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     piece.set_data(buffer.data(), static_cast<std::size_t>(in.gcount()));
-    if (!stream->Write(piece)) break;  // refused: the status tells why
+    if (!stream->Write(piece)) break;  // refused: the status says why
     piece.Clear();
   } while (in);
   stream->WritesDone();

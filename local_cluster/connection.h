@@ -37,8 +37,8 @@ class Connection {
     return response;
   }
 
-  // Throws unless ok: "<what>: <message> (NOT_FOUND)", or where the control plane cannot be reached, the address and
-  // what to do.
+  // Throws unless ok: "<what>: <message> (NOT_FOUND)", or where the control plane cannot be reached, the address
+  // and what to do.
   void Check(const grpc::Status& status, const std::string& what) const;
 
  private:

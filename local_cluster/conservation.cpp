@@ -32,7 +32,7 @@ bool Conservation::FollowMap(const v1::Instance& instance) {
   return in_force_;
 }
 
-// What was counted before may or may not have held what is expected now.
+// Earlier counts may or may not include the bodies that are expected now.
 void Conservation::CountFromNow(const v1::Instance& instance) {
   for (const v1::RegionStatus& region : instance.region_status()) {
     from_tick_ = std::max(from_tick_, region.report().tick() + 1);
@@ -41,16 +41,16 @@ void Conservation::CountFromNow(const v1::Instance& instance) {
 }
 
 void Conservation::NoteTakenOut(const v1::Instance& instance) {
-  bool news = false;
+  bool changed = false;
   for (const v1::RegionStatus& region : instance.region_status()) {
     for (const std::uint64_t id : region.report().nonfinite_ids()) {
       if (bodies_.erase(BodyId(id)) == 0) continue;
       checksum_ -= region::Mix(BodyId(id));
       taken_out_.insert(BodyId(id));
-      news = true;
+      changed = true;
     }
   }
-  if (news) CountFromNow(instance);
+  if (changed) CountFromNow(instance);
 }
 
 void Conservation::Observe(const v1::Instance& instance) {

@@ -18,14 +18,14 @@
 namespace tessera::local {
 
 struct ConservationResult {
-  std::uint64_t tick = 0;  // of the newest complete census
+  std::uint64_t tick = 0;  // when the newest complete census was taken
   std::uint64_t expected = 0;
   std::uint64_t found = 0;
   // At the newest census: on its way across a closed border a body is kept by who sent it and owned by nobody, so what
   // is missed for a while and back is not lost. If both happen in equal number, each counts at least 1.
   std::uint64_t lost = 0;
   std::uint64_t duplicated = 0;  // the worst: no body may have two owners, ever
-  std::uint64_t taken_out = 0;   // and told of; not expected any more
+  std::uint64_t taken_out = 0;   // and reported; not expected any more
   std::uint64_t censuses = 0;    // complete ones that were compared
 };
 
@@ -39,7 +39,7 @@ class Conservation {
   // Takes in what the regions report; call it on every change of the instance.
   void Observe(const v1::Instance& instance);
 
-  // Of all complete censuses until now; empty before the first one.
+  // Covers all complete censuses until now; empty before the first one.
   std::optional<ConservationResult> result() const { return result_; }
 
  private:

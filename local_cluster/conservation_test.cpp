@@ -115,7 +115,7 @@ TEST_F(ConservationTest, APlayersBodyCountsFromItsTickOn) {
   EXPECT_EQ(conservation_.result()->lost + conservation_.result()->duplicated, 0u);
 }
 
-// The dead region's part of the ticks before is never told, and what one region did since is no whole.
+// The dead region's part of the ticks before is never reported, and one region's census since is incomplete.
 TEST_F(ConservationTest, CountsAnewOnceAllRegionsOfANewMapStepByIt) {
   const auto set_map = [&](std::uint64_t version, std::initializer_list<std::uint32_t> regions) {
     instance_.mutable_map()->set_version(version);

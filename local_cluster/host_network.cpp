@@ -75,7 +75,7 @@ HostNetwork::~HostNetwork() {
 }
 
 absl::Status HostNetwork::Add(std::uint32_t host) {
-  // Of this thread alone, for a moment: the namespace lives on by its descriptor.
+  // Only this thread enters it, for a moment: the namespace lives on by its descriptor.
   const int own = open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC);
   if (own < 0) return Unavailable("/proc/thread-self/ns/net");
   const bool made = unshare(CLONE_NEWNET) == 0;

@@ -44,11 +44,11 @@ struct RunOptions {
   std::function<void(v1::InstanceSpec&)> adjust = {};
 };
 
-// What a region did over the run.
+// One region over the whole run.
 struct RegionSummary {
   std::uint32_t region = 0;
   double tick_rate_hz = 0;      // ticks over the time from the first report that ran to the last
-  double worst_step_p99_s = 0;  // of any report's window
+  double worst_step_p99_s = 0;  // the worst window of any report
   v1::WorkerReport last;
 };
 
@@ -71,7 +71,7 @@ class WorldRun {
 
   // One frame of every bot. False when the instance or a bot has ended unasked.
   bool Frame();
-  // Frames at a game's pace until it holds, which is asked after each frame and each news of the instance. False when
+  // Frames at a game's pace until it holds, which is asked after each frame and each update of the instance. False when
   // the instance or a bot has ended, or time is up.
   bool PlayUntil(const std::function<bool()>& holds, std::chrono::milliseconds patience);
   // Ends the instance in order and the cluster with it.
@@ -81,7 +81,7 @@ class WorldRun {
   std::vector<Bot*> bots();
   const std::string& instance_id() const { return instance_id_; }
   Connection& connection() { return *connection_; }
-  // Of all complete censuses until now.
+  // Covers all complete censuses until now.
   std::optional<ConservationResult> conservation();
   // The control plane was away: watches it anew.
   void WatchAnew();
@@ -114,7 +114,7 @@ class WorldRun {
   std::mutex mutex_;  // guards what follows: written by the watch's thread
   std::unique_ptr<Conservation> conservation_;
   bool bots_expected_ = false;
-  bool ending_ = false;  // what is reported from now on does not count for the tick rate
+  bool ending_ = false;  // reports from now on do not count for the tick rate
   std::map<std::uint32_t, RegionProgress> progress_;
   std::unique_ptr<InstanceWatch> watch_;  // last: its thread ends first
 };

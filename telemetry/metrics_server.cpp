@@ -33,7 +33,7 @@ constexpr char kRequestTimeoutMs[] = "3000";  // a client that stalls gives its 
 thread_local std::string* start_log = nullptr;
 
 int KeepLog(const mg_connection*, const char* message) {
-  if (start_log != nullptr && start_log->empty()) *start_log = message;  // the first tells the cause
+  if (start_log != nullptr && start_log->empty()) *start_log = message;  // the first names the cause
   return 1;                                                              // handled: nothing goes to CivetWeb's own log
 }
 

@@ -1,5 +1,5 @@
-// What tests of the whole agent share: the real program, a control plane on loopback, workers that can be told to
-// misbehave, and the promise that no process outlives a test.
+// The fixture of tests of the whole agent: the real program, a control plane on loopback, workers that misbehave
+// on demand, and the promise that no process outlives a test.
 #pragma once
 
 #include <memory>

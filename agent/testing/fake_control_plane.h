@@ -1,4 +1,4 @@
-// A control plane for tests of the agent: real gRPC on 127.0.0.1, told by the test what to want, and keeping what it
+// A control plane for tests of the agent: real gRPC on 127.0.0.1, ordered by the test what to want, and keeping what it
 // hears. Thread rule: every method from any thread.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace tessera::agent {
 
-// What was heard, and the state of admission.
+// All that the agent sent, and the state of admission.
 struct ControlRecord {
   std::string token = "good-token";
   bool token_used = false;

@@ -4,7 +4,7 @@
 //   exit:CODE        writes three lines and exits before it attaches
 //   busy-below:PORT  exits with 98 (port in use) if its game port is below PORT
 //   hang             never attaches
-//   abort            writes 30 lines and aborts when told to run
+//   abort            writes 30 lines and aborts when ordered to run
 //   stubborn         attaches, then ignores orders to stop and SIGTERM
 //
 // FAKE_WORKER_GUARD=PID: it ends when that process (the test) does, so that nothing outlives a test that was killed.
