@@ -28,7 +28,7 @@ using telemetry::LogValue;
 // --- From the start to the first event
 // ---------------------------------------------------------------------------------
 
-absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const Options& options) {
+absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options) {
   if (access(options.region_binary.c_str(), X_OK) != 0) {
     return absl::NotFoundError(
         absl::StrCat("worker program ", options.region_binary, ": ", std::strerror(errno), "; give --region-binary"));
@@ -40,7 +40,7 @@ absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const Options& options) {
   return agent;
 }
 
-Agent::Agent(const Options& options, std::unique_ptr<StateDir> state)
+Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
     : options_(options),
       loop_(std::make_shared<EventLoop>()),
       state_(std::move(state)),

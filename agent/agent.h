@@ -35,7 +35,7 @@ class Agent {
  public:
   // Takes the state folder, serves workers and metrics, adopts what runs. INVALID_ARGUMENT if neither an identity nor a
   // join token is there, or the state folder's path is too long.
-  static absl::StatusOr<std::unique_ptr<Agent>> Create(const Options& options);
+  static absl::StatusOr<std::unique_ptr<Agent>> Create(const AgentOptions& options);
   ~Agent();
 
   // Until a signal (0) or a refusal by the control plane (1).
@@ -47,7 +47,7 @@ class Agent {
     std::string log_path;
   };
 
-  Agent(const Options& options, std::unique_ptr<StateDir> state);
+  Agent(const AgentOptions& options, std::unique_ptr<StateDir> state);
   absl::Status Prepare();
   absl::Status FindJoinToken();
   absl::Status Restore();
@@ -86,7 +86,7 @@ class Agent {
   void EndWorkers();
   void Finish(int exit_code);
 
-  Options options_;
+  AgentOptions options_;
   std::shared_ptr<EventLoop> loop_;
   std::unique_ptr<StateDir> state_;
   std::string boot_id_;

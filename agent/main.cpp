@@ -34,7 +34,7 @@ void BlockSignals() {
 
 int Main(int argc, char** argv) {
   const pid_t parent = getppid();
-  absl::StatusOr<tessera::agent::Options> options = tessera::agent::ParseOptions(argc, argv);
+  absl::StatusOr<tessera::agent::AgentOptions> options = tessera::agent::ParseOptions(argc, argv);
   if (!options.ok()) return Usage(options.status());
   if (absl::Status status = tessera::telemetry::InitLogging("agent", options->log_level); !status.ok()) {
     return Usage(status);

@@ -22,7 +22,7 @@ namespace {
 constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
 constexpr std::uint32_t kMaxCapacity = 10'000;
 
-struct Flags {
+struct AgentFlags {
   std::string control = "127.0.0.1:7700", join_token, join_token_file, state_dir = "/var/lib/tessera/agent";
   std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, log_level;
   std::string ports = "7800-8799";
@@ -30,7 +30,7 @@ struct Flags {
   bool stop_workers = false, die_with_parent = false;
 };
 
-void Declare(CLI::App& app, Flags& f) {
+void Declare(CLI::App& app, AgentFlags& f) {
   app.set_version_flag("--version", "tessera-agent " TESSERA_VERSION);
   app.add_option("--control", f.control, "the control plane, HOST:PORT")
       ->envname("TESSERA_CONTROL")
@@ -68,7 +68,7 @@ absl::StatusOr<host::SocketAddress> ParseAddress(const char* option, const std::
   return address;
 }
 
-absl::Status CheckAddresses(const Flags& f, Options& options) {
+absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (!host::IsHostName(f.advertise)) {
     return absl::InvalidArgumentError(
         absl::StrCat("--advertise-address \"", f.advertise, "\" is neither an address nor a host name"));
@@ -90,7 +90,7 @@ absl::Status CheckAddresses(const Flags& f, Options& options) {
   return absl::OkStatus();
 }
 
-absl::Status CheckCapacity(const Flags& f, Options& options) {
+absl::Status CheckCapacity(const AgentFlags& f, AgentOptions& options) {
   auto ports = PortRange::Parse(f.ports);
   if (!ports.ok()) return absl::InvalidArgumentError(absl::StrCat("--port-range ", ports.status().message()));
   options.ports = *std::move(ports);
@@ -109,7 +109,7 @@ absl::Status CheckCapacity(const Flags& f, Options& options) {
 
 }  // namespace
 
-absl::StatusOr<std::string> ReadJoinToken(const Options& options) {
+absl::StatusOr<std::string> ReadJoinToken(const AgentOptions& options) {
   if (options.join_token_file.empty()) return options.join_token;
   absl::StatusOr<std::string> text = host::ReadFile(options.join_token_file, kMaxTokenBytes);
   if (!text.ok()) return absl::InvalidArgumentError(absl::StrCat("--join-token-file ", text.status().message()));
@@ -124,12 +124,12 @@ std::string DefaultBindAddress(const std::string& address) {
   return absl::StartsWith(address, "127.") || address == "localhost" ? "127.0.0.1" : "0.0.0.0";
 }
 
-absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
+absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {
   if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
     return absl::InvalidArgumentError(refused);
   }
   CLI::App app{"The agent of one host: starts, watches and ends the region workers that the control plane wants here."};
-  Flags f;
+  AgentFlags f;
   Declare(app, f);
   try {
     app.parse(argc, argv);
@@ -138,7 +138,7 @@ absl::StatusOr<Options> ParseOptions(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return absl::InvalidArgumentError(absl::StrCat(error.what(), "; see --help"));
   }
-  Options options;
+  AgentOptions options;
   if (absl::Status status = CheckAddresses(f, options); !status.ok()) return status;
   if (absl::Status status = CheckCapacity(f, options); !status.ok()) return status;
   options.join_token = f.join_token;

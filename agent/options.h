@@ -10,7 +10,7 @@
 
 namespace tessera::agent {
 
-struct Options {
+struct AgentOptions {
   std::string control = "127.0.0.1:7700";
   std::string join_token;  // secret
   std::string join_token_file;
@@ -29,12 +29,12 @@ struct Options {
 };
 
 // INVALID_ARGUMENT in one line for what cannot be read. Exits by itself, with 0, after --help and --version.
-absl::StatusOr<Options> ParseOptions(int argc, char** argv);
+absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv);
 
 // The token that admits a new host: the file's content if there is one, else the flag's or the environment's; "" if
 // none was given. INVALID_ARGUMENT if the file cannot be read or holds nothing. Apart from the rest, since a host that
 // has been admitted needs neither token nor file.
-absl::StatusOr<std::string> ReadJoinToken(const Options& options);
+absl::StatusOr<std::string> ReadJoinToken(const AgentOptions& options);
 
 // "127.0.0.1" if only this machine reaches `address`, else "0.0.0.0".
 std::string DefaultBindAddress(const std::string& address);

@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-absl::StatusOr<Options> Parse(std::vector<std::string> flags) {
+absl::StatusOr<AgentOptions> Parse(std::vector<std::string> flags) {
   flags.insert(flags.begin(), "tessera-agent");
   std::vector<char*> argv;
   argv.reserve(flags.size());
@@ -24,7 +24,7 @@ absl::StatusOr<Options> Parse(std::vector<std::string> flags) {
 }
 
 TEST(OptionsTest, DefaultsFitOneMachine) {
-  const Options options = Parse({}).value();
+  const AgentOptions options = Parse({}).value();
   EXPECT_EQ(options.control, "127.0.0.1:7700");
   EXPECT_EQ(options.bind_address, "127.0.0.1");
   EXPECT_EQ(options.metrics_port, 7702);

@@ -22,9 +22,9 @@ namespace {
 class Server;
 
 // One attached worker. gRPC's rule: nothing may be started after Finish, so Finish waits for the write under way.
-class Connection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder> {
+class WorkerConnection final : public grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder> {
  public:
-  Connection(Server& server, ConnectionId id) : server_(server), id_(id) {}
+  WorkerConnection(Server& server, ConnectionId id) : server_(server), id_(id) {}
 
   void Begin() { StartRead(&incoming_); }
 
@@ -107,10 +107,10 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
   grpc::ServerBidiReactor<v1::WorkerMessage, v1::AgentOrder>* Attach(grpc::CallbackServerContext*) override {
-    std::shared_ptr<Connection> connection;
+    std::shared_ptr<WorkerConnection> connection;
     {
       const std::lock_guard lock(mutex_);
-      connection = std::make_shared<Connection>(*this, next_id_);
+      connection = std::make_shared<WorkerConnection>(*this, next_id_);
       connections_.emplace(next_id_++, connection);
     }
     connection->Begin();
@@ -129,7 +129,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
 
   const Callbacks& callbacks() const { return callbacks_; }
   void Forget(ConnectionId id) {
-    std::shared_ptr<Connection> last;  // destroyed after the lock is given back
+    std::shared_ptr<WorkerConnection> last;  // destroyed after the lock is given back
     {
       const std::lock_guard lock(mutex_);
       const auto found = connections_.find(id);
@@ -140,7 +140,7 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   }
 
  private:
-  std::shared_ptr<Connection> Find(ConnectionId id) {
+  std::shared_ptr<WorkerConnection> Find(ConnectionId id) {
     const std::lock_guard lock(mutex_);
     const auto found = connections_.find(id);
     return found == connections_.end() ? nullptr : found->second;
@@ -149,11 +149,11 @@ class Server final : public WorkerSocket, public v1::WorkerLinkService::Callback
   Callbacks callbacks_;
   std::mutex mutex_;  // guards the two below
   ConnectionId next_id_ = 1;
-  std::map<ConnectionId, std::shared_ptr<Connection>> connections_;
+  std::map<ConnectionId, std::shared_ptr<WorkerConnection>> connections_;
   std::unique_ptr<grpc::Server> server_;
 };
 
-void Connection::OnReadDone(bool ok) {
+void WorkerConnection::OnReadDone(bool ok) {
   if (!ok) return End(absl::OkStatus());
   server_.callbacks().on_message(id_, std::move(incoming_));
   incoming_.Clear();
@@ -164,7 +164,7 @@ void Connection::OnReadDone(bool ok) {
   StartRead(&incoming_);
 }
 
-void Connection::OnWriteDone(bool ok) {
+void WorkerConnection::OnWriteDone(bool ok) {
   bool next = false, finish = false;
   {
     const std::lock_guard lock(mutex_);
@@ -176,7 +176,7 @@ void Connection::OnWriteDone(bool ok) {
   if (finish) Finish(*ending_);
 }
 
-void Connection::OnDone() { server_.Forget(id_); }
+void WorkerConnection::OnDone() { server_.Forget(id_); }
 
 }  // namespace
 

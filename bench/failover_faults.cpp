@@ -44,7 +44,7 @@ absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
                            ms(*over_at), ms(Clock::now()));
   outcome.gaps_ms.push_back(stage.watch().gap_s() * 1e3);
   const std::vector<Worker> workers = stage.Workers();
-  outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_takeover_age_ticks"));
+  outcome.age_ticks = std::max(outcome.age_ticks, HighestOf(workers, "tessera_region_promotion_age_ticks"));
   outcome.server_gaps_ms.push_back(1e3 * HighestOf(workers, "tessera_region_failover_gap_seconds"));
   return absl::OkStatus();
 }

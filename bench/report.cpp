@@ -49,10 +49,10 @@ std::string Report::Table() const {
       AddUnique(configs, column_of(figure));
       AddUnique(metrics, figure.metric);
     }
-    std::vector<cli::Row> rows{{"METRIC"}};
+    std::vector<cli::TableRow> rows{{"METRIC"}};
     rows[0].insert(rows[0].end(), configs.begin(), configs.end());
     for (const std::string& metric : metrics) {
-      cli::Row row{metric};
+      cli::TableRow row{metric};
       for (const std::string& config : configs) {
         const auto figure = std::find_if(figures_.begin(), figures_.end(), [&](const Figure& f) {
           return f.scene == scene && column_of(f) == config && f.metric == metric;

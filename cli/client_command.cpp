@@ -21,7 +21,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxTokenBytes = 1 << 16;
 
-struct Options {
+struct ClientOptions {
   std::string instance;
   std::string name = "bot";
   double seconds = 0;
@@ -55,7 +55,7 @@ void Check(const char* what, const absl::Status& status) {
 }
 
 // Until the time is over, somebody stops it, or the client ends.
-void Watch(const Globals& globals, const Options& options, local::Bot& bot) {
+void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot) {
   StopSignal stop;
   const auto start = client::Clock::now();
   auto next_line = start + 1s;
@@ -78,14 +78,14 @@ void Watch(const Globals& globals, const Options& options, local::Bot& bot) {
   if (Tables(globals)) std::cout << "\n" << ClientReport(bot);
 }
 
-void Play(const Globals& globals, const Options& options) {
+void Play(const Globals& globals, const ClientOptions& options) {
   auto playing = local::Bot::Play(options.play_file);
   Check("client: ", playing.status());
   if (Tables(globals)) std::cout << fmt::format("playing {}\n", options.play_file) << std::flush;
   Watch(globals, options, **playing);
 }
 
-void Run(const Globals& globals, const Options& options) {
+void Run(const Globals& globals, const ClientOptions& options) {
   if (!options.play_file.empty()) return Play(globals, options);
   const bool has_file = !options.player_file.empty();
   auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed,
@@ -110,7 +110,7 @@ void Run(const Globals& globals, const Options& options) {
 }  // namespace
 
 void AddClientCommand(CLI::App& app, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ClientOptions>();
   CLI::App* client = app.add_subcommand("client", "Join a world as a bot that wanders, and report what it sees");
   CLI::Option* id = client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it");
   client->add_option("--name", options->name, "Name of the player")->capture_default_str();

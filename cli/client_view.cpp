@@ -16,7 +16,7 @@ nlohmann::ordered_json Json(const DurationSummary& d) {
   return {{"count", d.count}, {"mean_s", d.mean_s}, {"p50_s", d.p50_s}, {"p99_s", d.p99_s}, {"max_s", d.max_s}};
 }
 
-Row DurationRow(const std::string& name, const DurationSummary& d) {
+TableRow DurationRow(const std::string& name, const DurationSummary& d) {
   return {name,
           std::to_string(d.count),
           FormatMillis(d.mean_s),
@@ -113,7 +113,7 @@ std::string ClientLine(local::Bot& bot) {
 }
 
 std::string ClientTable(const std::vector<local::Bot*>& bots) {
-  std::vector<Row> rows{
+  std::vector<TableRow> rows{
       {"CLIENT", "STATE", "BODIES", "IN/S", "OUT/S", "DELAY", "JITTER", "EXTRAPOLATED", "LOST", "ERRORS", "BORDERS"}};
   for (local::Bot* bot : bots) {
     const ClientStats stats = bot->client().Stats();
@@ -128,7 +128,7 @@ std::string ClientTable(const std::vector<local::Bot*>& bots) {
 
 std::string ClientReport(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
-  std::vector<Row> regions{{"REGION", "ROUND-TRIP", "DATAGRAMS", "LOST", "ERRORS", "RECONNECTS"}};
+  std::vector<TableRow> regions{{"REGION", "ROUND-TRIP", "DATAGRAMS", "LOST", "ERRORS", "RECONNECTS"}};
   for (const client::RegionStats& region : stats.regions) {
     regions.push_back({std::to_string(region.region.value()), FormatMillis(region.round_trip_s),
                        std::to_string(region.datagrams), std::to_string(region.datagrams_lost),

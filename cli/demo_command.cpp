@@ -22,7 +22,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-struct Options {
+struct DemoOptions {
   std::string scene = "plaza";
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies;
@@ -121,7 +121,7 @@ nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohm
           {"clients", clients}};
 }
 
-void Demo(const Options& options) {
+void Demo(const DemoOptions& options) {
   StopSignal stop;
   if (!options.json) {
     std::cout << fmt::format(
@@ -150,7 +150,7 @@ void Demo(const Options& options) {
 }  // namespace
 
 void AddDemoCommand(CLI::App& app, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DemoOptions>();
   CLI::App* demo = app.add_subcommand("demo", "Run one world on several workers on this machine and show it live");
   demo->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")
       ->capture_default_str();

@@ -12,7 +12,7 @@
 namespace tessera::cli {
 namespace {
 
-struct Options {
+struct HostOptions {
   std::string name;
   bool dry_run = false;
   bool undo = false;
@@ -20,7 +20,7 @@ struct Options {
 
 std::string StateOf(const v1::Host& host) { return ShortName(v1::HostState_Name(host.state()), "HOST_STATE_"); }
 
-Row HostRow(const v1::Host& host) {
+TableRow HostRow(const v1::Host& host) {
   return {host.name(),
           StateOf(host),
           std::to_string(host.regions()),
@@ -30,9 +30,9 @@ Row HostRow(const v1::Host& host) {
           FormatAge(AgeSeconds(host.create_time()))};
 }
 
-const Row kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
+const TableRow kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
-void Add(const Globals& globals, const Options& options) {
+void Add(const Globals& globals, const HostOptions& options) {
   local::Connection connection(globals.control);
   v1::AddHostRequest request;
   request.set_name(options.name);
@@ -59,7 +59,7 @@ void List(const Globals& globals) {
     std::cout << ToJson(all);
     return;
   }
-  std::vector<Row> rows{kHostHeader};
+  std::vector<TableRow> rows{kHostHeader};
   for (const v1::Host& host : all.hosts()) {
     if (globals.format == Format::kName) std::cout << "host/" << host.name() << "\n";
     rows.push_back(HostRow(host));
@@ -72,7 +72,7 @@ void List(const Globals& globals) {
   std::cout << FormatTable(rows);
 }
 
-void Describe(const Globals& globals, const Options& options) {
+void Describe(const Globals& globals, const HostOptions& options) {
   local::Connection connection(globals.control);
   v1::GetHostRequest request;
   request.set_name(options.name);
@@ -83,7 +83,7 @@ void Describe(const Globals& globals, const Options& options) {
   }
   std::cout << FormatTable({kHostHeader, HostRow(response.host())});
   if (response.workers().empty()) return;
-  std::vector<Row> rows{{"INSTANCE", "REGION", "PID", "PHASE", "TICK", "OWNED", "MEMORY"}};
+  std::vector<TableRow> rows{{"INSTANCE", "REGION", "PID", "PHASE", "TICK", "OWNED", "MEMORY"}};
   for (const v1::WorkerReport& worker : response.workers()) {
     rows.push_back({worker.identity().instance_id(), std::to_string(worker.identity().region()),
                     std::to_string(worker.identity().pid()),
@@ -93,7 +93,7 @@ void Describe(const Globals& globals, const Options& options) {
   std::cout << "\n" << FormatTable(rows);
 }
 
-void Drain(const Globals& globals, const Options& options) {
+void Drain(const Globals& globals, const HostOptions& options) {
   local::Connection connection(globals.control);
   v1::DrainHostRequest request;
   request.set_name(options.name);
@@ -104,7 +104,7 @@ void Drain(const Globals& globals, const Options& options) {
               response);
 }
 
-void Remove(const Globals& globals, const Options& options) {
+void Remove(const Globals& globals, const HostOptions& options) {
   local::Connection connection(globals.control);
   v1::RemoveHostRequest request;
   request.set_name(options.name);
@@ -116,7 +116,7 @@ void Remove(const Globals& globals, const Options& options) {
 }  // namespace
 
 void AddHostCommands(CLI::App& app, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<HostOptions>();
   CLI::App* host = app.add_subcommand("host", "Machines that run an agent")->require_subcommand(1);
   const auto with_name = [&](CLI::App* command, bool changes) {
     command->add_option("name", options->name, "Name of the host")->required();

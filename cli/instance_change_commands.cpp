@@ -17,7 +17,7 @@
 namespace tessera::cli {
 namespace {
 
-struct Options {
+struct ChangeOptions {
   std::string id, file, request_id, property, value;
   std::uint64_t body = 0;
   std::uint32_t regions = 0;
@@ -26,7 +26,7 @@ struct Options {
   bool wait = false, dry_run = false;
 };
 
-std::chrono::milliseconds Patience(const Options& options) {
+std::chrono::milliseconds Patience(const ChangeOptions& options) {
   return std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout_s * 1000));
 }
 
@@ -36,7 +36,7 @@ bool Settled(const v1::Instance& instance) {
          instance.regions() == instance.wanted_regions();
 }
 
-void WaitUntilSettled(local::Connection& connection, const Options& options) {
+void WaitUntilSettled(local::Connection& connection, const ChangeOptions& options) {
   local::InstanceWatch watch(connection, options.id);
   if (watch.WaitUntil(Settled, Patience(options))) return;
   const v1::Instance latest = watch.Latest();
@@ -44,7 +44,7 @@ void WaitUntilSettled(local::Connection& connection, const Options& options) {
                                         latest.changes().empty() ? latest.reason() : latest.changes(0).text()));
 }
 
-void Scale(const Globals& globals, const Options& options) {
+void Scale(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   v1::ScaleInstanceRequest request;
   request.set_id(options.id);
@@ -69,7 +69,7 @@ bool AllReplaced(const v1::Instance& before, const v1::Instance& now) {
          });
 }
 
-void RestartWorkers(const Globals& globals, const Options& options) {
+void RestartWorkers(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   v1::RestartWorkersRequest request;
   request.set_id(options.id);
@@ -120,7 +120,7 @@ v1::Property ReadProperty(const v1::Instance& instance, const std::string& name,
   return property;
 }
 
-void SetProperty(const Globals& globals, const Options& options) {
+void SetProperty(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   const v1::Instance instance = GetInstance(connection, "instance set-property", options.id);
   v1::SetPropertyRequest request;
@@ -134,7 +134,7 @@ void SetProperty(const Globals& globals, const Options& options) {
               fmt::format("body {}: {} = {}", options.body, options.property, options.value), options.dry_run, request);
 }
 
-void Checkpoint(const Globals& globals, const Options& options) {
+void Checkpoint(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   v1::CheckpointInstanceRequest request;
   request.set_id(options.id);
@@ -146,7 +146,7 @@ void Checkpoint(const Globals& globals, const Options& options) {
               options.dry_run, response.checkpoint());
 }
 
-void Checkpoints(const Globals& globals, const Options& options) {
+void Checkpoints(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   v1::ListCheckpointsRequest request;
   request.set_id(options.id);
@@ -156,7 +156,7 @@ void Checkpoints(const Globals& globals, const Options& options) {
     std::cout << ToJson(response);
     return;
   }
-  std::vector<Row> rows{{"TICK", "REGIONS", "SIZE", "AGE"}};
+  std::vector<TableRow> rows{{"TICK", "REGIONS", "SIZE", "AGE"}};
   for (const v1::Checkpoint& checkpoint : response.checkpoints()) {
     if (globals.format == Format::kName) std::cout << checkpoint.tick() << "\n";
     rows.push_back({std::to_string(checkpoint.tick()), std::to_string(checkpoint.regions()),
@@ -171,7 +171,7 @@ void Checkpoints(const Globals& globals, const Options& options) {
   std::cout << FormatTable(rows);
 }
 
-void Restore(const Globals& globals, const Options& options) {
+void Restore(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   v1::RestoreInstanceRequest request;
   request.set_id(options.id);
@@ -185,7 +185,7 @@ void Restore(const Globals& globals, const Options& options) {
               options.dry_run, response.instance());
 }
 
-void Export(const Globals& globals, const Options& options) {
+void Export(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   local::ExportCheckpoint(connection, options.id, options.tick, options.file, Patience(options));
   v1::Checkpoint checkpoint;
@@ -193,7 +193,7 @@ void Export(const Globals& globals, const Options& options) {
   PrintChange(globals, "instance", options.id, "exported to " + options.file, false, checkpoint);
 }
 
-void Import(const Globals& globals, const Options& options) {
+void Import(const Globals& globals, const ChangeOptions& options) {
   local::Connection connection(globals.control);
   const v1::Instance made = local::ImportCheckpoint(
       connection, options.file,
@@ -204,7 +204,7 @@ void Import(const Globals& globals, const Options& options) {
 }  // namespace
 
 void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ChangeOptions>();
   const auto add = [&](const char* name, const char* about, bool with_id = true) {
     CLI::App* command = instance.add_subcommand(name, about);
     if (with_id) command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();

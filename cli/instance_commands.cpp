@@ -16,7 +16,7 @@
 namespace tessera::cli {
 namespace {
 
-struct Options {
+struct InstanceOptions {
   std::string id;
   std::string scene;
   std::uint32_t regions = 1;
@@ -41,7 +41,7 @@ void SetSpan(double seconds, google::protobuf::Duration& span) {
   span.set_nanos(static_cast<std::int32_t>((seconds - static_cast<double>(whole)) * 1e9));
 }
 
-v1::CreateInstanceRequest RequestOf(const Options& options) {
+v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   v1::CreateInstanceRequest request;
   v1::InstanceSpec& spec = *request.mutable_spec();
   const std::string path =
@@ -64,7 +64,7 @@ v1::CreateInstanceRequest RequestOf(const Options& options) {
   return request;
 }
 
-void Create(const Globals& globals, const Options& options) {
+void Create(const Globals& globals, const InstanceOptions& options) {
   local::Connection connection(globals.control);
   const v1::CreateInstanceRequest request = RequestOf(options);
   auto response =
@@ -98,7 +98,7 @@ void List(const Globals& globals) {
     return;
   }
   const bool wide = globals.format == Format::kWide;  // a reason holds spaces and log lines
-  std::vector<Row> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "AGE"}};
+  std::vector<TableRow> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "AGE"}};
   if (wide) rows.front().push_back("REASON");
   for (const v1::Instance& instance : all.instances()) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
@@ -115,13 +115,13 @@ void List(const Globals& globals) {
   std::cout << FormatTable(rows);
 }
 
-void Describe(const Globals& globals, const Options& options) {
+void Describe(const Globals& globals, const InstanceOptions& options) {
   local::Connection connection(globals.control);
   const v1::Instance instance = GetInstance(connection, "instance describe", options.id);
   std::cout << (globals.format == Format::kJson ? ToJson(instance) : DescribeInstance(instance));
 }
 
-void Watch(const Globals& globals, const Options& options) {
+void Watch(const Globals& globals, const InstanceOptions& options) {
   local::Connection connection(globals.control);
   v1::WatchInstanceRequest request;
   request.set_id(options.id);
@@ -138,7 +138,7 @@ void Watch(const Globals& globals, const Options& options) {
   connection.Check(stream->Finish(), "instance watch");
 }
 
-void Delete(const Globals& globals, const Options& options) {
+void Delete(const Globals& globals, const InstanceOptions& options) {
   local::Connection connection(globals.control);
   v1::DeleteInstanceRequest request;
   request.set_id(options.id);
@@ -152,7 +152,7 @@ void Delete(const Globals& globals, const Options& options) {
               options.dry_run, response.instance());
 }
 
-void AddWaitOptions(CLI::App* command, Options& options, const std::string& until) {
+void AddWaitOptions(CLI::App* command, InstanceOptions& options, const std::string& until) {
   command->add_flag("--wait", options.wait, "Return only when it is " + until);
   command->add_option("--timeout", options.timeout_s, "Seconds that --wait waits")
       ->capture_default_str()
@@ -163,7 +163,7 @@ void AddWaitOptions(CLI::App* command, Options& options, const std::string& unti
 }  // namespace
 
 void AddInstanceCommands(CLI::App& app, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InstanceOptions>();
   CLI::App* instance = app.add_subcommand("instance", "Running worlds")->require_subcommand(1);
 
   CLI::App* create = instance->add_subcommand("create", "Start a world");

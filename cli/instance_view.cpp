@@ -29,8 +29,8 @@ std::string SummaryLine(const v1::Instance& instance) {
 }
 
 std::string RegionTable(const v1::Instance& instance) {
-  std::vector<Row> rows{{"REGION", "HOST", "PHASE", "TICK", "RATE", "STEP-P50", "STEP-P99", "OWNED", "GHOSTS", "ASLEEP",
-                         "IN", "OUT", "LATE", "MEMORY"}};
+  std::vector<TableRow> rows{{"REGION", "HOST", "PHASE", "TICK", "RATE", "STEP-P50", "STEP-P99", "OWNED", "GHOSTS",
+                              "ASLEEP", "IN", "OUT", "LATE", "MEMORY"}};
   for (const v1::RegionStatus& region : instance.region_status()) {
     const v1::WorkerReport& report = region.report();
     rows.push_back({std::to_string(region.region()), region.host(),
@@ -65,7 +65,7 @@ std::string Health(const v1::Instance& instance) {
   }
   if (!out.empty()) out += "\n";
   if (instance.events().empty()) return out;
-  std::vector<Row> rows{{"AGE", "EVENT"}};
+  std::vector<TableRow> rows{{"AGE", "EVENT"}};
   for (const v1::InstanceEvent& event : instance.events()) {
     rows.push_back({FormatAge(AgeSeconds(event.time())), event.text()});
   }

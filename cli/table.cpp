@@ -14,7 +14,7 @@ bool LooksNumeric(const std::string& cell) {
 
 }  // namespace
 
-std::string FormatTable(const std::vector<Row>& rows) {
+std::string FormatTable(const std::vector<TableRow>& rows) {
   if (rows.empty()) return "";
   const std::size_t columns = rows.front().size();
   std::vector<std::size_t> width(columns, 0);
@@ -26,7 +26,7 @@ std::string FormatTable(const std::vector<Row>& rows) {
     }
   }
   std::string out;
-  for (const Row& row : rows) {
+  for (const TableRow& row : rows) {
     std::string line;
     for (std::size_t c = 0; c < columns; ++c) {
       if (c > 0) line += "  ";

@@ -6,10 +6,10 @@
 
 namespace tessera::cli {
 
-using Row = std::vector<std::string>;
+using TableRow = std::vector<std::string>;
 
 // Left-aligned text, two spaces between columns, a line a row; numbers-only columns are right-aligned.
-std::string FormatTable(const std::vector<Row>& rows);
+std::string FormatTable(const std::vector<TableRow>& rows);
 
 // "42s", "3m", "5h", "2d": the age of something `seconds` old.
 std::string FormatAge(long long seconds);

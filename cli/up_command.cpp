@@ -16,7 +16,7 @@
 namespace tessera::cli {
 namespace {
 
-struct Options {
+struct UpOptions {
   std::string state_dir;
   std::string listen = "127.0.0.1:7700";
   std::string metrics_listen = "127.0.0.1:7701";
@@ -31,13 +31,14 @@ std::string DefaultStateDir() {
   return std::string(home != nullptr ? home : ".") + "/.local/state/tessera";
 }
 
-void Up(const Globals& globals, const Options& options) {
+void Up(const Globals& globals, const UpOptions& options) {
   StopSignal stop;
-  local::ClusterOptions cluster_options{.state_dir = options.state_dir.empty() ? DefaultStateDir() : options.state_dir,
-                                        .listen = options.listen,
-                                        .metrics_listen = options.metrics_listen,
-                                        .hosts = options.hosts,
-                                        .capacity = options.capacity};
+  local::LocalClusterOptions cluster_options{
+      .state_dir = options.state_dir.empty() ? DefaultStateDir() : options.state_dir,
+      .listen = options.listen,
+      .metrics_listen = options.metrics_listen,
+      .hosts = options.hosts,
+      .capacity = options.capacity};
   std::error_code error;
   std::filesystem::create_directories(cluster_options.state_dir, error);
   if (error) throw local::CommandError(fmt::format("--state-dir {}: {}", cluster_options.state_dir, error.message()));
@@ -67,7 +68,7 @@ void Up(const Globals& globals, const Options& options) {
 }  // namespace
 
 void AddUpCommand(CLI::App& app, Globals& globals) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Run a cluster on this machine until Ctrl-C");
   up->add_option("--listen", options->listen, "gRPC address of the control plane")->capture_default_str();
   up->add_option("--metrics-listen", options->metrics_listen,

@@ -42,7 +42,7 @@ std::string MakeFolder(const std::string& path) {
 
 }  // namespace
 
-LocalCluster::LocalCluster(const ClusterOptions& options)
+LocalCluster::LocalCluster(const LocalClusterOptions& options)
     : options_(options), log_dir_(MakeFolder(options.state_dir + "/logs")) {
   if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();

@@ -19,7 +19,7 @@
 
 namespace tessera::local {
 
-struct ClusterOptions {
+struct LocalClusterOptions {
   std::string state_dir;                       // state and logs; must exist
   std::string listen = "127.0.0.1:0";          // gRPC of the control plane
   std::string metrics_listen = "127.0.0.1:0";  // its HTTP
@@ -36,7 +36,7 @@ struct ClusterOptions {
 
 class LocalCluster {
  public:
-  explicit LocalCluster(const ClusterOptions& options);
+  explicit LocalCluster(const LocalClusterOptions& options);
   ~LocalCluster();
 
   const std::string& control_address() const { return control_address_; }
@@ -57,7 +57,7 @@ class LocalCluster {
   void StartControl();
   host::ChildProcess StartAgent(std::uint32_t index);
 
-  ClusterOptions options_;
+  LocalClusterOptions options_;
   std::string log_dir_, control_address_, http_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;

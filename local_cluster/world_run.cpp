@@ -32,11 +32,11 @@ WorldRun::WorldRun(const RunOptions& options)
     : scene_(LoadScene(options.scene, options.bodies)),
       conservation_(std::make_unique<Conservation>(DynamicBodies(*scene_.scene))) {
   cluster_ = std::make_unique<LocalCluster>(
-      ClusterOptions{.state_dir = folder_.path(),
-                     .hosts = options.hosts,
-                     .capacity = options.capacity == 0 ? options.regions : options.capacity,
-                     .workers_outlive_agents = options.workers_outlive_agents,
-                     .network = options.network});
+      LocalClusterOptions{.state_dir = folder_.path(),
+                          .hosts = options.hosts,
+                          .capacity = options.capacity == 0 ? options.regions : options.capacity,
+                          .workers_outlive_agents = options.workers_outlive_agents,
+                          .network = options.network});
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
   JoinBots(options.bots);

@@ -38,7 +38,7 @@ struct RunOptions {
   std::uint32_t bots = 2;
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;            // regions a host; 0: all of them
-  bool workers_outlive_agents = false;   // as in ClusterOptions
+  bool workers_outlive_agents = false;   // as in LocalClusterOptions
   const HostNetwork* network = nullptr;  // likewise
   // Further settings of the instance.
   std::function<void(v1::InstanceSpec&)> adjust = {};

@@ -95,7 +95,7 @@ WorkerMetrics::WorkerMetrics()
       inputs_applied(Counter(*registry_, kInputs, kInputsHelp, {{"result", "applied"}})),
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
-      inputs_elsewhere(Counter(*registry_, kInputs, kInputsHelp, {{"result", "elsewhere"}})),
+      inputs_not_owner(Counter(*registry_, kInputs, kInputsHelp, {{"result", "not_owner"}})),
       links_of_other_rules(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "rules"}})),
       links_refused(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "unknown"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
@@ -104,8 +104,8 @@ WorkerMetrics::WorkerMetrics()
       paused(Gauge(*registry_, "tessera_region_paused", "1 while there is no lease to step.")),
       failover_gap(
           Gauge(*registry_, "tessera_region_failover_gap_seconds", "Time without a step that the last failover cost.")),
-      takeover_age(Gauge(*registry_, "tessera_region_takeover_age_ticks",
-                         "How far behind the newest tick the state was that the last failover took up here.")),
+      promotion_age(Gauge(*registry_, "tessera_region_promotion_age_ticks",
+                         "How far behind the newest tick the state was that the last failover promoted here.")),
       longest_tick(Gauge(*registry_, "tessera_region_longest_tick_seconds",
                          "The longest time from one step to the next, of the last 10 s.")),
       longest_tick_cpu(
@@ -115,8 +115,8 @@ WorkerMetrics::WorkerMetrics()
       standby_gaps(Counter(*registry_, "tessera_region_standby_gaps_total",
                            "Messages of a primary's log that could not be used: a whole state was asked for.")),
       failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
-      borders_closed(Counter(*registry_, "tessera_region_borders_closed_total",
-                             "Times that a neighbour was silent for so long that the border closed.")),
+      links_down(Counter(*registry_, "tessera_region_links_down_total",
+                             "Times that a neighbour was silent for so long that the link was down.")),
       game_acceptor(*registry_, "game"),
       link_acceptor(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
@@ -141,7 +141,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   unprotected.Set(run.standby_log().unprotected() ? 1 : 0);
   paused.Set(run.paused() ? 1 : 0);
   failover_gap.Set(static_cast<double>(run.failover_figures().last_gap_ms) * 1e-3);
-  takeover_age.Set(static_cast<double>(run.failover_figures().takeover_age_ticks));
+  promotion_age.Set(static_cast<double>(run.failover_figures().takeover_age_ticks));
   Follow(ticks, counts.ticks);
   Follow(late_ticks, counts.late_ticks);
   Follow(handovers_in, counts.handovers_in);
@@ -151,7 +151,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   Follow(standby_bytes, run.standby_log().bytes_sent());
   Follow(standby_gaps, run.copies().gaps());
   Follow(failovers, run.failover_figures().failovers);
-  Follow(borders_closed, run.ticks().given_up());
+  Follow(links_down, run.ticks().given_up());
   for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);
 }
 

@@ -53,12 +53,12 @@ class WorkerMetrics {
   prometheus::Counter &frame_bytes_in, &frame_bytes_out;
   prometheus::Counter& snapshot_bytes;
   prometheus::Gauge& clients;
-  prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late, &inputs_elsewhere;
+  prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late, &inputs_not_owner;
   prometheus::Counter &links_of_other_rules, &links_refused;
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
-  prometheus::Gauge &unprotected, &paused, &failover_gap, &takeover_age, &longest_tick, &longest_tick_cpu;
-  prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &borders_closed;
+  prometheus::Gauge &unprotected, &paused, &failover_gap, &promotion_age, &longest_tick, &longest_tick_cpu;
+  prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &links_down;
   AcceptorMetrics game_acceptor, link_acceptor;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }

@@ -155,7 +155,7 @@ void WorkerShell::TakeInput(const PlayerInput& input, TimePoint now) {
       return metrics_.inputs_late.Increment();
     case absl::StatusCode::kNotFound:
       // The body is being handed over, to or from here: not the player's fault, and a copy may find it here.
-      return metrics_.inputs_elsewhere.Increment();
+      return metrics_.inputs_not_owner.Increment();
     default:
       metrics_.inputs_refused.Increment();
       game_->ReportRefused(input, status.message(), now);

@@ -37,14 +37,14 @@ int KeepLog(const mg_connection*, const char* message) {
   return 1;                                                              // handled: nothing goes to CivetWeb's own log
 }
 
-struct Endpoint {
+struct BoundAddress {
   sockaddr_storage address{};
   socklen_t size = 0;
   std::string host;  // as CivetWeb wants it: IPv6 in brackets
 };
 
-absl::StatusOr<Endpoint> ParseAddress(const std::string& text) {
-  Endpoint endpoint;
+absl::StatusOr<BoundAddress> ParseAddress(const std::string& text) {
+  BoundAddress endpoint;
   const std::string literal = text == "localhost" ? "127.0.0.1" : text;
   auto* v4 = reinterpret_cast<sockaddr_in*>(&endpoint.address);
   auto* v6 = reinterpret_cast<sockaddr_in6*>(&endpoint.address);
@@ -92,7 +92,7 @@ const char* ReasonPhrase(int status) {
 }  // namespace
 
 struct MetricsServer::Impl : CivetHandler {
-  Endpoint endpoint;
+  BoundAddress endpoint;
   std::uint16_t port = 0;
   std::shared_ptr<prometheus::Registry> registry;
   ProcessMetrics process_metrics;
@@ -182,7 +182,7 @@ struct MetricsServer::Impl : CivetHandler {
 
 absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::Start(const std::string& bind_address, std::uint16_t port,
                                                                     std::shared_ptr<prometheus::Registry> registry) {
-  absl::StatusOr<Endpoint> endpoint = ParseAddress(bind_address);
+  absl::StatusOr<BoundAddress> endpoint = ParseAddress(bind_address);
   if (!endpoint.ok()) return endpoint.status();
 
   auto impl = std::make_unique<Impl>();

@@ -32,6 +32,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       checkpoints_(*state_),
       players_(*state_, settings),
       properties_(*state_),
+      reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
       desired_sets_(*state_, [this](const InstanceEntry& instance) {
         return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance)};
       }) {
@@ -64,11 +65,11 @@ void Cluster::HandleTimer(Now now) {
     if (!hosts_.Lost(host, now)) continue;
     InstanceNumbers touched;
     reports_.NoticeLost(host, touched);
-    Reconcile(now, touched);
+    reconciler_.Reconcile(now, touched);
   }
   for (InstanceEntry& instance : state_->EachInstance()) {
     if (!IsFinal(instance.record.state())) {
-      Reconcile(now, instance);
+      reconciler_.Reconcile(now, instance);
       checkpoints_.RetryRestore(instance, now);
       players_.Prune(instance, now);
       checkpoints_.Step(instance, now);
@@ -101,7 +102,7 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
   InstanceNumbers touched;
   TakeReports(now, host, hello.workers(), std::nullopt, touched);
   state_->MarkDesired(host);
-  Reconcile(now, touched);
+  reconciler_.Reconcile(now, touched);
   return admission;
 }
 
@@ -135,7 +136,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
       return absl::InvalidArgumentError("kind: missing, or of a newer protocol");
   }
   if (awaits != nullptr) touched.insert(awaits->number);
-  Reconcile(now, touched);
+  reconciler_.Reconcile(now, touched);
   return absl::OkStatus();
 }
 
@@ -148,7 +149,7 @@ void Cluster::NoteHeard(Now now, HostEntry& host) {
   if (!hosts_.Heard(host, now)) return;
   InstanceNumbers touched;
   for (const auto& [number, index] : host.workers) touched.insert(number);
-  Reconcile(now, touched);
+  reconciler_.Reconcile(now, touched);
 }
 
 void Cluster::TakeReport(Now now, const HostEntry& host, const v1::WorkerReport& report, InstanceNumbers& touched) {
@@ -162,50 +163,6 @@ void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
                           std::optional<std::uint64_t> acted_revision, InstanceNumbers& touched) {
   for (const v1::WorkerReport& report : reports) TakeReport(now, host, report, touched);
   reports_.NoticeAbsent(host, reports, acted_revision, touched);
-}
-
-// --- Reconciliation.
-
-void Cluster::Reconcile(Now now, const InstanceNumbers& touched) {
-  for (const std::uint64_t number : touched) Reconcile(now, state_->instance(number));
-}
-
-void Cluster::Reconcile(Now now, InstanceEntry& instance) {
-  while (const std::optional<records::Instance> next = NextRecord(now, instance)) {
-    if (absl::Status status = Enter(now, instance, *next); !status.ok()) {
-      return state_->LogTrouble(instance, "instance cannot go on for now", status);
-    }
-  }
-  instances_.NoteHealth(instance);
-}
-
-absl::Status Cluster::Enter(Now now, InstanceEntry& instance, const records::Instance& next) {
-  const v1::InstanceState previous = instance.record.state();
-  if (absl::Status status = state_->StoreInstance(instance, next); !status.ok()) return status;
-  instance.trouble.clear();
-  instances_.Entered(instance, previous, now);
-  return absl::OkStatus();
-}
-
-std::optional<records::Instance> Cluster::NextRecord(Now now, InstanceEntry& instance) {
-  const v1::InstanceState state = instance.record.state();
-  if (state == v1::INSTANCE_STATE_PLACING) return instances_.NextPlaced(instance, now);
-  if (state == v1::INSTANCE_STATE_RUNNING) {
-    if (auto next = Failovers::NextProtected(instance)) return next;
-    if (auto next = NextFailoverOrChange(now, instance)) return next;
-    if (auto next = players_.NextVanished(instance, now)) return next;
-  }
-  return instances_.NextInLife(instance, players_.Waiting(instance), now);
-}
-
-std::optional<records::Instance> Cluster::NextFailoverOrChange(Now now, InstanceEntry& instance) {
-  if (!checkpoints_.RestoreWanted(instance).empty()) return std::nullopt;
-  FailoverStep step = failovers_.Next(instance, changes_.CutsOf(instance), now);
-  if (step.dropped_plan || !step.given_up.empty()) changes_.RetryLater(instance.number, now);
-  if (!step.given_up.empty()) return checkpoints_.GiveUp(instance, step.given_up, now);
-  if (step.next) return std::move(step.next);
-  if (instance.record.has_failover()) return std::nullopt;
-  return changes_.Next(instance, now);
 }
 
 // --- Instances.
@@ -230,7 +187,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
                            " regions=", instance.workers.size(), " state=", NameOf(instance.record.state())));
   state_->MarkOrders(instance);
   state_->MarkChanged(instance);
-  Reconcile(now, instance);
+  reconciler_.Reconcile(now, instance);
   return ViewOf(*state_, instance);
 }
 
@@ -239,8 +196,8 @@ absl::StatusOr<v1::Instance> Cluster::DeleteInstance(Now now, const v1::DeleteIn
   if (instance == nullptr) return NoInstance("id", request.id());
   if (request.validate_only()) return ViewOf(*state_, *instance);
   if (const auto next = Instances::NextStopped(*instance)) {
-    if (absl::Status status = Enter(now, *instance, *next); !status.ok()) return status;
-    Reconcile(now, *instance);
+    if (absl::Status status = reconciler_.Enter(now, *instance, *next); !status.ok()) return status;
+    reconciler_.Reconcile(now, *instance);
   } else if (instance->record.state() == v1::INSTANCE_STATE_FAILED) {
     if (absl::Status status = checkpoints_.Drop(*instance); !status.ok()) return status;
   }
@@ -271,7 +228,7 @@ absl::StatusOr<v1::Instance> Cluster::Ask(Now now, InstanceEntry& instance,
     if (absl::Status status = state_->StoreInstance(instance, **next); !status.ok()) return status;
     changes_.Hasten(instance.number);
     state_->MarkChanged(instance);
-    Reconcile(now, instance);
+    reconciler_.Reconcile(now, instance);
   }
   return ViewOf(*state_, instance);
 }
@@ -345,7 +302,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   properties_.Forget(instance->number);  // they were for the world before
   failovers_.Forget(instance->number);
   instances_.Entered(*instance, state, now);
-  Reconcile(now, *instance);
+  reconciler_.Reconcile(now, *instance);
   return ViewOf(*state_, *instance);
 }
 
@@ -354,7 +311,7 @@ void Cluster::CannotRestore(Now now, const std::string& id, const std::string& w
   if (instance == nullptr || IsFinal(instance->record.state())) return;
   const std::string wanted = checkpoints_.RestoreWanted(*instance);
   if (wanted.empty()) return;
-  if (!Enter(now, *instance, Failed(instance->record, absl::StrCat(wanted, "; ", why), now)).ok()) return;
+  if (!reconciler_.Enter(now, *instance, Failed(instance->record, absl::StrCat(wanted, "; ", why), now)).ok()) return;
   checkpoints_.Restarted(*instance);
 }
 
@@ -363,12 +320,12 @@ void Cluster::CannotRestore(Now now, const std::string& id, const std::string& w
 absl::Status Cluster::BeginWait(Now now, const v1::JoinInstanceRequest& request) {
   const auto found = players_.BeginWait(request);
   if (!found.ok()) return found.status();
-  Reconcile(now, **found);
+  reconciler_.Reconcile(now, **found);
   return absl::OkStatus();
 }
 
 void Cluster::EndWait(Now now, const std::string& instance_id) {
-  if (InstanceEntry* instance = players_.EndWait(instance_id)) Reconcile(now, *instance);
+  if (InstanceEntry* instance = players_.EndWait(instance_id)) reconciler_.Reconcile(now, *instance);
 }
 
 absl::StatusOr<Joined> Cluster::Join(Now now, const v1::JoinInstanceRequest& request) {

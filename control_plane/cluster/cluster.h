@@ -11,9 +11,9 @@
 //   Effects effects = (*cluster)->TakeEffects();      // after every call: who is to be woken, what is to be logged
 //   auto page = ListHosts((*cluster)->state(), list);  // questions are asked of the state, by queries.h
 //
-// It routes: each request and event goes to the part that it concerns, and then `Reconcile` leads the instances on that
-// it touched. Parts share the ClusterState and do not know each other; what one needs of another passes through here.
-// Thread rule: none of its own; the owner calls it under one lock. `store` outlives it.
+// It routes: each request and event goes to the part that it concerns, and then the Reconciler leads the instances on
+// that it touched. Parts share the ClusterState and do not know each other; what one needs of another passes through
+// here. Thread rule: none of its own; the owner calls it under one lock. `store` outlives it.
 #pragma once
 
 #include <memory>
@@ -22,16 +22,17 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "control_plane/cluster/checkpoints.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/cluster/desired_sets.h"
 #include "control_plane/cluster/effects.h"
 #include "control_plane/cluster/failovers.h"
 #include "control_plane/cluster/hosts.h"
+#include "control_plane/cluster/instance_checkpoints.h"
+#include "control_plane/cluster/instance_players.h"
 #include "control_plane/cluster/instances.h"
 #include "control_plane/cluster/planned_changes.h"
-#include "control_plane/cluster/players.h"
 #include "control_plane/cluster/property_changes.h"
+#include "control_plane/cluster/reconciler.h"
 #include "control_plane/cluster/worker_reports.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/instance_plan.h"
@@ -84,7 +85,7 @@ class Cluster {
   std::optional<absl::Status> PropertyOutcome(const std::string& id, std::uint64_t change) const;
   void ForgetProperty(const std::string& id, std::uint64_t change);
 
-  // --- Checkpoints: see checkpoints.h. The caller keeps the files.
+  // --- Checkpoints: see instance_checkpoints.h. The caller keeps the files.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Now now, const std::string& id);
   std::uint64_t CheckpointUnderWay(const std::string& id) const;
   absl::Status CheckUpload(const v1::UploadCheckpointRequest& request) const;
@@ -97,7 +98,7 @@ class Cluster {
   // No checkpoint is whole: the instance has FAILED.
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 
-  // --- Players: see players.h.
+  // --- Players: see instance_players.h.
   absl::Status BeginWait(Now now, const v1::JoinInstanceRequest& request);
   void EndWait(Now now, const std::string& instance_id);
   absl::StatusOr<Joined> Join(Now now, const v1::JoinInstanceRequest& request);
@@ -114,16 +115,6 @@ class Cluster {
                    InstanceNumbers& touched);
   absl::StatusOr<v1::Instance> Ask(Now now, InstanceEntry& instance,
                                    const absl::StatusOr<std::optional<records::Instance>>& next, bool validate_only);
-  // Stores a step, and does what follows from it.
-  absl::Status Enter(Now now, InstanceEntry& instance, const records::Instance& next);
-  // Leads the instance on as far as the facts allow. A step that cannot be stored is not taken; the timer comes back to
-  // it.
-  void Reconcile(Now now, InstanceEntry& instance);
-  void Reconcile(Now now, const InstanceNumbers& touched);
-  // The record after one step; nothing if there is none to take.
-  std::optional<records::Instance> NextRecord(Now now, InstanceEntry& instance);
-  std::optional<records::Instance> NextFailoverOrChange(Now now, InstanceEntry& instance);
-
   std::unique_ptr<ClusterState> state_;
   ControlSettings settings_;
   RandomBytes random_;
@@ -132,9 +123,10 @@ class Cluster {
   Instances instances_;
   PlannedChanges changes_;
   Failovers failovers_;
-  Checkpoints checkpoints_;
-  Players players_;
+  InstanceCheckpoints checkpoints_;
+  InstancePlayers players_;
   PropertyChanges properties_;
+  Reconciler reconciler_;
   DesiredSets desired_sets_;
 };
 

@@ -114,14 +114,6 @@ const InstanceEntry* ClusterState::FindByRequestId(const std::string& request_id
   return request_id.empty() || found == request_ids_.end() ? nullptr : &instances_.at(found->second);
 }
 
-const HostEntry* ClusterState::HostAt(const InstanceEntry& instance, std::size_t index) const {
-  return FindHost(instance.record.placements(static_cast<int>(index)).host_id());
-}
-
-HostEntry* ClusterState::HostAt(const InstanceEntry& instance, std::size_t index) {
-  return const_cast<HostEntry*>(std::as_const(*this).HostAt(instance, index));
-}
-
 // --- Writing.
 
 absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
@@ -263,7 +255,7 @@ void ClusterState::SetGone(InstanceEntry& instance, WorkerEntry& worker, std::st
   worker.gone = true;
   worker.ending = std::move(ending);
   const auto index = static_cast<std::size_t>(&worker - instance.workers.data());
-  if (HostEntry* host = HostAt(instance, index)) {
+  if (HostEntry* host = HostAt(*this, instance, index)) {
     host->workers.erase({instance.number, index});
     MarkDesired(*host);
   }
@@ -278,18 +270,26 @@ void ClusterState::MarkDesired(HostEntry& host) {
 void ClusterState::MarkOrders(InstanceEntry& instance) {
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     if (instance.workers[i].gone) continue;
-    if (HostEntry* host = HostAt(instance, i)) MarkDesired(*host);
+    if (HostEntry* host = HostAt(*this, instance, i)) MarkDesired(*host);
   }
 }
 
 void ClusterState::MarkChanged(const InstanceEntry& instance) { effects_.instances.insert(instance.record.id()); }
 
-void ClusterState::LogTrouble(InstanceEntry& instance, const char* what, const absl::Status& status) {
-  if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
-  Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()));
+// --- Free functions.
+
+const HostEntry* HostAt(const ClusterState& state, const InstanceEntry& instance, std::size_t index) {
+  return state.FindHost(instance.record.placements(static_cast<int>(index)).host_id());
 }
 
-// --- Free functions.
+HostEntry* HostAt(ClusterState& state, const InstanceEntry& instance, std::size_t index) {
+  return state.FindHost(instance.record.placements(static_cast<int>(index)).host_id());
+}
+
+void LogTrouble(ClusterState& state, InstanceEntry& instance, const char* what, const absl::Status& status) {
+  if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
+  state.Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()));
+}
 
 FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity) {
   InstanceEntry* instance = state.FindInstance(identity.instance_id());

@@ -126,9 +126,6 @@ class ClusterState {
   InstanceEntry* FindInstance(std::string_view id);
   InstanceEntry& instance(std::uint64_t number) { return instances_.at(number); }
   const InstanceEntry* FindByRequestId(const std::string& request_id) const;
-  // The host of the worker at `index`; null if it was removed.
-  const HostEntry* HostAt(const InstanceEntry& instance, std::size_t index) const;
-  HostEntry* HostAt(const InstanceEntry& instance, std::size_t index);
   // True if an instance that has not ended uses the scene, which then lies in the store under SceneKey(hash).
   bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
   bool WasHost(std::uint64_t number) const { return number > 0 && number <= counters_.record.last_host(); }
@@ -154,8 +151,6 @@ class ClusterState {
   void MarkOrders(InstanceEntry& instance);         // so may the orders of all its workers
   void MarkChanged(const InstanceEntry& instance);  // who watches it is to look
   void Log(std::string line) { effects_.log.push_back(std::move(line)); }
-  // Logs the trouble of an instance's step once, however often the step is tried.
-  void LogTrouble(InstanceEntry& instance, const char* what, const absl::Status& status);
   Effects& effects() { return effects_; }
 
   // Revisions of orders and desired sets; the upper half is the number of this life.
@@ -192,6 +187,13 @@ struct FoundWorker {
   WorkerEntry* worker = nullptr;
 };
 FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity);
+
+// The host of the worker at `index`; null if it was removed.
+const HostEntry* HostAt(const ClusterState& state, const InstanceEntry& instance, std::size_t index);
+HostEntry* HostAt(ClusterState& state, const InstanceEntry& instance, std::size_t index);
+
+// Logs the trouble of an instance's step once, however often the step is tried.
+void LogTrouble(ClusterState& state, InstanceEntry& instance, const char* what, const absl::Status& status);
 
 // NOT_FOUND, with the request's field that named the instance.
 absl::Status NoInstance(const char* field, const std::string& id);

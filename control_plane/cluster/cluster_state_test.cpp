@@ -19,7 +19,7 @@ TEST(ClusterStateTest, AnotherLifeFindsEverythingAgainAndGivesNothingTwice) {
   const InstanceEntry* again = rig.state->FindInstance("inst-1");
   ASSERT_NE(again, nullptr);
   EXPECT_EQ(again->workers.size(), 2U);
-  EXPECT_EQ(rig.state->HostAt(*again, 1)->record.name(), "alpha");
+  EXPECT_EQ(HostAt(*rig.state, *again, 1)->record.name(), "alpha");
   EXPECT_THAT(rig.state->FindHost("host-1")->workers, ElementsAre(Pair(1, 0), Pair(1, 1)));
   EXPECT_TRUE(rig.state->SceneInUse(again->record.scene_hash()));
   EXPECT_GT(rig.state->NextRevision(), revision);

@@ -20,7 +20,7 @@ std::string DescribeDeaths(const ClusterState& state, const InstanceEntry& insta
     const bool died = std::any_of(deaths.begin(), deaths.end(),
                                   [&](const Death& death) { return death.incarnation == worker.incarnation; });
     if (!died) continue;
-    const HostEntry* host = state.HostAt(instance, i);
+    const HostEntry* host = HostAt(state, instance, i);
     endings.push_back(absl::StrCat("region ", worker.region, " on ", host ? host->record.name() : "a removed host",
                                    ": ", worker.gone ? worker.ending : "silent"));
   }
@@ -91,7 +91,7 @@ bool Failovers::CarriedOnByAnother(const InstanceEntry& instance, std::size_t de
 // True if the standby was heard when the other had been silent for long. Where both fall silent at one time it is not
 // known whom to believe, and the one whose last word is a little older may be the one that lives.
 bool Failovers::Outlives(const InstanceEntry& instance, std::size_t standby, std::size_t other) const {
-  const HostEntry *own = state_.HostAt(instance, standby), *others = state_.HostAt(instance, other);
+  const HostEntry *own = HostAt(state_, instance, standby), *others = HostAt(state_, instance, other);
   if (own == nullptr || others == nullptr) return own != nullptr;
   const Steady last_sign = std::max(others->last_heard, instance.workers[other].witnessed_at);
   return own->last_heard - last_sign >= settings_.failover_after / 2;

@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
-#include "control_plane/cluster/players.h"
+#include "control_plane/cluster/instance_players.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
 
@@ -22,7 +22,7 @@ std::vector<WorkerFacts> FactsOfWorkers(const ClusterState& state, const Instanc
   facts.reserve(instance.workers.size());
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
-    const HostEntry* host = state.HostAt(instance, i);
+    const HostEntry* host = HostAt(state, instance, i);
     facts.push_back({worker.region, worker.report.phase(), host != nullptr && host->lost,
                      host != nullptr ? host->record.name() : "a removed host", worker.gone, worker.ending});
   }
@@ -117,7 +117,7 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   if (MayStillEnd(state)) {
     const bool never_ordered = previous == v1::INSTANCE_STATE_PENDING || previous == v1::INSTANCE_STATE_PLACING;
     for (std::size_t i = 0; i < instance.workers.size(); ++i) {
-      const HostEntry* host = state_.HostAt(instance, i);
+      const HostEntry* host = HostAt(state_, instance, i);
       if (never_ordered || host == nullptr || host->lost) state_.SetGone(instance, instance.workers[i], "");
     }
   }
@@ -167,7 +167,7 @@ std::vector<std::uint64_t> Instances::ForgetEnded(Now now) {
     InstanceEntry& instance = state_.instance(number);
     const std::string id = instance.record.id();
     if (absl::Status status = state_.RemoveInstance(instance); !status.ok()) {
-      state_.LogTrouble(instance, "instance cannot be forgotten for now", status);
+      LogTrouble(state_, instance, "instance cannot be forgotten for now", status);
       break;
     }
     state_.effects().instances.insert(id);

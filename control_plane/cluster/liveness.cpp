@@ -6,7 +6,7 @@
 namespace tessera::control {
 
 bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now) {
-  const HostEntry* host = state.HostAt(instance, index);
+  const HostEntry* host = HostAt(state, instance, index);
   return host == nullptr ||
          (now.steady - host->last_heard > after && now.steady - instance.workers[index].witnessed_at > after);
 }

@@ -131,7 +131,7 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
   auto planned = PlanChange(instance.record, facts, HeardHosts(state_, nullptr, settings_.failover_after, now));
   if (!planned.ok()) {
     change.not_before = now.steady + kChangeRetry;
-    state_.LogTrouble(instance, "change cannot be made for now", planned.status());
+    LogTrouble(state_, instance, "change cannot be made for now", planned.status());
     return std::nullopt;
   }
   if (!*planned) change.not_before = now.steady + kBalanceInterval;
@@ -153,7 +153,7 @@ std::vector<RegionFacts> PlannedChanges::Facts(const InstanceEntry& instance, No
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
     const records::Placement& placement = instance.record.placements(static_cast<int>(i));
-    const HostEntry* host = state_.HostAt(instance, i);
+    const HostEntry* host = HostAt(state_, instance, i);
     const v1::WorkerReport& report = worker.report;
     RegionFacts& region = facts.emplace_back();
     region.region = worker.region;

@@ -106,7 +106,7 @@ std::vector<ScrapeTarget> ScrapeTargets(const ClusterState& state) {
       const WorkerEntry& worker = instance.workers[i];
       const v1::RegionAddress& address = worker.report.address();
       if (!worker.bound() || address.metrics_port() == 0) continue;
-      const HostEntry* host = state.HostAt(instance, i);
+      const HostEntry* host = HostAt(state, instance, i);
       targets.push_back({absl::StrCat(address.host(), ":", address.metrics_port()),
                          host == nullptr ? "" : host->record.name(), instance.record.id(), worker.region});
     }

@@ -61,7 +61,7 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
     if (has_worker && instance.workers[index].gone) continue;
     v1::RegionStatus& status = *view.add_region_status();
     status.set_region(record.placements(i).region());
-    if (const HostEntry* host = state.HostAt(instance, index)) status.set_host(host->record.name());
+    if (const HostEntry* host = HostAt(state, instance, index)) status.set_host(host->record.name());
     if (has_worker && instance.workers[index].reported) *status.mutable_report() = instance.workers[index].report;
   }
 }

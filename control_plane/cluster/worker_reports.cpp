@@ -89,7 +89,7 @@ void WorkerReports::StoreTakenOut(InstanceEntry& instance, const v1::WorkerRepor
   for (const std::uint64_t id : report.nonfinite_ids()) any |= TakeOut(BodyId(id), *next.mutable_bodies());
   if (!any) return;
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
-    state_.LogTrouble(instance, "bodies taken out cannot be stored for now", status);
+    LogTrouble(state_, instance, "bodies taken out cannot be stored for now", status);
   }
 }
 

@@ -42,7 +42,7 @@ class PrometheusTest : public ::testing::Test {
     // A range of ports of its own, because tests run side by side.
     const auto first_port = static_cast<std::uint16_t>(20000 + getpid() % 20 * 1000);
     world->cluster = std::make_unique<local::LocalCluster>(
-        local::ClusterOptions{.state_dir = world->folder.path(), .first_port = first_port});
+        local::LocalClusterOptions{.state_dir = world->folder.path(), .first_port = first_port});
     world->prometheus = std::make_unique<PrometheusServer>(world->cluster->http_address(), world->folder.path());
 
     const support::RunResult created = support::RunProgram(

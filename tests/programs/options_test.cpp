@@ -22,7 +22,7 @@ using ::testing::Key;
 constexpr std::size_t kMaxDocumentBytes = 1 << 20;
 
 // A row of a table "| option | programs | default | meaning |".
-struct Row {
+struct OptionRow {
   std::vector<std::string> options, programs, defaults;
 };
 
@@ -44,10 +44,10 @@ std::vector<std::string> Programs(const std::string& cell) {
   return programs;
 }
 
-std::vector<Row> ReadRows() {
+std::vector<OptionRow> ReadRows() {
   const auto text = host::ReadFile(std::string(TESSERA_SOURCE_DIR) + "/docs/options.md", kMaxDocumentBytes);
   std::istringstream lines(text.value());
-  std::vector<Row> rows;
+  std::vector<OptionRow> rows;
   for (std::string line; std::getline(lines, line);) {
     if (line.rfind("| `-", 0) != 0) continue;
     std::vector<std::string> cells;
@@ -59,9 +59,9 @@ std::vector<Row> ReadRows() {
 }
 
 TEST(OptionsTest, ProgramsHaveWhatTheDocumentLists) {
-  const std::vector<Row> rows = ReadRows();
+  const std::vector<OptionRow> rows = ReadRows();
   ASSERT_GT(rows.size(), 50U);
-  for (const Row& row : rows) {
+  for (const OptionRow& row : rows) {
     ASSERT_FALSE(row.programs.empty()) << row.options.front();
     for (const std::string& program : row.programs) {
       for (const std::string& option : row.options) {
@@ -76,7 +76,7 @@ TEST(OptionsTest, ProgramsHaveWhatTheDocumentLists) {
 
 TEST(OptionsTest, TheDocumentListsWhatProgramsHave) {
   std::set<std::pair<std::string, std::string>> listed;
-  for (const Row& row : ReadRows()) {
+  for (const OptionRow& row : ReadRows()) {
     for (const std::string& program : row.programs) {
       for (const std::string& option : row.options) listed.emplace(program, option);
     }

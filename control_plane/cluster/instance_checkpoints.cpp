@@ -1,4 +1,4 @@
-#include "control_plane/cluster/checkpoints.h"
+#include "control_plane/cluster/instance_checkpoints.h"
 
 #include <algorithm>
 
@@ -29,7 +29,7 @@ bool RunsUnchanged(const InstanceEntry& instance) {
 
 // --- Making one.
 
-absl::StatusOr<std::uint64_t> Checkpoints::Begin(InstanceEntry& instance, Now now) {
+absl::StatusOr<std::uint64_t> InstanceCheckpoints::Begin(InstanceEntry& instance, Now now) {
   if (const std::uint64_t tick = UnderWay(instance); tick != 0) return tick;
   if (!AtRest(instance.record)) {
     return absl::FailedPreconditionError(
@@ -43,20 +43,21 @@ absl::StatusOr<std::uint64_t> Checkpoints::Begin(InstanceEntry& instance, Now no
   return newest + lead + 1;
 }
 
-std::uint64_t Checkpoints::UnderWay(const InstanceEntry& instance) const {
+std::uint64_t InstanceCheckpoints::UnderWay(const InstanceEntry& instance) const {
   const auto work = work_.find(instance.number);
   return work != work_.end() && work->second.draft ? work->second.draft->tick : 0;
 }
 
 // The draft that a file of `tick` belongs to. None while or after a failover, which leaves regions out that have sent
 // theirs.
-const Checkpoints::Draft* Checkpoints::DraftOf(const InstanceEntry& instance, std::uint64_t tick) const {
+const InstanceCheckpoints::Draft* InstanceCheckpoints::DraftOf(const InstanceEntry& instance,
+                                                               std::uint64_t tick) const {
   if (tick == 0 || UnderWay(instance) != tick) return nullptr;
   const Draft& draft = *work_.at(instance.number).draft;
   return draft.map_version == instance.record.map().version() && AtRest(instance.record) ? &draft : nullptr;
 }
 
-absl::Status Checkpoints::CheckUpload(const v1::UploadCheckpointRequest& request) const {
+absl::Status InstanceCheckpoints::CheckUpload(const v1::UploadCheckpointRequest& request) const {
   if (absl::Status status = CheckHostSecret(state_, request.host_id(), request.host_secret()); !status.ok()) {
     return status;
   }
@@ -73,7 +74,7 @@ absl::Status Checkpoints::CheckUpload(const v1::UploadCheckpointRequest& request
   return absl::FailedPreconditionError(absl::StrCat("tick: no checkpoint of tick ", request.tick(), " is being made"));
 }
 
-std::optional<records::Manifest> Checkpoints::NoteUploaded(const v1::UploadCheckpointRequest& request) {
+std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::UploadCheckpointRequest& request) {
   const InstanceEntry* instance = state_.FindInstance(request.identity().instance_id());
   if (instance == nullptr || DraftOf(*instance, request.tick()) == nullptr) return std::nullopt;
   Draft& draft = *work_.at(instance->number).draft;
@@ -94,7 +95,8 @@ std::optional<records::Manifest> Checkpoints::NoteUploaded(const v1::UploadCheck
   return manifest;
 }
 
-void Checkpoints::NoteMade(InstanceEntry& instance, const records::Manifest& manifest, std::uint64_t size, Now now) {
+void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manifest& manifest, std::uint64_t size,
+                                   Now now) {
   if (UnderWay(instance) == manifest.tick()) work_[instance.number].draft.reset();
   records::Instance next = instance.record;
   v1::Checkpoint& checkpoint = *next.add_checkpoints();
@@ -109,14 +111,14 @@ void Checkpoints::NoteMade(InstanceEntry& instance, const records::Manifest& man
     next.mutable_checkpoints()->DeleteSubrange(0, 1);
   }
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
-    return state_.LogTrouble(instance, "checkpoint cannot be listed", status);
+    return LogTrouble(state_, instance, "checkpoint cannot be listed", status);
   }
   for (const std::uint64_t tick : pruned) state_.effects().pruned.emplace_back(instance.record.id(), tick);
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);
 }
 
-void Checkpoints::Abandon(InstanceEntry& instance, const std::string& why, Now now) {
+void InstanceCheckpoints::Abandon(InstanceEntry& instance, const std::string& why, Now now) {
   Work& work = work_[instance.number];
   state_.effects().abandoned.emplace_back(instance.record.id(), work.draft->tick);
   state_.Log(absl::StrCat("checkpoint abandoned id=", instance.record.id(), " tick=", work.draft->tick, ": ", why));
@@ -126,7 +128,7 @@ void Checkpoints::Abandon(InstanceEntry& instance, const std::string& why, Now n
   state_.MarkChanged(instance);
 }
 
-void Checkpoints::Step(InstanceEntry& instance, Now now) {
+void InstanceCheckpoints::Step(InstanceEntry& instance, Now now) {
   Work& work = work_[instance.number];
   const records::Instance& record = instance.record;
   if (work.draft) {
@@ -154,7 +156,8 @@ void Checkpoints::Step(InstanceEntry& instance, Now now) {
 
 // --- Worlds that are lost without one.
 
-std::optional<records::Instance> Checkpoints::GiveUp(const InstanceEntry& instance, const std::string& why, Now now) {
+std::optional<records::Instance> InstanceCheckpoints::GiveUp(const InstanceEntry& instance, const std::string& why,
+                                                             Now now) {
   if (instance.record.checkpoints().empty()) return Failed(instance.record, why, now);
   Work& work = work_[instance.number];
   work.restore_why = why;
@@ -163,20 +166,20 @@ std::optional<records::Instance> Checkpoints::GiveUp(const InstanceEntry& instan
   return std::nullopt;
 }
 
-std::string Checkpoints::RestoreWanted(const InstanceEntry& instance) const {
+std::string InstanceCheckpoints::RestoreWanted(const InstanceEntry& instance) const {
   const auto work = work_.find(instance.number);
   return work == work_.end() ? "" : work->second.restore_why;
 }
 
-void Checkpoints::RetryRestore(const InstanceEntry& instance, Now now) {
+void InstanceCheckpoints::RetryRestore(const InstanceEntry& instance, Now now) {
   const auto work = work_.find(instance.number);
   if (work == work_.end() || work->second.restore_why.empty() || now.steady < work->second.restore_again_at) return;
   work->second.restore_again_at = now.steady + kChangeRetry;
   state_.effects().restore.insert(instance.record.id());
 }
 
-records::Instance Checkpoints::Restored(const InstanceEntry& instance, const records::Manifest& manifest,
-                                        const PlacementPlan& placed, Now now) const {
+records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, const records::Manifest& manifest,
+                                                const PlacementPlan& placed, Now now) const {
   records::Instance next = RestoredFrom(instance.record, manifest, placed);
   const std::uint64_t newest = NewestTick(instance), lost = newest > manifest.tick() ? newest - manifest.tick() : 0;
   next.set_lost_ticks(next.lost_ticks() + lost);
@@ -188,13 +191,13 @@ records::Instance Checkpoints::Restored(const InstanceEntry& instance, const rec
   return next;
 }
 
-void Checkpoints::Restarted(const InstanceEntry& instance) {
+void InstanceCheckpoints::Restarted(const InstanceEntry& instance) {
   Work& work = work_[instance.number];
   work.restore_why.clear();
   work.draft.reset();
 }
 
-absl::Status Checkpoints::Drop(InstanceEntry& instance) {
+absl::Status InstanceCheckpoints::Drop(InstanceEntry& instance) {
   if (instance.record.checkpoints().empty()) return absl::OkStatus();
   records::Instance next = instance.record;
   next.clear_checkpoints();
@@ -209,7 +212,7 @@ absl::Status Checkpoints::Drop(InstanceEntry& instance) {
 
 // --- Reading.
 
-absl::Status Checkpoints::CheckFetch(const v1::FetchStateRequest& request) const {
+absl::Status InstanceCheckpoints::CheckFetch(const v1::FetchStateRequest& request) const {
   if (absl::Status status = CheckHostSecret(state_, request.host_id(), request.host_secret()); !status.ok()) {
     return status;
   }

@@ -1,5 +1,5 @@
 // Players on records and entries alone.
-#include "control_plane/cluster/players.h"
+#include "control_plane/cluster/instance_players.h"
 
 #include <gmock/gmock.h>
 
@@ -41,7 +41,7 @@ class PlayersTest : public ::testing::Test {
   StateRig rig_;
   HostEntry& alpha_ = rig_.AddHost("alpha");
   InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_});
-  Players players_{*rig_.state, rig_.settings};
+  InstancePlayers players_{*rig_.state, rig_.settings};
 };
 
 TEST_F(PlayersTest, AJoinIsStoredBeforeAnyOrderNamesThePlayer) {

@@ -1,4 +1,4 @@
-// Players: who may play in an instance: joining, coming back, leaving, and vanishing without having left.
+// InstancePlayers: who may play in an instance: joining, coming back, leaving, and vanishing without having left.
 //
 // A join first waits (`BeginWait`), which is what starts a lazy instance, until `CanJoin`; then `Join` and `EndWait`,
 // in one go. A player who has left is in the orders until all workers know, and a while longer.
@@ -24,9 +24,9 @@ struct Joined {
   std::uint64_t mark = 0;  // for AllKnow
 };
 
-class Players {
+class InstancePlayers {
  public:
-  Players(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
+  InstancePlayers(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
   void Forget(std::uint64_t number) { known_.erase(number); }
 
   // The instance that the join waits for; it may start because of it. Errors name the field.

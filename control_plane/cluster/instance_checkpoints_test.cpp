@@ -1,5 +1,5 @@
 // Checkpoints on records and entries alone.
-#include "control_plane/cluster/checkpoints.h"
+#include "control_plane/cluster/instance_checkpoints.h"
 
 #include <gmock/gmock.h>
 
@@ -48,7 +48,7 @@ class CheckpointsTest : public ::testing::Test {
   StateRig rig_;
   HostEntry& alpha_ = rig_.AddHost("alpha");
   InstanceEntry& instance_ = rig_.AddRunning({&alpha_, &alpha_});
-  Checkpoints checkpoints_{*rig_.state};
+  InstanceCheckpoints checkpoints_{*rig_.state};
 };
 
 TEST_F(CheckpointsTest, IsWholeWithTheLastFileAndTheOldestGo) {

@@ -1,4 +1,4 @@
-#include "control_plane/cluster/players.h"
+#include "control_plane/cluster/instance_players.h"
 
 #include <algorithm>
 #include <set>
@@ -106,7 +106,7 @@ std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
 
 // --- Joining.
 
-absl::StatusOr<InstanceEntry*> Players::BeginWait(const v1::JoinInstanceRequest& request) {
+absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstanceRequest& request) {
   if (request.player_name().size() > kMaxNameBytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("player_name: ", request.player_name().size(), " bytes are more than ", kMaxNameBytes));
@@ -118,18 +118,18 @@ absl::StatusOr<InstanceEntry*> Players::BeginWait(const v1::JoinInstanceRequest&
   return instance;
 }
 
-InstanceEntry* Players::EndWait(const std::string& instance_id) {
+InstanceEntry* InstancePlayers::EndWait(const std::string& instance_id) {
   InstanceEntry* instance = state_.FindInstance(instance_id);
   if (instance != nullptr) --known_[instance->number].waiting;
   return instance;
 }
 
-int Players::Waiting(const InstanceEntry& instance) const {
+int InstancePlayers::Waiting(const InstanceEntry& instance) const {
   const auto known = known_.find(instance.number);
   return known == known_.end() ? 0 : known->second.waiting;
 }
 
-absl::StatusOr<Joined> Players::Join(const v1::JoinInstanceRequest& request, Now now) {
+absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, Now now) {
   if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id()); !can.ok()) return can.status();
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
   const bool returns = !request.connect_token().empty();
@@ -143,7 +143,7 @@ absl::StatusOr<Joined> Players::Join(const v1::JoinInstanceRequest& request, Now
   return joined;
 }
 
-absl::StatusOr<std::uint32_t> Players::Add(InstanceEntry& instance, const std::string& name) {
+absl::StatusOr<std::uint32_t> InstancePlayers::Add(InstanceEntry& instance, const std::string& name) {
   if (const auto key = net::InstanceKeyFrom(instance.record.key()); !key.ok()) return key.status();
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
@@ -160,7 +160,7 @@ absl::StatusOr<std::uint32_t> Players::Add(InstanceEntry& instance, const std::s
 
 // --- Leaving.
 
-absl::Status Players::Leave(const v1::LeaveInstanceRequest& request, Now now) {
+absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now now) {
   InstanceEntry* instance = state_.FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
   const auto number = PlayerOf(instance->record, request.connect_token(), request.session_key(), now);
@@ -178,7 +178,7 @@ absl::Status Players::Leave(const v1::LeaveInstanceRequest& request, Now now) {
   return absl::OkStatus();
 }
 
-std::optional<records::Instance> Players::NextVanished(const InstanceEntry& instance, Now now) {
+std::optional<records::Instance> InstancePlayers::NextVanished(const InstanceEntry& instance, Now now) {
   const records::Instance& record = instance.record;
   const bool parks = record.leaver_policy() == v1::LEAVER_POLICY_PARK;
   if (!parks && record.leaver_policy() != v1::LEAVER_POLICY_REMOVE) return std::nullopt;
@@ -212,7 +212,7 @@ std::optional<records::Instance> Players::NextVanished(const InstanceEntry& inst
   return next;
 }
 
-void Players::Prune(InstanceEntry& instance, Now now) {
+void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
   Known& known = known_[instance.number];
   std::set<std::uint32_t> forgotten;
   for (const v1::Player& player : instance.record.players()) {

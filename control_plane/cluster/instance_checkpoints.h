@@ -1,5 +1,5 @@
-// Checkpoints: when they are made, what they consist of, and worlds that have to be brought back from one. The files
-// are ControlPlane's.
+// InstanceCheckpoints: when they are made, what they consist of, and worlds that have to be brought back from one. The
+// files are ControlPlane's.
 //
 // One is made at a tick that all regions are still to reach: each uploads its file of that tick, and with the last one
 // the manifest is complete. A change of who runs what on the way abandons it, as its files would not be the whole
@@ -22,9 +22,9 @@
 
 namespace tessera::control {
 
-class Checkpoints {
+class InstanceCheckpoints {
  public:
-  explicit Checkpoints(ClusterState& state) : state_(state) {}
+  explicit InstanceCheckpoints(ClusterState& state) : state_(state) {}
   void Forget(std::uint64_t number) { work_.erase(number); }
 
   // --- Making one.

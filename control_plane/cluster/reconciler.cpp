@@ -1,0 +1,50 @@
+#include "control_plane/cluster/reconciler.h"
+
+#include <string>
+#include <utility>
+
+namespace tessera::control {
+
+void Reconciler::Reconcile(Now now, const InstanceNumbers& touched) {
+  for (const std::uint64_t number : touched) Reconcile(now, state_.instance(number));
+}
+
+void Reconciler::Reconcile(Now now, InstanceEntry& instance) {
+  while (const std::optional<records::Instance> next = NextRecord(now, instance)) {
+    if (absl::Status status = Enter(now, instance, *next); !status.ok()) {
+      return LogTrouble(state_, instance, "instance cannot go on for now", status);
+    }
+  }
+  parts_.instances.NoteHealth(instance);
+}
+
+absl::Status Reconciler::Enter(Now now, InstanceEntry& instance, const records::Instance& next) {
+  const v1::InstanceState previous = instance.record.state();
+  if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
+  instance.trouble.clear();
+  parts_.instances.Entered(instance, previous, now);
+  return absl::OkStatus();
+}
+
+std::optional<records::Instance> Reconciler::NextRecord(Now now, InstanceEntry& instance) {
+  const v1::InstanceState state = instance.record.state();
+  if (state == v1::INSTANCE_STATE_PLACING) return parts_.instances.NextPlaced(instance, now);
+  if (state == v1::INSTANCE_STATE_RUNNING) {
+    if (auto next = Failovers::NextProtected(instance)) return next;
+    if (auto next = NextFailoverOrChange(now, instance)) return next;
+    if (auto next = parts_.players.NextVanished(instance, now)) return next;
+  }
+  return parts_.instances.NextInLife(instance, parts_.players.Waiting(instance), now);
+}
+
+std::optional<records::Instance> Reconciler::NextFailoverOrChange(Now now, InstanceEntry& instance) {
+  if (!parts_.checkpoints.RestoreWanted(instance).empty()) return std::nullopt;
+  FailoverStep step = parts_.failovers.Next(instance, parts_.changes.CutsOf(instance), now);
+  if (step.dropped_plan || !step.given_up.empty()) parts_.changes.RetryLater(instance.number, now);
+  if (!step.given_up.empty()) return parts_.checkpoints.GiveUp(instance, step.given_up, now);
+  if (step.next) return std::move(step.next);
+  if (instance.record.has_failover()) return std::nullopt;
+  return parts_.changes.Next(instance, now);
+}
+
+}  // namespace tessera::control
