@@ -183,7 +183,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
       "How many bodies deep a neighbour sees of a pile that moves, beyond what may touch the border, 0 to "
       "64 (default 1)");
   create->add_option("--whole-up-to", options->whole_up_to,
-                     "Piles of which a region has no more than so many bodies are shown to neighbours as a whole "
+                     "Piles of which a region has no more than so many bodies are relevant to neighbours as a whole "
                      "(0 to 100000, default 32)");
   create->add_flag("--balance", options->balance, "Move the borders by measured step time");
   const std::map<std::string, v1::LeaverPolicy> policies{

@@ -54,7 +54,7 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->capture_default_str()
       ->group(alone);
   app.add_option("--whole-up-to", raw.standalone.borders.whole_up_to,
-                 "piles of which a region has no more than so many bodies are shown as a whole")
+                 "piles of which a region has no more than so many bodies are relevant as a whole")
       ->capture_default_str()
       ->group(alone);
 

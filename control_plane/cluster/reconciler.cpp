@@ -1,5 +1,6 @@
 #include "control_plane/cluster/reconciler.h"
 
+#include <cstdint>
 #include <string>
 #include <utility>
 

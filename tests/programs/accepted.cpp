@@ -24,7 +24,7 @@ bool IsPlaceholder(const std::string& word) {
   return std::none_of(word.begin(), word.end(), [](unsigned char c) { return std::islower(c) != 0; });
 }
 
-// What `./dev help` says, by command.
+// The parts of `./dev help`, by command.
 const std::map<std::string, std::string>& DevHelp() {
   static const std::map<std::string, std::string> help = [] {
     const host::TemporaryFolder folder;

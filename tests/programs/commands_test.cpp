@@ -75,7 +75,7 @@ constexpr std::array<NotRun, 29> kNotRun = {{
 // Commands that run until they are stopped.
 constexpr std::array<std::string_view, 1> kEndless = {"tessera instance watch"};
 
-// What a block takes for granted: `word` occurs in it, and no command of it begins with `maker`.
+// A command that a block takes for granted: `word` occurs in the block, and none of its commands begins with `maker`.
 struct Preparation {
   std::string_view word, maker, command;
 };
@@ -126,7 +126,7 @@ class Terminal {
     return host::ChildProcess::Start(
                {.argv = {"/usr/bin/env", "-C", desk_.path(),
                          std::string("PATH=") + TESSERA_BINARY_DIR + "/bin:" + (path != nullptr ? path : ""),
-                         "TESSERA_CONTROL=" + cluster_.control_address(), "/bin/sh", "-ec", command},
+                         "TESSERA_CONTROL=" + cluster_.control_address(), "/bin/sh", "-c", "exec " + command},
                 .log_path = output_})
         .value();
   }

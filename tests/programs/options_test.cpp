@@ -26,7 +26,7 @@ struct OptionRow {
   std::vector<std::string> options, programs, defaults;
 };
 
-// What stands between backticks in a cell.
+// The texts between backticks in a cell.
 std::vector<std::string> Quoted(const std::string& cell) {
   static const std::regex kQuoted("`([^`]*)`");
   std::vector<std::string> quoted;
