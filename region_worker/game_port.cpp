@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <ctime>
+#include <utility>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
-#include "core/replication/interest.h"
+#include "core/replication/input.h"
 #include "region_worker/bytes.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
@@ -13,54 +15,15 @@
 namespace tessera::worker {
 namespace {
 
-// Beyond this a margin tells nothing more.
+// Margins are clamped to this; a larger one means nothing more.
 constexpr std::int64_t kMaxMargin_ticks = 1000;
 
-// Pairs are told of this much further than bodies are: cells and hysteresis reach beyond the radius, and bodies have a
-// size. A client that sees less hears less by itself.
-constexpr double kPairReach = 2;
-
-std::optional<Vec3d> PlaceOf(const region::Region& region, BodyId id) {
-  const std::span<const region::OwnedBody> owned = region.owned();
-  const auto at = std::lower_bound(owned.begin(), owned.end(), id,
-                                   [](const region::OwnedBody& body, BodyId wanted) { return body.def->id < wanted; });
-  if (at == owned.end() || at->def->id != id) return std::nullopt;
-  return at->state.position;
-}
-
-struct PlacedPair {
-  physics::PairEvent event;
-  std::optional<Vec3d> place;  // nothing: its body has just gone
-};
-
-// Those that clients are told of.
-template <class Place>
-std::vector<PlacedPair> Placed(std::span<const physics::PairEvent> events, const Place& place_of) {
-  std::vector<PlacedPair> placed;
-  placed.reserve(events.size());
-  for (const physics::PairEvent& event : events) {
-    // Players have the highest ids.
-    if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
-    const std::optional<Vec3d> place = place_of(event.body_a);
-    placed.push_back({event, place ? place : place_of(event.body_b)});
-  }
-  return placed;
-}
-
-// The first copy of an input tells how early it came; later copies come later by themselves.
-void NoteMargin(Client& client, const PlayerInput& input, Tick tick) {
+// The first copy of an input shows how early it came; later copies come later by themselves.
+void NoteMargin(ConnectedClient& client, const PlayerInput& input, Tick tick) {
   client.newest_input = input.number;
   if (input.target == Tick()) return;
   client.input_margin_ticks = static_cast<std::int32_t>(
       std::clamp<std::int64_t>(input.target - (tick + 1), -kMaxMargin_ticks, kMaxMargin_ticks));
-}
-
-void PutPair(const physics::PairEvent& event, v1::PairEvents& told) {
-  v1::PairEvent& pair = *told.add_events();
-  pair.set_body_a(event.body_a.value());
-  pair.set_body_b(event.body_b.value());
-  pair.set_trigger(event.trigger);
-  pair.set_begin(event.begin);
 }
 
 }  // namespace
@@ -77,8 +40,8 @@ void GamePort::Open(GameRules rules, Admit admit) {
   admit_ = std::move(admit);
 }
 
-std::vector<PlayerInput> GamePort::Service(TimePoint now, Tick tick, bool started, bool* any) {
-  std::vector<PlayerInput> inputs;
+ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
+  ReceivedFromClients received;
   const std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
   for (const net::Event& event : events) {
     switch (event.kind) {
@@ -94,7 +57,7 @@ std::vector<PlayerInput> GamePort::Service(TimePoint now, Tick tick, bool starte
         break;
       case net::Event::Kind::kMessage:
         // Clients say nothing reliably.
-        if (event.delivery == net::Delivery::kUnsequenced) OnDatagram(event, now, tick, inputs);
+        if (event.delivery == net::Delivery::kUnsequenced) OnDatagram(event, now, tick, received);
         break;
     }
   }
@@ -103,26 +66,27 @@ std::vector<PlayerInput> GamePort::Service(TimePoint now, Tick tick, bool starte
   RenewTokens(now);
   CountClients();
   metrics_.game_acceptor.Take(endpoint_->acceptor_stats());
-  *any = !events.empty();
-  return inputs;
+  received.any = !events.empty();
+  return received;
 }
 
-void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<PlayerInput>& inputs) {
-  Client* client = Find(event.peer);
-  if (client == nullptr) return;  // overtook its hello, or belongs to one that was dropped
+void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received) {
+  const auto found = clients_.find(event.peer);
+  if (found == clients_.end()) return;  // it overtook its hello, or its client was dropped
+  ConnectedClient& client = found->second;
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
   absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
   if (!message.ok()) {
     metrics_.inputs_refused.Increment();
-    ReportRefused(event.peer, *client, {}, message.status().message(), now);
+    ReportRefused(event.peer, client, {}, message.status().message(), now);
     return;
   }
-  client->unanswered_since.reset();
-  if (!message->ack.empty()) (void)client->sender.Acknowledge(message->ack);
+  client.unanswered_since.reset();
+  if (!message->ack.empty()) received.acknowledgements.push_back({event.peer, std::move(message->ack)});
   for (PlayerInput& input : message->inputs) {
-    input.player = client->player;
-    if (input.number > client->newest_input) NoteMargin(*client, input, tick);
-    inputs.push_back(input);
+    input.player = client.player;
+    if (input.number > client.newest_input) NoteMargin(client, input, tick);
+    received.inputs.push_back(input);
   }
 }
 
@@ -157,7 +121,7 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
 
 void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started) {
   Expel(player);  // an older connection of the same player
-  clients_.emplace(peer, Client{.player = player, .sender = replication::SnapshotSender(rules_->replication)});
+  clients_.emplace(peer, ConnectedClient{.player = player});
   v1::RegionControl message;
   v1::RegionWelcome& welcome = *message.mutable_welcome();
   welcome.set_region(rules_->self.region.value());
@@ -169,7 +133,7 @@ void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, boo
   welcome.set_started(started);
   *welcome.mutable_map() = rules_->map.map();
   *welcome.mutable_endpoints() = rules_->map.endpoints();
-  Tell(peer, message);
+  Send(peer, message);
   spdlog::info("client welcome player={} from={}", player.value(), endpoint_->AddressOf(peer));
 }
 
@@ -179,14 +143,14 @@ void GamePort::Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::strin
   v1::RegionControl message;
   message.mutable_refusal()->set_reason(reason);
   message.mutable_refusal()->set_detail(std::string(detail));
-  Tell(peer, message);
+  Send(peer, message);
   endpoint_->Disconnect(peer);
   pending_.erase(peer);
 }
 
 void GamePort::DropSilent(TimePoint now) {
   for (auto it = clients_.begin(); it != clients_.end();) {
-    const Client& client = it->second;
+    const ConnectedClient& client = it->second;
     if (!client.unanswered_since || now < *client.unanswered_since + kSilence) {
       ++it;
       continue;
@@ -209,13 +173,8 @@ void GamePort::RenewTokens(TimePoint now) {
     v1::RegionControl message;
     message.mutable_renewed_token()->set_connect_token(renewed.token.data(), renewed.token.size());
     message.mutable_renewed_token()->set_session_key(renewed.key.data(), renewed.key.size());
-    Tell(peer, message);
+    Send(peer, message);
   }
-}
-
-Client* GamePort::Find(net::PeerHandle peer) {
-  const auto found = clients_.find(peer);
-  return found == clients_.end() ? nullptr : &found->second;
 }
 
 std::vector<PlayerNumber> GamePort::players() const {
@@ -225,40 +184,19 @@ std::vector<PlayerNumber> GamePort::players() const {
   return players;
 }
 
-bool GamePort::Has(PlayerNumber player) const {
-  return std::any_of(clients_.begin(), clients_.end(),
-                     [&](const auto& client) { return client.second.player == player; });
+std::uint64_t GamePort::SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now) {
+  const auto found = clients_.find(peer);
+  if (found == clients_.end() || datagrams.empty()) return 0;
+  if (!found->second.unanswered_since) found->second.unanswered_since = now;
+  std::uint64_t bytes = 0;
+  for (const net::Bytes& datagram : datagrams) {
+    if (endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram).ok()) bytes += datagram.size();
+  }
+  return bytes;
 }
 
-std::uint64_t GamePort::Broadcast(
-    TimePoint now, const std::function<replication::ClientView(const Client&)>& view,
-    const std::function<std::vector<net::Bytes>(Client&, const replication::ClientView&)>& write) {
-  std::vector<std::pair<net::PeerHandle, Client*>> all;
-  std::vector<replication::ClientView> views;
-  std::vector<std::optional<Vec3d>> places;
-  all.reserve(clients_.size());
-  views.reserve(clients_.size());
-  places.reserve(clients_.size());
-  for (auto& [peer, client] : clients_) {
-    all.emplace_back(peer, &client);
-    views.push_back(view(client));
-    places.push_back(views.back().centre);
-  }
-  std::uint64_t bytes = 0;
-  const std::vector<std::uint32_t> order = replication::NeighboursInARow(places, rules_->replication.interest_radius_m);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    if (i + 1 < order.size()) all[order[i + 1]].second->sender.Prefetch();
-    const std::uint32_t at = order[i];
-    const net::PeerHandle peer = all[at].first;
-    Client& client = *all[at].second;
-    const std::vector<net::Bytes> datagrams = write(client, views[at]);
-    if (!datagrams.empty() && !client.unanswered_since) client.unanswered_since = now;
-    for (const net::Bytes& datagram : datagrams) {
-      if (endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram).ok()) bytes += datagram.size();
-    }
-  }
-  endpoint_->Flush();
-  return bytes;
+void GamePort::Send(net::PeerHandle peer, const v1::RegionControl& message) {
+  (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(message.SerializeAsString()));
 }
 
 void GamePort::SetMap(const v1::RegionMap& map) {
@@ -267,39 +205,14 @@ void GamePort::SetMap(const v1::RegionMap& map) {
   if (rules_->map.SerializeAsString() == before) return;
   v1::RegionControl message;
   *message.mutable_map() = map;
-  for (const auto& [peer, client] : clients_) Tell(peer, message);
+  for (const auto& [peer, client] : clients_) Send(peer, message);
 }
 
-void GamePort::TellStarted(Tick tick) {
+void GamePort::SendStarted(Tick tick) {
   v1::RegionControl message;
   message.mutable_started()->set_tick(tick.value());
-  for (const auto& [peer, client] : clients_) Tell(peer, message);
+  for (const auto& [peer, client] : clients_) Send(peer, message);
   endpoint_->Flush();
-}
-
-void GamePort::TellPairs(const region::Region& region, std::span<const physics::PairEvent> events) {
-  if (clients_.empty()) return;
-  const double reach_m = kPairReach * rules_->replication.interest_radius_m;
-  const auto place_of = [&](BodyId body) { return PlaceOf(region, body); };
-  std::optional<std::vector<PlacedPair>> all, now;
-  for (auto& [peer, client] : clients_) {
-    const bool whole = !std::exchange(client.knows_pairs, true);
-    std::optional<std::vector<PlacedPair>>& pairs = whole ? all : now;
-    if (!pairs) pairs = whole ? Placed(region.touching(), place_of) : Placed(events, place_of);
-    const BodyId own = PlayerBodyId(client.player);
-    const std::optional<Vec3d> centre = reach_m > 0 ? place_of(own) : std::nullopt;
-    v1::RegionControl message;
-    v1::PairEvents& told = *message.mutable_pair_events();
-    for (const PlacedPair& pair : *pairs) {
-      const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
-                            Length(*pair.place - *centre) <= reach_m;
-      if (concerns) PutPair(pair.event, told);
-    }
-    if (told.events().empty() && !whole) continue;
-    told.set_tick(region.tick().value());
-    told.set_whole(whole);
-    Tell(peer, message);
-  }
 }
 
 void GamePort::ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now) {
@@ -308,8 +221,8 @@ void GamePort::ReportRefused(const PlayerInput& input, absl::string_view why, Ti
   }
 }
 
-void GamePort::ReportRefused(net::PeerHandle peer, Client& client, const PlayerInput& input, absl::string_view why,
-                             TimePoint now) {
+void GamePort::ReportRefused(net::PeerHandle peer, ConnectedClient& client, const PlayerInput& input,
+                             absl::string_view why, TimePoint now) {
   if (now < client.may_refuse_at) return;
   client.may_refuse_at = now + kRefusalDistance;
   v1::RegionControl message;
@@ -317,7 +230,7 @@ void GamePort::ReportRefused(net::PeerHandle peer, Client& client, const PlayerI
   refused.set_body(input.body.value());
   refused.set_input_number(input.number);
   refused.set_detail(std::string(why));
-  Tell(peer, message);
+  Send(peer, message);
 }
 
 void GamePort::Expel(PlayerNumber player) {
@@ -337,7 +250,7 @@ void GamePort::Close(const std::string& reason) {
   v1::RegionControl stopping;
   stopping.mutable_stopping()->set_reason(reason);
   for (const auto& [peer, client] : clients_) {
-    Tell(peer, stopping);
+    Send(peer, stopping);
     endpoint_->Disconnect(peer);
   }
   for (auto it = pending_.begin(); it != pending_.end();) {
@@ -347,10 +260,6 @@ void GamePort::Close(const std::string& reason) {
   clients_.clear();
   CountClients();
   endpoint_->Flush();
-}
-
-void GamePort::Tell(net::PeerHandle peer, const v1::RegionControl& message) {
-  (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(message.SerializeAsString()));
 }
 
 void GamePort::CountClients() { metrics_.clients.Set(static_cast<double>(clients_.size())); }

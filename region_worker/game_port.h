@@ -1,30 +1,32 @@
-// GamePort: the connections of clients: who may enter, what they are told, what they send.
+// GamePort: the connections of a region's clients: who may enter, their inputs in, datagrams and messages out.
 //
-// Whoever connects has shown its connect token to the endpoint's acceptor and is welcomed at once. A player that the
-// orders have not named yet is kept waiting for kOrderTimeout, because its token may be faster than the order, then
-// refused. A player that comes again takes the place of its older connection. One that stays has its token renewed. One
-// that leaves snapshots unanswered for kSilence is dropped.
+// A peer has shown its connect token to the endpoint's acceptor and is welcomed at once. A player that the orders have
+// not named yet waits for kOrderTimeout, because its token may be faster than the order; then it is refused. A player
+// that connects again replaces its older connection. A client that stays has its token renewed, and one that leaves
+// datagrams unanswered for kSilence is dropped.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
-//   loop: for (PlayerInput& input : port.Service(now, tick)) ...
+//   loop: for (const PlayerInput& input : port.Service(now, tick, started).inputs) ...
+//         for (const auto& [peer, client] : port.clients()) port.SendDatagrams(peer, bytes, now);
+//         port.Flush();
 //
 // Nothing that a client sends is trusted. Thread rule: one thread.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/strings/string_view.h"
-#include "core/physics/world.h"
-#include "core/region/region.h"
-#include "core/replication/input.h"
-#include "core/replication/snapshot.h"
+#include "core/world/ids.h"
+#include "core/world/player_input.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "region_worker/core/admission.h"
@@ -40,19 +42,27 @@ struct GameRules {
   net::InstanceKey key{};
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
   v1::RegionMap map;
-  replication::Settings replication;
 };
 
-// One that was welcomed.
-struct Client {
+// A client that was welcomed.
+struct ConnectedClient {
   PlayerNumber player;
-  replication::SnapshotSender sender;
-  std::optional<TimePoint> unanswered_since{};  // the first datagram to it since its last
+  std::optional<TimePoint> unanswered_since{};  // when the first datagram left after its last answer
   std::uint32_t newest_input = 0;               // number of the newest input that came
   std::int32_t input_margin_ticks = 0;          // how many ticks before its target that input came
-  TimePoint may_refuse_at{};                    // InputRefused are this rare
-  TimePoint renew_at{};                         // its token
-  bool knows_pairs = false;                     // that had begun before it came
+  TimePoint may_refuse_at{};                    // earliest time of the next InputRefused
+  TimePoint renew_at{};                         // when its token is renewed
+};
+
+// Everything that came in one call of GamePort::Service.
+struct ReceivedFromClients {
+  struct Acknowledgement {
+    net::PeerHandle from;
+    net::Bytes bytes;  // for SnapshotSender::Acknowledge
+  };
+  bool any = false;                 // whether anything came, a connection included
+  std::vector<PlayerInput> inputs;  // as the clients sent them, copies included
+  std::vector<Acknowledgement> acknowledgements;
 };
 
 class GamePort {
@@ -73,51 +83,47 @@ class GamePort {
 
   // From now on clients may come in. Once.
   void Open(GameRules rules, Admit admit);
-  // Takes in what has come, without waiting; `tick` and `started` go into welcomes. True in `any` if anything had come.
-  // The inputs are as the clients sent them, copies included.
-  std::vector<PlayerInput> Service(TimePoint now, Tick tick, bool started, bool* any);
+  // Takes in what has come, without waiting; `tick` and `started` go into welcomes.
+  ReceivedFromClients Service(TimePoint now, Tick tick, bool started);
 
-  const std::map<net::PeerHandle, Client>& clients() const { return clients_; }
-  Client* Find(net::PeerHandle peer);
+  const std::map<net::PeerHandle, ConnectedClient>& clients() const { return clients_; }
   std::vector<PlayerNumber> players() const;  // ascending
-  bool Has(PlayerNumber player) const;
 
-  // Calls `view` for each client, then `write`, neighbours in a row, and sends what it gives; the bytes sent.
-  std::uint64_t Broadcast(TimePoint now, const std::function<replication::ClientView(const Client&)>& view,
-                          const std::function<std::vector<net::Bytes>(Client&, const replication::ClientView&)>& write);
-  void TellStarted(Tick tick);
-  // What began and ended in the region's last step, of players' bodies and triggers, to all that are near enough; to
-  // those that are new, all that touches.
-  void TellPairs(const region::Region& region, std::span<const physics::PairEvent> events);
+  // Both queue for a client that is still connected. Datagrams may be lost and have to be answered; the result is the
+  // number of bytes queued.
+  std::uint64_t SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now);
+  void Send(net::PeerHandle peer, const v1::RegionControl& message);
+  // Sends what is queued; Service does so too.
+  void Flush() { endpoint_->Flush(); }
+  void SendStarted(Tick tick);
   // The map in force and the endpoints; sent to all if it is new.
   void SetMap(const v1::RegionMap& map);
   // Reports to its player that the region refused an input; no more often than each kRefusalDistance.
   void ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now);
   // The player has left: its connection is closed.
   void Expel(PlayerNumber player);
-  // Tells all that the region ends, and ends their connections in order.
+  // Announces that the region ends, and ends all connections in order.
   void Close(const std::string& reason);
   // True while farewells are under way; Service carries them on.
   bool draining() const { return endpoint_->connections() > 0; }
 
  private:
-  // Connected, not yet welcomed.
+  // A peer that is connected and not yet welcomed.
   struct PendingClient {
     PlayerNumber player;
     TimePoint until{};
   };
 
-  void OnDatagram(const net::Event& event, TimePoint now, Tick tick, std::vector<PlayerInput>& inputs);
-  // False: it has to wait.
+  void OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received);
+  // False: the peer has to wait.
   bool Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started);
   void AnswerPending(TimePoint now, Tick tick, bool started);
   void DropSilent(TimePoint now);
   void RenewTokens(TimePoint now);
   void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
   void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);
-  void ReportRefused(net::PeerHandle peer, Client& client, const PlayerInput& input, absl::string_view why,
+  void ReportRefused(net::PeerHandle peer, ConnectedClient& client, const PlayerInput& input, absl::string_view why,
                      TimePoint now);
-  void Tell(net::PeerHandle peer, const v1::RegionControl& message);
   void CountClients();
 
   std::unique_ptr<net::Endpoint> endpoint_;
@@ -126,7 +132,7 @@ class GamePort {
   std::optional<std::string> closed_because_;
   Admit admit_;
   std::map<net::PeerHandle, PendingClient> pending_;
-  std::map<net::PeerHandle, Client> clients_;
+  std::map<net::PeerHandle, ConnectedClient> clients_;
 };
 
 }  // namespace tessera::worker

@@ -1,16 +1,20 @@
 #include "region_worker/snapshot_broadcast.h"
 
 #include <algorithm>
+#include <chrono>
+
+#include "core/replication/interest.h"
+#include "region_worker/core/time.h"
 
 namespace tessera::worker {
 namespace {
 
-// Of what a client may be sent, where not all is of interest.
+// Share of a client's bytes a second that the owner of its body may use, where interest has a radius.
 constexpr double kShareOfOwner = 0.5;
 
 }  // namespace
 
-// Where the count of snapshots due by then grows, so any pair of rates keeps its mean.
+// A snapshot falls where the count of snapshots due by then grows, so any pair of rates keeps its mean.
 bool SnapshotFallsOn(Tick tick, RegionId region, std::uint32_t snapshot_rate_hz, std::uint32_t tick_rate_hz) {
   const auto due = [&](std::uint64_t t) { return t * snapshot_rate_hz / tick_rate_hz; };
   const std::uint64_t turned = tick.value() + region.value();
@@ -26,11 +30,17 @@ SnapshotBroadcast::SnapshotBroadcast(RegionId self, const Scene& scene, std::uin
       snapshot_rate_hz_(std::min(snapshot_rate_hz, scene.tick_rate_hz)),
       metrics_(metrics) {}
 
+void SnapshotBroadcast::Acknowledge(net::PeerHandle from, std::span<const std::uint8_t> bytes) {
+  const auto sender = senders_.find(from);
+  if (sender != senders_.end()) (void)sender->second.Acknowledge(bytes);
+}
+
 void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const region::Departure> departures,
                                   const PlayerPlaces* places, GamePort& port) {
   if (port.clients().empty()) {
-    // A client that comes later gets all that there is then.
+    // A client that comes later is sent all that there is then.
     history_.reset();
+    senders_.clear();
     feed_.Clear();
     return;
   }
@@ -39,24 +49,53 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   const TimePoint begin = Clock::now();
   if (!history_) history_.emplace(scene_.bounds, settings_);
   feed_.Push(region, *history_);
+  const std::vector<Recipient> recipients = Recipients(port);
+  std::vector<replication::ClientView> views;
+  std::vector<std::optional<Vec3d>> centres;
+  views.reserve(recipients.size());
+  centres.reserve(recipients.size());
+  for (const Recipient& recipient : recipients) {
+    views.push_back(ViewOf(region, places, *recipient.client));
+    centres.push_back(views.back().centre);
+  }
   bool full = false;
-  const auto view = [&](const Client& client) { return ViewOf(region, places, client); };
-  const auto write = [&](Client& client, const replication::ClientView& seen) {
-    replication::WrittenSnapshot written =
-        client.sender.Write(*history_, seen, region.LastInput(client.player), client.input_margin_ticks);
+  std::uint64_t bytes = 0;
+  const std::vector<std::uint32_t> order = replication::NeighboursInARow(centres, settings_.interest_radius_m);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i + 1 < order.size()) recipients[order[i + 1]].sender->Prefetch();
+    const auto& [peer, client, sender] = recipients[order[i]];
+    const replication::WrittenSnapshot written =
+        sender->Write(*history_, views[order[i]], region.LastInput(client->player), client->input_margin_ticks);
     full = full || written.full;
-    return std::move(written.datagrams);
-  };
-  const std::uint64_t bytes = port.Broadcast(begin, view, write);
+    bytes += port.SendDatagrams(peer, written.datagrams, begin);
+  }
+  port.Flush();
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
   (full ? metrics_.snapshot_full : metrics_.snapshot_delta).Observe(took_s);
 }
 
-// Around the body: as it is here, or where its owner says that it is; a client never says where it looks from. As long
-// as nobody has said it, a region shows all that it has. Half of what the client may be sent goes to where the body is.
+std::vector<SnapshotBroadcast::Recipient> SnapshotBroadcast::Recipients(const GamePort& port) {
+  std::vector<Recipient> recipients;
+  recipients.reserve(port.clients().size());
+  auto sender = senders_.begin();  // ascending by peer, as the clients are
+  for (const auto& [peer, client] : port.clients()) {
+    while (sender != senders_.end() && sender->first < peer) sender = senders_.erase(sender);
+    if (sender == senders_.end() || sender->first != peer) {
+      sender = senders_.emplace_hint(sender, peer, replication::SnapshotSender(settings_));
+    }
+    recipients.push_back({peer, &client, &sender->second});
+    ++sender;
+  }
+  senders_.erase(sender, senders_.end());
+  return recipients;
+}
+
+// The view is centred on the client's body: as it is here, or where its owner says that it is; a client never says
+// where it looks from. While the place is unknown, a region sends all that it has. The body's owner may use half of the
+// client's bytes a second.
 replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, const PlayerPlaces* places,
-                                                  const Client& client) const {
+                                                  const ConnectedClient& client) const {
   replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
   view.centre = feed_.PlaceOf(view.own);
   const bool here = view.centre.has_value();

@@ -1,16 +1,24 @@
-// SnapshotBroadcast: shows the clients of a region what it owns, snapshot_rate_hz times a second.
+// SnapshotBroadcast: sends the clients of a region snapshots of what it owns, snapshot_rate_hz times a second.
 //
-// Nothing is quantised or encoded while there is no client, nor of a body that is as it was. What bodies ceased to be
-// owned since the last snapshot is gathered for the next. Regions take turns: on which ticks snapshots fall depends on
-// the region, so that those of one machine are not all at their longest ticks at one time.
+// It keeps one history for all clients and one sender for each. Nothing is quantised or encoded while there is no
+// client, or for a body that has not changed. Departures are gathered until the next snapshot. Regions take turns: the
+// ticks of snapshots depend on the region, so that the regions of one machine do not have their longest ticks together.
+//
+//   for (const auto& ack : port.Service(now, tick, started).acknowledgements) broadcast.Acknowledge(ack.from,
+//   ack.bytes); broadcast.AfterTick(region, departures, places, port);
+//
 // Thread rule: one thread.
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
+#include "net/endpoint.h"
 #include "region_worker/body_feed.h"
 #include "region_worker/core/player_places.h"
 #include "region_worker/game_port.h"
@@ -18,7 +26,7 @@
 
 namespace tessera::worker {
 
-// Whether this region shows a snapshot after this tick: as often as the rates say, in any ratio.
+// Whether this region sends a snapshot after this tick: as often as the rates say, in any ratio.
 bool SnapshotFallsOn(Tick tick, RegionId region, std::uint32_t snapshot_rate_hz, std::uint32_t tick_rate_hz);
 
 class SnapshotBroadcast {
@@ -26,13 +34,25 @@ class SnapshotBroadcast {
   SnapshotBroadcast(RegionId self, const Scene& scene, std::uint32_t snapshot_rate_hz,
                     const replication::Settings& settings, WorkerMetrics& metrics);
 
-  // After each tick; sends if a snapshot falls on it. `places`: of players whose bodies others own; null: not asked
-  // for.
+  // A client's acknowledgement; one that is malformed or comes from a client that has left is ignored.
+  void Acknowledge(net::PeerHandle from, std::span<const std::uint8_t> bytes);
+  // To be called after each tick; sends if a snapshot falls on it. `places` holds the places of players whose bodies
+  // other regions own; null where there is only this region.
   void AfterTick(const region::Region& region, std::span<const region::Departure> departures,
                  const PlayerPlaces* places, GamePort& port);
 
  private:
-  replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places, const Client& client) const;
+  // A client that a snapshot is written for.
+  struct Recipient {
+    net::PeerHandle peer;
+    const ConnectedClient* client;
+    replication::SnapshotSender* sender;
+  };
+
+  // Makes senders for clients that are new and drops those of clients that have left.
+  std::vector<Recipient> Recipients(const GamePort& port);
+  replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places,
+                                 const ConnectedClient& client) const;
 
   RegionId self_;
   const Scene& scene_;
@@ -40,6 +60,7 @@ class SnapshotBroadcast {
   std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
   WorkerMetrics& metrics_;
   std::optional<replication::SnapshotHistory> history_;  // while there are clients
+  std::map<net::PeerHandle, replication::SnapshotSender> senders_;
   BodyFeed feed_;
 };
 

@@ -136,12 +136,13 @@ void WorkerShell::ServiceNetwork() {
                                                  core_->Receive(from, message, begin);
                                                  CarryOut();
                                                }});
-  bool from_clients = false;
   const Tick tick = run != nullptr ? run->region().tick() : Tick();
   const bool started = run != nullptr && run->ticks().running();
-  for (const PlayerInput& input : game_->Service(begin, tick, started, &from_clients)) TakeInput(input, begin);
+  const ReceivedFromClients from_clients = game_->Service(begin, tick, started);
+  for (const auto& [from, bytes] : from_clients.acknowledgements) snapshots_->Acknowledge(from, bytes);
+  for (const PlayerInput& input : from_clients.inputs) TakeInput(input, begin);
   core_->SetConnected(game_->players());
-  if (run != nullptr && (from_links || from_clients)) meter_.AddReceiveTime(Clock::now() - begin);
+  if (run != nullptr && (from_links || from_clients.any)) meter_.AddReceiveTime(Clock::now() - begin);
 }
 
 void WorkerShell::TakeInput(const PlayerInput& input, TimePoint now) {
@@ -238,21 +239,21 @@ void WorkerShell::Do(const OpenPorts& action) {
                .key = action.key,
                .tick_rate_hz = scene.tick_rate_hz,
                .snapshot_rate_hz = action.snapshot_rate_hz,
-               .map = action.map,
-               .replication = replication::SettingsFor(scene)},
+               .map = action.map},
               [this](PlayerNumber player) { return core_->Admit(player); });
-  broadcast_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SettingsFor(scene),
+  snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SettingsFor(scene),
                      metrics_);
+  pairs_.emplace(scene.view.radius_m);
   metrics_.Show(*core_->run(), core_->links());
 }
 
 void WorkerShell::Do(const PublishMap& action) { game_->SetMap(action.map); }
-void WorkerShell::Do(const PublishStart& action) { game_->TellStarted(action.tick); }
+void WorkerShell::Do(const PublishStart& action) { game_->SendStarted(action.tick); }
 
 void WorkerShell::Do(const PublishStep& action) {
   const RegionRun& run = *core_->run();
-  broadcast_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
-  game_->TellPairs(run.region(), action.result.events);
+  snapshots_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
+  pairs_->AfterTick(run.region(), action.result.events, *game_);
 }
 
 void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player); }
@@ -294,8 +295,7 @@ void WorkerShell::SayFarewell() {
   links_->Close();
   const TimePoint until = Clock::now() + kFarewell;
   for (TimePoint now = Clock::now(); now < until && (game_->draining() || links_->draining()); now = Clock::now()) {
-    bool any = false;
-    (void)game_->Service(now, Tick(), false, &any);
+    (void)game_->Service(now, Tick(), false);
     (void)links_->Service(now, core_->links(), MapVersion(), {});
     std::array<pollfd, 2> fds = {{{.fd = links_->socket(), .events = POLLIN, .revents = 0},
                                   {.fd = game_->socket(), .events = POLLIN, .revents = 0}}};

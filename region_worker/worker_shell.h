@@ -19,6 +19,7 @@
 #include "region_worker/checkpoint_writer.h"
 #include "region_worker/core/worker_core.h"
 #include "region_worker/game_port.h"
+#include "region_worker/pair_broadcast.h"
 #include "region_worker/region_links.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "region_worker/standalone.h"
@@ -79,7 +80,8 @@ class WorkerShell {
   std::optional<GamePort> game_;
   std::unique_ptr<AgentLink> agent_;            // null when standalone
   std::optional<WorkerCore> core_;              // once the ports are bound
-  std::optional<SnapshotBroadcast> broadcast_;  // once the world is built
+  std::optional<SnapshotBroadcast> snapshots_;  // once the world is built
+  std::optional<PairBroadcast> pairs_;          // likewise
   TickMeter meter_{metrics_};
   CheckpointWriter checkpoint_writer_;
   TimePoint next_status_{};

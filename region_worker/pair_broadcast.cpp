@@ -1,0 +1,75 @@
+#include "region_worker/pair_broadcast.h"
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "core/world/ids.h"
+#include "core/world/math.h"
+#include "tessera/v1/game.pb.h"
+
+namespace tessera::worker {
+namespace {
+
+struct PlacedPair {
+  physics::PairEvent event;
+  std::optional<Vec3d> place;  // nothing: its body has just gone
+};
+
+std::optional<Vec3d> PlaceOf(const region::Region& region, BodyId id) {
+  const std::span<const region::OwnedBody> owned = region.owned();
+  const auto at = std::lower_bound(owned.begin(), owned.end(), id,
+                                   [](const region::OwnedBody& body, BodyId wanted) { return body.def->id < wanted; });
+  if (at == owned.end() || at->def->id != id) return std::nullopt;
+  return at->state.position;
+}
+
+// The pairs that concern clients: those of triggers and of players' bodies.
+std::vector<PlacedPair> Placed(const region::Region& region, std::span<const physics::PairEvent> events) {
+  std::vector<PlacedPair> placed;
+  placed.reserve(events.size());
+  for (const physics::PairEvent& event : events) {
+    // Players have the highest ids.
+    if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
+    const std::optional<Vec3d> place = PlaceOf(region, event.body_a);
+    placed.push_back({event, place ? place : PlaceOf(region, event.body_b)});
+  }
+  return placed;
+}
+
+void PutPair(const physics::PairEvent& event, v1::PairEvents& pairs) {
+  v1::PairEvent& pair = *pairs.add_events();
+  pair.set_body_a(event.body_a.value());
+  pair.set_body_b(event.body_b.value());
+  pair.set_trigger(event.trigger);
+  pair.set_begin(event.begin);
+}
+
+}  // namespace
+
+void PairBroadcast::AfterTick(const region::Region& region, std::span<const physics::PairEvent> events,
+                              GamePort& port) {
+  std::optional<std::vector<PlacedPair>> touching, changed;  // made when a client needs them
+  for (const auto& [peer, client] : port.clients()) {
+    const bool whole = informed_.insert(peer).second;
+    std::optional<std::vector<PlacedPair>>& pairs = whole ? touching : changed;
+    if (!pairs) pairs = Placed(region, whole ? region.touching() : events);
+    const BodyId own = PlayerBodyId(client.player);
+    const std::optional<Vec3d> centre = reach_m_ > 0 ? PlaceOf(region, own) : std::nullopt;
+    v1::RegionControl message;
+    v1::PairEvents& sent = *message.mutable_pair_events();
+    for (const PlacedPair& pair : *pairs) {
+      const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
+                            Length(*pair.place - *centre) <= reach_m_;
+      if (concerns) PutPair(pair.event, sent);
+    }
+    if (sent.events().empty() && !whole) continue;
+    sent.set_tick(region.tick().value());
+    sent.set_whole(whole);
+    port.Send(peer, message);
+  }
+  if (informed_.size() == port.clients().size()) return;
+  absl::erase_if(informed_, [&](net::PeerHandle peer) { return !port.clients().contains(peer); });
+}
+
+}  // namespace tessera::worker

@@ -1,0 +1,38 @@
+// PairBroadcast: sends the clients of a region which pairs of players' bodies and triggers began or ceased to touch.
+//
+// A client that is new is first sent all pairs that touch. Pairs further away than kReach radii of interest from a
+// client's body are left out.
+//
+//   broadcast.AfterTick(region, result.events, port);   // after each tick
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <span>
+
+#include "absl/container/flat_hash_set.h"
+#include "core/physics/world.h"
+#include "core/region/region.h"
+#include "net/endpoint.h"
+#include "region_worker/game_port.h"
+
+namespace tessera::worker {
+
+class PairBroadcast {
+ public:
+  // 0: interest has no radius.
+  explicit PairBroadcast(double interest_radius_m) : reach_m_(kReach * interest_radius_m) {}
+
+  // `events`: of the region's last step.
+  void AfterTick(const region::Region& region, std::span<const physics::PairEvent> events, GamePort& port);
+
+ private:
+  // Further than bodies are sent: cells and hysteresis reach beyond the radius, and bodies have a size. A client
+  // ignores pairs of bodies that it does not see.
+  static constexpr double kReach = 2;
+
+  double reach_m_;
+  absl::flat_hash_set<net::PeerHandle> informed_;  // clients that were sent the pairs that had begun before they came
+};
+
+}  // namespace tessera::worker
