@@ -11,8 +11,8 @@
 #include "bench/lockstep.h"
 #include "bench/work_counter.h"
 #include "core/region/region.h"
-#include "core/replication/moving_bodies.h"
 #include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "scenes/measured/builder.h"
 
@@ -187,7 +187,7 @@ class Viewed {
  private:
   replication::MovingBodies moving_;
   std::vector<replication::BodyRecord> bodies_;
-  replication::Settings settings_;
+  replication::SnapshotSettings settings_;
   replication::SnapshotHistory history_{moving_.bounds(), settings_};
   replication::SnapshotSender sender_{settings_};
   replication::SnapshotReceiver receiver_{moving_.bounds(), settings_};

@@ -13,8 +13,9 @@
 #include "client_sdk/world_view.h"
 #include "core/physics/world.h"
 #include "core/region/fields.h"
-#include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
+#include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 #include "core/world/scene_load.h"
 #include "host/files.h"
 
@@ -58,7 +59,7 @@ class Way {
 // --- The 901 cubes over loss -----------------------------------------------------------------------------------------
 
 absl::Status LossRow(const CubeTrace& trace, double loss, Report& report) {
-  Settings settings = CubeSettings();
+  SnapshotSettings settings = CubeSettings();
   settings.gravity_m_s2 = -20;
   settings.velocity_radius_m = 0;  // as the reference: poses alone
   const Quantizer quantizer(CubeBounds(), settings);
@@ -187,7 +188,7 @@ struct Shown {
 // The far end: the SDK's receiver, clock and world, a frame every 1/60 s.
 class Screen {
  public:
-  Screen(const Scene& scene, const Settings& settings) : receiver_(scene.bounds, settings) {}
+  Screen(const Scene& scene, const SnapshotSettings& settings) : receiver_(scene.bounds, settings) {}
 
   void Take(const Bytes& datagram, double at_ms) {
     const auto got = receiver_.Read(datagram);
@@ -231,7 +232,7 @@ class Screen {
 
 void RenderRow(const Scene& scene, double loss, int seconds, Report& report) {
   Running world(scene);
-  const Settings settings = SettingsFor(scene);
+  const SnapshotSettings settings = SnapshotSettingsFor(scene);
   SnapshotHistory history(scene.bounds, settings);
   SnapshotSender sender(settings);
   Way down(loss, kJitter_ms, 0, 3), up(loss, kJitter_ms, 0, 4);
@@ -277,7 +278,7 @@ constexpr double kLine_bytes_per_s = 125'000, kNear_m = 25;
 constexpr std::size_t kJoinBodies = 5000;
 
 struct Viewer {
-  Viewer(const Aabb& bounds, const Settings& settings, unsigned seed)
+  Viewer(const Aabb& bounds, const SnapshotSettings& settings, unsigned seed)
       : sender(settings), receiver(bounds, settings), down(0, 0, kLine_bytes_per_s, seed), up(0, 0, 0, seed + 1) {}
 
   void See(const SnapshotHistory& history, double now_ms, Vec3d place) {
@@ -326,7 +327,7 @@ absl::Status RunRender(const SuiteOptions& options, Report& report) {
 
 absl::Status RunJoin(const SuiteOptions& options, Report& report) {
   (void)options;  // it is quick as it is
-  Settings settings;
+  SnapshotSettings settings;
   settings.client_bytes_per_s = kLine_bytes_per_s;
   MovingBodies world({.count = kJoinBodies, .seed = 5, .world_m = 150, .kicks_per_s = 0.02, .rest_speed_m_s = 0.8});
   for (int n = 0; n < 1200; ++n) world.Step(1.0 / 60);

@@ -11,9 +11,10 @@
 #include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
 #include "core/replication/interest.h"
-#include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
 #include "core/replication/record_codec.h"
+#include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 #include "net/endpoint.h"
 
 namespace tessera::bench {
@@ -35,8 +36,8 @@ double CpuSeconds() {
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
-Settings ScaleSettings() {
-  Settings settings;
+SnapshotSettings ScaleSettings() {
+  SnapshotSettings settings;
   settings.interest_radius_m = kRadius_m;
   return settings;
 }

@@ -167,8 +167,8 @@ class Playground {
 
 }  // namespace
 
-replication::Settings CubeSettings() {
-  replication::Settings settings;
+replication::SnapshotSettings CubeSettings() {
+  replication::SnapshotSettings settings;
   settings.position_step_m = 1.0 / 512;
   settings.orientation_bits = 9;
   return settings;

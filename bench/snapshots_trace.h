@@ -19,7 +19,7 @@ namespace tessera::bench {
 enum class CubeDrive : std::uint8_t { kMixed, kNone };
 
 // Quantisation of all rows of the suite: positions in 1/512 m, orientations of 9 bits a component.
-replication::Settings CubeSettings();
+replication::SnapshotSettings CubeSettings();
 Aabb CubeBounds();
 // The cubes, by id from 1, and the ground: what a coder may know from the scene.
 replication::StandingBoxes CubeBoxes();

@@ -22,14 +22,14 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
     : options(options_in),
       session(std::move(session_in)),
       wire(std::move(endpoint)),
-      interest_radius_m(replication::SettingsFor(*session.scene).interest_radius_m),
+      interest_radius_m(replication::SnapshotSettingsFor(*session.scene).interest_radius_m),
       world(session.tick_rate_hz, SnapshotTicks(session), BodiesAtMost(*session.scene)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz) {
   wire.Simulate(options.network);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
-    links.emplace_back(region, session.scene->bounds, replication::SettingsFor(*session.scene));
+    links.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
   }
 }
 

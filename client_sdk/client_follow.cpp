@@ -92,7 +92,7 @@ void Client::Impl::AddMissing() {
     if (at != links.end() && at->region() == region.id) continue;
     const auto endpoint = endpoints.find(region.id);
     if (endpoint == endpoints.end() || !Near(region.id, kConnectBeyond * interest_radius_m)) continue;
-    links.emplace(at, endpoint->second, session.scene->bounds, replication::SettingsFor(*session.scene));
+    links.emplace(at, endpoint->second, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
   }
 }
 

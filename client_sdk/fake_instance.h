@@ -26,8 +26,8 @@ namespace tessera::client {
 constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
 
 // What is shown is the test's to say.
-inline replication::Settings ShowsAll(const Scene& scene) {
-  replication::Settings settings = replication::SettingsFor(scene);
+inline replication::SnapshotSettings ShowsAll(const Scene& scene) {
+  replication::SnapshotSettings settings = replication::SnapshotSettingsFor(scene);
   settings.interest_radius_m = 0;
   return settings;
 }
@@ -157,7 +157,7 @@ class FakeRegion {
 
   void OnConnected(const net::Event& event) {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
-    replication::Settings every_one = settings_;  // the tests' clock goes by them
+    replication::SnapshotSettings every_one = settings_;  // the tests' clock goes by them
     every_one.idle_ticks = 0;
     senders_.emplace(event.peer, replication::SnapshotSender(every_one));
     players_[event.peer] = event.who.player;
@@ -197,7 +197,7 @@ class FakeRegion {
   Incarnation incarnation_;
   PartitionMap map_;
   std::unique_ptr<net::Endpoint> endpoint_;
-  replication::Settings settings_;
+  replication::SnapshotSettings settings_;
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
   std::map<net::PeerHandle, PlayerNumber> players_;

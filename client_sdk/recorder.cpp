@@ -9,8 +9,9 @@ using replication::QuantizedState;
 
 Recorder::Recorder(RecordingWriter writer, const Scene& scene)
     : writer_(std::move(writer)),
-      quantizer_(scene.bounds, replication::SettingsFor(scene)),
-      codec_(replication::MakeDenseCodec(scene.bounds, replication::SettingsFor(scene), scene.gravity_m_s2.y)) {}
+      quantizer_(scene.bounds, replication::SnapshotSettingsFor(scene)),
+      codec_(replication::MakeDenseCodec(scene.bounds, replication::SnapshotSettingsFor(scene), scene.gravity_m_s2.y)) {
+}
 
 // Frames of a region wait in the order of their ticks, in whatever order their datagrams come.
 Recorder::OpenFrame& Recorder::FrameOf(TimePoint now, RegionId region, Tick tick) {

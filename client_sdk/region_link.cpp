@@ -6,7 +6,7 @@
 
 namespace tessera::client {
 
-RegionLink::RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::Settings& settings)
+RegionLink::RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::SnapshotSettings& settings)
     : where_(std::move(where)), world_bounds_(world_bounds), settings_(settings), receiver_(world_bounds, settings) {
   stats_.region = where_.region;
 }

@@ -27,7 +27,7 @@ class RegionLink {
 
   static constexpr std::chrono::milliseconds kFirstRetry{100}, kMaxRetry{2000};
 
-  RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::Settings& settings);
+  RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::SnapshotSettings& settings);
 
   RegionId region() const { return where_.region; }
   const RegionEndpoint& where() const { return where_; }
@@ -63,7 +63,7 @@ class RegionLink {
 
   RegionEndpoint where_;
   Aabb world_bounds_;
-  replication::Settings settings_;
+  replication::SnapshotSettings settings_;
   State state_ = State::kIdle;
   net::PeerHandle peer_;
   std::optional<TimePoint> dial_at_;  // nothing: at once

@@ -55,7 +55,7 @@ Seen Watch(const NetworkConditions& conditions, double seconds) {
     world.Add(def, def.initial);
     if (def.motion == Motion::kDynamic) ids.push_back(def.id);
   }
-  const replication::Settings settings = replication::SettingsFor(*scene);
+  const replication::SnapshotSettings settings = replication::SnapshotSettingsFor(*scene);
   replication::SnapshotHistory history(scene->bounds, settings);
   replication::SnapshotSender sender(settings);
   replication::SnapshotReceiver receiver(scene->bounds, settings);

@@ -55,8 +55,8 @@ Replay::Replay(RecordingReader reader, std::string name, Session session)
     : reader_(std::move(reader)),
       name_(std::move(name)),
       session_(std::move(session)),
-      quantizer_(session_.scene->bounds, replication::SettingsFor(*session_.scene)),
-      codec_(replication::MakeDenseCodec(session_.scene->bounds, replication::SettingsFor(*session_.scene),
+      quantizer_(session_.scene->bounds, replication::SnapshotSettingsFor(*session_.scene)),
+      codec_(replication::MakeDenseCodec(session_.scene->bounds, replication::SnapshotSettingsFor(*session_.scene),
                                          session_.scene->gravity_m_s2.y)) {}
 
 absl::StatusOr<std::optional<Replay::Step>> Replay::Next(TimePoint now) {

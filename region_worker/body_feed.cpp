@@ -5,7 +5,7 @@
 namespace tessera::worker {
 namespace {
 
-// To who watches it; how long it has been still does not show.
+// Whether a viewer would see a difference; how long a body has been still does not show.
 bool LooksDifferent(const BodyState& a, const BodyState& b) {
   return !(a.position == b.position && a.orientation == b.orientation && a.linear_velocity == b.linear_velocity &&
            a.angular_velocity == b.angular_velocity && a.asleep == b.asleep);
@@ -32,7 +32,7 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   changed_.clear();
   pushing_.clear();
   auto before = pushed_.begin();
-  // Bodies do not leave without a departure; should one ever, its viewers must not keep it.
+  // Bodies do not leave without a departure; if one ever does, its viewers must not keep it.
   const auto drop = [&] {
     const BodyId id = (before++)->id;
     const auto named = [&](const replication::DepartureRecord& d) { return d.id == id; };
@@ -56,25 +56,26 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   departures_.clear();
 }
 
-// To each body that is pushed, because it may be new to the history; and bodies that are as they were but for them.
+// Adds properties to each body that is pushed, because it may be new to the history, and pushes bodies of which nothing
+// but the properties changed.
 void BodyFeed::AddProperties(std::span<const region::ChangedProperties> properties) {
   const auto moved = changed_.size();
-  bool news = properties.size() != properties_.size();
+  bool changed = properties.size() != properties_.size();
   auto before = properties_.begin();
   for (const region::ChangedProperties& now : properties) {
     while (before != properties_.end() && before->body < now.body) ++before;
     const bool same = before != properties_.end() && before->body == now.body && before->bytes == now.bytes;
-    news = news || !same;
+    changed = changed || !same;
     const auto end = changed_.begin() + static_cast<std::ptrdiff_t>(moved);
     if (const auto at = std::lower_bound(changed_.begin(), end, now.body, kById); at != end && at->id == now.body) {
       at->properties = now.bytes;
     } else if (!same) {
       const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), now.body, kById);
-      if (body == pushed_.end() || body->id != now.body) continue;  // not owned: should one ever be left over
+      if (body == pushed_.end() || body->id != now.body) continue;  // not owned; should not happen
       changed_.push_back({body->id, body->epoch, body->state, now.bytes});
     }
   }
-  if (news) properties_.assign(properties.begin(), properties.end());
+  if (changed) properties_.assign(properties.begin(), properties.end());
 }
 
 std::optional<Vec3d> BodyFeed::PlaceOf(BodyId id) const {

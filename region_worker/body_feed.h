@@ -1,11 +1,10 @@
-// BodyFeed: brings a SnapshotHistory up to date with what a region owns, by what has changed since it did so last.
+// BodyFeed: brings a SnapshotHistory up to date with the bodies of a region, by the changes since the last time.
 //
 //   BodyFeed feed;
 //   feed.Note(result.departures);   // after each step
 //   feed.Push(region, history);     // at each tick of a snapshot
 //
-// Nothing is pushed of a body that looks as it did, unless its properties are others. Thread rule: one thread at a
-// time.
+// A body is pushed only if its pose, velocities, sleep or properties changed. Thread rule: one thread at a time.
 #pragma once
 
 #include <optional>
@@ -19,13 +18,13 @@ namespace tessera::worker {
 
 class BodyFeed {
  public:
-  // Bodies that are owned no more.
+  // The bodies that left in a step.
   void Note(std::span<const region::Departure> departures);
-  // Of a history that was told all that this has pushed since it was made or cleared, and nothing else.
+  // `history` must have all that this has pushed since it was made or cleared, and nothing else.
   void Push(const region::Region& region, replication::SnapshotHistory& history);
-  // The next history is told all.
+  // To be called before a new history: it gets everything.
   void Clear();
-  // At the last push.
+  // The body's place at the last push; nothing if it was not owned then.
   std::optional<Vec3d> PlaceOf(BodyId id) const;
 
  private:
@@ -39,7 +38,7 @@ class BodyFeed {
   std::vector<Pushed> pushed_;                            // ascending by id
   std::vector<region::ChangedProperties> properties_;     // as pushed, ascending by body
   std::vector<replication::DepartureRecord> departures_;  // since the last push
-  // Room used again and again.
+  // Scratch of Push, kept for its memory.
   std::vector<Pushed> pushing_;
   std::vector<replication::BodyRecord> changed_;
 };

@@ -22,7 +22,7 @@ bool SnapshotFallsOn(Tick tick, RegionId region, std::uint32_t snapshot_rate_hz,
 }
 
 SnapshotBroadcast::SnapshotBroadcast(RegionId self, const Scene& scene, std::uint32_t snapshot_rate_hz,
-                                     const replication::Settings& settings, WorkerMetrics& metrics)
+                                     const replication::SnapshotSettings& settings, WorkerMetrics& metrics)
     : self_(self),
       scene_(scene),
       settings_(settings),

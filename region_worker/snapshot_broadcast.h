@@ -32,7 +32,7 @@ bool SnapshotFallsOn(Tick tick, RegionId region, std::uint32_t snapshot_rate_hz,
 class SnapshotBroadcast {
  public:
   SnapshotBroadcast(RegionId self, const Scene& scene, std::uint32_t snapshot_rate_hz,
-                    const replication::Settings& settings, WorkerMetrics& metrics);
+                    const replication::SnapshotSettings& settings, WorkerMetrics& metrics);
 
   // A client's acknowledgement; one that is malformed or comes from a client that has left is ignored.
   void Acknowledge(net::PeerHandle from, std::span<const std::uint8_t> bytes);
@@ -56,7 +56,7 @@ class SnapshotBroadcast {
 
   RegionId self_;
   const Scene& scene_;
-  replication::Settings settings_;
+  replication::SnapshotSettings settings_;
   std::uint32_t tick_rate_hz_, snapshot_rate_hz_;
   WorkerMetrics& metrics_;
   std::optional<replication::SnapshotHistory> history_;  // while there are clients

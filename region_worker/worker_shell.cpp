@@ -241,7 +241,7 @@ void WorkerShell::Do(const OpenPorts& action) {
                .snapshot_rate_hz = action.snapshot_rate_hz,
                .map = action.map},
               [this](PlayerNumber player) { return core_->Admit(player); });
-  snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SettingsFor(scene),
+  snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SnapshotSettingsFor(scene),
                      metrics_);
   pairs_.emplace(scene.view.radius_m);
   metrics_.Show(*core_->run(), core_->links());

@@ -1,4 +1,4 @@
-// What the unsequenced channel between a client and a region carries: the first byte of every datagram says.
+// Kinds of datagrams on the unsequenced channel between a client and a region: the first byte of each.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 namespace tessera::replication {
 
 enum class DatagramKind : std::uint8_t {
-  kUnknown = 0,   // never sent: empty, or of a kind that this version does not know
+  kUnknown = 0,   // never sent: the datagram is empty, or this version does not know its kind
   kSnapshot = 1,  // region -> client: core/replication/snapshot.h
   kInput = 2,     // client -> region: core/replication/input.h
 };

@@ -15,12 +15,12 @@ void DatagramWriter::Open() {
   WriteHeader(head_, header_);
   if (count_ == written_.size()) written_.emplace_back();
   ++count_;
-  current().known.clear();
+  current().bodies.clear();
   current().departures.clear();
   previous_departure_ = BodyId();
   changes_.clear();
-  wholes_.clear();
-  propertied_.clear();
+  full_.clear();
+  with_properties_.clear();
   body_bits_ = 0;
 }
 
@@ -28,15 +28,15 @@ void DatagramWriter::Close() {
   head_.WriteBit(false);
   WriteFastList(head_, changes_);
   BodyId previous;
-  for (const Pick& whole : wholes_) {
+  for (const Pick& full : full_) {
     head_.WriteBit(true);
-    WriteIdGap(head_, previous, whole.id);
-    whole.record.AppendTo(head_);
-    previous = whole.id;
+    WriteIdGap(head_, previous, full.id);
+    full.record.AppendTo(head_);
+    previous = full.id;
   }
   head_.WriteBit(false);
   previous = BodyId();
-  for (const Pick& body : propertied_) {
+  for (const Pick& body : with_properties_) {
     head_.WriteBit(true);
     WriteIdGap(head_, previous, body.id);
     WriteProperties(head_, *body.properties);
@@ -49,7 +49,7 @@ void DatagramWriter::Close() {
 }
 
 void DatagramWriter::Departure(const DepartureRecord& departure) {
-  assert(changes_.empty() && wholes_.empty());
+  assert(changes_.empty() && full_.empty());
   const auto write = [&] {
     head_.WriteBit(true);
     WriteIdGap(head_, previous_departure_, departure.id);
@@ -68,11 +68,11 @@ void DatagramWriter::Departure(const DepartureRecord& departure) {
 }
 
 void DatagramWriter::Body(const Pick& pick) {
-  const bool whole = pick.samples.ticks == 0;
+  const bool full = pick.samples.ticks == 0;
   const FastItem item{pick.id, pick.samples, pick.record, pick.velocities};
   const auto bits = [&] {
     const int properties = pick.properties == nullptr ? 0 : 1 + kMaxIdBits + PropertyBits(pick.properties->size());
-    if (whole) return 1 + kMaxIdBits + pick.record.bits + properties;
+    if (full) return 1 + kMaxIdBits + pick.record.bits + properties;
     return properties + (changes_.empty() ? MaxBits(item, BodyId(), {})
                                           : MaxBits(item, changes_.back().id, changes_.back().samples));
   };
@@ -83,13 +83,13 @@ void DatagramWriter::Body(const Pick& pick) {
     needed = static_cast<std::size_t>(bits());
   }
   body_bits_ += needed;
-  if (whole) {
-    wholes_.push_back(pick);
+  if (full) {
+    full_.push_back(pick);
   } else {
     changes_.push_back(item);
   }
-  if (pick.properties != nullptr) propertied_.push_back(pick);
-  current().known.push_back(pick.known | (pick.properties != nullptr ? kToldProperties : 0));
+  if (pick.properties != nullptr) with_properties_.push_back(pick);
+  current().bodies.push_back(pick.tag | (pick.properties != nullptr ? kWithProperties : 0));
 }
 
 std::span<WrittenDatagram> DatagramWriter::Finish() {

@@ -1,4 +1,4 @@
-// DatagramWriter: puts what a client is to be told into as few datagrams as hold it, each of which decodes alone.
+// DatagramWriter: packs a snapshot for one client into as few datagrams as hold it, each of which decodes alone.
 //
 //   DatagramWriter writer(max_bytes);
 //   writer.Begin(header);                                        // and again for the next: it keeps its room
@@ -17,22 +17,22 @@
 
 namespace tessera::replication {
 
-// A body to be told.
+// A body to be written.
 struct Pick {
   BodyId id;
-  std::uint32_t known = 0;  // the sender's own
-  SampleTicks samples;      // ticks 0: whole
+  std::uint32_t tag = 0;  // the sender's own, below kWithProperties
+  SampleTicks samples;    // ticks 0: a full record
   PackedView record{};
-  PackedView velocities{};            // no words: not told
-  const Bytes* properties = nullptr;  // null: not told
+  PackedView velocities{};            // no words: not written
+  const Bytes* properties = nullptr;  // null: not written
 };
 
-// In WrittenDatagram::known: properties were told as well.
-inline constexpr std::uint32_t kToldProperties = std::uint32_t{1} << 31;
+// A flag in WrittenDatagram::bodies: properties were written as well.
+inline constexpr std::uint32_t kWithProperties = std::uint32_t{1} << 31;
 
 struct WrittenDatagram {
   Bytes bytes;
-  std::vector<std::uint32_t> known;  // of the bodies in it
+  std::vector<std::uint32_t> bodies;  // tags, each with kWithProperties or without
   std::vector<BodyId> departures;
 };
 
@@ -43,7 +43,7 @@ class DatagramWriter {
   void Begin(const SnapshotHeader& header);
   void Departure(const DepartureRecord& departure);
   void Body(const Pick& pick);
-  // At least one: it says that the world goes on. To be moved from, before the next Begin.
+  // Gives at least one datagram: an empty one shows that the world goes on. To be moved from, before the next Begin.
   std::span<WrittenDatagram> Finish();
 
  private:
@@ -52,18 +52,18 @@ class DatagramWriter {
   WrittenDatagram& current() { return written_[count_ - 1]; }
   bool Fits(std::size_t bits) const { return head_.bit_count() + body_bits_ + bits + kEndBits <= max_bits_; }
 
-  // The ends of the lists, and the head of the fast one.
+  // Room for the ends of the lists, and the head of the fast one.
   static constexpr std::size_t kEndBits = 3 + kMaxListBits;
 
   SnapshotHeader header_;
   std::size_t max_bits_;
   std::vector<WrittenDatagram> written_;
-  std::size_t count_ = 0;  // of `written_` that are in use
-  // Of the datagram under way:
-  BitWriter head_;  // header and departures
+  std::size_t count_ = 0;  // so many of `written_` are in use
+  // The datagram under way: its header and departures, then its bodies.
+  BitWriter head_;
   BodyId previous_departure_;
   std::vector<FastItem> changes_;
-  std::vector<Pick> wholes_, propertied_;
+  std::vector<Pick> full_, with_properties_;
   std::size_t body_bits_ = 0;
 };
 

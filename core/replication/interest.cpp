@@ -12,12 +12,12 @@ namespace {
 constexpr double kCellsInRadius = 4;
 constexpr double kMinCell_m = 1;
 constexpr int kMaxColumns = 128;
-// Of a cell's length: how far beyond its edge a body still counts as in it.
+// How far beyond its cell's edge a body still counts as in it, in lengths of a cell.
 constexpr double kStay = 0.1;
 
-// Of the radius: how far beyond it what is seen stays seen.
+// How far beyond the radius a cell stays in view, as a share of the radius.
 constexpr double kKeep = 1.0 / 6;
-// Of a cell's length: a place that has moved less sees what it saw.
+// A place that has moved less than this, in lengths of a cell, sees the same cells.
 constexpr double kMoved = 0.2;
 
 }  // namespace

@@ -1,13 +1,14 @@
-// What of the world a client is shown: a grid over x-z, and the part of it around a place.
+// Interest: which part of the world a client sees. A grid over x-z, and the cells of it around a place.
 //
 //   CellGrid grid(bounds, radius_m);
-//   std::uint32_t cell = grid.CellAt(position, before);           // of a body
+//   std::uint32_t cell = grid.CellAt(position, before);           // a body's cell
 //   InterestWindow window;
-//   if (window.Follow(grid, radius_m, centre)) ...                // of a client: true where it sees other cells now
+//   if (window.Follow(grid, radius_m, centre)) ...                // a client's; true if it sees other cells now
 //   if (window.Sees(cell)) ...
 //
-// Both hold on to what they have: a body stays in its cell until it is a tenth of it beyond, a cell that is seen stays
-// so until it is a sixth beyond the radius. So nothing flickers at an edge. Thread rule: one thread at a time.
+// Both have hysteresis, so that nothing flickers at an edge: a body stays in its cell until it is a tenth of a cell
+// beyond, and a cell stays in view until it is a sixth of the radius beyond the radius.
+// Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,7 @@
 
 namespace tessera::replication {
 
-// The grid over the world; beyond its edges the outermost cells go on. One cell where all is of interest.
+// The grid over the world; beyond its edges the outermost cells go on. It is one cell where interest has no radius.
 class CellGrid {
  public:
   CellGrid(const Aabb& world_bounds, double interest_radius_m);
@@ -45,8 +46,8 @@ class CellGrid {
 // The cells within the radius of a place.
 class InterestWindow {
  public:
-  // The place is `centre`, or unknown: then all is seen, as where all is of interest (radius_m 0). True if what is seen
-  // has changed.
+  // The client looks from `centre`. It sees all cells where that is unknown and where radius_m is 0. True if other
+  // cells are seen than before.
   bool Follow(const CellGrid& grid, double radius_m, const std::optional<Vec3d>& centre);
   bool Sees(std::uint32_t cell) const;
   const std::vector<std::uint32_t>& cells() const { return seen_; }  // ascending
@@ -57,8 +58,8 @@ class InterestWindow {
   bool sees_all_ = false;
 };
 
-// The order in which to write to those who look from `places`: neighbours in a row, so that what they see both is still
-// at hand for the second. Those without a place come last.
+// The order in which to write to clients that look from `places`: neighbours follow each other, so that the data of
+// bodies that both see is still in the caches for the second. Clients without a place come last.
 std::vector<std::uint32_t> NeighboursInARow(std::span<const std::optional<Vec3d>> places, double radius_m);
 
 }  // namespace tessera::replication

@@ -1,4 +1,4 @@
-// What a client sees of a large world, and what that costs: around its own body, nearest first, within its budget.
+// A client in a large world sees the part around its own body, nearest first, within its budget.
 #include "core/replication/interest.h"
 
 #include <gtest/gtest.h>
@@ -7,8 +7,9 @@
 #include <map>
 #include <random>
 
-#include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
+#include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 
 namespace tessera::replication {
 namespace {
@@ -65,7 +66,7 @@ TEST(CellGridTest, ABodyOnAnEdgeDoesNotChangeCellsToAndFro) {
 // A client that walks through a world, over a network that loses and delays.
 class Walker {
  public:
-  Walker(const Settings& settings, double loss, int delay, unsigned seed)
+  Walker(const SnapshotSettings& settings, double loss, int delay, unsigned seed)
       : loss_(loss), delay_(delay), random_(seed), sender_(settings), receiver_(kBounds, settings) {}
 
   WrittenSnapshot See(const SnapshotHistory& history, Tick tick, Vec3d at) {
@@ -128,7 +129,7 @@ std::vector<BodyRecord> Lattice(int columns, double pitch_m) {
 
 TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
   for (const double loss : {0.0, 0.2}) {
-    Settings settings;
+    SnapshotSettings settings;
     settings.interest_radius_m = 60;
     const std::vector<BodyRecord> bodies = Lattice(60, 10);
     SnapshotHistory history(kBounds, settings);
@@ -160,13 +161,13 @@ TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
     }
     stand({200, 1, 0}, 60);
     EXPECT_EQ(walker.appeared, walker.seen.size() + walker.vanished);
-    stand({0, 1, 0}, 60);  // what was turned away from comes back as it was
+    stand({0, 1, 0}, 60);  // bodies that it turned away from come back as they were
     EXPECT_EQ(walker.appeared, walker.seen.size() + walker.vanished);
   }
 }
 
 TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
-  Settings settings;
+  SnapshotSettings settings;
   settings.client_bytes_per_s = 20'000;
   MovingBodies world({.count = 800, .world_m = 200});
   const Quantizer quantizer(kBounds, settings);
@@ -183,7 +184,7 @@ TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
   EXPECT_LE(static_cast<double>(walker.bytes), 20'000 * (kSnapshots / 30.0 + 0.2));
   EXPECT_GE(static_cast<double>(walker.bytes), 20'000 * (kSnapshots / 30.0) * 0.8);
   EXPECT_EQ(walker.seen.size(), 800u);
-  // Once they rest, all come to be told as they are.
+  // Once they rest, the client gets the present state of all.
   for (BodyRecord& body : world.bodies()) {
     body.state.asleep = true;
     body.state.linear_velocity = body.state.angular_velocity = {};
@@ -197,16 +198,16 @@ TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
   }
 }
 
-// A region that owns little of what the client sees has a small share, and tells something at each snapshot all the
-// same. When the player comes over to it, that is not held against it.
+// A region that owns little of what the client sees has a small share, and sends something at each snapshot all the
+// same. When the player comes over to it, those bytes are not held against it.
 TEST(InterestTest, ADebtOfLongAgoDoesNotStarveTheClient) {
-  Settings settings;
+  SnapshotSettings settings;
   settings.client_bytes_per_s = 32'000;
   MovingBodies world({.count = 200, .world_m = 50});
   SnapshotHistory history(kBounds, settings);
   SnapshotSender sender(settings);
   std::uint64_t tick = 0;
-  const auto told = [&](double share, int snapshots) {
+  const auto sent = [&](double share, int snapshots) {
     std::size_t bodies = 0;
     for (int n = 0; n < snapshots; ++n) {
       tick += 2;
@@ -216,12 +217,12 @@ TEST(InterestTest, ADebtOfLongAgoDoesNotStarveTheClient) {
     }
     return bodies;
   };
-  EXPECT_GE(told(0.001, 1800), 1800u) << "one at least, each time";
-  EXPECT_GT(told(1, 15), 200u);
+  EXPECT_GE(sent(0.001, 1800), 1800u) << "one at least, each time";
+  EXPECT_GT(sent(1, 15), 200u);
 }
 
 TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
-  Settings settings;
+  SnapshotSettings settings;
   settings.client_bytes_per_s = 30'000;
   const std::vector<BodyRecord> bodies = Lattice(70, 10);
   SnapshotHistory history(kBounds, settings);

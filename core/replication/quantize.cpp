@@ -9,7 +9,7 @@
 namespace tessera::replication {
 namespace {
 
-// Around the bounds, m: what rests on or leans over the edge of a world still counts as inside.
+// Margin around the bounds, m: a body that rests on or leans over the edge of a world still counts as inside.
 constexpr double kMargin_m = 8;
 
 // To the nearest whole number within +-limit; NaN gives -limit.
@@ -29,7 +29,7 @@ Vec3f VelocityFromSteps(const std::array<std::int32_t, 3>& v, double step) {
   return Vec3f(Vec3d(v[0] * step, v[1] * step, v[2] * step));
 }
 
-// FNV-1a over the bits of what both ends must agree on.
+// FNV-1a over the bits of everything that both ends must agree on.
 std::uint16_t Fingerprint(std::initializer_list<double> values) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const double value : values) {
@@ -41,7 +41,7 @@ std::uint16_t Fingerprint(std::initializer_list<double> values) {
 
 }  // namespace
 
-Quantizer::Quantizer(const Aabb& world_bounds, const Settings& settings)
+Quantizer::Quantizer(const Aabb& world_bounds, const SnapshotSettings& settings)
     : origin_(world_bounds.min - Vec3d(kMargin_m, kMargin_m, kMargin_m)),
       position_step_(settings.position_step_m),
       linear_step_(settings.linear_velocity_step_m_s),

@@ -1,8 +1,8 @@
-// Quantizer: body states as whole numbers, as the wire has them.
+// Quantizer: body states as integers, as they are on the wire.
 //
 // Positions count steps from a corner of the world's bounds, orientations are "smallest three" (the largest component
 // follows from the other three; Fiedler, "Snapshot Compression", 2015), velocities count steps. Zero, and so the
-// identity and a body without spin, is exact. A body anywhere can be told, inside the bounds in fewer bits.
+// identity and a body without spin, is exact. Every position can be represented, one inside the bounds in fewer bits.
 //
 // Thread rule: const; any thread.
 #pragma once
@@ -10,7 +10,7 @@
 #include <array>
 #include <cstdint>
 
-#include "core/replication/settings.h"
+#include "core/replication/snapshot_settings.h"
 #include "core/world/bounds.h"
 #include "core/world/scene.h"
 
@@ -20,7 +20,7 @@ struct QuantizedState {
   std::array<std::int64_t, 3> position{};  // within +-kMaxPosition
   // Components of the orientation but the largest, in the order x, y, z, w; see orientation_limit().
   std::array<std::int16_t, 3> smallest{};
-  std::uint8_t largest = 3;              // which one is left out: 0 to 3; it is not negative
+  std::uint8_t largest = 3;              // index of the component that is left out, which is not negative
   bool asleep = false;                   // and then without velocities
   std::array<std::int32_t, 3> linear{};  // within +-kMaxVelocity
   std::array<std::int32_t, 3> angular{};
@@ -31,12 +31,12 @@ struct QuantizedState {
 inline constexpr std::int64_t kMaxPosition = std::int64_t{1} << 45;
 // 2^22 steps of 1/64 m/s are 65 km/s.
 inline constexpr std::int32_t kMaxVelocity = 1 << 22;
-// Furthest prediction, ticks; a baseline that is older is taken as it is. It keeps whole numbers within 64 bits.
+// Furthest prediction, ticks; a baseline that is older is taken as it is. It keeps integers within 64 bits.
 inline constexpr std::uint64_t kMaxPredictedTicks = 256;
 
 class Quantizer {
  public:
-  Quantizer(const Aabb& world_bounds, const Settings& settings);
+  Quantizer(const Aabb& world_bounds, const SnapshotSettings& settings);
 
   QuantizedState Quantize(const BodyState& state) const;
   BodyState Dequantize(const QuantizedState& state) const;

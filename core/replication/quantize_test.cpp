@@ -35,7 +35,7 @@ double AngleBetween(Quatd a, Quatd b) {
 }
 
 TEST(QuantizeTest, ErrsByHalfAStepAndNoMore) {
-  const Settings settings;
+  const SnapshotSettings settings;
   const Quantizer quantizer(kBounds, settings);
   Random random(1);
   double worst_angle = 0;
@@ -54,7 +54,7 @@ TEST(QuantizeTest, ErrsByHalfAStepAndNoMore) {
 }
 
 TEST(QuantizeTest, TheIdentityAndRestAreExact) {
-  const Quantizer quantizer(kBounds, Settings());
+  const Quantizer quantizer(kBounds, SnapshotSettings());
   BodyState rest;
   rest.position = {1, 2, 3};
   rest.asleep = true;
@@ -62,7 +62,7 @@ TEST(QuantizeTest, TheIdentityAndRestAreExact) {
 }
 
 TEST(QuantizeTest, OppositeQuaternionsAreOneRotation) {
-  const Quantizer quantizer(kBounds, Settings());
+  const Quantizer quantizer(kBounds, SnapshotSettings());
   Random random(2);
   for (int i = 0; i < 1000; ++i) {
     BodyState state = random.State(100);
@@ -73,7 +73,7 @@ TEST(QuantizeTest, OppositeQuaternionsAreOneRotation) {
 }
 
 TEST(QuantizeTest, WhatIsNotANumberOrBeyondAllBoundsStaysInRange) {
-  const Quantizer quantizer(kBounds, Settings());
+  const Quantizer quantizer(kBounds, SnapshotSettings());
   BodyState state;
   state.position = {std::nan(""), 1e300, -1e300};
   state.linear_velocity = {1e30f, -1e30f, std::nanf("")};
@@ -84,7 +84,7 @@ TEST(QuantizeTest, WhatIsNotANumberOrBeyondAllBoundsStaysInRange) {
 
 // Any state: what is written comes back to the bit.
 TEST(RecordCodecTest, WholesComeBackExactly) {
-  const Quantizer quantizer(kBounds, Settings());
+  const Quantizer quantizer(kBounds, SnapshotSettings());
   Random random(4);
   for (int i = 0; i < 20'000; ++i) {
     BodyState body = random.State(i % 3 == 0 ? 20'000 : i % 5 == 0 ? 1e12 : 100);
@@ -107,11 +107,11 @@ TEST(RecordCodecTest, WholesComeBackExactly) {
 }
 
 TEST(QuantizeTest, OtherSettingsAndBoundsHaveOtherFingerprints) {
-  const std::uint16_t fingerprint = Quantizer(kBounds, Settings()).fingerprint();
-  EXPECT_EQ(fingerprint, Quantizer(kBounds, Settings()).fingerprint());
-  EXPECT_NE(fingerprint, Quantizer(kBounds.Expanded(1), Settings()).fingerprint());
-  EXPECT_NE(fingerprint, Quantizer(kBounds, Settings{.tick_rate_hz = 30}).fingerprint());
-  EXPECT_NE(fingerprint, Quantizer(kBounds, Settings{.orientation_bits = 12}).fingerprint());
+  const std::uint16_t fingerprint = Quantizer(kBounds, SnapshotSettings()).fingerprint();
+  EXPECT_EQ(fingerprint, Quantizer(kBounds, SnapshotSettings()).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds.Expanded(1), SnapshotSettings()).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds, SnapshotSettings{.tick_rate_hz = 30}).fingerprint());
+  EXPECT_NE(fingerprint, Quantizer(kBounds, SnapshotSettings{.orientation_bits = 12}).fingerprint());
 }
 
 }  // namespace

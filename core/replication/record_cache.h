@@ -1,4 +1,4 @@
-// RecordCache: what was packed for one client since the last push, for every other that has acknowledged the same
+// RecordCache: the records packed since the last push, to be shared by all clients that have acknowledged the same
 // ticks.
 //
 //   cache.Begin();                                    // forgets all
@@ -8,8 +8,8 @@
 //   RecordCache::Record pose = entry.pose();
 //   PackedView bits = cache.View(pose);               // valid while `pose` is, and until the next Store
 //
-// A thousand clients look up tens of thousands of records a snapshot, each at random, so what counts is how much memory
-// one of them touches: an entry is half a cache line, and as most records fit a word they lie in it.
+// A thousand clients look up tens of thousands of records a snapshot, each at random, so the cost is the memory that a
+// look-up touches: an entry is half a cache line, and most records lie in it because they fit a word.
 // Thread rule: one thread at a time.
 #pragma once
 
@@ -27,7 +27,7 @@ class RecordCache {
   struct Key {
     static constexpr int kSlotBits = 24, kTickBits = 28, kGapBits = 6;
     std::uint32_t slot = 0;
-    std::uint32_t ticks = 0;         // back to the base; 0: whole
+    std::uint32_t ticks = 0;         // back to the base; 0: a full record
     std::uint8_t gap = 0, gap2 = 0;  // 0: there is none
     std::uint64_t packed() const {
       return std::uint64_t{slot} << 40 | std::uint64_t{ticks} << 12 | std::uint64_t{gap} << 6 | gap2;
@@ -36,13 +36,13 @@ class RecordCache {
   struct Record {
     static constexpr std::uint16_t kNone = 0xffff;
     bool here() const { return bits != kNone; }
-    std::uint64_t word = 0;  // all of it, or where among the words it lies
+    std::uint64_t word = 0;  // the record, or its place among the words
     std::uint16_t bits = kNone;
   };
   struct alignas(32) Entry {
     std::uint64_t key = 0;
     std::uint64_t pose_word = 0, velocity_word = 0;
-    std::uint32_t begun = 0;  // the Begin of which it is; of others it is empty
+    std::uint32_t begun = 0;  // number of the Begin that it belongs to; after another it counts as empty
     std::uint16_t pose_bits = Record::kNone, velocity_bits = Record::kNone;
 
     Record pose() const { return {pose_word, pose_bits}; }
@@ -63,7 +63,7 @@ class RecordCache {
     if (!table_.empty()) __builtin_prefetch(&table_[Hash(key.packed()) & (table_.size() - 1)], 1);
   }
   Entry& Find(const Key& key);
-  // Whether there is one; may say no where it is not in its first place.
+  // Whether there is an entry; may say no where it is not in its first place.
   bool Has(const Key& key) const {
     const std::uint64_t packed = key.packed();
     const Entry& entry = table_[Hash(packed) & (table_.size() - 1)];

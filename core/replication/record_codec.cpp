@@ -127,7 +127,7 @@ bool ReadDeparture(BitReader& reader, DepartureRecord& departure) {
   return true;
 }
 
-PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state) {
+PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state) {
   PackedRecord record;
   AppendGolomb(record, epoch.value(), kEpochParameter);
   const bool in_bounds = quantizer.InBounds(state);
@@ -150,7 +150,7 @@ PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedS
   return record;
 }
 
-bool ReadWhole(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state) {
+bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state) {
   state = QuantizedState();
   std::int64_t number = 0;
   if (!ReadGolomb(reader, kEpochParameter, kMaxEpochBits, number)) return false;

@@ -1,5 +1,5 @@
-// Parts of a snapshot datagram: its header, departures, and bodies told as a whole. Bodies told against what the client
-// has are fast records (codec/fast_list.h). Thread rule: free functions; any thread.
+// Parts of a snapshot datagram: its header, departures, and full records. Bodies that samples predict are fast records
+// (codec/fast_list.h). Thread rule: free functions; any thread.
 //
 // The datagram, lowest bit first. `varint` is 8 bits for each 7, `b` a banded number (bit_stream.h; widths in
 // record_codec.cpp), `zz` zigzag, `eg` as in codec/fast_record.h:
@@ -8,15 +8,15 @@
 //   header     kind 8 (1), fingerprint 16, sequence 32, tick varint, last input varint, input margin zz varint
 //   departures {1, id gap b, epoch b, why 2, if handed over: to b}* 0
 //   changes    fast list
-//   wholes     {1, id gap b, whole}* 0
-//   whole      epoch eg(1), asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
+//   full list  {1, id gap b, full}* 0
+//   full       epoch eg(1), asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
 //              unless asleep: linear and angular velocity, each 0: none, or 1, three eg(6)
 //   orientation largest 2, three components of fixed width
-//   properties {1, id gap b, length b, bytes}* 0: of bodies among the changes and wholes (core/world/properties.h)
+//   properties {1, id gap b, length b, bytes}* 0: of bodies among the changes and full records (core/world/properties.h)
 //   zeros to the byte
 // clang-format on
 //
-// Ids ascend within each list and are told as gaps, less one.
+// Ids ascend within each list and are written as gaps, less one.
 #pragma once
 
 #include <optional>
@@ -26,13 +26,13 @@
 #include "core/replication/codec/fast_record.h"
 #include "core/replication/datagram.h"
 #include "core/replication/quantize.h"
-#include "core/replication/snapshot.h"
+#include "core/replication/snapshot_record.h"
 
 namespace tessera::replication {
 
 struct SnapshotHeader {
   std::uint16_t fingerprint = 0;  // Quantizer::fingerprint
-  std::uint32_t sequence = 0;     // of the datagram, from 1
+  std::uint32_t sequence = 0;     // the datagram's number, from 1
   Tick tick;
   std::uint32_t last_input = 0;
   std::int32_t input_margin_ticks = 0;
@@ -50,10 +50,10 @@ inline constexpr int kMaxIdBits = 5 + 80;
 void WriteDeparture(BitWriter& writer, const DepartureRecord& departure);  // without its id
 bool ReadDeparture(BitReader& reader, DepartureRecord& departure);         // false beyond a range
 
-// A body for who has nothing of it yet; without its id.
-PackedRecord PackWhole(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state);
+// A full record, for a client that has no sample of the body; without its id.
+PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state);
 // False where a number is out of its range; reading past the end shows in reader.ok().
-bool ReadWhole(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state);
+bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state);
 
 void WriteProperties(BitWriter& writer, const Bytes& properties);
 constexpr int PropertyBits(std::size_t bytes) { return 3 + 16 + 8 * static_cast<int>(bytes); }  // at most

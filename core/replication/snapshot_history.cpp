@@ -4,11 +4,12 @@
 #include <cassert>
 
 #include "core/replication/record_codec.h"
+#include "core/replication/snapshot_history_impl.h"
 
 namespace tessera::replication {
 namespace {
 
-// More than a year at 60 ticks a second; and so many are kept when they have run out: almost five hours.
+// Stamps run out after more than a year at 60 ticks a second; then the last ones are kept, almost five hours.
 constexpr std::uint64_t kLastStamp = std::uint64_t{1} << 31, kKeptStamps = std::uint64_t{1} << 20;
 
 }  // namespace
@@ -32,27 +33,27 @@ void SnapshotHistory::Impl::Begin(Tick at) {
   previous = now;
   now = StampOf(tick);
   ++pushes;
-  for (const std::uint32_t cell : noted) cells[cell].news.clear();
-  noted.clear();
+  for (const std::uint32_t cell : dirty_cells) cells[cell].dirty.clear();
+  dirty_cells.clear();
   records.Begin();
 }
 
-// So that the new tick has a stamp. What is older than kKeptStamps all counts as of then.
+// Gives the new tick a stamp. Everything older than kKeptStamps counts as having happened then.
 void SnapshotHistory::Impl::MoveOrigin() {
   const std::uint64_t by = tick.value() - kKeptStamps - origin;
   const auto move = [by](Stamp& stamp) { stamp = MovedStamp(stamp, by, stamp == 0 ? 0 : 1); };
-  for (SlotFace& face : faces) {
-    for (Stamp* stamp : {&face.since, &face.oldest, &face.properties_since}) move(*stamp);
+  for (HotData& data : hot) {
+    for (Stamp* stamp : {&data.since, &data.oldest, &data.properties_since}) move(*stamp);
   }
   for (Slot& slot : slots) {
     for (Stamp& stamp : slot.ticks) move(stamp);
   }
-  now = MovedStamp(now, by, 0);  // nothing counts as of then alone
+  now = MovedStamp(now, by, 0);  // if it is that old, 0: then it equals no stamp of a slot
   origin += by;
 }
 
-// Whether its last three states are on a parabola. Where they are not, no client is told by its third sample, and more
-// of them share a record.
+// Whether its last three states are on a parabola. Where they are not, no record refers to the third sample, so more
+// clients share one.
 bool SnapshotHistory::Impl::Falls(const Slot& slot) const {
   const std::size_t kept = slot.ticks.size();
   if (kept < 3) return false;
@@ -65,27 +66,27 @@ bool SnapshotHistory::Impl::Falls(const Slot& slot) const {
                           .gap2 = slot.ticks[older] - slot.ticks[oldest]});
 }
 
-void SnapshotHistory::Impl::Note(std::uint32_t cell, SlotIndex index) {
-  if (cells[cell].news.empty()) noted.push_back(cell);
-  cells[cell].news.push_back(index);
+void SnapshotHistory::Impl::MarkDirty(std::uint32_t cell, SlotIndex index) {
+  if (cells[cell].dirty.empty()) dirty_cells.push_back(cell);
+  cells[cell].dirty.push_back(index);
 }
 
 void SnapshotHistory::Impl::Enter(SlotIndex index, std::uint32_t cell) {
-  faces[index].cell = static_cast<std::uint16_t>(cell);
+  hot[index].cell = static_cast<std::uint16_t>(cell);
   slots[index].place_in_cell = static_cast<std::uint32_t>(cells[cell].members.size());
   cells[cell].members.push_back(index);
-  Note(cell, index);
+  MarkDirty(cell, index);
 }
 
 void SnapshotHistory::Impl::Leave(SlotIndex index) {
-  std::uint16_t& cell = faces[index].cell;
+  std::uint16_t& cell = hot[index].cell;
   const std::uint32_t place = slots[index].place_in_cell;
   std::vector<SlotIndex>& members = cells[cell].members;
   members[place] = members.back();
   slots[members.back()].place_in_cell = place;
   members.pop_back();
-  Note(cell, index);
-  cell = SlotFace::kNowhere;
+  MarkDirty(cell, index);
+  cell = HotData::kNoCell;
 }
 
 SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedState& state) {
@@ -93,13 +94,13 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
     assert(slots.size() < std::size_t{1} << RecordCache::Key::kSlotBits);
     free.push_back(static_cast<SlotIndex>(slots.size()));
     slots.emplace_back();
-    faces.emplace_back();
+    hot.emplace_back();
   }
   const SlotIndex index = free.back();
   free.pop_back();
   slots[index] = {.id = body.id, .epoch = body.epoch, .ticks = {now}, .states = {state}, .properties = nullptr};
   const Vec3d position = quantizer.PositionOf(state);
-  faces[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = faces[index].generation + 1};
+  hot[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = hot[index].generation + 1};
   by_id[body.id] = index;
   departed.erase(body.id);
   Enter(index, grid.CellAt(position, std::nullopt));
@@ -108,8 +109,8 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
 
 void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state) {
   Slot& slot = slots[index];
-  SlotFace& face = faces[index];
-  const bool had_changed = face.since == previous;
+  HotData& data = hot[index];
+  const bool had_changed = data.since == previous;
   const std::size_t next = slot.newest + 1;
   if (next == slot.ticks.size() && next < settings.history_ticks) {
     slot.ticks.push_back(now);
@@ -119,18 +120,18 @@ void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state)
     slot.newest = next % slot.ticks.size();
     slot.ticks[slot.newest] = now;
     slot.states[slot.newest] = state;
-    face.oldest = slot.ticks[(slot.newest + 1) % slot.ticks.size()];
+    data.oldest = slot.ticks[(slot.newest + 1) % slot.ticks.size()];
   }
   const Vec3d position = quantizer.PositionOf(state);
-  face.since = now;
-  face.falls = Falls(slot);
-  face.position = Vec3f(position);
-  const std::uint32_t cell = grid.CellAt(position, face.cell);
-  if (cell != face.cell) {
+  data.since = now;
+  data.falls = Falls(slot);
+  data.position = Vec3f(position);
+  const std::uint32_t cell = grid.CellAt(position, data.cell);
+  if (cell != data.cell) {
     Leave(index);
     Enter(index, cell);
   } else if (!had_changed) {
-    Note(cell, index);
+    MarkDirty(cell, index);
   }
 }
 
@@ -151,8 +152,8 @@ void SnapshotHistory::Impl::PutProperties(SlotIndex index, const BodyRecord& bod
   if (body.properties == slot.properties || body.properties == nullptr) return;
   if (slot.properties != nullptr && *slot.properties == *body.properties) return;
   slot.properties = body.properties;
-  faces[index].properties_since = now;
-  Note(faces[index].cell, index);
+  hot[index].properties_since = now;
+  MarkDirty(hot[index].cell, index);
 }
 
 void SnapshotHistory::Impl::Remove(BodyId id) {
@@ -167,11 +168,11 @@ void SnapshotHistory::Impl::Remove(BodyId id) {
 
 const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key& key, bool with_velocities) {
   RecordCache::Entry& entry = records.Find(key);
-  const bool whole = key.ticks == 0, here = entry.pose().here();
-  if (here && (whole || !with_velocities || entry.velocities().here())) return entry;
+  const bool full = key.ticks == 0, here = entry.pose().here();
+  if (here && (full || !with_velocities || entry.velocities().here())) return entry;
   const Slot& slot = slots[key.slot];
-  if (whole) {
-    entry.set_pose(records.Store(PackWhole(quantizer, slot.epoch, slot.now())));
+  if (full) {
+    entry.set_pose(records.Store(PackFull(quantizer, slot.epoch, slot.now())));
     return entry;
   }
   const Stamp base_tick = now - key.ticks;
@@ -198,7 +199,7 @@ const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key
 
 // --- Outside ---------------------------------------------------------------------------------------------------------
 
-SnapshotHistory::SnapshotHistory(const Aabb& world_bounds, const Settings& settings)
+SnapshotHistory::SnapshotHistory(const Aabb& world_bounds, const SnapshotSettings& settings)
     : impl_(std::make_unique<Impl>(world_bounds, settings)) {
   assert(settings.history_ticks >= 2);
 }

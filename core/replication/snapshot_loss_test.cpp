@@ -1,8 +1,8 @@
-// What a bad network does to snapshots: nothing is ever misread, and what comes late is still understood.
+// Snapshots over a bad network: nothing is ever misread, and a late datagram is still understood.
 #include <gtest/gtest.h>
 
-#include "core/replication/moving_bodies.h"
-#include "core/replication/snapshot_link.h"
+#include "core/replication/testing/moving_bodies.h"
+#include "core/replication/testing/snapshot_link.h"
 
 namespace tessera::replication {
 namespace {
@@ -10,7 +10,7 @@ namespace {
 TEST(SnapshotLossTest, LossDuplicatesAndReorderingNeverGiveAWrongState) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     MovingBodies world({.count = 150, .seed = seed, .rest_speed_m_s = 0.8});
-    Link link(world.bounds(), {.loss = 0.02 * seed, .duplicate = 0.1, .max_delay = 6, .seed = seed});
+    SnapshotLink link(world.bounds(), {.loss = 0.02 * seed, .duplicate = 0.1, .max_delay = 6, .seed = seed});
     for (int n = 0; n < 300; ++n) {
       world.Step(1.0 / 30);
       link.Snapshot(world.bodies());
@@ -25,7 +25,7 @@ TEST(SnapshotLossTest, LossDuplicatesAndReorderingNeverGiveAWrongState) {
 // Each datagram decodes alone: one that others have overtaken still finds its samples.
 TEST(SnapshotLossTest, WhatWasOvertakenIsStillUnderstood) {
   MovingBodies world({.count = 60});
-  Link link(world.bounds(), {.max_delay = 4, .seed = 3});
+  SnapshotLink link(world.bounds(), {.max_delay = 4, .seed = 3});
   for (int n = 0; n < 300; ++n) {
     world.Step(1.0 / 30);
     link.Snapshot(world.bodies());
@@ -33,8 +33,8 @@ TEST(SnapshotLossTest, WhatWasOvertakenIsStillUnderstood) {
   EXPECT_EQ(link.refused(), 0u);
 }
 
-// A body that has rested for long is told against what was acknowledged long ago, then against what was acknowledged
-// just now: the second may come first.
+// A body that has rested for long is predicted first by samples acknowledged long ago, then by samples acknowledged
+// just now: the second datagram may come first.
 TEST(SnapshotLossTest, WhatWakesMayBeOvertaken) {
   MovingBodies world({.count = 1, .kicks_per_s = 0});
   SnapshotHistory history(world.bounds(), {});
@@ -77,11 +77,11 @@ TEST(SnapshotLossTest, EveryDatagramIsUnderstoodThroughQuietAndUnquietTimes) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
     MovingBodies world({.count = 40, .seed = seed, .kicks_per_s = uniform(0, 2), .rest_speed_m_s = 0.8});
-    Link link(world.bounds(), {.loss = uniform(0, 0.5),
-                               .duplicate = 0.05,
-                               .max_delay = static_cast<int>(uniform(0, 10)),
-                               .seed = seed,
-                               .ack_loss = uniform(0, 0.8)});
+    SnapshotLink link(world.bounds(), {.loss = uniform(0, 0.5),
+                                       .duplicate = 0.05,
+                                       .max_delay = static_cast<int>(uniform(0, 10)),
+                                       .seed = seed,
+                                       .ack_loss = uniform(0, 0.8)});
     for (int phase = 0; phase < 12; ++phase) {
       const bool quiet = phase % 2 == 1;
       for (BodyRecord& body : world.bodies()) {
@@ -102,7 +102,7 @@ TEST(SnapshotLossTest, EveryDatagramIsUnderstoodThroughQuietAndUnquietTimes) {
   }
 }
 
-// Worlds that run for years, and clocks that jump: what the sender counts in 32 bits goes on from another tick.
+// Worlds that run for years, and clocks that jump: the sender's 32-bit stamps go on from another origin.
 TEST(SnapshotLossTest, TicksMayGoOnForEver) {
   MovingBodies world({.count = 30, .kicks_per_s = 0.5, .rest_speed_m_s = 0.8});
   SnapshotHistory history(world.bounds(), {});

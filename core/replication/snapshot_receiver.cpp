@@ -1,3 +1,5 @@
+#include "core/replication/snapshot_receiver.h"
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
@@ -15,9 +17,10 @@ namespace {
 constexpr std::uint32_t kAckMaskBits = 64;
 // A sequence further ahead than a connection could have lost without ending is a lie, and would silence what follows.
 constexpr std::uint32_t kMaxSequenceJump = 1 << 20;
-// How much later than one that overtook it a datagram may come and be understood: half a second at 60 Hz.
+// A datagram may come so much later than one that overtook it and still be understood: half a second at 60 Hz.
 constexpr std::uint64_t kOvertaking_ticks = 30;
-// States of a body that are kept, in lengths of the sender's history: that, and what comes while it is let go of.
+// States of a body that are kept, in lengths of the sender's history: one length, and room for those that come before
+// old ones are dropped.
 constexpr std::size_t kHistoriesKept = 3;
 constexpr std::size_t kMaxTracked = kMaxBodies + kMaxPlayers;
 
@@ -27,21 +30,21 @@ struct Sample {
 };
 
 struct TrackedBody {
-  Epoch epoch;  // of the ownership; when `gone`, of the one that ended, or that is out of interest
+  Epoch epoch;  // the ownership's; when `gone`, that of the one that ended or is out of interest
   bool gone = false;
-  Tick told;                    // newest tick at which it was told of, or told gone
-  Tick properties;              // newest tick at which they were told
-  std::vector<Sample> samples;  // ascending by tick: what may predict it
-  // Since what was sent at `from` no older sample than `needed` is used. 0: nothing is to be let go of.
+  Tick newest;                  // newest tick of a record or departure
+  Tick properties;              // newest tick of a record with properties
+  std::vector<Sample> samples;  // ascending by tick
+  // Datagrams of tick `from` and later use no sample older than `needed`. 0: no sample is to be dropped.
   Tick from, needed;
 };
 
 struct ParsedBody {
   BodyId id;
   Epoch epoch;
-  bool whole = false;
+  bool full = false;
   Tick oldest;  // sample used
-  bool velocities_told = false;
+  bool has_velocities = false;
   QuantizedState state;
   std::shared_ptr<const Bytes> properties;
 };
@@ -52,7 +55,7 @@ struct Parsed {
   std::vector<ParsedBody> bodies;
 };
 
-// Behind the last one until `tick`. What is looked for is among the newest, whose memory has been asked for just now.
+// The end of the samples up to `tick`. Searches from the newest, where most searches end.
 std::vector<Sample>::const_iterator After(const std::vector<Sample>& samples, Tick tick) {
   auto at = samples.end();
   while (at != samples.begin() && std::prev(at)->tick > tick) --at;
@@ -64,7 +67,7 @@ absl::Status Malformed(const std::string& what) { return absl::InvalidArgumentEr
 }  // namespace
 
 struct SnapshotReceiver::Impl {
-  Impl(const Aabb& world_bounds, const Settings& settings_in)
+  Impl(const Aabb& world_bounds, const SnapshotSettings& settings_in)
       : settings(settings_in),
         quantizer(world_bounds, settings),
         predictor(quantizer, settings, settings.gravity_m_s2),
@@ -75,18 +78,19 @@ struct SnapshotReceiver::Impl {
   absl::StatusOr<Parsed> Parse(std::span<const std::uint8_t> datagram) const;
   absl::Status ParseDepartures(BitReader& reader, Parsed& parsed) const;
   absl::Status ParseChanges(BitReader& reader, Parsed& parsed) const;
-  absl::Status ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told, ParsedBody& body) const;
-  absl::Status ParseWholes(BitReader& reader, Parsed& parsed) const;
+  absl::Status ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool with_velocities,
+                           ParsedBody& body) const;
+  absl::Status ParseFullRecords(BitReader& reader, Parsed& parsed) const;
   static absl::Status ParseProperties(BitReader& reader, Parsed& parsed);
   const Sample* Find(const TrackedBody& body, Tick tick) const;
 
   void Remember(std::uint32_t sequence);
-  bool Depart(Tick tick, const DepartureRecord& departure);  // false: old news
-  TrackedBody* Store(Tick tick, const ParsedBody& body);     // null: of an ownership that has ended
-  static void LetGo(TrackedBody& body, Tick tick, Tick oldest_used);
+  bool Depart(Tick tick, const DepartureRecord& departure);  // false: out of date
+  TrackedBody* Store(Tick tick, const ParsedBody& body);     // null: that ownership has ended
+  static void DropSamples(TrackedBody& body, Tick tick, Tick oldest_used);
   BodyState StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const;
 
-  Settings settings;
+  SnapshotSettings settings;
   Quantizer quantizer;
   PosePredictor predictor;
   VelocityEstimator velocities;
@@ -124,8 +128,8 @@ const Sample* SnapshotReceiver::Impl::Find(const TrackedBody& body, Tick tick) c
   return after != body.samples.begin() && std::prev(after)->tick == tick ? &*std::prev(after) : nullptr;
 }
 
-absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks, bool told,
-                                                 ParsedBody& body) const {
+absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, const SampleTicks& ticks,
+                                                 bool with_velocities, ParsedBody& body) const {
   const std::uint64_t now = tick.value();
   if (ticks.ticks > now || ticks.gap > now - ticks.ticks || ticks.gap2 > now - ticks.ticks - ticks.gap) {
     return Malformed(absl::StrCat("body ", body.id.value(), ": samples from before the beginning"));
@@ -153,8 +157,8 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, c
   const auto out_of_range = [&] { return Malformed(absl::StrCat("body ", body.id.value(), ": out of range")); };
   if (!ReadPose(reader, prediction, base->state, limit, body.state)) return out_of_range();
   body.epoch = tracked->second.epoch;
-  body.velocities_told = told || body.state.asleep;
-  if (!told || body.state.asleep) return absl::OkStatus();
+  body.has_velocities = with_velocities || body.state.asleep;
+  if (!with_velocities || body.state.asleep) return absl::OkStatus();
   const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
   return ReadVelocities(reader, estimate, body.state) ? absl::OkStatus() : out_of_range();
 }
@@ -171,15 +175,15 @@ absl::Status SnapshotReceiver::Impl::ParseChanges(BitReader& reader, Parsed& par
   return list.ok() ? absl::OkStatus() : Malformed("changes: ids do not ascend, or samples of no tick");
 }
 
-absl::Status SnapshotReceiver::Impl::ParseWholes(BitReader& reader, Parsed& parsed) const {
+absl::Status SnapshotReceiver::Impl::ParseFullRecords(BitReader& reader, Parsed& parsed) const {
   BodyId previous;
   while (reader.ReadBit()) {
     const std::optional<BodyId> id = ReadIdGap(reader, previous);
-    if (!id.has_value()) return Malformed("wholes: ids do not ascend");
+    if (!id.has_value()) return Malformed("full records: ids do not ascend");
     ParsedBody body{};
     body.id = *id;
-    body.whole = body.velocities_told = true;
-    if (!ReadWhole(reader, quantizer, body.epoch, body.state)) {
+    body.full = body.has_velocities = true;
+    if (!ReadFull(reader, quantizer, body.epoch, body.state)) {
       return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
     }
     parsed.bodies.push_back(body);
@@ -195,8 +199,7 @@ absl::Status SnapshotReceiver::Impl::ParseProperties(BitReader& reader, Parsed& 
     if (!id.has_value()) return Malformed("properties: ids do not ascend");
     const auto body = std::find_if(parsed.bodies.begin(), parsed.bodies.end(),
                                    [&](const ParsedBody& b) { return b.id == *id && b.properties == nullptr; });
-    if (body == parsed.bodies.end())
-      return Malformed(absl::StrCat("properties: body ", id->value(), " is not told of"));
+    if (body == parsed.bodies.end()) return Malformed(absl::StrCat("properties: body ", id->value(), " has no record"));
     Bytes bytes;
     if (!ReadProperties(reader, bytes)) return Malformed(absl::StrCat("body ", id->value(), ": properties: length"));
     body->properties = std::make_shared<const Bytes>(std::move(bytes));
@@ -210,12 +213,12 @@ absl::StatusOr<Parsed> SnapshotReceiver::Impl::Parse(std::span<const std::uint8_
   Parsed parsed;
   BitReader reader(datagram);
   if (absl::Status status = ReadHeader(reader, parsed.header); !status.ok()) return status;
-  if (parsed.header.fingerprint != quantizer.fingerprint()) return Malformed("of other settings or world bounds");
+  if (parsed.header.fingerprint != quantizer.fingerprint()) return Malformed("other settings or world bounds");
   if (absl::Status status = CheckSequence(parsed.header.sequence); !status.ok()) return status;
-  // A reader that has run out gives zeros, so all loops end; what they made of zeros is refused here.
+  // A reader that has run out gives zeros, so all loops end; their results are refused here.
   absl::Status status = ParseDepartures(reader, parsed);
   if (status.ok()) status = ParseChanges(reader, parsed);
-  if (status.ok()) status = ParseWholes(reader, parsed);
+  if (status.ok()) status = ParseFullRecords(reader, parsed);
   if (status.ok()) status = ParseProperties(reader, parsed);
   if (!reader.ok()) return Malformed("truncated");
   if (!status.ok()) return status;
@@ -236,29 +239,39 @@ void SnapshotReceiver::Impl::Remember(std::uint32_t sequence) {
   newest = sequence;
 }
 
-// By epoch, then by tick: what is out of interest comes back under the epoch that it had.
+// The order is by epoch, then by tick: a body that was out of interest comes back under the epoch that it had.
 bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure) {
   TrackedBody& body = bodies[departure.id];
   if (departure.epoch < body.epoch) return false;
-  if (departure.epoch == body.epoch && (body.gone || tick < body.told)) {
-    body.told = std::max(body.told, tick);
+  if (departure.epoch == body.epoch && (body.gone || tick < body.newest)) {
+    body.newest = std::max(body.newest, tick);
     return false;
   }
-  body = {
-      .epoch = departure.epoch, .gone = true, .told = tick, .properties = {}, .samples = {}, .from = {}, .needed = {}};
+  body = {.epoch = departure.epoch,
+          .gone = true,
+          .newest = tick,
+          .properties = {},
+          .samples = {},
+          .from = {},
+          .needed = {}};
   return true;
 }
 
 TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) {
   TrackedBody& body = bodies[parsed.id];
   if (parsed.epoch < body.epoch) return nullptr;
-  if (parsed.epoch == body.epoch && body.gone && tick <= body.told) return nullptr;
+  if (parsed.epoch == body.epoch && body.gone && tick <= body.newest) return nullptr;
   if (parsed.epoch > body.epoch || body.gone)
-    body = {
-        .epoch = parsed.epoch, .gone = false, .told = tick, .properties = {}, .samples = {}, .from = {}, .needed = {}};
-  body.told = std::max(body.told, tick);
+    body = {.epoch = parsed.epoch,
+            .gone = false,
+            .newest = tick,
+            .properties = {},
+            .samples = {},
+            .from = {},
+            .needed = {}};
+  body.newest = std::max(body.newest, tick);
   std::vector<Sample>& samples = body.samples;
-  if (!parsed.whole) LetGo(body, tick, parsed.oldest);
+  if (!parsed.full) DropSamples(body, tick, parsed.oldest);
   const auto after = After(samples, tick);
   if (after != samples.begin() && std::prev(after)->tick == tick) return &body;  // the same tick written twice
   samples.insert(after, {tick, parsed.state});
@@ -266,10 +279,10 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
   return &body;
 }
 
-// The sender goes on from what was acknowledged last: it never looks back behind the oldest sample that it has used.
-// But datagrams overtake each other, and what it used before may be much older, of a body that had rested: so that goes
-// only once what was sent before cannot come any more.
-void SnapshotReceiver::Impl::LetGo(TrackedBody& body, Tick tick, Tick oldest_used) {
+// The sender goes on from the newest acknowledgement: it never looks back behind the oldest sample that it has used.
+// But datagrams overtake each other, and a sample used before may be much older if the body had rested. So a sample is
+// dropped only once datagrams that need it cannot come any more.
+void SnapshotReceiver::Impl::DropSamples(TrackedBody& body, Tick tick, Tick oldest_used) {
   if (body.from == Tick()) {
     body.from = tick;
     body.needed = oldest_used;
@@ -282,10 +295,10 @@ void SnapshotReceiver::Impl::LetGo(TrackedBody& body, Tick tick, Tick oldest_use
   body.needed = oldest_used;
 }
 
-// Velocities that were not told follow from the sample before.
+// Velocities that were not sent follow from the sample before.
 BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, const TrackedBody& body) const {
   BodyState state = quantizer.Dequantize(parsed.state);
-  if (parsed.velocities_told) return state;
+  if (parsed.has_velocities) return state;
   auto at = After(body.samples, tick);
   if (at != body.samples.begin() && std::prev(at)->tick == tick) --at;
   if (at == body.samples.begin()) return state;
@@ -302,7 +315,7 @@ BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, c
   return state;
 }
 
-SnapshotReceiver::SnapshotReceiver(const Aabb& world_bounds, const Settings& settings)
+SnapshotReceiver::SnapshotReceiver(const Aabb& world_bounds, const SnapshotSettings& settings)
     : impl_(std::make_unique<Impl>(world_bounds, settings)) {}
 SnapshotReceiver::~SnapshotReceiver() = default;
 SnapshotReceiver::SnapshotReceiver(SnapshotReceiver&&) noexcept = default;
@@ -324,7 +337,7 @@ absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uin
   for (const ParsedBody& body : parsed->bodies) {
     TrackedBody* stored = impl_->Store(parsed->header.tick, body);
     if (stored == nullptr) continue;
-    if (body.whole) ++result.full_records;
+    if (body.full) ++result.full_records;
     const bool fresh = body.properties != nullptr && parsed->header.tick > stored->properties;
     if (fresh) stored->properties = parsed->header.tick;
     result.bodies.push_back(

@@ -4,54 +4,43 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 #include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "core/replication/snapshot_sender_impl.h"
+#include "core/world/bytes.h"
 
 namespace tessera::replication {
 namespace {
 
-// For how long a client may save up what it was not sent.
+// A client may save up this much of its unused budget.
 constexpr double kBurst_s = 0.1;
-// A client that acknowledges none of so many records of a body is told it whole again: it may have let go of the
-// baseline (snapshot_receiver.cpp says how many states of one are kept).
+// A body is sent as a full record again when so many of its records were not acknowledged: the client may have let go
+// of the baseline (snapshot_receiver.cpp says how many states of one are kept).
 constexpr std::uint8_t kMaxUnanswered = 40;
-// Where interest has no radius, what distances are measured by.
-constexpr double kUnlimitedRadius_m = 100;
-// Priorities are whole numbers: so many are one snapshot's wait of a body that is told at each.
+// Priorities are whole numbers: a body that is sent with each snapshot gains this much a snapshot.
 constexpr int kPriorityUnit = 4;
-// Shares of the radius of interest, and with which of the snapshots bodies within them and beyond are told.
-constexpr float kNear = 0.25f, kMiddle = 0.5f;
-constexpr std::uint32_t kNearPeriod = 1, kMiddlePeriod = 2, kFarPeriod = 4;
-static_assert(std::has_single_bit(kNearPeriod) && std::has_single_bit(kMiddlePeriod) &&
-              std::has_single_bit(kFarPeriod) && kPriorityUnit % kFarPeriod == 0);
-// Out of turn is told what has waited longer than its period by so much.
+static_assert(kPriorityUnit % Viewer::kFarPeriod == 0);
+// A body is sent out of turn when it has waited so many times its period.
 constexpr int kOverdue = 2;
-// Ahead of what is known already, a body that the client does not know counts as having waited so many snapshots.
+// A body that the client does not have goes ahead of others, as if it had waited so many snapshots.
 constexpr int kNewcomer = 4;
 // Departures a snapshot: they are small, but a client may turn away from a whole town at once.
 constexpr std::size_t kMaxDepartures = 200;
-// Datagrams that wait to be acknowledged, of a client that acknowledges nothing.
+// Datagrams kept for a client that acknowledges nothing.
 constexpr std::size_t kMaxSent = 4096;
+constexpr std::size_t kAckBytes = 12;
+constexpr std::uint32_t kAckMaskBits = 64;
+// Largest gap between two samples that predict a body; Acknowledged counts it in 8 bits.
+constexpr std::uint64_t kMaxGap_ticks = 32;
 
 // How many entries ahead memory is asked for.
 constexpr std::size_t kAhead = 8;
 
 }  // namespace
 
-Eye::Eye(const ClientView& view, const Settings& settings)
-    : own(view.own),
-      centre(view.centre.value_or(Vec3d())),
-      per_radius_squared(static_cast<float>(1 / (settings.interest_radius_m > 0
-                                                     ? settings.interest_radius_m * settings.interest_radius_m
-                                                     : kUnlimitedRadius_m * kUnlimitedRadius_m))),
-      placed(view.centre.has_value()),
-      limited(placed && settings.interest_radius_m > 0) {}
-
-std::uint32_t Eye::Period(float shares) const {
-  if (!limited || shares <= kNear * kNear) return kNearPeriod;
-  return shares <= kMiddle * kMiddle ? kMiddlePeriod : kFarPeriod;
-}
-
-// --- What is seen ----------------------------------------------------------------------------------------------------
+// --- Entities --------------------------------------------------------------------------------------------------------
 
 void SnapshotSender::Impl::Follow(const History& history, const ClientView& view) {
   std::vector<std::uint32_t>& before = seen_before;
@@ -61,7 +50,7 @@ void SnapshotSender::Impl::Follow(const History& history, const ClientView& view
   if (pushes_seen == history.pushes && !turned) return;
   pushes_seen = history.pushes;
   if (missed) {
-    for (const Known& body : std::vector<Known>(known)) {
+    for (const Entity& body : std::vector<Entity>(entities)) {
       if (body.used) Consider(history, body.slot);
     }
     ConsiderMembers(history, window.cells());
@@ -72,20 +61,20 @@ void SnapshotSender::Impl::Follow(const History& history, const ClientView& view
     std::set_symmetric_difference(before.begin(), before.end(), window.cells().begin(), window.cells().end(),
                                   std::back_inserter(other));
     ConsiderMembers(history, other);
-    ConsiderNews(history, before);  // what has just left a cell that is not seen any more
+    ConsiderDirty(history, before);  // bodies that have just left a cell that is not seen any more
   }
-  ConsiderNews(history, window.cells());
+  ConsiderDirty(history, window.cells());
 }
 
-void SnapshotSender::Impl::ConsiderNews(const History& history, std::span<const std::uint32_t> cells) {
-  fresh.clear();
+void SnapshotSender::Impl::ConsiderDirty(const History& history, std::span<const std::uint32_t> cells) {
+  considered.clear();
   for (const std::uint32_t cell : cells) {
-    for (const SlotIndex slot : history.cells[cell].news) {
+    for (const SlotIndex slot : history.cells[cell].dirty) {
       by_slot.prefetch(slot);
-      fresh.push_back(slot);
+      considered.push_back(slot);
     }
   }
-  for (const SlotIndex slot : fresh) Consider(history, slot);
+  for (const SlotIndex slot : considered) Consider(history, slot);
 }
 
 void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells) {
@@ -95,195 +84,198 @@ void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::ve
 }
 
 void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
-  const SlotFace& face = history.faces[index];
-  const bool seen = face.used() && window.Sees(face.cell);
+  const HotData& data = history.hot[index];
+  const bool seen = data.used() && window.Sees(data.cell);
   const auto found = by_slot.find(index);
   if (found == by_slot.end()) {
     if (seen) Appear(history, index);
     return;
   }
-  if (seen && known[found->second].generation == face.generation) return Activate(found->second);
+  if (seen && entities[found->second].generation == data.generation) return MarkDirty(found->second);
   Depart(history, found->second);
   if (seen) Appear(history, index);
 }
 
-void SnapshotSender::Impl::Appear(const History& history, SlotIndex index) {
-  const Slot& slot = history.slots[index];
-  gone.erase(slot.id);  // its return says it
-  if (unused.empty()) {
-    unused.push_back(static_cast<std::uint32_t>(known.size()));
-    known.emplace_back();
+void SnapshotSender::Impl::Appear(const History& history, SlotIndex slot_index) {
+  const Slot& slot = history.slots[slot_index];
+  pending_departures.erase(slot.id);  // its return makes the departure void
+  if (free_entities.empty()) {
+    free_entities.push_back(static_cast<std::uint32_t>(entities.size()));
+    entities.emplace_back();
   }
-  const std::uint32_t place = unused.back();
-  unused.pop_back();
-  known[place] = {.id = slot.id,
-                  .answered = {},
-                  .epoch = slot.epoch,
-                  .slot = index,
-                  .generation = history.faces[index].generation,
-                  .used = true};
-  by_slot[index] = place;
-  Activate(place);
-  busy[known[place].busy].priority = kNewcomer * kPriorityUnit;
+  const std::uint32_t index = free_entities.back();
+  free_entities.pop_back();
+  entities[index] = {.id = slot.id,
+                     .acknowledged = {},
+                     .epoch = slot.epoch,
+                     .slot = slot_index,
+                     .generation = history.hot[slot_index].generation,
+                     .used = true};
+  by_slot[slot_index] = index;
+  MarkDirty(index);
+  dirty[entities[index].dirty].priority = kNewcomer * kPriorityUnit;
 }
 
 void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
-  Known& body = known[index];
-  const SlotFace& face = history.faces[body.slot];
+  Entity& body = entities[index];
+  const HotData& data = history.hot[body.slot];
   DepartureRecord record{.id = body.id, .epoch = body.epoch, .to = {}};
-  if (face.used() && face.generation == body.generation) {
+  if (data.used() && data.generation == body.generation) {
     record.why = DepartureRecord::Why::kOutOfInterest;
   } else if (const auto found = history.departed.find(body.id); found != history.departed.end()) {
     record = found->second;
   }
   by_slot.erase(body.slot);
   body.used = false;
-  if (body.busy != Known::kNowhere) busy[body.busy].use = Busy::Use::kGone;
-  unused.push_back(index);
-  // It is back already, in another slot.
+  if (body.dirty != Entity::kClean) dirty[body.dirty].use = DirtyEntity::Use::kGone;
+  free_entities.push_back(index);
+  // No departure is sent of a body that is back already, in another slot.
   const auto other = history.by_id.find(body.id);
   if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
-  gone.insert_or_assign(record.id, Gone{.record = record, .first_sequence = next_sequence, .sent = {}});
+  pending_departures.insert_or_assign(record.id,
+                                      PendingDeparture{.record = record, .first_sequence = next_sequence, .sent = {}});
 }
 
-void SnapshotSender::Impl::Activate(std::uint32_t index) {
-  Known& body = known[index];
-  if (body.busy != Known::kNowhere) return;
-  if (!idle.Take(body.busy)) {
-    body.busy = static_cast<std::uint32_t>(busy.size());
-    busy.emplace_back();
+void SnapshotSender::Impl::MarkDirty(std::uint32_t index) {
+  Entity& body = entities[index];
+  if (body.dirty != Entity::kClean) return;
+  if (!free_dirty.Take(body.dirty)) {
+    body.dirty = static_cast<std::uint32_t>(dirty.size());
+    dirty.emplace_back();
   }
-  busy[body.busy] = {.answered = body.answered,
-                     .slot = body.slot,
-                     .known = index,
-                     .first_sequence = next_sequence,
-                     .priority = kOverdue * kPriorityUnit,  // at once
-                     .use = Busy::Use::kSeen};
-  active.push_back({body.id, body.busy, body.slot});
+  dirty[body.dirty] = {.acknowledged = body.acknowledged,
+                       .slot = body.slot,
+                       .entity = index,
+                       .first_sequence = next_sequence,
+                       .priority = kOverdue * kPriorityUnit,  // at once
+                       .use = DirtyEntity::Use::kSeen};
+  dirty_list.push_back({body.id, body.dirty, body.slot});
 }
 
-// The client has its present state. What it did before says nothing of what it will do when it wakes.
-void SnapshotSender::Impl::Rest(std::uint32_t place) {
-  Known& body = known[busy[place].known];
-  body.answered = busy[place].answered;
-  body.answered.gap = body.answered.gap2 = 0;
-  body.busy = Known::kNowhere;
+// The client has its present state. Its past motion does not predict how it will move when it wakes.
+void SnapshotSender::Impl::MarkClean(std::uint32_t dirty_index) {
+  Entity& body = entities[dirty[dirty_index].entity];
+  body.acknowledged = dirty[dirty_index].acknowledged;
+  body.acknowledged.gap = body.acknowledged.gap2 = 0;
+  body.dirty = Entity::kClean;
 }
 
-// So that stamps are the history's: it counts from another tick now. What was acknowledged before that is forgotten.
+// Follows the history to its new origin of stamps. Acknowledgements of earlier ticks are forgotten.
 void SnapshotSender::Impl::MoveOrigin(std::uint64_t to) {
   const std::uint64_t by = to - origin;
   origin = to;
-  const auto move = [by](Answered& answered) {
-    answered.acked = MovedStamp(answered.acked, by, 0);
-    answered.properties = MovedStamp(answered.properties, by, 0);
+  const auto move = [by](Acknowledged& acknowledged) {
+    acknowledged.tick = MovedStamp(acknowledged.tick, by, 0);
+    acknowledged.properties = MovedStamp(acknowledged.properties, by, 0);
   };
-  for (Known& body : known) move(body.answered);
-  for (Busy& body : busy) {
-    move(body.answered);
+  for (Entity& body : entities) move(body.acknowledged);
+  for (DirtyEntity& body : dirty) {
+    move(body.acknowledged);
     body.sent = MovedStamp(body.sent, by, 0);
   }
 }
 
-// --- What is due -----------------------------------------------------------------------------------------------------
+// --- Due entities ----------------------------------------------------------------------------------------------------
 
-bool SnapshotSender::Impl::Due(const History& history, const Eye& eye, BodyId id, Busy& body, float& shares) const {
-  const SlotFace& face = history.faces[body.slot];
-  const bool whole = body.answered.acked == 0;
-  if (body.sent != 0 && std::max(face.since, face.properties_since) <= body.sent) {
-    // The client may well have it: what has just come to rest is told twice, then it has time to answer.
-    const bool repeat = !whole && !body.repeated;
+bool SnapshotSender::Impl::Due(const History& history, const Viewer& viewer, BodyId id, DirtyEntity& body,
+                               float& distance_squared) const {
+  const HotData& data = history.hot[body.slot];
+  const bool full = body.acknowledged.tick == 0;
+  if (body.sent != 0 && std::max(data.since, data.properties_since) <= body.sent) {
+    // The client may well have it: a body that has just come to rest is sent twice, then the client has time to answer.
+    const bool repeat = !full && !body.repeated;
     if (!repeat && history.now - body.sent < repeat_after) return false;
   }
-  shares = eye.Shares(face);
-  const std::uint32_t period = eye.Period(shares);
+  distance_squared = viewer.DistanceSquared(data);
+  const std::uint32_t period = viewer.Period(distance_squared);
   body.priority =
       static_cast<std::uint16_t>(std::min(body.priority + kPriorityUnit / static_cast<int>(period), 0xffff));
-  // All who see a body at one distance are told of it at the same ticks, so that one record serves them.
+  // All clients that see a body at one distance are sent it at the same ticks, so that one record serves them.
   const bool in_turn = ((history.pushes + body.slot) & (period - 1)) == 0;
   const bool due = body.priority >= (in_turn ? 1 : kOverdue) * kPriorityUnit;
-  return due || whole || id == eye.own;
+  return due || full || id == viewer.own();
 }
 
-// Puts what began to be active where its id belongs.
-void SnapshotSender::Impl::MergeActive() {
-  if (sorted_active == active.size()) return;
-  const auto by_id = [](const Active& a, const Active& b) { return a.id < b.id; };
-  fresh_active.assign(active.begin() + static_cast<std::ptrdiff_t>(sorted_active), active.end());
-  std::sort(fresh_active.begin(), fresh_active.end(), by_id);
-  // From the end, where there is room.
-  std::size_t old = sorted_active, to = active.size();
-  for (std::size_t fresh_left = fresh_active.size(); fresh_left > 0;) {
-    const bool take_old = old > 0 && by_id(fresh_active[fresh_left - 1], active[old - 1]);
-    active[--to] = take_old ? active[--old] : fresh_active[--fresh_left];
+// Puts the entities at the list's end, which have just become dirty, where their ids belong.
+void SnapshotSender::Impl::SortDirtyList() {
+  if (sorted_dirty == dirty_list.size()) return;
+  const auto by_id = [](const DirtyRef& a, const DirtyRef& b) { return a.id < b.id; };
+  unsorted_dirty.assign(dirty_list.begin() + static_cast<std::ptrdiff_t>(sorted_dirty), dirty_list.end());
+  std::sort(unsorted_dirty.begin(), unsorted_dirty.end(), by_id);
+  // From the end of the list, where there is room.
+  std::size_t old = sorted_dirty, to = dirty_list.size();
+  for (std::size_t unsorted_left = unsorted_dirty.size(); unsorted_left > 0;) {
+    const bool take_old = old > 0 && by_id(unsorted_dirty[unsorted_left - 1], dirty_list[old - 1]);
+    dirty_list[--to] = take_old ? dirty_list[--old] : unsorted_dirty[--unsorted_left];
   }
 }
 
 void SnapshotSender::Impl::Prefetch() const {
-  for (const Active& body : active) __builtin_prefetch(&busy[body.busy], 1);
+  for (const DirtyRef& body : dirty_list) __builtin_prefetch(&dirty[body.dirty], 1);
 }
 
 void SnapshotSender::Impl::FindCandidates(const History& history, const ClientView& view) {
-  const Eye eye(view, settings);
-  MergeActive();
+  const Viewer viewer(view, settings);
+  SortDirtyList();
   candidates.clear();
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < active.size(); ++i) {
-    if (i + kAhead < active.size()) __builtin_prefetch(&history.faces[active[i + kAhead].slot]);
-    const Active at = active[i];
-    Busy& body = busy[at.busy];
-    const SlotFace& face = history.faces[at.slot];
-    const Answered& answered = body.answered;
+  for (std::size_t i = 0; i < dirty_list.size(); ++i) {
+    if (i + kAhead < dirty_list.size()) __builtin_prefetch(&history.hot[dirty_list[i + kAhead].slot]);
+    const DirtyRef at = dirty_list[i];
+    DirtyEntity& body = dirty[at.dirty];
+    const HotData& data = history.hot[at.slot];
+    const Acknowledged& acknowledged = body.acknowledged;
     const bool had =
-        answered.acked != 0 && face.since <= answered.acked && face.properties_since <= answered.properties;
-    if (body.use == Busy::Use::kGone || had) {
-      if (body.use != Busy::Use::kGone) Rest(at.busy);
-      body.use = Busy::Use::kFree;
-      idle.Give(at.busy);
+        acknowledged.tick != 0 && data.since <= acknowledged.tick && data.properties_since <= acknowledged.properties;
+    if (body.use == DirtyEntity::Use::kGone || had) {
+      if (body.use != DirtyEntity::Use::kGone) MarkClean(at.dirty);
+      body.use = DirtyEntity::Use::kFree;
+      free_dirty.Give(at.dirty);
       continue;
     }
-    active[kept++] = at;
-    float shares = 0;
-    if (!Due(history, eye, at.id, body, shares)) continue;
-    candidates.push_back({at.id, at.busy, shares, KeyFor(history, body)});
+    dirty_list[kept++] = at;
+    float distance_squared = 0;
+    if (!Due(history, viewer, at.id, body, distance_squared)) continue;
+    candidates.push_back({at.id, at.dirty, distance_squared, KeyFor(history, body)});
     history.records.Prefetch(candidates.back().key);
   }
-  active.resize(kept);
-  sorted_active = kept;
+  dirty_list.resize(kept);
+  sorted_dirty = kept;
 }
 
-RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const Busy& body) {
-  const RecordCache::Key whole{.slot = body.slot};
-  const SlotFace& face = history.faces[body.slot];
-  const Answered& had = body.answered;
-  if (had.acked == 0 || had.acked < face.oldest || had.unanswered >= kMaxUnanswered) return whole;
-  const Stamp ticks = history.now - had.acked;
-  if (ticks >> RecordCache::Key::kTickBits != 0) return whole;
+RecordCache::Key SnapshotSender::Impl::KeyFor(const History& history, const DirtyEntity& body) {
+  const RecordCache::Key full{.slot = body.slot};
+  const HotData& data = history.hot[body.slot];
+  const Acknowledged& had = body.acknowledged;
+  if (had.tick == 0 || had.tick < data.oldest || had.unanswered >= kMaxUnanswered) return full;
+  const Stamp ticks = history.now - had.tick;
+  if (ticks >> RecordCache::Key::kTickBits != 0) return full;
   RecordCache::Key key{.slot = body.slot, .ticks = ticks};
-  if (had.gap == 0 || had.acked < face.oldest + had.gap) return key;
+  if (had.gap == 0 || had.tick < data.oldest + had.gap) return key;
   key.gap = had.gap;
-  if (face.falls && had.gap2 != 0 && had.acked >= face.oldest + had.gap + had.gap2) key.gap2 = had.gap2;
+  if (data.falls && had.gap2 != 0 && had.tick >= data.oldest + had.gap + had.gap2) key.gap2 = had.gap2;
   return key;
 }
 
 void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& view) {
   const double rate = settings.client_bytes_per_s * view.budget_share;
   const double elapsed_s =
-      told_tick.has_value() ? static_cast<double>(history.tick - *told_tick) / settings.tick_rate_hz : kBurst_s;
+      sent_tick.has_value() ? static_cast<double>(history.tick - *sent_tick) / settings.tick_rate_hz : kBurst_s;
   const double most = std::max(rate * kBurst_s, 2 * static_cast<double>(settings.max_datagram_bytes));
-  // What had to go out beyond the budget is owed, but not for ever: the share may be another by now.
+  // Bytes sent beyond the budget are owed, but within limits: the share may have changed by now.
   allowance_bytes = std::clamp(allowance_bytes + rate * elapsed_s, -most, most);
 }
 
-// --- What is told ----------------------------------------------------------------------------------------------------
+// --- Writing ---------------------------------------------------------------------------------------------------------
 
-// Those that matter most first: by distance, and by how long they have waited.
+// Sorts the candidates by importance: how near they are, and how long they have waited.
 void SnapshotSender::Impl::SortByScore(BodyId own) {
-  std::vector<std::pair<float, std::uint32_t>> order;  // score, and which
+  std::vector<std::pair<float, std::uint32_t>> order;  // negative score, index
   order.reserve(candidates.size());
   for (const Candidate& candidate : candidates) {
-    const float score = candidate.id == own ? std::numeric_limits<float>::max()
-                                            : busy[candidate.busy].priority / (0.1f + std::sqrt(candidate.shares));
+    const float score = candidate.id == own
+                            ? std::numeric_limits<float>::max()
+                            : dirty[candidate.dirty].priority / (0.1f + std::sqrt(candidate.distance_squared));
     order.emplace_back(-score, static_cast<std::uint32_t>(order.size()));
   }
   std::sort(order.begin(), order.end());
@@ -293,7 +285,7 @@ void SnapshotSender::Impl::SortByScore(BodyId own) {
   candidates = std::move(sorted);
 }
 
-// The candidates that the budget holds, those that matter most first; then in the order of their ids.
+// Chooses the most important candidates that the budget holds, and puts them in the order of their ids.
 void SnapshotSender::Impl::Choose(History& history, const ClientView& view, WrittenSnapshot& result) {
   chosen.clear();
   const auto most = static_cast<double>(settings.max_datagram_bytes);
@@ -306,26 +298,26 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
     if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
     if (i + kAhead / 2 < candidates.size()) history.PrefetchStates(candidates[i + kAhead / 2].key);
     const BodyId id = candidates[i].id;
-    Busy& body = busy[candidates[i].busy];
-    const SlotFace& face = history.faces[body.slot];
+    DirtyEntity& body = dirty[candidates[i].dirty];
+    const HotData& data = history.hot[body.slot];
     const RecordCache::Key& key = candidates[i].key;
     const bool velocities = key.ticks != 0 && (!view.centre.has_value() || id == view.own ||
-                                               LengthSquared(Vec3d(face.position) - *view.centre) <= near);
+                                               LengthSquared(Vec3d(data.position) - *view.centre) <= near);
     const RecordCache::Entry& record = history.RecordOf(key, velocities);
     const Bytes* properties =
-        face.properties_since > body.answered.properties ? history.slots[body.slot].properties.get() : nullptr;
+        data.properties_since > body.acknowledged.properties ? history.slots[body.slot].properties.get() : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
     bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);
     if (bits_left < 0 && !chosen.empty()) {
       result.deferred = static_cast<std::uint32_t>(candidates.size() - i);
       break;
     }
-    chosen.push_back({id, candidates[i].busy, velocities, key, record.pose(), record.velocities(), properties});
-    body.repeated = body.sent != 0 && std::max(face.since, face.properties_since) <= body.sent;
+    chosen.push_back({id, candidates[i].dirty, velocities, key, record.pose(), record.velocities(), properties});
+    body.repeated = body.sent != 0 && std::max(data.since, data.properties_since) <= body.sent;
     body.sent = history.now;
-    if (key.gap2 == 0) body.answered.gap2 = 0;  // the client lets go of what is not referred to any more
+    if (key.gap2 == 0) body.acknowledged.gap2 = 0;  // the client forgets a sample that is not referred to any more
     body.priority = 0;
-    body.answered.unanswered = static_cast<std::uint8_t>(std::min(body.answered.unanswered + 1, 255));
+    body.acknowledged.unanswered = static_cast<std::uint8_t>(std::min(body.acknowledged.unanswered + 1, 255));
   }
   const auto by_id = [](const Chosen& a, const Chosen& b) { return a.id < b.id; };
   if (!std::is_sorted(chosen.begin(), chosen.end(), by_id)) std::sort(chosen.begin(), chosen.end(), by_id);
@@ -333,7 +325,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
 
 std::vector<DepartureRecord> SnapshotSender::Impl::DueDepartures(const History& history) {
   std::vector<DepartureRecord> due;
-  for (auto& [id, body] : gone) {
+  for (auto& [id, body] : pending_departures) {
     if (due.size() >= kMaxDepartures) break;
     if (body.sent.has_value() && static_cast<std::uint64_t>(history.tick - *body.sent) < repeat_after) continue;
     body.sent = history.tick;
@@ -347,10 +339,10 @@ void SnapshotSender::Impl::Remember(std::span<WrittenDatagram> datagrams, Tick t
   for (WrittenDatagram& datagram : datagrams) {
     allowance_bytes -= static_cast<double>(datagram.bytes.size()) + kDatagramOverheadBytes;
     result.datagrams.push_back(std::move(datagram.bytes));
-    sent.push_back({tick, std::move(datagram.known), std::move(datagram.departures)});
-    datagram.known.clear();
+    sent.push_back({tick, std::move(datagram.bodies), std::move(datagram.departures)});
+    datagram.bodies.clear();
     if (!spare.empty()) {
-      datagram.known = std::move(spare.back());
+      datagram.bodies = std::move(spare.back());
       spare.pop_back();
     }
     ++next_sequence;
@@ -359,10 +351,10 @@ void SnapshotSender::Impl::Remember(std::span<WrittenDatagram> datagrams, Tick t
 }
 
 void SnapshotSender::Impl::ForgetOldest() {
-  std::vector<std::uint32_t>& known_in_it = sent.front().told;
-  if (known_in_it.capacity() > 0 && spare.size() < 8) {
-    known_in_it.clear();
-    spare.push_back(std::move(known_in_it));
+  std::vector<std::uint32_t>& bodies = sent.front().bodies;
+  if (bodies.capacity() > 0 && spare.size() < 8) {
+    bodies.clear();
+    spare.push_back(std::move(bodies));
   }
   sent.pop_front();
 }
@@ -376,37 +368,103 @@ WrittenSnapshot SnapshotSender::Impl::Write(History& history, const ClientView& 
   Follow(history, view);
   FindCandidates(history, view);
   const std::vector<DepartureRecord> departures = DueDepartures(history);
-  const bool silent = told_tick.has_value() && history.tick < *told_tick + settings.idle_ticks;
-  if (silent && candidates.empty() && departures.empty() && last_input == told_input && margin == told_margin) {
+  const bool silent = sent_tick.has_value() && history.tick < *sent_tick + settings.idle_ticks;
+  if (silent && candidates.empty() && departures.empty() && last_input == sent_input && margin == sent_margin) {
     return result;
   }
   EarnBudget(history, view);
   Choose(history, view, result);
-  told_tick = history.tick;
-  told_input = last_input;
-  told_margin = margin;
+  sent_tick = history.tick;
+  sent_input = last_input;
+  sent_margin = margin;
   writer.Begin({.fingerprint = history.quantizer.fingerprint(),
                 .sequence = next_sequence,
                 .tick = history.tick,
                 .last_input = last_input,
                 .input_margin_ticks = margin});
   for (const DepartureRecord& departure : departures) writer.Departure(departure);
-  bool all_whole = !chosen.empty();
+  result.full = !chosen.empty();
   for (const Chosen& body : chosen) {
     const SampleTicks samples{body.key.ticks, body.key.gap, body.key.gap2};
-    all_whole = all_whole && samples.ticks == 0;
-    writer.Body({body.id, body.busy, samples, history.records.View(body.pose),
+    result.full = result.full && samples.ticks == 0;
+    writer.Body({body.id, body.dirty, samples, history.records.View(body.pose),
                  body.velocities ? history.records.View(body.velocity) : PackedView(), body.properties});
   }
-  result.full = all_whole;
   result.bodies = static_cast<std::uint32_t>(chosen.size());
   Remember(writer.Finish(), history.tick, result);
   return result;
 }
 
+// --- Acknowledgements ------------------------------------------------------------------------------------------------
+
+void SnapshotSender::Impl::AcknowledgeBody(std::uint32_t body, std::uint32_t sequence, Stamp tick) {
+  DirtyEntity& entity = dirty[body & ~kWithProperties];
+  if (entity.use == DirtyEntity::Use::kFree || sequence < entity.first_sequence) return;
+  Acknowledged& had = entity.acknowledged;
+  if ((body & kWithProperties) != 0) had.properties = std::max(had.properties, tick);
+  if (tick <= had.tick) return;
+  const Stamp gap = tick - had.tick;
+  const bool near = had.tick != 0 && gap <= kMaxGap_ticks;
+  had.unanswered = 0;
+  had.gap2 = near ? had.gap : 0;
+  had.gap = near ? static_cast<std::uint8_t>(gap) : 0;
+  had.tick = tick;
+}
+
+void SnapshotSender::Impl::AcknowledgeDatagram(std::uint32_t sequence) {
+  const std::uint32_t age = next_sequence - sequence;  // 1: the newest
+  if (age > sent.size()) return;
+  SentDatagram& datagram = sent[sent.size() - age];
+  for (const std::uint32_t body : datagram.bodies) __builtin_prefetch(&dirty[body & ~kWithProperties], 1);
+  // No record can refer to a tick before the origin.
+  const std::uint64_t written = datagram.tick.value();
+  const Stamp tick = written >= origin ? static_cast<Stamp>(written - origin + 1) : 0;
+  for (const std::uint32_t body : datagram.bodies) AcknowledgeBody(body, sequence, tick);
+  for (const BodyId id : datagram.departures) {
+    const auto at = pending_departures.find(id);
+    if (at != pending_departures.end() && sequence >= at->second.first_sequence) pending_departures.erase(at);
+  }
+  datagram.bodies.clear();
+  datagram.departures.clear();
+}
+
+// The bits of the mask that no earlier acknowledgement had.
+std::uint64_t SnapshotSender::Impl::NewlyAcknowledged(std::uint32_t newest, std::uint64_t mask) {
+  if (newest < acknowledged_newest) return mask;  // it was overtaken
+  const std::uint32_t shift = newest - acknowledged_newest;
+  std::uint64_t old = shift >= kAckMaskBits ? 0 : acknowledged_mask << shift;
+  if (acknowledged_newest != 0 && shift >= 1 && shift <= kAckMaskBits) old |= std::uint64_t{1} << (shift - 1);
+  acknowledged_newest = newest;
+  acknowledged_mask = mask;
+  return mask & ~old;
+}
+
+absl::Status SnapshotSender::Impl::Acknowledge(std::uint32_t newest, std::uint64_t mask) {
+  if (newest == 0 || newest >= next_sequence) {
+    return absl::InvalidArgumentError(absl::StrCat("ack: sequence ", newest, " was never sent"));
+  }
+  const std::uint32_t age = next_sequence - newest;
+  if (age <= sent.size() && sent_tick.has_value()) {
+    const SentDatagram& datagram = sent[sent.size() - age];
+    if (!datagram.bodies.empty()) {
+      round_trip_ticks += (static_cast<double>(*sent_tick - datagram.tick) - round_trip_ticks) / 8;
+    }
+  }
+  // Older datagrams first: the acknowledged tick of a body only goes forward.
+  for (std::uint64_t left = NewlyAcknowledged(newest, mask); left != 0;) {
+    const auto i = static_cast<std::uint32_t>(63 - std::countl_zero(left));
+    left &= ~(std::uint64_t{1} << i);
+    if (i + 1 < newest) AcknowledgeDatagram(newest - 1 - i);
+  }
+  AcknowledgeDatagram(newest);
+  // Older datagrams can be acknowledged no more.
+  while (sent.size() > age + kAckMaskBits) ForgetOldest();
+  return absl::OkStatus();
+}
+
 // --- Outside ---------------------------------------------------------------------------------------------------------
 
-SnapshotSender::SnapshotSender(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
+SnapshotSender::SnapshotSender(const SnapshotSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 SnapshotSender::~SnapshotSender() = default;
 SnapshotSender::SnapshotSender(SnapshotSender&&) noexcept = default;
 SnapshotSender& SnapshotSender::operator=(SnapshotSender&&) noexcept = default;
@@ -415,6 +473,16 @@ WrittenSnapshot SnapshotSender::Write(const SnapshotHistory& history, const Clie
                                       std::int32_t input_margin_ticks) {
   assert(history.impl_->pushes > 0);
   return impl_->Write(*history.impl_, view, last_input, input_margin_ticks);
+}
+
+absl::Status SnapshotSender::Acknowledge(std::span<const std::uint8_t> ack) {
+  if (ack.empty()) return absl::OkStatus();  // nothing has come yet
+  if (ack.size() != kAckBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("ack: ", ack.size(), " bytes instead of ", kAckBytes));
+  }
+  ByteReader in(ack);
+  const std::uint32_t newest = in.U32();
+  return impl_->Acknowledge(newest, in.U64());
 }
 
 void SnapshotSender::Prefetch() const { impl_->Prefetch(); }

@@ -1,11 +1,12 @@
-// What snapshots cost, in bytes and in time: 500 bodies in motion, 8 clients, 30 snapshots a second. Prints its
+// The cost of snapshots in bytes and in time: 500 bodies in motion, 8 clients, 30 snapshots a second. Prints its
 // figures; holds them to bounds that only a mistake would exceed.
 #include <gtest/gtest.h>
 
 #include <cstdio>
 #include <ctime>
 
-#include "core/replication/moving_bodies.h"
+#include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 
 namespace tessera::replication {
 namespace {
@@ -14,7 +15,8 @@ constexpr std::size_t kBodies = 500, kClients = 8, kSnapshots = 300, kAckDelay =
 constexpr std::uint64_t kTicksPerSnapshot = 2;
 
 struct Client {
-  explicit Client(const Aabb& bounds, const Settings& settings) : sender(settings), receiver(bounds, settings) {}
+  explicit Client(const Aabb& bounds, const SnapshotSettings& settings)
+      : sender(settings), receiver(bounds, settings) {}
   SnapshotSender sender;
   SnapshotReceiver receiver;
   std::vector<Bytes> acks;
@@ -29,7 +31,7 @@ struct Cost {
   }
 };
 
-// Of this thread's work, whatever else the machine does.
+// CPU time of this thread, whatever else the machine does.
 double CpuSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -38,7 +40,7 @@ double CpuSeconds() {
 
 TEST(SnapshotSizeTest, FiveHundredMovingBodies) {
   MovingBodies world({.count = kBodies});
-  const Settings settings;
+  const SnapshotSettings settings;
   SnapshotHistory history(world.bounds(), settings);
   std::vector<Client> clients;
   for (std::size_t i = 0; i < kClients; ++i) clients.emplace_back(world.bounds(), settings);

@@ -5,15 +5,15 @@
 
 #include <random>
 
-#include "core/replication/moving_bodies.h"
-#include "core/replication/snapshot_link.h"
+#include "core/replication/testing/moving_bodies.h"
+#include "core/replication/testing/snapshot_link.h"
 
 namespace tessera::replication {
 namespace {
 
 TEST(SnapshotTest, OnAPerfectNetworkEachSnapshotIsSeenWhole) {
   MovingBodies world({.count = 60});
-  Link link(world.bounds(), {});
+  SnapshotLink link(world.bounds(), {});
   for (int n = 0; n < 100; ++n) {
     world.Step(1.0 / 30);
     const WrittenSnapshot written = link.Snapshot(world.bodies());
@@ -29,7 +29,7 @@ TEST(SnapshotTest, RestCostsNothingOnceAcknowledged) {
     body.state.asleep = true;
     body.state.linear_velocity = body.state.angular_velocity = {};
   }
-  Link link(world.bounds(), {});
+  SnapshotLink link(world.bounds(), {});
   EXPECT_TRUE(link.Snapshot(world.bodies()).full);
   int datagrams = 0;
   for (int n = 0; n < 240; ++n) {
@@ -37,11 +37,11 @@ TEST(SnapshotTest, RestCostsNothingOnceAcknowledged) {
     EXPECT_EQ(written.bodies, 0u);
     ASSERT_LE(written.datagrams.size(), 1u);
     if (written.datagrams.empty()) continue;
-    ++datagrams;  // still tells the tick, now and then
+    ++datagrams;  // a datagram with the tick alone, now and then
     EXPECT_LE(written.datagrams[0].size(), 16u);
   }
-  EXPECT_NEAR(datagrams, 240 * 2 / static_cast<int>(Settings().idle_ticks), 1);
-  // Long after its state left the history, a body that wakes is told as a change of what the client has.
+  EXPECT_NEAR(datagrams, 240 * 2 / static_cast<int>(SnapshotSettings().idle_ticks), 1);
+  // Long after its state left the history, a body that wakes is sent as a change of the state that the client has.
   world.bodies()[17].state.asleep = false;
   world.bodies()[17].state.position.x += 0.01;
   const WrittenSnapshot written = link.Snapshot(world.bodies());
@@ -81,7 +81,7 @@ TEST(SnapshotTest, WhatChangesEndsTheSilenceAtOnce) {
 
 TEST(SnapshotTest, ABodyThatComesToRestIsRepeatedUntilAcknowledged) {
   MovingBodies world({.count = 1, .kicks_per_s = 0});
-  Link link(world.bounds(), {});
+  SnapshotLink link(world.bounds(), {});
   link.Snapshot(world.bodies());
   link.Snapshot(world.bodies());
   world.bodies()[0].state.asleep = true;
@@ -89,10 +89,10 @@ TEST(SnapshotTest, ABodyThatComesToRestIsRepeatedUntilAcknowledged) {
   // At once, once more, and then whenever it had time to answer.
   EXPECT_EQ(link.Snapshot(world.bodies()).bodies, 1u);
   EXPECT_EQ(link.Snapshot(world.bodies()).bodies, 1u);
-  std::uint32_t told = 0;
-  for (int n = 0; n < 60; ++n) told += link.Snapshot(world.bodies()).bodies;
-  EXPECT_GE(told, 5u);
-  EXPECT_LE(told, 30u);
+  std::uint32_t sent = 0;
+  for (int n = 0; n < 60; ++n) sent += link.Snapshot(world.bodies()).bodies;
+  EXPECT_GE(sent, 5u);
+  EXPECT_LE(sent, 30u);
   link.SetNetwork({});
   for (int n = 0; n < 12; ++n) link.Snapshot(world.bodies());
   ExpectSeesAll(link, link.tick());
@@ -101,7 +101,7 @@ TEST(SnapshotTest, ABodyThatComesToRestIsRepeatedUntilAcknowledged) {
 
 TEST(SnapshotTest, WithoutAcknowledgementsEverySnapshotIsFull) {
   MovingBodies world({.count = 20});
-  Link link(world.bounds(), {.loss = 1});
+  SnapshotLink link(world.bounds(), {.loss = 1});
   for (int n = 0; n < 200; ++n) {
     world.Step(1.0 / 30);
     const WrittenSnapshot written = link.Snapshot(world.bodies());
@@ -112,7 +112,7 @@ TEST(SnapshotTest, WithoutAcknowledgementsEverySnapshotIsFull) {
 
 TEST(SnapshotTest, AfterALongSilenceDeltasComeBack) {
   MovingBodies world({.count = 20});
-  Link link(world.bounds(), {});
+  SnapshotLink link(world.bounds(), {});
   const auto run = [&](int snapshots) {
     WrittenSnapshot last;
     for (int n = 0; n < snapshots; ++n) {
@@ -132,10 +132,10 @@ TEST(SnapshotTest, AfterALongSilenceDeltasComeBack) {
 
 TEST(SnapshotTest, DatagramsKeepWithinTheirSize) {
   for (const std::size_t limit : {std::size_t{120}, std::size_t{300}, std::size_t{1148}}) {
-    Settings settings;
+    SnapshotSettings settings;
     settings.max_datagram_bytes = limit;
     MovingBodies world({.count = 300});
-    Link link(world.bounds(), {.loss = 0.2}, settings);
+    SnapshotLink link(world.bounds(), {.loss = 0.2}, settings);
     for (int n = 0; n < 60; ++n) {
       world.Step(1.0 / 30);
       for (const Bytes& bytes : link.Snapshot(world.bodies()).datagrams) EXPECT_LE(bytes.size(), limit);
@@ -148,7 +148,7 @@ TEST(SnapshotTest, DatagramsKeepWithinTheirSize) {
 TEST(SnapshotTest, DeparturesAreHeardOnceAndReturnsAreSeen) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     MovingBodies world({.count = 60, .seed = seed});
-    Link link(world.bounds(), {.loss = 0.3, .duplicate = 0.2, .max_delay = 4, .seed = seed});
+    SnapshotLink link(world.bounds(), {.loss = 0.3, .duplicate = 0.2, .max_delay = 4, .seed = seed});
     std::vector<BodyRecord> away;
     std::set<std::pair<BodyId, Epoch>> left;
     for (int n = 0; n < 400; ++n) {
@@ -231,7 +231,7 @@ TEST(SnapshotTest, PropertiesAreToldUntilAcknowledged) {
     SnapshotReceiver receiver(world.bounds(), {});
     std::mt19937 random(5);
     std::map<BodyId, Bytes> seen, truth;
-    std::size_t told = 0;
+    std::size_t received = 0;
     for (std::uint64_t n = 1; n <= 400; ++n) {
       world.Step(1.0 / 30);
       if (n % 10 == 0 && n < 300) {
@@ -249,15 +249,15 @@ TEST(SnapshotTest, PropertiesAreToldUntilAcknowledged) {
         for (const BodyRecord& body : got->bodies) {
           if (body.properties == nullptr) continue;
           seen[body.id] = *body.properties;
-          ++told;
+          ++received;
         }
       }
       ASSERT_TRUE(sender.Acknowledge(receiver.WriteAck()).ok());
     }
     EXPECT_EQ(seen, truth);
-    EXPECT_GE(told, truth.size());
+    EXPECT_GE(received, truth.size());
     if (loss == 0) {
-      EXPECT_LE(told, 30u);
+      EXPECT_LE(received, 30u);
     }
   }
 }
@@ -281,7 +281,7 @@ TEST(SnapshotTest, OtherBoundsAreRefused) {
   SnapshotReceiver receiver(world.bounds().Expanded(1), {});
   history.Push(Tick(1), world.bodies(), {});
   EXPECT_EQ(receiver.Read(sender.Write(history, 0, 0).datagrams.at(0)).status().message(),
-            "snapshot: of other settings or world bounds");
+            "snapshot: other settings or world bounds");
 }
 
 TEST(SnapshotTest, AcknowledgementsOfWhatWasNeverSentAreRefused) {

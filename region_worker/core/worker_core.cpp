@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/rules.h"
-#include "core/replication/settings.h"
+#include "core/replication/snapshot_settings.h"
 #include "core/world/limits.h"
 #include "region_worker/core/client_map.h"
 #include "region_worker/core/initial_state.h"
@@ -139,7 +139,7 @@ void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoi
 absl::Status WorkerCore::Build() {
   absl::StatusOr<region::Config> config = MakeConfig();
   if (!config.ok()) return config.status();
-  const bool views_have_a_radius = replication::SettingsFor(*scene_).interest_radius_m > 0;
+  const bool views_have_a_radius = replication::SnapshotSettingsFor(*scene_).interest_radius_m > 0;
   run_.reset();
   run_.emplace(setup_.identity, *std::move(config), views_have_a_radius);
   links_.ForgetFrames();

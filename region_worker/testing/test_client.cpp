@@ -18,7 +18,7 @@ net::ConnectToken TokenFor(std::uint32_t player) {
 
 net::Credentials CredentialsFor(std::uint32_t player) { return net::Issue(TokenFor(player), StandaloneKey()); }
 
-TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, replication::Settings{}) {
+TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, replication::SnapshotSettings{}) {
   auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1"});
   EXPECT_TRUE(endpoint.ok()) << endpoint.status();
   endpoint_ = *std::move(endpoint);

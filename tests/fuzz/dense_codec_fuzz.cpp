@@ -7,7 +7,7 @@
 
 #include "core/replication/codec/checksum.h"
 #include "core/replication/codec/dense_codec.h"
-#include "core/replication/moving_bodies.h"
+#include "core/replication/testing/moving_bodies.h"
 
 namespace {
 

@@ -5,8 +5,9 @@
 
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
-#include "core/replication/moving_bodies.h"
 #include "core/replication/quantize.h"
+#include "core/replication/snapshot.h"
+#include "core/replication/testing/moving_bodies.h"
 #include "core/world/math.h"
 
 namespace {

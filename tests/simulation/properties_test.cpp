@@ -21,7 +21,7 @@ const std::vector<PropertyDef> kDefs = {{"health", std::int64_t{100}}, {"team", 
 class Viewer {
  public:
   Viewer(const Scene& scene, std::uint64_t seed, double loss)
-      : scene_(scene), settings_(replication::SettingsFor(scene)), chance_(seed), loss_(loss) {}
+      : scene_(scene), settings_(replication::SnapshotSettingsFor(scene)), chance_(seed), loss_(loss) {}
 
   void Take(RegionId from, const replication::SnapshotHistory& history) {
     const auto [at, fresh] = links_.try_emplace(from, scene_.bounds, settings_);
@@ -55,7 +55,8 @@ class Viewer {
 
  private:
   struct Link {
-    Link(const Aabb& bounds, const replication::Settings& settings) : sender(settings), receiver(bounds, settings) {}
+    Link(const Aabb& bounds, const replication::SnapshotSettings& settings)
+        : sender(settings), receiver(bounds, settings) {}
     replication::SnapshotSender sender;
     replication::SnapshotReceiver receiver;
   };
@@ -63,7 +64,7 @@ class Viewer {
   static client::TimePoint Now() { return client::TimePoint(std::chrono::hours(1)); }
 
   const Scene& scene_;
-  replication::Settings settings_;
+  replication::SnapshotSettings settings_;
   Chance chance_;
   double loss_;
   client::WorldView view_{60, kSnapshotTicks};
@@ -124,7 +125,7 @@ class Changing {
   void Stepped(SimulatedRegion& worker, const region::StepResult& result) {
     Shell& shell = shells_[worker.id()];
     if (shell.history == nullptr) {
-      const auto settings = replication::SettingsFor(*instance.scene);
+      const auto settings = replication::SnapshotSettingsFor(*instance.scene);
       shell.history = std::make_unique<replication::SnapshotHistory>(instance.scene->bounds, settings);
     }
     shell.feed.Note(result.departures);

@@ -1,4 +1,4 @@
-// BitModel and BitMixer: how likely a bit is, learnt from what went before. Both ends learn the same, in whole numbers.
+// BitModel and BitMixer: how likely a bit is, learnt from what went before. Both ends learn the same, in integers.
 //
 //   BitModel model;                                  // one context
 //   Code(coder, bit, model);                         // coder: RangeEncoder writes `bit`, RangeDecoder reads it
@@ -107,7 +107,7 @@ class BitMixer {
   std::uint32_t mixed_ = kEvenOdds;
 };
 
-// One bit either way: a RangeEncoder writes `bit`, a RangeDecoder sets it. So a format is told once for both.
+// One bit either way: a RangeEncoder writes `bit`, a RangeDecoder sets it. So a format is written down once for both.
 inline void Code(RangeEncoder& coder, bool& bit, std::uint32_t odds) { coder.Encode(bit, odds); }
 inline void Code(RangeDecoder& coder, bool& bit, std::uint32_t odds) { bit = coder.Decode(odds); }
 

@@ -100,7 +100,7 @@ BodyState Spinning(double seconds, Vec3d omega) {
 
 // Closed form: what turns steadily is where it turns to, but for what quantising the two samples costs.
 TEST(PredictTest, SteadySpinIsFoundFromPosesAlone) {
-  Settings settings;
+  SnapshotSettings settings;
   settings.orientation_bits = 15;
   const Quantizer quantizer(kBounds, settings);
   const PosePredictor predictor(quantizer, settings, -9.81);
@@ -117,7 +117,7 @@ TEST(PredictTest, SteadySpinIsFoundFromPosesAlone) {
 }
 
 TEST(PredictTest, WhatFliesFallsOnAParabola) {
-  const Settings settings;
+  const SnapshotSettings settings;
   const Quantizer quantizer(kBounds, settings);
   const PosePredictor predictor(quantizer, settings, -9.81);
   const auto at = [&](int tick) {
@@ -179,7 +179,7 @@ TEST(ChecksumTest, IsTheStandardOne) {
 TEST(StandingBoxTest, StandsAsHighAsItsTurnSays) {
   const Quantizer quantizer({{-10, -5, -10}, {10, 5, 10}}, {});
   const StandingBox box = StandingBox::Of(quantizer, 0.5, {0.2, 0.3, 0.4});
-  const double step_m = Settings().position_step_m;
+  const double step_m = SnapshotSettings().position_step_m;
   const auto height_m = [&](Quatd turn) {
     BodyState state;
     state.orientation = Normalized(turn);

@@ -224,7 +224,7 @@ Bytes WriteFrameHeader(const FrameHeader& header) {
   return out.Take();
 }
 
-// How many bytes it took.
+// Number of bytes that it took.
 absl::StatusOr<std::size_t> ReadFrameHeader(std::span<const std::uint8_t> bytes, FrameHeader& header) {
   ByteReader in(bytes);
   in.Field("frame: header");
@@ -317,8 +317,8 @@ absl::StatusOr<DenseCodec::KeptPtr> DenseCodec::Decode(std::span<const std::uint
   return std::make_shared<const Kept>(Kept{std::move(frame), std::move(learnt)});
 }
 
-DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2, bool velocities,
-                          std::shared_ptr<const StandingBoxes> boxes) {
+DenseCodec MakeDenseCodec(const Aabb& world_bounds, const SnapshotSettings& settings, double gravity_m_s2,
+                          bool velocities, std::shared_ptr<const StandingBoxes> boxes) {
   const Quantizer quantizer(world_bounds, settings);
   const PosePredictor predictor(quantizer, settings, gravity_m_s2);
   const std::uint32_t fingerprint =

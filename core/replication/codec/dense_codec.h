@@ -1,4 +1,4 @@
-// DenseCodec: whole ticks of a region, quantised, in as few bytes as we know how: for recordings and thin links.
+// DenseCodec: whole ticks of a region, quantised, in as few bytes as possible: for recordings and thin links.
 //
 //   const DenseCodec codec = MakeDenseCodec(bounds, settings, gravity);
 //   auto sent = codec.Encode(frame, {.base = acked, .older = ..., .oldest = ...});
@@ -10,7 +10,7 @@
 // A frame is coded against one that both ends have, `base`: its states predict the new ones, together with those of two
 // older frames where given, and the coder goes on learning from what it had learnt by then. So frames against the one
 // before make a gap-free log, frames against the last acknowledged one survive any loss, and a frame without a base
-// starts afresh. The same bytes come from the same frames on every host: all predictions are whole numbers.
+// starts afresh. The same bytes come from the same frames on every host: all predictions are in integers.
 //
 // Nothing in the bytes is trusted. They end in a checksum, so damage is found; malformed bytes that pass it are an
 // error that names the fault, and never make the decoder read out of bounds or loop for long.
@@ -26,7 +26,8 @@
 #include "core/replication/codec/predict.h"
 #include "core/replication/codec/standing_box.h"
 #include "core/replication/quantize.h"
-#include "core/replication/snapshot.h"
+#include "core/replication/snapshot_record.h"
+#include "core/replication/snapshot_settings.h"
 
 namespace tessera::replication {
 
@@ -84,7 +85,7 @@ class DenseCodec {
 
 // `gravity_m_s2` acts along y. `velocities` false: poses and sleep alone, for watchers that derive velocities. `boxes`:
 // the boxes that both ends know to stand on a floor.
-DenseCodec MakeDenseCodec(const Aabb& world_bounds, const Settings& settings, double gravity_m_s2,
+DenseCodec MakeDenseCodec(const Aabb& world_bounds, const SnapshotSettings& settings, double gravity_m_s2,
                           bool velocities = true, std::shared_ptr<const StandingBoxes> boxes = nullptr);
 
 }  // namespace tessera::replication

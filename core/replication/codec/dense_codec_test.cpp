@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/replication/codec/checksum.h"
-#include "core/replication/moving_bodies.h"
+#include "core/replication/testing/moving_bodies.h"
 
 namespace tessera::replication {
 namespace {
@@ -103,7 +103,7 @@ class Chaos {
 };
 
 TEST(DenseCodecTest, MovingBodiesComeBackAtAnyReference) {
-  const Settings settings;
+  const SnapshotSettings settings;
   for (const std::size_t age : {0, 1, 5}) {
     MovingBodies world({.count = 80, .seed = 3, .rest_speed_m_s = 0.8});
     const Quantizer quantizer(world.bounds(), settings);
@@ -248,8 +248,8 @@ TEST(DenseCodecTest, BytesAreTheSameEverywhere) {
   EXPECT_EQ(sum, 0xd10dde2u) << std::hex << sum;
 }
 
-// What lies on a floor that both ends know costs less, what does not is told as well, and ends that know otherwise
-// refuse.
+// A box on a floor that both ends know costs less, one elsewhere is coded as well, and ends that know different floors
+// refuse each other's frames.
 TEST(DenseCodecTest, KnowingTheFloorSavesBytesAndNeverHarms) {
   MovingBodies world({.count = 40, .seed = 3, .kicks_per_s = 0.1});
   const Quantizer quantizer(world.bounds(), {});
@@ -259,7 +259,7 @@ TEST(DenseCodecTest, KnowingTheFloorSavesBytesAndNeverHarms) {
   const DenseCodec blind = MakeDenseCodec(world.bounds(), {}, -9.81, false);
   const DenseCodec knowing = MakeDenseCodec(world.bounds(), {}, -9.81, false, shared);
   std::size_t blind_bytes = 0, knowing_bytes = 0;
-  DenseCodec::References seen{}, told{};
+  DenseCodec::References blind_refs{}, knowing_refs{};
   for (std::uint64_t tick = 1; tick <= 300; ++tick) {
     world.Step(1.0 / 30);
     DenseFrame frame{.tick = Tick(tick), .bodies = {}, .departures = {}};
@@ -270,9 +270,9 @@ TEST(DenseCodecTest, KnowingTheFloorSavesBytesAndNeverHarms) {
       if (body.id.value() <= 30) state.position[1] = boxes[body.id].HeightAt(turn);
       frame.bodies.push_back({body.id, body.epoch, state});
     }
-    const DenseCodec::Encoded without = blind.Encode(frame, seen), with = knowing.Encode(frame, told);
+    const DenseCodec::Encoded without = blind.Encode(frame, blind_refs), with = knowing.Encode(frame, knowing_refs);
     const auto decoded = knowing.Decode(with.bytes, [&](Tick at) {
-      for (const auto& kept : {told.base, told.older, told.oldest}) {
+      for (const auto& kept : {knowing_refs.base, knowing_refs.older, knowing_refs.oldest}) {
         if (kept != nullptr && kept->frame.tick == at) return kept;
       }
       return DenseCodec::KeptPtr();
@@ -282,8 +282,8 @@ TEST(DenseCodecTest, KnowingTheFloorSavesBytesAndNeverHarms) {
     EXPECT_FALSE(blind.Decode(with.bytes, [](Tick) { return DenseCodec::KeptPtr(); }).ok());
     blind_bytes += without.bytes.size();
     knowing_bytes += with.bytes.size();
-    seen = {.base = without.kept, .older = seen.base, .oldest = seen.older};
-    told = {.base = *decoded, .older = told.base, .oldest = told.older};
+    blind_refs = {.base = without.kept, .older = blind_refs.base, .oldest = blind_refs.older};
+    knowing_refs = {.base = *decoded, .older = knowing_refs.base, .oldest = knowing_refs.older};
   }
   EXPECT_LT(static_cast<double>(knowing_bytes), 0.9 * static_cast<double>(blind_bytes));
 }

@@ -3,12 +3,12 @@
 namespace tessera::replication {
 namespace {
 
-// Neighbours are sought among so many bodies coded last, and within so many steps: the first bounds the work, the
-// second is how far apart bodies may be that move together.
+// Neighbours are sought among so many bodies coded last, which bounds the work, and within so many steps, the distance
+// at which bodies still move together.
 constexpr std::size_t kSearched = 64;
 constexpr std::int64_t kNear = 1000;
 
-// Null where nothing is known of the body.
+// Null if the setup has no box for the body.
 const StandingBox* BoxOf(const DenseSetup& setup, BodyId id) {
   if (setup.boxes == nullptr) return nullptr;
   const auto found = setup.boxes->find(id);

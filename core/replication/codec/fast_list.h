@@ -10,7 +10,8 @@
 //   }
 //   if (!list.ok() || !reader.ok()) return error;
 //
-// Most clients acknowledge whole ticks, so mostly all bodies of a list have the same samples: then they are told once.
+// Most clients acknowledge whole ticks, so mostly all bodies of a list have the same samples: then those are written
+// once.
 //
 // clang-format off
 //   list       count b(5 8 16); unless it is 0: velocities (0: none, 1 1: all, 1 0: each says), uniform 1, [samples]; bodies
@@ -39,12 +40,12 @@ struct FastItem {
   BodyId id;
   SampleTicks samples;
   PackedView record{};
-  PackedView velocities{};  // no words: not told; without bits for what is asleep
+  PackedView velocities{};  // no words: not written; no bits if the body sleeps
 };
 
-// What an item adds to a list, in bits, at most: a list whose items have all the same samples takes less.
+// The most bits that an item adds to a list; it adds fewer where all items have the same samples.
 int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples);
-// The list's own.
+// The most bits of the list's head.
 inline constexpr int kMaxListBits = 32;
 
 void WriteFastList(BitWriter& writer, std::span<const FastItem> items);
@@ -54,7 +55,7 @@ class FastListReader {
   explicit FastListReader(BitReader& reader);
   // The next body's head; its record follows in the reader. False at the end and on an error.
   bool Next(BodyId& id, SampleTicks& samples);
-  bool has_velocities() const { return velocities_; }  // of the body that Next gave
+  bool has_velocities() const { return velocities_; }  // whether the body that Next gave has them
   // False: ids do not ascend, or samples of no tick. Reading past the end shows in reader.ok().
   bool ok() const { return ok_; }
 

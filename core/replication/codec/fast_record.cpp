@@ -13,7 +13,7 @@ constexpr std::array<std::size_t, 3> kAxes = {1, 0, 2};
 // Longest zigzag residuals: of two positions, of two components.
 constexpr int kMaxPositionBits = 47, kMaxOrientationBits = 18;
 
-constexpr int kFlyingParameter = 2;  // of both, of what falls freely
+constexpr int kFlyingParameter = 2;  // both parameters of a body that falls freely
 
 template <std::size_t kSize>
 int Parameter(const std::array<std::uint8_t, kSize>& table, const Prediction& prediction, int bits) {

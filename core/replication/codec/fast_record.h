@@ -40,7 +40,7 @@ struct PackedView {
 // A record's bits, ready to be appended to any datagram.
 struct PackedRecord {
   // 4 flags, 3 residuals of 47 bits in up to 95 each, which is largest in 3, 3 residuals of 18 bits in up to 37 each. A
-  // whole state (record_codec.h) takes up to 585.
+  // full record (record_codec.h) takes up to 585.
   static constexpr std::size_t kMaxWords = 10;
   std::array<std::uint64_t, kMaxWords> words{};
   int bits = 0;
@@ -63,7 +63,7 @@ struct PackedRecord {
 void AppendGolomb(PackedRecord& record, std::int64_t residual, int k);
 bool ReadGolomb(BitReader& reader, int k, int max_bits, std::int64_t& residual);
 
-// Velocities are not told. `limit`: Quantizer::orientation_limit().
+// Velocities are left out. `limit`: Quantizer::orientation_limit().
 PackedRecord PackPose(const Prediction& prediction, const QuantizedState& base, const QuantizedState& state,
                       std::int32_t limit);
 // False where a number is out of its range; reading past the end shows in reader.ok().

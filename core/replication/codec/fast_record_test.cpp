@@ -33,7 +33,7 @@ class FastRecordTest : public testing::Test {
   std::int32_t limit() const { return quantizer_.orientation_limit(); }
 
   std::mt19937_64 random_{1};
-  Settings settings_{.orientation_bits = 16};
+  SnapshotSettings settings_{.orientation_bits = 16};
   Quantizer quantizer_{kBounds, settings_};
   PosePredictor predictor_{quantizer_, settings_, -9.81};
 };

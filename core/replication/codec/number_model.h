@@ -1,8 +1,8 @@
-// NumberModel: whole numbers around 0, as bits that models learn. Told as how many bits the magnitude has (in unary),
-// the sign, and the magnitude below its highest bit, of which the upper two are learnt and the rest is even odds.
+// NumberModel: integers around 0, as bits that models learn: the number of bits of the magnitude (in unary), the sign,
+// and the magnitude below its highest bit, of which the upper two are learnt and the rest is even odds.
 //
 // Mixed numbers see each of these bits from several contexts at once; plain ones from one. A number of up to kMaxLength
-// bits can be told. Thread rule: as bit_model.h.
+// bits can be coded. Thread rule: as bit_model.h.
 #pragma once
 
 #include <bit>
@@ -44,11 +44,11 @@ void Code(Coder& coder, std::int64_t& value, const std::array<NumberModel*, kMod
     for (std::size_t i = 0; i < kModels; ++i) at[i] = select(*models[i]);
     Code(coder, bit, at, mix);
   };
-  const int told = LengthOf(value);
-  assert(told <= kMaxLength);
+  const int true_length = LengthOf(value);
+  assert(true_length <= kMaxLength);
   int length = 0;
   for (; length < kMaxLength; ++length) {
-    bool more = length < told;
+    bool more = length < true_length;
     if (length < NumberModel::kLengths) {
       code(
           more, [&](NumberModel& m) { return &m.length[static_cast<std::size_t>(length)]; },

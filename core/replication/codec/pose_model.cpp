@@ -74,7 +74,7 @@ bool PoseModel::CodeHeight(Coder& coder, const Prediction& prediction, const Qua
                            const StandingBox& box, int grade, QuantizedState& state) {
   const std::int64_t stands = box.HeightAt(ToFixed(state, limit_)), goes = prediction.position[1];
   const std::int64_t lift = base.position[1] - box.HeightAt(prediction.base_orientation);
-  // Nothing is below the floor; what stood on it mostly stands on it still.
+  // Nothing is below the floor; a body that stood on it mostly stands on it still.
   const bool stood = Stood(prediction, base, &box), lands = goes <= stands;
   const std::int64_t expected = stood ? stands : std::max(goes, stands);
   const int footing = stood ? 0 : (prediction.flies ? 3 : 1) + (lands ? 0 : 1);

@@ -13,7 +13,7 @@
 
 namespace tessera::replication {
 
-// What a body that has been coded in this frame missed its prediction by: a hint for those near it.
+// How far a body that was coded in this frame missed its prediction: a hint for the bodies near it.
 struct Miss {
   std::array<std::int64_t, 3> base{};  // position of its baseline
   std::array<std::int64_t, 3> position{};
@@ -24,7 +24,7 @@ class PoseModel {
  public:
   explicit PoseModel(std::int32_t orientation_limit) : limit_(orientation_limit) {}
 
-  // Position, orientation and sleep of `state` against `prediction`; velocities are not told. `near` and `box` may be
+  // Position, orientation and sleep of `state` against `prediction`; velocities are left out. `near` and `box` may be
   // null. A decoder gets what an encoder was given; false if it is beyond all range.
   template <class Coder>
   bool Code(Coder& coder, const Prediction& prediction, const QuantizedState& base, const Miss* near,
@@ -59,7 +59,8 @@ class PoseModel {
                        const std::array<std::int64_t, 3>& missed, QuantizedState& state);
 
   std::int32_t limit_;
-  // First index 1 for the height, 2 for what flies, 3 for what stood. Sizes are where more learnt too slowly.
+  // First index 1 for the height, 2 for a body that flies, 3 for one that stood. Sizes are where more learnt too
+  // slowly.
   Table<4, 9, 7, 4> by_motion_;
   Table<4, 9, 9> by_course_, by_change_;
   Table<4, 7, 6, 4> by_turn_;
@@ -70,14 +71,14 @@ class PoseModel {
   Table<5, 9, 4> height_by_motion_;
   Table<5, 8, 5> height_by_turn_;
   Table<5, 9, 3, 3> height_by_course_;
-  std::array<NumberMixer<kHeightViews>, 2> height_mixers_;  // second for what stood
+  std::array<NumberMixer<kHeightViews>, 2> height_mixers_;  // second: bodies that stood
   Table<8, 7, 5, 4> turn_by_spin_;
   Table<8, 3, 5, 4> turn_by_course_;
   Table<8, 7, 5, 3> turn_by_miss_;
   Table<9, 7, 5, 3> turn_by_motion_;
   Table<8, 5, 5, 4> turn_by_neighbour_;
   Table<8, 3, 5, 3> turn_by_roll_;
-  std::array<NumberMixer<kTurnViews>, 3> turn_mixers_;  // second for what flies, third for what stood
+  std::array<NumberMixer<kTurnViews>, 3> turn_mixers_;  // second: bodies that fly; third: that stood
   std::array<std::array<BitModel, 4>, 4> largest_;      // by the predicted one
   std::array<std::array<BitModel, 2>, 2> asleep_;
   std::array<BitModel, 12 * 2 * 3 * 2> same_;

@@ -27,7 +27,7 @@ bool SameTurn(const QuantizedState& a, const QuantizedState& b) {
   return a.largest == b.largest && a.smallest == b.smallest;
 }
 
-// Whether there is what a motion follows from, and how it changes.
+// Whether the samples give a motion, and how it changes.
 bool HasPast(const Samples& s) {
   return s.older != nullptr && s.gap != 0 && s.ticks <= kMaxPredictedTicks && s.gap <= kMaxPredictedTicks;
 }
@@ -39,7 +39,7 @@ int TurnBits(std::int64_t turn, std::uint64_t ticks, std::uint64_t gap) {
 
 }  // namespace
 
-PosePredictor::PosePredictor(const Quantizer& quantizer, const Settings& settings, double gravity_m_s2)
+PosePredictor::PosePredictor(const Quantizer& quantizer, const SnapshotSettings& settings, double gravity_m_s2)
     : gravity_(std::llround(gravity_m_s2 / settings.position_step_m / settings.tick_rate_hz / settings.tick_rate_hz *
                             static_cast<double>(1 << kGravityBits))),
       orientation_limit_(quantizer.orientation_limit()) {}
@@ -67,7 +67,7 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   if (!HasPast(s)) return result;
   const auto ticks = static_cast<std::int64_t>(s.ticks), gap = static_cast<std::int64_t>(s.gap);
   result.flies = HasLongPast(s) && Flies(s);
-  // What flies goes on steadily, so the longer way says its velocity better: less of it is rounding.
+  // A flying body moves steadily, so the longer span gives its velocity more exactly: rounding is a smaller part of it.
   const QuantizedState& from = result.flies ? *s.oldest : *s.older;
   const std::int64_t span = gap + (result.flies ? static_cast<std::int64_t>(s.gap2) : 0);
   std::int64_t longest = 0;

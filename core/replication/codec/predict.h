@@ -1,13 +1,13 @@
-// PosePredictor: where a body will be, from states of it that both ends have.
+// PosePredictor: where a body will be, predicted from states that both ends have.
 //
 //   PosePredictor predictor(quantizer, gravity_m_s2);
 //   Prediction now = predictor.Predict({.base = &b, .older = &p, .oldest = &q, .ticks = 6, .gap = 2, .gap2 = 3});
 //
-// Velocities come from the states themselves: what moved from `older` to `base` moves on. Where two successive
-// velocities differ by what gravity does, the body flies, and its path is the parabola; it ends on the floor where the
-// caller knows one. What turned goes on turning. With `base` alone a body stays.
+// Velocities come from the states themselves: a body that moved from `older` to `base` moves on. Where two successive
+// velocities differ as gravity makes them differ, the body flies along a parabola, which ends on the floor where the
+// caller knows one. A body that turned goes on turning. With `base` alone a body stays.
 //
-// Everything is whole numbers, so that both ends predict the same bits on every machine. Thread rule: const; any
+// All arithmetic is on integers, so that both ends predict the same bits on every machine. Thread rule: const; any
 // thread.
 #pragma once
 
@@ -21,9 +21,9 @@ struct Samples {
   const QuantizedState* base = nullptr;
   const QuantizedState* older = nullptr;   // `gap` ticks before base; may be absent
   const QuantizedState* oldest = nullptr;  // `gap2` ticks before older; may be absent, and is if older is
-  std::uint64_t ticks = 0;                 // from base to what is predicted
+  std::uint64_t ticks = 0;                 // from base to the predicted state
   std::uint64_t gap = 0, gap2 = 0;
-  std::int64_t floor = std::numeric_limits<std::int64_t>::min();  // y that the body never was below
+  std::int64_t floor = std::numeric_limits<std::int64_t>::min();  // lowest y of the body; it never was below
 };
 
 struct Prediction {
@@ -43,12 +43,12 @@ struct Prediction {
 class PosePredictor {
  public:
   // `gravity_m_s2` along y, usually negative; 0: nothing falls.
-  PosePredictor(const Quantizer& quantizer, const Settings& settings, double gravity_m_s2);
+  PosePredictor(const Quantizer& quantizer, const SnapshotSettings& settings, double gravity_m_s2);
 
   Prediction Predict(const Samples& samples) const;
   Prediction PredictWithFit(const Samples& samples) const;
   std::int32_t orientation_limit() const { return orientation_limit_; }
-  // Of what both ends must agree on besides the quantiser.
+  // Differs, most likely, between settings other than the quantiser's that do not understand each other.
   std::uint32_t fingerprint() const { return static_cast<std::uint32_t>(gravity_); }
 
   // Whether the three samples lie on a parabola.

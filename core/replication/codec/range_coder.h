@@ -5,7 +5,7 @@
 //   Bytes bytes = encoder.Finish();          if (decoder.overrun()) return error;
 //
 // A binary arithmetic coder without carry (the way of M. Mahoney's lpaq): the interval is two 32-bit numbers, a leading
-// byte on which they agree goes out. Whole numbers only, so both ends take the same decisions on every machine.
+// byte on which they agree goes out. Integers only, so both ends take the same decisions on every machine.
 //
 // Promise: a decoder never leaves its bytes; beyond their end it reads zeros. It cannot tell a damaged stream from
 // another one: whoever must, adds a checksum (checksum.h). Thread rule: one thread at a time.

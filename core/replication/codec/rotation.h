@@ -1,4 +1,4 @@
-// Rotations in whole numbers: what both ends of a codec predict orientations with.
+// Rotations in integers, by which both ends of a codec predict orientations.
 //
 // A FixedQuaternion has components x, y, z, w in 1 / 2^30. Everything is 64-bit integer arithmetic, so that two hosts,
 // compilers or instruction sets never differ by a bit. Thread rule: free functions; any thread.
@@ -16,10 +16,10 @@ using FixedQuaternion = std::array<std::int64_t, 4>;
 inline constexpr int kFixedBits = 30;
 inline constexpr std::int64_t kFixedOne = std::int64_t{1} << kFixedBits;
 
-// The greatest whole number whose square is at most `value`.
+// The greatest integer whose square is at most `value`.
 std::uint64_t SquareRoot(std::uint64_t value);
 
-// Of a state's "smallest three" at `limit` = Quantizer::orientation_limit().
+// The quaternion of a state's "smallest three" at `limit` = Quantizer::orientation_limit().
 FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit);
 // The three components but `largest` of a unit quaternion, or of its opposite so that `largest` is not negative, as the
 // wire counts them. Within +-limit.
@@ -29,8 +29,8 @@ std::uint8_t LargestOf(const FixedQuaternion& q);
 FixedQuaternion Multiply(const FixedQuaternion& a, const FixedQuaternion& b);
 FixedQuaternion Normalize(const FixedQuaternion& q);
 
-// Where what turned from `older` to `base` in `gap` ticks will be after `ticks` more of the same. Turns of more than
-// about half a circle in all are not believed: `base` comes back. Requires gap >= 1.
+// Extrapolates a turn from `older` to `base` in `gap` ticks by `ticks` more. A turn of more than about half a circle in
+// all is not believed: the result is `base`. Requires gap >= 1.
 FixedQuaternion SpinOn(const FixedQuaternion& base, const FixedQuaternion& older, std::uint64_t gap,
                        std::uint64_t ticks);
 

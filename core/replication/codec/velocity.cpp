@@ -25,7 +25,7 @@ bool ReadOne(BitReader& reader, std::int32_t estimate, int parameter, std::int32
 
 }  // namespace
 
-VelocityEstimator::VelocityEstimator(const Settings& settings)
+VelocityEstimator::VelocityEstimator(const SnapshotSettings& settings)
     : linear_per_position_(std::llround(settings.position_step_m * settings.tick_rate_hz /
                                         settings.linear_velocity_step_m_s * static_cast<double>(1 << kScaleBits))),
       angular_per_turn_(std::llround(2 * settings.tick_rate_hz / settings.angular_velocity_step_rad_s)),
@@ -42,7 +42,7 @@ VelocityEstimate VelocityEstimator::From(const QuantizedState& base, const Quant
     const std::int64_t moved = std::clamp(state.position[axis] - base.position[axis], -kFar, kFar);
     result.linear[axis] = Held((moved * linear_per_position_ / elapsed) >> kScaleBits);
   }
-  // The mean over the time is that of its middle.
+  // The mean velocity over a span is the velocity at its middle.
   if (prediction.flies) result.linear[1] = Held(result.linear[1] + ((fall_ * elapsed / 2) >> kScaleBits));
   if (state.largest != base.largest || state.smallest != base.smallest) {
     const FixedQuaternion& q = prediction.base_orientation;

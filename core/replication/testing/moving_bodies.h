@@ -1,11 +1,13 @@
-// Test worlds for replication: bodies that fly, bounce, roll, collide with nothing in particular, come to rest and are
-// kicked awake again, all from one seed. Not physics, but with the changes from tick to tick that physics makes.
+// MovingBodies, test worlds for replication: bodies that fly, bounce, roll, collide with nothing in particular, come to
+// rest and are kicked awake again, all from one seed. Not physics, but with the changes from tick to tick that physics
+// makes.
 #pragma once
 
 #include <random>
 #include <vector>
 
-#include "core/replication/snapshot.h"
+#include "core/replication/snapshot_record.h"
+#include "core/world/bounds.h"
 
 namespace tessera::replication {
 

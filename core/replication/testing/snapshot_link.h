@@ -1,4 +1,5 @@
-// For tests: one region and one client, and a network between them that loses, doubles and reorders, from a seed.
+// SnapshotLink, for tests: one region and one client, and a network between them that loses, doubles and reorders, from
+// a seed.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,8 +15,7 @@ namespace tessera::replication {
 
 using Truth = std::map<BodyId, BodyRecord>;  // as a client should see it: quantised
 
-// One region and one client, and what lies between them.
-class Link {
+class SnapshotLink {
  public:
   struct Network {
     double loss = 0, duplicate = 0;
@@ -24,7 +24,7 @@ class Link {
     double ack_loss = 0;  // besides
   };
 
-  Link(const Aabb& bounds, const Network& network, const Settings& settings = {})
+  SnapshotLink(const Aabb& bounds, const Network& network, const SnapshotSettings& settings = {})
       : network_(network),
         random_(network.seed),
         quantizer_(bounds, settings),
@@ -120,7 +120,7 @@ class Link {
   std::size_t refused_ = 0;
 };
 
-inline void ExpectSeesAll(Link& link, Tick at_least) {
+inline void ExpectSeesAll(SnapshotLink& link, Tick at_least) {
   const Truth& truth = link.TruthAt(link.tick());
   EXPECT_EQ(link.seen().size(), truth.size());
   for (const auto& [id, seen] : link.seen()) {

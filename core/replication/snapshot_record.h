@@ -1,0 +1,37 @@
+// Records: the entries of a snapshot, one for each body that changed and one for each that is there no more.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/world/ids.h"
+#include "core/world/scene.h"
+
+namespace tessera::replication {
+
+using Bytes = std::vector<std::uint8_t>;
+
+struct BodyRecord {
+  BodyId id;
+  Epoch epoch;  // the epoch of its ownership
+  BodyState state;
+  // PropertySet::Encode of the properties that differ from the scene's. Pushed: null where none does. Received: null
+  // where the datagram has no newer ones.
+  std::shared_ptr<const Bytes> properties = nullptr;
+};
+
+struct DepartureRecord {
+  enum class Why : std::uint8_t {
+    kRemoved,        // for good
+    kHandedOver,     // to `to`, which sends it from now on under a higher epoch
+    kOutOfInterest,  // is there still, with the same owner and epoch, and may come back
+  };
+  BodyId id;
+  Epoch epoch;  // the ownership that ended; if out of interest, the one that goes on
+  RegionId to;
+  Why why = to == RegionId() ? Why::kRemoved : Why::kHandedOver;
+  friend bool operator==(const DepartureRecord&, const DepartureRecord&) = default;
+};
+
+}  // namespace tessera::replication
