@@ -11,7 +11,7 @@ constexpr std::chrono::milliseconds kTrafficWindow{1000}, kTrafficStep{50};
 // Connections at once: a region that comes back takes a new one while the old one fades, and maps may grow.
 constexpr std::size_t kSpareConnections = 64, kMaxConnections = 4095;
 
-// Of the scene and its players, and of players who have left and are not known to be gone.
+// The bodies of the scene and its players, and those of players who have left and are not known to be gone.
 std::size_t BodiesAtMost(const Scene& scene) { return scene.bodies.size() + 2 * kMaxPlayers; }
 
 double SnapshotTicks(const Session& session) { return double(session.tick_rate_hz) / session.snapshot_rate_hz; }
@@ -21,15 +21,15 @@ double SnapshotTicks(const Session& session) { return double(session.tick_rate_h
 Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::unique_ptr<net::Endpoint> endpoint)
     : options(options_in),
       session(std::move(session_in)),
-      wire(std::move(endpoint)),
+      network(std::move(endpoint)),
       interest_radius_m(replication::SnapshotSettingsFor(*session.scene).interest_radius_m),
       world(session.tick_rate_hz, SnapshotTicks(session), BodiesAtMost(*session.scene)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz) {
-  wire.Simulate(options.network);
+  network.Simulate(options.network);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
-    links.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
+    connections.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
   }
 }
 
@@ -72,11 +72,11 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     me.CheckProgress(now);
   }
   if (me.state != ClientState::kEnded) {
-    for (RegionLink& link : me.links) link.DialIfDue(now, me.wire, me.session.credentials);
+    for (RegionConnection& connection : me.connections) connection.DialIfDue(now, me.network, me.session.credentials);
     me.MakeInputs(now);
     me.SendInputs(now);
   }
-  me.wire.Flush();
+  me.network.Flush();
   me.RecordEvents(now);
   me.MeasureRates(now);
   me.network_time.Add(Clock::now() - begin);
@@ -106,8 +106,8 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
   const absl::Status status =
       LeaveInstance(impl_->options.control_address, impl_->options.instance_id, impl_->session.credentials, deadline);
   impl_->End(absl::OkStatus(), "left");
-  (void)impl_->EndRecording();  // who wants to hear of it has asked before
-  impl_->wire.Flush();
+  (void)impl_->EndRecording();  // a caller who wants the status has called StopRecording
+  impl_->network.Flush();
   return status;
 }
 
@@ -137,14 +137,14 @@ std::optional<PropertyValue> Client::PropertyOf(BodyId body, std::string_view na
   const auto seen = world.find(body);
   PropertySet changed;
   if (seen != world.end() && seen->second.properties != nullptr) {
-    absl::StatusOr<PropertySet> told = PropertySet::Decode(*seen->second.properties, scene.properties);
-    if (told.ok()) changed = *std::move(told);
+    absl::StatusOr<PropertySet> received = PropertySet::Decode(*seen->second.properties, scene.properties);
+    if (received.ok()) changed = *std::move(received);
   }
   const BodyDef* def = DefOf(body);
   return def == nullptr ? std::nullopt : ValueOf(scene.properties, def->properties, changed, name);
 }
 ClientStats Client::Stats() const { return impl_->Stats(); }
-void Client::SimulateNetwork(const NetworkConditions& conditions) { impl_->wire.Simulate(conditions); }
+void Client::SimulateNetwork(const NetworkConditions& conditions) { impl_->network.Simulate(conditions); }
 
 ClientStats Client::Impl::Stats() const {
   const Impl& me = *this;
@@ -156,16 +156,17 @@ ClientStats Client::Impl::Stats() const {
     stats.bytes_in_per_s = static_cast<double>(me.traffic.back().in - me.traffic.front().in) / span_s;
     stats.bytes_out_per_s = static_cast<double>(me.traffic.back().out - me.traffic.front().out) / span_s;
   }
-  stats.datagrams_lost = me.let_go.datagrams_lost;
-  stats.decode_errors = me.let_go.decode_errors;
-  stats.reconnects = me.let_go.reconnects;
-  for (const RegionLink& link : me.links) {
-    stats.regions.push_back(link.Stats(me.wire));
+  stats.datagrams_lost = me.dropped.datagrams_lost;
+  stats.decode_errors = me.dropped.decode_errors;
+  stats.reconnects = me.dropped.reconnects;
+  for (const RegionConnection& connection : me.connections) {
+    stats.regions.push_back(connection.Stats(me.network));
     stats.datagrams_lost += stats.regions.back().datagrams_lost;
     stats.decode_errors += stats.regions.back().decode_errors;
     stats.reconnects += stats.regions.back().reconnects;
-    const bool own = me.world.OwnerOf(PlayerBodyId(me.session.player)) == link.region();
-    if (link.welcomed() && (own || stats.round_trip_s == 0)) stats.round_trip_s = stats.regions.back().round_trip_s;
+    const bool own = me.world.OwnerOf(PlayerBodyId(me.session.player)) == connection.region();
+    if (connection.welcomed() && (own || stats.round_trip_s == 0))
+      stats.round_trip_s = stats.regions.back().round_trip_s;
   }
   stats.full_records = me.full_records;
   stats.delta_records = me.delta_records;

@@ -1,9 +1,9 @@
 // Client: a player's way into a running world. What a game embeds.
 //
-// It joins through the control plane, holds one connection to each region that its interest touches, and merges what
-// the regions tell into one world: of a body that two of them tell about, the one with the higher ownership epoch
-// counts, then the later tick. So a body that crosses a border is always there, and there once. Regions that come, go
-// or move while it plays are followed by the map; one that falls silent is dialled again, as the same player.
+// It joins through the control plane, holds one connection to each region that its interest touches, and merges their
+// snapshots into one world: of two states of a body the one with the higher ownership epoch counts, then the later
+// tick. So a body that crosses a border is always there, and there once. Regions that come, go or move while it plays
+// are followed by the map; one that falls silent is dialled again, as the same player.
 //
 //   auto client = Client::Join({.control_address = "127.0.0.1:7700", .instance_id = "plaza-1", .player_name = "ada"});
 //   if (!client.ok()) ...                                  // says why
@@ -51,8 +51,8 @@ struct JoinOptions {
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address = "0.0.0.0";  // IPv4, of the local socket
   NetworkConditions network{};           // to try a game on a bad one
-  // Show the own body, and what it touches, as the inputs already made will have it, rather than as it was when the
-  // server last told. Costs up to a dozen steps of a small world for each snapshot.
+  // Show the own body and the bodies that it touches where the inputs already made will bring them, rather than where
+  // the newest snapshot has them. Costs up to a dozen steps of a small world for each snapshot.
   bool predict = false;
 };
 
@@ -73,12 +73,12 @@ struct ClientEvent {
     kRegionBack,    // region
     kMapChanged,
     kEnded,              // detail
-    kContactBegan,       // body, other, region: of players' bodies
+    kContactBegan,       // body, other, region: one of them is a player's
     kContactEnded,       // body, other, region
     kTriggerEntered,     // body, other, region: one of them is a trigger
     kTriggerLeft,        // body, other, region
     kRecordingEnded,     // detail: why it could not go on; nothing after StopRecording
-    kPropertiesChanged,  // body, region: of one that has appeared; PropertyOf tells what they are now
+    kPropertiesChanged,  // body, region: a body that has appeared before; PropertyOf gives the new values
   };
   static constexpr Kind kLastKind = Kind::kPropertiesChanged;
   Kind kind = Kind::kEnded;
@@ -89,14 +89,14 @@ struct ClientEvent {
   std::string detail{};
 };
 
-// The newest that is known of a body.
+// The newest known state of a body.
 struct SeenBody {
   BodyId id;
   RegionId region;  // its owner
-  Epoch epoch;      // of the ownership
-  Tick tick;        // that `state` is of; older than the world's where nothing has changed since
+  Epoch epoch;      // its ownership's
+  Tick tick;        // time of `state`; older than the world's where nothing has changed since
   BodyState state;
-  // PropertySet::Encode of those that differ from what the scene gives it; null where none do.
+  // PropertySet::Encode of the properties that differ from the scene's; null where none does.
   std::shared_ptr<const std::vector<std::uint8_t>> properties = nullptr;
 };
 
@@ -112,7 +112,7 @@ class Client {
  public:
   // Errors: NOT_FOUND "instance plaza-9: no such instance", UNAVAILABLE "control plane at ...", DEADLINE_EXCEEDED,
   // FAILED_PRECONDITION (it has ended, its scene has no player, or the returning player has left for good),
-  // RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT, UNAUTHENTICATED (the return token has run out or is of elsewhere).
+  // RESOURCE_EXHAUSTED (full), INVALID_ARGUMENT, UNAUTHENTICATED (the return token has expired or belongs elsewhere).
   static absl::StatusOr<std::unique_ptr<Client>> Join(const JoinOptions& options);
   ~Client();  // without Leave: the body stays in the world
   Client(const Client&) = delete;
@@ -131,21 +131,22 @@ class Client {
 
   PlayerNumber player() const;
   BodyId own_body() const;
-  // What makes whoever has it this player, for a day: to be kept where a later process of the game finds it. Secret.
+  // Makes its holder this player, for a day: to be kept where a later process of the game finds it. Secret.
   std::vector<std::uint8_t> return_token() const;
   const Scene& scene() const;
-  // Of one of the scene's bodies or, the same for all, of a player's; null if the scene has none of that id.
+  // The definition of one of the scene's bodies or, the same for all, of a player's; null if the scene has no such
+  // body.
   const BodyDef* DefOf(BodyId body) const;
   const PartitionMap& map() const;
-  // The newest tick that any region told.
+  // The newest tick in any region's snapshots.
   Tick tick() const;
   // Number of the last input that a region has applied to the own body.
   std::uint32_t last_applied_input() const;
 
   // All bodies, as new as they are known; ascending by id.
   const std::map<BodyId, SeenBody>& World() const;
-  // One of the properties that the scene declares, as its owner told it last; of a static body, and of one that is not
-  // in sight, as the scene gives it. Nothing if the scene has no such body, or declares no such property.
+  // A property that the scene declares: its owner's newest value; for a static body, and for one that is not in sight,
+  // the scene's value. Nothing if the scene has no such body, or declares no such property.
   std::optional<PropertyValue> PropertyOf(BodyId body, std::string_view name) const;
   // All bodies at one moment in the recent past, so far back that their states from before and after it are mostly
   // here: between them linearly, beyond the newest along its velocity for at most kMaxExtrapolation. With
@@ -160,12 +161,13 @@ class Client {
   // tests.
   std::uint32_t MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm);
 
-  // Tells the control plane, which has the body removed, and ends. Waits up to `deadline`.
+  // Leaves at the control plane, which has the body removed, and ends. Waits up to `deadline`.
   absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));
 
-  // From now on, and with all that is known now, what this client is told goes into a file of at most `max_bytes`; what
-  // is there under that name is replaced. Where it cannot go on, an event says why. Errors: UNAVAILABLE (cannot be
-  // written), FAILED_PRECONDITION (there is a recording under way, or the client has ended or is a recording itself).
+  // Records the present state of the world, and from now on everything that comes from the regions, into a file of at
+  // most `max_bytes`; a file of that name is replaced. If the recording cannot go on, an event says why. Errors:
+  // UNAVAILABLE (cannot be written), FAILED_PRECONDITION (there is a recording under way, or the client has ended or is
+  // a recording itself).
   absl::Status Record(const std::string& file, std::uint64_t max_bytes = kDefaultRecording_bytes);
   // A file that is not ended, by this or with the client, cannot be played. OK if there is no recording.
   absl::Status StopRecording();
@@ -174,7 +176,7 @@ class Client {
   static constexpr std::uint64_t kDefaultRecording_bytes = std::uint64_t{1} << 30;
 
   ClientStats Stats() const;
-  // From now on the network is so.
+  // Simulates this network from now on.
   void SimulateNetwork(const NetworkConditions& conditions);
 
  private:

@@ -1,4 +1,4 @@
-// Which regions a client is connected to: those of the map that its interest touches.
+// Following the map: a client is connected to the regions that its interest touches.
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
@@ -10,16 +10,16 @@ namespace {
 
 // Without any region for so long, the instance counts as lost; shorter than that, a failover may bring it back.
 constexpr std::chrono::seconds kMaxSilence{30};
-// After so long all regions of the map are asked: who has taken the place of those that were near may not be one of
-// them.
+// After so long without an answer all regions of the map are dialled: the regions that replace those that were near may
+// lie elsewhere.
 constexpr std::chrono::seconds kSearchAfter{1};
-// Beyond the radius of interest, by shares of it: regions are connected to before anything of them can come into sight,
-// and let go of when nothing of them can have been in it for a while. What the server does at the edge lies between.
-constexpr double kConnectBeyond = 0.25, kLetGoBeyond = 0.5;
+// Margins beyond the radius of interest, as shares of it: a region is connected to before any of its bodies can come
+// into sight, and dropped when none can have been in sight for a while. The server's own hysteresis lies between.
+constexpr double kConnectBeyond = 0.25, kDropBeyond = 0.5;
 
 }  // namespace
 
-void Client::Impl::AdoptMap(RegionLink& from, const v1::PartitionMap& proto) {
+void Client::Impl::AdoptMap(RegionConnection& from, const v1::PartitionMap& proto) {
   if (proto.version() <= session.map.version().value()) return;
   absl::StatusOr<PartitionMap> map = FromProto(proto);
   if (!map.ok()) return from.CountError();
@@ -29,9 +29,9 @@ void Client::Impl::AdoptMap(RegionLink& from, const v1::PartitionMap& proto) {
   events.push_back({.kind = ClientEvent::Kind::kMapChanged});
 }
 
-void Client::Impl::AdoptEndpoints(RegionLink& from,
-                                  const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& told) {
-  for (const v1::RegionEndpoint& endpoint : told) {
+void Client::Impl::AdoptEndpoints(RegionConnection& from,
+                                  const google::protobuf::RepeatedPtrField<v1::RegionEndpoint>& announced) {
+  for (const v1::RegionEndpoint& endpoint : announced) {
     absl::StatusOr<RegionEndpoint> where =
         EndpointFrom(endpoint.region(), endpoint.host(), endpoint.game_port(), endpoint.incarnation());
     if (!where.ok()) {
@@ -50,74 +50,75 @@ void Client::Impl::Follow(TimePoint now) {
   follow_due = false;
   DropGone(now);
   DropFar(now);
-  MoveLinks(now);
+  MoveConnections(now);
   AddMissing();
 }
 
 void Client::Impl::DropGone(TimePoint now) {
-  for (auto link = links.begin(); link != links.end();) {
-    if (session.map.HasRegion(link->region())) {
-      ++link;
+  for (auto connection = connections.begin(); connection != connections.end();) {
+    if (session.map.HasRegion(connection->region())) {
+      ++connection;
       continue;
     }
-    RegionChanged(now, link->region(), RegionEntry::Change::kGone);
-    link = LetGo(link);
+    RegionChanged(now, connection->region(), RegionEntry::Change::kGone);
+    connection = Drop(connection);
   }
 }
 
 void Client::Impl::DropFar(TimePoint now) {
-  for (auto link = links.begin(); link != links.end();) {
-    if (Near(link->region(), kLetGoBeyond * interest_radius_m)) {
-      ++link;
+  for (auto connection = connections.begin(); connection != connections.end();) {
+    if (Near(connection->region(), kDropBeyond * interest_radius_m)) {
+      ++connection;
       continue;
     }
-    RegionChanged(now, link->region(), RegionEntry::Change::kOutOfSight);
-    link = LetGo(link);
+    RegionChanged(now, connection->region(), RegionEntry::Change::kOutOfSight);
+    connection = Drop(connection);
   }
 }
 
-void Client::Impl::MoveLinks(TimePoint now) {
-  for (RegionLink& link : links) {
-    const auto endpoint = endpoints.find(link.region());
-    if (endpoint == endpoints.end() || endpoint->second.incarnation <= link.where().incarnation) continue;
-    if (link.welcomed()) OnDisconnected(now, link);
-    link.Move(endpoint->second, wire);
+void Client::Impl::MoveConnections(TimePoint now) {
+  for (RegionConnection& connection : connections) {
+    const auto endpoint = endpoints.find(connection.region());
+    if (endpoint == endpoints.end() || endpoint->second.incarnation <= connection.where().incarnation) continue;
+    if (connection.welcomed()) OnDisconnected(now, connection);
+    connection.Move(endpoint->second, network);
   }
 }
 
 void Client::Impl::AddMissing() {
   for (const MapRegion& region : session.map.regions()) {
-    const auto at = std::lower_bound(links.begin(), links.end(), region.id,
-                                     [](const RegionLink& link, RegionId id) { return link.region() < id; });
-    if (at != links.end() && at->region() == region.id) continue;
+    const auto at =
+        std::lower_bound(connections.begin(), connections.end(), region.id,
+                         [](const RegionConnection& connection, RegionId id) { return connection.region() < id; });
+    if (at != connections.end() && at->region() == region.id) continue;
     const auto endpoint = endpoints.find(region.id);
     if (endpoint == endpoints.end() || !Near(region.id, kConnectBeyond * interest_radius_m)) continue;
-    links.emplace(at, endpoint->second, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
+    connections.emplace(at, endpoint->second, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
   }
 }
 
-std::vector<RegionLink>::iterator Client::Impl::LetGo(std::vector<RegionLink>::iterator link) {
-  link->Stop(wire);
-  const RegionStats stats = link->Stats(wire);
-  let_go.datagrams += stats.datagrams;
-  let_go.datagrams_lost += stats.datagrams_lost;
-  let_go.decode_errors += stats.decode_errors;
-  let_go.reconnects += stats.reconnects;
-  return links.erase(link);
+std::vector<RegionConnection>::iterator Client::Impl::Drop(std::vector<RegionConnection>::iterator connection) {
+  connection->Stop(network);
+  const RegionStats stats = connection->Stats(network);
+  dropped.datagrams += stats.datagrams;
+  dropped.datagrams_lost += stats.datagrams_lost;
+  dropped.decode_errors += stats.decode_errors;
+  dropped.reconnects += stats.reconnects;
+  return connections.erase(connection);
 }
 
 bool Client::Impl::Near(RegionId region, double more_m) const {
   return interest_radius_m <= 0 || !started || searching || Touches(region, more_m);
 }
 
-// Whether something of the region may be within `more_m` of what is of interest.
+// Whether bodies of the region may be within the radius of interest and `more_m`.
 bool Client::Impl::Touches(RegionId region, double more_m) const {
   const std::optional<Vec3d> centre = OwnPosition();
   if (!centre.has_value()) return true;
   const double radius = interest_radius_m + more_m;
   const Vec3d reach{radius, 0, radius};
   if (session.map.Reaches(region, {*centre - reach, *centre + reach})) return true;
-  // The owner of the own body is listened to wherever the map has it: a handover may be under way.
+  // The owner of the own body stays connected wherever the map has it: a handover may be under way.
   return world.OwnerOf(PlayerBodyId(session.player)) == region;
 }
 
@@ -132,17 +133,18 @@ std::optional<Vec3d> Client::Impl::OwnPosition() const {
 
 void Client::Impl::CheckProgress(TimePoint now) {
   if (!joined_by.has_value()) joined_by = now + options.deadline;
-  if (state == ClientState::kJoining && !links.empty() && AllWelcomed()) state = ClientState::kWaiting;
+  if (state == ClientState::kJoining && !connections.empty() && AllWelcomed()) state = ClientState::kWaiting;
   if (state == ClientState::kWaiting && started) state = ClientState::kPlaying;
   if (state == ClientState::kJoining && now >= *joined_by) {
-    const auto mute = std::find_if(links.begin(), links.end(), [](const RegionLink& l) { return !l.welcomed(); });
+    const auto mute =
+        std::find_if(connections.begin(), connections.end(), [](const RegionConnection& l) { return !l.welcomed(); });
     const std::string error = mute->last_error().empty() ? "" : absl::StrCat(": ", mute->last_error());
     return End(absl::DeadlineExceededError(absl::StrCat(mute->Where(), " does not answer", error)), "");
   }
-  if (std::any_of(links.begin(), links.end(), [](const RegionLink& l) { return l.welcomed(); })) {
+  if (std::any_of(connections.begin(), connections.end(), [](const RegionConnection& l) { return l.welcomed(); })) {
     silent_since.reset();
-    const auto found = [this](const RegionLink& l) { return l.welcomed() && Touches(l.region(), 0); };
-    searching = searching && std::none_of(links.begin(), links.end(), found);
+    const auto found = [this](const RegionConnection& l) { return l.welcomed() && Touches(l.region(), 0); };
+    searching = searching && std::none_of(connections.begin(), connections.end(), found);
     return;
   }
   if (!silent_since.has_value()) silent_since = now;
@@ -157,7 +159,7 @@ void Client::Impl::End(absl::Status why, std::string detail) {
   state = ClientState::kEnded;
   reason = std::move(why);
   if (detail.empty()) detail = std::string(reason.message());
-  for (RegionLink& link : links) link.Stop(wire);
+  for (RegionConnection& connection : connections) connection.Stop(network);
   events.push_back({.kind = ClientEvent::Kind::kEnded, .detail = std::move(detail)});
 }
 

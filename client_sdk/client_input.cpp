@@ -1,4 +1,4 @@
-// What a client sends: inputs at the world's tick rate, each in a few datagrams, along with acknowledgements.
+// Sending: inputs at the world's tick rate, each in a few datagrams, along with acknowledgements.
 #include <algorithm>
 
 #include "client_sdk/blend.h"
@@ -16,7 +16,8 @@ void Client::Impl::Push(BodyId body, Vec3f force_n, Vec3f torque_nm) {
   if (own && predictor) predictor->Add(input);
 }
 
-// While the player steers, one a tick; a predicted body that moves needs them too, since they tell which tick is shown.
+// While the player steers, one input a tick. A predicted body that moves needs them too: they give the tick that is
+// shown.
 void Client::Impl::MakeInputs(TimePoint now) {
   const bool steering = steering_force_n != Vec3f() || steering_torque_nm != Vec3f();
   const auto own = world.bodies().find(PlayerBodyId(session.player));
@@ -31,16 +32,17 @@ void Client::Impl::MakeInputs(TimePoint now) {
   }
 }
 
-void Client::Impl::NoteApplied(TimePoint now, const RegionLink& link, const replication::ReceivedSnapshot& snapshot) {
+void Client::Impl::NoteApplied(TimePoint now, const RegionConnection& connection,
+                               const replication::ReceivedSnapshot& snapshot) {
   const BodyId body = PlayerBodyId(session.player);
   const auto own = world.bodies().find(body);
-  if (own == world.bodies().end() || own->second.region != link.region()) return;
+  if (own == world.bodies().end() || own->second.region != connection.region()) return;
   if (applied && snapshot.tick <= applied->tick) return;
   applied = {snapshot.tick, std::max(snapshot.last_input, applied ? applied->input : 0)};
-  input_clock.Told(now, applied->input, snapshot.input_margin_ticks);
-  const bool told = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
+  input_clock.Applied(now, applied->input, snapshot.input_margin_ticks);
+  const bool sent = std::any_of(snapshot.bodies.begin(), snapshot.bodies.end(),
                                 [&](const replication::BodyRecord& record) { return record.id == body; });
-  if (told || AtRest(own->second.state)) correct_to = applied;
+  if (sent || AtRest(own->second.state)) correct_to = applied;
 }
 
 void Client::Impl::Correct() {
@@ -62,12 +64,14 @@ void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {
   }
 }
 
-// Each input goes to the region that owns its body, and to all while nobody is known to.
+// Each input goes to the region that owns its body, and to all regions while the owner is unknown.
 void Client::Impl::SendInputs(TimePoint now) {
   const bool due = inputs.Due(now, std::chrono::nanoseconds(1'000'000'000 / session.tick_rate_hz));
-  for (RegionLink& link : links) {
-    const auto is_for_link = [&](BodyId body) { return world.OwnerOf(body).value_or(link.region()) == link.region(); };
-    Sent(link.Send(now, wire, due ? inputs.Select(is_for_link) : std::vector<PlayerInput>()));
+  for (RegionConnection& connection : connections) {
+    const auto is_its_own = [&](BodyId body) {
+      return world.OwnerOf(body).value_or(connection.region()) == connection.region();
+    };
+    Sent(connection.Send(now, network, due ? inputs.Select(is_its_own) : std::vector<PlayerInput>()));
   }
   if (due) inputs.Sent(now);
 }

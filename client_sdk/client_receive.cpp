@@ -1,4 +1,4 @@
-// What a client is told, and what comes of it.
+// Receiving: connections, control messages and snapshots of the regions.
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
@@ -44,134 +44,137 @@ absl::StatusCode CodeOf(v1::RefusalReason reason) {
 }  // namespace
 
 void Client::Impl::Receive(TimePoint now) {
-  for (const net::Event& event : wire.Service(now)) {
-    RegionLink* link = LinkOf(event.peer);
-    if (link == nullptr) continue;  // let go of earlier in this very batch
-    OnEvent(now, *link, event);
+  for (const net::Event& event : network.Service(now)) {
+    RegionConnection* connection = ConnectionOf(event.peer);
+    if (connection == nullptr) continue;  // dropped earlier in this very batch
+    OnEvent(now, *connection, event);
     if (state == ClientState::kEnded) return;
   }
 }
 
-void Client::Impl::OnEvent(TimePoint now, RegionLink& link, const net::Event& event) {
+void Client::Impl::OnEvent(TimePoint now, RegionConnection& connection, const net::Event& event) {
   switch (event.kind) {
     case net::Event::Kind::kConnected:
-      return link.LetIn(event.peer);
+      return connection.Accepted(event.peer);
     case net::Event::Kind::kDisconnected:
-      return event.refusal ? OnDialRefused(now, link, *event.refusal) : OnDisconnected(now, link);
+      return event.refusal ? OnDialRefused(now, connection, *event.refusal) : OnDisconnected(now, connection);
     case net::Event::Kind::kMessage:
       bytes_in += event.bytes.size();
-      return event.delivery == net::Delivery::kReliable ? OnControl(now, link, event.bytes)
-                                                        : OnSnapshot(now, link, event.bytes);
+      return event.delivery == net::Delivery::kReliable ? OnControl(now, connection, event.bytes)
+                                                        : OnSnapshot(now, connection, event.bytes);
   }
 }
 
-RegionLink* Client::Impl::LinkOf(net::PeerHandle peer) {
-  const auto found = std::find_if(links.begin(), links.end(), [&](const RegionLink& l) { return l.peer() == peer; });
-  return found == links.end() ? nullptr : &*found;
+RegionConnection* Client::Impl::ConnectionOf(net::PeerHandle peer) {
+  const auto found =
+      std::find_if(connections.begin(), connections.end(), [&](const RegionConnection& l) { return l.peer() == peer; });
+  return found == connections.end() ? nullptr : &*found;
 }
 
 bool Client::Impl::AllWelcomed() const {
-  return std::all_of(links.begin(), links.end(), [](const RegionLink& link) { return link.welcomed(); });
+  return std::all_of(connections.begin(), connections.end(),
+                     [](const RegionConnection& connection) { return connection.welcomed(); });
 }
 
-void Client::Impl::OnDisconnected(TimePoint now, RegionLink& link) {
-  const bool lost = link.welcomed();
-  link.Disconnected(now);
+void Client::Impl::OnDisconnected(TimePoint now, RegionConnection& connection) {
+  const bool lost = connection.welcomed();
+  connection.Disconnected(now);
   if (!lost) return;
-  RegionChanged(now, link.region(), RegionEntry::Change::kLost);
-  events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = link.region()});
+  RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
+  events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = connection.region()});
 }
 
-void Client::Impl::OnControl(TimePoint now, RegionLink& link, const net::Bytes& bytes) {
+void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
   v1::RegionControl control;
-  if (!control.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return link.CountError();
+  if (!control.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) return connection.CountError();
   switch (control.kind_case()) {
     case v1::RegionControl::kWelcome:
-      return OnWelcome(now, link, control.welcome());
+      return OnWelcome(now, connection, control.welcome());
     case v1::RegionControl::kRefusal:
-      return OnRefusal(now, link, control.refusal());
+      return OnRefusal(now, connection, control.refusal());
     case v1::RegionControl::kStarted:
       return Start();
     case v1::RegionControl::kMap:
-      AdoptEndpoints(link, control.map().endpoints());
-      return AdoptMap(link, control.map().map());
+      AdoptEndpoints(connection, control.map().endpoints());
+      return AdoptMap(connection, control.map().map());
     case v1::RegionControl::kInputRefused: {
       const v1::InputRefused& refused = control.input_refused();
       ++inputs_refused;
       events.push_back({.kind = ClientEvent::Kind::kInputRefused,
                         .body = BodyId(refused.body()),
-                        .region = link.region(),
+                        .region = connection.region(),
                         .input_number = refused.input_number(),
                         .detail = refused.detail()});
       return;
     }
     case v1::RegionControl::kStopping:
-      return OnStopping(now, link, control.stopping().reason());
+      return OnStopping(now, connection, control.stopping().reason());
     case v1::RegionControl::kRenewedToken:
-      return OnRenewedToken(link, control.renewed_token());
+      return OnRenewedToken(connection, control.renewed_token());
     case v1::RegionControl::kPairEvents:
-      return OnPairEvents(now, link, control.pair_events());
+      return OnPairEvents(now, connection, control.pair_events());
     case v1::RegionControl::KIND_NOT_SET:
-      return link.CountError();
+      return connection.CountError();
   }
 }
 
-void Client::Impl::OnWelcome(TimePoint now, RegionLink& link, const v1::RegionWelcome& welcome) {
-  if (link.state() != RegionLink::State::kGreeted) return link.CountError();
-  if (welcome.region() != link.region().value() || welcome.player() != session.player.value()) {
-    return End(absl::InternalError(absl::StrCat(link.Where(), " answers as region ", welcome.region(), " to player ",
-                                                welcome.player())),
+void Client::Impl::OnWelcome(TimePoint now, RegionConnection& connection, const v1::RegionWelcome& welcome) {
+  if (connection.state() != RegionConnection::State::kAccepted) return connection.CountError();
+  if (welcome.region() != connection.region().value() || welcome.player() != session.player.value()) {
+    return End(absl::InternalError(absl::StrCat(connection.Where(), " answers as region ", welcome.region(),
+                                                " to player ", welcome.player())),
                "");
   }
   const bool again = state != ClientState::kJoining;
-  link.Welcomed();
-  RegionChanged(now, link.region(), RegionEntry::Change::kBegins);
-  if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = link.region()});
-  AdoptEndpoints(link, welcome.endpoints());
-  AdoptMap(link, welcome.map());
+  connection.Welcomed();
+  RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
+  if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
+  AdoptEndpoints(connection, welcome.endpoints());
+  AdoptMap(connection, welcome.map());
   if (welcome.started()) Start();
 }
 
 void Client::Impl::Start() {
   if (started) return;
   started = true;
-  follow_due = true;  // until then every region wants to hear of every player
+  follow_due = true;  // until then the client is connected to every region
   events.push_back({.kind = ClientEvent::Kind::kStarted});
 }
 
-void Client::Impl::OnRefusal(TimePoint now, RegionLink& link, const v1::RegionRefusal& refusal) {
-  if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, link, refusal.detail());
-  const absl::string_view word = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
-  End(absl::Status(CodeOf(refusal.reason()), absl::StrCat(link.Where(), " refuses: ", word, ": ", refusal.detail())),
+void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const v1::RegionRefusal& refusal) {
+  if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, connection, refusal.detail());
+  const absl::string_view reason_name = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
+  End(absl::Status(CodeOf(refusal.reason()),
+                   absl::StrCat(connection.Where(), " refuses: ", reason_name, ": ", refusal.detail())),
       "");
 }
 
-// Once in the world, a door that is another's by now or has no room is tried again: a region may be on its way to
-// another address, and the map tells where.
-void Client::Impl::OnDialRefused(TimePoint now, RegionLink& link, const net::Refusal& refusal) {
+// Once in the world, a client dials again when another region answers at an address, or the region is full: it may be
+// moving to another address, which the map will give.
+void Client::Impl::OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal) {
   const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kExpired ||
                         refusal.reason == net::Refused::kStopping;
-  if (state == ClientState::kJoining || for_good) return OnRefusal(now, link, ToProto(refusal));
-  link.Failed(refusal.detail);
-  OnDisconnected(now, link);
+  if (state == ClientState::kJoining || for_good) return OnRefusal(now, connection, ToProto(refusal));
+  connection.Failed(refusal.detail);
+  OnDisconnected(now, connection);
 }
 
-void Client::Impl::OnPairEvents(TimePoint now, RegionLink& link, const v1::PairEvents& told) {
-  const Tick tick(told.tick());
+void Client::Impl::OnPairEvents(TimePoint now, RegionConnection& connection, const v1::PairEvents& message) {
+  const Tick tick(message.tick());
   std::vector<BodyPair> whole;
-  for (const v1::PairEvent& event : told.events()) {
+  for (const v1::PairEvent& event : message.events()) {
     const BodyPair pair{BodyId(event.body_a()), BodyId(event.body_b()), event.trigger()};
-    if (pair.a >= pair.b || (told.whole() && !event.begin())) return link.CountError();
-    if (told.whole()) {
+    if (pair.a >= pair.b || (message.whole() && !event.begin())) return connection.CountError();
+    if (message.whole()) {
       whole.push_back(pair);
     } else {
-      pairs.Told(now, link.region(), tick, pair, event.begin());
+      pairs.Take(now, connection.region(), tick, pair, event.begin());
     }
   }
-  if (!told.whole()) return;
-  pairs.ToldAll(now, link.region(), tick, whole, [&](const BodyPair& pair) {
+  if (!message.whole()) return;
+  pairs.TakeAll(now, connection.region(), tick, whole, [&](const BodyPair& pair) {
     const std::optional<RegionId> owner = world.OwnerOf(IsStatic(pair.a) ? pair.b : pair.a);
-    return owner.has_value() && *owner != link.region();
+    return owner.has_value() && *owner != connection.region();
   });
 }
 
@@ -187,24 +190,24 @@ void Client::Impl::SettlePairs(TimePoint now) {
       now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(body); }, events);
 }
 
-void Client::Impl::OnRenewedToken(RegionLink& link, const v1::RenewedToken& renewed) {
+void Client::Impl::OnRenewedToken(RegionConnection& connection, const v1::RenewedToken& renewed) {
   const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(renewed.session_key());
   const std::string& token = renewed.connect_token();
-  if (!key.ok() || token.size() > net::kMaxTokenBytes) return link.CountError();
+  if (!key.ok() || token.size() > net::kMaxTokenBytes) return connection.CountError();
   session.credentials = {.token = {token.begin(), token.end()}, .key = *key};
 }
 
-void Client::Impl::OnStopping(TimePoint now, RegionLink& link, const std::string& why) {
-  link.Stop(wire);
-  RegionChanged(now, link.region(), RegionEntry::Change::kLost);
-  const auto stopped = [](const RegionLink& l) { return l.state() == RegionLink::State::kStopped; };
-  if (!std::all_of(links.begin(), links.end(), stopped)) return;
-  // The map may name others: some that have come in the place of these, and were heard of in the same breath; some that
-  // are too far away to have been listened to. They are asked.
+void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const std::string& why) {
+  connection.Stop(network);
+  RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
+  const auto stopped = [](const RegionConnection& l) { return l.state() == RegionConnection::State::kStopped; };
+  if (!std::all_of(connections.begin(), connections.end(), stopped)) return;
+  // The map may name other regions: some that replace these, and some that were too far away to connect to. They are
+  // dialled.
   bool any_new = false, any_near = false;
   for (const MapRegion& region : session.map.regions()) {
-    const auto is_it = [&](const RegionLink& l) { return l.region() == region.id; };
-    if (std::any_of(links.begin(), links.end(), is_it)) continue;
+    const auto is_it = [&](const RegionConnection& l) { return l.region() == region.id; };
+    if (std::any_of(connections.begin(), connections.end(), is_it)) continue;
     any_new = true;
     any_near = any_near || Near(region.id, 0);
   }
@@ -213,8 +216,8 @@ void Client::Impl::OnStopping(TimePoint now, RegionLink& link, const std::string
   follow_due = true;
 }
 
-void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes& bytes) {
-  const std::optional<replication::ReceivedSnapshot> snapshot = link.ReadSnapshot(bytes);
+void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
+  const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   full_records += snapshot->full_records;
   delta_records += snapshot->bodies.size() - snapshot->full_records;
@@ -226,10 +229,10 @@ void Client::Impl::OnSnapshot(TimePoint now, RegionLink& link, const net::Bytes&
     input_clock.Stop();
   }
   playout.Arrived(now, snapshot->tick);
-  if (recorder) recorder->Snapshot(now, link.region(), *snapshot);
-  world.Take(now, link.region(), *snapshot, events);
-  NoteApplied(now, link, *snapshot);
-  if (link.AcknowledgementUrgent()) Sent(link.Send(now, wire, {}));
+  if (recorder) recorder->Snapshot(now, connection.region(), *snapshot);
+  world.Take(now, connection.region(), *snapshot, events);
+  NoteApplied(now, connection, *snapshot);
+  if (connection.AcknowledgementUrgent()) Sent(connection.Send(now, network, {}));
 }
 
 }  // namespace tessera::client

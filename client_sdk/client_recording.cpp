@@ -8,7 +8,7 @@
 namespace tessera::client {
 namespace {
 
-// What the world's view says of itself when it is played back, or what does not belong to the world.
+// Whether the event is not recorded: the view makes it again when it is played back, or it is not about the world.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
   using Kind = ClientEvent::Kind;
   return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertiesChanged ||
@@ -53,27 +53,28 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
 absl::Status Client::StopRecording() { return impl_->EndRecording(); }
 bool Client::recording() const { return impl_->recorder.has_value(); }
 
-// As if the regions had just begun to tell, in the order of their ids.
+// Records the known world as if the regions had just begun to send, in the order of their ids.
 void Client::Impl::RecordAllKnown(TimePoint now) {
   std::map<RegionId, replication::ReceivedSnapshot> known;
   for (const auto& [id, body] : world.bodies()) {
-    replication::ReceivedSnapshot& told = known[body.region];
-    told.tick = std::max(told.tick, body.tick);
-    told.bodies.push_back({id, body.epoch, body.state, body.properties});
+    replication::ReceivedSnapshot& snapshot = known[body.region];
+    snapshot.tick = std::max(snapshot.tick, body.tick);
+    snapshot.bodies.push_back({id, body.epoch, body.state, body.properties});
   }
-  for (const RegionLink& link : links) {
-    if (link.welcomed()) known.try_emplace(link.region());
+  for (const RegionConnection& connection : connections) {
+    if (connection.welcomed()) known.try_emplace(connection.region());
   }
-  for (const auto& [region, told] : known) {
+  for (const auto& [region, snapshot] : known) {
     recorder->Region(now, region, RegionEntry::Change::kBegins);
-    if (!told.bodies.empty()) recorder->Snapshot(now, region, told);
+    if (!snapshot.bodies.empty()) recorder->Snapshot(now, region, snapshot);
     if (!IsWelcomed(region)) recorder->Region(now, region, RegionEntry::Change::kLost);
   }
 }
 
 bool Client::Impl::IsWelcomed(RegionId region) const {
-  return std::any_of(links.begin(), links.end(),
-                     [&](const RegionLink& link) { return link.region() == region && link.welcomed(); });
+  return std::any_of(connections.begin(), connections.end(), [&](const RegionConnection& connection) {
+    return connection.region() == region && connection.welcomed();
+  });
 }
 
 void Client::Impl::RecordEvents(TimePoint now) {
@@ -122,16 +123,16 @@ void Client::Impl::PlayBack(TimePoint now) {
   if (replay->ended()) End(absl::OkStatus(), "the recording ends");
 }
 
-// Each at its own time, however rarely Poll is called.
+// Plays an entry at its own time, however rarely Poll is called.
 void Client::Impl::PlayStep(Replay::Step step) {
   world.Expire(step.at, events);
-  if (auto* told = std::get_if<Replay::Snapshot>(&step.what)) {
-    newest_tick = std::max(newest_tick, told->told.tick);
-    last_applied_input = std::max(last_applied_input, told->told.last_input);
-    full_records += told->told.full_records;
-    delta_records += told->told.bodies.size() - told->told.full_records;
-    playout.Arrived(step.at, told->told.tick);
-    world.Take(step.at, told->region, told->told, events);
+  if (auto* snapshot = std::get_if<Replay::Snapshot>(&step.what)) {
+    newest_tick = std::max(newest_tick, snapshot->received.tick);
+    last_applied_input = std::max(last_applied_input, snapshot->received.last_input);
+    full_records += snapshot->received.full_records;
+    delta_records += snapshot->received.bodies.size() - snapshot->received.full_records;
+    playout.Arrived(step.at, snapshot->received.tick);
+    world.Take(step.at, snapshot->region, snapshot->received, events);
   } else if (const auto* change = std::get_if<RegionEntry>(&step.what)) {
     RegionChanged(step.at, change->region, change->change);
   } else if (auto* map = std::get_if<PartitionMap>(&step.what)) {

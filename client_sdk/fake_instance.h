@@ -25,7 +25,7 @@ namespace tessera::client {
 
 constexpr std::uint32_t kTickRate = 60, kSnapshotRate = 30;
 
-// What is shown is the test's to say.
+// A test decides itself what it shows, so interest has no radius.
 inline replication::SnapshotSettings ShowsAll(const Scene& scene) {
   replication::SnapshotSettings settings = replication::SnapshotSettingsFor(scene);
   settings.interest_radius_m = 0;
@@ -56,7 +56,7 @@ class FakeRegion {
   std::optional<v1::RegionRefusal> refuse_all;
   PlayerNumber welcome_as;          // somebody else, where set
   std::vector<PlayerInput> inputs;  // new ones, as they came
-  double drop_share = 0;            // of snapshot datagrams; every n-th
+  double drop_share = 0;            // share of snapshot datagrams; every n-th
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {

@@ -1,12 +1,12 @@
 // InputClock: when the player's next input is due, so that it is at the server just before its tick.
 //
-// The server takes one input a tick, in order, and tells with its snapshots how many ticks early they came. Too early
+// The server takes one input a tick, in order, and reports in its snapshots how many ticks early they came. Too early
 // is delay, too late leaves a tick without one. So inputs are made at the world's rate, a little faster while the least
 // margin of the last second is too small, a little slower while it is too large.
 //
-//   clock.Told(now, snapshot.last_input, snapshot.input_margin_ticks);
+//   clock.Applied(now, snapshot.last_input, snapshot.input_margin_ticks);
 //   for (int i = clock.Due(now, playout.tick_rate_hz()); i > 0; --i) clock.Made(MakeInput());
-//   double phase = clock.Phase(now);   // of the tick under way
+//   double phase = clock.Phase(now);   // share of a tick since the newest input was due
 //
 // Pure: time comes in. Thread rule: one thread at a time.
 #pragma once
@@ -29,11 +29,11 @@ class InputClock {
   // Faster or slower, as a share of the world's rate, for each tick of error: what is seen is up to a second old, so
   // twice as much would swing.
   static constexpr double kMaxSteer = 0.05, kSteerPerTick = 0.01;
-  // That one call makes up for; a longer pause is a pause.
+  // Inputs that one call makes up for; after a longer pause the rest is skipped.
   static constexpr int kMaxCatchUp = 4;
 
-  // By a snapshot: the last input that was applied, and how many ticks before its tick the newest came.
-  void Told(TimePoint now, std::uint32_t last_input, std::int32_t margin_ticks) {
+  // Takes a snapshot's report: the last input that was applied, and how many ticks before its tick the newest came.
+  void Applied(TimePoint now, std::uint32_t last_input, std::int32_t margin_ticks) {
     // Until the first input is known to act, nobody knows which tick the next one should be meant for.
     if (aimed_from_ == 0 && first_ != 0 && last_input >= first_) aimed_from_ = newest_ + 1;
     if (aimed_from_ == 0 || last_input < aimed_from_) return;

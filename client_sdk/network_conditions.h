@@ -6,11 +6,11 @@
 
 namespace tessera::client {
 
-// Of each direction by itself. What must arrive does, in order, but a loss costs it another try.
+// They apply to each direction by itself. Reliable messages arrive, in order, but a loss delays them by another try.
 struct NetworkConditions {
   double loss = 0;                      // share of datagrams, 0 to 1
   double duplicate = 0;                 // share that comes twice, 0 to 1
-  std::chrono::milliseconds delay{0};   // of each
+  std::chrono::milliseconds delay{0};   // each way
   std::chrono::milliseconds jitter{0};  // up to so much more, evenly spread; so datagrams overtake each other
   std::uint64_t seed = 1;               // the same seed and the same traffic give the same fate
 

@@ -2,16 +2,16 @@
 
 namespace tessera::client {
 
-void PairBook::Told(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin) {
+void PairBook::Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin) {
   const auto [at, fresh] = pairs_.try_emplace(pair);
   Entry& entry = at->second;
   if (fresh) entry.idle_since = now;
-  // What is known already, or older than that.
+  // Ignore an update that is known already, or older than the present state.
   if (!fresh && (tick < entry.tick || (tick == entry.tick && begin == entry.touches))) return;
   entry.waiting.insert({tick, begin, from, now + kHold});
 }
 
-void PairBook::ToldAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
+void PairBook::TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
                        const std::function<bool(const BodyPair&)>& elsewhere) {
   const std::set<BodyPair> named(pairs.begin(), pairs.end());
   for (auto& [pair, entry] : pairs_) {
@@ -23,7 +23,7 @@ void PairBook::ToldAll(TimePoint now, RegionId from, Tick tick, const std::vecto
   for (const BodyPair& pair : named) {
     const auto known = pairs_.find(pair);
     if (known == pairs_.end() || !known->second.touches) {
-      Told(now, from, tick, pair, true);
+      Take(now, from, tick, pair, true);
     } else {
       known->second.from = from;
       known->second.tick = tick;
@@ -32,11 +32,11 @@ void PairBook::ToldAll(TimePoint now, RegionId from, Tick tick, const std::vecto
   }
 }
 
-void PairBook::Tell(const BodyPair& pair, Entry& entry, bool begin, std::vector<ClientEvent>& events) {
+void PairBook::Report(const BodyPair& pair, Entry& entry, bool begin, std::vector<ClientEvent>& events) {
   using Kind = ClientEvent::Kind;
   const Kind contact = begin ? Kind::kContactBegan : Kind::kContactEnded;
   const Kind trigger = begin ? Kind::kTriggerEntered : Kind::kTriggerLeft;
-  entry.told = begin;
+  entry.reported = begin;
   events.push_back({.kind = pair.trigger ? trigger : contact, .body = pair.a, .other = pair.b, .region = entry.from});
 }
 
@@ -45,20 +45,20 @@ void PairBook::Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEve
     const BodyPair& pair = at->first;
     Entry& entry = at->second;
     const bool seen = in_sight(pair.a) && in_sight(pair.b);
-    if (entry.told && !seen) Tell(pair, entry, false, events);
+    if (entry.reported && !seen) Report(pair, entry, false, events);
     while (!entry.waiting.empty()) {
-      const News news = *entry.waiting.begin();
-      const bool fits = news.begin != entry.touches;
-      if (!fits && now < news.until) break;
+      const Update update = *entry.waiting.begin();
+      const bool fits = update.begin != entry.touches;
+      if (!fits && now < update.until) break;
       entry.waiting.erase(entry.waiting.begin());
-      if (!fits) continue;  // what came between is lost
-      entry.touches = news.begin;
-      entry.tick = news.tick;
-      entry.from = news.from;
-      if (seen && news.begin != entry.told) Tell(pair, entry, news.begin, events);
+      if (!fits) continue;  // the update between is lost
+      entry.touches = update.begin;
+      entry.tick = update.tick;
+      entry.from = update.from;
+      if (seen && update.begin != entry.reported) Report(pair, entry, update.begin, events);
     }
-    if (seen && entry.touches && !entry.told) Tell(pair, entry, true, events);
-    if (entry.told || !entry.waiting.empty()) entry.idle_since = now;
+    if (seen && entry.touches && !entry.reported) Report(pair, entry, true, events);
+    if (entry.reported || !entry.waiting.empty()) entry.idle_since = now;
     const bool forgotten = now - entry.idle_since >= (entry.touches ? kUnseen : kHold);
     at = forgotten ? pairs_.erase(at) : std::next(at);
   }

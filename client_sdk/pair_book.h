@@ -1,13 +1,13 @@
-// PairBook: which bodies touch, or overlap with a trigger, as the game is told: each begin once, each end once, and no
-// end without its begin.
+// PairBook: the pairs of bodies that touch, or overlap with a trigger, as events for the game: each begin once, each
+// end once, and no end without its begin.
 //
-// A pair is told of by the region that owns its lower moving body, and that changes; connections to two regions are
-// not in step, and one may break. So what comes is put in the order of its ticks: a begin of what has begun, or an end
-// of what has not, waits kHold for what must have happened between. (Two
-// touches closer together than two regions' connections are apart may come out as one.) A region that begins anew says
-// which pairs there are, and what it does not name is over. The game hears of pairs while both bodies are in its sight.
+// A pair is reported by the region that owns its lower moving body, and that changes; connections to two regions are
+// not in step, and one may break. So updates are put in the order of their ticks: a begin of a pair that has begun, or
+// an end of one that has not, waits kHold for the update that must have happened between. (Two touches closer together
+// than two regions' connections are apart may come out as one.) A region that begins anew sends all its pairs; others
+// that it had sent before are over. The game gets events of a pair while both bodies are in its sight.
 //
-//   book.Told(now, region, tick, {a, b, trigger}, begin);                  // as regions tell
+//   book.Take(now, region, tick, {a, b, trigger}, begin);                  // updates of regions
 //   book.Settle(now, [&](BodyId id) { return in_sight(id); }, events);     // once a poll, after the world
 //
 // Thread rule: one thread at a time; time comes in.
@@ -33,39 +33,39 @@ class PairBook {
  public:
   using Seen = std::function<bool(BodyId)>;
 
-  // How long news wait for news from before them.
+  // How long an update waits for earlier ones.
   static constexpr std::chrono::milliseconds kHold{2000};
   // How long a pair out of sight is remembered: it may come into sight still touching.
   static constexpr std::chrono::milliseconds kUnseen{10'000};
 
-  void Told(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin);
-  // `from` begins anew: at `tick` these pairs are all that it tells of. What it told of before is over, but for pairs
-  // that `elsewhere` says another region tells of by now.
-  void ToldAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
+  void Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin);
+  // `from` begins anew: at `tick` these are all its pairs. Others that it had sent before are over, but for those that
+  // another region has by now, as `elsewhere` says.
+  void TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
                const std::function<bool(const BodyPair&)>& elsewhere);
   void Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEvent>& events);
   std::size_t size() const { return pairs_.size(); }
 
  private:
-  struct News {
+  struct Update {
     Tick tick;
     bool begin = false;
     RegionId from;
     TimePoint until;
-    friend bool operator<(const News& x, const News& y) {
+    friend bool operator<(const Update& x, const Update& y) {
       return x.tick != y.tick ? x.tick < y.tick : x.begin < y.begin;
     }
   };
   struct Entry {
-    bool touches = false;  // as far as is known
-    bool told = false;     // to the game
-    Tick tick;             // of what is known
+    bool touches = false;   // as far as is known
+    bool reported = false;  // to the game
+    Tick tick;              // time of the known state
     RegionId from;
-    std::set<News> waiting;
-    TimePoint idle_since{};  // nothing is waited for, and nothing to be seen of it
+    std::set<Update> waiting;
+    TimePoint idle_since{};  // since when nothing waits and nothing is reported
   };
 
-  static void Tell(const BodyPair& pair, Entry& entry, bool begin, std::vector<ClientEvent>& events);
+  static void Report(const BodyPair& pair, Entry& entry, bool begin, std::vector<ClientEvent>& events);
 
   std::map<BodyPair, Entry> pairs_;
 };

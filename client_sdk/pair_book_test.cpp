@@ -1,4 +1,4 @@
-// Each begin once, each end once, whatever order the news come in and whoever tells them.
+// Each begin once, each end once, in whatever order the updates come and whichever region sends them.
 #include "client_sdk/pair_book.h"
 
 #include <gtest/gtest.h>
@@ -20,25 +20,25 @@ const BodyPair kZone{BodyId(1), BodyId(8), true};
 const RegionId kWest{1}, kEast{2};
 
 struct PairBookTest : testing::Test {
-  // "+": began, "-": ended, in the order told.
+  // "+": began, "-": ended, in the order reported.
   std::string Settle(milliseconds later = milliseconds(0)) {
     now += later;
     std::vector<ClientEvent> events;
     book.Settle(
         now, [&](BodyId id) { return !hidden.contains(id); }, events);
-    std::string told;
+    std::string reported;
     for (const ClientEvent& event : events) {
       const bool begin =
           event.kind == ClientEvent::Kind::kContactBegan || event.kind == ClientEvent::Kind::kTriggerEntered;
-      EXPECT_NE(touching.contains({event.body, event.other}), begin) << "told twice";
+      EXPECT_NE(touching.contains({event.body, event.other}), begin) << "reported twice";
       if (begin) touching.insert({event.body, event.other});
       if (!begin) touching.erase({event.body, event.other});
-      told += begin ? '+' : '-';
+      reported += begin ? '+' : '-';
     }
-    return told;
+    return reported;
   }
   void Told(RegionId from, std::uint64_t tick, bool begin, const BodyPair& pair = kPair) {
-    book.Told(now, from, Tick(tick), pair, begin);
+    book.Take(now, from, Tick(tick), pair, begin);
   }
   static bool Nowhere(const BodyPair&) { return false; }
 
@@ -109,13 +109,13 @@ TEST_F(PairBookTest, ARegionThatBeginsAnewTellsWhatWasMissed) {
   Told(kEast, 12, true, {BodyId(4), BodyId(9), false});
   EXPECT_EQ(Settle(), "+++");
   // The connection to west broke: one pair has ended meanwhile, one goes on, one has begun.
-  book.ToldAll(now, kWest, Tick(50), {kZone, {BodyId(5), BodyId(6), false}}, Nowhere);
+  book.TakeAll(now, kWest, Tick(50), {kZone, {BodyId(5), BodyId(6), false}}, Nowhere);
   EXPECT_EQ(Settle().size(), 2u);
   EXPECT_FALSE(touching.contains({kPair.a, kPair.b}));
   EXPECT_TRUE(touching.contains({BodyId(5), BodyId(6)}));
   EXPECT_EQ(touching.size(), 3u);
-  // What another region has by now is not west's to end.
-  book.ToldAll(now, kWest, Tick(60), {}, [](const BodyPair& pair) { return pair == kZone; });
+  // West cannot end a pair that another region has by now.
+  book.TakeAll(now, kWest, Tick(60), {}, [](const BodyPair& pair) { return pair == kZone; });
   EXPECT_EQ(Settle(), "-");
   EXPECT_TRUE(touching.contains({kZone.a, kZone.b}));
   Told(kEast, 70, false, kZone);
@@ -125,19 +125,19 @@ TEST_F(PairBookTest, ARegionThatBeginsAnewTellsWhatWasMissed) {
 TEST_F(PairBookTest, AWorldThatWentBackIsFollowed) {
   Told(kWest, 1000, true);
   EXPECT_EQ(Settle(), "+");
-  book.ToldAll(now, kWest, Tick(500), {}, Nowhere);
+  book.TakeAll(now, kWest, Tick(500), {}, Nowhere);
   EXPECT_EQ(Settle(), "-");
   Told(kWest, 510, true);
   EXPECT_EQ(Settle(), "+");
-  book.ToldAll(now, kWest, Tick(100), {kPair}, Nowhere);
+  book.TakeAll(now, kWest, Tick(100), {kPair}, Nowhere);
   EXPECT_EQ(Settle(), "");
   Told(kWest, 110, false);
   EXPECT_EQ(Settle(), "-");
 }
 
-// Two regions tell one history in turn; each one's news come in order, theirs against the other's do not. What is here
-// by the time of a poll comes out as it was; of what comes later still, some may be left out, but nothing is told twice
-// and the last word stands.
+// Two regions send one history in turn; the updates of each come in order, those of both together do not. Updates that
+// have come by the time of a poll come out as they were. Some of the later ones may be left out, but nothing is
+// reported twice, and the last state holds.
 TEST_F(PairBookTest, AnyInterleavingIsOneHistory) {
   std::mt19937_64 random(7);
   for (int round = 0; round < 400; ++round) {
@@ -151,22 +151,22 @@ TEST_F(PairBookTest, AnyInterleavingIsOneHistory) {
       lanes[random() % 2].push_back({tick, begin});
       history += begin ? '+' : '-';
     }
-    std::string told;
+    std::string reported;
     while (!lanes[0].empty() || !lanes[1].empty()) {
       const std::size_t lane = lanes[0].empty() ? 1 : lanes[1].empty() ? 0 : random() % 2;
       const auto [tick, begin] = lanes[lane].front();
       lanes[lane].pop_front();
       Told(RegionId(static_cast<std::uint32_t>(lane + 1)), tick, begin);
-      if (!at_once && random() % 2 == 0) told += Settle(milliseconds(5));
+      if (!at_once && random() % 2 == 0) reported += Settle(milliseconds(5));
     }
-    told += Settle();
-    told += Settle(PairBook::kHold);
+    reported += Settle();
+    reported += Settle(PairBook::kHold);
     if (at_once) {
-      ASSERT_EQ(told, history) << "round " << round;
+      ASSERT_EQ(reported, history) << "round " << round;
     }
     ASSERT_TRUE(touching.empty()) << "round " << round;
-    ASSERT_GE(told.size(), 2u);
-    ASSERT_LE(told.size(), history.size());
+    ASSERT_GE(reported.size(), 2u);
+    ASSERT_LE(reported.size(), history.size());
   }
 }
 

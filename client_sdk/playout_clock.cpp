@@ -11,7 +11,7 @@ constexpr std::size_t kMinArrivals = 8;  // for a slope that jitter does not dom
 // Share of a deviation that moves the line, and the mean deviation. Slower follows a changed delay too late.
 constexpr double kGain = 0.05;
 constexpr double kIntervalsBehind = 2, kJittersBehind = 2.5, kMaxDelay_s = 0.5;
-constexpr double kMaxGlide = 0.1;      // of the world's rate
+constexpr double kMaxGlide = 0.1;      // share of the world's rate
 constexpr double kGlideTime_s = 0.5;   // in which an error is glided away, up to that
 constexpr double kJumpBeyond_s = 0.5;  // behind by what gliding would take 5 s to mend; it never goes back
 constexpr double kBrakeBeyond_s = 0.08, kBrakePer_s = 10;  // ahead by that much it brakes, fully .09 s further on

@@ -1,4 +1,4 @@
-// PlayoutClock: which moment of the world to show now.
+// PlayoutClock: chooses the moment of the world to show now.
 //
 // Snapshots come in a rhythm with jitter, from several regions, of a world whose rate itself may sag. The clock follows
 // the newest tick (a line through arrivals, its slope measured over about a second) and shows the world a little behind
@@ -48,7 +48,7 @@ class PlayoutClock {
 
   const double nominal_rate_hz_, interval_ticks_;
   double rate_hz_;
-  std::deque<Arrival> arrivals_;  // of ticks newer than all before, over the last second
+  std::deque<Arrival> arrivals_;  // those with a tick newer than all before, over the last second
   bool started_ = false;
   double newest_tick_ = 0;
   TimePoint head_time_;

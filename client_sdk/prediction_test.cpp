@@ -25,9 +25,9 @@ std::shared_ptr<const Scene> SceneOf(const std::string& more) {
   return *ResolveScene(*written, "floor.textproto");
 }
 
-// A region, a client's part of prediction, and the wire between them.
+// A region, a client's part of prediction, and the network between them.
 struct Loop {
-  struct Told {
+  struct Report {
     Tick tick;
     std::uint32_t last_input = 0;
     std::int32_t margin = 0;
@@ -72,21 +72,21 @@ struct Loop {
     if (!region.Owns(kOwn)) return;
     truth[region.tick()] = region.world().StateOf(kOwn).position;
     if (region.tick().value() % 2 != 0) return;
-    Told told{region.tick(), region.LastInput(kPlayer), margin, {}};
+    Report report{region.tick(), region.LastInput(kPlayer), margin, {}};
     for (const region::OwnedBody& body : region.owned()) {
       if (body.def->id == hidden) continue;
-      told.bodies.push_back({body.def->id, RegionId(1), body.epoch, region.tick(), body.state});
+      report.bodies.push_back({body.def->id, RegionId(1), body.epoch, region.tick(), body.state});
     }
-    down.Put(now, std::move(told), conditions);
+    down.Put(now, std::move(report), conditions);
   }
 
   void Play() {
-    for (const Told& told : down.Take(now)) {
-      if (applied && told.tick <= applied->tick) continue;
-      for (const SeenBody& body : told.bodies) seen[body.id] = body;
-      applied = told;
-      clock.Told(now, told.last_input, told.margin);
-      predictor.Correct(told.tick, told.last_input, seen);
+    for (const Report& report : down.Take(now)) {
+      if (applied && report.tick <= applied->tick) continue;
+      for (const SeenBody& body : report.bodies) seen[body.id] = body;
+      applied = report;
+      clock.Applied(now, report.last_input, report.margin);
+      predictor.Correct(report.tick, report.last_input, seen);
     }
     if (!applied) return;
     for (int due = clock.Due(now, kTickRate); due > 0; --due) {
@@ -133,7 +133,7 @@ struct Loop {
   std::map<BodyId, SeenBody> seen;
   std::optional<Told> applied;
   std::map<Tick, Vec3d> truth, predicted;
-  BodyId hidden;  // what the client is not told of
+  BodyId hidden;  // the client does not get this one
   Vec3f force;
 };
 

@@ -11,12 +11,12 @@
 namespace tessera::client {
 namespace {
 
-// Bodies that could be touched before the server's next word are simulated along, the nearest of them.
+// Bodies that could be touched before the server's next state are simulated as well, the nearest of them.
 constexpr double kReach_m = 0.5, kHorizon_s = 0.2;
 constexpr std::size_t kMaxBodies = 48;
 // A correction fades to a third in this time: fast enough to be true soon, too slow to be seen as a jump.
 constexpr double kBlend_s = 0.1;
-// What is off by more than that was moved on purpose.
+// A body that is off by more than this was moved on purpose.
 constexpr double kTeleport_m = 3;
 // In which a body that is touched, or let go, comes from one time to the other.
 constexpr double kChange_s = 0.15;
@@ -143,7 +143,7 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
   for (auto& [id, body] : bodies_) {
     const SeenBody& seen = bodies.at(id);
     BodyState state = seen.state;
-    // Of another region, or not told anew: brought to the same tick along its velocity.
+    // A state of another region, or an older one, is brought to the same tick along its velocity.
     if (!AtRest(state)) {
       const auto ticks = std::clamp<std::int64_t>(tick - seen.tick, -std::int64_t{kMaxTicks}, std::int64_t{kMaxTicks});
       state.position += Vec3d(state.linear_velocity) * (static_cast<double>(ticks) * tick_s_);
@@ -204,7 +204,7 @@ void Predictor::Step(const PlayerInput& input) {
   NoteTouched();
 }
 
-// What the own body touches, and what that touches while it moves.
+// Marks the bodies that the own body touches, and those that they touch in turn.
 void Predictor::NoteTouched() {
   for (bool more = true; more;) {
     more = false;
@@ -224,7 +224,7 @@ Pose Predictor::Raw(const Body& body) const {
 std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
   std::vector<PredictedBody> shown;
   if (!running()) return shown;
-  // Beyond what is simulated there is nothing to come to: the newest is shown until the server's next word.
+  // If not all inputs are simulated, the newest state is shown until the server's next one.
   phase_ = simulated_ < inputs_.size() ? 1 : std::clamp(phase, 0.0, 1.0);
   const double passed_s =
       shown_at_.has_value() ? std::max(0.0, std::chrono::duration<double>(now - *shown_at_).count()) : 0;

@@ -1,11 +1,11 @@
-// Predictor: the own body as it will be when the inputs already made act, and what it touches with it.
+// Predictor: the own body, and the bodies that it touches, as they will be when the inputs already made act.
 //
-// The server shows the world as it was; what a player does must be seen at once. So the own body, and what lies near
-// it, are simulated here by the same physics on the same ground: from the newest state that the server told, through
-// every input that it had not applied by then, one tick each. When it tells of a later state, that is simulated anew;
-// what comes out differently is blended away. All other bodies are shown as they were (WorldView).
+// Snapshots show the world as it was, but a player's input must be visible at once. So the own body and the bodies near
+// it are simulated here by the same physics on the same ground: from the server's newest state, through every input
+// that it had not applied by then, one tick each. When a later state comes, they are simulated anew from it, and the
+// difference is blended away. All other bodies are shown as they were (WorldView).
 //
-//   predictor.Correct(tick, last_input, world.bodies());   // the own body's region told its state
+//   predictor.Correct(tick, last_input, world.bodies());   // the own body's region sent its state
 //   predictor.Add(input);                                  // the player's, one a tick
 //   for (const PredictedBody& body : predictor.At(now, phase)) ...
 //
@@ -40,29 +40,29 @@ class Predictor {
 
   Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player);
 
-  // `bodies` holds the own body's state at `tick`, after the input `last_input`. Older news are ignored.
+  // `bodies` holds the own body's state at `tick`, after the input `last_input`. An older state is ignored.
   void Correct(Tick tick, std::uint32_t last_input, const std::map<BodyId, SeenBody>& bodies);
-  // Of the own body; numbers ascend.
+  // An input for the own body; numbers ascend.
   void Add(const PlayerInput& input);
   // The own body and what it touches, ascending; `phase`: share of a tick since the newest input.
   std::vector<PredictedBody> At(TimePoint now, double phase);
   void Forget();  // the own body is gone
 
   bool running() const { return base_tick_.has_value(); }
-  // Of the newest predicted state.
+  // The tick of the newest predicted state.
   Tick tick() const;
   const BodyState& own() const { return own_now_; }
-  std::uint64_t corrections() const { return corrections_; }       // of more than kNotable_m
-  double last_correction_m() const { return last_correction_m_; }  // of the own body
+  std::uint64_t corrections() const { return corrections_; }       // those of more than kNotable_m
+  double last_correction_m() const { return last_correction_m_; }  // how far the own body was off
   static constexpr double kNotable_m = 0.01;
 
  private:
   struct Body {
     BodyState before, now;  // at the tick before the newest, and at the newest
-    Vec3d offset;           // what is blended away
+    Vec3d offset;           // the difference that is being blended away
     Quatd turn;
     double weight = 0;
-    bool touched = false;  // by the own body, itself or through others, in what was simulated last
+    bool touched = false;  // by the own body, itself or through others, in the last simulation
   };
 
   void Choose(const std::map<BodyId, SeenBody>& bodies);
@@ -81,7 +81,7 @@ class Predictor {
   double own_radius_m_ = 0;
   std::map<BodyId, Body> bodies_;   // in the world, but for static ones; ascending
   std::deque<PlayerInput> inputs_;  // not applied at the base
-  std::size_t simulated_ = 0;       // of them
+  std::size_t simulated_ = 0;       // so many of them have been simulated
   std::optional<Tick> base_tick_;
   BodyState own_now_;
   double phase_ = 1;

@@ -38,9 +38,9 @@ void Recorder::Snapshot(TimePoint now, RegionId region, const replication::Recei
   OpenFrame& frame = FrameOf(now, region, snapshot.tick);
   frame.last_input = std::max(frame.last_input, snapshot.last_input);
   for (const replication::BodyRecord& body : snapshot.bodies) {
-    const Told told{snapshot.tick, body.epoch, quantizer_.Quantize(body.state)};
-    const auto [at, fresh] = frame.bodies.try_emplace(body.id, told);
-    if (!fresh && told.epoch > at->second.epoch) at->second = told;
+    const RecordedBody recorded{snapshot.tick, body.epoch, quantizer_.Quantize(body.state)};
+    const auto [at, fresh] = frame.bodies.try_emplace(body.id, recorded);
+    if (!fresh && recorded.epoch > at->second.epoch) at->second = recorded;
     if (body.properties != nullptr) frame.properties[body.id] = {snapshot.tick, body.properties};
   }
   frame.departures.insert(frame.departures.end(), snapshot.departures.begin(), snapshot.departures.end());
@@ -86,7 +86,7 @@ absl::Status Recorder::WriteWaiting(std::optional<TimePoint> now) {
 
 absl::Status Recorder::Close() {
   absl::Status status = WriteWaiting(std::nullopt);
-  // What is written stays whole, whatever was the matter.
+  // The written part of the file stays readable, whatever the error was.
   const absl::Status closed = writer_.Close(Since(newest_));
   return status.ok() ? closed : status;
 }
@@ -106,43 +106,43 @@ absl::Status Recorder::Write(Waiting waiting) {
   return writer_.Write(entry);
 }
 
-void Recorder::Bring(Stream& stream, OpenFrame& frame) {
+void Recorder::Merge(Stream& stream, OpenFrame& frame) {
   const auto older = [](const auto& a, const auto& b) {
     return a.epoch < b.epoch || (a.epoch == b.epoch && a.tick < b.tick);
   };
   for (const DepartureRecord& departure : frame.departures) {
-    const Gone gone{frame.tick, departure.epoch};
+    const Departed gone{frame.tick, departure.epoch};
     const auto [at, fresh] = stream.gone.try_emplace(departure.id, gone);
     if (!fresh && older(at->second, gone)) at->second = gone;
     const auto body = stream.bodies.find(departure.id);
     if (body != stream.bodies.end() && !older(gone, body->second)) stream.bodies.erase(body);
   }
-  for (const auto& [id, told] : frame.bodies) {
+  for (const auto& [id, body] : frame.bodies) {
     if (const auto gone = stream.gone.find(id); gone != stream.gone.end()) {
-      if (older(told, gone->second)) continue;
+      if (older(body, gone->second)) continue;
       stream.gone.erase(gone);
     }
-    const auto [at, fresh] = stream.bodies.try_emplace(id, told);
-    if (!fresh && !older(told, at->second)) at->second = told;
+    const auto [at, fresh] = stream.bodies.try_emplace(id, body);
+    if (!fresh && !older(body, at->second)) at->second = body;
   }
-  // What went and came back within a tick has not been away.
+  // A body that left and came back within a tick has not been away.
   std::erase_if(frame.departures, [&](const DepartureRecord& d) { return stream.bodies.contains(d.id); });
 }
 
 FrameEntry Recorder::Encode(OpenFrame frame) {
   Stream& stream = streams_[frame.region];
-  Bring(stream, frame);
+  Merge(stream, frame);
   FrameEntry entry{.region = frame.region, .last_input = frame.last_input};
   entry.departures = std::move(frame.departures);
-  for (auto& [id, told] : frame.properties) {
-    if (stream.bodies.contains(id)) entry.properties.emplace_back(id, std::move(told.second));
+  for (auto& [id, property] : frame.properties) {
+    if (stream.bodies.contains(id)) entry.properties.emplace_back(id, std::move(property.second));
   }
-  // One that is later than the next belongs to the next: the states that are newer stay.
+  // A frame that comes after a later one takes that one's next tick: newer states stay.
   stream.written = std::max(frame.tick, stream.written + 1);
-  replication::DenseFrame whole{.tick = stream.written, .bodies = {}, .departures = {}};
-  whole.bodies.reserve(stream.bodies.size());
-  for (const auto& [id, told] : stream.bodies) whole.bodies.push_back({id, told.epoch, told.state});
-  auto encoded = codec_.Encode(std::move(whole), stream.frames);
+  replication::DenseFrame dense{.tick = stream.written, .bodies = {}, .departures = {}};
+  dense.bodies.reserve(stream.bodies.size());
+  for (const auto& [id, body] : stream.bodies) dense.bodies.push_back({id, body.epoch, body.state});
+  auto encoded = codec_.Encode(std::move(dense), stream.frames);
   entry.frame = std::move(encoded.bytes);
   stream.frames = {.base = std::move(encoded.kept),
                    .older = std::move(stream.frames.base),

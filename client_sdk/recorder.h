@@ -1,8 +1,7 @@
-// Recorder: what a client is told, gathered into frames and written.
+// Recorder: gathers what regions send to a client into frames, and writes them.
 //
-// Of each region, each tick that it told of becomes one frame, coded by the dense coder against the region's frames
-// before it; what a datagram brings late is put where it belongs for kHold, then into the next frame, so that nothing
-// that was told is missing in the end.
+// Each tick of a region becomes one frame, coded by the dense coder against the region's frames before it. A late
+// record goes into its own frame for kHold, after that into the next one, so that no record is missing in the end.
 //
 //   recorder.Snapshot(now, region, snapshot);  recorder.Region(now, region, change);  recorder.Event(now, event);
 //   if (absl::Status status = recorder.Flush(now); !status.ok()) ...    // once a poll
@@ -28,7 +27,7 @@ class Recorder {
   // How long a frame waits for datagrams that are late.
   static constexpr std::chrono::milliseconds kHold{200};
 
-  // It begins with the first that it is told.
+  // The recording begins with the first call of the others.
   Recorder(RecordingWriter writer, const Scene& scene);
 
   void Snapshot(TimePoint now, RegionId region, const replication::ReceivedSnapshot& snapshot);
@@ -42,19 +41,19 @@ class Recorder {
   absl::Status Close();
 
  private:
-  struct Told {
+  struct RecordedBody {
     Tick tick;
     Epoch epoch;
     replication::QuantizedState state;
   };
-  struct Gone {
+  struct Departed {
     Tick tick;
     Epoch epoch;
   };
-  // What was told of a region, up to what is written.
+  // The state of a region in the newest frame that is written.
   struct Stream {
-    std::map<BodyId, Told> bodies;
-    std::map<BodyId, Gone> gone;
+    std::map<BodyId, RecordedBody> bodies;
+    std::map<BodyId, Departed> gone;
     Tick written;
     replication::DenseCodec::References frames{};  // the last three
   };
@@ -62,7 +61,7 @@ class Recorder {
     RegionId region;
     Tick tick;
     std::uint32_t last_input = 0;
-    std::map<BodyId, Told> bodies;
+    std::map<BodyId, RecordedBody> bodies;
     std::map<BodyId, std::pair<Tick, std::shared_ptr<const replication::Bytes>>> properties;
     std::vector<replication::DepartureRecord> departures;
   };
@@ -76,7 +75,7 @@ class Recorder {
   OpenFrame& FrameOf(TimePoint now, RegionId region, Tick tick);
   absl::Status WriteWaiting(std::optional<TimePoint> now);  // nothing: all of it
   absl::Status Write(Waiting waiting);
-  static void Bring(Stream& stream, OpenFrame& frame);  // up to date
+  static void Merge(Stream& stream, OpenFrame& frame);
   FrameEntry Encode(OpenFrame frame);
 
   RecordingWriter writer_;

@@ -1,4 +1,4 @@
-// Recording: what a client was told, as a file that can be played back.
+// Recording: everything that the regions sent to a client, as a file that can be played back.
 //
 //   auto writer = RecordingWriter::Create("match.tsr", header, kDefaultMaxBytes);
 //   writer->Write({.at = 33ms, .what = FrameEntry{...}});
@@ -8,9 +8,9 @@
 //   while (auto entry = *reader->Next()) ...
 //
 // A file is a magic number, a format, and entries, each sealed with a checksum that counts its place: an entry that is
-// changed, missing, doubled or moved is found, and so is a file that is cut short, since the last entry says so. What
-// passes that and is malformed still is an error too; nothing in a file is trusted (docs/protocol.md has the layout).
-// Thread rule: one thread at a time for each object.
+// changed, missing, doubled or moved is found, and so is a file that is cut short, since the last entry says so. A
+// malformed entry under a right checksum is an error too; nothing in a file is trusted (docs/protocol.md has the
+// layout). Thread rule: one thread at a time for each object.
 #pragma once
 
 #include <chrono>
@@ -32,7 +32,7 @@
 
 namespace tessera::client {
 
-// What a file begins with: all that stays as it is while a client plays. No secrets.
+// The header of a file: everything that does not change while a client plays. No secrets.
 struct RecordingHeader {
   std::string instance_id{};
   PlayerNumber player{};
@@ -48,13 +48,13 @@ struct FrameEntry {
   RegionId region;
   std::uint32_t last_input = 0;
   std::vector<replication::DepartureRecord> departures{};
-  // By body, of those that were told in this tick.
+  // By body: properties that were sent in this tick.
   std::vector<std::pair<BodyId, std::shared_ptr<const replication::Bytes>>> properties{};
-  replication::Bytes frame{};  // of DenseCodec, against the region's frames before it
+  replication::Bytes frame{};  // DenseCodec's, against the region's frames before it
 };
 
 struct RegionEntry {
-  enum class Change : std::uint8_t { kBegins, kLost, kGone, kOutOfSight };  // as of WorldView
+  enum class Change : std::uint8_t { kBegins, kLost, kGone, kOutOfSight };  // as in WorldView
   RegionId region;
   Change change = Change::kBegins;
   friend bool operator==(const RegionEntry&, const RegionEntry&) = default;
@@ -67,13 +67,13 @@ struct MapEntry {
   std::string map;  // tessera.v1.PartitionMap
 };
 
-// What happened, as the game was told; what follows from frames is not written.
+// A step of the recording. Events that follow from frames are not written.
 struct RecordedEntry {
   std::chrono::microseconds at{};  // since the beginning; never goes back
   std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent> what;
 };
 
-// Errors of decoding: DATA_LOSS that says what makes no sense.
+// Errors of decoding: DATA_LOSS that names the fault.
 replication::Bytes EncodeHeader(const RecordingHeader& header);
 absl::StatusOr<RecordingHeader> DecodeHeader(std::span<const std::uint8_t> payload);
 replication::Bytes EncodeEntry(const RecordedEntry& entry);
@@ -81,14 +81,14 @@ absl::StatusOr<RecordedEntry> DecodeEntry(std::span<const std::uint8_t> payload)
 
 class RecordingWriter {
  public:
-  // What is there under that name is replaced. Errors: UNAVAILABLE (cannot be written), RESOURCE_EXHAUSTED.
+  // Replaces a file of that name. Errors: UNAVAILABLE (cannot be written), RESOURCE_EXHAUSTED.
   static absl::StatusOr<RecordingWriter> Create(const std::string& file, const RecordingHeader& header,
                                                 std::uint64_t max_bytes);
   // Onto any stream; `name` is what errors begin with.
   RecordingWriter(std::unique_ptr<std::ostream> out, std::string name, std::uint64_t max_bytes);
   absl::Status Begin(const RecordingHeader& header);
-  // RESOURCE_EXHAUSTED where the file would have more than it may: then it is not written, and Close still makes a file
-  // that is whole.
+  // RESOURCE_EXHAUSTED where the file would grow beyond its limit: the entry is not written then, and Close still makes
+  // a complete file.
   absl::Status Write(const RecordedEntry& entry);
   absl::Status Close(std::chrono::microseconds at);  // when it was over
   std::uint64_t bytes() const { return bytes_; }
@@ -105,8 +105,8 @@ class RecordingWriter {
 
 class RecordingReader {
  public:
-  // Errors: NOT_FOUND (no such file), INVALID_ARGUMENT (not a recording, or of a format that this library does not
-  // know), DATA_LOSS (damaged or cut short). Each begins with the file's name.
+  // Errors: NOT_FOUND (no such file), INVALID_ARGUMENT (not a recording, or its format is unknown to
+  // this library), DATA_LOSS (damaged or cut short). Each begins with the file's name.
   static absl::StatusOr<RecordingReader> Open(const std::string& file);
   static absl::StatusOr<RecordingReader> Open(std::unique_ptr<std::istream> in, std::string name);
 

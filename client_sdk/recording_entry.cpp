@@ -13,7 +13,7 @@ using replication::Bytes;
 using replication::DepartureRecord;
 using Payload = std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent>;
 
-constexpr std::size_t kMaxText = 1024;          // of an event's line, or a name
+constexpr std::size_t kMaxText = 1024;          // the longest line of an event, or name
 constexpr std::size_t kMaxMapBytes = 64 << 20;  // far more than kMaxCells cells take
 constexpr std::size_t kMaxPropertyBytes = 1 << 16;
 

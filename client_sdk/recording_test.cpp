@@ -1,4 +1,4 @@
-// What is recorded is what is played, and a file that is not whole is refused.
+// A recording plays back as it was, and a file that is incomplete is refused.
 #include "client_sdk/recording.h"
 
 #include <gmock/gmock.h>
@@ -30,7 +30,7 @@ void Write(const std::string& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary | std::ios::trunc) << bytes;
 }
 
-// What a game sees in a frame, and hears of up to it.
+// The bodies that a game sees in a frame, and the number of events up to it.
 struct Seen {
   TimePoint time;
   std::vector<ShownBody> bodies;
@@ -130,7 +130,7 @@ TEST_F(RecordingTest, PlaysTheSamePosesAndEvents) {
   EXPECT_EQ(told.back().kind, ClientEvent::Kind::kEnded);
 }
 
-// Whoever begins in the middle gets what stands still as well, though nobody tells of it any more.
+// A recording that begins in the middle has bodies at rest as well, though nobody sends them any more.
 TEST_F(RecordingTest, BeginsInTheMiddle) {
   Make(1);
   Join();

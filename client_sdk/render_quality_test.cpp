@@ -1,4 +1,4 @@
-// What a viewer sees over a bad network against what was: snapshots of falling and tumbling bodies at 30 a second, a
+// A viewer's picture over a bad network against the truth: snapshots of falling and tumbling bodies at 30 a second, a
 // tenth of them lost, the others up to 50 ms late, acknowledgements the same. All in virtual time.
 #include <gtest/gtest.h>
 

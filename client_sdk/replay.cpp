@@ -96,7 +96,7 @@ absl::StatusOr<Replay::Step> Replay::StepOf(RecordedEntry entry) {
   return Step{at, std::get<ClientEvent>(std::move(entry.what))};
 }
 
-// As the region told it: only what is new, or differs from the frame before.
+// The snapshot as the region sent it: only bodies that are new or differ from the frame before.
 absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
   if (frames_.size() >= kMaxRegions && !frames_.contains(entry.region)) return absl::DataLossError("too many regions");
   replication::DenseCodec::References& known = frames_[entry.region];
@@ -111,9 +111,9 @@ absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
   if (known.base != nullptr && frame.tick <= known.base->frame.tick)
     return absl::DataLossError("frame: tick goes back");
   Snapshot snapshot{entry.region, {}};
-  snapshot.told.tick = frame.tick;
-  snapshot.told.last_input = entry.last_input;
-  snapshot.told.departures = entry.departures;
+  snapshot.received.tick = frame.tick;
+  snapshot.received.last_input = entry.last_input;
+  snapshot.received.departures = entry.departures;
   const std::vector<DenseBody> none;
   const auto& before = known.base != nullptr ? known.base->frame.bodies : none;
   auto old = before.begin();
@@ -122,11 +122,11 @@ absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
     while (old != before.end() && old->id < body.id) ++old;
     while (properties != entry.properties.end() && properties->first < body.id) ++properties;
     const bool same = old != before.end() && *old == body;
-    const bool told = properties != entry.properties.end() && properties->first == body.id;
-    if (same && !told) continue;
-    if (old == before.end() || old->id != body.id) ++snapshot.told.full_records;
-    snapshot.told.bodies.push_back(
-        {body.id, body.epoch, quantizer_.Dequantize(body.state), told ? properties->second : nullptr});
+    const bool has_properties = properties != entry.properties.end() && properties->first == body.id;
+    if (same && !has_properties) continue;
+    if (old == before.end() || old->id != body.id) ++snapshot.received.full_records;
+    snapshot.received.bodies.push_back(
+        {body.id, body.epoch, quantizer_.Dequantize(body.state), has_properties ? properties->second : nullptr});
   }
   known = {.base = *std::move(kept), .older = std::move(known.base), .oldest = std::move(known.older)};
   return snapshot;

@@ -1,7 +1,7 @@
-// Replay: a recording as a client takes it in, at the pace at which it was made.
+// Replay: gives a client the entries of a recording at the pace at which they were made.
 //
 //   auto replay = Replay::Open("match.tsr");
-//   while (auto due = *replay->Next(now)) Take(due->at, due->what);       // all that had come by then
+//   while (auto due = *replay->Next(now)) Take(due->at, due->what);       // everything that is due by then
 //
 // Thread rule: one thread at a time; time comes in.
 #pragma once
@@ -22,7 +22,7 @@ class Replay {
  public:
   struct Snapshot {
     RegionId region;
-    replication::ReceivedSnapshot told;
+    replication::ReceivedSnapshot received;
   };
   struct Step {
     TimePoint at;
@@ -33,12 +33,12 @@ class Replay {
   static absl::StatusOr<Replay> Open(const std::string& file);
   static absl::StatusOr<Replay> Open(RecordingReader reader, const std::string& name);
 
-  // What the client that was recorded knew when it joined; no regions to dial, no credentials.
+  // The session of the recorded client; no regions to dial, no credentials.
   const Session& session() const { return session_; }
   const RecordingHeader& header() const { return reader_.header(); }
   std::chrono::microseconds length() const { return reader_.length(); }
 
-  // What comes next, if it had come by `now`; the first call is the beginning. DATA_LOSS where it makes no sense.
+  // The next entry if its time has come by `now`; the first call is the beginning. Errors: DATA_LOSS (malformed).
   absl::StatusOr<std::optional<Step>> Next(TimePoint now);
   bool ended() const { return ended_; }
 

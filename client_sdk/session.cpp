@@ -19,7 +19,7 @@ using Deadline = std::chrono::system_clock::time_point;
 
 constexpr int kMaxSceneBytes = 256 * 1024 * 1024;
 constexpr std::uint32_t kMaxRateHz = 1000;
-constexpr std::size_t kMaxHostBytes = 255;  // of a name, by RFC 1035
+constexpr std::size_t kMaxHostBytes = 255;  // the longest host name, by RFC 1035
 
 struct FetchedScene {
   std::shared_ptr<const Scene> scene;

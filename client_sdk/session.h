@@ -1,4 +1,4 @@
-// Session: what a client asks the control plane. The only part of the SDK that knows gRPC.
+// Session: a client's requests to the control plane. The only part of the SDK that knows gRPC.
 //
 // Calls wait, up to their deadline. Thread rule: any thread; no state but the cache of scenes, which is locked.
 #pragma once
@@ -21,7 +21,7 @@ struct RegionEndpoint {
   RegionId region;
   std::string host;
   std::uint16_t port = 0;
-  Incarnation incarnation{};  // of two endpoints of one region the higher counts
+  Incarnation incarnation{};  // the endpoint with the higher one replaces the other
 };
 
 struct Session {
@@ -38,7 +38,7 @@ struct Session {
 absl::StatusOr<RegionEndpoint> EndpointFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
                                             std::uint64_t incarnation);
 
-// What makes its holder the player: the connect token, then its session key. Secret.
+// Makes its holder the player: the connect token, then its session key. Secret.
 std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials);
 inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxTokenBytes + net::kKeyBytes;
 

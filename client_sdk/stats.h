@@ -1,4 +1,4 @@
-// What a client measures about itself.
+// Measurements that a client makes of itself.
 //
 // Thread rule: plain data; DurationStats one thread at a time.
 #pragma once
@@ -50,16 +50,16 @@ struct ClientStats {
   std::vector<RegionStats> regions;                     // ascending by id
   std::uint64_t datagrams_lost = 0, decode_errors = 0;  // sums of the above, and of those no longer connected
   std::uint64_t reconnects = 0;
-  std::uint64_t full_records = 0, delta_records = 0;  // bodies that came whole, and as changes
+  std::uint64_t full_records = 0, delta_records = 0;  // bodies that came as full records, and as changes
   std::uint64_t inputs_refused = 0;
   std::size_t bodies = 0;
   double round_trip_s = 0;              // to the region of the own body, or to any while that is not known
-  double tick_rate_hz = 0;              // of the world, as seen here
+  double tick_rate_hz = 0;              // the world's, as seen here
   double snapshot_delay_s = 0;          // how far behind the newest state Interpolated shows the world
   double jitter_s = 0;                  // mean deviation of arrivals from their rhythm
   std::uint64_t extrapolations = 0;     // bodies shown beyond their newest state, summed over calls of Interpolated
   std::int32_t input_margin_ticks = 0;  // ticks early that inputs are at the server: the least of the last second
-  std::uint64_t corrections = 0;        // of the predicted own body, by more than a centimetre
+  std::uint64_t corrections = 0;        // times the predicted own body was off by more than a centimetre
   double last_correction_m = 0;
   std::uint64_t playout_jumps = 0;  // times the moment shown had to jump instead of to glide
   // The dissertation's client metrics: between calls of Poll, within Poll, within Interpolated.

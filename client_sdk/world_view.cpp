@@ -24,10 +24,10 @@ Pose Ahead(const BodyState& state, double seconds) {
   return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * state.orientation)};
 }
 
-// What is told of it says so.
-bool PropertiesDiffer(const SeenBody& seen, const replication::BodyRecord& told) {
-  if (told.properties == nullptr) return told.epoch > seen.epoch && seen.properties != nullptr;
-  return seen.properties == nullptr || *seen.properties != *told.properties;
+// Whether the record changes the body's properties.
+bool PropertiesDiffer(const SeenBody& seen, const replication::BodyRecord& record) {
+  if (record.properties == nullptr) return record.epoch > seen.epoch && seen.properties != nullptr;
+  return seen.properties == nullptr || *seen.properties != *record.properties;
 }
 
 double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
@@ -62,7 +62,7 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
   AddSample(track, tick, body.state, new_owner);
   track.expires.reset();
   const bool changed = !fresh && PropertiesDiffer(seen, body);
-  // What is first told of an ownership has all its properties; thereafter they come where they are new.
+  // The first record of an ownership has all properties; later ones have them where they are new.
   auto properties = body.properties;
   if (properties == nullptr && !new_owner) properties = std::move(seen.properties);
   if (fresh || new_owner || tick > seen.tick) seen = {body.id, from, body.epoch, tick, body.state};
@@ -76,7 +76,7 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
 
 void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const {
   std::vector<Sample>& samples = track.samples;
-  // What an earlier owner told about the new one's time was its guess at best.
+  // States of an earlier owner from the new one's time do not count.
   while (new_owner && !samples.empty() && samples.back().tick >= tick) samples.pop_back();
   if (!samples.empty() && samples.back().tick >= tick) {
     const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
@@ -84,8 +84,7 @@ void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool 
     if (at->tick != tick) samples.insert(at, {tick, state});
     return;
   }
-  // Nothing is told of a body at rest, so it stood until the snapshot before this one: it must not glide through its
-  // rest.
+  // A body at rest is not sent, so it stood until the snapshot before this one: it must not glide through its rest.
   const auto interval = static_cast<std::uint64_t>(std::ceil(snapshot_ticks_));
   if (!samples.empty() && AtRest(samples.back().state) && samples.back().tick + interval < tick) {
     samples.push_back({Tick(tick.value() - interval), samples.back().state});
@@ -109,12 +108,12 @@ void WorldView::TakeDeparture(TimePoint now, const replication::DepartureRecord&
     return;
   }
   if (found == tracks_.end() || found->second.seen->epoch > departure.epoch)
-    return;  // the next owner has told of it already
+    return;  // the next owner has sent it already
   found->second.seen->region = departure.to;
-  const auto link = connected_.find(departure.to);
-  if (link == connected_.end()) {  // it may be too far away to be listened to, or about to be
+  const auto connection = connected_.find(departure.to);
+  if (connection == connected_.end()) {  // it may be too far away to be connected to, or about to be connected
     found->second.expires = now + kOrphaned;
-  } else if (link->second) {  // of one that cannot be heard nothing can be expected
+  } else if (connection->second) {  // a lost region cannot send it, so it stays
     found->second.expires = now + kGrace;
   }
 }

@@ -1,8 +1,8 @@
-// WorldView: one world out of what many regions tell.
+// WorldView: one world out of the snapshots of many regions.
 //
-// Of a body the record with the highest ownership epoch counts, then the latest tick. A body that its owner has handed
-// on stays, with its last states, until the next owner tells of it: always there, there once. Late news of an ownership
-// that has ended is dropped.
+// For each body the record with the highest ownership epoch counts, then the latest tick. A body that its owner has
+// handed over stays, with its last states, until the next owner sends it: always there, there once. Late records of an
+// ownership that has ended are dropped.
 //
 // Pure: time comes in. Thread rule: one thread at a time.
 #pragma once
@@ -21,20 +21,20 @@ namespace tessera::client {
 
 class WorldView {
  public:
-  // `snapshot_ticks`: between two snapshots of a region. `max_bodies`: what is told beyond so many is ignored.
+  // `snapshot_ticks`: between two snapshots of a region. `max_bodies`: further bodies are ignored.
   WorldView(double tick_rate_hz, double snapshot_ticks, std::size_t max_bodies = kMaxBodies + kMaxPlayers);
 
   void Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
             std::vector<ClientEvent>& events);
-  // `region` begins to tell all that it owns, from nothing: what it does not name within kGrace is not there any more.
+  // `region` begins to send all that it owns: a body that it does not send within kGrace is not there any more.
   void RegionBegins(TimePoint now, RegionId region);
   void RegionLost(RegionId region);
-  // The map has no such region any more: its bodies stay as they were until another owner tells of them, or for
+  // The map has no such region any more: its bodies stay as they were until another owner sends them, or for
   // kOrphaned.
   void RegionGone(TimePoint now, RegionId region);
-  // It is too far away to be listened to: what it owns is out of sight.
+  // The client is not connected to it any more because it is too far away: its bodies are out of sight.
   void RegionOutOfSight(RegionId region, std::vector<ClientEvent>& events);
-  // Lets go of what nobody has told of for too long.
+  // Drops bodies whose time to be sent by an owner has run out.
   void Expire(TimePoint now, std::vector<ClientEvent>& events);
 
   const std::map<BodyId, SeenBody>& bodies() const { return seen_; }
@@ -43,7 +43,7 @@ class WorldView {
   std::vector<ShownBody> At(double tick, double rate_hz);
   std::uint64_t extrapolations() const { return extrapolations_; }
 
-  // How long a body may be between two owners, or unnamed by a region that has begun anew.
+  // How long a body may be between two owners, or not be sent by a region that has begun anew.
   static constexpr std::chrono::milliseconds kGrace{2000};
   // How long bodies of a region that is gone are shown. Longer than a failover may take.
   static constexpr std::chrono::milliseconds kOrphaned{10'000};
@@ -68,7 +68,7 @@ class WorldView {
   const double tick_rate_hz_, snapshot_ticks_;
   const std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
-  absl::btree_map<BodyId, Track> tracks_;      // of the same bodies
+  absl::btree_map<BodyId, Track> tracks_;      // the same bodies as seen_
   std::unordered_map<BodyId, Epoch> removed_;  // bodies that are gone for good, with the last epoch that they had
   std::unordered_map<RegionId, bool> connected_;
   std::uint64_t extrapolations_ = 0;

@@ -71,7 +71,7 @@ TEST_F(WorldViewTest, PropertiesStayUntilOthersAreTold) {
   EXPECT_EQ(Value(), 5);
   EXPECT_EQ(Changes(), 1);
   Properties(kEast, 16, 2, 5);
-  EXPECT_EQ(Changes(), 1) << "the next owner tells the same";
+  EXPECT_EQ(Changes(), 1) << "the next owner sends the same";
   Properties(kWest, 18, 1, 9);
   EXPECT_EQ(Value(), 5) << "an ownership that has ended";
 }
@@ -166,7 +166,7 @@ TEST_F(WorldViewTest, ARemovedBodyVanishesAtOnceAndStaysAway) {
   Body(kEast, 12, 2, StateAt(2));
   Departs(kEast, 14, 2, RegionId());
   EXPECT_EQ(Ball(), nullptr);
-  Body(kWest, 11, 1, StateAt(1));  // of an ownership long ended, late
+  Body(kWest, 11, 1, StateAt(1));  // late; that ownership ended long ago
   Body(kEast, 13, 2, StateAt(2));
   EXPECT_EQ(Ball(), nullptr);
   EXPECT_EQ(Count(ClientEvent::Kind::kVanished), 1);

@@ -1,4 +1,4 @@
-// What stands behind the handles of the C interface. Not for others.
+// The handles of the C interface. Not for others.
 //
 // Thread rule: that of tessera.h.
 #pragma once
@@ -16,7 +16,7 @@
 struct tessera_client {
   std::unique_ptr<tessera::client::Client> client;
   std::deque<tessera::client::ClientEvent> events;
-  std::string detail;  // of the event that was given out last
+  std::string detail;  // the one of the event that was given out last
 };
 
 namespace tessera::c_api {

@@ -83,7 +83,7 @@ TEST(QuantizeTest, WhatIsNotANumberOrBeyondAllBoundsStaysInRange) {
 }
 
 // Any state: what is written comes back to the bit.
-TEST(RecordCodecTest, WholesComeBackExactly) {
+TEST(RecordCodecTest, FullRecordsComeBackExactly) {
   const Quantizer quantizer(kBounds, SnapshotSettings());
   Random random(4);
   for (int i = 0; i < 20'000; ++i) {
@@ -94,12 +94,12 @@ TEST(RecordCodecTest, WholesComeBackExactly) {
     const QuantizedState state = quantizer.Quantize(body);
     const Epoch epoch(i % 2 == 0 ? static_cast<std::uint32_t>(i) : 0xffffffff - static_cast<std::uint32_t>(i));
     BitWriter writer;
-    PackWhole(quantizer, epoch, state).AppendTo(writer);
+    PackFull(quantizer, epoch, state).AppendTo(writer);
     const std::vector<std::uint8_t> bytes = writer.Finish();
     BitReader reader(bytes);
     QuantizedState got;
     Epoch got_epoch;
-    ASSERT_TRUE(ReadWhole(reader, quantizer, got_epoch, got));
+    ASSERT_TRUE(ReadFull(reader, quantizer, got_epoch, got));
     ASSERT_TRUE(reader.AtEnd());
     ASSERT_EQ(got, state);
     ASSERT_EQ(got_epoch, epoch);

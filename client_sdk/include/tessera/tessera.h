@@ -154,14 +154,14 @@ TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* ev
 
 /* --- Recordings --------------------------------------------------------------------------------------------------- */
 
-/* From now on, and with all that is known now, what this client is told goes into a file of at most `max_bytes` (0: 1
- * GiB); what is there under that name is replaced. TESSERA_UNAVAILABLE where it cannot be written. */
+/* Records the present state of the world, and from now on everything that comes from the regions, into a file of at
+ * most `max_bytes` (0: 1 GiB); a file of that name is replaced. TESSERA_UNAVAILABLE where it cannot be written. */
 TESSERA_API tessera_code tessera_record(tessera_client* client, const char* file, uint64_t max_bytes);
 /* A file that is not ended, by this or by tessera_close, cannot be played. TESSERA_OK if there is no recording. */
 TESSERA_API tessera_code tessera_stop_recording(tessera_client* client);
-/* Gives a client that is told what the recorded one was, as if it were played again now: poll it, take its events, draw
- * its bodies. It ends with the file. TESSERA_NOT_FOUND, TESSERA_INVALID_ARGUMENT (not a recording), TESSERA_DATA_LOSS
- * (damaged or cut short); tessera_last_error names the file. */
+/* Gives a client that gets everything that the recorded one got, as if it were played again now: poll it, take its
+ * events, draw its bodies. It ends with the file. TESSERA_NOT_FOUND, TESSERA_INVALID_ARGUMENT (not a recording),
+ * TESSERA_DATA_LOSS (damaged or cut short); tessera_last_error names the file. */
 TESSERA_API tessera_code tessera_play(const char* file, tessera_client** client);
 
 /* --- The world ---------------------------------------------------------------------------------------------------- */
@@ -207,14 +207,14 @@ typedef struct tessera_property {
     sizeof(tessera_property), 0, 0, 0, { 0 } \
   }
 
-/* A property of a body by its name, as the body's owner told it last; of a static body, and of one that is not in
- * sight, as the scene gives it. TESSERA_NOT_FOUND if the scene has no such body, or declares no such property. */
+/* A property of a body by its name: its owner's newest value; for a static body, and for one that is not in sight, the
+ * scene's value. TESSERA_NOT_FOUND if the scene has no such body, or declares no such property. */
 TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint64_t body, const char* name,
                                               tessera_property* property);
 
 TESSERA_API uint32_t tessera_player(const tessera_client* client);
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
-TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest that any region told */
+TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest of any region */
 TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
 
 /* --- Moving ------------------------------------------------------------------------------------------------------- */

@@ -133,17 +133,17 @@ class Client {
   // A property that the scene declares, as it is now; nothing if there is no such body or property.
   //   if (auto health = client.PropertyOf(id, "health")) Draw(std::get<std::int64_t>(*health));
   std::optional<Property> PropertyOf(std::uint64_t body, const std::string& name) const {
-    tessera_property told = TESSERA_PROPERTY;
-    if (tessera_get_property(get(), body, name.c_str(), &told) != TESSERA_OK) return std::nullopt;
-    switch (told.type) {
+    tessera_property value = TESSERA_PROPERTY;
+    if (tessera_get_property(get(), body, name.c_str(), &value) != TESSERA_OK) return std::nullopt;
+    switch (value.type) {
       case TESSERA_PROPERTY_BOOL:
-        return Property(told.integer != 0);
+        return Property(value.integer != 0);
       case TESSERA_PROPERTY_INT:
-        return Property(told.integer);
+        return Property(value.integer);
       case TESSERA_PROPERTY_REAL:
-        return Property(told.real);
+        return Property(value.real);
       default:
-        return Property(std::string(told.text));
+        return Property(std::string(value.text));
     }
   }
   std::uint32_t player() const { return tessera_player(get()); }

@@ -1,7 +1,7 @@
-// Wire: a client's connections, as good or as bad as they are asked to be.
+// ClientEndpoint: a client's sealed endpoint, with a network simulator on top of it.
 //
-// A sealed endpoint, with the network simulator between it and the client: what is simulated happens to what the client
-// sends and gets, the connections below live on. Without an endpoint (a replay) it is silent.
+// The simulator delays and drops messages of the client; the connections below it do not notice. Without an endpoint
+// (in a replay) nothing is sent and nothing comes.
 //
 // Thread rule: one thread at a time; time comes in.
 #pragma once
@@ -16,11 +16,11 @@
 
 namespace tessera::client {
 
-class Wire {
+class ClientEndpoint {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  explicit Wire(std::unique_ptr<net::Endpoint> endpoint) : endpoint_(std::move(endpoint)) {}
+  explicit ClientEndpoint(std::unique_ptr<net::Endpoint> endpoint) : endpoint_(std::move(endpoint)) {}
 
   void Simulate(const NetworkConditions& conditions);
 
@@ -33,11 +33,11 @@ class Wire {
 
   // Unsequenced. False: there is no such peer any more.
   bool Send(TimePoint now, net::PeerHandle peer, net::Bytes bytes);
-  // What has come by now, and sends what the simulator held back.
+  // Gives the events that have come by now, and sends the datagrams that the simulator held back until now.
   std::vector<net::Event> Service(TimePoint now);
 
  private:
-  struct Outgoing {
+  struct Delayed {
     net::PeerHandle peer;
     net::Bytes bytes;
   };
@@ -45,7 +45,7 @@ class Wire {
   std::unique_ptr<net::Endpoint> endpoint_;
   NetworkConditions conditions_;
   DelayLine<net::Event> in_;
-  DelayLine<Outgoing> out_;
+  DelayLine<Delayed> out_;
 };
 
 }  // namespace tessera::client

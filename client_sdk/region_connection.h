@@ -1,4 +1,5 @@
-// RegionLink: a client's connection to one region: dials, reads snapshots, acknowledges, dials again when it breaks.
+// RegionConnection: a client's connection to one region: dials, reads snapshots, acknowledges, dials again when it
+// breaks.
 //
 //   IDLE -dial-> DIALLING -accepted-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
 //   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
@@ -12,22 +13,22 @@
 #include <span>
 #include <string>
 
+#include "client_sdk/client_endpoint.h"
 #include "client_sdk/session.h"
 #include "client_sdk/stats.h"
-#include "client_sdk/wire.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 
 namespace tessera::client {
 
-class RegionLink {
+class RegionConnection {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
-  enum class State : std::uint8_t { kIdle, kDialling, kGreeted, kWelcomed, kStopped };
+  enum class State : std::uint8_t { kIdle, kDialling, kAccepted, kWelcomed, kStopped };
 
   static constexpr std::chrono::milliseconds kFirstRetry{100}, kMaxRetry{2000};
 
-  RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::SnapshotSettings& settings);
+  RegionConnection(RegionEndpoint where, const Aabb& world_bounds, const replication::SnapshotSettings& settings);
 
   RegionId region() const { return where_.region; }
   const RegionEndpoint& where() const { return where_; }
@@ -37,26 +38,26 @@ class RegionLink {
   std::string Where() const;                      // "region 2 at 127.0.0.1:7777"
   const std::string& last_error() const { return last_error_; }
 
-  void DialIfDue(TimePoint now, Wire& wire, const net::Credentials& credentials);
-  // `peer` is this link's connection.
-  void LetIn(net::PeerHandle peer);
+  void DialIfDue(TimePoint now, ClientEndpoint& endpoint, const net::Credentials& credentials);
+  // `peer` is this connection's connection.
+  void Accepted(net::PeerHandle peer);
   void Welcomed();
   void Disconnected(TimePoint now);
-  void Stop(Wire& wire);
+  void Stop(ClientEndpoint& endpoint);
   // The region is to be found there from now on.
-  void Move(RegionEndpoint where, Wire& wire);
+  void Move(RegionEndpoint where, ClientEndpoint& endpoint);
   void Failed(std::string why) { last_error_ = std::move(why); }
   // Counts an answer that made no sense.
   void CountError() { ++stats_.decode_errors; }
 
   // Nothing where it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
-  // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to tell.
-  std::size_t Send(TimePoint now, Wire& wire, std::vector<PlayerInput> inputs);
+  // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to send.
+  std::size_t Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs);
   // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
   bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
 
-  RegionStats Stats(const Wire& wire) const;
+  RegionStats Stats(const ClientEndpoint& endpoint) const;
 
  private:
   void CloseCount();

@@ -1,4 +1,4 @@
-#include "client_sdk/region_link.h"
+#include "client_sdk/region_connection.h"
 
 #include <algorithm>
 
@@ -6,18 +6,19 @@
 
 namespace tessera::client {
 
-RegionLink::RegionLink(RegionEndpoint where, const Aabb& world_bounds, const replication::SnapshotSettings& settings)
+RegionConnection::RegionConnection(RegionEndpoint where, const Aabb& world_bounds,
+                                   const replication::SnapshotSettings& settings)
     : where_(std::move(where)), world_bounds_(world_bounds), settings_(settings), receiver_(world_bounds, settings) {
   stats_.region = where_.region;
 }
 
-std::string RegionLink::Where() const {
+std::string RegionConnection::Where() const {
   return absl::StrCat("region ", where_.region.value(), " at ", where_.host, ":", where_.port);
 }
 
-void RegionLink::DialIfDue(TimePoint now, Wire& wire, const net::Credentials& credentials) {
+void RegionConnection::DialIfDue(TimePoint now, ClientEndpoint& endpoint, const net::Credentials& credentials) {
   if (state_ != State::kIdle || (dial_at_.has_value() && now < *dial_at_)) return;
-  const absl::StatusOr<net::PeerHandle> peer = wire.Connect(where_.host, where_.port, where_.region, credentials);
+  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port, where_.region, credentials);
   if (!peer.ok()) {
     last_error_ = std::string(peer.status().message());
     return Disconnected(now);
@@ -26,12 +27,12 @@ void RegionLink::DialIfDue(TimePoint now, Wire& wire, const net::Credentials& cr
   state_ = State::kDialling;
 }
 
-void RegionLink::LetIn(net::PeerHandle peer) {
+void RegionConnection::Accepted(net::PeerHandle peer) {
   peer_ = peer;
-  state_ = State::kGreeted;
+  state_ = State::kAccepted;
 }
 
-void RegionLink::Welcomed() {
+void RegionConnection::Welcomed() {
   state_ = State::kWelcomed;
   receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
   unacknowledged_ = 0;
@@ -41,11 +42,11 @@ void RegionLink::Welcomed() {
   was_welcomed_ = true;
 }
 
-void RegionLink::CloseCount() {
+void RegionConnection::CloseCount() {
   if (state_ == State::kWelcomed) stats_.datagrams_lost += receiver_.newest_sequence() - read_here_;
 }
 
-void RegionLink::Disconnected(TimePoint now) {
+void RegionConnection::Disconnected(TimePoint now) {
   CloseCount();
   state_ = State::kIdle;
   peer_ = net::PeerHandle();
@@ -53,23 +54,23 @@ void RegionLink::Disconnected(TimePoint now) {
   retry_ = std::min(2 * retry_, kMaxRetry);
 }
 
-void RegionLink::Stop(Wire& wire) {
+void RegionConnection::Stop(ClientEndpoint& endpoint) {
   CloseCount();
-  if (peer_ != net::PeerHandle()) wire.Disconnect(peer_);
+  if (peer_ != net::PeerHandle()) endpoint.Disconnect(peer_);
   peer_ = net::PeerHandle();
   state_ = State::kStopped;
 }
 
-void RegionLink::Move(RegionEndpoint where, Wire& wire) {
-  Stop(wire);
+void RegionConnection::Move(RegionEndpoint where, ClientEndpoint& endpoint) {
+  Stop(endpoint);
   where_ = std::move(where);
   state_ = State::kIdle;
   dial_at_.reset();
   retry_ = kFirstRetry;
 }
 
-std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<const std::uint8_t> datagram) {
-  if (!welcomed()) return std::nullopt;  // overtook the welcome; not acknowledged, so it is told again
+std::optional<replication::ReceivedSnapshot> RegionConnection::ReadSnapshot(std::span<const std::uint8_t> datagram) {
+  if (!welcomed()) return std::nullopt;  // overtook the welcome; not acknowledged, so it is sent again
   absl::StatusOr<replication::ReceivedSnapshot> snapshot = receiver_.Read(datagram);
   if (!snapshot.ok()) {
     if (!absl::IsAlreadyExists(snapshot.status())) ++stats_.decode_errors;
@@ -81,19 +82,19 @@ std::optional<replication::ReceivedSnapshot> RegionLink::ReadSnapshot(std::span<
   return *std::move(snapshot);
 }
 
-std::size_t RegionLink::Send(TimePoint now, Wire& wire, std::vector<PlayerInput> inputs) {
+std::size_t RegionConnection::Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs) {
   if (!welcomed() || (inputs.empty() && unacknowledged_ == 0)) return 0;
   unacknowledged_ = 0;
   net::Bytes bytes = replication::EncodeInput({.ack = receiver_.WriteAck(), .inputs = std::move(inputs)});
   const std::size_t size = bytes.size();
-  return wire.Send(now, peer_, std::move(bytes)) ? size : 0;
+  return endpoint.Send(now, peer_, std::move(bytes)) ? size : 0;
 }
 
-RegionStats RegionLink::Stats(const Wire& wire) const {
+RegionStats RegionConnection::Stats(const ClientEndpoint& endpoint) const {
   RegionStats stats = stats_;
   stats.connected = welcomed();
   if (welcomed()) {
-    stats.round_trip_s = std::chrono::duration<double>(wire.StatsOf(peer_).round_trip).count();
+    stats.round_trip_s = std::chrono::duration<double>(endpoint.StatsOf(peer_).round_trip).count();
     stats.datagrams_lost += receiver_.newest_sequence() - read_here_;
   }
   return stats;

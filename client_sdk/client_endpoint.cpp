@@ -1,41 +1,41 @@
-#include "client_sdk/wire.h"
+#include "client_sdk/client_endpoint.h"
 
 namespace tessera::client {
 
-void Wire::Simulate(const NetworkConditions& conditions) {
+void ClientEndpoint::Simulate(const NetworkConditions& conditions) {
   conditions_ = conditions;
   in_.Seed(conditions.seed);
   out_.Seed(conditions.seed ^ 0x9e3779b97f4a7c15u);  // else both directions lose the same
 }
 
-absl::StatusOr<net::PeerHandle> Wire::Connect(const std::string& host, std::uint16_t port, RegionId region,
-                                              const net::Credentials& credentials) {
+absl::StatusOr<net::PeerHandle> ClientEndpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,
+                                                        const net::Credentials& credentials) {
   if (endpoint_ == nullptr) return absl::UnavailableError("a replay has no connections");
   return endpoint_->Connect(host, port, region, credentials);
 }
 
-void Wire::Disconnect(net::PeerHandle peer) {
+void ClientEndpoint::Disconnect(net::PeerHandle peer) {
   if (endpoint_ != nullptr) endpoint_->Disconnect(peer);
 }
 
-net::PeerStats Wire::StatsOf(net::PeerHandle peer) const {
+net::PeerStats ClientEndpoint::StatsOf(net::PeerHandle peer) const {
   return endpoint_ == nullptr ? net::PeerStats() : endpoint_->StatsOf(peer);
 }
 
-void Wire::Flush() {
+void ClientEndpoint::Flush() {
   if (endpoint_ != nullptr) endpoint_->Flush();
 }
 
-bool Wire::Send(TimePoint now, net::PeerHandle peer, net::Bytes bytes) {
+bool ClientEndpoint::Send(TimePoint now, net::PeerHandle peer, net::Bytes bytes) {
   if (endpoint_ == nullptr) return false;
   if (conditions_.perfect()) return endpoint_->Send(peer, net::Delivery::kUnsequenced, bytes).ok();
   out_.Put(now, {peer, std::move(bytes)}, conditions_);
   return true;
 }
 
-std::vector<net::Event> Wire::Service(TimePoint now) {
+std::vector<net::Event> ClientEndpoint::Service(TimePoint now) {
   if (endpoint_ == nullptr) return {};
-  for (const Outgoing& due : out_.Take(now)) {
+  for (const Delayed& due : out_.Take(now)) {
     (void)endpoint_->Send(due.peer, net::Delivery::kUnsequenced, due.bytes);  // gone by now: nobody to send to
   }
   std::vector<net::Event> events = endpoint_->Service(std::chrono::milliseconds(0));
