@@ -124,14 +124,14 @@ struct Loop {
   region::Region region;
   Predictor predictor;
   InputClock clock;
-  DelayLine<Told> down;
+  DelayLine<Report> down;
   DelayLine<PlayerInput> up;
   TimePoint now{std::chrono::hours(1)};
   int elapsed_ms = 0;
   std::uint32_t newest_input = 0, made = 0, refused = 0;
   std::int32_t margin = 0;
   std::map<BodyId, SeenBody> seen;
-  std::optional<Told> applied;
+  std::optional<Report> applied;
   std::map<Tick, Vec3d> truth, predicted;
   BodyId hidden;  // the client does not get this one
   Vec3f force;

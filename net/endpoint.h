@@ -53,7 +53,7 @@ struct EndpointOptions {
   // never delivered.
   std::size_t max_message_bytes = kMaxMessageBytes;
   // False: reliable messages of accepted peers are dropped. ENet keeps such messages until they are complete and in
-  // order, and trusts the peer's word on how many are missing.
+  // order, and trusts the peer on how many are missing.
   bool accept_reliable_messages = true;
 };
 

@@ -111,9 +111,9 @@ TEST(EndpointAcceptorTest, BlindHellosDrawLessThanTheySend) {
 }
 
 // A socket between two endpoints that keeps the datagrams it forwards.
-class Wire {
+class RawSocket {
  public:
-  explicit Wire(std::uint16_t server) : server_(server), fd_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0)) {
+  explicit RawSocket(std::uint16_t server) : server_(server), fd_(socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK, 0)) {
     sockaddr_in any{};
     any.sin_family = AF_INET;
     any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -122,7 +122,7 @@ class Wire {
     getsockname(fd_, reinterpret_cast<sockaddr*>(&any), &size);
     port = ntohs(any.sin_port);
   }
-  ~Wire() { close(fd_); }
+  ~RawSocket() { close(fd_); }
 
   void Carry() {
     Bytes bytes(2048);
@@ -158,7 +158,7 @@ class Wire {
 
 TEST(EndpointAcceptorTest, WhatIsOnTheWireIsSecretWholeAndTakenOnce) {
   EndpointPair pair;
-  Wire wire(pair.server->port());
+  RawSocket wire(pair.server->port());
   const auto until = [&](const auto& done) {
     return pair.Until([&] {
       wire.Carry();

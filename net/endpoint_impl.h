@@ -36,7 +36,7 @@ struct Endpoint::Impl {
     std::uint64_t bytes_sent = 0, bytes_received = 0;
   };
   // An ENet connection and the session that carries it. ENet's peer may outlive its handle, to disconnect in order.
-  struct Connection {
+  struct EnetConnection {
     SessionNumber session;
     ENetPeer* enet = nullptr;
   };
@@ -55,7 +55,7 @@ struct Endpoint::Impl {
   absl::flat_hash_map<PeerHandle, Peer> peers;
   absl::flat_hash_map<SessionNumber, PeerHandle> handle_of_session;  // the inverse of `peers`
   Acceptor acceptor;
-  std::unordered_map<std::uint32_t, Connection> connections;  // by ENet's connectID
+  std::unordered_map<std::uint32_t, EnetConnection> connections;  // by ENet's connectID
   std::unordered_map<std::uint32_t, std::uint32_t> connection_of_session;
   std::vector<Event> pending;  // events outside of ENet: dials that failed, direct messages
   bool waiting = false;        // for the first datagram

@@ -35,7 +35,7 @@ std::size_t Gather(std::span<const ENetBuffer> buffers, std::span<std::uint8_t> 
 
 // --- Receiving ---
 enum class Inner : std::uint8_t { kRefused, kConnect, kOther };
-// Checks that the payload is well formed and such as our endpoints send, and tells its kind. `reliable`: whether the
+// Checks that the payload is well formed and such as our endpoints send, and gives its kind. `reliable`: whether the
 // other side may send messages that ENet keeps until they are complete and in order.
 Inner Inspect(std::span<const std::uint8_t> payload, bool dialled, bool reliable);
 // Turns an inspected payload into the datagram that ENet expects, in place: kChecksumBytes of room precede `payload`.

@@ -10,8 +10,8 @@ namespace tessera::net {
 inline constexpr std::uint32_t kProtocolVersion = 4;
 
 // Largest UDP payload: ENet's MTU and the bytes that sealing adds. With headers 1232 bytes over IPv4 and 1252 over
-// IPv6, it passes every path that carries 1280 bytes of IP, the least IPv6 allows; larger datagrams are dropped by some
-// of them without a word.
+// IPv6, it passes every path that carries 1280 bytes of IP, the least IPv6 allows; some paths silently drop larger
+// datagrams.
 inline constexpr std::size_t kMaxUdpBytes = 1204;
 // Bytes that ENet may fill. It does not count its checksum field (4), which the adapter leaves out on the wire.
 inline constexpr std::size_t kMtuBytes = kMaxUdpBytes - 24;

@@ -26,11 +26,13 @@ class RecordCache {
   // A slot's present state against its states at three ticks. Fits 64 bits.
   struct Key {
     static constexpr int kSlotBits = 24, kTickBits = 28, kGapBits = 6;
+    static_assert(kSlotBits + kTickBits + 2 * kGapBits == 64);
     std::uint32_t slot = 0;
     std::uint32_t ticks = 0;         // back to the base; 0: a full record
     std::uint8_t gap = 0, gap2 = 0;  // 0: there is none
     std::uint64_t packed() const {
-      return std::uint64_t{slot} << 40 | std::uint64_t{ticks} << 12 | std::uint64_t{gap} << 6 | gap2;
+      return std::uint64_t{slot} << (kTickBits + 2 * kGapBits) | std::uint64_t{ticks} << (2 * kGapBits) |
+             std::uint64_t{gap} << kGapBits | gap2;
     }
   };
   struct Record {

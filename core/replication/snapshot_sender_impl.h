@@ -27,8 +27,8 @@ namespace tessera::replication {
 
 // The records of a body that the client has acknowledged.
 struct Acknowledged {
-  Stamp tick = 0;        // of the newest record; 0: none
-  Stamp properties = 0;  // of the newest record with properties; 0: none
+  Stamp tick = 0;        // newest record's; 0: none
+  Stamp properties = 0;  // newest record's with properties; 0: none
   // Ticks from that record back to the one acknowledged before, and from there to the one before that; 0: of no use.
   std::uint8_t gap = 0, gap2 = 0;
   std::uint8_t unanswered = 0;  // records sent since the last acknowledgement
@@ -42,7 +42,7 @@ struct Entity {
   Acknowledged acknowledged;  // while it is dirty, its DirtyEntity has the valid one
   Epoch epoch;
   SlotIndex slot = 0;
-  std::uint32_t generation = 0;  // of the body in the slot
+  std::uint32_t generation = 0;  // the slot's when the body appeared
   std::uint32_t dirty = kClean;  // index of its DirtyEntity
   bool used = false;
 };

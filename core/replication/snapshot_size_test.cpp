@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kBodies = 500, kClients = 8, kSnapshots = 300, kAckDelay = 2;
 constexpr std::uint64_t kTicksPerSnapshot = 2;
 
-struct Client {
-  explicit Client(const Aabb& bounds, const SnapshotSettings& settings)
+struct MeasuredClient {
+  explicit MeasuredClient(const Aabb& bounds, const SnapshotSettings& settings)
       : sender(settings), receiver(bounds, settings) {}
   SnapshotSender sender;
   SnapshotReceiver receiver;
@@ -42,7 +42,7 @@ TEST(SnapshotSizeTest, FiveHundredMovingBodies) {
   MovingBodies world({.count = kBodies});
   const SnapshotSettings settings;
   SnapshotHistory history(world.bounds(), settings);
-  std::vector<Client> clients;
+  std::vector<MeasuredClient> clients;
   for (std::size_t i = 0; i < kClients; ++i) clients.emplace_back(world.bounds(), settings);
 
   Cost full, delta, push, ack, read;
@@ -51,7 +51,7 @@ TEST(SnapshotSizeTest, FiveHundredMovingBodies) {
     const double start = CpuSeconds();
     history.Push(Tick((n + 1) * kTicksPerSnapshot), world.bodies(), {});
     push.seconds += CpuSeconds() - start;
-    for (Client& client : clients) {
+    for (MeasuredClient& client : clients) {
       const double before = CpuSeconds();
       const WrittenSnapshot written = client.sender.Write(history, 0, 0);
       const double after = CpuSeconds();

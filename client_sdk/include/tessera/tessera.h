@@ -43,7 +43,7 @@ extern "C" {
 
 #define TESSERA_VERSION_MAJOR 0
 #define TESSERA_VERSION_MINOR 1
-/* Of the library that is loaded: major * 1000 + minor. */
+/* Version of the loaded library: major * 1000 + minor. */
 TESSERA_API uint32_t tessera_version(void);
 
 /* --- Errors ------------------------------------------------------------------------------------------------------ */
@@ -80,13 +80,13 @@ typedef struct tessera_join_options {
   const char* player_name;  /* shown to others, at most 63 bytes; may be NULL */
   const char* bind_address; /* IPv4, of the local socket; NULL: any */
   uint32_t flags;           /* TESSERA_JOIN_... */
-  /* What tessera_return_token gave an earlier client of this player, in whatever process: comes back as the same
-   * player, whose body is where the world left it. NULL, 0: a new player. */
+  /* tessera_return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
+   * body is where the world left it. NULL, 0: a new player. */
   uint32_t returning_size;
   const uint8_t* returning;
 } tessera_join_options;
 enum {
-  /* Show the own body, and what it touches, as the inputs already made will have it. */
+  /* Show the own body and the bodies that it touches where the inputs already made will bring them. */
   TESSERA_JOIN_PREDICT = 1
 };
 #define TESSERA_JOIN_OPTIONS \
@@ -94,7 +94,7 @@ enum {
 
 /* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
-/* What makes whoever has it this player, for a day: keep it where a later process of the game finds it, and keep it
+/* A token that makes its holder this player, for a day: keep it where a later process of the game finds it, and keep it
  * secret. It changes now and then, so take it again when the game ends or saves. Writes it only if it fits into
  * `capacity` bytes, and gives how many it has; at most TESSERA_MAX_TOKEN. */
 enum { TESSERA_MAX_TOKEN = 1024 };
@@ -250,9 +250,9 @@ typedef struct tessera_shape_info {
   size_t vertex_count;
   const uint32_t* indices; /* three a triangle */
   size_t index_count;
-  uint32_t columns, rows; /* of a height field */
+  uint32_t columns, rows; /* height field */
   double spacing;
-  size_t child_count; /* of a compound */
+  size_t child_count; /* compound */
 } tessera_shape_info;
 #define TESSERA_SHAPE_INFO \
   { sizeof(tessera_shape_info), 0, {0, 0, 0, 0}, NULL, 0, NULL, 0, 0, 0, 0, 0 }
@@ -286,11 +286,11 @@ typedef struct tessera_scene_info {
 #define TESSERA_SCENE_INFO \
   { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0 }
 
-/* What these point to lives as long as the client. */
+/* These pointers are valid as long as the client. */
 TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera_scene_info* scene);
-/* Of the scene's bodies by place, 0 to body_count - 1, ascending by id. */
+/* A body of the scene by its place in the list, 0 to body_count - 1, ascending by id. */
 TESSERA_API tessera_code tessera_scene_body(const tessera_client* client, size_t index, tessera_body_info* info);
-/* Of a body by id, players' bodies too. */
+/* A body by its id, players' bodies too. */
 TESSERA_API tessera_code tessera_body_of(const tessera_client* client, uint64_t id, tessera_body_info* info);
 TESSERA_API tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* info);
 /* Child of a compound, with its pose in the compound: three doubles, four doubles. */
@@ -310,12 +310,12 @@ typedef struct tessera_stats {
   double bytes_in_per_s, bytes_out_per_s;
   uint64_t datagrams_lost, decode_errors, full_records, delta_records, inputs_refused, bodies;
   double round_trip_s; /* to the region of the own body */
-  double tick_rate_hz; /* of the world, as seen here */
+  double tick_rate_hz; /* the world's, as seen here */
   double render_delay_s, jitter_s;
   uint64_t extrapolations, playout_jumps, reconnects;
   int32_t input_margin_ticks; /* how early inputs are at the server: the least of the last second */
   uint32_t reserved;
-  uint64_t corrections; /* of the predicted own body, by more than a centimetre */
+  uint64_t corrections; /* times the predicted own body was off by more than a centimetre */
   double last_correction_m;
   tessera_duration frame_time, network_time,
       update_time; /* between polls, within tessera_poll, within tessera_bodies */
@@ -335,7 +335,7 @@ TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera
 
 typedef struct tessera_network {
   uint32_t size;
-  uint32_t delay_ms, jitter_ms; /* of each datagram; evenly up to so much more */
+  uint32_t delay_ms, jitter_ms; /* each datagram's; jitter is evenly spread up to so much more */
   double loss, duplicate;       /* shares of datagrams each way, 0 to 1 */
   uint64_t seed;                /* the same seed and traffic give the same fate */
 } tessera_network;
