@@ -1,0 +1,171 @@
+// The broadcasts to clients, over real connections, of a region in the same process.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/region/region.h"
+#include "core/replication/datagram.h"
+#include "core/replication/input.h"
+#include "core/replication/snapshot.h"
+#include "net/testing/endpoint_pair.h"
+#include "region_worker/game_port.h"
+#include "region_worker/pair_broadcast.h"
+#include "region_worker/snapshot_broadcast.h"
+#include "region_worker/worker_metrics.h"
+
+namespace tessera::worker {
+namespace {
+
+constexpr std::uint64_t kBall = 1, kNearTrigger = 2, kFarBall = 3, kFarTrigger = 4;
+
+BodyDef Ball(std::uint64_t id, Vec3d place, double radius_m, bool trigger) {
+  BodyDef def;
+  def.id = BodyId(id);
+  def.shape = std::make_shared<const Shape>(Shape{SphereShape{radius_m}});
+  def.initial.position = place;
+  def.trigger = trigger;
+  if (trigger) def.motion = Motion::kStatic;
+  return def;
+}
+
+// Two balls at rest, each in a trigger: one pair 3 m from where the player stands, the other 20 m away.
+std::shared_ptr<const Scene> TwoTriggers() {
+  Scene scene;
+  scene.bounds = {{-20, -20, -20}, {20, 20, 20}};
+  scene.gravity_m_s2 = {};
+  scene.bodies = {Ball(kBall, {-5, 0, -2}, 0.5, false), Ball(kNearTrigger, {-5, 0, -2}, 1, true),
+                  Ball(kFarBall, {10, 0, 10}, 0.5, false), Ball(kFarTrigger, {10, 0, 10}, 1, true)};
+  PlayerRules& rules = scene.player.emplace();
+  rules.body.shape = std::make_shared<const Shape>(Shape{SphereShape{0.5}});
+  rules.spawn_points = {{-5, 0, -5}};
+  rules.max_force_n = 20;
+  rules.max_speed_m_s = 5;
+  return std::make_shared<const Scene>(std::move(scene));
+}
+
+struct Connected {
+  std::unique_ptr<net::Endpoint> endpoint = net::Listen();
+  net::PeerHandle peer;
+  std::vector<v1::PairEvents> pairs;
+  std::vector<net::Bytes> snapshots;
+  bool welcomed = false;
+};
+
+class BroadcastTest : public testing::Test {
+ protected:
+  BroadcastTest() {
+    port_.Open({.self = {"plaza-1", RegionId(2), Incarnation(5)},
+                .key = net::TheKey(),
+                .tick_rate_hz = scene_->tick_rate_hz,
+                .snapshot_rate_hz = scene_->tick_rate_hz,
+                .map = {}},
+               [](PlayerNumber) { return Admission::kWelcome; });
+    region_.SpawnPlayer(PlayerNumber(1));
+    region_.Start();
+    result_ = region_.Step();
+  }
+
+  std::unique_ptr<Connected> Join() {
+    auto client = std::make_unique<Connected>();
+    client->peer = *net::Dial(*client->endpoint, port_.port(), 1);
+    EXPECT_TRUE(Until(*client, [&] { return client->welcomed; }));
+    return client;
+  }
+
+  void Exchange(Connected& client) {
+    for (const auto& [from, bytes] : port_.Service(Clock::now(), region_.tick(), true).acknowledgements) {
+      snapshots_.Acknowledge(from, bytes);
+      ++acknowledged_;
+    }
+    for (const net::Event& event : client.endpoint->Service(std::chrono::milliseconds(1))) {
+      if (event.kind == net::Event::Kind::kMessage) Take(client, event);
+    }
+  }
+  bool Until(Connected& client, const std::function<bool()>& done) {
+    for (const auto limit = Clock::now() + net::kPatience; Clock::now() < limit && !done();) Exchange(client);
+    return done();
+  }
+
+  static void Take(Connected& client, const net::Event& event) {
+    if (event.delivery == net::Delivery::kUnsequenced) return client.snapshots.push_back(event.bytes);
+    v1::RegionControl control;
+    ASSERT_TRUE(control.ParseFromArray(event.bytes.data(), static_cast<int>(event.bytes.size())));
+    client.welcomed = client.welcomed || control.has_welcome();
+    if (control.has_pair_events()) client.pairs.push_back(control.pair_events());
+  }
+
+  const std::shared_ptr<const Scene> scene_ = TwoTriggers();
+  region::Region region_{{.self = RegionId(1),
+                          .incarnation = Incarnation(1),
+                          .scene = scene_,
+                          .map = *MakeGridMap(scene_->ground(), 1),
+                          .settings = {}}};
+  region::StepResult result_;
+  WorkerMetrics metrics_;
+  GamePort port_{*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = 0}), metrics_};
+  SnapshotBroadcast snapshots_{RegionId(1), *scene_, scene_->tick_rate_hz, {}, metrics_};
+  int acknowledged_ = 0;
+};
+
+TEST_F(BroadcastTest, AConnectionFirstGetsAllPairsInItsReachAndThenChangesAlone) {
+  PairBroadcast pairs(5);
+  const auto first = Join();
+  pairs.AfterTick(region_, result_.events, port_);
+  ASSERT_TRUE(Until(*first, [&] { return !first->pairs.empty(); }));
+  EXPECT_TRUE(first->pairs[0].whole());
+  ASSERT_EQ(first->pairs[0].events_size(), 1) << first->pairs[0].DebugString();
+  EXPECT_EQ(first->pairs[0].events(0).body_a(), kBall);
+  EXPECT_EQ(first->pairs[0].events(0).body_b(), kNearTrigger);
+
+  pairs.AfterTick(region_, {}, port_);
+  const physics::PairEvent end{
+      .body_a = BodyId(kBall), .body_b = BodyId(kNearTrigger), .trigger = true, .begin = false};
+  pairs.AfterTick(region_, {&end, 1}, port_);
+  ASSERT_TRUE(Until(*first, [&] { return first->pairs.size() == 2; }));
+  EXPECT_FALSE(first->pairs[1].whole());
+  EXPECT_FALSE(first->pairs[1].events(0).begin());
+
+  const auto second = Join();  // takes the place of the first
+  pairs.AfterTick(region_, {}, port_);
+  ASSERT_TRUE(Until(*second, [&] { return !second->pairs.empty(); }));
+  EXPECT_TRUE(second->pairs[0].whole());
+}
+
+TEST_F(BroadcastTest, EachConnectionHasASenderOfItsOwn) {
+  const auto tick = [&] {
+    result_ = region_.Step();
+    snapshots_.AfterTick(region_, result_.departures, nullptr, port_);
+  };
+  const auto first = Join();
+  tick();
+  ASSERT_TRUE(Until(*first, [&] { return !first->snapshots.empty(); }));
+  replication::SnapshotReceiver receiver(scene_->bounds, {});
+  const auto read = receiver.Read(first->snapshots[0]);
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->full_records, 3u);  // two balls and the player's body
+
+  ASSERT_TRUE(first->endpoint
+                  ->Send(first->peer, net::Delivery::kUnsequenced,
+                         replication::EncodeInput({.ack = receiver.WriteAck(), .inputs = {}}))
+                  .ok());
+  ASSERT_TRUE(Until(*first, [&] { return acknowledged_ == 1; }));
+  for (int i = 0; i < 5; ++i) tick();
+  for (int i = 0; i < 5; ++i) Exchange(*first);
+  EXPECT_EQ(first->snapshots.size(), 1u) << "all is acknowledged and at rest";
+
+  const auto second = Join();
+  tick();
+  ASSERT_TRUE(Until(*second, [&] { return !second->snapshots.empty(); }));
+  replication::SnapshotReceiver anew(scene_->bounds, {});
+  const auto again = anew.Read(second->snapshots[0]);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->full_records, 3u);
+}
+
+}  // namespace
+}  // namespace tessera::worker
