@@ -11,7 +11,7 @@
 #include <span>
 
 #include "absl/container/flat_hash_set.h"
-#include "core/physics/world.h"
+#include "core/physics/contact_report.h"
 #include "core/region/region.h"
 #include "net/endpoint.h"
 #include "region_worker/game_port.h"
