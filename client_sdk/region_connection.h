@@ -1,7 +1,7 @@
 // RegionConnection: a client's connection to one region: dials, reads snapshots, acknowledges, dials again when it
 // breaks.
 //
-//   IDLE -dial-> DIALLING -accepted-> GREETED -welcome-> WELCOMED -stopping-> STOPPED
+//   IDLE -dial-> DIALLING -accepted-> ACCEPTED -welcome-> WELCOMED -stopping-> STOPPED
 //   any of the middle three -disconnected-> IDLE, with a wait that doubles up to kMaxRetry
 //   any -another endpoint-> IDLE, dialled at once
 //
@@ -39,7 +39,7 @@ class RegionConnection {
   const std::string& last_error() const { return last_error_; }
 
   void DialIfDue(TimePoint now, ClientEndpoint& endpoint, const net::Credentials& credentials);
-  // `peer` is this connection's connection.
+  // The region's acceptor accepted the endpoint's `peer`.
   void Accepted(net::PeerHandle peer);
   void Welcomed();
   void Disconnected(TimePoint now);
@@ -47,10 +47,10 @@ class RegionConnection {
   // The region is to be found there from now on.
   void Move(RegionEndpoint where, ClientEndpoint& endpoint);
   void Failed(std::string why) { last_error_ = std::move(why); }
-  // Counts an answer that made no sense.
+  // Counts a malformed answer.
   void CountError() { ++stats_.decode_errors; }
 
-  // Nothing where it is refused or this side is not welcomed yet.
+  // Nothing if it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to send.
   std::size_t Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs);

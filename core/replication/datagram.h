@@ -12,6 +12,9 @@ enum class DatagramKind : std::uint8_t {
   kInput = 2,     // client -> region: core/replication/input.h
 };
 
+// An acknowledgement names the newest datagram that came, and has a bit for each of so many before it.
+inline constexpr std::uint32_t kAckMaskBits = 64;
+
 // A tick beyond this is a lie: two million years at 60 Hz. The limit keeps tick arithmetic far from 64 bits.
 inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
 

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/replication/codec/fast_list.h"
 #include "core/replication/codec/velocity.h"
+#include "core/replication/datagram.h"
 #include "core/replication/record_codec.h"
 #include "core/world/bytes.h"
 #include "core/world/limits.h"
@@ -14,7 +15,6 @@
 namespace tessera::replication {
 namespace {
 
-constexpr std::uint32_t kAckMaskBits = 64;
 // A sequence further ahead than a connection could have lost without ending is a lie, and would silence what follows.
 constexpr std::uint32_t kMaxSequenceJump = 1 << 20;
 // A datagram may come so much later than one that overtook it and still be understood: half a second at 60 Hz.

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "core/replication/datagram.h"
 #include "core/replication/snapshot_sender_impl.h"
 #include "core/world/bytes.h"
 
@@ -16,8 +17,8 @@ namespace {
 
 // A client may save up this much of its unused budget.
 constexpr double kBurst_s = 0.1;
-// A body is sent as a full record again when so many of its records were not acknowledged: the client may have let go
-// of the baseline (snapshot_receiver.cpp says how many states of one are kept).
+// A body is sent as a full record again when so many of its records were not acknowledged: the client may have
+// dropped the baseline (snapshot_receiver.cpp says how many states of one are kept).
 constexpr std::uint8_t kMaxUnanswered = 40;
 // Priorities are whole numbers: a body that is sent with each snapshot gains this much a snapshot.
 constexpr int kPriorityUnit = 4;
@@ -31,7 +32,6 @@ constexpr std::size_t kMaxDepartures = 200;
 // Datagrams kept for a client that acknowledges nothing.
 constexpr std::size_t kMaxSent = 4096;
 constexpr std::size_t kAckBytes = 12;
-constexpr std::uint32_t kAckMaskBits = 64;
 // Largest gap between two samples that predict a body; Acknowledged counts it in 8 bits.
 constexpr std::uint64_t kMaxGap_ticks = 32;
 
