@@ -11,7 +11,7 @@ class TesseraEngine : public Engine {
 
   absl::Status Load(const Scene& scene) override {
     if (!scene.fields.empty()) return Lacking(name(), "fields are the region's, not the engine's");
-    physics::Settings settings{.origin = config_.origin, .gravity_m_s2 = scene.gravity_m_s2};
+    physics::WorldSettings settings{.origin = config_.origin, .gravity_m_s2 = scene.gravity_m_s2};
     settings.substeps = config_.substeps;
     world_ = std::make_unique<physics::World>(settings);
     for (BodyDef body : scene.bodies) {

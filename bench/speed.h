@@ -3,8 +3,8 @@
 // Both run in one process and one thread, turn about by chunks of steps (A B B A ...), so that whatever else the
 // machine does meets both alike. `time_ratio` is the median over chunks of tessera's CPU time for a chunk over
 // Bullet's, with its 10th and 90th percentile; `time_ratio_total` that of the whole run. Figures of what the very same
-// run came to stand beside it: penetration over the last fifth, drift, bodies that fell through. `counts` is 1 if none
-// of tessera's is worse than Bullet's.
+// run came to stand beside it: penetration over the last fifth, drift, bodies that fell through. `counts` is 1 if
+// none of tessera's is worse than Bullet's.
 #pragma once
 
 #include "absl/status/status.h"

@@ -123,7 +123,7 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   if (world_ == nullptr || far) {
     origin_ = {std::round(own.position.x), std::round(own.position.y), std::round(own.position.z)};
     world_ = std::make_unique<physics::World>(
-        physics::Settings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
+        physics::WorldSettings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
     for (const BodyDef& def : catalog_.scene().bodies) {
       if (def.motion == Motion::kStatic) world_->Add(def, def.initial);
     }

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "core/physics/bullet_math.h"
-#include "core/physics/collide/test_surfaces.h"
+#include "core/physics/collide/testing/surfaces.h"
 
 namespace tessera::physics {
 namespace {

@@ -52,7 +52,7 @@ class StateHash {
   std::uint64_t hash_ = 0xcbf29ce484222325;
 };
 
-std::uint64_t HashOf(const scenes::GoldenScene& golden, Settings settings = {}) {
+std::uint64_t HashOf(const scenes::GoldenScene& golden, WorldSettings settings = {}) {
   const Scene scene = golden.make();
   settings.gravity_m_s2 = scene.gravity_m_s2;
   World world(settings);

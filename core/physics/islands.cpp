@@ -76,6 +76,20 @@ void JointedGroups::Run(std::span<Joint* const> joints) {
   groups_.Number();
 }
 
+bool JointedGroups::Validate(std::span<Joint* const> joints) const {
+  if (groups_.bodies() != bodies_.size() || !std::is_sorted(bodies_.begin(), bodies_.end())) return false;
+  std::vector<char> held(bodies_.size());
+  for (const Joint* joint : joints) {
+    if (!joint->ConnectsAwakeBodies()) continue;
+    const std::uint32_t a = PlaceOf(*joint->a), b = PlaceOf(*joint->b);
+    if (a >= bodies_.size() || bodies_[a] != joint->a->awake_index) return false;
+    if (b >= bodies_.size() || bodies_[b] != joint->b->awake_index) return false;
+    if (GroupOf(a) != GroupOf(b)) return false;
+    held[a] = held[b] = 1;
+  }
+  return std::all_of(held.begin(), held.end(), [](char is_held) { return is_held != 0; });
+}
+
 std::uint32_t JointedGroups::PlaceOf(const RigidBody& body) const {
   const auto at = std::lower_bound(bodies_.begin(), bodies_.end(), body.awake_index);
   return static_cast<std::uint32_t>(at - bodies_.begin());

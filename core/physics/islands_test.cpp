@@ -119,6 +119,9 @@ TEST_F(JointsTest, ConnectIslandsAndMakeGroups) {
   groups.Run(joints_.joints());
   EXPECT_THAT(groups.bodies(), ElementsAre(1, 2, 4)) << "a joint to something static makes no group";
   EXPECT_EQ(groups.count(), 1U);
+  EXPECT_TRUE(groups.Validate(joints_.joints()));
+  EXPECT_FALSE(groups.Validate({})) << "bodies without a joint are in no group";
+  EXPECT_FALSE(JointedGroups().Validate(joints_.joints())) << "jointed bodies are in a group";
   groups.Run({});
   EXPECT_EQ(groups.count(), 0U);
 }

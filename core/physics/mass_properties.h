@@ -18,8 +18,8 @@ struct MassProperties {
   Quatd axes;
 };
 
-// Of any shape with a volume. Parts of a compound have one density, and where they overlap they count twice. Zero for
-// meshes, height fields and planes, which are always static.
+// Mass properties of a shape with a volume. Parts of a compound have one density, and where they overlap they count
+// twice. Zero for meshes, height fields and planes, which are always static.
 MassProperties MassPropertiesOf(const Shape& shape);
 
 // Where a body's centre of mass, which BodyState::position means, lies in its shape's own coordinates, in which its

@@ -83,6 +83,7 @@ void World::Impl::FindIslands(double dt_s) {
   BuildIslands(bodies.awake().size(), narrow_phase.contacts(), joints.joints(), &islands);
   groups.Run(joints.joints());
   assert(joints.Validate() && Validate(islands, narrow_phase.contacts(), joints.joints()));
+  assert(groups.Validate(joints.joints()));
 
   loads.Run({dt_s, bodies.awake(), narrow_phase.contacts(), joints.joints(), joints.rows(), islands, groups});
   assert(loads.Validate());

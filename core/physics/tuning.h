@@ -116,8 +116,8 @@ inline constexpr float kEdgeLead_m = 0.001f, kEdgeLeadShare = 0.02f;
 // rim, and do not touch; and its share of the smaller half extent. Must be more than what rests sinks in, or boxes
 // stumble over the seams of a floor of boxes; what bears on a narrower ledge falls off it.
 inline constexpr float kGraze_m = 0.005f, kGrazeShare = 0.03f;
-// What lies over the border of a face by less than this share of its half width still lies on it. Keeps the names of
-// flush corners through rounding; larger would hold what has slid off.
+// A point beyond the edge of a face by less than this share of the face's half width still lies on the face. Keeps the
+// feature keys of flush corners through rounding; a larger value would hold points that have slid off.
 inline constexpr float kClipSlack = 1e-4f;
 // Most pairs of edges that are looked at one by one; hulls with more go by GJK and EPA, which take a few microseconds
 // whatever their size.

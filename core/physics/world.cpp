@@ -8,7 +8,7 @@
 
 namespace tessera::physics {
 
-World::World(const Settings& settings) : impl_(std::make_unique<Impl>(settings)) {}
+World::World(const WorldSettings& settings) : impl_(std::make_unique<Impl>(settings)) {}
 World::~World() = default;
 
 // --- What is in it

@@ -25,7 +25,7 @@
 
 namespace tessera::physics {
 
-struct Settings {
+struct WorldSettings {
   Vec3d origin{};  // Bounds and queries are in single precision about this point, m.
   Vec3d gravity_m_s2{0, -9.81, 0};
   int substeps = 0;       // Every island that is solved gets so many; 0: as many as it needs.
@@ -42,7 +42,7 @@ struct RayHit {
 
 class World {
  public:
-  explicit World(const Settings& settings);
+  explicit World(const WorldSettings& settings);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;

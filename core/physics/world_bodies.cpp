@@ -7,7 +7,7 @@
 
 namespace tessera::physics {
 
-World::Impl::Impl(const Settings& settings_in)
+World::Impl::Impl(const WorldSettings& settings_in)
     : settings(settings_in),
       broad_phase(settings.origin),
       loads(settings.gravity_m_s2, settings.substeps),

@@ -28,7 +28,7 @@
 namespace tessera::physics {
 
 struct World::Impl {
-  explicit Impl(const Settings& settings);
+  explicit Impl(const WorldSettings& settings);
   ~Impl();
 
   // --- Adding, removing and moving bodies and joints (world_bodies.cpp).
@@ -57,7 +57,7 @@ struct World::Impl {
   SolveInput SolveInputOf(double dt_s);
   StepOutcome Outcome() const;
 
-  const Settings settings;
+  const WorldSettings settings;
 
   // --- What lives on from step to step.
   FormCache forms;

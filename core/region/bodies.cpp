@@ -22,7 +22,7 @@ constexpr double kAbout_m = 0.1;
 
 }  // namespace
 
-Bodies::Bodies(const Catalog& catalog, const physics::Settings& settings) : catalog_(catalog), world_(settings) {
+Bodies::Bodies(const Catalog& catalog, const physics::WorldSettings& settings) : catalog_(catalog), world_(settings) {
   for (const BodyDef& def : catalog.scene().bodies) {
     if (def.motion == Motion::kStatic) world_.Add(def, def.initial);
   }

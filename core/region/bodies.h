@@ -32,7 +32,7 @@ struct Ghost {
 
 class Bodies {
  public:
-  Bodies(const Catalog& catalog, const physics::Settings& settings);
+  Bodies(const Catalog& catalog, const physics::WorldSettings& settings);
 
   // --- Who is here.
   const physics::World& world() const { return world_; }

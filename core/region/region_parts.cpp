@@ -29,8 +29,8 @@ Vec3d OriginFor(const Config& config) {
   return ToGrid({(area->min_x + area->max_x) / 2, center.y, (area->min_z + area->max_z) / 2});
 }
 
-physics::Settings WorldSettings(const Config& config) {
-  physics::Settings settings;
+physics::WorldSettings WorldSettingsOf(const Config& config) {
+  physics::WorldSettings settings;
   settings.origin = OriginFor(config);
   settings.gravity_m_s2 = config.scene->gravity_m_s2;
   return settings;
@@ -44,7 +44,7 @@ RegionParts::RegionParts(const Config& config)
       tick_s(1.0 / config.scene->tick_rate_hz),
       catalog(config.scene),
       neighborhood(config.self, config.map),
-      bodies(catalog, WorldSettings(config)),
+      bodies(catalog, WorldSettingsOf(config)),
       players(*config.scene),
       reports(catalog),
       ownership(catalog, bodies, players, reports, properties),

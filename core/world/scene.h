@@ -86,7 +86,7 @@ enum class Motion : std::uint8_t { kStatic, kDynamic };
 
 // The part of a body that changes from tick to tick: an owner sends all of it, and a handover must keep all of it.
 struct BodyState {
-  Vec3d position;          // of the centre of mass, world space, m
+  Vec3d position;          // centre of mass, world space, m
   Quatd orientation;       // unit; rounded to float every tick, a spinning body would be .3 rad off after 20 s
   Vec3f linear_velocity;   // m/s
   Vec3f angular_velocity;  // rad/s, world frame

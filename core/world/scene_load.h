@@ -1,9 +1,9 @@
 // LoadScene: the one way from scene text, or a serialised scene, to a scene that is checked and resolved.
 //
 //   absl::StatusOr<LoadedScene> plaza = LoadScene(SceneForm::kText, text, "scenes/plaza.textproto");
-//   plaza->message;   // what travels and is stored
+//   plaza->message;   // the form that travels and is stored
 //   plaza->hash;      // its identity on the wire
-//   plaza->scene;     // what runs
+//   plaza->scene;     // the form that runs
 //
 // Each program that takes a scene from outside calls it on what it received, and only fetches the bytes itself: a
 // command reads the file that a person named, the control plane takes the message of a request, a worker reads the file

@@ -56,7 +56,7 @@ struct Vehicle {
   BodyId chassis, crate;
 };
 Vehicle Drive(double from_x);
-// What a region of side `cell_m` has to do whatever its neighbours do, in every one of `side` x `side` cells: four flat
+// The same work for a region of side `cell_m` in each of `side` x `side` cells, whatever its neighbours do: four flat
 // pyramids in its middle; and eight balls that roll out of it and bounce off the world's edge.
 Scene EqualCells(int side, double cell_m);
 

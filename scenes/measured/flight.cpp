@@ -37,7 +37,7 @@ Scene THandle(bool stable) {
 SpinningTop MakeSpinningTop() {
   constexpr int kCorners = 7;
   constexpr double kRadius = 2, kHeight = 2, kMass = 1, kGravity = 9.81, kSpin = 75;
-  constexpr double kCenter = 0.75 * kHeight;  // of mass, above the tip
+  constexpr double kCenter = 0.75 * kHeight;  // centre of mass, above the tip
   const double corner = 2 * std::numbers::pi / kCorners, tilt = std::numbers::pi / 12;
   const double polar = kRadius * kRadius * (2 + SinCosOf(corner).cos) / 6;
   const double axial = 0.6 * polar * kMass;

@@ -13,7 +13,7 @@ namespace tessera::scenes {
 struct GoldenScene {
   std::string_view name;
   Scene (*make)();
-  int steps;  // of 1/60 s
+  int steps;  // 1/60 s each
 };
 
 std::span<const GoldenScene> GoldenScenes();

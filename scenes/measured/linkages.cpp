@@ -15,10 +15,10 @@ struct AxialInertia {
   double along, across;
 };
 
-// Of a solid capsule about its centre: a cylinder and two half balls.
+// Moments of inertia of a solid capsule about its centre: a cylinder and two half balls.
 AxialInertia CapsuleInertia(double radius, double half_height, double mass) {
   const double length = 2 * half_height, r2 = radius * radius;
-  const double share = length / (length + 4 * radius / 3);  // of the cylinder in the volume
+  const double share = length / (length + 4 * radius / 3);  // the cylinder's share of the volume
   const double cylinder = mass * share, balls = mass * (1 - share);
   return {cylinder * r2 / 2 + balls * 0.4 * r2, cylinder * (length * length / 12 + r2 / 4) +
                                                     balls * (0.4 * r2 + length * length / 4 + 0.375 * length * radius)};

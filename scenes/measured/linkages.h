@@ -1,4 +1,4 @@
-// What joints hold together: chains, loops, pendulums, springs, motors, ragdolls. Scene 11 among them.
+// Scenes of jointed bodies: chains, loops, pendulums, springs, motors, ragdolls. Scene 11 among them.
 //
 // Pure functions, any thread.
 #pragma once

@@ -7,8 +7,8 @@
 
 namespace tessera::scenes {
 
-// Scene 8: a long house of 6 floors; each 8 sleepers side by side, with 9 planks along its sides upon them. 102 blocks
-// of 10 kg; the last body is on the topmost floor.
+// Scene 8: a long house of 6 floors; each 8 sleepers side by side, with 9 planks along its sides upon them. It has
+// 102 blocks of 10 kg; the last body is on the topmost floor.
 inline constexpr int kKaplaFloors = 6, kKaplaBase = 8;
 inline constexpr double kKaplaLayer_m = 0.1;  // two to a floor
 Scene KaplaTower();

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "core/physics/collide/collide.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/shapes.h"
 
 namespace tessera::physics {
 namespace {

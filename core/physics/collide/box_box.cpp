@@ -17,7 +17,7 @@ constexpr std::uint32_t kFaceA = 1, kFaceB = 4, kEdges = 7;
 // One box as seen from another, as arrays: the search indexes axes.
 struct Relation {
   float ha[3], hb[3];
-  float p[3];      // of b's centre in a
+  float p[3];      // b's centre in a
   float q[3];      // the same along b's axes
   float c[3][3];   // c[i][j] = dot(a's axis i, b's axis j)
   float ac[3][3];  // absolute

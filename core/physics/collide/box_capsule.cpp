@@ -46,7 +46,7 @@ float NearestOn(const Line& line) {
 
 Vec3f Vector(const float v[3]) { return {v[0], v[1], v[2]}; }
 
-// What lies over the face of axis i, told along the manifold's normal n.
+// Adds the part of the segment that lies over the face of axis i, with separations along the manifold's normal n.
 void AddOverFace(const Line& line, const Segment& segment, int i, const float n[3], float speculative_m,
                  LocalManifold* out) {
   float low = -1, high = 1;

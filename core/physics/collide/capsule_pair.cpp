@@ -41,7 +41,7 @@ constexpr float kNone = -1e30f;
 
 struct Touch {
   Vec3f normal;              // out of the polyhedron
-  float distance_m = kNone;  // of the segment itself; negative where it is inside
+  float distance_m = kNone;  // from the segment itself; negative where it is inside
   float t = 0;               // where on the segment
 };
 

@@ -114,7 +114,7 @@ struct Outlet {
   }
 };
 
-// What the solver did at the old points goes on at the new ones: by name, or else at the nearest that is left over.
+// Carries the solver's impulses over from old points to new ones: by feature key, else to the nearest one left over.
 void CarryOver(std::span<const ManifoldPoint> olds, float tolerance_m, Manifold* now) {
   std::array<bool, kManifoldPoints> taken{}, found{};
   const auto points = std::span(now->points).first(static_cast<std::size_t>(now->count));

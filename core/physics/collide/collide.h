@@ -5,7 +5,7 @@
 // caller.
 //
 //   PairCache cache;                         // lives as long as the pair
-//   Manifolds manifolds;         // of the last step; impulses of points that stay are carried over
+//   Manifolds manifolds;         // from the last step; impulses of points that stay are carried over
 //   Collide({geo_a, pose_a}, {geo_b, pose_b}, 0.02f, cache, manifolds);
 //
 // Thread rule: none shared but Bullet's own statics; one thread at a time.
@@ -20,11 +20,11 @@
 
 namespace tessera::physics {
 
-// Of a body's frame (centre of mass, principal axes).
+// Placement of a body's frame (centre of mass, principal axes).
 struct Placement {
   Vec3d position;
   Quatd orientation;
-  Mat3f rotation;  // of `orientation`
+  Mat3f rotation;  // same as `orientation`
 };
 
 struct Collidable {
@@ -32,16 +32,16 @@ struct Collidable {
   const Placement& placement;
 };
 
-// What a pair remembers between steps: the relative pose of its last full search, what it found in local coordinates,
-// and the axis that told them apart. Starts empty; belongs to one pair of geometries.
+// A pair's memory between steps: the relative pose of its last full search, the result in local coordinates, and the
+// axis that separated them. Starts empty; belongs to one pair of geometries.
 struct PairCache {
   bool searched = false;
   float reach_m = 0;  // how far apart the last search looked
   float apart_m = 0;  // nothing was found, and nothing is nearer than this; 0: not known
   LocalPose pose;     // at the last search
   ConvexCache convex;
-  LocalManifold manifold;  // of a pair with one; on_b from a's origin at the search, along b's axes
-  struct Parts;            // of a compound, mesh or height field
+  LocalManifold manifold;  // if the pair has just one; on_b from a's origin at the search, along b's axes
+  struct Parts;            // for a compound, mesh or height field
   struct DeleteParts {
     void operator()(Parts* parts) const;
   };

@@ -3,7 +3,7 @@
 
 #include <gmock/gmock.h>
 
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/shapes.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {

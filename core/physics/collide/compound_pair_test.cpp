@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "core/physics/collide/test_surfaces.h"
+#include "core/physics/collide/testing/surfaces.h"
 
 namespace tessera::physics {
 namespace {

@@ -7,7 +7,7 @@
 namespace tessera::physics {
 namespace {
 
-// Of a core below its surface: at most this, m, and this share of the largest ball inside.
+// Depth of a core below its surface: at most this, m, and this share of the largest ball inside.
 constexpr float kInset_m = 0.02f, kInsetShare = 0.15f;
 
 double ReachAround(const Geometry& g, Vec3d d) {

@@ -37,8 +37,8 @@ double ReachOf(const Convex& convex, Vec3f direction);
 // the way between them. Larger spares EPA in deeper overlaps; smaller keeps the ways at edges truer.
 float InsetOf(const Convex& convex);
 
-// What is left when `inset` is taken off all round, as a support function in doubles; the rounding `radius` outside of
-// it gives spheres and capsules exactly, and everything else with an inset of 0. A hull is scaled about its middle
+// A convex shape with `inset` taken off all round, as a support function in doubles. The rounding `radius` about it
+// gives spheres and capsules exactly, and everything else with an inset of 0. A hull is scaled about its middle
 // instead, by as much as moves its nearest face by the inset.
 class Core {
  public:
@@ -64,8 +64,8 @@ class Core {
   double base_y_ = 0, apex_y_ = 0;  // cone
   const Vec3f* points_ = nullptr;   // hull
   std::size_t count_ = 0;
-  double scale_ = 1;  // of the hull, about its middle
-  Vec3d middle_;      // what that moves it by
+  double scale_ = 1;  // factor of the hull, about its middle
+  Vec3d middle_;      // shift that the scaling causes
   std::array<Vec3f, 3> triangle_{};
   Vec3d x_{1, 0, 0}, y_{0, 1, 0}, z_{0, 0, 1}, position_;
 };

@@ -11,9 +11,9 @@ namespace {
 
 // A direction from GJK is worth something only where the cores are this far apart, m.
 constexpr double kWorth_m = 1e-6;
-// Of the distance of cores, m: the axis between cores that are centimetres apart is then right to a part in a thousand.
+// Tolerance of the cores' distance, m: the axis between cores that are centimetres apart is then right to a thousandth.
 constexpr double kCloseEnough_m = 1e-6;
-// Of faces and edges that count as lying across a normal: cosine and sine of about 2 degrees.
+// Faces and edges within about 2 degrees (cosine, sine) count as lying across a normal.
 constexpr float kAligned = 0.9994f, kAcross = 0.035f;
 // The face of a is the reference unless b's lies straighter by this, so that equal ones do not change places.
 constexpr float kStraighter = 1e-6f;

@@ -10,7 +10,7 @@ namespace tessera::physics {
 
 struct Gap {
   Vec3f normal;            // unit, from a to b
-  float separation_m = 0;  // of the true surfaces along it
+  float separation_m = 0;  // between the true surfaces, along the axis
   Vec3f middle;            // between the nearest points, or the deepest
   bool exact = false;      // not guessed from cores or by EPA
 };

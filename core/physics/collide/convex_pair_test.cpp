@@ -5,7 +5,7 @@
 #include <random>
 
 #include "core/physics/collide/convex_pair.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/shapes.h"
 
 namespace tessera::physics {
 namespace {
@@ -96,7 +96,7 @@ TEST(ConvexPairTest, ConeStandsOnItsBaseAndLiesOnItsSide) {
 
   // Side down: its normal, at the angle atan(r / h) over the horizontal, turned to -y.
   const double rise = std::atan2(0.8, 1.2), half_pi = std::acos(0.0);
-  const double from_origin = 0.6 * 0.8 / std::hypot(0.8, 1.2);  // of the side, seen from halfway up
+  const double from_origin = 0.6 * 0.8 / std::hypot(0.8, 1.2);  // distance of the side, from halfway up
   m = Collided(*box, *cone, {{0, 0.5 + from_origin - 0.001, 0}, About({0, 0, 1}, -(half_pi + rise))});
   ExpectSound(m);
   ASSERT_EQ(m.count, 2);
@@ -128,8 +128,7 @@ TEST(ConvexPairTest, CrossedCylindersTouchInAPoint) {
   EXPECT_NEAR(Length(Vec3f{m.points[0].on_a.x - 0.5f, m.points[0].on_a.y, m.points[0].on_a.z}), 0, 1e-3);
 }
 
-// --- Against a search
-// -------------------------------------------------------------------------------------------------
+// --- Against a search ------------------------------------------------------------------------------------------------
 
 // The largest separation over directions: the distance where the shapes are apart, less the depth where they are not.
 // Coarse, then closer about the best.

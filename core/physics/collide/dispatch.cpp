@@ -27,7 +27,7 @@ int RankOf(const Geometry& geometry) {
   }
 }
 
-// Of shapes with so many edges that looking at all pairs of them costs more than GJK, none.
+// Whether to look at all pairs of edges. Beyond kEdgePairs that costs more than GJK.
 bool Polyhedral(const Geometry& a, const Geometry& b) {
   const auto flat = [](const Geometry& g) { return g.kind == GeometryKind::kBox || g.kind == GeometryKind::kHull; };
   return flat(a) && flat(b) && a.polyhedron->edges.size() * b.polyhedron->edges.size() <= kEdgePairs;

@@ -54,7 +54,7 @@ struct Geometry {
   // Radius of a solid ball about the origin; 0 where there is none. A body that moves by less than this in a tick
   // cannot pass through anything unseen.
   float inner_radius_m = 0;
-  float outer_radius_m = 0;  // of a ball about the origin that holds all of the shape; infinite for a plane
+  float outer_radius_m = 0;  // the ball about the origin that holds the shape; infinite for a plane
 
   // Convex shapes: a solid ball well inside, wherever the origin is.
   Vec3f middle;

@@ -135,7 +135,7 @@ GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m, double
   if (!(LengthSquared(start) > 0) || !IsFinite(start)) start = {1, 0, 0};
   Simplex simplex{{At(a, b, start)}, 1};
   std::array<double, 4> weight{1};
-  Vec3d v = simplex.v[0].w;  // of a - b, nearest to the origin so far
+  Vec3d v = simplex.v[0].w;  // the point of a - b nearest to the origin so far
   for (int i = 0; i < kIterations; ++i) {
     const double squared = LengthSquared(v);
     // Not >: what is not a number counts as overlap, for which there is always an answer.
@@ -145,7 +145,7 @@ GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m, double
     if (along > 0 && along * along > within_m * within_m * squared) {
       return {GjkResult::Kind::kFar, {}, {}, along / std::sqrt(squared), v / -std::sqrt(squared)};
     }
-    const double error = squared - along;  // of the distance, times the distance
+    const double error = squared - along;  // error of the distance, times the distance
     if (error <= kRelative * squared || error * error <= close_enough_m * close_enough_m * squared ||
         Holds(simplex, next.w)) {
       return Apart(simplex, weight, v);

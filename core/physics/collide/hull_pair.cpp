@@ -16,7 +16,7 @@ constexpr float kNone = -1e30f;
 // ConvexCache::feature: a face of a, a face of b, or edges.
 constexpr std::uint32_t kFaceA = 1, kFaceB = 1u << 16, kEdges = 1u << 17;
 
-// Of a face: the other's lowest vertex over it.
+// A face and the separation of the other hull's lowest vertex over it.
 struct FaceAxis {
   std::uint32_t face = 0;
   float separation = kNone;
@@ -117,7 +117,7 @@ Loop LoopOf(const Polyhedron& p, const Polyhedron::Face& face, Vec3f position, c
   return loop;
 }
 
-// Of the faces that hold the vertex furthest along -direction, the one that looks most against `direction`.
+// The face that looks most against `direction` among those that hold the vertex furthest along -direction.
 std::uint32_t Facing(const Polyhedron& p, Vec3f direction) {
   const std::uint32_t lowest = SupportVertex(p, -direction);
   std::uint32_t best = 0;

@@ -41,10 +41,10 @@ struct Manifold {
   std::array<ManifoldPoint, kManifoldPoints> points;
 };
 
-// Of one pair: almost always one, which then lies where the pair does.
+// The manifolds of one pair: almost always one, which is then stored within the pair.
 using Manifolds = absl::InlinedVector<Manifold, 1>;
 
-// What two materials make of each other.
+// Combined material of two surfaces in contact.
 struct PairMaterial {
   float friction = 0;  // Coulomb
   float rolling_m = 0, spinning_m = 0;

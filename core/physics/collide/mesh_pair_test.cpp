@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/physics/collide/test_surfaces.h"
+#include "core/physics/collide/testing/surfaces.h"
 
 namespace tessera::physics {
 namespace {
@@ -287,7 +287,7 @@ TEST(SurfaceTest, CardThatPassedASheetIsFetchedBack) {
     EXPECT_EQ(found[0].normal, (Vec3f{0, -1, 0}));
     EXPECT_NEAR(found[0].points[0].separation_m, y - 0.01, 1e-6);
   }
-  // What never was in front is left alone.
+  // A shape that never was in front is left alone.
   parts.clear();
   found.clear();
   CollideMesh(*card, *ground, at(-0.1), 0.02f, parts, &found);

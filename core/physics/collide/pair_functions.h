@@ -44,16 +44,16 @@ struct LocalManifold {
   Vec3f normal;  // unit, from a to b, a's frame
   int count = 0;
   std::array<LocalPoint, kManifoldPoints> points;
-  std::uint32_t key = 0;  // of a part or a group of triangles; 0 for convex pairs
+  std::uint32_t key = 0;  // names a part or a group of triangles; 0 for convex pairs
 };
 
 // The same manifold as b sees it.
 LocalManifold Reversed(const LocalManifold& manifold, const LocalPose& b_in_a);
 
-// What a convex pair remembers from search to search, in the order it was called with. All zero: nothing.
+// A convex pair's memory from search to search, in the order it was called with. All zero: empty.
 struct ConvexCache {
   Vec3f axis;                 // last axis, from a to b in a's frame
-  std::uint32_t feature = 0;  // what the axis is made of; each family's own code
+  std::uint32_t feature = 0;  // the features that make the axis, in each family's own code
   float apart_m = 0;          // where nothing was found: no nearer than this; 0 where that is not known
 };
 
@@ -84,14 +84,13 @@ void CollidePlane(const Geometry& a, const LocalPlane& plane, float speculative_
 void CollideLocal(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m, PartCaches& parts,
                   std::vector<LocalManifold>* out);
 
-// --- faces.cpp: what polyhedra and supporting faces share
-// -------------------------------------------------------------
+// --- faces.cpp: what polyhedra and supporting faces share ------------------------------------------------------------
 
 // A flat convex polygon, counter-clockwise seen from where its normal points.
 struct FaceView {
   Vec3f normal;
   std::span<const Vec3f> loop;  // in a's frame
-  std::uint32_t id = 0;         // of the face in its shape
+  std::uint32_t id = 0;         // the face's number in its shape
 };
 inline constexpr int kMaxFaceVertices = 255;
 
@@ -105,11 +104,10 @@ void CollideFaces(const FaceView& reference, const FaceView& incident, bool refe
 // `normal`. Ties go to the earlier candidate.
 void Reduce(std::span<const LocalPoint> candidates, Vec3f normal, LocalManifold* out);
 
-// --- convex_pair.cpp
-// --------------------------------------------------------------------------------------------------
+// --- convex_pair.cpp -------------------------------------------------------------------------------------------------
 
-// Any two convex shapes by GJK and EPA, with faces that look at each other found and clipped. For what has no function
-// of its own: cylinders and cones against all.
+// Any two convex shapes by GJK and EPA, with faces that look at each other found and clipped. Serves the pairs without
+// a function of their own: cylinders and cones against all.
 void CollideConvexPair(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                        ConvexCache& cache, LocalManifold* out);
 // Cylinder or cone above a plane.
@@ -118,8 +116,7 @@ void CollideRoundPlane(const Geometry& a, const LocalPlane& plane, float specula
 void NearestPoint(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,
                   LocalManifold* out);
 
-// --- compound_pair.cpp, mesh_pair.cpp
-// ---------------------------------------------------------------------------------
+// --- compound_pair.cpp, mesh_pair.cpp --------------------------------------------------------------------------------
 
 // At least one is a compound; a is convex or a compound, b may be anything.
 void CollideCompound(const Geometry& a, const Geometry& b, const LocalPose& b_in_a, float speculative_m,

@@ -43,7 +43,7 @@ void CollideBox(Vec3f h, const LocalPlane& plane, float speculative_m, LocalMani
   }
 }
 
-// Of the faces that hold the lowest corner, the one that looks down most.
+// Takes the face that looks down most among those that hold the lowest corner.
 void CollideHull(const Polyhedron& hull, const LocalPlane& plane, float speculative_m, LocalManifold* out) {
   const std::uint32_t lowest = SupportVertex(hull, -plane.normal);
   if (Dot(plane.normal, hull.vertices[lowest]) - plane.offset_m > speculative_m) return;

@@ -1,9 +1,9 @@
 // Boxes and hulls against each other, against all axes and all features tried one by one.
 #include <gmock/gmock.h>
 
-#include "core/physics/collide/brute_force.h"
 #include "core/physics/collide/primary_pairs.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/brute_force.h"
+#include "core/physics/collide/testing/shapes.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {

@@ -9,7 +9,7 @@ namespace tessera::physics {
 // dispatch.cpp: whether a is the body in whose frame the two are searched.
 bool InOrder(const Geometry& a, const Geometry& b);
 
-// Of the nearest point; a large number where there is none.
+// Separation of the nearest point; a large number where there is none.
 inline float Nearest(const LocalManifold& manifold) {
   float nearest = 1e30f;
   for (int i = 0; i < manifold.count; ++i) {

@@ -1,9 +1,9 @@
 // Spheres and capsules against everything that has a form of its own.
 #include <gmock/gmock.h>
 
-#include "core/physics/collide/brute_force.h"
 #include "core/physics/collide/primary_pairs.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/brute_force.h"
+#include "core/physics/collide/testing/shapes.h"
 
 namespace tessera::physics {
 namespace {

@@ -16,13 +16,13 @@
 
 namespace tessera::physics {
 
-inline constexpr int kSupportVertices = 32;  // of a hull's larger face, every second or third is left out
+inline constexpr int kSupportVertices = 32;  // a hull's larger face leaves out every second or third
 
 struct SupportFace {
   int count = 0;  // 1: a point, 2: a segment, more: a polygon, counter-clockwise from outside
   std::array<Vec3f, kSupportVertices> vertices;  // pair's frame
   Vec3f normal;                                  // outward; of polygons only
-  std::uint32_t id = 0;                          // of the face in its shape
+  std::uint32_t id = 0;                          // the face's number in its shape
 
   std::span<const Vec3f> loop() const { return {vertices.data(), static_cast<std::size_t>(count)}; }
   void Add(Vec3f v) { vertices[static_cast<std::size_t>(count++)] = v; }

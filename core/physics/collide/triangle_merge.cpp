@@ -9,7 +9,7 @@ namespace {
 
 // Points nearer than this, m, are one: triangles share edges and corners.
 constexpr float kSamePoint_m = 1e-5f;
-constexpr std::size_t kMostManifolds = 8;  // of a pair
+constexpr std::size_t kMostManifolds = 8;  // a pair
 
 enum : std::uint8_t { kWaiting, kChosen, kMerged };
 

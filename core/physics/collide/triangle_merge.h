@@ -20,7 +20,7 @@ inline constexpr float kSameWay = 0.99985f;
 struct TriangleManifold {
   LocalManifold manifold;
   TriangleContact contact = TriangleContact::kNone;
-  std::uint32_t key = 0;  // of the merged manifold, where this contact comes first in it
+  std::uint32_t key = 0;  // key of the merged manifold; set on the contact that comes first in it
 };
 
 // The lowest separation; infinity where there is no point.

@@ -16,7 +16,7 @@ constexpr float kSame = 1e-6f;
 // A face that is met no shallower than the deepest point, by at most this (m, and share of the ball inside), is met by
 // the deepest point.
 constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
-// What pokes through a sheet by less than this share of its height over the sheet came from behind.
+// A shape that pokes through a sheet by less than this share of its height over the sheet came from behind.
 constexpr float kFromBehind = 0.25f;
 
 struct Scene {
@@ -25,7 +25,7 @@ struct Scene {
   const TrianglePlace& place;
   float speculative_m;
   bool was_in_front;
-  float low, high, center;  // of the shape and its middle over the triangle's plane
+  float low, high, center;  // heights of the shape and its middle over the triangle's plane
 };
 
 // --- What normals an edge or corner has -----------------------------------------------------------------------------
@@ -70,7 +70,7 @@ bool IntoCornerRange(const TrianglePlace& place, std::size_t corner, float beyon
   return true;
 }
 
-// Of the triangle seen from `up`: its face, an edge or a corner. Takes `up` into that feature's range.
+// Finds the feature of the triangle seen from `up` (face, edge or corner) and takes `up` into that feature's range.
 bool IntoRange(const TrianglePlace& place, float beyond, Vec3f* up, bool* face) {
   *face = false;
   if (Dot(*up, place.normal) >= kFace) {
@@ -99,7 +99,7 @@ struct Nearest {
   int feature = 0;  // 0: face; 1 + edge; 4 + corner
 };
 
-// Of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
+// Nearest point of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
 Nearest NearestTo(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d ab = b - a, ac = c - a;
   const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);

@@ -13,7 +13,7 @@ namespace tessera::physics {
 
 struct TrianglePlace {
   const Surface& surface;
-  const LocalPose& pose;  // of the surface in the convex shape's frame
+  const LocalPose& pose;  // the surface in the convex shape's frame
   std::uint32_t index;
   std::array<Vec3f, 3> corners;  // in the convex shape's frame
   Vec3f normal;                  // unit, or 0 where the triangle has no extent

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/physics/collide/surface.h"
-#include "core/physics/collide/test_shapes.h"
+#include "core/physics/collide/testing/shapes.h"
 
 namespace tessera::physics {
 

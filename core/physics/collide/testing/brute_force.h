@@ -86,7 +86,7 @@ inline double DistanceToSurface(Vec3d p, const Solid& solid) {
   return best;
 }
 
-// Of two that do not overlap: a corner over a face, or an edge by an edge.
+// Distance of two solids that do not overlap: from a corner to a face, or from an edge to an edge.
 inline double DistanceOf(const Solid& a, const Solid& b) {
   double best = std::numeric_limits<double>::max();
   for (std::uint32_t i = 0; i < a.shape->vertices.size(); ++i) best = std::min(best, DistanceToSurface(a.Vertex(i), b));
