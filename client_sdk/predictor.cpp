@@ -6,7 +6,7 @@
 
 #include "client_sdk/blend.h"
 #include "core/region/fields.h"
-#include "core/region/players.h"
+#include "core/region/region_players.h"
 
 namespace tessera::client {
 namespace {

@@ -43,7 +43,7 @@ class BodyNotes {
   void Validate() const { assert(notes_.size() == keys_.size() && Ascends(keys_)); }
 
  private:
-  using Key = std::pair<BodyId, Epoch>;  // the epoch tells one ownership of a body from another
+  using Key = std::pair<BodyId, Epoch>;  // the epoch distinguishes one ownership of a body from another
 
   std::uint64_t revision_ = 0;  // no body, no note
   std::vector<Key> keys_;

@@ -51,7 +51,7 @@ class BorderLink {
   // tick is one to adopt if this side is far behind.
   BorderFrame Take(Tick now);
 
-  // What has to be sent after the step to `now`. Ask once in a step, then stamp what is sent.
+  // The kind of message that has to be sent after the step to `now`. Ask once in a step, then stamp what is sent.
   Duty DutyNow(Tick now);
   // Whether the frame after this step will be sent, so that something may be put into it.
   bool Speaks() const { return up_ && stamp_.number >= silent_end_; }

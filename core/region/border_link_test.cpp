@@ -1,4 +1,4 @@
-// One border's frames in step: what is promised, what is passed over, how it closes and opens.
+// One border's frames in step: which are promised, which are passed over, how its link goes down and comes up.
 #include "core/region/border_link.h"
 
 #include <gmock/gmock.h>
@@ -43,13 +43,13 @@ class BorderLinkTest : public ::testing::Test {
     came = taken != nullptr;
     return status;
   }
-  void Offer(BorderLink& from, BorderLink& to, Tick tick) { Offer(from, to, tick, tick); }
-  void Offer(BorderLink& from, BorderLink& to, Tick tick, Tick tick_there) {
-    BorderFrame offer;
-    offer.tick = tick;
-    offer.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
-    offer.stamp = from.StampReconnect();
-    EXPECT_TRUE(Bring(offer, to, tick_there).ok());
+  void Request(BorderLink& from, BorderLink& to, Tick tick) { Request(from, to, tick, tick); }
+  void Request(BorderLink& from, BorderLink& to, Tick tick, Tick tick_there) {
+    BorderFrame request;
+    request.tick = tick;
+    request.sender = from.peer() == RegionId(2) ? RegionId(1) : RegionId(2);
+    request.stamp = from.StampReconnect();
+    EXPECT_TRUE(Bring(request, to, tick_there).ok());
   }
 
   Catalog catalog;
@@ -94,11 +94,11 @@ TEST_F(BorderLinkTest, AClosedBorderOpensAtATickThatBothKnow) {
   low.TakeDown();
   EXPECT_TRUE(low.Ready());
   EXPECT_EQ(low.DutyNow(Tick(50)), BorderLink::Duty::kReconnect);
-  Offer(low, high, Tick(50));
+  Request(low, high, Tick(50));
   EXPECT_FALSE(high.up());  // it has heard of the closing
-  Offer(high, low, Tick(50));
-  Offer(low, high, Tick(50));
-  Offer(high, low, Tick(50));
+  Request(high, low, Tick(50));
+  Request(low, high, Tick(50));
+  Request(high, low, Tick(50));
   for (std::uint64_t t = 51; t < 50 + kReconnectDelayTicks; ++t) {
     EXPECT_NE(low.DutyNow(Tick(t)), BorderLink::Duty::kFirstFrame);
     EXPECT_NE(high.DutyNow(Tick(t)), BorderLink::Duty::kFirstFrame);
@@ -116,9 +116,9 @@ TEST_F(BorderLinkTest, AClosedBorderOpensAtATickThatBothKnow) {
 TEST_F(BorderLinkTest, WhoIsFarBehindAdoptsTheLaterTick) {
   low.TakeDown();
   high.TakeDown();
-  Offer(low, high, Tick(900), Tick(100));
-  Offer(high, low, Tick(100), Tick(900));
-  Offer(low, high, Tick(900), Tick(100));
+  Request(low, high, Tick(900), Tick(100));
+  Request(high, low, Tick(100), Tick(900));
+  Request(low, high, Tick(900), Tick(100));
   EXPECT_EQ(low.Take(Tick(900)).tick, Tick());
   EXPECT_EQ(high.Take(Tick(100)).tick, Tick(900));
   EXPECT_EQ(high.Take(Tick(901)).tick, Tick());
@@ -127,20 +127,20 @@ TEST_F(BorderLinkTest, WhoIsFarBehindAdoptsTheLaterTick) {
 // It may have sent its frame 0 at the tick agreed, between other steps than this side would.
 TEST_F(BorderLinkTest, WhoAdoptsATickAgreesAnewOnOneToOpenAt) {
   low.TakeDown();
-  Offer(low, high, Tick(50));
-  Offer(high, low, Tick(50));
-  Offer(low, high, Tick(50));
-  Offer(high, low, Tick(50));
+  Request(low, high, Tick(50));
+  Request(high, low, Tick(50));
+  Request(low, high, Tick(50));
+  Request(high, low, Tick(50));
   low.Jumped();
   const Tick at(50 + kReconnectDelayTicks);
   EXPECT_NE(low.DutyNow(at), BorderLink::Duty::kFirstFrame);
   EXPECT_EQ(high.DutyNow(at), BorderLink::Duty::kFirstFrame);
   (void)high.StampFrame(0);
-  Offer(low, high, at);
+  Request(low, high, at);
   EXPECT_FALSE(high.up());  // it has heard of it
-  Offer(high, low, at);
-  Offer(low, high, at);
-  Offer(high, low, at);
+  Request(high, low, at);
+  Request(low, high, at);
+  Request(high, low, at);
   EXPECT_EQ(low.DutyNow(at + kReconnectDelayTicks), BorderLink::Duty::kFirstFrame);
   EXPECT_EQ(high.DutyNow(at + kReconnectDelayTicks), BorderLink::Duty::kFirstFrame);
 }

@@ -47,14 +47,14 @@ void BorderLoads::Note(std::span<const physics::PairImpulse> contacts) {
   active_.clear();
   active_.reserve(contacts.size());
   auto before = active_before_.begin();
-  const auto behind = [](const ActiveContact& active, const physics::PairImpulse& contact) {
+  const auto behind = [](const LoadContact& active, const physics::PairImpulse& contact) {
     return std::tie(active.a, active.b) < std::tie(contact.body_a, contact.body_b);
   };
   for (const physics::PairImpulse& contact : contacts) {
     while (before != active_before_.end() && behind(*before, contact)) ++before;
     const BodyId a = contact.body_a, b = contact.body_b;
     const std::array now{contact.impulse_on_b, contact.angular_impulse_on_a, contact.angular_impulse_on_b};
-    ActiveContact& active = active_.emplace_back(ActiveContact{a, b, contact.tag_a, contact.tag_b, {}, {}, {}, now});
+    LoadContact& active = active_.emplace_back(LoadContact{a, b, contact.tag_a, contact.tag_b, {}, {}, {}, now});
     if (before == active_before_.end() || before->a != a || before->b != b) continue;
     active.impulse_on_b = NextLoad(before->impulse_on_b, before->last_step[0], now[0]);
     active.angular_on_a = NextLoad(before->angular_on_a, before->last_step[1], now[1]);
@@ -89,7 +89,7 @@ void BorderLoads::AddTo(std::span<GhostRecord> ghosts, const Inputs& in) const {
   const std::size_t own = in.bodies.owned().size();
   const auto is_whole = [&](std::uint32_t place) { return place < own && in.relevance.IsWhole(place); };
   const auto is_sent = [&](std::uint32_t place) { return place < own && in.in_frame[place] != kNotInFrame; };
-  for (const ActiveContact& active : active_) {
+  for (const LoadContact& active : active_) {
     if (!is_sent(active.place_a) && !is_sent(active.place_b)) continue;
     // The neighbour has all of a whole island, whoever sends it.
     if (is_whole(active.place_a) || is_whole(active.place_b)) continue;
@@ -115,7 +115,7 @@ void BorderLoads::AddTo(std::span<GhostRecord> ghosts, const Inputs& in) const {
 }
 
 void BorderLoads::Validate() const {
-  assert(Ascends(active_, [](const ActiveContact& active) { return std::pair(active.a, active.b); }));
+  assert(Ascends(active_, [](const LoadContact& active) { return std::pair(active.a, active.b); }));
 }
 
 }  // namespace tessera::region

@@ -45,7 +45,7 @@ class BorderLoads {
 
  private:
   // A pair of the last step, and what it does as a load.
-  struct ActiveContact {
+  struct LoadContact {
     BodyId a, b;
     std::uint32_t place_a, place_b;  // physics::kNoTag for a static body
     Vec3f impulse_on_b, angular_on_a, angular_on_b;
@@ -59,7 +59,7 @@ class BorderLoads {
   Seen SeenOf(BodyId id, std::uint32_t place, std::span<GhostRecord> ghosts, const Inputs& in) const;
 
   const double aura_m_;
-  std::vector<ActiveContact> active_, active_before_;  // near borders, ascending by (a, b)
+  std::vector<LoadContact> active_, active_before_;  // near borders, ascending by (a, b)
 };
 
 }  // namespace tessera::region

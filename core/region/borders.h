@@ -50,7 +50,7 @@ class Borders {
   bool Speaks(RegionId neighbor) const;
 
   // --- Frames out.
-  // What has to be sent after the step to `now`. Ask once in a step.
+  // The kind of message that has to be sent after the step to `now`. Ask once in a step.
   BorderLink::Duty DutyNow(std::size_t neighbor, Tick now) { return borders_[neighbor].link.DutyNow(now); }
   // Stamps a frame and promises that the next `promised` frames are like it.
   struct SentFrame {

@@ -21,7 +21,7 @@ class Catalog {
   const Scene& scene() const { return *scene_; }
   // A dynamic body of the scene, or a player's if the scene has players.
   bool Known(BodyId id) const;
-  // Of the scene; null for players' bodies and unknown ids.
+  // The scene's definition; null for players' bodies and unknown ids.
   const BodyDef* Find(BodyId id) const;
   // `Known(id)`. kg.
   double MassOf(BodyId id) const;
@@ -37,8 +37,8 @@ class Catalog {
     std::vector<BodyId> bodies;
     std::vector<const JointDef*> joints;
   };
-  // Bodies of the scene whose ids count up without a gap. There are few of these, and every body that is told of is
-  // looked up in every tick.
+  // Bodies of the scene whose ids count up without a gap. There are few of these, and every body that a frame or log
+  // names is looked up in every tick.
   struct IdRun {
     BodyId first;
     std::size_t begin = 0, end = 0;  // indices into the scene's bodies
@@ -48,7 +48,7 @@ class Catalog {
   std::shared_ptr<const Scene> scene_;
   std::vector<IdRun> runs_;  // ascending
   std::vector<Assembly> assemblies_;
-  std::unordered_map<BodyId, std::size_t> assembly_of_;  // of bodies with joints
+  std::unordered_map<BodyId, std::size_t> assembly_of_;  // for bodies with joints
 };
 
 }  // namespace tessera::region

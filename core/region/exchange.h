@@ -30,7 +30,7 @@ Solution ToSolution(const ImpulseRecord& record);
 // Whether one comes before the other: ascending by (a, b), which is the order of a frame's impulses.
 inline bool Before(const Solution& x, const Solution& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); }
 
-// What each body of a pair is to receive now.
+// The impulses that each body of a pair is to receive now.
 struct PairCorrection {
   Vec3d impulse_on_a, impulse_on_b;  // N s
   Vec3d angular_on_a, angular_on_b;  // about each one's centre of mass, N m s

@@ -1,6 +1,7 @@
 #include "core/region/failover.h"
 
 #include <algorithm>
+#include <cassert>
 #include <iterator>
 #include <utility>
 
@@ -62,6 +63,10 @@ absl::Status Failover::Check(const Resolution& resolution, Tick now) const {
 }
 
 PartitionMap Failover::End() { return *std::exchange(map_, std::nullopt); }
+
+void Failover::Validate([[maybe_unused]] MapVersion in_force) const {
+  assert(!under_way() || map_->version() > in_force);
+}
 
 Inventory TakeInventory(const RegionState& own, MapVersion version, std::span<const StandbyCopy* const> primaries) {
   Inventory inventory;

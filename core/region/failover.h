@@ -1,5 +1,5 @@
-// Failover: a region's part in carrying on after the death of others: it halts, says what it holds, and is told who
-// goes on with what.
+// Failover: a region's part in carrying on after the death of others: it halts, says what it holds, and learns who
+// promotes which body.
 //
 // Thread rule: one thread at a time; the free functions work on values.
 #pragma once
@@ -32,6 +32,8 @@ class Failover {
   absl::Status Check(const Resolution& resolution, Tick now) const;
   // Ends it: its map comes into force.
   PartitionMap End();
+
+  void Validate(MapVersion in_force) const;
 
  private:
   std::optional<PartitionMap> map_;

@@ -30,6 +30,15 @@ TEST(FailoverTest, BeginsAnewWithANewerMapAndOnlyWithThat) {
   EXPECT_FALSE(failover.under_way());
 }
 
+TEST(FailoverTest, AMapThatIsNotNewerThanTheOneInForceIsNoticed) {
+  Failover failover;
+  failover.Validate(MapVersion(3));
+  bool begun = false;
+  ASSERT_TRUE(failover.Begin(MapOf(4), MapVersion(3), &begun).ok());
+  failover.Validate(MapVersion(3));
+  EXPECT_DEBUG_DEATH(failover.Validate(MapVersion(4)), "");
+}
+
 TEST(FailoverTest, OnlyTheResolutionOfThisFailoverEndsItAndOnlyInTime) {
   Failover failover;
   Resolution resolution;

@@ -5,7 +5,7 @@
 namespace tessera::region {
 namespace {
 
-const PlayerControl* ControlOf(BodyId id, const Players& players) {
+const PlayerControl* ControlOf(BodyId id, const RegionPlayers& players) {
   return IsPlayerBody(id) ? players.Find(PlayerOf(id)) : nullptr;
 }
 
@@ -21,7 +21,7 @@ Vec3d BodyForces::FieldOn(std::size_t index, const BodyState& state) {
   return note.acceleration_m_s2;
 }
 
-std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Players& players) {
+std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const RegionPlayers& players) {
   fields_.Align(bodies);
   forces_.assign(bodies.owned().size(), {});
   for (std::size_t i = 0; i < forces_.size(); ++i) {
@@ -37,7 +37,7 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Pl
   return forces_;
 }
 
-void BodyForces::Apply(const Players& players, Bodies& bodies) {
+void BodyForces::Apply(const RegionPlayers& players, Bodies& bodies) {
   fields_.Align(bodies);
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];

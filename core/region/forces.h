@@ -12,7 +12,7 @@
 #include "core/physics/prediction.h"
 #include "core/region/bodies.h"
 #include "core/region/body_notes.h"
-#include "core/region/players.h"
+#include "core/region/region_players.h"
 
 namespace tessera::region {
 
@@ -24,11 +24,11 @@ class BodyForces {
   // Forgets what fields did: all states are others.
   void StatesChanged();
   // Forces on each owned body, by index; none on a sleeper. Valid until the next call that is not const.
-  std::span<const physics::Forces> Find(const Bodies& bodies, const Players& players);
+  std::span<const physics::Forces> Find(const Bodies& bodies, const RegionPlayers& players);
   // The forces that the last Find found.
   std::span<const physics::Forces> found() const { return forces_; }
   // Pushes all bodies for the next step; gravity is the world's own. Ghosts are pushed by what their owners reported.
-  void Apply(const Players& players, Bodies& bodies);
+  void Apply(const RegionPlayers& players, Bodies& bodies);
 
   void Validate() const { fields_.Validate(); }
 

@@ -25,7 +25,7 @@ class ForcesTest : public ::testing::Test {
   Vec3d On(std::size_t index) { return forces.Find(world.bodies, players)[index].acceleration_m_s2; }
 
   SmallWorld world{Windy()};
-  Players players{*world.scene};
+  RegionPlayers players{*world.scene};
   BodyForces forces{*world.scene, kTick_s};
 };
 

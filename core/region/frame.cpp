@@ -13,8 +13,8 @@ constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
-constexpr std::uint8_t kHasProperties = 64;                              // of a granted body
-constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // of a ghost
+constexpr std::uint8_t kHasProperties = 64;                              // on a granted body
+constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // on a ghost
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;

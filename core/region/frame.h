@@ -1,4 +1,4 @@
-// Frame: what a region tells one neighbour about one tick, and its lossless wire form.
+// Frame: what a region sends one neighbour for one tick, and its lossless wire form.
 //
 // Made after the step to `tick` and used by the receiver at the start of the step to tick + 1. Frames of a link come in
 // order, one a tick, so a sleeping ghost that did not change since the frame before costs a byte or so: both ends keep
@@ -30,14 +30,14 @@ namespace tessera::region {
 // what lies on it, and what it lies on. Without them a ghost in a pile would fall in every step, and press on what is
 // solved beside it with a weight that it does not have.
 //
-// One that is `propped` touches what the receiver does not see, and which may not bear it yet, or no more: what stands
-// on it there is not all that it has to bear, nor what it stands on all that bears it.
+// One that is `externally_supported` touches bodies that the receiver does not see, which may not bear it yet, or no
+// more: the bodies that the receiver sees on it are not all that it has to bear, nor those below it all that bear it.
 //
-// `island_load` is what the pile that such a one is part of bears at the sender (physics::World::IslandLoadOf), that
-// both sides solve it in equally many substeps. 0 for others: of what they touch, the receiver sees all.
+// `island_load` is the load of its island at the sender (physics::World::IslandLoadOf), so that both sides solve it in
+// equally many substeps. 0 for the others: the receiver sees all bodies that they touch.
 //
-// One that is `calm` has lain still for a while, and its load is also what others do to it that are calm, seen or not,
-// except for the receiver's own: those are not solved against each other there.
+// One that is `settled` has lain still for a while. Its load includes that of other settled bodies on it, whether the
+// receiver sees them or not, except for the receiver's own: settled ghosts are not solved against each other there.
 struct GhostRecord {
   BodyId id;
   Epoch epoch;
@@ -49,7 +49,7 @@ struct GhostRecord {
   float island_load = 0;
 };
 
-// What the sender's solver did in the last step to its body `own`, which touched `other`, a ghost there.
+// The impulses of the sender's solver in the last step on its body `own`, which touched `other`, a ghost there.
 struct ImpulseRecord {
   BodyId own, other;
   Vec3f impulse_on_own;                    // N s; `other` received the opposite
@@ -74,7 +74,7 @@ struct TouchingPair {
 
 struct GrantedBody {
   BodyId id;
-  Epoch epoch;  // of the new ownership
+  Epoch epoch;  // that the new owner begins with
   BodyState state;
   CarriedProperties properties = {};
 };
@@ -82,7 +82,7 @@ struct GrantedBody {
 // One assembly changes hands: from the step to frame.tick + 1 on, the receiver owns it.
 struct Grant {
   std::vector<GrantedBody> bodies;  // ascending
-  PlayerControl control;            // of a player's body; otherwise as made
+  PlayerControl control;            // for a player's body; otherwise as made
   std::vector<TouchingPair> touching;
 };
 
@@ -102,10 +102,10 @@ struct LateCorrection {
 struct FrameStamp {
   // How often the link went down: by the sender, and by the receiver, as far as the sender knows.
   std::uint64_t outages = 0, peer_outages = 0;
-  std::uint64_t number = 0;    // of the frame since the link came up
+  std::uint64_t number = 0;    // counts frames since the link came up
   std::uint32_t promised = 0;  // the next so many frames are like this one, and do not come
   bool reconnect = false;      // no frame: the link is down, and the sender asks to reconnect
-  Tick up_at;                  // of such a request: the link comes up with the frames of this tick; 0: not known yet
+  Tick up_at;                  // in such a request: the link comes up with the frames of this tick; 0: not known yet
   friend bool operator==(const FrameStamp&, const FrameStamp&) = default;
 };
 

@@ -15,7 +15,7 @@ absl::Status Bad(BodyId id, const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), what));
 }
 
-// Of a player's body: what its owner made of an input, the scene's limits applied. Others are pushed by fields alone.
+// A player's body may be pushed by an input within the scene's limits; others are pushed by fields alone.
 absl::Status CheckPush(BodyId id, Vec3f force_n, Vec3f torque_nm, const Catalog& catalog) {
   if (force_n == Vec3f() && torque_nm == Vec3f()) return absl::OkStatus();
   if (!IsPlayerBody(id)) return Bad(id, " is pushed and is no player's");
@@ -77,7 +77,7 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
   return CheckControl(grant.bodies[0].id, grant.control, catalog);
 }
 
-bool Shown(const BorderFrame& frame, BodyId id) {
+bool HasGhost(const BorderFrame& frame, BodyId id) {
   const auto before = [](const GhostRecord& ghost, BodyId wanted) { return ghost.id < wanted; };
   const auto it = std::lower_bound(frame.ghosts.begin(), frame.ghosts.end(), id, before);
   return it != frame.ghosts.end() && it->id == id;
@@ -118,7 +118,7 @@ absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
   for (const Grant& grant : frame.grants) {
     if (absl::Status status = CheckGrant(grant, catalog); !status.ok()) return status;
     for (const GrantedBody& body : grant.bodies) {
-      if (Shown(frame, body.id)) return Bad(body.id, " is granted and shown");
+      if (HasGhost(frame, body.id)) return Bad(body.id, " is granted and a ghost");
       granted.push_back(body.id);
     }
   }

@@ -1,5 +1,5 @@
-// What a decoded frame may hold: known dynamic bodies, finite and sane values, whole lists in order. Everything that
-// does not depend on what the receiver owns at the moment.
+// Checks of the contents of a decoded frame: known dynamic bodies, finite and sane values, whole lists in order.
+// Everything that does not depend on what the receiver owns at the moment.
 //
 // Thread rule: free functions on values.
 #pragma once

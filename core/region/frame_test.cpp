@@ -264,7 +264,7 @@ TEST_F(FrameCheckTest, RefusesABodyGrantedTwiceOrAlsoShown) {
   EXPECT_EQ(Error(), "body 2 is granted twice");
   frame.grants.pop_back();
   frame.ghosts[0].id = BodyId(3);
-  EXPECT_EQ(Error(), "body 3 is granted and shown");
+  EXPECT_EQ(Error(), "body 3 is granted and a ghost");
 }
 
 TEST_F(FrameCheckTest, RefusesImpulsesThatAreNotFiniteOrNotInOrder) {

@@ -50,8 +50,6 @@ class GrantsIn {
   void Heard(RegionId from, std::uint64_t frame_number);
   // The link is up again: acknowledgements that may not have arrived are ready again.
   void Repeat(RegionId to);
-  // A failover settled what was under way.
-  void ForgetTakenIn() { taken_in_.clear(); }
 
   void Validate() const;
 

@@ -173,9 +173,9 @@ void ImpulseExchange::GiveShare(const Party& party, const Correction& share, Reg
   }
 }
 
-// What a body is due that changed hands, so many ticks before its new owner hears of it. The receiver takes it to be
-// about where the body is a tick and a half before it acts (AddDue). Beyond limits it would be refused there, and the
-// frame with it.
+// The impulse that a body is due that changed hands, so many ticks before its new owner hears of it. The receiver takes
+// it to be about where the body is a tick and a half before it acts (AddDue). Beyond limits it would be refused there,
+// and the frame with it.
 std::optional<ImpulseExchange::AddressedCorrection> ImpulseExchange::LateFor(const DepartingBody& body, double ticks,
                                                                              Vec3d impulse, Vec3d angular) const {
   const Vec3d moved = Vec3d(body.record.state.linear_velocity) * (ticks * tick_s_);

@@ -17,10 +17,10 @@ struct BodyClaim {
   friend auto operator<=>(const BodyClaim&, const BodyClaim&) = default;
 };
 
-// Granted, not confirmed: the granter still has the state.
+// Granted, not acknowledged: the granter still has the state.
 struct GrantClaim {
   BodyId body;
-  Epoch epoch;  // of the ownership that was granted
+  Epoch epoch;  // that goes with the grant
   RegionId to;
   friend auto operator<=>(const GrantClaim&, const GrantClaim&) = default;
 };
@@ -36,9 +36,9 @@ struct StandbyCopyInventory {
 };
 
 struct Inventory {
-  MapVersion version;  // of the failover that it answers
+  MapVersion version;  // names the failover that it answers
   RegionId region;
-  Tick tick;                                    // of the last step
+  Tick tick;                                    // after the last step
   std::vector<BodyClaim> owned;                 // ascending
   std::vector<GrantClaim> grants;               // ascending
   std::vector<StandbyCopyInventory> primaries;  // ascending by region

@@ -1,4 +1,4 @@
-// The tick log: what a region tells its standby about each tick, and the state that both ends then have.
+// The tick log: what a region sends its standby about each tick, and the state that both ends then have.
 //
 // A message holds either a whole state or the changes since the tick before, to the last bit; a body that sleeps costs
 // nothing. It ends in a checksum. A message with a whole state is also the file that a checkpoint keeps of a region.
@@ -29,7 +29,7 @@ Bytes EncodeState(const RegionState& state);
 // for what is well summed and wrong.
 absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, const Catalog& catalog);
 
-// What of a region a message is made from.
+// The parts of a region that a message is made from.
 struct LogView {
   RegionId region;
   Incarnation incarnation;
@@ -51,6 +51,7 @@ class LogWriter {
   // The next message is a whole state.
   void Restart() { whole_ = true; }
   bool whole() const { return whole_; }
+  Tick tick() const { return last_.tick; }  // that of the last message
   // `touching` counts only for a whole state.
   Bytes Write(const LogView& now, std::span<const TouchingPair> touching);
 

@@ -1,5 +1,5 @@
-// What both ends of the log agree on beside the states. Behind log_write.cpp and log_read.cpp; docs/protocol.md
-// describes the bytes.
+// The constants that both ends of the log agree on beside the states. Behind log_write.cpp and log_read.cpp;
+// docs/protocol.md describes the bytes.
 #pragma once
 
 #include <cstddef>

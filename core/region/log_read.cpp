@@ -26,7 +26,7 @@ bool NextId(ByteReader& in, std::uint64_t& last) {
   return true;
 }
 
-// Of what a message is made of, that which is the same for both kinds. `base` is empty for a whole state.
+// Reads the parts that are the same in both kinds of message. `base` is empty for a whole state.
 class MessageReader {
  public:
   MessageReader(ByteReader& in, const Catalog& catalog, const RegionState& base)
@@ -179,7 +179,7 @@ absl::Status Finished(const ByteReader& in) {
   return in.remaining() == 0 ? absl::OkStatus() : Bad("trailing bytes");
 }
 
-// What one message of changes says.
+// The contents of one message of changes.
 struct Changes {
   std::vector<BodyId> gone;
   std::vector<StateBody> bodies;
@@ -219,16 +219,17 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
   // A body that is gone cannot have changed.
   for (const BodyId id : changes.gone) {
     const auto it = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
-    if (it != changes.bodies.end() && it->id == id) return Bad(absl::StrCat("body ", id.value(), " is gone and told"));
+    if (it != changes.bodies.end() && it->id == id)
+      return Bad(absl::StrCat("body ", id.value(), " is gone and changed"));
   }
   return absl::OkStatus();
 }
 
-// Of bodies that are there after the changes.
+// Checks that every control is that of a body which is there after the changes.
 absl::Status CheckPlaces(const Changes& changes, const RegionState& state) {
   for (const auto& [id, properties] : changes.properties) {
-    const auto told = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
-    if (told != changes.bodies.end() && told->id == id) continue;
+    const auto changed = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
+    if (changed != changes.bodies.end() && changed->id == id) continue;
     const bool gone = std::binary_search(changes.gone.begin(), changes.gone.end(), id);
     if (gone || state.Find(id) == nullptr) return Bad(absl::StrCat("properties: body ", id.value(), " is not there"));
   }
@@ -242,7 +243,7 @@ absl::Status ApplyControls(const Changes& changes, const RegionState& state,
     if (IsPlayerBody(id)) controls.erase(PlayerOf(id));
   }
   for (const auto& [player, control] : changes.controls) controls.insert_or_assign(player, control);
-  const auto told = [&](BodyId id) {
+  const auto changed = [&](BodyId id) {
     const auto it = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
     return it != changes.bodies.end() && it->id == id;
   };
@@ -252,7 +253,7 @@ absl::Status ApplyControls(const Changes& changes, const RegionState& state,
   }
   for (const auto& [player, control] : controls) {
     const BodyId id = PlayerBodyId(player);
-    if (!told(id) && (state.Find(id) == nullptr || gone(id))) return Bad("controls: a player without a body");
+    if (!changed(id) && (state.Find(id) == nullptr || gone(id))) return Bad("controls: a player without a body");
   }
   return absl::OkStatus();
 }

@@ -97,7 +97,7 @@ std::uint8_t* PackState(std::uint8_t* out, const BodyState& state, const BodySta
   }
   std::uint8_t* const head = out++;
   std::uint8_t groups = state.asleep ? kAsleep : std::uint8_t{0};
-  std::array<std::uint64_t, kWords> differences;  // of the groups that are written
+  std::array<std::uint64_t, kWords> differences;  // in the groups that are written
   std::size_t written = 0;
   std::array<std::uint8_t, kWords + 1> sizes;
   for (std::size_t g = 0; g < kGroups.size(); ++g) {
@@ -110,8 +110,8 @@ std::uint8_t* PackState(std::uint8_t* out, const BodyState& state, const BodySta
       differences[written++] = difference;
     }
     // A position that is given not at all is the one before; one that is as predicted is given in no bytes.
-    const bool told = g == 0 ? base == nullptr || !still : any != 0;
-    if (told) {
+    const bool differs = g == 0 ? base == nullptr || !still : any != 0;
+    if (differs) {
       groups |= static_cast<std::uint8_t>(1 << g);
     } else {
       written = before;

@@ -22,7 +22,8 @@ std::uint8_t* PackState(std::uint8_t* out, const BodyState& state, const BodySta
 // Reads what PackState wrote against the same base and returns the bytes read; 0 if they end early or are malformed.
 std::size_t UnpackState(std::span<const std::uint8_t> in, const BodyState* base, double tick_s, BodyState& state);
 
-// Of what is stored or sent: finds any damage within 8 bytes, and other damage but for chance, 2^-64.
+// Checksum of a message that is stored or sent: finds any damage within 8 bytes, and other damage but for chance,
+// 2^-64.
 std::uint64_t LogChecksum(std::span<const std::uint8_t> bytes);
 
 }  // namespace tessera::region

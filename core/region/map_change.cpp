@@ -1,6 +1,7 @@
 #include "core/region/map_change.h"
 
 #include <algorithm>
+#include <cassert>
 #include <map>
 
 #include "absl/strings/str_cat.h"
@@ -42,6 +43,11 @@ absl::Status MapChange::Commit(MapVersion version, Tick now, std::uint64_t hops)
   }
   committed_ = version;
   return absl::OkStatus();
+}
+
+void MapChange::Validate([[maybe_unused]] MapVersion in_force, [[maybe_unused]] Tick now) const {
+  assert(map_ == std::nullopt || map_->version() > in_force);
+  assert(!DueAt(now));
 }
 
 void MapChange::Heard(MapVersion version) { committed_ = std::max(committed_, version); }

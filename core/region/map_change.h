@@ -32,6 +32,9 @@ class MapChange {
   // Whether frames of this tick go by the new map.
   bool DueAt(Tick tick) const { return committed() && tick + 1 >= effective_; }
 
+  // For the end of the step to `now`, by the map that is in force then.
+  void Validate(MapVersion in_force, Tick now) const;
+
  private:
   std::optional<PartitionMap> map_;
   Tick effective_;

@@ -38,6 +38,17 @@ TEST(MapChangeTest, BelievesWhatOthersHaveCommittedWheneverItComes) {
   EXPECT_EQ(change.newest_commit(), MapVersion(2));
 }
 
+TEST(MapChangeTest, AMapThatShouldBeInForceIsNoticed) {
+  MapChange change;
+  ASSERT_TRUE(change.Announce(Version(2), Tick(50), MapVersion(1), Tick(10)).ok());
+  ASSERT_TRUE(change.Commit(MapVersion(2), Tick(20), 3).ok());
+  change.Validate(MapVersion(1), Tick(48));
+  EXPECT_DEBUG_DEATH(change.Validate(MapVersion(1), Tick(49)), "");
+  EXPECT_DEBUG_DEATH(change.Validate(MapVersion(2), Tick(20)), "");
+  change.Clear();
+  change.Validate(MapVersion(2), Tick(49));
+}
+
 TEST(MapChangeTest, RefusesWhatIsOldTooNearOrInTheWay) {
   MapChange change;
   EXPECT_TRUE(absl::IsFailedPrecondition(change.Announce(Version(1), Tick(50), MapVersion(1), Tick(10))));

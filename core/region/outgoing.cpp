@@ -1,5 +1,8 @@
 #include "core/region/outgoing.h"
 
+#include <algorithm>
+#include <cassert>
+
 namespace tessera::region {
 
 void OutgoingMessages::SetNeighbors(std::span<const RegionId> neighbors, bool anew) {
@@ -29,6 +32,13 @@ void OutgoingMessages::MoveTo(RegionId to, BorderFrame& frame) {
   frame.grants = std::exchange(messages.grants, {});
   frame.late_corrections = std::exchange(messages.late_corrections, {});
   frame.inputs = std::exchange(messages.inputs, {});
+}
+
+void OutgoingMessages::Validate([[maybe_unused]] std::span<const RegionId> neighbors) const {
+  assert(std::ranges::equal(by_neighbor_, neighbors, {}, [](const auto& entry) { return entry.first; }));
+  assert(std::ranges::all_of(by_neighbor_, [](const auto& entry) {
+    return std::ranges::none_of(entry.second.grants, [](const Grant& grant) { return grant.bodies.empty(); });
+  }));
 }
 
 }  // namespace tessera::region

@@ -29,6 +29,8 @@ class OutgoingMessages {
   // Moves everything that waits for a neighbour into the frame.
   void MoveTo(RegionId to, BorderFrame& frame);
 
+  void Validate(std::span<const RegionId> neighbors) const;
+
  private:
   struct Messages {
     std::vector<Grant> grants;

@@ -28,6 +28,13 @@ TEST(OutgoingMessagesTest, LeaveOnceAndInOrder) {
   EXPECT_EQ(Taken(messages, kThree), std::vector<std::uint64_t>{1});
 }
 
+TEST(OutgoingMessagesTest, OthersThanTheNeighboursAreNoticed) {
+  OutgoingMessages messages(kBoth);
+  messages.Validate(kBoth);
+  EXPECT_DEBUG_DEATH(messages.Validate(std::vector{kTwo, kFour}), "");
+  EXPECT_DEBUG_DEATH(messages.Validate(std::vector{kTwo}), "");
+}
+
 TEST(OutgoingMessagesTest, AreDroppedForWhoeverIsNoNeighbour) {
   OutgoingMessages messages(kBoth);
   messages.Add(kFour, Late(1));

@@ -13,8 +13,8 @@
 #include "core/region/grants_out.h"
 #include "core/region/handover.h"
 #include "core/region/pair_reports.h"
-#include "core/region/players.h"
 #include "core/region/property_table.h"
+#include "core/region/region_players.h"
 #include "core/region/region_state.h"
 #include "core/region/step_result.h"
 
@@ -23,7 +23,8 @@ namespace tessera::region {
 class Ownership {
  public:
   // All must outlive it.
-  Ownership(const Catalog& catalog, Bodies& bodies, Players& players, PairReports& reports, PropertyTable& properties)
+  Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports,
+            PropertyTable& properties)
       : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), properties_(properties) {}
 
   // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
@@ -60,7 +61,7 @@ class Ownership {
 
   const Catalog& catalog_;
   Bodies& bodies_;
-  Players& players_;
+  RegionPlayers& players_;
   PairReports& reports_;
   PropertyTable& properties_;
 };

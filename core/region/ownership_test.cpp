@@ -51,7 +51,7 @@ class OwnershipTest : public ::testing::Test {
   }
 
   SmallWorld world{WithPlayers()};
-  Players players{*world.scene};
+  RegionPlayers players{*world.scene};
   PairReports reports{world.catalog};
   PropertyTable properties;
   Ownership ownership{world.catalog, world.bodies, players, reports, properties};

@@ -1,7 +1,7 @@
 // PairReports: contact and trigger events, each reported once in the instance.
 //
 // The owner of a pair's lower dynamic body reports it. Worlds on both sides of a border see begins and ends that nobody
-// else does (a ghost comes or goes); so the reporter remembers which pairs it has told of, and a handover takes those
+// else does (a ghost comes or goes); so the reporter remembers which pairs it has reported, and a handover takes those
 // along and makes no event. Thread rule: one thread at a time.
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace tessera::region {
 
-// Begun (or ended) and told.
+// Begun (or ended) and reported.
 struct PairChange {
   TouchingPair pair;
   bool begun = false;
@@ -40,7 +40,7 @@ class PairReports {
   // A body left the world: its pairs end with the next `Report`, unless it is back by then.
   void BodyLeft(BodyId id) { left_.push_back(id); }
 
-  // The events of a step that are to be told, ascending by pair.
+  // The events of a step that are to be reported, ascending by pair.
   std::vector<physics::PairEvent> Report(std::span<const physics::PairEvent> events,
                                          const std::function<bool(BodyId)>& owned,
                                          const std::function<bool(BodyId)>& present);
@@ -50,7 +50,7 @@ class PairReports {
  private:
   BodyId ReporterOf(BodyId a, BodyId b) const { return catalog_.Known(a) ? a : b; }
 
-  // False if it is told already; if it is not.
+  // False if its begin, or its end, is reported already.
   bool Begin(const TouchingPair& pair);
   bool End(const TouchingPair& pair);
   void Note(const TouchingPair& pair, bool begun) {

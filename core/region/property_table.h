@@ -43,7 +43,7 @@ class PropertyTable {
   // Ascending by body.
   std::span<const ChangedProperties> all() const { return all_; }
   const ChangedProperties* Find(BodyId id) const;
-  // What the body takes along; empty if nothing was changed.
+  // The properties that the body takes along; empty if none was changed.
   CarriedProperties Of(BodyId id) const;
 
   // Sets one of those that the scene declares. Errors: as PropertySet::Set. A change whose number is not above the last

@@ -14,6 +14,9 @@
 // Besides: SetStandby streams its log to a standby, Announce and Commit change the map, BeginFailover and Resume carry
 // on after a death.
 //
+// It has some 40 methods because it is a region's only interface; each passes its call to the part that owns the data
+// (region_parts.h), and it has no data of its own.
+//
 // Promise: at every tick each body has at most one owner among regions in step. Regions with the same inputs give the
 // same bits. Thread rule: one thread at a time.
 #pragma once
@@ -66,11 +69,11 @@ class Region {
   Region& operator=(const Region&) = delete;
 
   RegionId id() const;
-  Tick tick() const;  // of the last step; 0 before the first
+  Tick tick() const;  // after the last step; 0 before the first
   const PartitionMap& map() const;
   // Regions that this one exchanges frames with, ascending: its neighbours by the map.
   std::span<const RegionId> neighbors() const;
-  const Catalog& catalog() const;  // of the scene
+  const Catalog& catalog() const;  // lists the scene's bodies
 
   // --- Steps.
   // Frames of tick 0, or of the initial state's. Call once, before anything else.
@@ -166,7 +169,7 @@ class Region {
   // All bodies that this region owns, ascending by id; valid until the next call that changes the region.
   std::span<const OwnedBody> owned() const;
   bool Owns(BodyId body) const;
-  std::size_t asleep_count() const;  // of the owned bodies
+  std::size_t asleep_count() const;  // among the owned bodies
   std::size_t ghost_count() const;
   const physics::World& world() const;
   // The pairs that this region reports that touch, or overlap, now: begun and not ended; ascending.

@@ -1,4 +1,5 @@
-// A region's part in a failover: halts and says what it holds; later goes on with what it is told to promote.
+// A region's part in a failover: it halts and says what it holds; later it promotes the bodies that the resolution
+// gives it, and goes on.
 #include <map>
 #include <utility>
 
@@ -44,7 +45,8 @@ void Promote(const Resolution& resolution, const Copies& promoted, RegionParts& 
   }
 }
 
-void MarkAllSpawned(const Resolution& resolution, std::span<const StandbyCopy* const> primaries, Players& players) {
+void MarkAllSpawned(const Resolution& resolution, std::span<const StandbyCopy* const> primaries,
+                    RegionPlayers& players) {
   for (const PlayerNumber player : resolution.players) players.MarkSpawned(player);
   for (const StandbyCopy* primary : primaries) {
     for (const PlayerNumber player : primary->state().spawned) players.MarkSpawned(player);
@@ -64,6 +66,7 @@ absl::StatusOr<Inventory> Region::BeginFailover(const PartitionMap& map,
     parts.map_change.Clear();
     parts.borders.Expect(map.version(), map.Neighbors(id()));
   }
+  parts.failover.Validate(parts.neighborhood.map().version());
   return TakeInventory(StateOf(parts), map.version(), primaries);
 }
 
@@ -97,6 +100,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.grants_in.Release(parts.log.standby_has());
   result.frames = MakeFrames(parts);
   if (parts.log.on()) result.log = WriteLog(parts);
+  Validate(parts);
   return result;
 }
 

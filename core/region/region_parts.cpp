@@ -69,19 +69,27 @@ RegionState StateOf(const RegionParts& parts) {
   return state;
 }
 
-void Validate(const RegionParts& parts) {
+void Validate([[maybe_unused]] const RegionParts& parts) {
+#ifndef NDEBUG
+  const MapVersion in_force = parts.neighborhood.map().version();
   parts.neighborhood.Validate();
+  parts.map_change.Validate(in_force, parts.tick);
+  parts.failover.Validate(in_force);
   parts.bodies.Validate();
+  parts.players.Validate();
   parts.reports.Validate();
   parts.properties.Validate();
   parts.ownership.Validate();
   parts.borders.Validate();
+  parts.outgoing.Validate(parts.neighborhood.neighbors());
   parts.grants_out.Validate(parts.bodies);
   parts.grants_in.Validate();
   parts.exchange.Validate();
   parts.loads.Validate();
   parts.forces.Validate();
   parts.relevance.Validate(parts.bodies);
+  parts.log.Validate(parts.tick);
+#endif
 }
 
 }  // namespace tessera::region

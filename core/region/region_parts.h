@@ -16,9 +16,9 @@
 #include "core/region/outgoing.h"
 #include "core/region/ownership.h"
 #include "core/region/pair_reports.h"
-#include "core/region/players.h"
 #include "core/region/property_table.h"
 #include "core/region/region.h"
+#include "core/region/region_players.h"
 #include "core/region/relevance.h"
 #include "core/region/tick_log.h"
 
@@ -35,16 +35,16 @@ struct RegionParts {
   const double tick_s;
   const Catalog catalog;
 
-  Tick tick;  // of the last step; written by Step, by Resume and by the constructor of Region
+  Tick tick;  // after the last step; written by Step, by Resume and by the constructor of Region
   Neighborhood neighborhood;
   MapChange map_change;
   Failover failover;
 
   Bodies bodies;
-  Players players;
+  RegionPlayers players;
   PairReports reports;
   PropertyTable properties;
-  Ownership ownership;  // of the bodies, in the four tables above
+  Ownership ownership;  // writes the four tables above
 
   Borders borders;
   OutgoingMessages outgoing;
@@ -60,7 +60,7 @@ struct RegionParts {
 // All that carries the region on, as it is now.
 RegionState StateOf(const RegionParts& parts);
 
-// Asserts what the parts promise, each by itself.
+// Asserts what the parts promise, each by itself, at the end of a tick. Does nothing in builds without assertions.
 void Validate(const RegionParts& parts);
 
 }  // namespace tessera::region

@@ -25,12 +25,12 @@ struct StateBody {
   friend bool operator==(const StateBody&, const StateBody&) = default;
 };
 
-// A body that was granted and that the new owner has not confirmed: all it takes to promote it.
+// A body that was granted and that the new owner has not acknowledged: all it takes to promote it.
 struct KeptGrant {
   RegionId to;
-  Tick tick;  // of the state; the new owner has it from the next on
+  Tick tick;  // when the state was so; the new owner has it from the next on
   BodyState state;
-  PlayerControl control;               // of a player's body
+  PlayerControl control;               // for a player's body
   std::vector<TouchingPair> touching;  // whose events its owner reports
   CarriedProperties properties = {};
   friend bool operator==(const KeptGrant&, const KeptGrant&) = default;
@@ -43,11 +43,11 @@ struct RegionState {
   Incarnation incarnation;
   Tick tick;
   std::vector<StateBody> bodies;                   // ascending
-  std::map<PlayerNumber, PlayerControl> controls;  // of players' bodies among them
+  std::map<PlayerNumber, PlayerControl> controls;  // for players' bodies among them
   std::vector<PlayerNumber> spawned;               // ascending: whose bodies it has made
-  std::vector<TouchingPair> touching;              // ascending: begun and told, not ended
+  std::vector<TouchingPair> touching;              // ascending: begun and reported, not ended
   KeptGrants grants;
-  std::map<BodyId, CarriedProperties> properties;  // of bodies among them, where changed
+  std::map<BodyId, CarriedProperties> properties;  // for bodies among them, where changed
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;

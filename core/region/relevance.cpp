@@ -16,7 +16,7 @@ Relevance::Relevance(const Catalog& catalog, const RegionSettings& settings, dou
 void Relevance::Update(const Inputs& in) {
   still_ticks_.Align(in.bodies);
   table_.Reset(in.bodies.owned().size(), in.neighborhood.size());
-  if (in.neighborhood.size() == 0) return;
+  if (in.neighborhood.size() == 0) return islands_.Mark(in.bodies, in.neighborhood, table_);
   MarkSwept(in);
   if (!in.bodies.stepped()) MarkFirst(in);
   MarkNearOthers(in);
@@ -27,7 +27,7 @@ void Relevance::Update(const Inputs& in) {
   MarkAssemblies(in.bodies);
 }
 
-// A body so far inside its cell that it cannot leave it in time is told apart without predicting its bounds.
+// A body so far inside its cell that it cannot leave it in time is passed over without predicting its bounds.
 void Relevance::MarkSwept(const Inputs& in) {
   const PartitionMap& map = in.neighborhood.map();
   for (std::size_t i = 0; i < in.bodies.owned().size(); ++i) {
@@ -150,7 +150,8 @@ bool Relevance::IsSettled(std::size_t body, const OwnedBody& owned) const {
          !IsPlayerBody(owned.def->id);
 }
 
-void Relevance::Validate([[maybe_unused]] const Bodies& bodies) const {
+void Relevance::Validate(const Bodies& bodies) const {
+  islands_.Validate(bodies);
   still_ticks_.Validate();
   assert(still_ticks_.size() == bodies.owned().size());
 }

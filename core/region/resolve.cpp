@@ -10,7 +10,7 @@ namespace {
 
 absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(what); }
 
-// Of equal epochs, the first of these lives.
+// Where epochs are equal, the first of these lives.
 enum class ClaimKind : std::uint8_t { kOwned, kStandby, kGranted, kStandbyGranted };
 
 struct Claim {
@@ -19,7 +19,7 @@ struct Claim {
   ClaimKind kind = ClaimKind::kOwned;
   RegionId holder;
   RegionId from;  // the dead region out of whose standby; 0: the holder's own
-  Tick tick;      // of a standby
+  Tick tick;      // when a standby had it
 };
 
 bool Better(const Claim& a, const Claim& b) {

@@ -1,8 +1,8 @@
 // Resolve: who goes on with what when regions have died.
 //
-// For each body the highest epoch lives. A live owner keeps what it has. What only the standby of a dead region holds
-// is taken up by the standby; what a region granted to a dead one, and neither the dead one's standby nor anybody else
-// has, is promoted by its granter. Whatever is taken up gets an epoch that nobody has seen.
+// For each body the highest epoch lives. A live owner keeps what it has. A body that only the standby of a dead region
+// holds is promoted by the standby; one that was granted to a dead region, and that neither the dead region's standby
+// nor anybody else has, is promoted by its granter. Every promoted body gets an epoch that nobody has seen.
 //
 //   absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
 //   send to every live region: region.Resume(*resolution, primaries)
@@ -22,15 +22,15 @@ namespace tessera::region {
 
 struct Takeover {
   BodyId body;
-  Epoch epoch;              // of the new ownership
-  RegionId region;          // who takes it up
+  Epoch epoch;              // that the new owner begins with
+  RegionId region;          // who promotes it
   RegionId from;            // the dead region out of whose standby; 0: out of its own unacknowledged grants
   bool from_grant = false;  // out of unacknowledged grants (its own, or those in the standby) rather than bodies
   friend auto operator<=>(const Takeover&, const Takeover&) = default;
 };
 
-// A grant whose new owner has the body and is still to confirm it; the granter keeps its copy until then, so that the
-// next death finds it.
+// A grant whose new owner has the body and is still to acknowledge it; the granter keeps its copy until then, so that
+// the next death finds it.
 struct PendingGrant {
   BodyId body;
   Epoch epoch;       // that the owner has now
@@ -40,7 +40,7 @@ struct PendingGrant {
 };
 
 struct Resolution {
-  MapVersion version;  // of the failover
+  MapVersion version;  // names the failover
   Tick resume_tick;    // the next tick that is stepped, by all; nobody has used the number of the one before it
   std::vector<Takeover> takeovers;     // ascending
   std::vector<PendingGrant> pending;   // ascending
@@ -56,7 +56,7 @@ struct Resolution {
 absl::StatusOr<Resolution> Resolve(const PartitionMap& map, std::span<const RegionId> dead,
                                    std::span<const Inventory> inventories, std::span<const BodyId> expected = {});
 
-// INVALID_ARGUMENT naming the list: out of order, a body, epoch or region 0, a body that two take up.
+// INVALID_ARGUMENT naming the list: out of order, a body, epoch or region 0, a body that two promote.
 absl::Status CheckResolution(const Resolution& resolution);
 
 }  // namespace tessera::region

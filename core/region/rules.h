@@ -1,6 +1,6 @@
 // Rules: what two regions must have in common, beside the scene, for a border between them to be none: the settings
-// that say what is shown and handed over, and the version of the engine. Servers with different physics settings were a
-// known way for such worlds to come apart; here each tells the other its rules before the first frame.
+// that say what is relevant and handed over, and the version of the engine. Servers with different physics settings
+// were a known way for such worlds to come apart; here each sends the other its rules before the first frame.
 //
 // Thread rule: free function on values.
 #pragma once
@@ -11,11 +11,11 @@
 
 namespace tessera::region {
 
-// Of the physics, frames and exchange: grows with every change after which two versions come to other states, as
-// core/physics/golden.txt shows it.
+// Version of the physics, frames and exchange: grows with every change after which two versions come to other states,
+// as core/physics/golden.txt shows it.
 inline constexpr std::uint32_t kEngineVersion = 9;
 
-// The same number on every host. Never 0, which is what one who tells no rules would tell.
+// The same number on every host. Never 0, which stands for no rules.
 std::uint64_t RulesOf(const RegionSettings& settings);
 
 }  // namespace tessera::region

@@ -7,9 +7,9 @@
 namespace tessera::region {
 
 struct RegionSettings {
-  // A body is shown to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells; so is what
-  // comes near a body of the neighbour's, wherever that is. Less than what contacts are watched from, and a body comes
-  // upon another unseen; more, and ghosts cost what bodies cost.
+  // A body is relevant to a neighbour when its swept bounds, grown by this, reach one of the neighbour's cells, or come
+  // near a body of the neighbour's, wherever that is. Less than the margin of contacts, and a body comes upon another
+  // unseen; more, and ghosts cost what bodies cost.
   double aura_m = 0.1;
   // How far ahead the swept bounds look, ticks. At least 2: a frame is used one tick after it was made.
   std::uint32_t lookahead_ticks = 4;
@@ -17,16 +17,15 @@ struct RegionSettings {
   // nobody is near costs less and waits for nobody; but what starts without warning near it is seen so much later. 0:
   // never.
   std::uint32_t promise_ticks = 8;
-  // Of a pile that moves, what lies so many bodies further in than what the aura reaches is shown as well; of one at
-  // rest nothing, for its ghosts bear the loads of what is not shown. With 0 what is struck across a border gives way
-  // as if it lay on nothing: boxes of a pile of 1240 that falls together come to lie 15 mm within each other, in one
-  // world 7, and end a fifth further from where one world has them than its own runs do; with 1 neither. Each layer
-  // costs what its bodies cost, twice.
+  // In a pile that moves, bodies that lie up to so many contacts behind those in reach of the aura are relevant as
+  // well; in a pile at rest none, because its ghosts bear the loads of those behind them. With 0 a body that is struck
+  // across a border gives way as if it lay on nothing: boxes of a pile of 1240 that falls together come to lie 15 mm
+  // within each other, in one world 7, and end a fifth further from where one world has them than its own runs do; with
+  // 1 neither. Each layer costs what its bodies cost, twice.
   std::uint32_t ghost_depth = 1;
-  // What hangs together, by contacts or nearly, is shown as a whole if one of it is, and a region has no more of it
-  // than so many bodies: all that see it then solve the same, to the bit. More, and larger piles cost what they cost
-  // once per region. With 2 and more, what is all near the
-  // border is whole whatever its size.
+  // An island is relevant as a whole if one of its bodies is relevant and a region has no more than so many of them:
+  // all that see it then solve the same, to the bit. More, and larger piles cost what they cost once per region. With 2
+  // and more, an island whose bodies are all near the border is whole whatever its size.
   std::uint32_t whole_up_to = 32;
   // A body is handed over only when it is this far beyond its owner's cells, so that one standing on a border stays.
   double hysteresis_m = 0.25;
@@ -38,12 +37,12 @@ struct RegionSettings {
   bool shared_origin = false;
 };
 
-// What an instance may ask for at most of `ghost_depth` and `whole_up_to`.
+// The most that an instance may ask for of `ghost_depth` and `whole_up_to`.
 inline constexpr std::uint32_t kMaxGhostDepth = 64, kMaxWholeUpTo = 100'000;
 
-// What lay still for so many ticks, its fastest point slower than so much, m/s, is calm: ghosts that are do not touch
-// each other. Fewer ticks, or more speed, and what still moves is told of by loads, which come late; less speed, and a
-// pile that trembles costs what its ghosts do to each other.
+// A body whose fastest point was slower than this, m/s, for so many ticks is settled: settled ghosts do not touch each
+// other. Fewer ticks, or more speed, and bodies that still move act through loads, which come late; less speed, and a
+// pile that trembles costs the contacts among its ghosts.
 inline constexpr std::uint8_t kSettledTicks = 12;
 inline constexpr float kSettled_m_s = 0.05f;
 // Physics origins lie on this grid, m: regions that are near each other mostly share one, and differences of two
@@ -51,27 +50,28 @@ inline constexpr float kSettled_m_s = 0.05f;
 inline constexpr double kOriginGrid_m = 64;
 // The longest promise of a neighbour: frames with a longer one are refused.
 inline constexpr std::uint32_t kMaxPromised = 64;
-// A closed border is offered to be opened every so many ticks: what a neighbour that stands still would find is little.
+// A link that is down asks to reconnect every so many ticks: few requests wait for a neighbour that stands still.
 inline constexpr std::uint32_t kReconnectIntervalTicks = 6;
-// A border that opens does so this many ticks after the later side has heard of it: longer than word takes to come and
-// go. Less, and an opening fails and is tried again; more, and it takes longer.
+// A link comes up this many ticks after the later side has heard of it: longer than a message takes to come and go.
+// Less, and a reconnection fails and is tried again; more, and it takes longer.
 inline constexpr std::uint64_t kReconnectDelayTicks = 12;
-// Of a closed border: who is further behind than this, ticks, adopts the other's tick before they agree on one to open
-// at; who is less far behind gets there by its own steps. More than kReconnectDelayTicks, which each side may be away.
+// While a link is down, who is further behind than this, ticks, adopts the other's tick before they agree on one to
+// reconnect at; who is less far behind gets there by its own steps. More than kReconnectDelayTicks, which each side may
+// be away.
 inline constexpr std::uint64_t kFarBehind = 24;
-// Offers that come after this side has opened, until it closes again: what it waits for may wait for it. A neighbour
-// that only has a few ticks to go sends fewer.
+// So many requests to reconnect that come after this side is up take its link down again: the neighbour that it waits
+// for may wait for it. A neighbour that only has a few ticks to go sends fewer.
 inline constexpr std::uint32_t kMaxReconnects = 8;
-// Of an open border: a frame whose tick differs from this side's strains it by so much, one with the same tick eases it
-// by one, and beyond the limit it is closed, to be opened between the right steps. Where borders around a corner were
-// opened between steps that do not belong together, ticks run ahead of steps for ever, and each border of the circle
-// sees it in one of as many frames as the circle has borders: up to some thirty are found. What an opening elsewhere
-// brings passes by in a frame or two.
+// While a link is up, a frame whose tick differs from this side's adds so much to its desynchronisation score, one with
+// the same tick takes one off, and beyond the limit the link is taken down, to come up between the right steps. Where
+// links around a corner came up between steps that do not belong together, ticks run ahead of steps for ever, and each
+// link of the circle sees it in one of as many frames as the circle has links: circles of up to some thirty are found.
+// The effect of a reconnection elsewhere passes in a frame or two.
 inline constexpr std::uint32_t kDesyncPenalty = 32;
 inline constexpr std::uint32_t kMaxDesyncScore = 24 * kDesyncPenalty;
 // No neighbour is further ahead: a month at 240 ticks a second.
 inline constexpr std::uint64_t kMaxTicksAhead = 600'000'000;
-// Inputs of one player that wait for their tick. A client that runs ahead is told so rather than delayed ever further.
+// Inputs of one player that wait for their tick. A client that runs ahead is refused rather than delayed ever further.
 inline constexpr std::size_t kMaxQueuedInputs = 8;
 // A new owner may get a full queue with the grant and as many that reached the old owner just after it.
 inline constexpr std::size_t kMaxGrantedInputs = 2 * kMaxQueuedInputs;

@@ -17,7 +17,7 @@ enum class DepartureReason : std::uint8_t { kRemoved, kHandedOver };
 // A body that the region ceased to own in the last step.
 struct Departure {
   BodyId body;
-  Epoch epoch;  // of the ownership that ended
+  Epoch epoch;  // until which it was owned here
   DepartureReason reason = DepartureReason::kRemoved;
   RegionId to;  // when handed over
 };

@@ -73,7 +73,7 @@ void ExchangeImpulses(std::span<const BorderFrame> frames, RegionParts& parts) {
 
 // Players' bodies come and go, and are parked.
 void UpdatePlayers(RegionParts& parts, StepResult& result) {
-  Players& players = parts.players;
+  RegionPlayers& players = parts.players;
   Bodies& bodies = parts.bodies;
   for (const PlayerNumber player : players.left()) {
     const BodyId id = PlayerBodyId(player);
@@ -177,9 +177,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   if (parts.log.on()) result.log = WriteLog(parts);
 
   enter(Phase::kDone);
-#ifndef NDEBUG
   Validate(parts);
-#endif
   return result;
 }
 

@@ -4,6 +4,8 @@
 // one before. Thread rule: one thread at a time.
 #pragma once
 
+#include <algorithm>
+#include <cassert>
 #include <optional>
 #include <span>
 
@@ -39,6 +41,12 @@ class TickLog {
   bool whole() const { return writer_.whole(); }
   // The message of a tick; `touching` counts only for a whole state. Requires on().
   Bytes Write(const LogView& now, std::span<const TouchingPair> touching) { return writer_.Write(now, touching); }
+
+  // For the end of the step to `now`: its message is written, and the standby has none that is not.
+  void Validate([[maybe_unused]] Tick now) const {
+    assert(on_ ? !whole() && writer_.tick() == now : acknowledged_ == Tick());
+    assert(acknowledged_ <= now);
+  }
 
  private:
   bool on_ = false;

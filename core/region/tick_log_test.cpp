@@ -39,5 +39,14 @@ TEST_F(TickLogTest, TheStandbyHasWhatItAcknowledgedAndNeverMoreThanThereIs) {
   EXPECT_EQ(log.acknowledged(), Tick());
 }
 
+TEST_F(TickLogTest, AMessageThatWasNotWrittenIsNoticed) {
+  log.Validate(Tick(1));
+  log.Switch(true);
+  EXPECT_DEBUG_DEATH(log.Validate(Tick(1)), "");
+  EXPECT_TRUE(WritesWhole(Tick(1)));
+  log.Validate(Tick(1));
+  EXPECT_DEBUG_DEATH(log.Validate(Tick(2)), "");
+}
+
 }  // namespace
 }  // namespace tessera::region

@@ -1,5 +1,8 @@
 #include "core/region/whole_islands.h"
 
+#include <algorithm>
+#include <cassert>
+
 namespace tessera::region {
 
 void MarkAround(std::size_t body, const Aabb& bounds, const Neighborhood& neighborhood, RelevanceTable& table) {
@@ -64,6 +67,16 @@ void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
     island_.too_many = island_.too_many || states_[other] == kTooMany;
     states_[other] = kFound;
     island_.places.push_back(other);
+  }
+}
+
+void WholeIslands::Validate([[maybe_unused]] const Bodies& bodies) const {
+  assert(whole_.size() == bodies.owned().size());
+  assert(most_ >= 2 || std::ranges::find(whole_, true) == whole_.end());
+  if (catalog_.scene().joints.empty()) return;
+  for (std::size_t body = 0; body < whole_.size(); ++body) {
+    assert(std::ranges::all_of(bodies.OwnedAssembly(body),
+                               [&](std::size_t jointed) { return whole_[jointed] == whole_[body]; }));
   }
 }
 

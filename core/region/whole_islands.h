@@ -30,6 +30,8 @@ class WholeIslands {
   // Whether the island of an owned body was found to be whole by the last Mark.
   bool IsWhole(std::size_t body) const { return whole_[body]; }
 
+  void Validate(const Bodies& bodies) const;
+
  private:
   enum State : std::uint8_t { kUnknown, kFound, kTooMany };
   struct Island {

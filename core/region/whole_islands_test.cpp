@@ -18,6 +18,7 @@ class WholeIslandsTest : public ::testing::Test {
     world.Step();
     islands.emplace(world.catalog, most);
     islands->Mark(world.bodies, world.neighborhood, table);
+    islands->Validate(world.bodies);
   }
   void OwnAll() {
     for (const std::uint64_t id : {1, 2, 3, 4}) world.Own(id);
@@ -66,6 +67,14 @@ TEST_F(WholeIslandsTest, BodiesOfOthersConnectAndDoNotCount) {
   Mark(2);
   EXPECT_TRUE(table.To(1, 0));
   EXPECT_TRUE(islands->IsWhole(0) && islands->IsWhole(1));
+}
+
+TEST_F(WholeIslandsTest, ABodyThatCameAfterwardsIsNoticed) {
+  for (const std::uint64_t id : {1, 2, 3}) world.Own(id);
+  table.Reset(3, 1);
+  Mark(3);
+  world.Own(4);
+  EXPECT_DEBUG_DEATH(islands->Validate(world.bodies), "");
 }
 
 TEST(MarkAroundTest, ABodyIsMarkedForNeighboursThatItsBoundsComeNear) {

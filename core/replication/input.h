@@ -1,8 +1,8 @@
 // Input messages: what a client asks for its own body, with the acknowledgement of the snapshots it has.
 //
 // Datagrams get lost, so each carries the last few inputs again; the region tells copies apart by their numbers
-// (core/region/players.h). A message sent for the acknowledgement alone has no inputs. The player is not on the wire:
-// the receiver knows it from the connection.
+// (core/region/region_players.h). A message sent for the acknowledgement alone has no inputs. The player is not on the
+// wire: the receiver knows it from the connection.
 //
 // Layout, little-endian: kind (1) | ack length (1) | ack | count (1) | per input: number, body, target tick as varints,
 // then force and torque as six floats. Thread rule: free functions; any thread.

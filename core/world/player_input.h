@@ -1,8 +1,8 @@
 // PlayerInput: what a player asks of one body in one tick. Client, wire, game port, region, frames and log all carry
 // this one struct, so a new field is added here and in the codecs (core/replication/input.cpp, core/region/frame.cpp).
 //
-// Players send each input several times because datagrams get lost. core/region/players.h alone decides which copy
-// counts.
+// Players send each input several times because datagrams get lost. core/region/region_players.h alone decides which
+// copy counts.
 #pragma once
 
 #include <cstdint>

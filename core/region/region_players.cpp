@@ -1,8 +1,10 @@
-#include "core/region/players.h"
+#include "core/region/region_players.h"
 
 #include <algorithm>
+#include <cassert>
 
 #include "absl/strings/str_cat.h"
+#include "core/region/ascends.h"
 #include "core/world/limits.h"
 
 namespace tessera::region {
@@ -35,11 +37,11 @@ Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, V
   return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), rules.max_speed_m_s / radius_m));
 }
 
-void Players::Spawn(PlayerNumber player) {
+void RegionPlayers::Spawn(PlayerNumber player) {
   if (spawned_.insert(player).second) asked_.insert(player);
 }
 
-void Players::Park(PlayerNumber player, bool parked) {
+void RegionPlayers::Park(PlayerNumber player, bool parked) {
   if (parked) {
     parked_.insert(player);
     unparked_.erase(player);
@@ -48,7 +50,7 @@ void Players::Park(PlayerNumber player, bool parked) {
   }
 }
 
-std::vector<PlayerNumber> Players::TakeSpawns() {
+std::vector<PlayerNumber> RegionPlayers::TakeSpawns() {
   std::vector<PlayerNumber> spawns;
   for (const PlayerNumber player : asked_) {
     if (!HasLeft(player)) spawns.push_back(player);
@@ -57,13 +59,13 @@ std::vector<PlayerNumber> Players::TakeSpawns() {
   return spawns;
 }
 
-std::map<PlayerNumber, PlayerControl> Players::Controls() const {
+std::map<PlayerNumber, PlayerControl> RegionPlayers::Controls() const {
   std::map<PlayerNumber, PlayerControl> controls;
   for (const auto& [player, controlled] : controlled_) controls.emplace(player, controlled.control);
   return controls;
 }
 
-void Players::Adopt(PlayerNumber player, PlayerControl control) {
+void RegionPlayers::Adopt(PlayerNumber player, PlayerControl control) {
   Controlled controlled;
   controlled.sequence.Decide(control.last_input);
   if (control.committed) controlled.sequence.Decide(control.next.number);
@@ -72,12 +74,12 @@ void Players::Adopt(PlayerNumber player, PlayerControl control) {
   controlled_[player] = std::move(controlled);
 }
 
-const PlayerControl* Players::Find(PlayerNumber player) const {
+const PlayerControl* RegionPlayers::Find(PlayerNumber player) const {
   const auto it = controlled_.find(player);
   return it == controlled_.end() ? nullptr : &it->second.control;
 }
 
-absl::Status Players::Queue(const PlayerInput& input) {
+absl::Status RegionPlayers::Queue(const PlayerInput& input) {
   const auto it = controlled_.find(input.player);
   if (it != controlled_.end()) {
     switch (it->second.sequence.Decide(input.number)) {
@@ -107,7 +109,7 @@ absl::Status Players::Queue(const PlayerInput& input) {
   return absl::OkStatus();
 }
 
-void Players::QueueForwarded(const PlayerInput& input) {
+void RegionPlayers::QueueForwarded(const PlayerInput& input) {
   const auto it = controlled_.find(input.player);
   if (it == controlled_.end()) return;
   PlayerControl& control = it->second.control;
@@ -119,7 +121,7 @@ void Players::QueueForwarded(const PlayerInput& input) {
   control.queue.insert(at, input);
 }
 
-void Players::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
+void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
   PlayerControl& control = controlled_.at(player).control;
   if (control.queue.empty()) return;
   control.committed = true;
@@ -129,14 +131,14 @@ void Players::Commit(PlayerNumber player, const BodyState& state, double radius_
   control.next.torque_nm = LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity);
 }
 
-void Players::Applied(PlayerNumber player) {
+void RegionPlayers::Applied(PlayerNumber player) {
   PlayerControl& control = controlled_.at(player).control;
   if (control.committed) control.last_input = control.next.number;
   control.committed = false;
   control.next.force_n = control.next.torque_nm = Vec3f();
 }
 
-PlayerControl Players::MakeGrant(PlayerNumber player) {
+PlayerControl RegionPlayers::MakeGrant(PlayerNumber player) {
   Controlled& controlled = controlled_.at(player);
   PlayerControl granted = controlled.control;
   controlled.granted = granted.queue.size();
@@ -144,9 +146,20 @@ PlayerControl Players::MakeGrant(PlayerNumber player) {
   return granted;
 }
 
-std::vector<PlayerInput> Players::Release(PlayerNumber player) {
+std::vector<PlayerInput> RegionPlayers::Release(PlayerNumber player) {
   auto node = controlled_.extract(player);
   return node.empty() ? std::vector<PlayerInput>() : std::move(node.mapped().control.queue);
+}
+
+void RegionPlayers::Validate() const {
+  assert(std::ranges::includes(spawned_, asked_));
+  assert(std::ranges::none_of(unparked_, [this](PlayerNumber player) { return parked_.contains(player); }));
+  assert(std::ranges::all_of(controlled_, [](const auto& entry) {
+    const PlayerControl& control = entry.second.control;
+    const std::uint32_t done = std::max(control.last_input, control.committed ? control.next.number : 0);
+    return control.queue.size() <= kMaxGrantedInputs && Ascends(control.queue, &PlayerInput::number) &&
+           (control.queue.empty() || control.queue.front().number > done);
+  }));
 }
 
 }  // namespace tessera::region

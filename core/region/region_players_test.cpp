@@ -1,20 +1,36 @@
-// What a player may do to its body: the scene's limits, whatever it asks for.
-#include "core/region/players.h"
+// Players' queues, and the limits that the scene sets to what a player may do to its body.
+#include "core/region/region_players.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <initializer_list>
 
 namespace tessera::region {
 namespace {
 
 constexpr float kHuge = 3e38F;
+constexpr PlayerNumber kPlayer(3);
 
 PlayerRules Rules() {
   PlayerRules rules;
   rules.max_force_n = 100;
   rules.max_speed_m_s = 8;
   return rules;
+}
+
+PlayerInput Input(std::uint32_t number) {
+  PlayerInput input;
+  input.number = number;
+  input.player = kPlayer;
+  input.body = PlayerBodyId(kPlayer);
+  return input;
+}
+
+PlayerControl ControlWith(std::initializer_list<std::uint32_t> queued) {
+  PlayerControl control;
+  for (const std::uint32_t number : queued) control.queue.push_back(Input(number));
+  return control;
 }
 
 TEST(PlayerLimitsTest, ForceIsScaledDownAndKeepsItsDirection) {
@@ -37,6 +53,28 @@ TEST(PlayerLimitsTest, TorqueIsWhatTheForceDoesAtTheSurface) {
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 8, 0}).y, 10);  // the surface moves by half the speed
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 17, 0}).y, 0);
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, -20, 0}, {0, 17, 0}).y, -20);
+}
+
+TEST(PlayersTest, AreAsTheyShouldBeWhateverIsAskedOfThem) {
+  Scene scene;
+  scene.player = Rules();
+  RegionPlayers players(scene);
+  players.Spawn(kPlayer);
+  players.Park(kPlayer, true);
+  players.Park(kPlayer, false);
+  players.Adopt(kPlayer, ControlWith({2, 5}));
+  players.QueueForwarded(Input(3));
+  EXPECT_TRUE(players.Queue(Input(6)).ok());
+  players.Validate();
+  players.Commit(kPlayer, {}, 0.5);
+  players.Validate();
+}
+
+TEST(PlayersTest, AQueueThatDoesNotAscendIsNoticed) {
+  Scene scene;
+  RegionPlayers players(scene);
+  players.Adopt(kPlayer, ControlWith({5, 2}));
+  EXPECT_DEBUG_DEATH(players.Validate(), "");
 }
 
 // A torque that never ends turns a body no faster than its surface may move.

@@ -1,7 +1,7 @@
-// Players: who came, who left, and the inputs of those whose bodies are owned here.
+// RegionPlayers: who came, who left, and the inputs of those whose bodies are owned here.
 //
 // An input is chosen ("committed") one tick before it acts, because neighbours that see the body must apply the same
-// force; it acts exactly once, and goes along when the body is handed over. Copies of an input are told apart here and
+// force; it acts exactly once, and goes along when the body is handed over. Copies of an input are recognised here and
 // nowhere else (InputSequence). Thread rule: one thread at a time.
 #pragma once
 
@@ -17,9 +17,9 @@
 
 namespace tessera::region {
 
-class Players {
+class RegionPlayers {
  public:
-  explicit Players(const Scene& scene) : scene_(scene) {}
+  explicit RegionPlayers(const Scene& scene) : scene_(scene) {}
 
   void Spawn(PlayerNumber player);
   void Leave(PlayerNumber player) { left_.insert(player); }
@@ -50,6 +50,8 @@ class Players {
   // All that the new owner must know. What is queued after this comes out of `Release` and has to be sent after it.
   PlayerControl MakeGrant(PlayerNumber player);
   std::vector<PlayerInput> Release(PlayerNumber player);
+
+  void Validate() const;
 
  private:
   struct Controlled {
