@@ -47,7 +47,7 @@ struct AgentLink::Impl {
   bool has_report = false, unsent = false, inventory_unsent = false;
   bool closing = false, refused = false, attached = false;
   bool stream_broken = false;              // its reader has seen the end
-  grpc::ClientContext* context = nullptr;  // of the stream that stands, for Close to cancel
+  grpc::ClientContext* context = nullptr;  // the stream's that stands, for Close to cancel
 
   void Run();
   grpc::Status Attach();

@@ -37,7 +37,7 @@ class AgentLink {
   std::optional<v1::WorkerOrder> TakeOrder();
   std::optional<v1::LeaseRenewal> TakeLease();
   void Report(const v1::WorkerReport& report);
-  // What a failover is to be told; said again at each attachment until it is cleared by an empty one.
+  // The inventory for a failover; sent again at each attachment until it is cleared by an empty one.
   void SetInventory(const std::optional<v1::InventoryReport>& inventory);
   void AskLease(const v1::LeaseRequest& request);  // dropped when the agent is away
   // NOT_FOUND came back: the agent does not know this worker.

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "core/world/byte_view.h"
 #include "host/files.h"
-#include "region_worker/bytes.h"
 
 namespace tessera::worker {
 

@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
-#include "region_worker/bytes.h"
+#include "core/world/byte_view.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 

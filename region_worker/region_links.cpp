@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/byte_view.h"
 #include "net/protocol.h"
-#include "region_worker/bytes.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
@@ -32,7 +32,7 @@ void RegionLinks::Send(RegionId to, std::span<const std::uint8_t> message) {
   }
 }
 
-// The endpoint says nothing of a peer that it was told to drop.
+// The endpoint says nothing of a peer that it was asked to drop.
 void RegionLinks::Cut(RegionId region, std::string_view why) {
   const auto link = links_.find(region);
   if (link == links_.end() || link->second.peer == net::PeerHandle()) return;
@@ -126,7 +126,7 @@ void RegionLinks::OnHello(net::PeerHandle peer, std::span<const std::uint8_t> by
   if (!status.ok()) {
     (absl::IsAborted(status) ? metrics_.links_of_other_rules : metrics_.links_refused).Increment();
     Drop(peer, std::string(status.message()));
-    if (outgoing) OnDisconnected(peer, round);  // the endpoint says nothing of a peer that it was told to drop
+    if (outgoing) OnDisconnected(peer, round);  // the endpoint says nothing of a peer that it was asked to drop
     return;
   }
   if (!outgoing) {

@@ -1,4 +1,5 @@
-// What the loop waits with: signals as something to poll, and a wait for many descriptors that ends to the microsecond.
+// The means by which the loop waits: signals as something to poll, and a wait for many descriptors that ends to the
+// microsecond.
 #pragma once
 
 #include <poll.h>

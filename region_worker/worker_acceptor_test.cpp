@@ -4,6 +4,7 @@
 #include <atomic>
 #include <thread>
 
+#include "core/world/byte_view.h"
 #include "net/testing/spoofed_flood.h"
 #include "region_worker/input_files.h"
 #include "region_worker/testing/test_client.h"
@@ -85,8 +86,7 @@ TEST_F(WorkerAcceptorTest, NeitherTokensNorKeysAreInTheLog) {
       hex += kDigits[bytes[i] >> 4];
       hex += kDigits[bytes[i] & 15];
     }
-    return said.find(hex) != std::string::npos ||
-           said.find(std::string(reinterpret_cast<const char*>(bytes), size)) != std::string::npos;
+    return said.find(hex) != std::string::npos || said.find(AsText({bytes, size})) != std::string::npos;
   };
   EXPECT_FALSE(in_log(credentials.key.data(), 8));
   EXPECT_FALSE(in_log(credentials.token.data(), 8));

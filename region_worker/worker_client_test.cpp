@@ -101,7 +101,7 @@ TEST(WorkerClientTest, TwoRegionsShowAllBodiesOnceTheWorldRuns) {
   for (const BodyId body : seen) {
     EXPECT_TRUE(body == PlayerBodyId(PlayerNumber(1)) || (body.value() >= 100 && body.value() < 100 + kBalls)) << body;
   }
-  // Balls roll over the border: in the end each region has told of bodies that the other had.
+  // Balls roll over the border: in the end each region has sent bodies that the other had.
   EXPECT_TRUE(Until({one.get(), two.get()}, [&] {
     return Metric(cluster.metrics_port(1), "tessera_region_handovers_total{direction=\"out\"}") > 0;
   }));
@@ -129,7 +129,7 @@ std::string Street() {
   return street;
 }
 
-// Posts that a client is shown, by where they stand.
+// Posts that a client sees, by where they stand.
 std::set<double> PostsOf(const TestClient& client) {
   std::set<double> posts;
   for (const auto& [body, state] : client.bodies) {
@@ -292,7 +292,7 @@ TEST_F(WorkerRefusalTest, DamagedToken) {
 
 TEST_F(WorkerRefusalTest, TokenThatWasOverheardButNotItsKey) {
   net::Credentials credentials = CredentialsFor(1);
-  credentials.key = CredentialsFor(1).key;  // of another token of the same player
+  credentials.key = CredentialsFor(1).key;  // goes with another token of the same player
   EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
 }
 

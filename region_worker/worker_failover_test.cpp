@@ -1,4 +1,4 @@
-// What workers make of deaths, leases and planned maps: real programs, with this test as agent and control plane.
+// Workers under deaths, leases and planned maps: real programs, with this test as agent and control plane.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -61,7 +61,7 @@ class WorkerFailoverTest : public AgentedWorkers {
       Wait(region, [](const auto& report) { return report.acknowledged_tick() > 30 && !report.unprotected(); });
     }
   }
-  // Of one census after `after` that all of `regions` took: each body is there once.
+  // By one census after `after` that all of `regions` took, each body is there once.
   void ExpectAllBodies(const std::vector<std::uint32_t>& regions, std::uint64_t after) {
     const std::uint64_t tick = (after / 60 + 1) * 60;
     std::uint64_t owned = 0, checksum = 0;
@@ -77,7 +77,7 @@ class WorkerFailoverTest : public AgentedWorkers {
     EXPECT_EQ(owned, kBalls);
     EXPECT_EQ(checksum, ChecksumOfAll());
   }
-  // What the control plane does when `dead` is gone; the tick at which the world goes on.
+  // Acts as the control plane does when `dead` is gone; gives the tick at which the world goes on.
   std::uint64_t FailOver(std::uint32_t dead) {
     const RegionId gone(dead);
     const MapVersion version(map_->version().value() + 1);

@@ -7,6 +7,7 @@
 
 #include "core/region/region.h"
 #include "core/region/rules.h"
+#include "core/world/byte_view.h"
 #include "net/endpoint.h"
 #include "net/protocol.h"
 #include "region_worker/core/link_message.h"
@@ -28,7 +29,7 @@ constexpr char kScene[] = R"(
   bodies { id: 3 mass: 1 shape { sphere { radius: 0.5 } } pose { position { x: 5 y: 0.5 } } }
 )";
 
-// More awake bodies along the border at x = 0 than one message of the default size tells of. They float and never meet.
+// More awake bodies along the border at x = 0 than one message of the default size holds. They float and never meet.
 constexpr char kCrowd[] = R"(
   name: "crowd"
   bounds { min { x: -10 y: -10 z: -10 } max { x: 10 y: 200 z: 10 } }
@@ -74,15 +75,15 @@ std::unique_ptr<net::Endpoint> EndpointAt(std::uint16_t port) {
 }
 
 // One end of a link, and what came over it.
-struct Line {
-  explicit Line(std::uint16_t port) : endpoint(EndpointAt(port)) {}
+struct LinkLine {
+  explicit LinkLine(std::uint16_t port) : endpoint(EndpointAt(port)) {}
 
   void Send(std::span<const std::uint8_t> bytes) {
     EXPECT_TRUE(endpoint->Send(peer, net::Delivery::kReliable, bytes).ok());
   }
   void SendHello(const v1::LinkHello& hello) {
     const std::string text = hello.SerializeAsString();
-    Send({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+    Send(AsBytes(text));
   }
   bool Until(const std::function<bool()>& done) {
     for (const auto limit = Clock::now() + kPatience; Clock::now() < limit;) {
@@ -183,7 +184,7 @@ class NeighborTest : public WorkerLinkTest {
 
   std::shared_ptr<const Scene> scene_;
   std::optional<region::Region> region_;
-  Line line_;
+  LinkLine line_;
   std::deque<net::Bytes> kept_;
   std::uint32_t handed_in_ = 0;
 };
@@ -264,10 +265,10 @@ class UnprovenCallerTest : public WorkerLinkTest {
     Dial(PassOf(1, StandaloneKey()));
     line_.SendHello(hello);
     EXPECT_TRUE(line_.Until([&] { return !line_.connected; }));
-    EXPECT_TRUE(line_.messages.empty()) << "one that is not expected was told something";
+    EXPECT_TRUE(line_.messages.empty()) << "one that is not expected was sent something";
     EXPECT_TRUE(worker_->WaitForLine(why)) << worker_->said();
   }
-  Line line_;
+  LinkLine line_;
 };
 
 TEST_F(UnprovenCallerTest, AnotherKeyIsRefusedByTheAcceptor) {
@@ -300,7 +301,7 @@ TEST_F(UnprovenCallerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {
   EXPECT_THAT(MetricsOf(2), testing::HasSubstr("tessera_region_links_refused_total{reason=\"rules\"} 1"));
 }
 
-// Maps come into force at both ends, not at the same moment.
+// Maps come into force at both ends, not at the same time.
 TEST_F(UnprovenCallerTest, AnotherMapIsNoReasonToRefuse) {
   v1::LinkHello hello = HelloOf(1);
   hello.set_map_version(9);

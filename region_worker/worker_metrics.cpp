@@ -141,7 +141,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   unprotected.Set(run.standby_log().unprotected() ? 1 : 0);
   paused.Set(run.paused() ? 1 : 0);
   failover_gap.Set(static_cast<double>(run.failover_figures().last_gap_ms) * 1e-3);
-  promotion_age.Set(static_cast<double>(run.failover_figures().takeover_age_ticks));
+  promotion_age.Set(static_cast<double>(run.failover_figures().promotion_age_ticks));
   Follow(ticks, counts.ticks);
   Follow(late_ticks, counts.late_ticks);
   Follow(handovers_in, counts.handovers_in);
@@ -151,7 +151,7 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   Follow(standby_bytes, run.standby_log().bytes_sent());
   Follow(standby_gaps, run.copies().gaps());
   Follow(failovers, run.failover_figures().failovers);
-  Follow(links_down, run.ticks().given_up());
+  Follow(links_down, run.ticks().links_down());
   for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);
 }
 

@@ -223,7 +223,7 @@ void WorkerShell::Do(const CutLink& action) { links_->Cut(action.region, action.
 
 void WorkerShell::Do(const LoadScene& action) {
   core_->SceneLoaded(LoadSceneFile(action.path, action.hash), Clock::now());
-  malloc_trim(0);  // what parsing the scene took
+  malloc_trim(0);  // gives back the memory that parsing took
 }
 
 void WorkerShell::Do(const LoadState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }

@@ -35,7 +35,7 @@ class WorkerShell {
  public:
   WorkerShell(WorkerOptions options, const SignalWatch& signals);
 
-  // Until told to end; the exit status of the process. What went wrong has been said in one line on stderr.
+  // Until it is to end; the exit status of the process. What went wrong has been said in one line on stderr.
   int Run();
 
  private:

@@ -1,4 +1,4 @@
-// Whether a player that has shown its token may enter.
+// Whether a player that has proven its token may enter.
 #pragma once
 
 #include <cstdint>

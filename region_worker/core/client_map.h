@@ -12,7 +12,7 @@
 
 namespace tessera::worker {
 
-// `self`: the address of the region that tells it. Peers without a game port are left out.
+// `self`: the address of the region that sends it. Peers without a game port are left out.
 v1::RegionMap MakeClientMap(const PartitionMap& map, const v1::RegionAddress& self, std::span<const PeerAddress> peers);
 
 }  // namespace tessera::worker

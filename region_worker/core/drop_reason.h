@@ -12,7 +12,7 @@ namespace tessera::worker {
 enum class DropReason : std::uint8_t {
   kMalformed,    // truncated, or not a frame
   kBadBody,      // names a body that it may not, or a state that cannot be
-  kNotNeighbor,  // of a region that sends none here, or under another's name
+  kNotNeighbor,  // from a region that sends none here, or under another's name
   kMapVersion,   // made under another map
   kOldTick,      // sent again after a link broke; harmless
   kOutOfOrder,   // one before it is missing

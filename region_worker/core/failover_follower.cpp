@@ -38,7 +38,7 @@ void FailoverFollower::Resumed(const region::Resolution& resolution, Actions& ac
   const auto mine = std::ranges::count(resolution.takeovers, self_.region, &region::Takeover::region);
   LogWarning(actions,
              absl::StrCat("resumed version=", resolution.version.value(), " tick=", resolution.resume_tick.value(),
-                          " taken_up=", mine, " lost=", resolution.lost.size()));
+                          " promoted=", mine, " lost=", resolution.lost.size()));
   inventory_.reset();
 }
 

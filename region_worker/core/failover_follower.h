@@ -32,7 +32,7 @@ class FailoverFollower {
   explicit FailoverFollower(Identity self) : self_(std::move(self)) {}
 
   // True if the region has halted for it now. An error is a contradiction that this worker cannot live with: it holds
-  // what others must not have twice.
+  // bodies that nobody else may have as well.
   absl::StatusOr<bool> Begin(const OrderedFailover& failover, const PartitionMap& map, region::Region& region,
                              StandbyCopies& copies, LinkTable& links, Actions& actions);
   // It resolves the failover for which the region stands still.
@@ -51,7 +51,7 @@ class FailoverFollower {
  private:
   Identity self_;
   bool fenced_ = false;
-  MapVersion begun_;  // of the newest failover
+  MapVersion begun_;  // names the newest failover
   std::optional<region::Inventory> inventory_;
 };
 

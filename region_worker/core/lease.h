@@ -2,7 +2,7 @@
 //
 // Promise: whoever declares the worker dead waits one TTL after the last renewal that it gave; the holder counts from
 // when it *asked*, the giver from when it *answered*, so the holder always stops first. A region without a standby
-// needs no lease: nobody can take its place without being told by whoever ended it.
+// needs no lease: nobody can take its place unless whoever ended it says so.
 //
 //   Lease lease;
 //   lease.Require();                          // it has a standby from now on
@@ -46,7 +46,6 @@ class Lease {
   }
   bool Held(TimePoint now) const { return !required_ || now < expiry_; }
   bool required() const { return required_; }
-  TimePoint expiry() const { return expiry_; }
 
   // The number of a request that is to go out now, if one is.
   std::optional<std::uint64_t> Ask(TimePoint now) {

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
+#include "core/world/bytes.h"
+
 namespace tessera::worker {
 namespace {
 
 // Small against a message's limit, so that frames come in between.
 constexpr std::size_t kLogPieceBytes = 256 * 1024;
-constexpr std::size_t kNumberBytes = 8;
 
 }  // namespace
 
@@ -26,8 +27,8 @@ std::optional<LinkMessage> ReadLinkMessage(std::span<const std::uint8_t> bytes) 
     case Kind::kLogTaken:
     case Kind::kLeaseAsk:
     case Kind::kLeaseGiven:
-      if (rest.size() != kNumberBytes) return std::nullopt;
-      for (std::size_t i = 0; i < kNumberBytes; ++i) message.number |= static_cast<std::uint64_t>(rest[i]) << (8 * i);
+      if (rest.size() != sizeof message.number) return std::nullopt;
+      message.number = ByteReader(rest).U64();
       return message;
     case Kind::kPlaces:
       message.bytes = rest;
@@ -58,9 +59,10 @@ std::vector<std::vector<std::uint8_t>> LogPieces(std::span<const std::uint8_t> l
 }
 
 std::vector<std::uint8_t> Numbered(LinkMessageKind kind, std::uint64_t number) {
-  std::vector<std::uint8_t> message = Bare(kind);
-  for (std::size_t i = 0; i < kNumberBytes; ++i) message.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
-  return message;
+  ByteWriter message;
+  message.U8(static_cast<std::uint8_t>(kind));
+  message.U64(number);
+  return message.Take();
 }
 
 std::vector<std::uint8_t> Bare(LinkMessageKind kind) { return {static_cast<std::uint8_t>(kind)}; }

@@ -1,4 +1,4 @@
-// What goes over a link between regions after its hellos: the first byte tells what it is.
+// Messages between regions on a link after its hellos: the first byte names the kind.
 //
 // Frames begin with the number of their format, which is small; the rest is the shell's own:
 //
@@ -6,8 +6,8 @@
 //   kLogTaken  u64 tick                the standby has the log up to that tick
 //   kLogAgain                          it has a gap: a whole state is wanted
 //   kAlive                             the sender waits, and is well
-//   kLeaseAsk  u64 number              of a primary: may it go on?
-//   kLeaseGiven u64 number             of the standby, which has not been told that the primary is dead
+//   kLeaseAsk  u64 number              from a primary: may it go on?
+//   kLeaseGiven u64 number             from the standby, which does not know the primary to be dead
 //   kPlaces    player_places.h         where players' bodies are, for all neighbours
 //
 // Thread rule: free functions on values.
@@ -33,7 +33,7 @@ enum class LinkMessageKind : std::uint8_t {
 
 struct LinkMessage {
   LinkMessageKind kind = LinkMessageKind::kFrame;
-  std::span<const std::uint8_t> bytes;  // of a frame: all; of a log: the piece; of places: the rest
+  std::span<const std::uint8_t> bytes;  // all of a frame; the piece of a log; the rest of places
   bool last = false;                    // kLog
   std::uint64_t number = 0;             // kLogTaken (the tick), kLeaseAsk, kLeaseGiven
 };

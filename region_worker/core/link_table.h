@@ -79,14 +79,14 @@ class LinkTable {
   void RepeatFrames(Actions& actions) const;
   // The region is built anew: what it sent before is not of its life.
   void ForgetFrames();
-  std::uint64_t frame_bytes() const { return frame_bytes_; }  // of all frames
+  std::uint64_t frame_bytes() const { return frame_bytes_; }  // in all frames
   // RESOURCE_EXHAUSTED once a frame was too large to be sent: its neighbour will wait for it in vain.
   const absl::Status& health() const { return health_; }
 
  private:
   struct Partner {
     LinkNumber link = 0;
-    Incarnation incarnation;  // of the link
+    Incarnation incarnation;  // at the link's other end
     TimePoint heard{};
     std::vector<Message> kept;  // oldest first
   };

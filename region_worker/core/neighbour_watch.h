@@ -1,11 +1,13 @@
-// NeighbourWatch: which neighbours a region gives up because nothing comes from them.
+// NeighbourWatch: the neighbours that a region stops waiting for because nothing comes from them.
 //
-// A region that waits says every kInterval that it is well, so only one that says nothing at all is silent; it is given
-// up after kSilence. But regions may wait for each other in a circle: after kStuck nobody is waited for any more.
+// A region that waits says every kInterval that it is well, so only one that says nothing at all is silent; nobody
+// waits for it after kSilence. But regions may wait for each other in a circle: after kStuck nobody is waited for any
+// more.
 //
 //   if (watch.Due(now, last_step)) {
 //     say to all neighbours that this region is well;
-//     for (const SilentNeighbour& silent : watch.Look(region.WaitingFor(), links, now)) region.Close(silent.region);
+//     for (const SilentNeighbour& silent : watch.Look(region.WaitingFor(), links, now))
+//     region.TakeLinkDown(silent.region);
 //   }
 //   after each step: watch.Stepped();
 //
@@ -35,7 +37,7 @@ class NeighbourWatch {
 
   // While no step was made for kInterval, once every kInterval.
   bool Due(TimePoint now, TimePoint last_step) const { return now >= next_look_ && now - last_step >= kInterval; }
-  // Those to be given up, of `waited_for`. After a look that came late nobody is: this process did not listen.
+  // Those of `waited_for` that are silent. After a look that came late nobody is: this process did not listen.
   std::vector<SilentNeighbour> Look(std::span<const RegionId> waited_for, const LinkTable& links, TimePoint now);
   void Stepped() { waited_since_.clear(); }
 

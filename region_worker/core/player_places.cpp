@@ -17,7 +17,7 @@ constexpr std::uint64_t kRate_hz = 10;
 // A body that stands is reported again after the first, since some reports are lost with a link; a report counts for
 // the second.
 constexpr std::uint64_t kRepeat_s = 1, kLifetime_s = 4;
-// Regions are a few ticks apart; over a closed border some seconds.
+// Regions are a few ticks apart; while a link is down, some seconds.
 constexpr std::uint64_t kAhead_s = 60;
 // As many as may play at one time, and those who have just left. Their numbers only grow.
 constexpr std::size_t kMaxPlaces = 2 * kMaxPlayers;

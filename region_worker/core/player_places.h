@@ -1,9 +1,9 @@
 // PlayerPlaces: where the players' bodies are, as the regions that own them say.
 //
-// What a client is shown is centred on its body, in every region, and a client is never asked where that is. The owner
-// tells its neighbours, each passes on what is new to it, so all regions know however far they are away: a body that
-// moves is reported when it has moved a little, one that stands once a second. Of two reports of one body that of the
-// higher epoch counts, then the later one; an old report counts no more, and then nobody knows.
+// A client's view is centred on its body, in every region, and a client is never asked where that is. The owner
+// reports it to its neighbours, each passes on what is new to it, so all regions know however far they are away: a body
+// that moves is reported when it has moved a little, one that stands once a second. Of two reports of one body that of
+// the higher epoch counts, then the later one; an old report counts no more, and then nobody knows.
 //
 //   PlayerPlaces places(scene.tick_rate_hz);
 //   places.Follow(region.tick(), region.owned());                         // after each step

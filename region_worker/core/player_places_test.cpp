@@ -25,7 +25,7 @@ struct Owner {
   PlayerPlaces places{kRate_hz};
 };
 
-// What a message says after the byte that tells its kind.
+// The content of a message after the byte that names its kind.
 std::span<const std::uint8_t> Inside(const std::vector<std::uint8_t>& message) {
   const auto read = ReadLinkMessage(message);
   EXPECT_TRUE(read.has_value() && read->kind == LinkMessageKind::kPlaces);
@@ -46,15 +46,15 @@ TEST(PlayerPlacesTest, ComeFromTheOwnerToRegionsThatAreNoNeighboursOfIt) {
   Owner owner(3);
   owner.Follow(Tick(100), Epoch(2), {1, 2, 3});
   PlayerPlaces between(kRate_hz), far(kRate_hz);
-  const auto told = owner.places.Write(Tick(100));
-  ASSERT_TRUE(between.Receive(Inside(told), Tick(101)).ok());
+  const auto report = owner.places.Write(Tick(100));
+  ASSERT_TRUE(between.Receive(Inside(report), Tick(101)).ok());
   const auto passed_on = between.Write(Tick(101));
   ASSERT_TRUE(far.Receive(Inside(passed_on), Tick(102)).ok());
   EXPECT_EQ(far.At(PlayerNumber(3), Tick(102)), Vec3d(1, 2, 3));
   EXPECT_EQ(far.At(PlayerNumber(4), Tick(102)), std::nullopt);
 }
 
-// Numbers are not given again; but of how many it is told at one time has an end.
+// Numbers are not given again; but a report holds only so many at one time.
 TEST(PlayerPlacesTest, PlayersOfAnyNumberAreHeardButNotOfAnyCount) {
   PlayerPlaces places(kRate_hz);
   for (std::uint32_t player = 5001; player <= 10'000; ++player) {
@@ -67,29 +67,29 @@ TEST(PlayerPlacesTest, PlayersOfAnyNumberAreHeardButNotOfAnyCount) {
 TEST(PlayerPlacesTest, GoRoundACircleOnce) {
   Owner owner(3);
   owner.Follow(Tick(100), Epoch(2), {1, 2, 3});
-  const auto told = owner.places.Write(Tick(100));
+  const auto report = owner.places.Write(Tick(100));
   PlayerPlaces other(kRate_hz);
-  ASSERT_TRUE(other.Receive(Inside(told), Tick(101)).ok());
+  ASSERT_TRUE(other.Receive(Inside(report), Tick(101)).ok());
   const auto back = other.Write(Tick(101));
   ASSERT_TRUE(owner.places.Receive(Inside(back), Tick(110)).ok());
   EXPECT_TRUE(owner.places.Write(Tick(110)).empty());
-  ASSERT_TRUE(other.Receive(Inside(told), Tick(110)).ok());
+  ASSERT_TRUE(other.Receive(Inside(report), Tick(110)).ok());
   EXPECT_TRUE(other.Write(Tick(110)).empty());
 }
 
 TEST(PlayerPlacesTest, AreToldWhenTheyMoveAndOtherwiseOnceASecond) {
   Owner owner(3);
-  int told = 0;
+  int reports = 0;
   for (std::uint64_t tick = 100; tick < 100 + 10 * kRate_hz; ++tick) {
     owner.Follow(Tick(tick), Epoch(1), {});
-    told += owner.places.Write(Tick(tick)).empty() ? 0 : 1;
+    reports += owner.places.Write(Tick(tick)).empty() ? 0 : 1;
   }
-  EXPECT_EQ(told, 10);
+  EXPECT_EQ(reports, 10);
   for (std::uint64_t tick = 700; tick < 700 + 10 * kRate_hz; ++tick) {
     owner.Follow(Tick(tick), Epoch(1), {static_cast<double>(tick), 0, 0});
-    told += owner.places.Write(Tick(tick)).empty() ? 0 : 1;
+    reports += owner.places.Write(Tick(tick)).empty() ? 0 : 1;
   }
-  EXPECT_EQ(told, 10 + 100);  // ten times a second
+  EXPECT_EQ(reports, 10 + 100);  // ten times a second
 }
 
 TEST(PlayerPlacesTest, TheHigherEpochCountsThenTheLaterTick) {

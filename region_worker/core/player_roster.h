@@ -37,7 +37,7 @@ class PlayerRoster {
   bool HasLeft(PlayerNumber player) const;
 
   bool players_have_bodies_;
-  std::set<PlayerNumber> asked_to_spawn_, left_, named_;  // of those that the newest order names
+  std::set<PlayerNumber> asked_to_spawn_, left_, named_;  // among those that the newest order names
   PlayerNumber newest_named_;                             // by any order
   std::vector<PlayerNumber> spawning_;                    // asked for, not seen yet
   std::uint64_t spawned_ = 0;

@@ -1,4 +1,4 @@
-// PropertyOrders: changes of properties that all regions of an instance are told to make, and what becomes of them
+// PropertyOrders: changes of properties that all regions of an instance are ordered to make, and what becomes of them
 // here.
 //
 // Whoever owns the body makes the change; who gave the order repeats it to all until one answers. So a change is lost
@@ -40,13 +40,13 @@ class PropertyOrders {
   void Set(std::vector<PropertyOrder> orders);
   // Makes those that concern bodies that are owned here.
   void Apply(region::Region& region);
-  // Of the orders of the list: refused for good, or made of a body that is owned here and, where the region has an
-  // standby, known to that.
+  // Answers to orders of the list that are refused for good, or made on a body that is owned here and, where the region
+  // has a standby, known to that.
   std::vector<PropertyAnswer> Answers(const region::Region& region, bool has_standby) const;
 
  private:
   std::vector<PropertyOrder> orders_;
-  std::map<std::uint64_t, Tick> made_;  // by number: the tick whose log tells the standby
+  std::map<std::uint64_t, Tick> made_;  // by number: the tick whose log has it
   std::map<std::uint64_t, std::string> refused_;
 };
 

@@ -60,10 +60,10 @@ absl::Status RegionRun::Resume(const region::Resolution& resolution, TimePoint n
   if (!result.ok()) return result.status();
   // The last tick that any live region had stepped; resume_tick leaves one out.
   const std::uint64_t newest = resolution.resume_tick.value() - 2;
-  failover_figures_.takeover_age_ticks = 0;
+  failover_figures_.promotion_age_ticks = 0;
   for (const region::StandbyCopy* copy : dead) {
     const std::uint64_t age_ticks = newest - std::min(newest, copy->tick().value());
-    failover_figures_.takeover_age_ticks = std::max(failover_figures_.takeover_age_ticks, age_ticks);
+    failover_figures_.promotion_age_ticks = std::max(failover_figures_.takeover_age_ticks, age_ticks);
   }
   ++failover_figures_.failovers;
   links.SendFrames(std::exchange(result->frames, {}), actions);

@@ -7,7 +7,7 @@
 //   each order: run.Follow(order, now, links, actions);
 //   each round: if (run.Advance(now, links, actions)) { run.Step(now, observer, links, actions); run.StepEnded(...); }
 //
-// Every part owns its state and is told the region; what goes out are actions. Links outlive it. Thread rule: one
+// Every part owns its state and is passed the region; what goes out are actions. Links outlive it. Thread rule: one
 // thread.
 #pragma once
 
@@ -37,13 +37,13 @@ namespace tessera::worker {
 
 struct FailoverFigures {
   std::uint64_t failovers = 0;           // that this region went through
-  std::uint64_t takeover_age_ticks = 0;  // how old the state was that the last one brought back
+  std::uint64_t promotion_age_ticks = 0;  // how old the state was that the last one brought back
   std::uint64_t last_gap_ms = 0;         // time without a step that the last one cost
 };
 
 class RegionRun {
  public:
-  // `views_have_a_radius`: clients are shown the surroundings of their body, so all regions must know where it is.
+  // `views_have_a_radius`: clients see the surroundings of their body, so all regions must know where it is.
   RegionRun(const Identity& self, region::Config config, bool views_have_a_radius);
 
   // Sends the frames of the tick that the region begins with. Once, before anything else.

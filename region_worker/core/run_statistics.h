@@ -1,4 +1,4 @@
-// RunStatistics: what a region has gone through since its worker started, as reports tell it.
+// RunStatistics: what a region has gone through since its worker started, as reports have it.
 //
 // Thread rule: none of its own. Time is passed in.
 #pragma once

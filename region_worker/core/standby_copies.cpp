@@ -23,7 +23,7 @@ void StandbyCopies::Set(std::span<const RegionId> primaries, const LinkTable& li
   std::erase_if(primaries_, [](const auto& entry) { return !entry.second.wanted && !entry.second.dead; });
 }
 
-// Its log may have come before this order did, went nowhere, and its sender may have given up sending.
+// Its log may have come before this order did, went nowhere, and its sender may have stopped sending.
 void StandbyCopies::Add(RegionId region, const LinkTable& links, Actions& actions) {
   primaries_.try_emplace(region, region::StandbyCopy(region, catalog_));
   LogInfo(actions, absl::StrCat("primary region=", region.value()));
@@ -40,7 +40,7 @@ void StandbyCopies::OnLog(RegionId from, const LinkMessage& message, TimePoint n
   if (std::exchange(primary.link, link) != link) primary.partial.clear();
   if (primary.partial.size() + message.bytes.size() > kMaxLogBytes) {
     primary.partial.clear();
-    ++oversized_;
+    ++gaps_;
     return;
   }
   primary.partial.insert(primary.partial.end(), message.bytes.begin(), message.bytes.end());

@@ -49,8 +49,7 @@ class StandbyCopies {
   std::optional<TimePoint> AcknowledgedAt(RegionId primary) const;
   // Adds the whole copies.
   void Report(v1::WorkerReport& report) const;
-  std::uint64_t gaps() const { return gaps_; }            // messages that could not be used
-  std::uint64_t oversized() const { return oversized_; }  // messages that were dropped for their size
+  std::uint64_t gaps() const { return gaps_; }  // messages that could not be used
 
  private:
   struct Primary {
@@ -59,7 +58,7 @@ class StandbyCopies {
     region::Bytes partial;           // pieces of the message that is coming in
     LinkTable::LinkNumber link = 0;  // over which they come
     bool dead = false, wanted = true;
-    std::uint64_t signs = 0;  // of life
+    std::uint64_t signs = 0;  // that it lives
     TimePoint acknowledged_at{};
     TimePoint may_ask_at{};
   };
@@ -68,7 +67,7 @@ class StandbyCopies {
 
   const region::Catalog& catalog_;
   std::map<RegionId, Primary> primaries_;
-  std::uint64_t gaps_ = 0, oversized_ = 0;
+  std::uint64_t gaps_ = 0;
 };
 
 }  // namespace tessera::worker

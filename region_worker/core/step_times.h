@@ -1,4 +1,4 @@
-// The last few seconds as a report tells them: how long steps took, and how many ticks went by a second.
+// The last few seconds as a report has them: how long steps took, and how many ticks went by a second.
 //
 // Thread rule: none of its own. Time is passed in.
 #pragma once

@@ -50,10 +50,10 @@ void TickDriver::Watch(TimePoint now, bool may_give_up, LinkTable& links, Action
   const std::vector<RegionId> waited_for = gives_up ? region_.WaitingFor() : std::vector<RegionId>();
   for (const SilentNeighbour& silent : watch_.Look(waited_for, links, now)) {
     const auto silent_ms = std::chrono::duration_cast<std::chrono::milliseconds>(silent.silent).count();
-    LogWarning(actions, absl::StrCat("border closed region=", silent.region.value(), " tick=", region_.tick().value(),
-                                     " silent_ms=", silent_ms));
+    LogWarning(actions, absl::StrCat("border link down region=", silent.region.value(),
+                                     " tick=", region_.tick().value(), " silent_ms=", silent_ms));
     region_.TakeLinkDown(silent.region);
-    ++given_up_;
+    ++links_down_;
   }
 }
 

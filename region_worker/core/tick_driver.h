@@ -1,5 +1,5 @@
-// TickDriver: a region's ticks against the clock: when the next one is stepped, for whom it waits, and when it gives a
-// silent neighbour up.
+// TickDriver: a region's ticks against the clock: when the next one is stepped, for whom it waits, and when it takes
+// the link of a silent neighbour down.
 //
 //   TickDriver ticks(config);
 //   ticks.SendFirstFrames(links, actions);
@@ -39,16 +39,16 @@ class TickDriver {
   region::StepResult Step(TimePoint now, const region::PhaseObserver& observer, LinkTable& links, Actions& actions);
   // True if the tick was late: it ended more than a tick after its time.
   bool StepEnded(TimePoint end) { return pacer_.Finished(end); }
-  // Says to the neighbours that this region is well while it waits, and gives silent ones up if it may.
+  // Says to the neighbours that this region is well while it waits, and takes the links of silent ones down if it may.
   void Watch(TimePoint now, bool may_give_up, LinkTable& links, Actions& actions);
   // When the next tick is due; nullopt while only a frame, or Run, can change anything.
   std::optional<TimePoint> wake_at(TimePoint now) const;
 
   bool stepped() const { return stepped_; }  // at least once
   TimePoint last_step() const { return last_step_; }
-  Duration frame_wait() const { return frame_wait_; }  // of the last step
+  Duration frame_wait() const { return frame_wait_; }  // before the last step
   Duration tick_length() const { return pacer_.tick_length(); }
-  std::uint64_t given_up() const { return given_up_; }  // neighbours
+  std::uint64_t links_down() const { return links_down_; }  // that it took down
 
   const region::Region& region() const { return region_; }
   region::Region& region() { return region_; }
@@ -61,7 +61,7 @@ class TickDriver {
   TimePoint last_step_{};
   std::optional<TimePoint> waiting_since_;  // for frames
   Duration frame_wait_{0};
-  std::uint64_t given_up_ = 0;
+  std::uint64_t links_down_ = 0;
 };
 
 }  // namespace tessera::worker

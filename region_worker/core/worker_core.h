@@ -10,6 +10,9 @@
 //   core.Receive(from, message, now);                   CarryOut(core.TakeActions());
 //   while (core.Advance(now)) { core.Step(now);         CarryOut(core.TakeActions());   core.StepEnded(end, work); }
 //
+// It has some 45 methods: one for each event and answer that may come in, one for each transition of its life. What a
+// running region does is RegionRun's and its parts', which hold no phase.
+//
 // The simulator runs this very class (tests/simulation). Thread rule: one thread.
 #pragma once
 
@@ -24,7 +27,7 @@
 #include "core/world/scene.h"
 #include "region_worker/core/actions.h"
 #include "region_worker/core/admission.h"
-#include "region_worker/core/checkpoints.h"
+#include "region_worker/core/checkpoint_follower.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/link_message.h"
 #include "region_worker/core/link_table.h"
@@ -129,7 +132,7 @@ class WorkerCore {
   Order order_;
   v1::WorkerPhase phase_ = v1::WORKER_PHASE_LOADING;
   TimePoint running_since_{};
-  Checkpoints checkpoints_;
+  CheckpointFollower checkpoints_;
   std::vector<PlayerNumber> connected_;
   bool inventory_sent_ = false;
   ReportGate report_gate_;

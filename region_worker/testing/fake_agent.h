@@ -1,5 +1,5 @@
-// For tests: an agent that serves the worker link on a Unix socket, gives the orders it is told to, keeps every report
-// and inventory, and gives leases unless told not to.
+// For tests: an agent that serves the worker link on a Unix socket, gives the orders that it has, keeps every report
+// and inventory, and gives leases unless a test forbids it.
 //
 // Thread rule: any thread.
 #pragma once
@@ -22,7 +22,7 @@ class FakeAgent {
   FakeAgent(const FakeAgent&) = delete;
   FakeAgent& operator=(const FakeAgent&) = delete;
 
-  // The whole order of `order.region()`, told at once if that worker is attached and first thing when it attaches.
+  // The whole order of `order.region()`, sent at once if that worker is attached and first thing when it attaches.
   void Give(const v1::WorkerOrder& order);
   // Waits for a report of `region` that fulfils `wanted`, old ones included, oldest first.
   std::optional<v1::WorkerReport> WaitFor(std::uint32_t region,

@@ -14,7 +14,7 @@
 
 namespace tessera::worker {
 
-// Balls that fly along x at 1 m/s, 2 m apart, on a ground of 20 m by 20 m without gravity; players have bodies.
+// Balls that fly along x at 1 m/s, 2 m apart, on a ground of 20 m by 20 m without gravity.
 inline std::shared_ptr<const Scene> SmallWorld(int balls = 4) {
   auto scene = std::make_shared<Scene>();
   scene->name = "small";

@@ -36,14 +36,14 @@ class TestClient {
   void Service();
   bool Until(const std::function<bool()>& done);
 
-  // What came, newest.
+  // The newest of what came.
   std::optional<v1::RegionWelcome> welcome;
   std::optional<v1::RegionRefusal> refusal;
   std::optional<v1::InputRefused> input_refused;
   std::optional<v1::RegionStopping> stopping;
   std::optional<net::Credentials> renewed;
   bool started = false, connected = false, disconnected = false;
-  std::map<BodyId, BodyState> bodies;  // as told; departed ones are not in it
+  std::map<BodyId, BodyState> bodies;  // as received; departed ones are not in it
   Tick tick;
   std::uint32_t last_input = 0;
   std::uint32_t full_records = 0, records = 0;  // since the start

@@ -39,7 +39,7 @@ std::string WriteTestFile(const std::string& name, const std::string& text);
 // The first of 3 * `regions` ports on 127.0.0.1 that were free, for UDP and TCP, when it looked.
 std::uint16_t FreeBasePort(std::uint32_t regions);
 
-// What /metrics on that port says; a failed test and nothing if there is none.
+// The text of /metrics on that port; a failed test and nothing if there is none.
 std::string ReadMetrics(std::uint16_t port);
 
 }  // namespace tessera::worker

@@ -1,6 +1,6 @@
-// Checkpoints: writes the region's state right after the tick that the order names, or says why it cannot.
+// CheckpointFollower: writes the region's state right after the tick that the order names, or says why it cannot.
 //
-//   Checkpoints checkpoints;
+//   CheckpointFollower checkpoints;
 //   after each step: checkpoints.Follow(order.checkpoint, region, actions);   // WriteCheckpoint -> Written
 //
 // Thread rule: one thread.
@@ -16,16 +16,16 @@
 
 namespace tessera::worker {
 
-class Checkpoints {
+class CheckpointFollower {
  public:
   void Follow(const std::optional<StateFile>& ordered, const region::Region& region, Actions& actions);
   void Written(Tick tick, const absl::Status& status, Actions& actions);
 
-  Tick tick() const { return tick_; }                      // of the newest that was written
-  const std::string& failure() const { return failure_; }  // of the one that is ordered; empty: it has not failed
+  Tick tick() const { return tick_; }                      // when the newest was written
+  const std::string& failure() const { return failure_; }  // why the ordered one cannot be; empty: it has not failed
 
  private:
-  std::optional<Tick> newest_;  // that was begun or given up
+  std::optional<Tick> newest_;  // that was begun or missed
   bool writing_ = false;
   Tick tick_;
   std::string failure_;
