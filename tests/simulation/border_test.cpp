@@ -1,11 +1,11 @@
-// What crosses, meets or rests on a border behaves as in one world.
+// Bodies that cross, meet or rest on a border behave as in one world.
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cstdio>
 
 #include "scenes/measured/across.h"
-#include "tests/simulation/cluster.h"
+#include "tests/simulation/region_group.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {
@@ -15,20 +15,20 @@ using ::testing::IsEmpty;
 
 constexpr double kHalf = 20;
 
-ClusterOptions Exact() {
-  ClusterOptions options;
+RegionGroupOptions Exact() {
+  RegionGroupOptions options;
   options.settings.shared_origin = true;
   return options;
 }
 
-Cluster Make(const SceneBuilder& builder, std::uint32_t regions, const ClusterOptions& options = Exact()) {
+RegionGroup Make(const SceneBuilder& builder, std::uint32_t regions, const RegionGroupOptions& options = Exact()) {
   const std::shared_ptr<const Scene> scene = builder.Build();
-  return Cluster(scene, *MakeGridMap(scene->ground(), regions), options);
+  return RegionGroup(scene, *MakeGridMap(scene->ground(), regions), options);
 }
 
-Vec3d Momentum(const Cluster& cluster, const Scene& scene) {
+Vec3d Momentum(const RegionGroup& group, const Scene& scene) {
   Vec3d sum;
-  for (const auto& [id, state] : cluster.States()) {
+  for (const auto& [id, state] : group.States()) {
     const auto def = std::find_if(scene.bodies.begin(), scene.bodies.end(),
                                   [wanted = id](const BodyDef& b) { return b.id == wanted; });
     sum += Vec3d(state.linear_velocity) * def->mass_kg;
@@ -43,7 +43,7 @@ double AbsoluteMomentum(const Scene& scene) {
   return sum;
 }
 
-double LargestDistance(const Cluster& a, const Cluster& b) {
+double LargestDistance(const RegionGroup& a, const RegionGroup& b) {
   double largest = 0;
   const std::map<BodyId, BodyState> states = b.States();
   for (const auto& [id, state] : a.States()) {
@@ -53,8 +53,8 @@ double LargestDistance(const Cluster& a, const Cluster& b) {
 }
 
 void ExpectSameBitsAsOneWorld(const SceneBuilder& builder, std::uint32_t regions, std::uint64_t ticks) {
-  Cluster one = Make(builder, 1);
-  Cluster many = Make(builder, regions);
+  RegionGroup one = Make(builder, 1);
+  RegionGroup many = Make(builder, regions);
   for (std::uint64_t t = 1; t <= ticks; ++t) {
     one.RunTo(Tick(t));
     many.RunTo(Tick(t));
@@ -67,8 +67,8 @@ TEST(BorderTest, ABallCrossesWithItsVelocityToTheBit) {
   SceneBuilder builder(kHalf);
   BodyDef& ball = builder.Add(Ball(0.5), {-5, 1, 3}, {6.1F, 0.2F, -0.3F});
   ball.initial.angular_velocity = {1, 2, 3};
-  Cluster one = Make(builder, 1);
-  Cluster two = Make(builder, 2);
+  RegionGroup one = Make(builder, 1);
+  RegionGroup two = Make(builder, 2);
   for (std::uint64_t t = 1; t <= 120; ++t) {
     one.RunTo(Tick(t));
     two.RunTo(Tick(t));
@@ -118,23 +118,23 @@ TEST(BorderTest, AJointedAssemblyCrossesAsOne) {
   for (int i = 0; i < 4; ++i)
     builder.Add(Box(0.3), {-3.0 - i, 1, 0}, {4, 0, 0}).initial.angular_velocity = {0, 0.5F, 0};
   for (std::uint64_t i = 1; i < 4; ++i) builder.Tie(BodyId(i), BodyId(i + 1), {-0.5, 0, 0}, {0.5, 0, 0});
-  Cluster cluster = Make(builder, 2);
-  Cluster one = Make(builder, 1);
+  RegionGroup group = Make(builder, 2);
+  RegionGroup one = Make(builder, 1);
   for (std::uint64_t t = 1; t <= 120; ++t) {
-    cluster.RunTo(Tick(t));
+    group.RunTo(Tick(t));
     one.RunTo(Tick(t));
-    for (std::uint64_t i = 2; i <= 4; ++i) ASSERT_EQ(cluster.OwnerOf(BodyId(i)), cluster.OwnerOf(BodyId(1)));
+    for (std::uint64_t i = 2; i <= 4; ++i) ASSERT_EQ(group.OwnerOf(BodyId(i)), group.OwnerOf(BodyId(1)));
     // To the bit but for what a joint remembers of its last impulses, which its new owner has to find again: in two
     // seconds 1.005e-5 m were seen, at 8 m from home.
-    const auto lone = one.States(), cut = cluster.States();
+    const auto lone = one.States(), cut = group.States();
     for (const auto& [id, state] : lone) {
       ASSERT_LT(Length(state.position - cut.at(id).position), 2e-5) << "tick " << t;
       ASSERT_LT(Length(state.linear_velocity - cut.at(id).linear_velocity), 1e-4) << "tick " << t;
     }
   }
-  EXPECT_EQ(cluster.OwnerOf(BodyId(1)), RegionId(2));
-  EXPECT_EQ(cluster.totals().handovers, 4U);  // each body once
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  EXPECT_EQ(group.OwnerOf(BodyId(1)), RegionId(2));
+  EXPECT_EQ(group.totals().handovers, 4U);  // each body once
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 // A row of balls flies into a row at rest, all across the border.
@@ -145,11 +145,11 @@ double RowDrift(double restitution, double gap) {
     ball.material.restitution = restitution;
     ball.material.friction = 0;
   }
-  Cluster cluster = Make(builder, 2);
-  const Vec3d before = Momentum(cluster, builder.scene());
-  cluster.RunTo(Tick(240));
-  EXPECT_THAT(cluster.problems(), IsEmpty());
-  return Length(Momentum(cluster, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
+  RegionGroup group = Make(builder, 2);
+  const Vec3d before = Momentum(group, builder.scene());
+  group.RunTo(Tick(240));
+  EXPECT_THAT(group.problems(), IsEmpty());
+  return Length(Momentum(group, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
 }
 
 TEST(BorderTest, ARowOfBallsKeepsItsMomentum) {
@@ -170,21 +170,21 @@ TEST(BorderTest, TwoCollidingBlocksKeepTheirMomentum) {
       builder.Add(Ball(0.49), place, {static_cast<float>(-3 * side), 0, side > 0 ? 0.5F : 0.0F});
     }
   }
-  Cluster cluster = Make(builder, 2);
-  const Vec3d before = Momentum(cluster, builder.scene());
-  cluster.RunTo(Tick(300));
-  const double drift = Length(Momentum(cluster, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
+  RegionGroup group = Make(builder, 2);
+  const Vec3d before = Momentum(group, builder.scene());
+  group.RunTo(Tick(300));
+  const double drift = Length(Momentum(group, builder.scene()) - before) / AbsoluteMomentum(builder.scene());
   std::printf("two blocks of 64: momentum drift %.2e, %lu handovers\n", drift,
-              static_cast<unsigned long>(cluster.totals().handovers));
+              static_cast<unsigned long>(group.totals().handovers));
   EXPECT_LT(drift, 1e-5);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 TEST(BorderTest, AStackAcrossTheBorderStandsAndSleeps) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);
   for (int i = 0; i < 8; ++i) builder.Add(Box(0.5), {i % 2 == 0 ? -0.05 : 0.05, 0.5 + i, 0});
-  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2);
   one.RunTo(Tick(600));
   two.RunTo(Tick(600));
   const double apart = LargestDistance(one, two);
@@ -208,7 +208,7 @@ TEST(BorderTest, APileAcrossTheBorderStandsAsHighAsInOneWorld) {
       }
     }
   }
-  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2);
   const BodyId top = builder.scene().bodies.back().id;
   one.RunTo(Tick(500));
   two.RunTo(Tick(500));
@@ -226,9 +226,9 @@ TEST(BorderTest, AColumnOfOwnersInTurnIsThatOfOneWorldToTheBit) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);
   for (int i = 0; i < 12; ++i) builder.Add(Box(0.5), {i % 2 == 0 ? -1e-6 : 1e-6, 0.5 + i, -1});
-  ClusterOptions pinned = Exact();
+  RegionGroupOptions pinned = Exact();
   pinned.settings.hysteresis_m = 1e9;
-  Cluster one = Make(builder, 1), two = Make(builder, 2, pinned);
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2, pinned);
   one.RunTo(Tick(400));
   two.RunTo(Tick(400));
   EXPECT_EQ(LargestDistance(one, two), 0.0);
@@ -236,7 +236,8 @@ TEST(BorderTest, AColumnOfOwnersInTurnIsThatOfOneWorldToTheBit) {
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
-// Of whose bricks one region has more than are shown as a whole: all are near the border, so both see all of it.
+// One region has more of its bricks than are relevant as a whole island: all are near the border, so both see all of
+// it.
 TEST(BorderTest, AWallAlongABorderIsThatOfOneWorldToTheBit) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);
@@ -245,9 +246,9 @@ TEST(BorderTest, AWallAlongABorderIsThatOfOneWorldToTheBit) {
     const double at = 2.0 * (column - 4.5) + (row % 2 == 0 ? -0.25 : 0.25);
     builder.Add(MakeShape(BoxShape{{0.5, 0.5, 1}}), {i % 3 == 0 ? -1e-6 : 1e-6, 0.5 + row, at}, {}, 2);
   }
-  ClusterOptions pinned = Exact();
+  RegionGroupOptions pinned = Exact();
   pinned.settings.hysteresis_m = 1e9;
-  Cluster one = Make(builder, 1), two = Make(builder, 2, pinned);
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2, pinned);
   one.RunTo(Tick(200));
   two.RunTo(Tick(200));
   EXPECT_GT(two.region(2).owned().size(), pinned.settings.whole_up_to);
@@ -260,7 +261,7 @@ TEST(BorderTest, ABridgeOfAThirdIsThatOfOneWorldToTheBit) {
   SceneBuilder builder(kHalf);
   builder.scene() = scenes::Bridge();
   builder.scene().bounds = {{-kHalf, -kHalf, -kHalf}, {kHalf, kHalf, kHalf}};
-  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  RegionGroup one = Make(builder, 1), four = Make(builder, 4);
   one.RunTo(Tick(200));
   four.RunTo(Tick(200));
   EXPECT_EQ(LargestDistance(one, four), 0.0);
@@ -271,10 +272,10 @@ TEST(BorderTest, ACrowdOnTheLineIsNotPassedToAndFro) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor();
   for (int i = 0; i < 30; ++i) builder.Add(i % 2 == 0 ? Ball(0.4) : Box(0.4), {0, 0.5 + 0.05 * (i % 3), -14.5 + i});
-  Cluster cluster = Make(builder, 2);
-  cluster.RunTo(Tick(600));
-  EXPECT_LE(cluster.totals().handovers, 30U);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group = Make(builder, 2);
+  group.RunTo(Tick(600));
+  EXPECT_LE(group.totals().handovers, 30U);
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 TEST(BorderTest, ABodyLargerThanARegionMeetsBodiesFarInside) {
@@ -282,7 +283,7 @@ TEST(BorderTest, ABodyLargerThanARegionMeetsBodiesFarInside) {
   builder.Gravity().Floor();
   builder.Add(MakeShape(BoxShape{{8, 0.5, 8}}), {-1, 0.5, -1}, {}, 500);  // a table over all four regions
   for (int i = 0; i < 4; ++i) builder.Add(Box(0.4), {i % 2 == 0 ? -6.5 : 5.5, 1.6, i < 2 ? -6.5 : 5.5});
-  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  RegionGroup one = Make(builder, 1), four = Make(builder, 4);
   one.RunTo(Tick(300));
   four.RunTo(Tick(300));
   std::printf("table over four regions: %.2e m from one world\n", LargestDistance(one, four));
@@ -300,7 +301,7 @@ TEST(BorderTest, ABodyWiderThanARegionMeetsBodiesOfRegionsThatAreNoNeighbours) {
     builder.Add(MakeShape(BoxShape{{middle == 0 ? 17.0 : 11.5, 0.3, 0.5}}), {middle, 0.3, 0}, {}, 300);
     builder.Add(Ball(0.4), {-16, 2, 0.1}, {}, 20);
     builder.Add(Ball(0.4), {middle == 0 ? 16.0 : 3.5, 2, -0.1}, {}, 20);
-    Cluster one = Make(builder, 1), nine = Make(builder, 9);
+    RegionGroup one = Make(builder, 1), nine = Make(builder, 9);
     one.RunTo(Tick(240));
     nine.RunTo(Tick(240));
     EXPECT_LT(LargestDistance(one, nine), 0.01) << "beam at " << middle;
@@ -313,7 +314,7 @@ TEST(BorderTest, AStackExactlyOnTheCornerOfFourStands) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);
   for (int i = 0; i < 6; ++i) builder.Add(Box(0.5), {0, 0.5 + i, 0});
-  Cluster one = Make(builder, 1), four = Make(builder, 4);
+  RegionGroup one = Make(builder, 1), four = Make(builder, 4);
   one.RunTo(Tick(300));
   four.RunTo(Tick(300));
   EXPECT_LT(LargestDistance(one, four), 1e-3);
@@ -328,7 +329,7 @@ TEST(BorderTest, ContactEventsAreReportedOnceAndNotByHandovers) {
   // Two boxes slide together, one on the other, over the border.
   builder.Add(Box(0.5), {-3, 0.5, 0}, {3, 0, 0}, 5).material.friction = 0;
   builder.Add(Box(0.4), {-3, 1.4, 0}, {3, 0, 0}, 1);
-  Cluster one = Make(builder, 1), two = Make(builder, 2);
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2);
   one.RunTo(Tick(150));
   two.RunTo(Tick(150));
   EXPECT_EQ(two.totals().handovers, 2U);

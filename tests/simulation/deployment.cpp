@@ -15,7 +15,7 @@ constexpr Micros kPatience = Milliseconds(30'000);
 constexpr std::uint64_t kTicksSettling = 10;
 constexpr int kFreezes = 20;
 
-// A ledger knows owners by number: that of a life.
+// The invariant checker knows owners by number: that of a life.
 RegionId LifeOf(const SimulatedWorker& worker) { return RegionId(worker.node()); }
 
 std::string Name(const SimulatedWorker& worker) {
@@ -29,7 +29,7 @@ Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptio
     : around_(options.seed, std::move(scene)),
       control_(around_.timeline, around_.network, options.seed + 1),
       map_(*MakeGridMap(around_.scene->ground(), options.regions)),
-      ledger_(std::make_unique<Ledger>(*around_.scene)),
+      invariants_(std::make_unique<InvariantChecker>(*around_.scene)),
       regions_(options.regions) {
   around_.settings = options.settings;
   around_.on_step = [this](SimulatedWorker& worker, const region::StepResult& result) { Stepped(worker, result); };
@@ -37,7 +37,7 @@ Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptio
     TakenOver(worker, failover);
   };
   around_.on_failure = [this](SimulatedWorker& worker, const std::string& what) {
-    ledger_->Problem(tick(), absl::StrCat(Name(worker), " failed: ", what));
+    invariants_->Problem(tick(), absl::StrCat(Name(worker), " failed: ", what));
   };
   Begin(options);
 }
@@ -65,7 +65,7 @@ void Deployment::Begin(const DeploymentOptions& options) {
   plan.start_deadline = std::chrono::seconds(30);
   plan.checkpoint_interval = options.checkpoint_interval;
   plan.map = map_;
-  for (const BodyId id : ledger_->expected()) plan.bodies.push_back(id);
+  for (const BodyId id : invariants_->expected()) plan.bodies.push_back(id);
   for (const PropertyDef& declared : around_.scene->properties) {
     v1::Property& property = plan.properties.emplace_back();
     property.set_name(declared.name);
@@ -74,7 +74,7 @@ void Deployment::Begin(const DeploymentOptions& options) {
   if (around_.scene->player) plan.spawn_points = around_.scene->player->spawn_points;
   const auto made = control_.Call(
       [&](control::Cluster& cluster, control::Now now) { return cluster.CreateInstance(now, plan, false); });
-  if (!made.ok()) return ledger_->Problem(Tick(), std::string(made.status().message()));
+  if (!made.ok()) return invariants_->Problem(Tick(), std::string(made.status().message()));
   id_ = made->id();
 }
 
@@ -152,35 +152,35 @@ bool Deployment::AwaitCalm(Micros patience) {
 }
 
 void Deployment::Settle() {
-  around_.network.weather() = {};
+  around_.network.conditions() = {};
   around_.network.ClearCuts();
   if (!control_.alive()) control_.Start();
   for (const auto& host : hosts_) {
     if (!host->agent_alive()) host->StartAgent();
   }
-  if (!AwaitCalm(kPatience)) return ledger_->Problem(tick(), "it does not come to rest:" + Standing());
+  if (!AwaitCalm(kPatience)) return invariants_->Problem(tick(), "it does not come to rest:" + Standing());
   RunFor(Milliseconds(500));
-  if (!AwaitCalm(kPatience)) return ledger_->Problem(tick(), "it does not stay at rest:" + Standing());
-  if (!Freeze()) return ledger_->Problem(tick(), "there is no end to changes:" + Standing());
+  if (!AwaitCalm(kPatience)) return invariants_->Problem(tick(), "it does not stay at rest:" + Standing());
+  if (!Freeze()) return invariants_->Problem(tick(), "there is no end to changes:" + Standing());
   const Tick end = tick() + kTicksSettling;
   for (SimulatedWorker* worker : Workers()) worker->set_target(end);
   const auto there = [&] {
     return std::ranges::all_of(Workers(), [&](SimulatedWorker* worker) { return worker->region()->tick() >= end; });
   };
-  if (!RunUntil(kPatience, there)) return ledger_->Problem(tick(), "ticks differ at the end:" + Standing());
+  if (!RunUntil(kPatience, there)) return invariants_->Problem(tick(), "ticks differ at the end:" + Standing());
   std::vector<BodyId> owned;
   for (SimulatedWorker* worker : Workers()) {
-    if (worker->region()->tick() != end) ledger_->Problem(tick(), "ticks differ at the end");
+    if (worker->region()->tick() != end) invariants_->Problem(tick(), "ticks differ at the end");
     for (const region::OwnedBody& body : worker->region()->owned()) owned.push_back(body.def->id);
     worker->set_target(Tick(~Tick::rep{0} >> 1));
   }
-  ledger_->CheckOwners(end, owned);
+  invariants_->CheckOwners(end, owned);
   CheckHealths(end);
   CheckCopies();
   control_.Start();
   for (const auto& host : hosts_) {
     for (const auto& [key, count] : host->starts()) {
-      if (count > 1) ledger_->Problem(end, absl::StrCat(key.ToString(), " was started ", count, " times"));
+      if (count > 1) invariants_->Problem(end, absl::StrCat(key.ToString(), " was started ", count, " times"));
     }
   }
 }
@@ -210,9 +210,9 @@ void Deployment::Stepped(SimulatedWorker& worker, const region::StepResult& resu
   totals_.handovers += result.handed_out;
   if (before_.contains(worker.node())) return;
   if (!Counts(worker)) {
-    return ledger_->Problem(result.tick, Name(worker) + " steps though its place was taken");
+    return invariants_->Problem(result.tick, Name(worker) + " steps though its place was taken");
   }
-  ledger_->Stepped(LifeOf(worker), result.tick, worker.region()->owned(), result);
+  invariants_->Stepped(LifeOf(worker), result.tick, worker.region()->owned(), result);
   last_step_[worker.node()] = result.tick;
   CheckOthers(worker);
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
@@ -223,14 +223,14 @@ void Deployment::CheckOthers(SimulatedWorker& worker) {
   for (SimulatedWorker* other : Workers()) {
     if (other == &worker || !other->Moves() || before_.contains(other->node())) continue;
     if (other->identity().region == worker.identity().region) {
-      ledger_->Problem(region.tick(), absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
+      invariants_->Problem(region.tick(), absl::StrCat(Name(worker), " and ", Name(*other), " move at one time"));
     }
     const region::Region& its = *other->region();
     if (its.tick() != region.tick()) continue;
     for (const region::OwnedBody& body : region.owned()) {
       if (!its.Owns(body.def->id)) continue;
-      ledger_->Problem(region.tick(), absl::StrCat("body ", body.def->id.value(), " is owned by ", Name(worker),
-                                                   " and ", Name(*other)));
+      invariants_->Problem(region.tick(), absl::StrCat("body ", body.def->id.value(), " is owned by ", Name(worker),
+                                                       " and ", Name(*other)));
     }
   }
 }
@@ -243,15 +243,15 @@ void Deployment::TakenOver(SimulatedWorker& worker, const worker::OrderedFailove
     if (totals_.takeovers++ == 0) totals_.first_takeover_at = around_.timeline.now();
     for (SimulatedWorker* other : Workers()) {
       if (other->node() != node || !other->Moves()) continue;
-      ledger_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
+      invariants_->Problem(tick(), absl::StrCat(Name(*other), " still moves while ", Name(worker), " takes its place"));
     }
-    ledger_->Died(RegionId(node));
+    invariants_->Died(RegionId(node));
   }
 }
 
 void Deployment::Ending(SimulatedWorker& worker) {
   if (!Counts(worker)) ++totals_.fenced;
-  ledger_->Died(LifeOf(worker));
+  invariants_->Died(LifeOf(worker));
 }
 
 void Deployment::CheckCopies() {
@@ -265,7 +265,7 @@ void Deployment::CheckCopies() {
       for (const auto& [key, grant] : copy->state().grants) held.push_back(key.first);
     }
   }
-  ledger_->CheckCopies(tick(), held);
+  invariants_->CheckCopies(tick(), held);
 }
 
 RegionId Deployment::OwnerOf(BodyId id) const {
@@ -286,20 +286,20 @@ std::size_t Deployment::bodies() const {
 }
 
 void Deployment::ExcuseAll() {
-  for (const BodyId id : ledger_->expected()) ledger_->Excuse(id);
+  for (const BodyId id : invariants_->expected()) invariants_->Excuse(id);
 }
 
 // Lives of the world before are stopped by their agents; what they still do is not of this one.
 void Deployment::Restored() {
   for (SimulatedWorker* worker : Workers()) before_.insert(worker->node());
   problems_ = problems();
-  ledger_ = std::make_unique<Ledger>(*around_.scene);
+  invariants_ = std::make_unique<InvariantChecker>(*around_.scene);
   healths_.clear();
 }
 
 std::vector<std::string> Deployment::problems() const {
   std::vector<std::string> all = problems_;
-  all.insert(all.end(), ledger_->problems().begin(), ledger_->problems().end());
+  all.insert(all.end(), invariants_->problems().begin(), invariants_->problems().end());
   return all;
 }
 
@@ -314,7 +314,7 @@ std::optional<std::uint32_t> Deployment::Join(const std::string& name) {
       control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Join(now, request); });
   if (!joined.ok()) return std::nullopt;
   tokens_[joined->response.player()] = joined->response;
-  ledger_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
+  invariants_->Spawned(PlayerBodyId(PlayerNumber(joined->response.player())));
   return joined->response.player();
 }
 
@@ -324,7 +324,7 @@ void Deployment::Leave(std::uint32_t player) {
   request.set_instance_id(id_);
   request.set_connect_token(tokens_.at(player).connect_token());
   request.set_session_key(tokens_.at(player).session_key());
-  ledger_->Removing(PlayerBodyId(PlayerNumber(player)));
+  invariants_->Removing(PlayerBodyId(PlayerNumber(player)));
   (void)control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Leave(now, request); });
 }
 
@@ -384,9 +384,9 @@ void Deployment::CheckHealths(Tick end) {
       return order.health == has->second;
     });
     if (ordered || (unchanged && may_be_unchanged)) continue;
-    ledger_->Problem(end, absl::StrCat("body ", body.value(), " has health ",
-                                       unchanged ? std::string("as it began") : absl::StrCat(has->second), ", and ",
-                                       orders.front().health, " was answered"));
+    invariants_->Problem(end, absl::StrCat("body ", body.value(), " has health ",
+                                           unchanged ? std::string("as it began") : absl::StrCat(has->second), ", and ",
+                                           orders.front().health, " was answered"));
   }
 }
 

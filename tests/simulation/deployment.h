@@ -1,6 +1,6 @@
 // Deployment: a whole Tessera in one process, from one seed, in virtual time: the control plane, hosts with agents, the
 // workers of one instance, and what goes wrong with them: processes that are killed and come back, machines that are
-// cut off or crash, a control plane that dies between storing and telling.
+// cut off or crash, a control plane that dies between storing and sending.
 //
 //   Deployment deployment(scene, {.hosts = 2, .regions = 4});
 //   deployment.AwaitCalm();                        // it runs, and every region is protected
@@ -10,8 +10,11 @@
 //   deployment.Settle();                           // all must come right
 //   EXPECT_THAT(deployment.problems(), IsEmpty());
 //
-// Checked after each step, beside what the ledger does: nobody steps a life whose place has been taken; no two lives of
-// a region move at one time; no two that move own one body at one tick. Thread rule: one thread at a time.
+// Checked after each step, beside the invariant checker: nobody steps a life whose place has been taken; no two lives
+// of a region move at one time; no two that move own one body at one tick.
+//
+// It has over 40 methods: each is a fault that a scenario may cause, a request that it may make, or a figure that it
+// reads. Thread rule: one thread at a time.
 #pragma once
 
 #include <map>
@@ -20,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/ledger.h"
+#include "tests/simulation/invariant_checker.h"
 #include "tests/simulation/simulated_host.h"
 
 namespace tessera::simulation {
@@ -36,7 +39,7 @@ struct DeploymentOptions {
 struct DeploymentTotals {
   std::uint64_t steps = 0, handovers = 0;
   std::uint64_t takeovers = 0;   // lives declared dead whose place was taken
-  std::uint64_t fenced = 0;      // of those, that ended thereafter
+  std::uint64_t fenced = 0;      // lives among those that ended thereafter
   Micros first_takeover_at = 0;  // 0: there was none
 };
 
@@ -93,14 +96,14 @@ class Deployment {
   // --- Properties. Has the "health" of a body set, which the scene declares, as a number; told anew by nobody if the
   // control plane dies before it is answered. False: not taken.
   bool SetHealth(BodyId body, std::int64_t health);
-  // What was answered, and nothing that was ordered before it, is what the body has in the end.
+  // A change that was answered, and nothing that was ordered before it, is the body's value in the end.
   std::size_t healths_answered() const { return healths_answered_; }
 
-  Ledger& ledger() { return *ledger_; }
+  InvariantChecker& invariants() { return *invariants_; }
   std::vector<std::string> problems() const;
   const DeploymentTotals& totals() const { return totals_; }
   Tick tick() const;  // the newest of any
-  std::uint64_t hash() const { return ledger_->hash(); }
+  std::uint64_t hash() const { return invariants_->hash(); }
   std::string Standing() const;
 
  private:
@@ -121,8 +124,8 @@ class Deployment {
   SimulatedControl control_;
   std::vector<std::unique_ptr<SimulatedHost>> hosts_;
   PartitionMap map_;
-  std::unique_ptr<Ledger> ledger_;
-  std::vector<std::string> problems_;  // of the worlds before
+  std::unique_ptr<InvariantChecker> invariants_;
+  std::vector<std::string> problems_;  // in the worlds before
   std::string id_;
   v1::Instance last_seen_;
   std::set<Node> taken_over_;

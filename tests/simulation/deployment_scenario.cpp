@@ -7,7 +7,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kLongest = Milliseconds(4000);        // of a fault
+constexpr Micros kLongest = Milliseconds(4000);        // that a fault lasts
 constexpr Micros kPatience = Milliseconds(12'000);     // until another region may be taken from the world
 constexpr double kNewcomersYouth = Milliseconds(600);  // in which it may be struck; its map is in force then
 constexpr std::uint32_t kMostRegions = 7;
@@ -16,12 +16,12 @@ constexpr Micros kCutTimes = 3;  // as long as other faults is a cut from a stan
 
 bool TakesRegions(DeploymentFaultKind kind) { return kind >= DeploymentFaultKind::kWorkerDies; }
 
-class Runner {
+class DeploymentRunner {
  public:
-  explicit Runner(const DeploymentScenario& scenario)
+  explicit DeploymentRunner(const DeploymentScenario& scenario)
       : scenario_(scenario), deployment_(scenario.scene, scenario.options), hosts_(scenario.options.hosts) {}
 
-  Outcome Run();
+  ScenarioOutcome Run();
 
  private:
   void Begin(const DeploymentFault& fault);
@@ -36,13 +36,13 @@ class Runner {
   Deployment deployment_;
   std::uint32_t hosts_;
   bool settling_ = false;  // it is stopped and started as the deployment's own checks need
-  int active_ = 0;         // of those that take regions
+  int active_ = 0;         // faults that take regions
   std::vector<std::uint32_t> players_;
   std::int64_t last_health_ = 1;
 };
 
 // Everybody moves, and has a standby with a copy that the fault does not strike as well.
-bool Runner::Safe(const DeploymentFault& fault) {
+bool DeploymentRunner::Safe(const DeploymentFault& fault) {
   if (fault.kind == DeploymentFaultKind::kNewcomerDies) return active_ == 0 && deployment_.control().alive();
   // In the middle of a change a newcomer's standby may have no copy yet.
   if (active_ > 0 || !deployment_.Still()) return false;
@@ -56,18 +56,18 @@ bool Runner::Safe(const DeploymentFault& fault) {
   });
 }
 
-void Runner::AtEnd(const DeploymentFault& fault, std::function<void()> action) {
+void DeploymentRunner::AtEnd(const DeploymentFault& fault, std::function<void()> action) {
   deployment_.timeline().In(fault.lasts, std::move(action));
 }
 
-void Runner::SetStalled(std::uint32_t host, bool stalled) {
+void DeploymentRunner::SetStalled(std::uint32_t host, bool stalled) {
   deployment_.network().SetStalled(AgentNode(host), stalled);
   for (SimulatedWorker* worker : deployment_.host(host).workers()) {
     deployment_.network().SetStalled(worker->node(), stalled);
   }
 }
 
-void Runner::PlayerComesOrLeaves(std::uint32_t number) {
+void DeploymentRunner::PlayerComesOrLeaves(std::uint32_t number) {
   if (scenario_.scene->player == std::nullopt) return;
   if (!players_.empty() && number % 3 == 0) {
     deployment_.Leave(players_.back());
@@ -77,8 +77,8 @@ void Runner::PlayerComesOrLeaves(std::uint32_t number) {
   }
 }
 
-// Of some bodies, one of them twice.
-void Runner::ChangeProperties(std::uint32_t number) {
+// Changes a property of some bodies, and of one of them twice.
+void DeploymentRunner::ChangeProperties(std::uint32_t number) {
   const std::vector<BodyDef>& bodies = scenario_.scene->bodies;
   for (std::uint32_t i = 0; i < kChangedAtOnce; ++i) {
     const BodyDef& body = bodies[(number + i / 2 * 7) % bodies.size()];
@@ -86,7 +86,7 @@ void Runner::ChangeProperties(std::uint32_t number) {
   }
 }
 
-void Runner::CutOffStandby(const DeploymentFault& fault) {
+void DeploymentRunner::CutOffStandby(const DeploymentFault& fault) {
   const std::vector<SimulatedWorker*> workers = deployment_.Workers();
   if (workers.empty()) return;
   const SimulatedWorker* worker = workers[fault.whom % workers.size()];
@@ -97,7 +97,7 @@ void Runner::CutOffStandby(const DeploymentFault& fault) {
   deployment_.timeline().In(kCutTimes * fault.lasts, [this, a, b] { deployment_.network().Cut(a, b, false); });
 }
 
-void Runner::Begin(const DeploymentFault& fault) {
+void DeploymentRunner::Begin(const DeploymentFault& fault) {
   const std::uint32_t host = fault.whom % hosts_ + 1;
   SimulatedControl& control = deployment_.control();
   const auto start_control = [this] {
@@ -122,12 +122,12 @@ void Runner::Begin(const DeploymentFault& fault) {
       deployment_.network().SetStalled(kControlNode, true);
       return AtEnd(fault, [this] { deployment_.network().SetStalled(kControlNode, false); });
     case DeploymentFaultKind::kWeather:
-      deployment_.network().weather() = {.loss = fault.strength * 0.06,
-                                         .delay = 300 + static_cast<Micros>(fault.strength * 3000),
-                                         .jitter = static_cast<Micros>(fault.strength * 4000),
-                                         .reorder = fault.strength * 0.05,
-                                         .duplicate = fault.strength * 0.05};
-      return AtEnd(fault, [this] { deployment_.network().weather() = {}; });
+      deployment_.network().conditions() = {.loss = fault.strength * 0.06,
+                                            .delay = 300 + static_cast<Micros>(fault.strength * 3000),
+                                            .jitter = static_cast<Micros>(fault.strength * 4000),
+                                            .reorder = fault.strength * 0.05,
+                                            .duplicate = fault.strength * 0.05};
+      return AtEnd(fault, [this] { deployment_.network().conditions() = {}; });
     case DeploymentFaultKind::kPlayer:
       return PlayerComesOrLeaves(fault.whom);
     case DeploymentFaultKind::kScale:
@@ -161,8 +161,8 @@ void Runner::Begin(const DeploymentFault& fault) {
   }
 }
 
-Outcome Runner::Run() {
-  Outcome outcome;
+ScenarioOutcome DeploymentRunner::Run() {
+  ScenarioOutcome outcome;
   if (!deployment_.AwaitCalm()) {
     outcome.problems = {"it does not start:" + deployment_.Standing()};
     return outcome;
@@ -178,8 +178,8 @@ Outcome Runner::Run() {
   settling_ = true;
   deployment_.Settle();
   if (deployment_.instance().lost_bodies() > 0) {
-    deployment_.ledger().Problem(deployment_.tick(),
-                                 absl::StrCat(deployment_.instance().lost_bodies(), " bodies lost"));
+    deployment_.invariants().Problem(deployment_.tick(),
+                                     absl::StrCat(deployment_.instance().lost_bodies(), " bodies lost"));
   }
   outcome.problems = deployment_.problems();
   if (!outcome.problems.empty()) outcome.problems.push_back("in the end:" + deployment_.Standing());
@@ -187,8 +187,8 @@ Outcome Runner::Run() {
   outcome.totals.handovers = deployment_.totals().handovers;
   outcome.totals.kills = deployment_.totals().takeovers;
   outcome.network = deployment_.network().totals();
-  outcome.lost = deployment_.ledger().lost();
-  outcome.doubled = deployment_.ledger().doubled();
+  outcome.lost = deployment_.invariants().lost();
+  outcome.doubled = deployment_.invariants().doubled();
   outcome.hash = deployment_.hash();
   return outcome;
 }
@@ -231,6 +231,6 @@ std::string Describe(const DeploymentScenario& scenario) {
   return text;
 }
 
-Outcome Run(const DeploymentScenario& scenario) { return Runner(scenario).Run(); }
+ScenarioOutcome Run(const DeploymentScenario& scenario) { return DeploymentRunner(scenario).Run(); }
 
 }  // namespace tessera::simulation

@@ -1,9 +1,9 @@
 // DeploymentScenario: a deployment and what goes wrong with it, drawn from one seed, and what came of running it.
 //
 //   const DeploymentScenario scenario = DrawDeployment(17);
-//   const Outcome outcome = Run(scenario);
+//   const ScenarioOutcome outcome = Run(scenario);
 //
-// Of these faults none may cost a body: those that take a region from the world come one at a time, when its standby is
+// None of these faults may cost a body: those that take a region from the world come one at a time, when its standby is
 // elsewhere and has a copy; the others come at any time. Thread rule: free functions on values.
 #pragma once
 
@@ -24,14 +24,14 @@ enum class DeploymentFaultKind : std::uint8_t {
   kWeather,  // everywhere
   kPlayer,   // comes, or leaves
   kScale,
-  kProperty,       // of a body is changed
+  kProperty,       // changes a body's property
   kStandbyCutOff,  // a region and its standby do not hear each other, all others do
   // Those that take regions from the world.
   kWorkerDies,
   kHostCrashes,  // and comes back empty
   kHostCutOff,
   kHostStandsStill,
-  kNewcomerDies,  // of a world that is scaled up for that
+  kNewcomerDies,  // the world is scaled up for that
 };
 inline constexpr std::size_t kDeploymentFaultKinds = 14;
 inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFaultNames = {
@@ -39,7 +39,7 @@ inline constexpr std::array<const char*, kDeploymentFaultKinds> kDeploymentFault
     "control plane dies",
     "control plane dies after storing",
     "control plane stands still",
-    "weather",
+    "network",
     "player",
     "scale",
     "property",
@@ -67,6 +67,6 @@ struct DeploymentScenario {
 
 DeploymentScenario DrawDeployment(std::uint64_t seed);
 std::string Describe(const DeploymentScenario& scenario);
-Outcome Run(const DeploymentScenario& scenario);
+ScenarioOutcome Run(const DeploymentScenario& scenario);
 
 }  // namespace tessera::simulation

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // of the ground, m
+constexpr double kHalf = 20;  // half the ground's side, m
 
 class DeploymentTest : public testing::Test {
  protected:
@@ -165,7 +165,7 @@ TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDead) {
   run.ExpectWhole();
 }
 
-// Of the workers of an agent that is dead it knows through their standbys, and of them nothing while it stood still.
+// It knows of the workers of a dead agent through their standbys, and of those nothing while it stood still.
 TEST_F(DeploymentTest, AControlPlaneThatStoodStillTakesNobodyForDeadWhoseAgentIs) {
   for (const Micros stood : {Milliseconds(600), Milliseconds(2000), Milliseconds(4000)}) {
     Deployed run;
@@ -254,8 +254,8 @@ TEST_F(DeploymentTest, AMachineThatCrashesIsPromotedAndComesBackEmpty) {
   }
 }
 
-// What the standby has is old then. What comes in meanwhile is confirmed to nobody, so that whoever granted it has it
-// still.
+// The standby's copy is old then. Bodies that come in meanwhile are acknowledged to nobody, so whoever granted them has
+// them still.
 TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsStandbyHeardOfItLosesNoBody) {
   for (std::uint32_t region = 1; region <= 4; ++region) {
     for (const Micros deaf : {Milliseconds(700), Milliseconds(2500), Milliseconds(5000)}) {
@@ -313,7 +313,7 @@ TEST_F(DeploymentTest, ANewcomerMayDieInItsFirstTicks) {
   int unprotected = 0, owners = 0, carried_on = 0;
   for (Micros after = 0; after < Milliseconds(60); after += Milliseconds(1)) {
     Growing run({.seed = after + 1});
-    run.deployment.network().weather().delay = Milliseconds(3);  // so that its standby lags some of its ticks
+    run.deployment.network().conditions().delay = Milliseconds(3);  // so that its standby lags some of its ticks
     ASSERT_TRUE(run.deployment.RunUntil(Milliseconds(5000), [&] { return run.HasStepped(); }));
     run.deployment.RunFor(after);
     unprotected += run.newcomer().Protected() ? 0 : 1;
@@ -352,7 +352,7 @@ struct LostStandby : Deployed {
   SimulatedWorker *region, *standby;
 };
 
-// What is on its way to it could not be confirmed: the change would have no end.
+// Bodies on their way to it could not be acknowledged: the change would have no end.
 TEST_F(DeploymentTest, ARegionThatItsStandbyAloneDoesNotHearIsGivenAnotherAndAChangeEnds) {
   for (const std::uint32_t regions : {3U, 6U}) {
     LostStandby run({.regions = 4});

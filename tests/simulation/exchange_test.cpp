@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/region/frame.h"
-#include "tests/simulation/cluster.h"
+#include "tests/simulation/region_group.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {
@@ -13,13 +13,13 @@ namespace {
 
 using ::testing::IsEmpty;
 
-struct Sums {
+struct MomentumSums {
   Vec3d linear, angular;
 };
 
-Sums MomentumOf(const Cluster& cluster, const Scene& scene) {
-  Sums sums;
-  for (const auto& [id, state] : cluster.States()) {
+MomentumSums MomentumOf(const RegionGroup& group, const Scene& scene) {
+  MomentumSums sums;
+  for (const auto& [id, state] : group.States()) {
     const BodyDef& def = scene.bodies[id.value() - 1];
     const double radius = std::get<SphereShape>(def.shape->form).radius_m;
     const Vec3d p = Vec3d(state.linear_velocity) * def.mass_kg;
@@ -29,8 +29,8 @@ Sums MomentumOf(const Cluster& cluster, const Scene& scene) {
   return sums;
 }
 
-// What went over the links, read by the same codec.
-struct Traffic {
+// The frames that went over the links, read by the same codec.
+struct LinkTraffic {
   std::map<std::pair<RegionId, RegionId>, std::vector<region::GhostRecord>> before;
   std::size_t impulses = 0, late = 0, grants = 0;
 
@@ -59,7 +59,7 @@ SceneBuilder Cloud(double swirl) {
   return builder;
 }
 
-// What regions even out acts a tick late, where the two have moved on: about where, not just where, the contact was.
+// A correction acts a tick late, where the two bodies have moved on: about where, not just where, the contact was.
 std::size_t LateInCloud(double swirl, std::uint32_t regions) {
   const SceneBuilder builder = Cloud(swirl);
   const std::shared_ptr<const Scene> scene = builder.Build();
@@ -69,27 +69,26 @@ std::size_t LateInCloud(double swirl, std::uint32_t regions) {
     scale += Length(p);
     turn_scale += Length(Cross(def.initial.position, p));
   }
-  Traffic traffic;
-  ClusterOptions options;
+  LinkTraffic traffic;
+  RegionGroupOptions options;
   options.settings.hysteresis_m = 0;  // hands change in the thick of it
   options.on_frame = [&](RegionId from, const region::OutgoingFrame& frame) { traffic.Read(from, frame); };
-  Cluster cluster(scene, *MakeGridMap(scene->ground(), regions), options);
-  const Sums before = MomentumOf(cluster, *scene);
-  cluster.RunTo(Tick(240));
-  const Sums after = MomentumOf(cluster, *scene);
+  RegionGroup group(scene, *MakeGridMap(scene->ground(), regions), options);
+  const MomentumSums before = MomentumOf(group, *scene);
+  group.RunTo(Tick(240));
+  const MomentumSums after = MomentumOf(group, *scene);
   const double drift = Length(after.linear - before.linear) / scale;
   const double turn_drift = Length(after.angular - before.angular) / turn_scale;
   std::printf(
       "cloud of 216, %u regions: %lu handovers, %zu impulses told, %zu settled late; "
       "drift of momentum %.1e, of angular momentum %.1e\n",
-      regions, static_cast<unsigned long>(cluster.totals().handovers), traffic.impulses, traffic.late, drift,
-      turn_drift);
+      regions, static_cast<unsigned long>(group.totals().handovers), traffic.impulses, traffic.late, drift, turn_drift);
   EXPECT_LT(drift, 1e-5);
   EXPECT_LT(turn_drift, regions == 1 ? 1e-7 : 1e-3);
   if (regions > 1) {
-    EXPECT_GT(cluster.totals().handovers, 100U);
+    EXPECT_GT(group.totals().handovers, 100U);
   }
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  EXPECT_THAT(group.problems(), IsEmpty());
   return traffic.late;
 }
 
@@ -112,12 +111,12 @@ TEST(ExchangeTest, WhatAPileBearsIsToldWithWhatIsShownOfIt) {
     for (int i = 0; i < 12; ++i) builder.Add(Box(0.5), {i - 5.8 + row % 2 * 0.5, 0.5 + row, -3}).may_sleep = false;
   }
   const std::shared_ptr<const Scene> scene = builder.Build();
-  Traffic traffic;
-  ClusterOptions options;
+  LinkTraffic traffic;
+  RegionGroupOptions options;
   options.settings.whole_up_to = 0;
   options.on_frame = [&](RegionId from, const region::OutgoingFrame& frame) { traffic.Read(from, frame); };
-  Cluster cluster(scene, *MakeGridMap(scene->ground(), 2), options);
-  cluster.RunTo(Tick(120));
+  RegionGroup group(scene, *MakeGridMap(scene->ground(), 2), options);
+  group.RunTo(Tick(120));
   for (const std::uint32_t from : {1U, 2U}) {
     std::size_t propped = 0;
     for (const region::GhostRecord& ghost : traffic.before[{RegionId(from), RegionId(3 - from)}]) {
@@ -131,7 +130,7 @@ TEST(ExchangeTest, WhatAPileBearsIsToldWithWhatIsShownOfIt) {
     }
     EXPECT_GT(propped, 10U);
   }
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 double CradleThrough(std::uint32_t regions, int balls) {
@@ -142,11 +141,11 @@ double CradleThrough(std::uint32_t regions, int balls) {
     ball.material.friction = 0;
   }
   const std::shared_ptr<const Scene> scene = builder.Build();
-  Cluster cluster(scene, *MakeGridMap(scene->ground(), regions), {});
-  cluster.RunTo(Tick(120));
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group(scene, *MakeGridMap(scene->ground(), regions), {});
+  group.RunTo(Tick(120));
+  EXPECT_THAT(group.problems(), IsEmpty());
   double right = 0;
-  for (const auto& [id, state] : cluster.States()) {
+  for (const auto& [id, state] : group.States()) {
     if (state.position.x > 0) right += state.linear_velocity.x;
   }
   return right / 4;
@@ -179,11 +178,11 @@ Rest PileAtRest(std::uint32_t regions, std::uint64_t ticks) {
     }
   }
   const std::shared_ptr<const Scene> scene = builder.Build();
-  Cluster cluster(scene, *MakeGridMap(scene->ground(), regions), {});
-  cluster.RunTo(Tick(ticks));
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group(scene, *MakeGridMap(scene->ground(), regions), {});
+  group.RunTo(Tick(ticks));
+  EXPECT_THAT(group.problems(), IsEmpty());
   Rest rest;
-  for (const auto& [id, state] : cluster.States()) {
+  for (const auto& [id, state] : group.States()) {
     rest.states[id] = state;
     rest.fastest_m_s = std::max<double>(rest.fastest_m_s, Length(state.linear_velocity));
   }

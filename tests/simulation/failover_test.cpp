@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // of the ground, m
+constexpr double kHalf = 20;  // half the ground's side, m
 
 TEST(FailoverTest, TheStandbyCarriesTheAreaOn) {
   Instance instance(Swarm(kHalf, 120), 4);
@@ -228,7 +228,7 @@ Deaths RandomDeaths(std::uint64_t seed) {
   Chance chance(seed);
   Instance instance(
       Swarm(kHalf, 70), 6,
-      {.seed = seed, .weather = {.loss = static_cast<double>(seed % 3) * 0.01, .jitter = seed % 4 * 1000}});
+      {.seed = seed, .conditions = {.loss = static_cast<double>(seed % 3) * 0.01, .jitter = seed % 4 * 1000}});
   Simulation& simulation = *instance.simulation;
   const auto protected_all = [&] {
     return std::all_of(simulation.workers().begin(), simulation.workers().end(), [&](const auto& entry) {

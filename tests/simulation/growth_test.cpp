@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // of the ground, m
+constexpr double kHalf = 20;  // half the ground's side, m
 
 void ExpectAllAtHome(const Instance& instance) {
   for (const auto& [id, worker] : instance.simulation->workers()) EXPECT_EQ(worker->region().away_count(), 0U) << id;
@@ -73,7 +73,7 @@ TEST(GrowthTest, StacksStandAndJointsHoldWhileTheirRegionsChange) {
 
 TEST(GrowthTest, ChangesUnderLossAndDelayComeRight) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
-    Instance instance(Swarm(kHalf, 80), 2, {.seed = seed, .weather = {.loss = 0.05, .jitter = 6000}});
+    Instance instance(Swarm(kHalf, 80), 2, {.seed = seed, .conditions = {.loss = 0.05, .jitter = 6000}});
     instance.simulation->RunTo(Tick(30));
     instance.ScaleTo(4);
     instance.ScaleTo(2);
@@ -87,9 +87,9 @@ TEST(GrowthTest, AMapThatNotEveryoneCouldHearOfInTimeComesIntoForceNowhere) {
   const SceneBuilder builder = Swarm(kHalf, 20);
   const std::shared_ptr<const Scene> scene = builder.Build();
   const PartitionMap map = *MakeGridMap(scene->ground(), 4);
-  std::unique_ptr<Control> control;
+  std::unique_ptr<ControlModel> control;
   Simulation simulation(scene, map, {.attach = [&](Simulation& s) {
-                          control = std::make_unique<Control>(s, map, ControlOptions{.lead_ticks = 2});
+                          control = std::make_unique<ControlModel>(s, map, ControlOptions{.lead_ticks = 2});
                         }});
   simulation.RunTo(Tick(10));
   control->Plan(*MakeGridMap(scene->ground(), 2));

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // of the ground, m
+constexpr double kHalf = 20;  // half the ground's side, m
 
 // One ball that flies over 2 x 2 regions: 1 and 2 at negative z, 3 and 4 beyond them; the standby of each is the next
 // one, of 4 it is 1.
@@ -20,7 +20,7 @@ struct Flight {
     instance = std::make_unique<Instance>(builder, 4, SimulationOptions{.seed = seed});
   }
   Simulation& simulation() { return *instance->simulation; }
-  Control& control() { return *instance->control; }
+  ControlModel& control() { return *instance->control; }
   region::Region& region(std::uint32_t number) { return simulation().worker(number).region(); }
   bool Keeps(std::uint32_t granter) { return region::KeptBodies(region(granter)) == std::vector<BodyId>{id}; }
 

@@ -1,5 +1,5 @@
-// Instance: a Simulation with the Control that deals with deaths and planned maps, and the swarm that most tests of
-// them fly. For tests: it expects.
+// Instance: a Simulation with the ControlModel that deals with deaths and planned maps, and the swarm that most tests
+// of them fly. For tests: it expects.
 //
 //   Instance instance(Swarm(kHalf_m, 120), 4);
 //   instance.simulation->RunTo(Tick(60));
@@ -14,7 +14,7 @@
 #include <memory>
 #include <string>
 
-#include "tests/simulation/control.h"
+#include "tests/simulation/control_model.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {
@@ -47,7 +47,7 @@ struct Instance {
       : scene(builder.Build()) {
     const PartitionMap map = *MakeGridMap(scene->ground(), regions);
     options.attach = [this, map, control_options](Simulation& s) {
-      control = std::make_unique<Control>(s, map, control_options);
+      control = std::make_unique<ControlModel>(s, map, control_options);
     };
     simulation = std::make_unique<Simulation>(scene, map, options);
   }
@@ -85,7 +85,7 @@ struct Instance {
   }
 
   std::shared_ptr<const Scene> scene;
-  std::unique_ptr<Control> control;
+  std::unique_ptr<ControlModel> control;
   std::unique_ptr<Simulation> simulation;
 };
 

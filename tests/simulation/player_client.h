@@ -22,7 +22,7 @@ class PlayerClient {
 
   std::uint32_t sent() const { return next_ - 1; }
 
-  // What a region tells a player, and how it reads what one asks for.
+  // A region's message to a player, and the inputs that it reads in a player's.
   static Bytes Tell(RegionId region, Epoch epoch, std::uint32_t last_input);
   static std::vector<PlayerInput> Read(PlayerNumber player, const Bytes& datagram);
 

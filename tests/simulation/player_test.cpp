@@ -1,7 +1,7 @@
 // Players in an instance: made once, steered once, removed wherever they are.
 #include <gmock/gmock.h>
 
-#include "tests/simulation/cluster.h"
+#include "tests/simulation/region_group.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {
@@ -26,11 +26,11 @@ SceneBuilder World(Vec3d spawn, Vec3f velocity = {}) {
   return builder;
 }
 
-Cluster Make(const SceneBuilder& builder, std::uint32_t regions) {
-  ClusterOptions options;
+RegionGroup Make(const SceneBuilder& builder, std::uint32_t regions) {
+  RegionGroupOptions options;
   options.settings.shared_origin = true;
   const std::shared_ptr<const Scene> scene = builder.Build();
-  return Cluster(scene, *MakeGridMap(scene->ground(), regions), options);
+  return RegionGroup(scene, *MakeGridMap(scene->ground(), regions), options);
 }
 
 PlayerInput Input(std::uint32_t number, Vec3f force = {0, 0, 6}) {
@@ -38,25 +38,25 @@ PlayerInput Input(std::uint32_t number, Vec3f force = {0, 0, 6}) {
 }
 
 TEST(PlayerTest, IsMadeExactlyOnce) {
-  Cluster cluster = Make(World({-3, 1, 0}, {4, 0, 0}), 2);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.region(1).SpawnPlayer(kPlayer);
-  cluster.RunTo(Tick(1));
-  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(1));
-  cluster.RunTo(Tick(100));
-  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(2));
-  cluster.region(1).SpawnPlayer(kPlayer);  // told again when it has long gone over
-  cluster.RunTo(Tick(120));
-  EXPECT_EQ(cluster.States().size(), 1U);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group = Make(World({-3, 1, 0}, {4, 0, 0}), 2);
+  group.SpawnPlayer(kPlayer, 1);
+  group.region(1).SpawnPlayer(kPlayer);
+  group.RunTo(Tick(1));
+  EXPECT_EQ(group.OwnerOf(kBody), RegionId(1));
+  group.RunTo(Tick(100));
+  EXPECT_EQ(group.OwnerOf(kBody), RegionId(2));
+  group.region(1).SpawnPlayer(kPlayer);  // told again when it has long gone over
+  group.RunTo(Tick(120));
+  EXPECT_EQ(group.States().size(), 1U);
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 TEST(PlayerTest, GoesToItsPlacesOwnerWhenMadeElsewhere) {
-  Cluster cluster = Make(World({15, 1, 15}), 4);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.RunTo(Tick(10));
-  EXPECT_EQ(cluster.OwnerOf(kBody), RegionId(4));
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group = Make(World({15, 1, 15}), 4);
+  group.SpawnPlayer(kPlayer, 1);
+  group.RunTo(Tick(10));
+  EXPECT_EQ(group.OwnerOf(kBody), RegionId(4));
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 // Parked just over the border, where the neighbour sees it too: a ball that comes along rolls through it, on both
@@ -64,77 +64,77 @@ TEST(PlayerTest, GoesToItsPlacesOwnerWhenMadeElsewhere) {
 TEST(PlayerTest, TakesNoPartOnEitherSideWhileItIsParked) {
   SceneBuilder builder = World({0.3, 1, 0});
   builder.Add(Ball(0.5), {-4, 1, 0}, {4, 0, 0}, 1);
-  Cluster cluster = Make(builder, 2);
-  cluster.SpawnPlayer(kPlayer, 2);
-  cluster.RunTo(Tick(2));
-  for (std::uint32_t region = 1; region <= 2; ++region) cluster.region(region).ParkPlayer(kPlayer, true);
-  cluster.RunTo(Tick(5));
-  const BodyState parked = cluster.StateOf(kBody);
-  cluster.RunTo(Tick(180));
-  EXPECT_EQ(cluster.StateOf(kBody).position, parked.position);
-  EXPECT_EQ(cluster.OwnerOf(BodyId(1)), RegionId(2));
-  EXPECT_GT(cluster.StateOf(BodyId(1)).position.x, 5);
-  EXPECT_NEAR(cluster.StateOf(BodyId(1)).linear_velocity.x, 4, 1e-3);
-  EXPECT_TRUE(cluster.totals().events.empty());
-  for (std::uint32_t region = 1; region <= 2; ++region) cluster.region(region).ParkPlayer(kPlayer, false);
-  cluster.RunTo(cluster.tick() + 1);
-  ASSERT_TRUE(cluster.QueueInput(Input(1, {0, 0, 30})).ok());
-  cluster.RunTo(cluster.tick() + 30);
-  EXPECT_GT(cluster.StateOf(kBody).position.z, 0.1);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  RegionGroup group = Make(builder, 2);
+  group.SpawnPlayer(kPlayer, 2);
+  group.RunTo(Tick(2));
+  for (std::uint32_t region = 1; region <= 2; ++region) group.region(region).ParkPlayer(kPlayer, true);
+  group.RunTo(Tick(5));
+  const BodyState parked = group.StateOf(kBody);
+  group.RunTo(Tick(180));
+  EXPECT_EQ(group.StateOf(kBody).position, parked.position);
+  EXPECT_EQ(group.OwnerOf(BodyId(1)), RegionId(2));
+  EXPECT_GT(group.StateOf(BodyId(1)).position.x, 5);
+  EXPECT_NEAR(group.StateOf(BodyId(1)).linear_velocity.x, 4, 1e-3);
+  EXPECT_TRUE(group.totals().events.empty());
+  for (std::uint32_t region = 1; region <= 2; ++region) group.region(region).ParkPlayer(kPlayer, false);
+  group.RunTo(group.tick() + 1);
+  ASSERT_TRUE(group.QueueInput(Input(1, {0, 0, 30})).ok());
+  group.RunTo(group.tick() + 30);
+  EXPECT_GT(group.StateOf(kBody).position.z, 0.1);
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 // Momentum tells how often inputs acted: each adds force * tick.
 TEST(PlayerTest, InputsActExactlyOnceThroughHandovers) {
-  Cluster cluster = Make(World({-2, 1, 0}, {5, 0, 0}), 2);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.RunTo(Tick(1));
+  RegionGroup group = Make(World({-2, 1, 0}, {5, 0, 0}), 2);
+  group.SpawnPlayer(kPlayer, 1);
+  group.RunTo(Tick(1));
   std::uint32_t number = 0;
   for (std::uint64_t t = 1; t < 60; ++t) {
     // Regions may be a tick apart: offered to the owner of the moment, like a client's.
-    ASSERT_TRUE(cluster.QueueInput(Input(++number)).ok());
-    cluster.RunTo(Tick(t + 1));
+    ASSERT_TRUE(group.QueueInput(Input(++number)).ok());
+    group.RunTo(Tick(t + 1));
   }
-  cluster.RunTo(Tick(80));
-  EXPECT_EQ(cluster.totals().handovers, 1U);
-  EXPECT_EQ(cluster.region(2).LastInput(kPlayer), number);
-  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, number * 6.0 / 60 / 2, 1e-4);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  group.RunTo(Tick(80));
+  EXPECT_EQ(group.totals().handovers, 1U);
+  EXPECT_EQ(group.region(2).LastInput(kPlayer), number);
+  EXPECT_NEAR(group.StateOf(kBody).linear_velocity.z, number * 6.0 / 60 / 2, 1e-4);
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 TEST(PlayerTest, AQueueGoesAlong) {
-  Cluster cluster = Make(World({-0.2, 1, 0}, {5, 0, 0}), 2);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.RunTo(Tick(2));
+  RegionGroup group = Make(World({-0.2, 1, 0}, {5, 0, 0}), 2);
+  group.SpawnPlayer(kPlayer, 1);
+  group.RunTo(Tick(2));
   std::uint32_t number = 0, taken = 0, last_taken = 0;
-  while (cluster.OwnerOf(kBody) == RegionId(1)) {  // the queue is kept full until the body goes
-    while (cluster.region(1).QueueInput(Input(++number)).ok()) {
+  while (group.OwnerOf(kBody) == RegionId(1)) {  // the queue is kept full until the body goes
+    while (group.region(1).QueueInput(Input(++number)).ok()) {
       ++taken;
       last_taken = number;
     }
-    cluster.RunTo(cluster.tick() + 1);
+    group.RunTo(group.tick() + 1);
   }
   ASSERT_GT(taken, region::kMaxQueuedInputs);
-  cluster.RunTo(cluster.tick() + 30);
-  EXPECT_EQ(cluster.region(2).LastInput(kPlayer), last_taken);
-  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, taken * 6.0 / 60 / 2, 1e-4);
-  EXPECT_THAT(cluster.problems(), IsEmpty());
+  group.RunTo(group.tick() + 30);
+  EXPECT_EQ(group.region(2).LastInput(kPlayer), last_taken);
+  EXPECT_NEAR(group.StateOf(kBody).linear_velocity.z, taken * 6.0 / 60 / 2, 1e-4);
+  EXPECT_THAT(group.problems(), IsEmpty());
 }
 
 TEST(PlayerTest, PushesANeighboursBodyAsInOneWorld) {
   SceneBuilder builder = World({-1.2, 1, 0});
   builder.Add(Ball(0.5), {0.5, 1, 0}, {}, 1);
-  Cluster one = Make(builder, 1), two = Make(builder, 2);
-  for (Cluster* cluster : {&one, &two}) {
-    cluster->SpawnPlayer(kPlayer, 1);
-    cluster->RunTo(Tick(1));
+  RegionGroup one = Make(builder, 1), two = Make(builder, 2);
+  for (RegionGroup* group : {&one, &two}) {
+    group->SpawnPlayer(kPlayer, 1);
+    group->RunTo(Tick(1));
     // One in advance: an input that comes while the body changes hands takes a tick longer.
-    ASSERT_TRUE(cluster->QueueInput(Input(1, {20, 0, 0})).ok());
+    ASSERT_TRUE(group->QueueInput(Input(1, {20, 0, 0})).ok());
   }
   for (std::uint64_t t = 2; t < 100; ++t) {
-    for (Cluster* cluster : {&one, &two}) {
-      ASSERT_TRUE(cluster->QueueInput(Input(static_cast<std::uint32_t>(t), {20, 0, 0})).ok());
-      cluster->RunTo(Tick(t));
+    for (RegionGroup* group : {&one, &two}) {
+      ASSERT_TRUE(group->QueueInput(Input(static_cast<std::uint32_t>(t), {20, 0, 0})).ok());
+      group->RunTo(Tick(t));
     }
     ASSERT_EQ(one.States(), two.States()) << "tick " << t;
   }
@@ -143,27 +143,27 @@ TEST(PlayerTest, PushesANeighboursBodyAsInOneWorld) {
 
 TEST(PlayerTest, IsRemovedWhereverItIs) {
   for (std::uint64_t when = 20; when < 50; ++when) {  // before, during and after the handover
-    Cluster cluster = Make(World({-1, 1, 0}, {3, 0, 0}), 2);
-    cluster.SpawnPlayer(kPlayer, 1);
-    cluster.RunTo(Tick(when));
-    cluster.RemovePlayer(kPlayer);
-    cluster.RunTo(Tick(when + 3));
-    EXPECT_EQ(cluster.OwnerOf(kBody), RegionId()) << "removed at tick " << when;
-    EXPECT_EQ(cluster.region(1).ghost_count() + cluster.region(2).ghost_count(), 0U);
-    cluster.region(1).SpawnPlayer(kPlayer);
-    cluster.RunTo(Tick(when + 6));
-    EXPECT_EQ(cluster.OwnerOf(kBody), RegionId());
-    EXPECT_THAT(cluster.problems(), IsEmpty());
+    RegionGroup group = Make(World({-1, 1, 0}, {3, 0, 0}), 2);
+    group.SpawnPlayer(kPlayer, 1);
+    group.RunTo(Tick(when));
+    group.RemovePlayer(kPlayer);
+    group.RunTo(Tick(when + 3));
+    EXPECT_EQ(group.OwnerOf(kBody), RegionId()) << "removed at tick " << when;
+    EXPECT_EQ(group.region(1).ghost_count() + group.region(2).ghost_count(), 0U);
+    group.region(1).SpawnPlayer(kPlayer);
+    group.RunTo(Tick(when + 6));
+    EXPECT_EQ(group.OwnerOf(kBody), RegionId());
+    EXPECT_THAT(group.problems(), IsEmpty());
   }
 }
 
 TEST(PlayerTest, MayMoveOnlyItsOwnBodyWithFiniteForcesInOrder) {
   SceneBuilder builder = World({-3, 1, 0});
   builder.Add(Ball(0.5), {5, 1, 0});
-  Cluster cluster = Make(builder, 2);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.RunTo(Tick(1));
-  region::Region& region = cluster.region(1);
+  RegionGroup group = Make(builder, 2);
+  group.SpawnPlayer(kPlayer, 1);
+  group.RunTo(Tick(1));
+  region::Region& region = group.region(1);
   PlayerInput input = Input(5);
   EXPECT_TRUE(region.QueueInput(input).ok());
   EXPECT_EQ(region.QueueInput(input).code(), absl::StatusCode::kAlreadyExists);
@@ -176,8 +176,8 @@ TEST(PlayerTest, MayMoveOnlyItsOwnBodyWithFiniteForcesInOrder) {
   input = Input(7);
   input.body = BodyId(1);
   EXPECT_EQ(region.QueueInput(input).message(), "body 1 is not player 1's");
-  EXPECT_EQ(cluster.region(2).QueueInput(Input(8)).code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(cluster.region(2).QueueInput(Input(8)).code(), absl::StatusCode::kNotFound);  // not decided on there
+  EXPECT_EQ(group.region(2).QueueInput(Input(8)).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(group.region(2).QueueInput(Input(8)).code(), absl::StatusCode::kNotFound);  // not decided on there
   std::uint32_t number = 8;
   while (region.QueueInput(Input(number)).ok()) ++number;
   EXPECT_EQ(number, 8 + region::kMaxQueuedInputs - 1);  // number 5 waits too
@@ -185,12 +185,12 @@ TEST(PlayerTest, MayMoveOnlyItsOwnBodyWithFiniteForcesInOrder) {
 }
 
 TEST(PlayerTest, ForcesAreHeldToTheScenesLimits) {
-  Cluster cluster = Make(World({-3, 1, 0}), 1);
-  cluster.SpawnPlayer(kPlayer, 1);
-  cluster.RunTo(Tick(1));
-  ASSERT_TRUE(cluster.QueueInput(Input(1, {0, 0, 1e9F})).ok());
-  cluster.RunTo(Tick(4));
-  EXPECT_NEAR(cluster.StateOf(kBody).linear_velocity.z, 50.0 / 60 / 2, 1e-4);
+  RegionGroup group = Make(World({-3, 1, 0}), 1);
+  group.SpawnPlayer(kPlayer, 1);
+  group.RunTo(Tick(1));
+  ASSERT_TRUE(group.QueueInput(Input(1, {0, 0, 1e9F})).ok());
+  group.RunTo(Tick(4));
+  EXPECT_NEAR(group.StateOf(kBody).linear_velocity.z, 50.0 / 60 / 2, 1e-4);
 }
 
 }  // namespace

@@ -13,20 +13,20 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // of the ground, m
+constexpr double kHalf = 20;  // half the ground's side, m
 constexpr std::uint64_t kSnapshotTicks = 2;
 const std::vector<PropertyDef> kDefs = {{"health", std::int64_t{100}}, {"team", std::string("none")}};
 
 // A client with a connection to each region; datagrams and acknowledgements get lost.
-class Viewer {
+class PropertyViewer {
  public:
-  Viewer(const Scene& scene, std::uint64_t seed, double loss)
+  PropertyViewer(const Scene& scene, std::uint64_t seed, double loss)
       : scene_(scene), settings_(replication::SnapshotSettingsFor(scene)), chance_(seed), loss_(loss) {}
 
   void Take(RegionId from, const replication::SnapshotHistory& history) {
     const auto [at, fresh] = links_.try_emplace(from, scene_.bounds, settings_);
     if (fresh) view_.RegionBegins(Now(), from);
-    Link& link = at->second;
+    GameLink& link = at->second;
     for (const Bytes& datagram : link.sender.Write(history, 0, 0).datagrams) {
       if (chance_.Between(0, 1) < loss_) continue;
       const auto told = link.receiver.Read(datagram);
@@ -54,8 +54,8 @@ class Viewer {
   }
 
  private:
-  struct Link {
-    Link(const Aabb& bounds, const replication::SnapshotSettings& settings)
+  struct GameLink {
+    GameLink(const Aabb& bounds, const replication::SnapshotSettings& settings)
         : sender(settings), receiver(bounds, settings) {}
     replication::SnapshotSender sender;
     replication::SnapshotReceiver receiver;
@@ -68,7 +68,7 @@ class Viewer {
   Chance chance_;
   double loss_;
   client::WorldView view_{60, kSnapshotTicks};
-  std::map<RegionId, Link> links_;
+  std::map<RegionId, GameLink> links_;
   std::vector<client::ClientEvent> events_;
 };
 
@@ -86,7 +86,7 @@ class Changing {
     simulation().on_killed = [this, before = simulation().on_killed](RegionId region) {
       before(region);
       shells_.erase(region);
-      for (Viewer& viewer : viewers) viewer.Gone(region);
+      for (PropertyViewer& viewer : viewers) viewer.Gone(region);
     };
     for (const auto& [id, worker] : simulation().workers()) {
       worker->before_step = [this, id = id, worker = worker.get()] { shells_[id].orders.Apply(worker->region()); };
@@ -112,18 +112,18 @@ class Changing {
   }
 
   Instance instance;
-  std::vector<Viewer> viewers;
+  std::vector<PropertyViewer> viewers;
   std::vector<worker::PropertyOrder> orders;  // without an answer
   std::vector<worker::PropertyAnswer> refusals;
 
  private:
-  struct Shell {
+  struct SimulatedShell {
     worker::PropertyOrders orders;
     worker::BodyFeed feed;
     std::unique_ptr<replication::SnapshotHistory> history;
   };
   void Stepped(SimulatedRegion& worker, const region::StepResult& result) {
-    Shell& shell = shells_[worker.id()];
+    SimulatedShell& shell = shells_[worker.id()];
     if (shell.history == nullptr) {
       const auto settings = replication::SnapshotSettingsFor(*instance.scene);
       shell.history = std::make_unique<replication::SnapshotHistory>(instance.scene->bounds, settings);
@@ -131,7 +131,7 @@ class Changing {
     shell.feed.Note(result.departures);
     if (result.tick.value() % kSnapshotTicks == 0) {
       shell.feed.Push(worker.region(), *shell.history);
-      for (Viewer& viewer : viewers) viewer.Take(worker.id(), *shell.history);
+      for (PropertyViewer& viewer : viewers) viewer.Take(worker.id(), *shell.history);
     }
     for (const worker::PropertyAnswer& answer : shell.orders.Answers(worker.region(), true)) {
       std::erase_if(orders, [&](const worker::PropertyOrder& order) { return order.number == answer.number; });
@@ -140,7 +140,7 @@ class Changing {
     for (auto& [id, other] : shells_) other.orders.Set(orders);
   }
 
-  std::map<RegionId, Shell> shells_;
+  std::map<RegionId, SimulatedShell> shells_;
   std::uint64_t numbers_ = 0;
 };
 
@@ -177,7 +177,7 @@ TEST(PropertiesTest, AChangeOutlivesAHandoverAndADeath) {
 
   EXPECT_EQ(world.ValueAtOwner(ball, "health"), PropertyValue(std::int64_t{50}));
   EXPECT_EQ(world.ValueAtOwner(ball, "team"), PropertyValue(std::string("red")));
-  for (const Viewer& viewer : world.viewers) {
+  for (const PropertyViewer& viewer : world.viewers) {
     EXPECT_EQ(viewer.ValueOf(ball, "health"), PropertyValue(std::int64_t{50}));
     EXPECT_EQ(viewer.ValueOf(ball, "team"), PropertyValue(std::string("red")));
     EXPECT_GE(viewer.Changes(ball), 1);
@@ -222,7 +222,7 @@ TEST(PropertiesTest, NoChangeIsLostInASwarmWhoseRegionsDie) {
     EXPECT_EQ(world.simulation().States().size(), std::size_t{kBalls});
     for (const auto& [body, health] : wanted) {
       EXPECT_EQ(world.ValueAtOwner(body, "health"), PropertyValue(health)) << body.value();
-      for (const Viewer& viewer : world.viewers) {
+      for (const PropertyViewer& viewer : world.viewers) {
         EXPECT_EQ(viewer.ValueOf(body, "health"), PropertyValue(health)) << body.value();
       }
     }

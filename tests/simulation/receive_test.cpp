@@ -1,11 +1,11 @@
-// What comes off a wire: good frames once, bad ones never, and nothing ends the process.
+// Frames off the wire: good ones are taken once, bad ones never, and nothing ends the process.
 #include <gmock/gmock.h>
 
 #include <limits>
 #include <random>
 
 #include "core/region/frame.h"
-#include "tests/simulation/cluster.h"
+#include "tests/simulation/region_group.h"
 #include "tests/simulation/scene_builder.h"
 
 namespace tessera::simulation {

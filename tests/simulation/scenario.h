@@ -1,7 +1,7 @@
 // Scenario: a world, a map and a list of faults, all drawn from one seed, and what came of running it.
 //
 //   const Scenario scenario = DrawScenario(17);
-//   const Outcome outcome = Run(scenario);
+//   const ScenarioOutcome outcome = Run(scenario);
 //   for (const std::string& problem : outcome.problems) ...
 //
 // The same seed gives the same scenario and the same outcome, on every host. Thread rule: free functions on values;
@@ -14,11 +14,11 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/control.h"
+#include "tests/simulation/control_model.h"
 
 namespace tessera::simulation {
 
-// What is done to an instance. The first five are weather, which is everywhere while it lasts.
+// A fault that strikes an instance. The first five are network conditions, which hold everywhere while they last.
 enum class FaultKind : std::uint8_t {
   kLoss,
   kDelay,
@@ -36,33 +36,44 @@ inline constexpr std::size_t kFaultKinds = 11;
 inline constexpr std::array<const char*, kFaultKinds> kFaultNames = {
     "loss", "delay", "jitter", "reorder", "duplicate", "break", "partition", "stall", "slow", "kill", "restart"};
 
-struct Fault {
+struct ScheduledFault {
   FaultKind kind = FaultKind::kLoss;
   Micros from = 0, until = 0;
   RegionId a, b;        // whom it strikes; of a partition: the regions up to `a` and those beyond
   double strength = 0;  // a share, or microseconds
 };
 
-// What kind of world.
-enum class World : std::uint8_t { kSwarm, kCloud, kChains, kStacks, kCrowd, kGiant, kVortex, kPlayers, kMill, kStream };
+// The kind of world that a scenario plays in.
+enum class WorldKind : std::uint8_t {
+  kSwarm,
+  kCloud,
+  kChains,
+  kStacks,
+  kCrowd,
+  kGiant,
+  kVortex,
+  kPlayers,
+  kMill,
+  kStream
+};
 inline constexpr std::size_t kWorlds = 10;
 inline constexpr std::array<const char*, kWorlds> kWorldNames = {"swarm", "cloud",  "chains",  "stacks", "crowd",
                                                                  "giant", "vortex", "players", "mill",   "stream"};
 
 struct Scenario {
   std::uint64_t seed = 0;
-  World world = World::kSwarm;
+  WorldKind world = WorldKind::kSwarm;
   std::shared_ptr<const Scene> scene;
   PartitionMap map;
   region::RegionSettings settings;
   std::uint64_t ticks = 0;
   bool closed = false;  // nothing acts on the bodies from outside: momentum is kept
   std::uint32_t players = 0;
-  std::vector<Fault> faults;
+  std::vector<ScheduledFault> faults;
 };
 
 struct DrawOptions {
-  std::optional<World> world;
+  std::optional<WorldKind> world;
   bool faults = true;
 };
 
@@ -70,7 +81,7 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options = {});
 // "cloud of 32 on 4 regions, 300 ticks, faults: loss, stall".
 std::string Describe(const Scenario& scenario);
 
-struct Outcome {
+struct ScenarioOutcome {
   std::vector<std::string> problems;
   SimulationTotals totals;
   NetworkTotals network;
@@ -84,6 +95,6 @@ struct Outcome {
 };
 
 // `network_seed` draws what the network does; the world must not depend on it while no border closes.
-Outcome Run(const Scenario& scenario, std::optional<std::uint64_t> network_seed = {});
+ScenarioOutcome Run(const Scenario& scenario, std::optional<std::uint64_t> network_seed = {});
 
 }  // namespace tessera::simulation

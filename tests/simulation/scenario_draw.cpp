@@ -8,7 +8,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr double kHalf = 12;  // of the ground, m
+constexpr double kHalf = 12;  // half the ground's side, m
 constexpr std::uint64_t kTicks = 240;
 constexpr Micros kLength = kTicks * 1'000'000 / 60;
 constexpr std::size_t kFaultsOfShells = 9;  // the first ones; deaths are drawn apart
@@ -122,7 +122,7 @@ void Stacks(SceneBuilder& builder, Chance& chance, const PartitionMap& map) {
       builder.Add(Box(0.5), foot + aside + Vec3d{chance.Between(-0.05, 0.05), 0.5 + j, chance.Between(-0.05, 0.05)});
     }
   }
-  for (int i = 0; i < 3; ++i) {  // what knocks some of them over
+  for (int i = 0; i < 3; ++i) {  // these knock some of them over
     builder.Add(Ball(0.5), {-8, 1.5 + i, -6.0 + 5 * i}, {static_cast<float>(chance.Between(4, 12)), 0, 0}, 3);
   }
 }
@@ -220,10 +220,11 @@ void Stream(SceneBuilder& builder, Chance& chance) {
 }
 
 // Deaths, and mostly a new worker afterwards.
-void Deaths(std::vector<Fault>& faults, Chance& chance, std::uint64_t regions, Micros length, std::uint64_t fewest) {
+void Deaths(std::vector<ScheduledFault>& faults, Chance& chance, std::uint64_t regions, Micros length,
+            std::uint64_t fewest) {
   const std::uint64_t count = fewest + chance.Below(3 * fewest);
   for (std::uint64_t i = 0; i < count; ++i) {
-    Fault kill;
+    ScheduledFault kill;
     kill.kind = FaultKind::kKill;
     kill.from = Milliseconds(300) + chance.Below(length);
     kill.until = kill.from + Milliseconds(1500);
@@ -266,8 +267,8 @@ PartitionMap AnyMap(Rect bounds, Chance& chance) {
   return *PartitionMap::Create(MapVersion(1), bounds, cells, ids);
 }
 
-Fault FaultOf(FaultKind kind, Chance& chance, std::uint64_t regions, Micros length) {
-  Fault fault;
+ScheduledFault FaultOf(FaultKind kind, Chance& chance, std::uint64_t regions, Micros length) {
+  ScheduledFault fault;
   fault.kind = kind;
   fault.from = chance.Below(length);
   fault.until = fault.from + Milliseconds(50) + chance.Below(length / 2);
@@ -298,15 +299,15 @@ Fault FaultOf(FaultKind kind, Chance& chance, std::uint64_t regions, Micros leng
   return fault;
 }
 
-// Weather, cuts and standstills for about half of the time, mostly too short to close a border.
-void StreamFaults(std::vector<Fault>& faults, Chance& chance, std::uint64_t regions) {
+// Bad network conditions, cuts and standstills for about half of the time, mostly too short to close a border.
+void StreamFaults(std::vector<ScheduledFault>& faults, Chance& chance, std::uint64_t regions) {
   for (std::size_t kind = 0; kind < kFaultsOfShells; ++kind) {
     // Little gets through loss: it lasts, and comes more often.
     const bool loss = static_cast<FaultKind>(kind) == FaultKind::kLoss;
     if (!chance.Happens(loss ? 0.7 : 0.4)) continue;
     const bool once = static_cast<FaultKind>(kind) >= FaultKind::kBreak;
     for (std::uint64_t i = once ? 3 + chance.Below(4) : 1; i > 0; --i) {
-      Fault fault = FaultOf(static_cast<FaultKind>(kind), chance, regions, kLength);
+      ScheduledFault fault = FaultOf(static_cast<FaultKind>(kind), chance, regions, kLength);
       const bool brief = once && chance.Happens(0.9);
       fault.until = fault.from + (brief ? Milliseconds(40) + chance.Below(190'000) : Milliseconds(1800));
       if (!loss) {
@@ -327,7 +328,7 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
   Chance chance(seed);
   Scenario scenario;
   scenario.seed = seed;
-  const auto any = static_cast<World>(chance.Below(kWorldsDrawn));
+  const auto any = static_cast<WorldKind>(chance.Below(kWorldsDrawn));
   scenario.world = options.world.value_or(any);
   SceneBuilder builder(kHalf);
   scenario.map = AnyMap(builder.scene().ground(), chance);
@@ -336,45 +337,45 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
   if (chance.Happens(0.2)) scenario.settings.hysteresis_m = 0;
   const bool closed = chance.Happens(0.5);
   switch (scenario.world) {
-    case World::kSwarm:
+    case WorldKind::kSwarm:
       Swarm(builder, chance, closed);
       scenario.closed = closed;
       break;
-    case World::kCloud:
+    case WorldKind::kCloud:
       Cloud(builder, chance);
       scenario.closed = true;
       break;
-    case World::kChains:
+    case WorldKind::kChains:
       Chains(builder, chance, closed);
       scenario.closed = closed;
       break;
-    case World::kStacks:
+    case WorldKind::kStacks:
       Stacks(builder, chance, scenario.map);
       break;
-    case World::kCrowd:
+    case WorldKind::kCrowd:
       Crowd(builder, chance, scenario.map);
       break;
-    case World::kGiant:
+    case WorldKind::kGiant:
       Giant(builder, chance);
       break;
-    case World::kVortex:
+    case WorldKind::kVortex:
       Vortex(builder, chance);
       break;
-    case World::kPlayers:
+    case WorldKind::kPlayers:
       Players(builder, chance);
       scenario.players = static_cast<std::uint32_t>(1 + chance.Below(6));
       break;
-    case World::kMill:
+    case WorldKind::kMill:
       scenario.map = *MakeGridMap(builder.scene().ground(), chance.Happens(0.5) ? 9 : 16);
       Mill(builder, chance);
       break;
-    case World::kStream:
+    case WorldKind::kStream:
       scenario.map = *MakeGridMap(builder.scene().ground(), chance.Happens(0.5) ? 9 : 16);
       Stream(builder, chance);
       break;
   }
   scenario.scene = builder.Build();
-  if (options.faults && scenario.world == World::kStream) {
+  if (options.faults && scenario.world == WorldKind::kStream) {
     StreamFaults(scenario.faults, chance, scenario.map.regions().size());
   } else if (options.faults && chance.Happens(0.85)) {
     const std::uint64_t count = 1 + chance.Below(6);
@@ -384,7 +385,7 @@ Scenario DrawScenario(std::uint64_t seed, const DrawOptions& options) {
     }
   }
   const std::uint64_t regions = scenario.map.regions().size();
-  const bool dense = scenario.world == World::kStream;
+  const bool dense = scenario.world == WorldKind::kStream;
   if (options.faults && regions > 2 && scenario.players == 0 && chance.Happens(dense ? 0.9 : 0.25)) {
     Deaths(scenario.faults, chance, regions, kLength, dense ? 4 : 1);
   }
@@ -395,7 +396,7 @@ std::string Describe(const Scenario& scenario) {
   std::string text =
       absl::StrCat(kWorldNames[static_cast<std::size_t>(scenario.world)], " of ", scenario.scene->bodies.size(), " on ",
                    scenario.map.regions().size(), " regions, ", scenario.ticks, " ticks");
-  for (const Fault& fault : scenario.faults) {
+  for (const ScheduledFault& fault : scenario.faults) {
     absl::StrAppend(&text, ", ", kFaultNames[static_cast<std::size_t>(fault.kind)], " ", fault.from / 1000, "-",
                     fault.until / 1000, " ms");
   }

@@ -10,18 +10,18 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kAftermath = Milliseconds(300);  // of a fault that strikes once
+constexpr Micros kAftermath = Milliseconds(300);  // after a fault that strikes once
 constexpr Micros kLook = Milliseconds(10);        // between looks at a death or a change under way
 constexpr Micros kPatience = 10'000'000;          // until all of them must have ended
 constexpr std::size_t kFewest = 2;                // regions that deaths leave
-constexpr double kMostDrift = 1e-5;               // of momentum, share of the sum of all
+constexpr double kMostDrift = 1e-5;               // in momentum, share of the sum of all
 constexpr std::size_t kTicksWeighed = 8;          // at both ends: what contacts exchange is a tick under way
 constexpr double kTicksPerSecond = 60;
 
 // One run: puts faults on and takes them off, plays the players, counts.
-class Runner {
+class ScenarioRunner {
  public:
-  Runner(const Scenario& scenario, std::uint64_t network_seed)
+  ScenarioRunner(const Scenario& scenario, std::uint64_t network_seed)
       : scenario_(scenario),
         simulation_(scenario.scene, scenario.map,
                     {.seed = network_seed,
@@ -29,38 +29,38 @@ class Runner {
                      .weigh = scenario.closed,
                      .attach = [this](Simulation& simulation) { Attach(simulation); }}) {}
 
-  Outcome Run();
+  ScenarioOutcome Run();
 
  private:
   void Attach(Simulation& simulation);
   void PlanFaults();
   void PlanPlayers();
-  void Begin(const Fault& fault);
-  void End(const Fault& fault);
+  void Begin(const ScheduledFault& fault);
+  void End(const ScheduledFault& fault);
   void MakeWeather();
-  static bool Strikes(const Fault& fault, RegionId from, RegionId to);
+  static bool Strikes(const ScheduledFault& fault, RegionId from, RegionId to);
   void TellPlayers(SimulatedRegion& worker);
-  void WeighClosed(Outcome& outcome);
+  void WeighClosed(ScenarioOutcome& outcome);
   bool HasDeaths() const;
-  void TryKill(const Fault& fault);
-  void TryRestart(const Fault& fault);
-  void WatchUntilOver(const Fault& fault);
+  void TryKill(const ScheduledFault& fault);
+  void TryRestart(const ScheduledFault& fault);
+  void WatchUntilOver(const ScheduledFault& fault);
   bool MayDie(RegionId region) const;
   std::uint64_t HandoversUnderWay(RegionId region) const;
   void AwaitControl();
 
   const Scenario& scenario_;
   std::array<std::uint64_t, kFaultKinds> handovers_under_{};
-  std::vector<const Fault*> active_;
+  std::vector<const ScheduledFault*> active_;
   std::map<BodyId, std::pair<Epoch, std::uint32_t>> last_inputs_;
   std::map<std::pair<RegionId, BodyId>, RegionId> granted_to_;  // by whom and what: the last time
   std::uint64_t cut_short_ = 0;
-  std::unique_ptr<Control> control_;  // of an instance in which workers die
+  std::unique_ptr<ControlModel> control_;  // where workers die
   Simulation simulation_;
   std::vector<std::unique_ptr<PlayerClient>> clients_;  // end before their network
 };
 
-// What was on its way when a failover's map came into force.
+// Whether a frame was refused because it was on its way when a failover's map came into force.
 bool IsOfAnotherMap(const std::string& why) {
   return absl::StartsWith(why, "map version") || absl::EndsWith(why, "is not a neighbour");
 }
@@ -68,12 +68,13 @@ bool IsOfAnotherMap(const std::string& why) {
 // The last frame before an offer, said again on a new connection: the one before it is kept no more.
 bool IsOfAClosedBorder(const std::string& why) { return absl::StrContains(why, "came before its time"); }
 
-bool Runner::HasDeaths() const {
-  return std::ranges::any_of(scenario_.faults, [](const Fault& fault) { return fault.kind == FaultKind::kKill; });
+bool ScenarioRunner::HasDeaths() const {
+  return std::ranges::any_of(scenario_.faults,
+                             [](const ScheduledFault& fault) { return fault.kind == FaultKind::kKill; });
 }
 
-void Runner::Attach(Simulation& simulation) {
-  if (HasDeaths()) control_ = std::make_unique<Control>(simulation, scenario_.map);
+void ScenarioRunner::Attach(Simulation& simulation) {
+  if (HasDeaths()) control_ = std::make_unique<ControlModel>(simulation, scenario_.map);
   simulation.on_step = [this, before = simulation.on_step](SimulatedRegion& worker, const region::StepResult& result) {
     if (before) before(worker, result);
     for (const region::Departure& departure : result.departures) {
@@ -81,7 +82,7 @@ void Runner::Attach(Simulation& simulation) {
       if (departure.reason != region::DepartureReason::kHandedOver || result.handed_out == 0) continue;
       granted_to_[{worker.id(), departure.body}] = departure.to;
       for (std::size_t kind = 0; kind < kFaultKinds; ++kind) {
-        const bool struck = std::any_of(active_.begin(), active_.end(), [&](const Fault* fault) {
+        const bool struck = std::any_of(active_.begin(), active_.end(), [&](const ScheduledFault* fault) {
           return static_cast<std::size_t>(fault->kind) == kind && Strikes(*fault, worker.id(), departure.to);
         });
         handovers_under_[kind] += struck ? 1 : 0;
@@ -96,12 +97,12 @@ void Runner::Attach(Simulation& simulation) {
 }
 
 // Regions in step wait for each other, so what holds one of them up is felt by all; only a broken connection is not.
-bool Runner::Strikes(const Fault& fault, RegionId from, RegionId to) {
+bool ScenarioRunner::Strikes(const ScheduledFault& fault, RegionId from, RegionId to) {
   return fault.kind != FaultKind::kBreak || std::minmax(from, to) == std::minmax(fault.a, fault.b);
 }
 
-void Runner::PlanFaults() {
-  for (const Fault& fault : scenario_.faults) {
+void ScenarioRunner::PlanFaults() {
+  for (const ScheduledFault& fault : scenario_.faults) {
     const bool once =
         fault.kind == FaultKind::kBreak || fault.kind == FaultKind::kPartition || fault.kind == FaultKind::kStall;
     if (fault.kind == FaultKind::kKill || fault.kind == FaultKind::kRestart) {
@@ -115,7 +116,7 @@ void Runner::PlanFaults() {
   }
 }
 
-void Runner::Begin(const Fault& fault) {
+void ScenarioRunner::Begin(const ScheduledFault& fault) {
   active_.push_back(&fault);
   VirtualNetwork& network = simulation_.network();
   switch (fault.kind) {
@@ -140,7 +141,7 @@ void Runner::Begin(const Fault& fault) {
   }
 }
 
-void Runner::End(const Fault& fault) {
+void ScenarioRunner::End(const ScheduledFault& fault) {
   VirtualNetwork& network = simulation_.network();
   switch (fault.kind) {
     case FaultKind::kBreak:
@@ -159,14 +160,14 @@ void Runner::End(const Fault& fault) {
 }
 
 // One that dies before its standby has a copy, or while others are dying, is lost rightly: failover_test has those.
-bool Runner::MayDie(RegionId region) const {
+bool ScenarioRunner::MayDie(RegionId region) const {
   const auto& workers = simulation_.workers();
   return simulation_.Alive(region) && workers.size() > kFewest && !control_->failing_over() &&
          std::ranges::all_of(workers, [](const auto& entry) { return entry.second->region().acknowledged() > Tick(); });
 }
 
 // That it keeps as granter, or others keep for it.
-std::uint64_t Runner::HandoversUnderWay(RegionId region) const {
+std::uint64_t ScenarioRunner::HandoversUnderWay(RegionId region) const {
   std::uint64_t count = 0;
   for (const auto& [id, worker] : simulation_.workers()) {
     for (const BodyId body : region::KeptBodies(worker->region())) {
@@ -177,7 +178,7 @@ std::uint64_t Runner::HandoversUnderWay(RegionId region) const {
   return count;
 }
 
-void Runner::TryKill(const Fault& fault) {
+void ScenarioRunner::TryKill(const ScheduledFault& fault) {
   if (simulation_.timeline().now() > fault.until) return;
   if (!MayDie(fault.a)) return simulation_.timeline().In(kLook, [this, &fault] { TryKill(fault); });
   cut_short_ += HandoversUnderWay(fault.a);
@@ -186,7 +187,7 @@ void Runner::TryKill(const Fault& fault) {
   WatchUntilOver(fault);
 }
 
-void Runner::TryRestart(const Fault& fault) {
+void ScenarioRunner::TryRestart(const ScheduledFault& fault) {
   if (simulation_.timeline().now() > fault.until) return;
   const bool some_dead = simulation_.workers().size() < scenario_.map.regions().size();
   if (!control_->idle() || !some_dead) {
@@ -197,7 +198,7 @@ void Runner::TryRestart(const Fault& fault) {
   WatchUntilOver(fault);
 }
 
-void Runner::WatchUntilOver(const Fault& fault) {
+void ScenarioRunner::WatchUntilOver(const ScheduledFault& fault) {
   simulation_.timeline().In(kLook, [this, &fault] {
     const bool over = fault.kind == FaultKind::kKill ? !control_->failing_over() : control_->idle();
     if (!over) return WatchUntilOver(fault);
@@ -206,46 +207,47 @@ void Runner::WatchUntilOver(const Fault& fault) {
 }
 
 // Deaths and changes that began are dealt with.
-void Runner::AwaitControl() {
+void ScenarioRunner::AwaitControl() {
   const Micros end = simulation_.timeline().now() + kPatience;
   while (!control_->idle() && simulation_.timeline().now() < end) simulation_.RunFor(kLook);
-  if (!control_->idle()) simulation_.ledger().Problem(simulation_.tick(), "a failover or a planned map does not end");
+  if (!control_->idle())
+    simulation_.invariants().Problem(simulation_.tick(), "a failover or a planned map does not end");
   if (control_->totals().lost > 0) {
-    simulation_.ledger().Problem(simulation_.tick(),
-                                 absl::StrCat(control_->totals().lost, " bodies lost by failovers"));
+    simulation_.invariants().Problem(simulation_.tick(),
+                                     absl::StrCat(control_->totals().lost, " bodies lost by failovers"));
   }
 }
 
-void Runner::MakeWeather() {
-  Weather weather;
-  for (const Fault* fault : active_) {
+void ScenarioRunner::MakeWeather() {
+  PacketConditions conditions;
+  for (const ScheduledFault* fault : active_) {
     const auto stronger = [&](auto& what) {
       what = std::max(what, static_cast<std::remove_reference_t<decltype(what)>>(fault->strength));
     };
     switch (fault->kind) {
       case FaultKind::kLoss:
-        stronger(weather.loss);
+        stronger(conditions.loss);
         break;
       case FaultKind::kDelay:
-        stronger(weather.delay);
+        stronger(conditions.delay);
         break;
       case FaultKind::kJitter:
-        stronger(weather.jitter);
+        stronger(conditions.jitter);
         break;
       case FaultKind::kReorder:
-        stronger(weather.reorder);
+        stronger(conditions.reorder);
         break;
       case FaultKind::kDuplicate:
-        stronger(weather.duplicate);
+        stronger(conditions.duplicate);
         break;
       default:
         break;
     }
   }
-  simulation_.network().weather() = weather;
+  simulation_.network().conditions() = conditions;
 }
 
-void Runner::PlanPlayers() {
+void ScenarioRunner::PlanPlayers() {
   for (std::uint32_t n = 1; n <= scenario_.players; ++n) {
     const PlayerNumber player(n);
     const Micros joins = Milliseconds(200) * n;
@@ -264,7 +266,7 @@ void Runner::PlanPlayers() {
   }
 }
 
-void Runner::TellPlayers(SimulatedRegion& worker) {
+void ScenarioRunner::TellPlayers(SimulatedRegion& worker) {
   if (scenario_.players == 0) return;
   for (const region::OwnedBody& body : worker.region().owned()) {
     const BodyId id = body.def->id;
@@ -272,8 +274,8 @@ void Runner::TellPlayers(SimulatedRegion& worker) {
     const std::uint32_t last = worker.region().LastInput(PlayerOf(id));
     auto& [epoch, before] = last_inputs_[id];
     if (body.epoch >= epoch && last < before) {
-      simulation_.ledger().Problem(worker.region().tick(),
-                                   absl::StrCat("body ", id.value(), ": last input ", last, " after ", before));
+      simulation_.invariants().Problem(worker.region().tick(),
+                                       absl::StrCat("body ", id.value(), ": last input ", last, " after ", before));
     }
     if (body.epoch >= epoch) {
       epoch = body.epoch;
@@ -285,10 +287,10 @@ void Runner::TellPlayers(SimulatedRegion& worker) {
 }
 
 // Between the first ticks and the last ones, at the best of each: an impulse may be settled a tick later on one side.
-void Runner::WeighClosed(Outcome& outcome) {
+void ScenarioRunner::WeighClosed(ScenarioOutcome& outcome) {
   const std::size_t regions = scenario_.map.regions().size();
   std::vector<Motions> whole;
-  for (const auto& [tick, motions] : simulation_.ledger().motions()) {
+  for (const auto& [tick, motions] : simulation_.invariants().motions()) {
     if (motions.regions == regions && motions.bodies > 0) whole.push_back(motions);
   }
   if (whole.size() < 2 * kTicksWeighed) return;
@@ -299,15 +301,15 @@ void Runner::WeighClosed(Outcome& outcome) {
   }
   outcome.momentum_drift = drift;
   if (drift > kMostDrift) {
-    simulation_.ledger().Problem(simulation_.tick(), absl::StrCat("momentum drifted by ", drift));
+    simulation_.invariants().Problem(simulation_.tick(), absl::StrCat("momentum drifted by ", drift));
   }
   if (whole.back().energy_j > whole.front().energy_j * 1.02 + 1e-3) {
-    simulation_.ledger().Problem(simulation_.tick(), absl::StrCat("energy grew from ", whole.front().energy_j, " to ",
-                                                                  whole.back().energy_j, " J"));
+    simulation_.invariants().Problem(simulation_.tick(), absl::StrCat("energy grew from ", whole.front().energy_j,
+                                                                      " to ", whole.back().energy_j, " J"));
   }
 }
 
-Outcome Runner::Run() {
+ScenarioOutcome ScenarioRunner::Run() {
   PlanFaults();
   PlanPlayers();
   if (scenario_.faults.empty()) {
@@ -316,12 +318,12 @@ Outcome Runner::Run() {
   } else {
     simulation_.RunFor(static_cast<Micros>(static_cast<double>(scenario_.ticks) * 1e6 / kTicksPerSecond));
     Micros last = 0;
-    for (const Fault& fault : scenario_.faults) last = std::max(last, fault.until);
+    for (const ScheduledFault& fault : scenario_.faults) last = std::max(last, fault.until);
     if (last > simulation_.timeline().now()) simulation_.RunFor(last - simulation_.timeline().now());
     if (control_) AwaitControl();
     simulation_.Settle();
   }
-  Outcome outcome;
+  ScenarioOutcome outcome;
   outcome.totals = simulation_.totals();
   for (const auto& [id, worker] : simulation_.workers()) {
     outcome.closings += worker->totals().closings;
@@ -331,28 +333,28 @@ Outcome Runner::Run() {
     for (const auto& [why, count] : worker->totals().refused) {
       if (control_ && IsOfAnotherMap(why)) continue;
       if (outcome.closings > 0 && IsOfAClosedBorder(why)) continue;
-      simulation_.ledger().Problem(worker->region().tick(), absl::StrCat(count, " frames were refused: ", why));
+      simulation_.invariants().Problem(worker->region().tick(), absl::StrCat(count, " frames were refused: ", why));
     }
   }
   if (control_) outcome.control = control_->totals();
   outcome.cut_short = cut_short_;
   if (scenario_.closed && outcome.closings == 0 && outcome.totals.kills == 0) WeighClosed(outcome);
   if (simulation_.totals().nonfinite > 0) {
-    simulation_.ledger().Problem(simulation_.tick(), "bodies were taken out because they were not finite");
+    simulation_.invariants().Problem(simulation_.tick(), "bodies were taken out because they were not finite");
   }
   outcome.problems = simulation_.problems();
   outcome.network = simulation_.network().totals();
   outcome.handovers_under = handovers_under_;
-  outcome.lost = simulation_.ledger().lost();
-  outcome.doubled = simulation_.ledger().doubled();
+  outcome.lost = simulation_.invariants().lost();
+  outcome.doubled = simulation_.invariants().doubled();
   outcome.hash = simulation_.hash();
   return outcome;
 }
 
 }  // namespace
 
-Outcome Run(const Scenario& scenario, std::optional<std::uint64_t> network_seed) {
-  return Runner(scenario, network_seed.value_or(scenario.seed)).Run();
+ScenarioOutcome Run(const Scenario& scenario, std::optional<std::uint64_t> network_seed) {
+  return ScenarioRunner(scenario, network_seed.value_or(scenario.seed)).Run();
 }
 
 }  // namespace tessera::simulation

@@ -17,7 +17,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Flags {
+struct SimFlags {
   std::uint64_t seeds = 0, first = 1, seed = 0;
   double minutes = 0;
   unsigned jobs = 2;
@@ -29,7 +29,7 @@ struct Flags {
 constexpr std::uint64_t kHandovers = 1'000'000, kUnderEach = 50'000, kAssemblies = kHandovers / 5,
                         kCorners = kHandovers / 20, kCutShort = 10'000;
 
-struct Sums {
+struct SeedSums {
   std::uint64_t runs = 0, failed = 0, steps = 0, handovers = 0, assembly = 0, corner = 0, lost = 0, doubled = 0;
   std::uint64_t cut_short = 0, kills = 0, closings = 0, inputs = 0, packets = 0, dropped = 0;
   double worst_drift = 0;
@@ -55,7 +55,7 @@ struct Sums {
     return std::ranges::all_of(Rows(), [](const Row& row) { return row.handovers >= row.goal; });
   }
 
-  void Add(const Outcome& outcome) {
+  void Add(const ScenarioOutcome& outcome) {
     ++runs;
     failed += outcome.problems.empty() ? 0 : 1;
     steps += outcome.totals.steps;
@@ -74,59 +74,60 @@ struct Sums {
   }
 };
 
-DrawOptions OptionsOf(const Flags& flags) {
+DrawOptions OptionsOf(const SimFlags& flags) {
   DrawOptions options;
   options.faults = flags.faults;
   for (std::size_t i = 0; i < kWorlds; ++i) {
-    if (flags.world == kWorldNames[i]) options.world = static_cast<World>(i);
+    if (flags.world == kWorldNames[i]) options.world = static_cast<WorldKind>(i);
   }
   return options;
 }
 
-// Of the seeds that are not asked for a world, every eighth is one of a deployment.
+// Every eighth of the seeds that are not asked for a world is one of a deployment.
 constexpr std::uint64_t kSeedsPerDeployment = 8;
 constexpr char kDeployment[] = "deployment";
 
-bool IsDeployment(const Flags& flags, std::uint64_t seed) {
+bool IsDeployment(const SimFlags& flags, std::uint64_t seed) {
   return flags.world == kDeployment || (flags.world.empty() && flags.faults && seed % kSeedsPerDeployment == 0);
 }
 
-std::string DescribeSeed(const Flags& flags, std::uint64_t seed) {
+std::string DescribeSeed(const SimFlags& flags, std::uint64_t seed) {
   return IsDeployment(flags, seed) ? Describe(DrawDeployment(seed)) : Describe(DrawScenario(seed, OptionsOf(flags)));
 }
 
-std::string Replay(const Flags& flags, std::uint64_t seed) {
+std::string Replay(const SimFlags& flags, std::uint64_t seed) {
   return "./dev sim --seed " + std::to_string(seed) + (flags.world.empty() ? "" : " --world " + flags.world) +
          (flags.faults ? "" : " --no-faults");
 }
 
-// With nothing but weather, the world is the same whatever the network does: another network must give the same hash.
-void CompareNetworks(const Scenario& scenario, Outcome& outcome) {
-  const Outcome again = Run(scenario, scenario.seed + 0x5eed);
+// With nothing but bad network conditions, the world is the same whatever the network does: another network must give
+// the same hash.
+void CompareNetworks(const Scenario& scenario, ScenarioOutcome& outcome) {
+  const ScenarioOutcome again = Run(scenario, scenario.seed + 0x5eed);
   if (again.hash != outcome.hash) outcome.problems.push_back("another network gave another world");
 }
 
-Outcome RunSeed(const Flags& flags, std::uint64_t seed) {
+ScenarioOutcome RunSeed(const SimFlags& flags, std::uint64_t seed) {
   if (IsDeployment(flags, seed)) return Run(DrawDeployment(seed));
   const Scenario scenario = DrawScenario(seed, OptionsOf(flags));
-  Outcome outcome = Run(scenario);
+  ScenarioOutcome outcome = Run(scenario);
   if (scenario.faults.empty() && scenario.players == 0) CompareNetworks(scenario, outcome);
   return outcome;
 }
 
-void Report(const Flags& flags, std::uint64_t seed, const Outcome& outcome) {
+void Report(const SimFlags& flags, std::uint64_t seed, const ScenarioOutcome& outcome) {
   std::printf("seed %lu FAILED: %s\n", static_cast<unsigned long>(seed), DescribeSeed(flags, seed).c_str());
   for (const std::string& problem : outcome.problems) std::printf("  %s\n", problem.c_str());
   std::printf("  replay: %s\n", Replay(flags, seed).c_str());
   std::fflush(stdout);
 }
 
-void PrintSums(const Sums& sums, double seconds) {
+void PrintSums(const SeedSums& sums, double seconds) {
   const auto n = [](std::uint64_t v) { return static_cast<unsigned long>(v); };
   std::printf("%lu seeds in %.0f s, %lu failed; %lu steps of regions, %lu closings, %lu of %lu packets lost\n",
               n(sums.runs), seconds, n(sums.failed), n(sums.steps), n(sums.closings), n(sums.dropped), n(sums.packets));
   std::printf("%-32s %12s %12s\n", "handovers", "made", "goal");
-  for (const Sums::Row& row : sums.Rows()) {
+  for (const SeedSums::Row& row : sums.Rows()) {
     std::printf("  %-30s %12lu %12lu\n", row.kind.c_str(), n(row.handovers), n(row.goal));
   }
   std::printf("bodies lost %lu, doubled %lu; %lu deaths; worst drift of momentum %.1e\n", n(sums.lost), n(sums.doubled),
@@ -134,21 +135,21 @@ void PrintSums(const Sums& sums, double seconds) {
   std::fflush(stdout);
 }
 
-void WriteCsv(const std::string& path, const Sums& sums) {
+void WriteCsv(const std::string& path, const SeedSums& sums) {
   std::ofstream out(path);
   out << "suite,scene,engine,config,metric,value,unit\n";
   const auto line = [&](const std::string& config, const char* metric, std::uint64_t value) {
     out << "borders,simulator,tessera," << config << ',' << metric << ',' << value << ",bodies\n";
   };
-  for (const Sums::Row& row : sums.Rows()) line(row.kind, "handovers", row.handovers);
+  for (const SeedSums::Row& row : sums.Rows()) line(row.kind, "handovers", row.handovers);
   line("all", "bodies_lost", sums.lost);
   line("all", "bodies_duplicated", sums.doubled);
 }
 
-int RunOne(const Flags& flags) {
+int RunOne(const SimFlags& flags) {
   std::printf("seed %lu: %s\n", static_cast<unsigned long>(flags.seed), DescribeSeed(flags, flags.seed).c_str());
-  const Outcome outcome = RunSeed(flags, flags.seed);
-  Sums sums;
+  const ScenarioOutcome outcome = RunSeed(flags, flags.seed);
+  SeedSums sums;
   sums.Add(outcome);
   PrintSums(sums, 0);
   std::printf("hash %016lx\n", static_cast<unsigned long>(outcome.hash));
@@ -156,12 +157,12 @@ int RunOne(const Flags& flags) {
   return outcome.problems.empty() ? 0 : 1;
 }
 
-int RunMany(const Flags& flags) {
+int RunMany(const SimFlags& flags) {
   const auto begin = Clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - begin).count(); };
   std::atomic<std::uint64_t> next{flags.first};
   std::mutex mutex;
-  Sums sums;
+  SeedSums sums;
   double told = 0;
   const auto work = [&] {
     while (true) {
@@ -172,7 +173,7 @@ int RunMany(const Flags& flags) {
         const std::lock_guard lock(mutex);
         if (sums.FigureReached()) return;
       }
-      const Outcome outcome = RunSeed(flags, seed);
+      const ScenarioOutcome outcome = RunSeed(flags, seed);
       const std::lock_guard lock(mutex);
       sums.Add(outcome);
       if (!outcome.problems.empty()) Report(flags, seed, outcome);
@@ -193,10 +194,10 @@ int RunMany(const Flags& flags) {
 }  // namespace tessera::simulation
 
 int main(int argc, char** argv) {
-  using tessera::simulation::Flags;
   using tessera::simulation::kWorldNames;
-  using tessera::simulation::World;
-  Flags flags;
+  using tessera::simulation::SimFlags;
+  using tessera::simulation::WorldKind;
+  SimFlags flags;
   std::vector<std::string> worlds(kWorldNames.begin(), kWorldNames.end());
   worlds.emplace_back(tessera::simulation::kDeployment);
   CLI::App app{"Runs whole instances in virtual time, each from one seed, under faults drawn from it."};
@@ -212,7 +213,7 @@ int main(int argc, char** argv) {
   app.add_option("--csv", flags.csv, "write the counts there, in the form of the benchmarks");
   CLI11_PARSE(app, argc, argv);
   spdlog::set_level(spdlog::level::off);  // workers, agents and control planes say what they do
-  if (flags.figure && flags.world.empty()) flags.world = kWorldNames[static_cast<std::size_t>(World::kStream)];
+  if (flags.figure && flags.world.empty()) flags.world = kWorldNames[static_cast<std::size_t>(WorldKind::kStream)];
   if (flags.seed != 0) return tessera::simulation::RunOne(flags);
   if (flags.seeds == 0 && flags.minutes == 0 && !flags.figure) flags.seeds = 1000;
   return tessera::simulation::RunMany(flags);

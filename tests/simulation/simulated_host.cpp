@@ -4,13 +4,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/world/byte_view.h"
 #include "core/world/sha256.h"
 
 namespace tessera::simulation {
 namespace {
 
 constexpr Micros kCare = Milliseconds(100);  // between looks at deadlines
-constexpr Micros kFetching = 2000;           // of a file from the control plane
+constexpr Micros kFetching = 2000;           // to get a file from the control plane
 
 }  // namespace
 
@@ -67,7 +68,7 @@ void SimulatedHost::KillAgent() {
   around_.network.Leave(node());
   for (auto& [key, process] : processes_) {
     process.attached_life = 0;
-    process.worker->send = {};
+    process.worker->agent.send = {};
     DialAgent(key);
   }
 }
@@ -212,7 +213,7 @@ void SimulatedHost::Do(const agent::FetchState& action) {
   Fetch();
 }
 
-// What is wanted from the control plane comes while there is one, and is asked for again when there is one again.
+// Files come from the control plane while there is one, and are asked for again when there is one again.
 void SimulatedHost::Fetch() {
   around_.timeline.In(kFetching, [this, life = life_] {
     if (!agent_alive() || life != life_ || !admitted_ || !control_.alive()) return;
@@ -249,7 +250,7 @@ void SimulatedHost::Do(const agent::UploadState& action) {
     request.mutable_identity()->set_incarnation(action.key.incarnation);
     request.set_tick(action.tick);
     request.set_size(file->second.size());
-    request.set_hash(Sha256Hex({reinterpret_cast<const char*>(file->second.data()), file->second.size()}));
+    request.set_hash(Sha256Hex(AsText(file->second)));
     (void)control_.TakeUpload(request, file->second);
     around_.files.erase(action.path);
   });
@@ -300,14 +301,14 @@ void SimulatedHost::DialAgent(const agent::WorkerKey& key) {
 
 void SimulatedHost::Attach(const agent::WorkerKey& key) {
   Process& process = processes_.at(key);
-  const v1::WorkerMessage first = process.worker->FirstMessage();
+  const v1::WorkerMessage first = process.worker->agent.FirstMessage();
   const absl::StatusOr<agent::WorkerKey> attached = supervisor_->Attached(first.report());
   if (!attached.ok()) {
     process.worker->Stop();  // the agent does not know this worker
     return;
   }
   process.attached_life = life_;
-  process.worker->send = [this, key, life = life_](const v1::WorkerMessage& message) {
+  process.worker->agent.send = [this, key, life = life_](const v1::WorkerMessage& message) {
     around_.timeline.In(kCall, [this, key, life, message] {
       if (!agent_alive() || life != life_ || !processes_.contains(key)) return;
       around_.network.InProcess(node(), [this, key, life, message] {

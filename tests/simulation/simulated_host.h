@@ -24,7 +24,7 @@ namespace tessera::simulation {
 class SimulatedHost {
  public:
   static constexpr Micros kCall = 200;                // over the Unix socket, one way
-  static constexpr Micros kDial = Milliseconds(100);  // of a worker whose agent is away
+  static constexpr Micros kDial = Milliseconds(100);  // between a worker's dials while its agent is away
 
   SimulatedHost(Surroundings& around, SimulatedControl& control, std::uint32_t number, std::uint32_t capacity,
                 std::string join_token);
@@ -79,7 +79,7 @@ class SimulatedHost {
   std::uint32_t number_, capacity_;
   std::string join_token_, host_id_, secret_;
   std::unique_ptr<agent::Supervisor> supervisor_;  // null: no agent
-  std::uint64_t life_ = 0;                         // of the agent
+  std::uint64_t life_ = 0;                         // counts the agent's starts
   std::uint64_t boot_ = 1;
   bool admitted_ = false;
   agent::WorkersFile saved_;

@@ -9,7 +9,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kPatience = 5'000'000;  // of RunTo
+constexpr Micros kPatience = 5'000'000;  // in RunTo
 constexpr Micros kSettling = Milliseconds(400);
 constexpr Micros kSettlingPatience = 20'000'000;
 constexpr std::uint64_t kTicksSettling = 10;
@@ -41,10 +41,10 @@ Simulation::Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& m
       options_(options),
       chance_(options.seed),
       network_(timeline_, chance_.Next()),
-      ledger_(*scene_),
+      invariants_(*scene_),
       corners_(CornersOf(map)) {
-  network_.weather() = options.weather;
-  ledger_.set_weighs(options.weigh);
+  network_.conditions() = options.conditions;
+  invariants_.set_weighs(options.weigh);
   std::uint64_t most = 0;
   for (const BodyDef& def : scene_->bodies) most = std::max(most, def.id.value());
   jointed_.resize(most + 1);
@@ -121,7 +121,7 @@ void Simulation::RunTo(Tick target) {
       reached = tick();
       since = timeline_.now();
     } else if (timeline_.now() - since > kPatience) {
-      return ledger_.Problem(reached, absl::StrCat("no step for five seconds:", Standstill()));
+      return invariants_.Problem(reached, absl::StrCat("no step for five seconds:", Standstill()));
     }
   }
 }
@@ -135,7 +135,7 @@ bool Simulation::AllOpen() const {
 }
 
 void Simulation::Settle() {
-  network_.weather() = {};
+  network_.conditions() = {};
   network_.ClearCuts();
   for (const auto& [id, worker] : workers_) {
     network_.SetStalled(worker->node(), false);
@@ -150,25 +150,25 @@ void Simulation::Settle() {
     RunFor(kSettling);
     calm = open && AllOpen() && Unrest() == unrest;
   }
-  if (!calm) ledger_.Problem(tick(), absl::StrCat("borders do not come to rest:", Standstill()));
+  if (!calm) invariants_.Problem(tick(), absl::StrCat("borders do not come to rest:", Standstill()));
   Tick most;
   for (const auto& [id, worker] : workers_) most = std::max(most, worker->region().tick());
   for (const auto& [id, worker] : workers_) worker->set_target(most + kTicksSettling);
   RunTo(most + kTicksSettling);
   std::vector<BodyId> owned;
   for (const auto& [id, worker] : workers_) {
-    if (worker->region().tick() != most + kTicksSettling) ledger_.Problem(tick(), "ticks differ at the end");
+    if (worker->region().tick() != most + kTicksSettling) invariants_.Problem(tick(), "ticks differ at the end");
     worker->set_target(Tick(~Tick::rep{0} >> 1));
     for (const region::OwnedBody& body : worker->region().owned()) owned.push_back(body.def->id);
   }
-  ledger_.CheckOwners(tick(), owned);
+  invariants_.CheckOwners(tick(), owned);
   CheckCopies();
 }
 
 void Simulation::Kill(RegionId region) {
   if (workers_.erase(region) == 0) return;
   ++totals_.kills;
-  ledger_.Died(region);
+  invariants_.Died(region);
   if (on_killed) on_killed(region);
 }
 
@@ -183,19 +183,19 @@ void Simulation::CutBetween(RegionId a, RegionId b, Micros time) {
 }
 
 void Simulation::SpawnPlayer(PlayerNumber player, RegionId region) {
-  ledger_.Spawned(PlayerBodyId(player));
+  invariants_.Spawned(PlayerBodyId(player));
   workers_.at(region)->region().SpawnPlayer(player);
 }
 
 void Simulation::RemovePlayer(PlayerNumber player) {
-  ledger_.Removing(PlayerBodyId(player));
+  invariants_.Removing(PlayerBodyId(player));
   for (const auto& [id, worker] : workers_) worker->region().RemovePlayer(player);
 }
 
 void Simulation::Stepped(SimulatedRegion& worker, const region::StepResult& result) {
   ++totals_.steps;
   totals_.nonfinite += result.nonfinite.size();
-  ledger_.Stepped(worker.id(), result.tick, worker.region().owned(), result);
+  invariants_.Stepped(worker.id(), result.tick, worker.region().owned(), result);
   CountHandovers(worker, result);
   if (on_step) on_step(worker, result);
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();
@@ -224,7 +224,7 @@ void Simulation::CheckCopies() {
     for (const BodyId kept : region::KeptBodies(worker->region())) held.push_back(kept);
   }
   if (more_copies) more_copies(held);
-  ledger_.CheckCopies(tick(), held);
+  invariants_.CheckCopies(tick(), held);
 }
 
 RegionId Simulation::OwnerOf(BodyId id) const {

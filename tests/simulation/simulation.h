@@ -1,8 +1,8 @@
 // Simulation: a whole instance in one process, from one seed, under a virtual clock and network.
 //
 // It holds what a real instance has: a worker for each region, a map authority that starts them and tells them of
-// players, players that send inputs. Faults come from outside: kills, restarts, standstills, cuts, breaks, weather.
-// A ledger checks after each step that nothing is lost or doubled.
+// players, players that send inputs. Faults come from outside: kills, restarts, standstills, cuts, breaks, network
+// conditions. An invariant checker checks after each step that nothing is lost or doubled.
 //
 //   Simulation simulation(scene, *MakeGridMap(scene->ground(), 4), {.seed = 7});
 //   simulation.RunTo(Tick(100));
@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/simulation/ledger.h"
+#include "tests/simulation/invariant_checker.h"
 #include "tests/simulation/simulated_region.h"
 
 namespace tessera::simulation {
@@ -36,8 +36,8 @@ class Simulation;
 struct SimulationOptions {
   std::uint64_t seed = 1;
   region::RegionSettings settings = {};
-  Weather weather = {};
-  bool weigh = false;  // the ledger adds up momentum and energy
+  PacketConditions conditions = {};
+  bool weigh = false;  // the invariant checker adds up momentum and energy
   // Called before the first worker starts: the place to hang something in.
   std::function<void(Simulation&)> attach = nullptr;
 };
@@ -87,10 +87,10 @@ class Simulation {
   Timeline& timeline() { return timeline_; }
   VirtualNetwork& network() { return network_; }
   Chance& chance() { return chance_; }
-  Ledger& ledger() { return ledger_; }
-  const std::vector<std::string>& problems() const { return ledger_.problems(); }
+  InvariantChecker& invariants() { return invariants_; }
+  const std::vector<std::string>& problems() const { return invariants_.problems(); }
   const SimulationTotals& totals() const { return totals_; }
-  std::uint64_t hash() const { return ledger_.hash(); }
+  std::uint64_t hash() const { return invariants_.hash(); }
   const std::shared_ptr<const Scene>& scene() const { return scene_; }
   const SimulationOptions& options() const { return options_; }
 
@@ -111,9 +111,9 @@ class Simulation {
   Timeline timeline_;
   Chance chance_;
   VirtualNetwork network_;
-  Ledger ledger_;
+  InvariantChecker invariants_;
   std::map<RegionId, std::unique_ptr<SimulatedRegion>> workers_;
-  std::vector<Vec3d> corners_;  // of three cells or more
+  std::vector<Vec3d> corners_;  // where three cells or more meet
   std::vector<std::uint8_t> jointed_;
   SimulationTotals totals_;
 };

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 12;  // of the ground, m
+constexpr double kHalf = 12;  // half the ground's side, m
 
 Simulation Make(const SceneBuilder& builder, std::uint32_t regions, const SimulationOptions& options) {
   const std::shared_ptr<const Scene> scene = builder.Build();
@@ -19,7 +19,7 @@ Simulation Make(const SceneBuilder& builder, std::uint32_t regions, const Simula
 
 TEST(SimulationTest, TheSameSeedGivesTheSameBits) {
   const auto run = [](std::uint64_t seed) {
-    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.seed = seed, .weather = {.loss = 0.05, .jitter = 4000}});
+    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.seed = seed, .conditions = {.loss = 0.05, .jitter = 4000}});
     simulation.RunTo(Tick(120));
     EXPECT_THAT(simulation.problems(), IsEmpty());
     EXPECT_GT(simulation.totals().handovers, 10U);
@@ -30,8 +30,8 @@ TEST(SimulationTest, TheSameSeedGivesTheSameBits) {
 }
 
 TEST(SimulationTest, NoWeatherChangesTheWorld) {
-  const auto run = [](const Weather& weather) {
-    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.weather = weather});
+  const auto run = [](const PacketConditions& conditions) {
+    Simulation simulation = Make(Swarm(kHalf, 40), 4, {.conditions = conditions});
     for (auto& [id, worker] : simulation.workers()) worker->set_target(Tick(200));
     simulation.RunTo(Tick(200));
     EXPECT_THAT(simulation.problems(), IsEmpty());
@@ -44,7 +44,7 @@ TEST(SimulationTest, NoWeatherChangesTheWorld) {
 }
 
 TEST(SimulationTest, ABrokenConnectionIsDialledAgainAndNothingIsMissing) {
-  Simulation simulation = Make(Swarm(kHalf, 40), 4, {.weather = {.delay = 3000}});
+  Simulation simulation = Make(Swarm(kHalf, 40), 4, {.conditions = {.delay = 3000}});
   for (int i = 0; i < 40; ++i) {
     simulation.RunFor(Milliseconds(70));
     simulation.network().Break(1 + i % 2, 3 + i % 2);

@@ -24,7 +24,7 @@ class Timeline {
     events_.push({time < now_ ? now_ : time, serial_++, std::move(action)});
   }
   void In(Micros delay, std::function<void()> action) { At(now_ + delay, std::move(action)); }
-  // Of the next event; requires one.
+  // The time of the next event; requires one.
   Micros next() const { return events_.top().time; }
   bool empty() const { return events_.empty(); }
   // Time passes in which nothing happens: requires that no event is due before.

@@ -6,7 +6,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kHeldBack = Milliseconds(5);  // of a packet that the weather reorders
+constexpr Micros kHeldBack = Milliseconds(5);  // delays a packet that is to be overtaken
 
 }  // namespace
 
@@ -99,19 +99,19 @@ void VirtualNetwork::InProcess(Node node, std::function<void()> action) {
   }
 }
 
-// One packet through the weather: it arrives never, once or twice.
+// Sends one packet under the network conditions: it arrives never, once or twice.
 void VirtualNetwork::Travel(Node from, Node to, const std::function<void()>& arrive) {
   ++totals_.packets;
-  if (IsCut(from, to) || chance_.Happens(weather_.loss)) {
+  if (IsCut(from, to) || chance_.Happens(conditions_.loss)) {
     ++totals_.lost;
     return;
   }
   const auto once = [&] {
-    const Micros delay = weather_.delay + chance_.UpTo(weather_.jitter);
-    timeline_.In(delay + (chance_.Happens(weather_.reorder) ? kHeldBack : 0), arrive);
+    const Micros delay = conditions_.delay + chance_.UpTo(conditions_.jitter);
+    timeline_.In(delay + (chance_.Happens(conditions_.reorder) ? kHeldBack : 0), arrive);
   };
   once();
-  if (chance_.Happens(weather_.duplicate)) {
+  if (chance_.Happens(conditions_.duplicate)) {
     ++totals_.duplicates;
     once();
   }
@@ -196,11 +196,11 @@ void VirtualNetwork::Break(Node a, Node b) {
 
 // A handshake of three packets; one that fails is tried again.
 void VirtualNetwork::Dial(Ends ends, Micros after) {
-  timeline_.In(after + 3 * weather_.delay + chance_.UpTo(weather_.jitter), [this, ends] {
+  timeline_.In(after + 3 * conditions_.delay + chance_.UpTo(conditions_.jitter), [this, ends] {
     const auto found = connections_.find(ends);
     if (found == connections_.end() || found->second.up) return;
     if (!Joined(ends.first) || !Joined(ends.second)) return;  // `Join` dials
-    const bool lost = chance_.Happens(weather_.loss) || chance_.Happens(weather_.loss);
+    const bool lost = chance_.Happens(conditions_.loss) || chance_.Happens(conditions_.loss);
     if (IsCut(ends.first, ends.second) || IsStalled(ends.first) || IsStalled(ends.second) || lost) {
       return Dial(ends, kRedialAfter);
     }

@@ -29,8 +29,8 @@ namespace tessera::simulation {
 using Bytes = std::vector<std::uint8_t>;
 using Node = std::uint32_t;
 
-// Of every packet, each way.
-struct Weather {
+// Network conditions, which hold for every packet, each way.
+struct PacketConditions {
   double loss = 0;       // share that never comes
   Micros delay = 300;    // one way
   Micros jitter = 0;     // at most so much more, so that packets overtake each other
@@ -63,16 +63,16 @@ class VirtualNetwork {
   void Link(Node a, Node b);
   void Unlink(Node a, Node b);
   bool Connected(Node a, Node b) const { return Session(a, b) != 0; }
-  std::uint64_t Session(Node a, Node b) const;  // of their connection, each another number; 0: there is none
+  std::uint64_t Session(Node a, Node b) const;  // another number for each connection; 0: there is none
 
-  // Runs `action` in the process: at once, or when it goes on; never if it has ended. What its timers do goes this way.
+  // Runs `action` in the process: at once, or when it goes on; never if it has ended. Its timers act by this.
   void InProcess(Node node, std::function<void()> action);
 
   bool Send(Node from, Node to, Bytes bytes);
   void SendDatagram(Node from, Node to, Bytes bytes);
 
   // --- Faults.
-  Weather& weather() { return weather_; }
+  PacketConditions& conditions() { return conditions_; }
   void Cut(Node a, Node b, bool cut);  // no packet passes
   void ClearCuts() {
     cuts_.clear();
@@ -124,7 +124,7 @@ class VirtualNetwork {
 
   Timeline& timeline_;
   Chance chance_;
-  Weather weather_;
+  PacketConditions conditions_;
   std::map<Node, NodeState> nodes_;
   std::map<Ends, Connection> connections_;
   std::set<Ends> cuts_;

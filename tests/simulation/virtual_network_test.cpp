@@ -1,4 +1,4 @@
-// The network under the simulator: what it promises holds in any weather.
+// The network under the simulator keeps its promises under any network conditions.
 #include "tests/simulation/virtual_network.h"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ class VirtualNetworkTest : public ::testing::Test {
 };
 
 TEST_F(VirtualNetworkTest, AConnectionBringsEachMessageOnceAndInOrderInAnyWeather) {
-  network.weather() = {.loss = 0.3, .delay = 2000, .jitter = 20'000, .reorder = 0.3, .duplicate = 0.3};
+  network.conditions() = {.loss = 0.3, .delay = 2000, .jitter = 20'000, .reorder = 0.3, .duplicate = 0.3};
   std::vector<int> sent;
   for (int i = 0; i < 200; ++i) {
     ASSERT_TRUE(network.Send(1, 2, {static_cast<std::uint8_t>(i)}));
@@ -49,7 +49,7 @@ TEST_F(VirtualNetworkTest, AConnectionBringsEachMessageOnceAndInOrderInAnyWeathe
 }
 
 TEST_F(VirtualNetworkTest, DatagramsAreLostDoubledAndOvertaken) {
-  network.weather() = {.loss = 0.2, .delay = 2000, .jitter = 20'000, .reorder = 0, .duplicate = 0.2};
+  network.conditions() = {.loss = 0.2, .delay = 2000, .jitter = 20'000, .reorder = 0, .duplicate = 0.2};
   for (int i = 0; i < 100; ++i) network.SendDatagram(1, 2, {static_cast<std::uint8_t>(i)});
   RunFor(Milliseconds(100));
   EXPECT_LT(std::set(told[2].begin(), told[2].end()).size(), 95U);
@@ -84,7 +84,7 @@ TEST_F(VirtualNetworkTest, AProcessThatStandsStillHearsAllOfItLater) {
 }
 
 TEST_F(VirtualNetworkTest, ANewLifeGetsNothingOfTheLast) {
-  network.weather().delay = Milliseconds(50);
+  network.conditions().delay = Milliseconds(50);
   ASSERT_TRUE(network.Send(1, 2, {1}));
   network.Leave(2);
   Join(2);

@@ -1,4 +1,4 @@
-#include "tests/simulation/ledger.h"
+#include "tests/simulation/invariant_checker.h"
 
 #include <algorithm>
 #include <bit>
@@ -37,15 +37,15 @@ std::uint64_t HashOf(const BodyState& state) {
   return hash;
 }
 
-Ledger::Ledger(const Scene& scene) : scene_(scene) {
+InvariantChecker::InvariantChecker(const Scene& scene) : scene_(scene) {
   for (const BodyDef& def : scene.bodies) {
     if (def.motion == Motion::kDynamic) expected_.insert(def.id);
   }
 }
 
-// What it did last nobody may have heard of: others may go on from before, at the same ticks and epochs. Two that die
-// together may even have handed a body to and fro, and come to epochs that nobody else knows.
-void Ledger::Died(RegionId region) {
+// Nobody may have heard of its last steps: others may go on from before them, at the same ticks and epochs. Two that
+// die together may even have handed a body to and fro, and come to epochs that nobody else knows.
+void InvariantChecker::Died(RegionId region) {
   for (auto& [id, life] : lives_) {
     const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),
                                             [](const Reign& a, const Reign& b) { return a.epoch < b.epoch; });
@@ -56,8 +56,8 @@ void Ledger::Died(RegionId region) {
   }
 }
 
-void Ledger::Stepped(RegionId region, Tick tick, std::span<const region::OwnedBody> owned,
-                     const region::StepResult& result) {
+void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const region::OwnedBody> owned,
+                               const region::StepResult& result) {
   for (const region::Departure& departure : result.departures) {
     if (departure.reason != region::DepartureReason::kRemoved) continue;
     const bool not_finite =
@@ -88,7 +88,7 @@ void Ledger::Stepped(RegionId region, Tick tick, std::span<const region::OwnedBo
   }
 }
 
-void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
+void InvariantChecker::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
   const BodyId id = body.def->id;
   if (!expected_.contains(id) && !lives_.contains(id)) {
     Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came from nowhere"));
@@ -123,7 +123,7 @@ void Ledger::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
   }
 }
 
-void Ledger::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
+void InvariantChecker::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
   if (lower.last < higher.first) return;
   if (!doubled_.insert(id).second) return;
   Problem(lower.last,
@@ -132,7 +132,7 @@ void Ledger::Overlap(BodyId id, const Reign& lower, const Reign& higher) {
                        " by epoch ", higher.epoch.value(), " from tick ", higher.first.value()));
 }
 
-void Ledger::CheckCopies(Tick tick, std::span<const BodyId> held) {
+void InvariantChecker::CheckCopies(Tick tick, std::span<const BodyId> held) {
   std::vector<BodyId> sorted(held.begin(), held.end());
   std::sort(sorted.begin(), sorted.end());
   for (const BodyId id : expected_) {
@@ -144,7 +144,7 @@ void Ledger::CheckCopies(Tick tick, std::span<const BodyId> held) {
   }
 }
 
-void Ledger::CheckOwners(Tick tick, std::span<const BodyId> owned) {
+void InvariantChecker::CheckOwners(Tick tick, std::span<const BodyId> owned) {
   std::vector<BodyId> sorted(owned.begin(), owned.end());
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 1; i < sorted.size(); ++i) {
@@ -160,7 +160,7 @@ void Ledger::CheckOwners(Tick tick, std::span<const BodyId> owned) {
   }
 }
 
-void Ledger::Problem(Tick tick, const std::string& what) {
+void InvariantChecker::Problem(Tick tick, const std::string& what) {
   if (problems_.size() < kMaxProblems) problems_.push_back(absl::StrCat("tick ", tick.value(), ": ", what));
 }
 

@@ -1,4 +1,4 @@
-// Ledger: what must hold in an instance, whatever its network does, checked after each step of each region.
+// InvariantChecker: what must hold in an instance, whatever its network does, checked after each step of each region.
 //
 //   - an epoch of a body has one owner ever, and owns it at later ticks than the epoch before: at most one owner
 //   - a body is owned, or kept by whoever granted it, or excused as dead with its last region: never no copy
@@ -6,7 +6,8 @@
 //   - all is finite
 //   - momentum of a scene that nothing acts on from outside is kept, and its energy does not grow
 //
-// Ticks of regions may jump when a border opens again; no rule here depends on that. Thread rule: one thread at a time.
+// Ticks of regions may jump when a link comes up again; no rule here depends on that. Thread rule: one thread at a
+// time.
 #pragma once
 
 #include <array>
@@ -30,15 +31,15 @@ struct Motions {
   double energy_j = 0;  // kinetic, and potential by the scene's gravity
 };
 
-class Ledger {
+class InvariantChecker {
  public:
-  explicit Ledger(const Scene& scene);
+  explicit InvariantChecker(const Scene& scene);
 
   void Spawned(BodyId id) { expected_.insert(id); }
   void Removing(BodyId id) { leaving_.insert(id); }  // from now on it may go at any time
   // The region steps no more, and what only it knew is gone.
   void Died(RegionId region);
-  // What nobody has any more, and rightly so.
+  // Nobody has this body any more, and rightly so.
   void Excuse(BodyId id) { excused_.insert(id); }
 
   void Stepped(RegionId region, Tick tick, std::span<const region::OwnedBody> owned, const region::StepResult& result);
@@ -49,7 +50,7 @@ class Ledger {
 
   // Order of steps does not matter to it.
   std::uint64_t hash() const { return hash_; }
-  // Of ticks at which all `regions` have stepped; forgets those before.
+  // Sums by tick, for ticks at which all `regions` have stepped; the caller forgets those before.
   std::map<Tick, Motions>& motions() { return motions_; }
   // Inertia counts only where a shape makes it plain: balls; others by their box.
   void set_weighs(bool weighs) { weighs_ = weighs; }
@@ -61,7 +62,7 @@ class Ledger {
   const std::set<BodyId>& expected() const { return expected_; }
 
  private:
-  struct Reign {  // of one epoch
+  struct Reign {  // while one epoch lasts
     RegionId region;
     Epoch epoch;
     Tick first, last;

@@ -1,13 +1,13 @@
-// Cluster: all regions of one instance in one process, on a virtual network, from one seed.
+// RegionGroup: all regions of one instance in one process, on a virtual network, from one seed.
 //
 // Frames travel on links that are reliable and ordered, each with a delay in virtual rounds; which region acts first in
 // a round is drawn anew each time. Whatever the network does, the world must not differ: `hash()` says so. After each
 // tick on which all regions have stepped, the invariants are checked: every body has exactly one owner, none is lost or
 // made, epochs never shrink, all is finite.
 //
-//   Cluster cluster(scene, *MakeGridMap(scene->ground(), 4), {.seed = 7});
-//   cluster.RunTo(Tick(600));
-//   EXPECT_THAT(cluster.problems(), IsEmpty());
+//   RegionGroup group(scene, *MakeGridMap(scene->ground(), 4), {.seed = 7});
+//   group.RunTo(Tick(600));
+//   EXPECT_THAT(group.problems(), IsEmpty());
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -26,7 +26,7 @@
 
 namespace tessera::simulation {
 
-struct ClusterOptions {
+struct RegionGroupOptions {
   std::uint64_t seed = 1;
   std::uint32_t max_delay_rounds = 3;
   region::RegionSettings settings;
@@ -41,9 +41,9 @@ struct Totals {
   std::vector<BodyId> nonfinite;
 };
 
-class Cluster {
+class RegionGroup {
  public:
-  Cluster(std::shared_ptr<const Scene> scene, const PartitionMap& map, const ClusterOptions& options);
+  RegionGroup(std::shared_ptr<const Scene> scene, const PartitionMap& map, const RegionGroupOptions& options);
 
   void RunTo(Tick target);
   Tick tick() const;  // that all regions have reached
@@ -63,7 +63,7 @@ class Cluster {
 
   const std::vector<std::string>& problems() const { return problems_; }
   const Totals& totals() const { return totals_; }
-  std::uint64_t hash() const { return hash_; }  // of every state of every tick
+  std::uint64_t hash() const { return hash_; }  // over every state of every tick
 
  private:
   struct Message {
@@ -76,7 +76,7 @@ class Cluster {
     Epoch epoch;
     BodyState state;
   };
-  struct Record {  // of one tick
+  struct Record {  // for one tick
     std::size_t regions = 0;
     std::vector<std::pair<BodyId, Owned>> bodies;
     std::vector<BodyId> removed;
@@ -90,13 +90,13 @@ class Cluster {
   void Problem(Tick tick, const std::string& what);
 
   std::shared_ptr<const Scene> scene_;
-  ClusterOptions options_;
+  RegionGroupOptions options_;
   std::mt19937_64 random_;
   std::vector<std::unique_ptr<region::Region>> regions_;
   std::map<Link, std::deque<Message>> links_;
   std::uint64_t round_ = 0;
   std::map<Tick, Record> records_;
-  std::map<BodyId, Epoch> bodies_;  // of the last checked tick
+  std::map<BodyId, Epoch> bodies_;  // at the last checked tick
   std::set<BodyId> awaited_;        // spawned, not seen yet
   std::vector<std::string> problems_;
   Totals totals_;

@@ -1,4 +1,4 @@
-#include "tests/simulation/cluster.h"
+#include "tests/simulation/region_group.h"
 
 #include <algorithm>
 #include <bit>
@@ -35,7 +35,7 @@ bool Finite(const BodyState& s) {
 
 }  // namespace
 
-Cluster::Cluster(std::shared_ptr<const Scene> scene, const PartitionMap& map, const ClusterOptions& options)
+RegionGroup::RegionGroup(std::shared_ptr<const Scene> scene, const PartitionMap& map, const RegionGroupOptions& options)
     : scene_(std::move(scene)), options_(options), random_(options.seed) {
   for (const MapRegion& region : map.regions()) {
     regions_.push_back(std::make_unique<region::Region>(
@@ -55,13 +55,13 @@ Cluster::Cluster(std::shared_ptr<const Scene> scene, const PartitionMap& map, co
   records_.erase(Tick());
 }
 
-Tick Cluster::tick() const {
+Tick RegionGroup::tick() const {
   Tick lowest = regions_.front()->tick();
   for (const auto& region : regions_) lowest = std::min(lowest, region->tick());
   return lowest;
 }
 
-void Cluster::RunTo(Tick target) {
+void RegionGroup::RunTo(Tick target) {
   std::uint64_t stuck = 0;
   while (tick() < target && problems_.size() < kMaxProblems) {
     const Tick before = tick();
@@ -71,7 +71,7 @@ void Cluster::RunTo(Tick target) {
   }
 }
 
-void Cluster::Round(Tick target) {
+void RegionGroup::Round(Tick target) {
   ++round_;
   Deliver();
   std::vector<region::Region*> order;
@@ -82,7 +82,7 @@ void Cluster::Round(Tick target) {
   }
 }
 
-void Cluster::Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
+void RegionGroup::Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
   for (region::OutgoingFrame& frame : frames) {
     if (options_.on_frame) options_.on_frame(from, frame);
     ++totals_.frames;
@@ -92,7 +92,7 @@ void Cluster::Send(RegionId from, std::vector<region::OutgoingFrame> frames) {
   }
 }
 
-void Cluster::Deliver() {
+void RegionGroup::Deliver() {
   std::vector<Link> order;
   for (const auto& [link, queue] : links_) {
     if (!queue.empty()) order.push_back(link);
@@ -109,7 +109,7 @@ void Cluster::Deliver() {
   }
 }
 
-void Cluster::StepOne(region::Region& region) {
+void RegionGroup::StepOne(region::Region& region) {
   region::StepResult result = region.Step();
   if (on_step) on_step(region.id(), result);
   Record& record = records_[result.tick];
@@ -130,7 +130,7 @@ void Cluster::StepOne(region::Region& region) {
   }
 }
 
-void Cluster::Check(Tick tick, Record& record) {
+void RegionGroup::Check(Tick tick, Record& record) {
   std::sort(record.bodies.begin(), record.bodies.end(), [](const auto& a, const auto& b) {
     return std::tie(a.first, a.second.region) < std::tie(b.first, b.second.region);
   });
@@ -154,23 +154,23 @@ void Cluster::Check(Tick tick, Record& record) {
   bodies_ = std::move(now);
 }
 
-void Cluster::Problem(Tick tick, const std::string& what) {
+void RegionGroup::Problem(Tick tick, const std::string& what) {
   if (problems_.size() < kMaxProblems) problems_.push_back("tick " + std::to_string(tick.value()) + ": " + what);
 }
 
-RegionId Cluster::OwnerOf(BodyId id) const {
+RegionId RegionGroup::OwnerOf(BodyId id) const {
   for (const auto& region : regions_) {
     if (region->Owns(id)) return region->id();
   }
   return RegionId();
 }
 
-BodyState Cluster::StateOf(BodyId id) const {
+BodyState RegionGroup::StateOf(BodyId id) const {
   const RegionId owner = OwnerOf(id);
   return owner == RegionId() ? BodyState() : regions_.at(owner.value() - 1)->world().StateOf(id);
 }
 
-std::map<BodyId, BodyState> Cluster::States() const {
+std::map<BodyId, BodyState> RegionGroup::States() const {
   std::map<BodyId, BodyState> states;
   for (const auto& region : regions_) {
     for (const region::OwnedBody& body : region->owned()) states[body.def->id] = body.state;
@@ -178,16 +178,16 @@ std::map<BodyId, BodyState> Cluster::States() const {
   return states;
 }
 
-void Cluster::SpawnPlayer(PlayerNumber player, std::uint32_t region_id) {
+void RegionGroup::SpawnPlayer(PlayerNumber player, std::uint32_t region_id) {
   region(region_id).SpawnPlayer(player);
   awaited_.insert(PlayerBodyId(player));
 }
 
-void Cluster::RemovePlayer(PlayerNumber player) {
+void RegionGroup::RemovePlayer(PlayerNumber player) {
   for (const auto& region : regions_) region->RemovePlayer(player);
 }
 
-absl::Status Cluster::QueueInput(const PlayerInput& input) {
+absl::Status RegionGroup::QueueInput(const PlayerInput& input) {
   const RegionId owner = OwnerOf(input.body);
   if (owner == RegionId()) return absl::NotFoundError("nobody owns it");
   return region(owner.value()).QueueInput(input);

@@ -1,14 +1,13 @@
-// Control: what a control plane, agents and the shells of workers do about deaths and planned maps, in a Simulation.
+// ControlModel: what a control plane, agents and the shells of workers do about deaths and planned maps, in a
+// Simulation.
 //
 // Each worker streams its log to its standby, which acknowledges it. When a worker dies, a failover map goes to those
 // that live, their inventories come back, one resolution goes out. A planned map is announced, committed, and settled
 // when nobody owns bodies in another's cells. All messages take times drawn from the simulation's seed.
 //
-//   std::unique_ptr<Control> control;
-//   Simulation simulation(scene, map, {.attach = [&](Simulation& s) { control = std::make_unique<Control>(s, map); }});
-//   simulation.RunTo(Tick(60));
-//   simulation.Kill(RegionId(2));
-//   simulation.RunTo(Tick(120));
+//   std::unique_ptr<ControlModel> control;
+//   Simulation simulation(scene, map, {.attach = [&](Simulation& s) { control = std::make_unique<ControlModel>(s, map);
+//   }}); simulation.RunTo(Tick(60)); simulation.Kill(RegionId(2)); simulation.RunTo(Tick(120));
 //   EXPECT_EQ(control->totals().lost, 0U);
 //
 // Thread rule: one thread at a time.
@@ -28,7 +27,7 @@ namespace tessera::simulation {
 struct ControlOptions {
   Micros detection = 2000;        // from a death to when it is known
   Micros max_message = 4000;      // between control plane and worker, one way; drawn
-  std::uint64_t lead_ticks = 60;  // of a planned map
+  std::uint64_t lead_ticks = 60;  // to a planned map
 };
 
 struct ControlTotals {
@@ -36,15 +35,15 @@ struct ControlTotals {
   std::uint64_t adopted = 0, from_grant = 0, pending = 0;  // bodies
   std::uint64_t lost = 0;                                  // bodies that nobody had
   std::uint64_t without_copy = 0;                          // dead regions
-  std::int64_t max_age_ticks = 0;                          // of states out of standbys, at the death of their region
+  std::int64_t max_age_ticks = 0;                          // for states out of standbys, at the death of their region
   Micros max_gap = 0;                                      // from a death until all have resumed
   std::uint64_t whole_logs = 0, log_messages = 0, log_bytes = 0;
   std::uint64_t planned = 0, refused = 0;  // maps that came into force; commits that came too late
 };
 
-class Control {
+class ControlModel {
  public:
-  Control(Simulation& simulation, const PartitionMap& map, const ControlOptions& options = {});
+  ControlModel(Simulation& simulation, const PartitionMap& map, const ControlOptions& options = {});
 
   // Leads to `wanted`, by a map in transition and a settled one. Regions that it names anew are started, those that it
   // does not name are ended. One at a time: requires idle().
@@ -102,7 +101,7 @@ class Control {
   std::map<RegionId, Tick> last_tick_;
   std::map<RegionId, std::vector<BodyId>> last_owned_;
   std::set<RegionId> held_logs_, retired_;
-  std::set<RegionId> dead_;  // of the failover under way
+  std::set<RegionId> dead_;  // in the failover under way
   std::map<RegionId, Tick> died_at_;
   std::optional<Micros> failover_begun_;
   std::map<RegionId, region::Inventory> inventories_;

@@ -1,4 +1,4 @@
-#include "tests/simulation/control.h"
+#include "tests/simulation/control_model.h"
 
 #include <algorithm>
 
@@ -25,7 +25,7 @@ Tick Unpacked(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-Control::Control(Simulation& simulation, const PartitionMap& map, const ControlOptions& options)
+ControlModel::ControlModel(Simulation& simulation, const PartitionMap& map, const ControlOptions& options)
     : simulation_(simulation), options_(options), map_(map), versions_(map.version().value()) {
   simulation.on_worker_started = [this](SimulatedRegion& worker) { Protect(worker); };
   simulation.on_step = [this](SimulatedRegion& worker, const region::StepResult& result) { Stepped(worker, result); };
@@ -42,14 +42,16 @@ Control::Control(Simulation& simulation, const PartitionMap& map, const ControlO
   };
 }
 
-void Control::After(Micros time, std::function<void()> action) { simulation_.timeline().In(time, std::move(action)); }
+void ControlModel::After(Micros time, std::function<void()> action) {
+  simulation_.timeline().In(time, std::move(action));
+}
 
-void Control::Message(std::function<void()> action) {
+void ControlModel::Message(std::function<void()> action) {
   After(200 + simulation_.chance().Next() % options_.max_message, std::move(action));
 }
 
 template <class Action>
-void Control::ToWorker(RegionId region, Action action) {
+void ControlModel::ToWorker(RegionId region, Action action) {
   Message([this, region, action] {
     simulation_.network().InProcess(region.value(), [this, region, action] {
       if (simulation_.Alive(region)) action(simulation_.worker(region.value()));
@@ -60,19 +62,19 @@ void Control::ToWorker(RegionId region, Action action) {
 // --- Logs.
 
 // One that joins is in the next map only.
-RegionId Control::StandbyOf(RegionId region) const {
+RegionId ControlModel::StandbyOf(RegionId region) const {
   const MapRegion* entry = map_.Find(region);
   if (entry == nullptr && plan_) entry = plan_->next.Find(region);
   return entry == nullptr ? RegionId() : entry->standby;
 }
 
-void Control::Protect(SimulatedRegion& worker) {
+void ControlModel::Protect(SimulatedRegion& worker) {
   const RegionId standby = StandbyOf(worker.id());
   worker.region().SetStandby(standby != RegionId());
   if (standby != RegionId()) simulation_.network().Link(worker.node(), standby.value());
 }
 
-void Control::Stepped(SimulatedRegion& worker, const region::StepResult& result) {
+void ControlModel::Stepped(SimulatedRegion& worker, const region::StepResult& result) {
   last_tick_[worker.id()] = result.tick;
   std::vector<BodyId>& owned = last_owned_[worker.id()];
   owned.clear();
@@ -80,7 +82,7 @@ void Control::Stepped(SimulatedRegion& worker, const region::StepResult& result)
   SendLog(worker, result);
 }
 
-void Control::SendLog(SimulatedRegion& worker, const region::StepResult& result) {
+void ControlModel::SendLog(SimulatedRegion& worker, const region::StepResult& result) {
   const RegionId standby = StandbyOf(worker.id());
   if (result.log.empty() || standby == RegionId() || held_logs_.contains(worker.id())) return;
   ++totals_.log_messages;
@@ -88,7 +90,8 @@ void Control::SendLog(SimulatedRegion& worker, const region::StepResult& result)
   (void)worker.SendOther(standby.value(), kLog, result.log);
 }
 
-void Control::OnMessage(SimulatedRegion& worker, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
+void ControlModel::OnMessage(SimulatedRegion& worker, Node from, std::uint8_t kind,
+                             std::span<const std::uint8_t> bytes) {
   const RegionId sender(from);
   if (kind == kLog) {
     if (dead_.contains(sender) || retired_.contains(sender)) return;  // the promise: nothing more is acknowledged
@@ -113,7 +116,7 @@ void Control::OnMessage(SimulatedRegion& worker, Node from, std::uint8_t kind, s
   }
 }
 
-std::optional<Tick> Control::StandbyTick(RegionId region) const {
+std::optional<Tick> ControlModel::StandbyTick(RegionId region) const {
   std::optional<Tick> newest;
   for (const auto& [holder, primaries] : standby_copies_) {
     const auto primary = primaries.find(region);
@@ -123,7 +126,7 @@ std::optional<Tick> Control::StandbyTick(RegionId region) const {
   return newest;
 }
 
-void Control::HoldLog(RegionId region, bool held) {
+void ControlModel::HoldLog(RegionId region, bool held) {
   if (held) {
     held_logs_.insert(region);
   } else {
@@ -131,7 +134,7 @@ void Control::HoldLog(RegionId region, bool held) {
   }
 }
 
-std::vector<const region::StandbyCopy*> Control::PrimariesOf(RegionId holder) const {
+std::vector<const region::StandbyCopy*> ControlModel::PrimariesOf(RegionId holder) const {
   std::vector<const region::StandbyCopy*> primaries;
   const auto found = standby_copies_.find(holder);
   if (found == standby_copies_.end()) return primaries;
@@ -143,16 +146,16 @@ std::vector<const region::StandbyCopy*> Control::PrimariesOf(RegionId holder) co
 
 // --- Deaths.
 
-void Control::Killed(RegionId region) {
+void ControlModel::Killed(RegionId region) {
   standby_copies_.erase(region);
   if (retired_.contains(region)) return;
   if (!StandbyTick(region)) {
-    for (const BodyId id : last_owned_[region]) simulation_.ledger().Excuse(id);
+    for (const BodyId id : last_owned_[region]) simulation_.invariants().Excuse(id);
   }
-  // What it was standby to and had not been taken up is gone with it.
+  // Copies that it held as a standby and that were not promoted are gone with it.
   for (const RegionId dead : dead_) {
     if (StandbyTick(dead)) continue;
-    for (const BodyId id : last_owned_[dead]) simulation_.ledger().Excuse(id);
+    for (const BodyId id : last_owned_[dead]) simulation_.invariants().Excuse(id);
   }
   dead_.insert(region);
   died_at_[region] = last_tick_[region];
@@ -160,7 +163,7 @@ void Control::Killed(RegionId region) {
   After(options_.detection, [this] { BeginFailover(); });
 }
 
-void Control::AssignStandbys() {
+void ControlModel::AssignStandbys() {
   std::vector<MapRegion> regions(map_.regions().begin(), map_.regions().end());
   for (std::size_t i = 0; i < regions.size(); ++i) {
     if (regions[i].standby == RegionId() && regions.size() > 1)
@@ -170,7 +173,7 @@ void Control::AssignStandbys() {
                                std::move(regions));
 }
 
-void Control::BeginFailover() {
+void ControlModel::BeginFailover() {
   std::vector<RegionId> gone;  // that the map still has
   for (const MapRegion& region : map_.regions()) {
     if (!simulation_.Alive(region.id)) gone.push_back(region.id);
@@ -194,7 +197,7 @@ void Control::BeginFailover() {
   }
 }
 
-void Control::TakeInventory(const region::Inventory& inventory) {
+void ControlModel::TakeInventory(const region::Inventory& inventory) {
   if (inventory.version != map_.version()) return;
   inventories_[inventory.region] = inventory;
   const bool all = std::all_of(map_.regions().begin(), map_.regions().end(),
@@ -202,15 +205,15 @@ void Control::TakeInventory(const region::Inventory& inventory) {
   if (all) Resolved();
 }
 
-void Control::Resolved() {
+void ControlModel::Resolved() {
   std::vector<region::Inventory> inventories;
   for (const auto& [region, inventory] : inventories_) inventories.push_back(inventory);
   const std::vector<RegionId> dead(dead_.begin(), dead_.end());
-  const std::set<BodyId>& expected = simulation_.ledger().expected();
+  const std::set<BodyId>& expected = simulation_.invariants().expected();
   const std::vector<BodyId> bodies(expected.begin(), expected.end());
   const auto resolution = region::Resolve(map_, dead, inventories, bodies);
   if (!resolution.ok()) {
-    return simulation_.ledger().Problem(simulation_.tick(), "no resolution: " + resolution.status().ToString());
+    return simulation_.invariants().Problem(simulation_.tick(), "no resolution: " + resolution.status().ToString());
   }
   for (const region::Takeover& takeover : resolution->takeovers) {
     ++(takeover.from_grant ? totals_.from_grant : totals_.adopted);
@@ -218,7 +221,7 @@ void Control::Resolved() {
     const Tick tick = *StandbyTick(takeover.from);
     totals_.max_age_ticks = std::max(totals_.max_age_ticks, died_at_[takeover.from] - tick);
   }
-  for (const BodyId id : resolution->lost) simulation_.ledger().Excuse(id);
+  for (const BodyId id : resolution->lost) simulation_.invariants().Excuse(id);
   totals_.pending += resolution->pending.size();
   totals_.lost += resolution->lost.size();
   totals_.without_copy += resolution->without_copy.size();
@@ -227,12 +230,12 @@ void Control::Resolved() {
   }
 }
 
-void Control::Resume(SimulatedRegion& worker, const region::Resolution& resolution) {
+void ControlModel::Resume(SimulatedRegion& worker, const region::Resolution& resolution) {
   if (resolution.version != map_.version() || !worker.region().halted()) return;
   Protect(worker);
   absl::StatusOr<region::StepResult> result = worker.region().Resume(resolution, PrimariesOf(worker.id()));
   if (!result.ok()) {
-    return simulation_.ledger().Problem(worker.region().tick(), "no resuming: " + result.status().ToString());
+    return simulation_.invariants().Problem(worker.region().tick(), "no resuming: " + result.status().ToString());
   }
   for (const RegionId neighbor : worker.region().neighbors()) {
     simulation_.network().Link(worker.node(), neighbor.value());
@@ -257,7 +260,7 @@ void Control::Resume(SimulatedRegion& worker, const region::Resolution& resoluti
 
 // --- Planned maps.
 
-void Control::Plan(const PartitionMap& wanted) {
+void ControlModel::Plan(const PartitionMap& wanted) {
   plan_ = PlanState{};
   plan_->wanted = wanted;
   plan_->next = *TransitionMap(map_, wanted, MapVersion(++versions_));
@@ -265,7 +268,7 @@ void Control::Plan(const PartitionMap& wanted) {
   WatchPlan();
 }
 
-void Control::SendPlan() {
+void ControlModel::SendPlan() {
   Tick newest;
   for (const auto& [id, worker] : simulation_.workers()) newest = std::max(newest, worker->region().tick());
   plan_->effective = newest + options_.lead_ticks;
@@ -286,7 +289,7 @@ void Control::SendPlan() {
   }
 }
 
-void Control::SendCommit() {
+void ControlModel::SendCommit() {
   for (const MapRegion& region : map_.regions()) {
     ToWorker(region.id, [this, version = plan_->next.version(), effective = plan_->effective](SimulatedRegion& worker) {
       const bool ok = worker.region().Commit(version).ok();
@@ -304,7 +307,7 @@ void Control::SendCommit() {
   }
 }
 
-void Control::StartJoining() {
+void ControlModel::StartJoining() {
   for (const MapRegion& region : plan_->next.regions()) {
     // One that has died without anybody knowing yet is no newcomer.
     if (simulation_.Alive(region.id) || map_.HasRegion(region.id)) continue;
@@ -318,7 +321,7 @@ void Control::StartJoining() {
 }
 
 // Until it is in force everywhere and, in transition, everything is where it belongs.
-void Control::WatchPlan() {
+void ControlModel::WatchPlan() {
   After(kLook, [this, version = plan_->next.version()] {
     if (!plan_ || plan_->next.version() != version) return;
     const auto& workers = simulation_.workers();

@@ -1,0 +1,38 @@
+// Surroundings: all that the processes of a Deployment share: virtual time, the network, the disks; and the checks that
+// hear of what they do.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "core/region/region.h"
+#include "region_worker/core/order.h"
+#include "tests/simulation/virtual_network.h"
+#include "tests/simulation/virtual_time.h"
+
+namespace tessera::simulation {
+
+class SimulatedWorker;
+
+struct Surroundings {
+  Timeline timeline;
+  VirtualNetwork network;
+  std::shared_ptr<const Scene> scene;
+  region::RegionSettings settings;
+  std::map<std::string, Bytes> files;  // by path, on all hosts
+
+  // The checks: a step, a resumption included; a failover that is carried out now declares those lives dead.
+  std::function<void(SimulatedWorker&, const region::StepResult&)> on_step;
+  std::function<void(SimulatedWorker&, const worker::OrderedFailover&)> on_takeover;
+  std::function<void(SimulatedWorker&, const std::string&)> on_failure;
+
+  Surroundings(std::uint64_t seed, std::shared_ptr<const Scene> of) : network(timeline, seed), scene(std::move(of)) {}
+  worker::TimePoint Now() const { return TimePointAt(timeline.now()); }
+};
+
+}  // namespace tessera::simulation
