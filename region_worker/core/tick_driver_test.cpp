@@ -17,7 +17,7 @@ constexpr TimePoint kStart{std::chrono::hours(1)};
 class TickDriverTest : public ::testing::Test {
  protected:
   void Begin(std::uint32_t regions) {
-    ticks.emplace(ConfigOf(1, regions));
+    ticks.emplace(WithoutPromises(ConfigOf(1, regions)));
     links.Up(kOther, Incarnation(1), kStart, actions);
     ticks->SendFirstFrames(links, actions);
     ticks->Run(kStart);
@@ -63,7 +63,7 @@ TEST_F(TickDriverTest, TimeBeforeARestartIsNotCaughtUpWith) {
 }
 
 TEST_F(TickDriverTest, WaitsForTheNeighboursFramesAndSaysForHowLong) {
-  region::Region other(ConfigOf(2, 2));
+  region::Region other(WithoutPromises(ConfigOf(2, 2)));
   Begin(2);
   EXPECT_FALSE(ticks->Due(kStart));
   Bring(other.Start());
@@ -74,7 +74,7 @@ TEST_F(TickDriverTest, WaitsForTheNeighboursFramesAndSaysForHowLong) {
 
 TEST_F(TickDriverTest, TheFramesOfATickAreSent) {
   Begin(2);
-  region::Region other(ConfigOf(2, 2));
+  region::Region other(WithoutPromises(ConfigOf(2, 2)));
   Bring(other.Start());
   actions.clear();
   Step(kStart);
@@ -100,7 +100,7 @@ TEST_F(TickDriverTest, TakesTheLinkOfASilentNeighbourDownAfterTheFirstStepAndOnl
     return ticks->links_down();
   };
   EXPECT_EQ(watch(true), 0U) << "one that joins waits for its tick";
-  region::Region other(ConfigOf(2, 2));
+  region::Region other(WithoutPromises(ConfigOf(2, 2)));
   Bring(other.Start());
   Step(now);
   EXPECT_EQ(watch(false), 0U);

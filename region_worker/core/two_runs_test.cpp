@@ -17,7 +17,7 @@ class TwoRunsTest : public ::testing::Test {
   struct Side {
     explicit Side(RegionId region) : self(region), links(region) {}
     void Build(const region::Config& config) {
-      run.emplace(Identity{"instance", self, Incarnation(1)}, config, false);
+      run.emplace(Identity{"instance", self, Incarnation(1)}, WithoutPromises(config), false);
       links.ForgetFrames();
       run->Begin(links, actions);
     }

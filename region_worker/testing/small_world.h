@@ -38,6 +38,12 @@ inline region::Config ConfigOf(std::uint32_t region, std::uint32_t regions,
           region::RegionSettings(), nullptr};
 }
 
+// The same for regions that promise nothing, so that each waits for every frame of the other.
+inline region::Config WithoutPromises(region::Config config) {
+  config.settings.promise_ticks = 0;
+  return config;
+}
+
 // Messages among `actions`, in order; they refer to the bytes that `bytes` keeps.
 struct SentMessage {
   RegionId to;
