@@ -21,7 +21,7 @@ class InvariantCheckerTest : public testing::Test {
   InvariantChecker invariants_{*scene_};
 };
 
-TEST_F(InvariantCheckerTest, ABodyThatTwoOwnAtOneTickIsTold) {
+TEST_F(InvariantCheckerTest, ABodyThatTwoOwnAtOneTickIsReported) {
   Owns(1, 5, 1);
   Owns(2, 5, 2);
   EXPECT_THAT(invariants_.problems(), SizeIs(1));

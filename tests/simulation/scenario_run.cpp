@@ -37,7 +37,7 @@ class ScenarioRunner {
   void PlanPlayers();
   void Begin(const ScheduledFault& fault);
   void End(const ScheduledFault& fault);
-  void MakeWeather();
+  void ApplyConditions();
   static bool Strikes(const ScheduledFault& fault, RegionId from, RegionId to);
   void TellPlayers(SimulatedRegion& worker);
   void WeighClosed(ScenarioOutcome& outcome);
@@ -137,7 +137,7 @@ void ScenarioRunner::Begin(const ScheduledFault& fault) {
       }
       return;
     default:
-      return MakeWeather();
+      return ApplyConditions();
   }
 }
 
@@ -155,7 +155,7 @@ void ScenarioRunner::End(const ScheduledFault& fault) {
       return;
     default:
       std::erase(active_, &fault);
-      return MakeWeather();
+      return ApplyConditions();
   }
 }
 
@@ -218,7 +218,7 @@ void ScenarioRunner::AwaitControl() {
   }
 }
 
-void ScenarioRunner::MakeWeather() {
+void ScenarioRunner::ApplyConditions() {
   PacketConditions conditions;
   for (const ScheduledFault* fault : active_) {
     const auto stronger = [&](auto& what) {
