@@ -36,6 +36,8 @@ inline constexpr std::uint32_t kMinHeartbeat_ms = 20, kMaxHeartbeat_ms = 60'000;
 // Last words on a stream (what just ended) before this program exits; the other side may be gone.
 inline constexpr Duration kFarewell = std::chrono::milliseconds(500);
 
+// From a call for a file that failed, though the stream stands, to the next: the control plane is under load.
+inline constexpr Duration kFetchRetry = std::chrono::milliseconds(500);
 // One call for a scene, and the largest message (a scene with its meshes, a set of orders with their maps).
 inline constexpr Duration kFetchTimeout = std::chrono::seconds(30);
 inline constexpr int kMaxMessageBytes = 256 << 20;

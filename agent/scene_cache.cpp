@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "agent/limits.h"
 #include "core/world/scene_io.h"
 #include "host/files.h"
 #include "telemetry/logging.h"
@@ -13,9 +14,6 @@
 
 namespace tessera::agent {
 namespace {
-
-// After a call that failed though the stream stands: a control plane under load.
-constexpr Duration kRetry = std::chrono::milliseconds(500);
 
 bool MayPass(const absl::Status& status) {
   return absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) || absl::IsCancelled(status) ||
@@ -83,7 +81,7 @@ void SceneCache::Fetch(const std::string& hash) {
 void SceneCache::Fetched(const std::string& hash, const absl::Status& status) {
   if (!status.ok() && MayPass(status)) {
     missing_[hash] = false;
-    if (link_) loop_->RunAt(Clock::now() + kRetry, [this, hash] { Fetch(hash); });
+    if (link_) loop_->RunAt(Clock::now() + kFetchRetry, [this, hash] { Fetch(hash); });
     return;
   }
   missing_.erase(hash);

@@ -18,8 +18,6 @@ namespace {
 
 using telemetry::LogValue;
 
-constexpr Duration kRetry = std::chrono::milliseconds(500);
-
 // Any thread.
 absl::Status Keep(const absl::StatusOr<std::string>& bytes, const FetchState& wanted) {
   if (!bytes.ok()) return bytes.status();
@@ -73,7 +71,7 @@ void StateFiles::Fetched(const WorkerKey& key, const absl::Status& status) {
   if (found == missing_.end()) return;
   if (!status.ok() && Helps(status)) {
     found->second.under_way = false;
-    loop_->RunAt(Clock::now() + kRetry, [this, key] { Fetch(key); });
+    loop_->RunAt(Clock::now() + kFetchRetry, [this, key] { Fetch(key); });
     return;
   }
   const FetchState wanted = found->second.wanted;

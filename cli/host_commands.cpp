@@ -46,7 +46,7 @@ void Add(const Globals& globals, const HostOptions& options) {
   }
 }
 
-void List(const Globals& globals) {
+void ListHosts(const Globals& globals) {
   local::Connection connection(globals.control);
   v1::ListHostsResponse all;
   v1::ListHostsRequest request;
@@ -125,7 +125,7 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
   };
   with_name(host->add_subcommand("add", "Expect a new host; prints the join token that admits its agent"), true)
       ->callback([&globals, options] { Add(globals, *options); });
-  host->add_subcommand("list", "List the hosts")->callback([&globals] { List(globals); });
+  host->add_subcommand("list", "List the hosts")->callback([&globals] { ListHosts(globals); });
   with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {
     Describe(globals, *options);
   });

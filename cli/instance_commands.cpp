@@ -83,7 +83,7 @@ void Create(const Globals& globals, const InstanceOptions& options) {
               response.instance());
 }
 
-void List(const Globals& globals) {
+void ListInstances(const Globals& globals) {
   local::Connection connection(globals.control);
   v1::ListInstancesResponse all;
   v1::ListInstancesRequest request;
@@ -196,7 +196,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   AddWaitOptions(create, *options, "RUNNING, or waiting for players");
   create->callback([&globals, options] { Create(globals, *options); });
 
-  instance->add_subcommand("list", "List the instances")->callback([&globals] { List(globals); });
+  instance->add_subcommand("list", "List the instances")->callback([&globals] { ListInstances(globals); });
   const auto with_id = [&](const char* name, const char* about) {
     CLI::App* command = instance->add_subcommand(name, about);
     command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();

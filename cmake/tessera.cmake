@@ -1,10 +1,23 @@
 # The vocabulary of this build: every library, program and test is declared by one of these calls.
 
+# tessera_merge(NAME): compiles the target's sources as a few merged ones where TESSERA_MERGE is on, because most of the time of
+# a first build goes into reading the same headers again. Sources include what they use all the same, and no two of a target
+# give one name to two things. A source with compile options of its own stays by itself.
+option(TESSERA_MERGE "Compile the sources of a target as a few merged ones" OFF)
+function(tessera_merge name)
+  if(TESSERA_MERGE)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+    # It warns of what a header would do to others; a merged source is included once.
+    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
+  endif()
+endfunction()
+
 # tessera_library(NAME SOURCES... [DEPS target...]): a static library, position independent because the client SDK is shared.
 function(tessera_library name)
   cmake_parse_arguments(arg "" "" "SOURCES;DEPS" ${ARGN})
   add_library(${name} STATIC ${arg_SOURCES} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PUBLIC tessera_options ${arg_DEPS})
+  tessera_merge(${name})
   set_property(GLOBAL APPEND PROPERTY tessera_libraries ${name})
 endfunction()
 
@@ -16,6 +29,7 @@ function(tessera_program name output)
   target_link_libraries(${name} PRIVATE tessera_options ${arg_DEPS})
   set_target_properties(${name} PROPERTIES OUTPUT_NAME ${output}
                         RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+  tessera_merge(${name})
   if(NOT arg_NO_INSTALL)
     install(TARGETS ${name} RUNTIME DESTINATION bin)
   endif()

@@ -102,4 +102,6 @@ inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
+inline constexpr std::uint32_t kMaxPort = 65535;
+
 }  // namespace tessera::control

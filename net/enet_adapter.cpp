@@ -12,9 +12,9 @@ static_assert(ENET_VERSION_MAJOR == 1 && ENET_VERSION_MINOR == 3, "the adapter d
 
 constexpr std::size_t kShortHeader = 2, kLongHeader = 4;
 
-std::uint16_t Read16(const std::uint8_t* from) { return static_cast<std::uint16_t>(from[0] << 8 | from[1]); }
+std::uint16_t ReadBig16(const std::uint8_t* from) { return static_cast<std::uint16_t>(from[0] << 8 | from[1]); }
 
-std::uint32_t Read32(const std::uint8_t* from) { return std::uint32_t{Read16(from)} << 16 | Read16(from + 2); }
+std::uint32_t ReadBig32(const std::uint8_t* from) { return std::uint32_t{ReadBig16(from)} << 16 | ReadBig16(from + 2); }
 
 // Each fragment of a message has at least so many bytes, because ENet cuts by the MTU. ENet allocates memory by the
 // number of fragments that a peer announces, whatever their size.
@@ -22,7 +22,7 @@ constexpr std::uint32_t kLeastFragmentBytes = 512;
 
 // Size of ENet's header, which is longer where it has a time.
 std::size_t HeaderBytes(std::span<const std::uint8_t> datagram) {
-  return (Read16(datagram.data()) & ENET_PROTOCOL_HEADER_FLAG_SENT_TIME) != 0 ? kLongHeader : kShortHeader;
+  return (ReadBig16(datagram.data()) & ENET_PROTOCOL_HEADER_FLAG_SENT_TIME) != 0 ? kLongHeader : kShortHeader;
 }
 
 // Size of a command with its data; 0 if our endpoints never send it, or if it is cut off.
@@ -42,14 +42,14 @@ std::size_t CommandBytes(std::span<const std::uint8_t> rest, std::uint8_t comman
       return sizeof(ENetProtocolBandwidthLimit);
     case ENET_PROTOCOL_COMMAND_SEND_RELIABLE:
       if (rest.size() < sizeof(ENetProtocolSendReliable)) return 0;
-      return sizeof(ENetProtocolSendReliable) + Read16(rest.data() + offsetof(ENetProtocolSendReliable, dataLength));
+      return sizeof(ENetProtocolSendReliable) + ReadBig16(rest.data() + offsetof(ENetProtocolSendReliable, dataLength));
     case ENET_PROTOCOL_COMMAND_SEND_FRAGMENT:
       if (rest.size() < sizeof(ENetProtocolSendFragment)) return 0;
-      if (Read32(rest.data() + offsetof(ENetProtocolSendFragment, fragmentCount)) >
-          Read32(rest.data() + offsetof(ENetProtocolSendFragment, totalLength)) / kLeastFragmentBytes + 1) {
+      if (ReadBig32(rest.data() + offsetof(ENetProtocolSendFragment, fragmentCount)) >
+          ReadBig32(rest.data() + offsetof(ENetProtocolSendFragment, totalLength)) / kLeastFragmentBytes + 1) {
         return 0;
       }
-      return sizeof(ENetProtocolSendFragment) + Read16(rest.data() + offsetof(ENetProtocolSendFragment, dataLength));
+      return sizeof(ENetProtocolSendFragment) + ReadBig16(rest.data() + offsetof(ENetProtocolSendFragment, dataLength));
     default:
       return 0;
   }
@@ -98,14 +98,14 @@ std::size_t Gather(std::span<const ENetBuffer> buffers, std::span<std::uint8_t> 
 }
 
 std::uint16_t PeerOf(std::span<const std::uint8_t> payload) {
-  return Read16(payload.data()) & ENET_PROTOCOL_MAXIMUM_PEER_ID;
+  return ReadBig16(payload.data()) & ENET_PROTOCOL_MAXIMUM_PEER_ID;
 }
 
 Inner Inspect(std::span<const std::uint8_t> payload, bool dialled, bool reliable) {
   if (payload.size() < kShortHeader) return Inner::kRefused;
   const std::size_t header = HeaderBytes(payload);
   if (payload.size() <= header) return Inner::kRefused;
-  if ((Read16(payload.data()) & ENET_PROTOCOL_HEADER_FLAG_COMPRESSED) != 0) return Inner::kRefused;
+  if ((ReadBig16(payload.data()) & ENET_PROTOCOL_HEADER_FLAG_COMPRESSED) != 0) return Inner::kRefused;
   const bool to_nobody = PeerOf(payload) == ENET_PROTOCOL_MAXIMUM_PEER_ID;
   std::span<const std::uint8_t> rest = payload.subspan(header);
   for (bool first = true; !rest.empty(); first = false) {

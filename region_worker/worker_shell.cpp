@@ -221,12 +221,12 @@ void WorkerShell::Do(const SendMessage& action) { links_->Send(action.to, *actio
 void WorkerShell::Do(const FlushLinks&) { links_->Flush(); }
 void WorkerShell::Do(const CutLink& action) { links_->Cut(action.region, action.why); }
 
-void WorkerShell::Do(const LoadScene& action) {
+void WorkerShell::Do(const RequestScene& action) {
   core_->SceneLoaded(LoadSceneFile(action.path, action.hash), Clock::now());
   malloc_trim(0);  // gives back the memory that parsing took
 }
 
-void WorkerShell::Do(const LoadState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }
+void WorkerShell::Do(const RequestState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }
 
 void WorkerShell::Do(WriteCheckpoint& action) {
   checkpoint_writer_.Begin(action.tick, std::move(action.path), std::move(action.state));

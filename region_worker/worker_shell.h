@@ -55,8 +55,8 @@ class WorkerShell {
   void Do(const SendMessage& action);
   void Do(const FlushLinks& action);
   void Do(const CutLink& action);
-  void Do(const LoadScene& action);
-  void Do(const LoadState& action);
+  void Do(const RequestScene& action);
+  void Do(const RequestState& action);
   void Do(WriteCheckpoint& action);
   void Do(const OpenPorts& action);
   void Do(const PublishMap& action);

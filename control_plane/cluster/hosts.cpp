@@ -10,7 +10,6 @@ namespace tessera::control {
 namespace {
 
 constexpr std::size_t kMaxVersionBytes = 128;
-constexpr std::uint32_t kMaxPort = 65535;
 
 bool IsLowerOrDigit(char c) {
   return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c));

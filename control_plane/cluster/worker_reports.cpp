@@ -15,8 +15,6 @@
 namespace tessera::control {
 namespace {
 
-constexpr std::uint32_t kMaxPort = 65535;
-
 bool ValidPorts(const v1::RegionAddress& address) {
   const auto port = [](std::uint32_t value) { return value >= 1 && value <= kMaxPort; };
   return port(address.game_port()) && port(address.link_port()) && address.metrics_port() <= kMaxPort;

@@ -21,7 +21,7 @@ Rect Common(const Rect& a, const Rect& b) {
           std::min(a.max_z, b.max_z)};
 }
 
-bool HasArea(const Rect& r) { return r.min_x < r.max_x && r.min_z < r.max_z; }
+bool IsNotEmpty(const Rect& r) { return r.min_x < r.max_x && r.min_z < r.max_z; }
 
 // Makes `a` the rectangle that the two form together; false if they form none.
 bool Join(Rect& a, const Rect& b) {
@@ -69,7 +69,7 @@ absl::StatusOr<PartitionMap> TransitionMap(const PartitionMap& now, const Partit
   for (const Cell& to : wanted.cells()) {
     for (const Cell& old : now.cells()) {
       const Rect area = Common(to.area, old.area);
-      if (!HasArea(area)) continue;
+      if (!IsNotEmpty(area)) continue;
       const bool kept = to.owner == old.owner;
       cells.push_back({area, to.owner, kept ? old.epoch : Epoch(old.epoch.value() + 1), kept ? RegionId() : old.owner});
       if (cells.size() > kMaxCells) return Bad(absl::StrCat("cells: more than ", kMaxCells, " pieces"));

@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-using Kind = v1::Joint::KindCase;
+using JointKind = v1::Joint::KindCase;
 
 // A whole turn, with room for a rounded pi.
 constexpr double kTurn_rad = 6.2832, kHalfTurn_rad = 3.1416;
@@ -63,21 +63,21 @@ struct Parts {
 void SetKind(Faults& faults, const v1::Joint& in, JointDef& out) {
   Parts parts{faults};
   switch (in.kind_case()) {
-    case Kind::kPoint:
+    case JointKind::kPoint:
       out.kind = PointJoint{};
       break;
-    case Kind::kFixed:
+    case JointKind::kFixed:
       out.kind = FixedJoint{};
       break;
-    case Kind::kHinge:
+    case JointKind::kHinge:
       out.kind = HingeJoint{parts.LimitOf("hinge.limit", in.hinge().has_limit(), in.hinge().limit(), kTurn_rad),
                             parts.MotorOf("hinge.motor", in.hinge().motor(), true)};
       break;
-    case Kind::kSlider:
+    case JointKind::kSlider:
       out.kind = SliderJoint{parts.LimitOf("slider.limit", in.slider().has_limit(), in.slider().limit(), kMaxExtent_m),
                              parts.MotorOf("slider.motor", in.slider().motor(), false)};
       break;
-    case Kind::kConeTwist: {
+    case JointKind::kConeTwist: {
       const auto& cone = in.cone_twist();
       faults.Range("cone_twist.swing_y", cone.swing_y(), 0, kHalfTurn_rad);
       faults.Range("cone_twist.swing_z", cone.swing_z(), 0, kHalfTurn_rad);
@@ -85,24 +85,24 @@ void SetKind(Faults& faults, const v1::Joint& in, JointDef& out) {
       out.kind = ConeTwistJoint{cone.swing_y(), cone.swing_z(), cone.twist()};
       break;
     }
-    case Kind::kSixDof:
+    case JointKind::kSixDof:
       out.kind = parts.SixDof(in.six_dof());
       break;
-    case Kind::kUniversal: {
+    case JointKind::kUniversal: {
       const auto& universal = in.universal();
       out.kind =
           UniversalJoint{parts.LimitOf("universal.limit_a", universal.has_limit_a(), universal.limit_a(), kTurn_rad),
                          parts.LimitOf("universal.limit_b", universal.has_limit_b(), universal.limit_b(), kTurn_rad)};
       break;
     }
-    case Kind::kHinge2: {
+    case JointKind::kHinge2: {
       const auto& wheel = in.hinge2();
       out.kind = Hinge2Joint{parts.LimitOf("hinge2.steering", wheel.has_steering(), wheel.steering(), kTurn_rad),
                              parts.SpringOf("hinge2.suspension", wheel.suspension(), kMaxExtent_m),
                              parts.MotorOf("hinge2.drive", wheel.drive(), true)};
       break;
     }
-    case Kind::kGear:
+    case JointKind::kGear:
       if (in.gear().ratio() == 0) {
         faults.Add("gear.ratio must not be 0");
       } else if (faults.Range("gear.ratio", in.gear().ratio(), -kMaxGearRatio, kMaxGearRatio) &&
@@ -112,7 +112,7 @@ void SetKind(Faults& faults, const v1::Joint& in, JointDef& out) {
       if (in.body_b() == 0) faults.Add("body_b is missing: a gear needs two bodies");
       out.kind = GearJoint{in.gear().ratio()};
       break;
-    case Kind::KIND_NOT_SET:
+    case JointKind::KIND_NOT_SET:
       faults.Add(
           "its kind is missing: give one of point, fixed, hinge, slider, cone_twist, six_dof, universal, hinge2, gear");
       break;

@@ -12,33 +12,35 @@
 namespace tessera {
 namespace {
 
-using Kind = v1::Shape::KindCase;
+using ShapeKind = v1::Shape::KindCase;
 
-bool StaticOnly(Kind kind) { return kind == Kind::kMesh || kind == Kind::kHeightField || kind == Kind::kPlane; }
+bool StaticOnly(ShapeKind kind) {
+  return kind == ShapeKind::kMesh || kind == ShapeKind::kHeightField || kind == ShapeKind::kPlane;
+}
 
-const char* NameOf(Kind kind) {
+const char* NameOf(ShapeKind kind) {
   switch (kind) {
-    case Kind::kBox:
+    case ShapeKind::kBox:
       return "box";
-    case Kind::kSphere:
+    case ShapeKind::kSphere:
       return "sphere";
-    case Kind::kCapsule:
+    case ShapeKind::kCapsule:
       return "capsule";
-    case Kind::kCylinder:
+    case ShapeKind::kCylinder:
       return "cylinder";
-    case Kind::kCone:
+    case ShapeKind::kCone:
       return "cone";
-    case Kind::kHull:
+    case ShapeKind::kHull:
       return "hull";
-    case Kind::kCompound:
+    case ShapeKind::kCompound:
       return "compound";
-    case Kind::kMesh:
+    case ShapeKind::kMesh:
       return "mesh";
-    case Kind::kHeightField:
+    case ShapeKind::kHeightField:
       return "height_field";
-    case Kind::kPlane:
+    case ShapeKind::kPlane:
       return "plane";
-    case Kind::KIND_NOT_SET:
+    case ShapeKind::KIND_NOT_SET:
       break;
   }
   return "nothing";
@@ -182,8 +184,8 @@ BoxShape BoxOf(Faults& faults, const std::string& field, const v1::Vec3& half) {
 }  // namespace
 
 ShapePtr ShapeResolver::Resolve(const std::string& field, const v1::Shape& shape, Motion motion) {
-  const Kind kind = shape.kind_case();
-  if (kind == Kind::KIND_NOT_SET) {
+  const ShapeKind kind = shape.kind_case();
+  if (kind == ShapeKind::KIND_NOT_SET) {
     faults_.Add(absl::StrCat(field,
                              " is missing: give one of box, sphere, capsule, cylinder, cone, hull, compound, mesh, "
                              "height_field, plane"));
@@ -206,28 +208,28 @@ ShapePtr ShapeResolver::Resolve(const std::string& field, const v1::Shape& shape
 ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) {
   auto out = std::make_shared<Shape>();
   switch (shape.kind_case()) {
-    case Kind::kBox:
+    case ShapeKind::kBox:
       out->form = BoxOf(faults_, field, shape.box().half_extents());
       break;
-    case Kind::kSphere:
+    case ShapeKind::kSphere:
       Extent(faults_, field + ".radius", shape.sphere().radius());
       out->form = SphereShape{shape.sphere().radius()};
       break;
-    case Kind::kCapsule:
+    case ShapeKind::kCapsule:
       out->form = Round<CapsuleShape>(faults_, field, shape.capsule());
       break;
-    case Kind::kCylinder:
+    case ShapeKind::kCylinder:
       out->form = Round<CylinderShape>(faults_, field, shape.cylinder());
       break;
-    case Kind::kCone:
+    case ShapeKind::kCone:
       Extent(faults_, field + ".radius", shape.cone().radius());
       Extent(faults_, field + ".height", shape.cone().height());
       out->form = ConeShape{.radius_m = shape.cone().radius(), .height_m = shape.cone().height()};
       break;
-    case Kind::kHull:
+    case ShapeKind::kHull:
       out->form = Hull(faults_, field, shape.hull());
       break;
-    case Kind::kCompound: {
+    case ShapeKind::kCompound: {
       CompoundShape compound;
       const auto& children = shape.compound().children();
       if (children.empty() || static_cast<std::size_t>(children.size()) > kMaxCompoundChildren) {
@@ -236,8 +238,8 @@ ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) 
       }
       for (int i = 0; i < children.size(); ++i) {
         const std::string child = absl::StrCat(field, ".children[", i, "]");
-        const Kind kind = children[i].shape().kind_case();
-        if (kind == Kind::kCompound || StaticOnly(kind)) {
+        const ShapeKind kind = children[i].shape().kind_case();
+        if (kind == ShapeKind::kCompound || StaticOnly(kind)) {
           faults_.Add(
               absl::StrCat(child, ".shape must be a box, sphere, capsule, cylinder, cone or hull, got ", NameOf(kind)));
           continue;
@@ -248,16 +250,16 @@ ShapePtr ShapeResolver::Build(const std::string& field, const v1::Shape& shape) 
       out->form = std::move(compound);
       break;
     }
-    case Kind::kMesh:
+    case ShapeKind::kMesh:
       out->form = Mesh(faults_, field, shape.mesh());
       break;
-    case Kind::kHeightField:
+    case ShapeKind::kHeightField:
       out->form = Heights(faults_, field, shape.height_field());
       break;
-    case Kind::kPlane:
+    case ShapeKind::kPlane:
       out->form = Plane(faults_, field, shape.plane());
       break;
-    case Kind::KIND_NOT_SET:
+    case ShapeKind::KIND_NOT_SET:
       break;
   }
   return out;

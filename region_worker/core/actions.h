@@ -36,10 +36,10 @@ struct CutLink {
 
 // --- Files -----------------------------------------------------------------------------------------------------------
 
-struct LoadScene {  // answered by SceneLoaded
+struct RequestScene {  // answered by SceneLoaded
   std::string path, hash;
 };
-struct LoadState {  // answered by StateLoaded
+struct RequestState {  // answered by StateLoaded
   std::string path;
 };
 struct WriteCheckpoint {  // answered, some time, by CheckpointWritten
@@ -101,7 +101,7 @@ struct PrintFailure {
   std::string reason;
 };
 
-using Action = std::variant<SendMessage, FlushLinks, CutLink, LoadScene, LoadState, WriteCheckpoint, OpenPorts,
+using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestState, WriteCheckpoint, OpenPorts,
                             PublishMap, PublishStart, PublishStep, ExpelPlayer, SendReport, SendInventory, AskForLease,
                             RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;

@@ -109,10 +109,10 @@ void WorkerCore::Load() {
   if (loading_) return;
   const bool restores = order_.initial_state && !order_.joins_running;
   if (!scene_) {
-    actions_.emplace_back(LoadScene{order_.scene_path, order_.scene_hash});
+    actions_.emplace_back(RequestScene{order_.scene_path, order_.scene_hash});
     loading_ = true;
   } else if (restores && !initial_) {
-    actions_.emplace_back(LoadState{order_.initial_state->path});
+    actions_.emplace_back(RequestState{order_.initial_state->path});
     loading_ = true;
   }
 }

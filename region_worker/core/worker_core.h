@@ -6,7 +6,7 @@
 // order and does the difference; what an order leaves open it waits for.
 //
 //   WorkerCore core({identity, pid, address});
-//   core.TakeOrder(order, now);                         CarryOut(core.TakeActions());   // LoadScene -> SceneLoaded
+//   core.TakeOrder(order, now);                         CarryOut(core.TakeActions());   // RequestScene -> SceneLoaded
 //   core.Receive(from, message, now);                   CarryOut(core.TakeActions());
 //   while (core.Advance(now)) { core.Step(now);         CarryOut(core.TakeActions());   core.StepEnded(end, work); }
 //

@@ -57,8 +57,8 @@ class WorkerCoreTest : public ::testing::Test {
 };
 
 TEST_F(WorkerCoreTest, GoesFromLoadingToRunningByItsOrders) {
-  EXPECT_THAT(AllOf<LoadScene>(TakeOrder()), SizeIs(1));
-  EXPECT_THAT(AllOf<LoadScene>(TakeOrder()), IsEmpty()) << "it is asked for already";
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), SizeIs(1));
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), IsEmpty()) << "it is asked for already";
   EXPECT_EQ(core.phase(), v1::WORKER_PHASE_LOADING);
   EXPECT_THAT(AllOf<OpenPorts>(Load()), SizeIs(1));
   EXPECT_EQ(core.phase(), v1::WORKER_PHASE_LINKED) << "there is nobody to link with";
@@ -72,7 +72,7 @@ TEST_F(WorkerCoreTest, GoesFromLoadingToRunningByItsOrders) {
 
 TEST_F(WorkerCoreTest, AnOrderForAnotherAndAnOlderOneAreNotFollowed) {
   order.set_incarnation(2);
-  EXPECT_THAT(AllOf<LoadScene>(TakeOrder()), IsEmpty());
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), IsEmpty());
   order.set_incarnation(1);
   TakeOrder();
   order.set_stop(true);

@@ -84,9 +84,9 @@ void SimulatedWorker::Do(const worker::CutLink& action) { links_.Cut(action.regi
 
 // --- Files, the agent and the checks.
 
-void SimulatedWorker::Do(const worker::LoadScene&) { core_.SceneLoaded(around_.scene, around_.Now()); }
+void SimulatedWorker::Do(const worker::RequestScene&) { core_.SceneLoaded(around_.scene, around_.Now()); }
 
-void SimulatedWorker::Do(const worker::LoadState& action) {
+void SimulatedWorker::Do(const worker::RequestState& action) {
   const auto file = around_.files.find(action.path);
   if (file == around_.files.end()) return core_.StateLoaded(absl::NotFoundError(action.path), around_.Now());
   core_.StateLoaded(file->second, around_.Now());

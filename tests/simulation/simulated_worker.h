@@ -59,8 +59,8 @@ class SimulatedWorker {
   void Do(const Action&) {}  // no concern of the simulator's
   void Do(const worker::SendMessage& action);
   void Do(const worker::CutLink& action);
-  void Do(const worker::LoadScene& action);
-  void Do(const worker::LoadState& action);
+  void Do(const worker::RequestScene& action);
+  void Do(const worker::RequestState& action);
   void Do(const worker::WriteCheckpoint& action);
   void Do(const worker::OpenPorts& action);
   void Do(const worker::PublishStep& action);

@@ -5,15 +5,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/replication/codec/rounded.h"
+
 namespace tessera::replication {
 namespace {
 
 constexpr int kGravityBits = 16;
 constexpr int kTurnShift = kFixedBits - 8;  // 2^30 is the sine of half a turn's half
-
-constexpr std::int64_t Rounded(std::int64_t numerator, std::int64_t denominator) {
-  return numerator >= 0 ? (numerator + denominator / 2) / denominator : -((-numerator + denominator / 2) / denominator);
-}
 
 int Bits(std::int64_t value) { return static_cast<int>(std::bit_width(static_cast<std::uint64_t>(std::abs(value)))); }
 
@@ -72,7 +70,7 @@ Prediction PosePredictor::Predict(const Samples& s) const {
   const std::int64_t span = gap + (result.flies ? static_cast<std::int64_t>(s.gap2) : 0);
   std::int64_t longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t move = Rounded((s.base->position[axis] - from.position[axis]) * ticks, span);
+    const std::int64_t move = RoundedQuotient((s.base->position[axis] - from.position[axis]) * ticks, span);
     longest = std::max(longest, std::abs(move));
     result.position[axis] += move;
   }
@@ -99,8 +97,8 @@ Prediction PosePredictor::PredictWithFit(const Samples& s) const {
   const auto gap2 = static_cast<std::int64_t>(s.gap2);
   std::int64_t change = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    result.change[axis] = Rounded((s.base->position[axis] - s.older->position[axis]) * ticks, gap) -
-                          Rounded((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
+    result.change[axis] = RoundedQuotient((s.base->position[axis] - s.older->position[axis]) * ticks, gap) -
+                          RoundedQuotient((s.older->position[axis] - s.oldest->position[axis]) * ticks, gap2);
     if (result.flies && axis == 1) result.change[1] -= (gravity_ * ticks * (gap + gap2)) >> (kGravityBits + 1);
     change = std::max(change, std::abs(result.change[axis]));
   }

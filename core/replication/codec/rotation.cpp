@@ -4,15 +4,13 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/replication/codec/rounded.h"
+
 namespace tessera::replication {
 namespace {
 
 constexpr std::int64_t kHalfSquareRoot = 759250125;  // sqrt(1/2)
 constexpr FixedQuaternion kIdentity{0, 0, 0, kFixedOne};
-
-constexpr std::int64_t Rounded(std::int64_t numerator, std::int64_t denominator) {
-  return numerator >= 0 ? (numerator + denominator / 2) / denominator : -((-numerator + denominator / 2) / denominator);
-}
 
 // The share part / whole of the turn `r`, by the straight line between the quaternions: exact enough for part of a
 // turn that is small itself.
@@ -38,7 +36,7 @@ FixedQuaternion ToFixed(const QuantizedState& state, std::int32_t limit) {
   std::int64_t left = kFixedOne * kFixedOne;
   for (std::size_t i = 0, in = 0; i < 4; ++i) {
     if (i == state.largest) continue;
-    q[i] = Rounded(state.smallest[in++] * kHalfSquareRoot, limit);
+    q[i] = RoundedQuotient(state.smallest[in++] * kHalfSquareRoot, limit);
     left -= q[i] * q[i];
   }
   if (left < 0) return Normalize(q);  // only what no sender writes
@@ -60,7 +58,7 @@ std::array<std::int16_t, 3> ToSmallest(const FixedQuaternion& q, std::uint8_t la
   std::array<std::int16_t, 3> smallest{};
   for (std::size_t i = 0, out = 0; i < 4; ++i) {
     if (i == largest) continue;
-    const std::int64_t steps = Rounded(q[i] * scale, kHalfSquareRoot);
+    const std::int64_t steps = RoundedQuotient(q[i] * scale, kHalfSquareRoot);
     smallest[out++] = static_cast<std::int16_t>(std::clamp<std::int64_t>(steps, -limit, limit));
   }
   return smallest;
