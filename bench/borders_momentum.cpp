@@ -18,9 +18,9 @@ struct Sums {
   double scale = 0, angular_scale = 0;  // sum of abs(p), and of abs(p) times its distance from the middle
 };
 
-class Ledger {
+class MomentumCheck {
  public:
-  Ledger(const CutScene& cut, const Manner& manner) : instance_(Start(cut, manner)) {
+  MomentumCheck(const CutScene& cut, const Manner& manner) : instance_(Start(cut, manner)) {
     for (const BodyDef& body : cut.scene->bodies) {
       if (body.motion == Motion::kDynamic) dynamic_.push_back(&body);
     }
@@ -123,12 +123,12 @@ void Measure(BorderStage& stage, const std::string& name, const Scene& scene,
   for (const std::uint32_t regions : counts) {
     BorderStage::Progress(fmt::format("{}, {} regions", name, regions));
     const Manner manner = Regions(regions);
-    Ledger ledger(CutBy(scene, regions, kCell_m), manner);
-    ledger.Ticks(static_cast<int>(60 * seconds));
-    stage.Note(name, manner.name, "momentum_drift", ledger.Drift());
-    if (!closed) stage.Note(name, manner.name, "angular_momentum_drift", ledger.AngularDrift());
-    stage.Note(name, manner.name, "momentum_under_way", ledger.UnderWay());
-    stage.Note(name, manner.name, "handovers", static_cast<double>(ledger.handovers()));
+    MomentumCheck check(CutBy(scene, regions, kCell_m), manner);
+    check.Ticks(static_cast<int>(60 * seconds));
+    stage.Note(name, manner.name, "momentum_drift", check.Drift());
+    if (!closed) stage.Note(name, manner.name, "angular_momentum_drift", check.AngularDrift());
+    stage.Note(name, manner.name, "momentum_under_way", check.UnderWay());
+    stage.Note(name, manner.name, "handovers", static_cast<double>(check.handovers()));
   }
 }
 

@@ -60,7 +60,7 @@ std::unique_ptr<Engine> MakeEngine(EngineKind kind, const EngineConfig& config);
 
 // CPU time of the calling thread, s.
 double ThreadCpuSeconds();
-// Steps and tells the CPU time it took, s.
+// Steps, and returns the CPU time it took, s.
 double TimedStep(Engine& engine, double dt_s);
 
 }  // namespace tessera::bench

@@ -43,7 +43,7 @@ absl::Status RunFailover(const SuiteOptions& options, Report& report) {
   absl::Status worst = absl::OkStatus();
   for (const auto& [name, run] : Parts(size, network.ok() ? network->get() : nullptr, report)) {
     if (name.find(options.only) == std::string::npos) continue;
-    // A part that fails is told of, and leaves the others their turn.
+    // A part that fails is reported, and leaves the others their turn.
     const absl::Status status = run();
     if (!status.ok()) {
       std::cerr << "failover: " << name << ": " << status.message() << "\n";

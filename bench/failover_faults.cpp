@@ -28,7 +28,7 @@ absl::Status StrikeWorkers(Stage& stage, const std::vector<Worker>& victims,
   if (absl::Status status = stage.PlayFor(kBeforeFault_s); !status.ok()) return status;
   using Clock = std::chrono::steady_clock;
   const auto struck_at = Clock::now();
-  std::optional<Clock::time_point> over_at;  // the failover, as the control plane tells it
+  std::optional<Clock::time_point> over_at;  // the failover, as the control plane reports it
   if (absl::Status status = strike(); !status.ok()) return status;
   const absl::Status carried_on = stage.PlayUntil("carried on by others", [&] {
     const v1::Instance instance = stage.run().Latest();
@@ -61,7 +61,7 @@ absl::Status KillWorker(Stage& stage, std::uint32_t run, Outcome& outcome) {
       stage, victim, [&] { return SignalAll(victim, SIGKILL); }, outcome);
 }
 
-// Both workers of a host, whose agent tells of it.
+// Both workers of a host, whose agent reports it.
 absl::Status KillPair(Stage& stage, std::uint32_t run, Outcome& outcome) {
   const std::vector<Worker> victims = stage.WorkersOn(run % 2);
   return StrikeWorkers(
@@ -205,7 +205,7 @@ absl::Status RunFault(const Fault& fault, const FailoverSize& size, Report& repo
                              status.ok() ? "" : ", failed: " + std::string(status.message()), outcome.lost,
                              outcome.duplicated);
     if (!status.ok()) stage.reset();
-    outcome.Tell(fault.name, size, report);
+    outcome.AddTo(fault.name, size, report);
     if (absl::Status saved = report.Save(); !saved.ok()) return saved;
   }
   if (outcome.runs_failed < kMostFailed) return absl::OkStatus();

@@ -218,7 +218,7 @@ void Outcome::TellLateTicks(const std::string& config, Report& report) const {
   add_all("late_ticks_added_by_nothing", added_by_nothing);
 }
 
-void Outcome::Tell(const std::string& fault, const FailoverSize& size, Report& report) const {
+void Outcome::AddTo(const std::string& fault, const FailoverSize& size, Report& report) const {
   const std::string config = "fault=" + fault;
   const auto add = [&](const char* metric, double value, const char* unit) {
     report.Set("plaza", kFailoverEngine, config, metric, value, unit);

@@ -58,7 +58,7 @@ struct Outcome {
 
   // Anew after each run.
   void TellLateTicks(const std::string& config, Report& report) const;
-  void Tell(const std::string& fault, const FailoverSize& size, Report& report) const;
+  void AddTo(const std::string& fault, const FailoverSize& size, Report& report) const;
   // Counts that must be 0 whatever happened: bodies lost and doubled, clients dropped.
   void TellKept(const std::string& scene, const std::string& config, Report& report) const;
 };

@@ -5,9 +5,9 @@
 //   watch.gap_s()
 //
 // A body counts from the last moment at which anybody was shown something by the old owners to the first at which it is
-// shown by another, each as wide as the looks are apart: what is told is never too short, and too long by a look. The
-// median over the bodies is told, because some had just been handed over in the ordinary way, and of some a player's
-// budget lets him hear late. Thread rule: one thread.
+// shown by another, each as wide as the looks are apart: the figure is never too short, and too long by a look. The
+// median over the bodies is reported, because some had just been handed over in the ordinary way, and of some a
+// player's budget lets him hear late. Thread rule: one thread.
 #pragma once
 
 #include <chrono>

@@ -2,7 +2,7 @@
 //
 // Each line is a pair of runs that differ in one thing, which is present in one and of no use to the rest of it: boxes
 // that sleep, a border nobody is near, one body among many that needs what the others do not. `lean_cost_ratio` is the
-// median over alternating units of work with it to without it; at most 1.01 holds. Its p10 and p90 tell the spread,
+// median over alternating units of work with it to without it; at most 1.01 holds. Its p10 and p90 give the spread,
 // `lean_cost_ratio_error` the standard error of that median: what is finer cannot be seen. Where all bodies can be
 // made to need the thing, `needed_cost_ratio` says what it costs then, and so what is saved.
 #pragma once

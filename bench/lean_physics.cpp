@@ -100,14 +100,14 @@ Scene Flight(bool fast_loner, bool all_fast) {
   return make.Take();
 }
 
-// Stacks, and two balls side by side on the ground, tied or not.
-Scene StacksAndCouple(bool tied) {
+// Stacks, and two balls side by side on the ground, jointed or not.
+Scene StacksAndCouple(bool jointed) {
   Builder make("stacks and a couple");
   make.Ground();
   Stacks(make, {});
   const BodyId left = make.Dynamic(BallOf(0.5), kAside + Vec3d{0, 0.5, 0}, 1).id;
   const BodyId right = make.Dynamic(BallOf(0.5), kAside + Vec3d{0, 0.5, 1.5}, 1).id;
-  if (tied) make.JointAt(left, right, Pose{kAside + Vec3d{0, 0.5, 0.75}, {}}, PointJoint{});
+  if (jointed) make.JointAt(left, right, Pose{kAside + Vec3d{0, 0.5, 0.75}, {}}, PointJoint{});
   return make.Take();
 }
 

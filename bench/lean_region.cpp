@@ -154,7 +154,7 @@ LeanPair MetricsNobodyReads(const Counter& counter) {
           })};
 }
 
-// One client of a region whose bodies move, and who has long been told of those that rest.
+// One client of a region whose bodies move, and who has long been sent those that rest.
 class Viewed {
  public:
   explicit Viewed(std::size_t resting) : moving_({.count = 200, .world_m = 2 * kHalf_m}), bodies_(moving_.bodies()) {

@@ -1,5 +1,5 @@
 // Penetration: how deep the bodies of a scene stand in each other, by one yardstick for all engines: shapes as the
-// scene states them, poses as the engine tells them.
+// scene states them, poses as the engine gives them.
 //
 //   Yardstick yardstick(scene);
 //   Penetration now = yardstick.Measure(StatesOf(*engine, scene));

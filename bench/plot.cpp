@@ -10,7 +10,7 @@
 namespace tessera::bench {
 namespace {
 
-// Colours that colour-blind eyes tell apart (Okabe and Ito 2008).
+// Colours that colour-blind eyes distinguish (Okabe and Ito 2008).
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7"};
 
 std::string DataBlock(const std::string& name, const std::vector<Offer>& offers) {

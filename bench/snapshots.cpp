@@ -29,7 +29,7 @@ constexpr std::size_t kFirst = kAge + kGap + kGap2 + 1;
 static_assert(kAge + kDenseGap + kDenseGap2 <= kFirst);
 constexpr double kGravity_m_s2 = -20;
 
-// As in the reference, rates are of what is told of the cubes: sequence numbers, ticks and checksums come on top, much
+// As in the reference, rates count what is sent of the cubes: sequence numbers, ticks and checksums come on top, much
 // the same for all coders. Of a dense frame those are format, three references, tick and checksum.
 constexpr std::size_t FrameHeaderBytes(Tick tick) { return 1 + 3 + (tick.value() < 128 ? 1 : 2) + 4; }
 

@@ -81,7 +81,7 @@ absl::Status LossRow(const CubeTrace& trace, double loss, Report& report) {
       sent += datagram.size();
       down.Send(now_ms, std::move(datagram));
     }
-    const bool settled = t >= 120;  // the whole world has been told by then
+    const bool settled = t >= 120;  // the whole world has been sent by then
     if (settled) bytes.push_back(static_cast<double>(sent));
     bool any = false;
     down.Deliver(now_ms, [&](const Bytes& datagram, double) {
@@ -362,7 +362,7 @@ absl::Status RunJoin(const SuiteOptions& options, Report& report) {
   for (const BodyRecord& body : world.bodies()) {
     const double after_ms = newcomer.seen.at(body.id) - kJoinsAt * kTick_ms;
     complete_ms = std::max(complete_ms, after_ms);
-    // By where it is now; one that has come from afar meanwhile was told of in its turn.
+    // Counted by where it is now; a body that has come from afar meanwhile was sent in its turn.
     if (Length(body.state.position - kPlace) < kNear_m && body.state.asleep) near_ms = std::max(near_ms, after_ms);
   }
   const auto add = [&](const char* metric, double value, const char* unit) {

@@ -5,7 +5,6 @@
 namespace tessera::client {
 
 using replication::DepartureRecord;
-using replication::QuantizedState;
 
 Recorder::Recorder(RecordingWriter writer, const Scene& scene)
     : writer_(std::move(writer)),

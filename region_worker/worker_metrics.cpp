@@ -105,7 +105,7 @@ WorkerMetrics::WorkerMetrics()
       failover_gap(
           Gauge(*registry_, "tessera_region_failover_gap_seconds", "Time without a step that the last failover cost.")),
       promotion_age(Gauge(*registry_, "tessera_region_promotion_age_ticks",
-                         "How far behind the newest tick the state was that the last failover promoted here.")),
+                          "How far behind the newest tick the state was that the last failover promoted here.")),
       longest_tick(Gauge(*registry_, "tessera_region_longest_tick_seconds",
                          "The longest time from one step to the next, of the last 10 s.")),
       longest_tick_cpu(
@@ -116,7 +116,7 @@ WorkerMetrics::WorkerMetrics()
                            "Messages of a primary's log that could not be used: a whole state was asked for.")),
       failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
       links_down(Counter(*registry_, "tessera_region_links_down_total",
-                             "Times that a neighbour was silent for so long that the link was down.")),
+                         "Times that a neighbour was silent for so long that the link was down.")),
       game_acceptor(*registry_, "game"),
       link_acceptor(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {

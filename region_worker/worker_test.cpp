@@ -141,7 +141,7 @@ TEST(WorkerMetricsTest, ServesEveryNameOfTheDocument) {
         "tessera_region_handovers_total{direction=\"out\"}", "tessera_region_frame_bytes_total{direction=\"in\"}",
         "tessera_region_frame_bytes_total{direction=\"out\"}", "tessera_region_inputs_total{result=\"applied\"}",
         "tessera_region_inputs_total{result=\"refused\"}", "tessera_region_inputs_total{result=\"late\"}",
-        "tessera_region_inputs_total{result=\"elsewhere\"}",
+        "tessera_region_inputs_total{result=\"not_owner\"}",
         "tessera_region_frames_dropped_total{reason=\"malformed\"}", "tessera_region_step_seconds_bucket{le=\"5e-05\"}",
         "tessera_region_step_seconds_bucket{le=\"0.1\"}"}) {
     EXPECT_NE(page.find(series), std::string::npos) << series;

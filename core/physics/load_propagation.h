@@ -1,6 +1,6 @@
 // LoadPropagation: the loads of a pile, if each body presses upon those that it stands on with all that it carries.
 //
-// Weights are passed down body by body from the top, in equal shares to all that a body stands on. That is what statics
+// Weights propagate body by body from the top, in equal shares to all that a body stands on. That is what statics
 // says of a tower, and about what it says of a heap.
 //
 //   LoadPropagation propagation;

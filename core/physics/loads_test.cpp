@@ -1,4 +1,4 @@
-// Loads passed down a pile equal the weight above, and islands get substeps by what they bear.
+// Loads propagated through a pile equal the weight above, and islands get substeps by what they bear.
 #include "core/physics/loads.h"
 
 #include <gmock/gmock.h>

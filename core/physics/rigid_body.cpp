@@ -65,7 +65,7 @@ void RigidBody::Set(const BodyState& state, Vec3d origin) {
     state_.still_s = 0;
   }
   placement_ = PlacementOf(state_);
-  shown = false;
+  query_pose_current = false;
   if (dynamic_) {
     const Quatd& axes = placement_.orientation;
     if (AngularVelocityOf(inertia_, axes, state_.angular_momentum) != state_.angular_velocity) {
@@ -92,7 +92,7 @@ void RigidBody::Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f an
   state_.position = position;
   state_.orientation = Normalized(frame_.turned() ? orientation * Conjugate(frame_.axes) : orientation);
   placement_ = PlacementOf(state_);  // as another world computes it from this state
-  shown = false;
+  query_pose_current = false;
   SetMotion(velocity, angular_momentum);
 }
 
@@ -121,8 +121,8 @@ void RigidBody::NoteRest() {
 }
 
 void RigidBody::ShowToBullet(Vec3d origin) {
-  if (shown) return;
-  shown = true;
+  if (query_pose_current) return;
+  query_pose_current = true;
   object.setWorldTransform(ToBullet(Pose{placement_.position - origin, placement_.orientation}));
 }
 

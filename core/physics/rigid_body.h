@@ -64,7 +64,7 @@ class alignas(64) RigidBody {
   // --- Callers add forces; the integration pass clears them once they have acted.
   Vec3d force_n, torque_nm;
   // --- The body itself.
-  bool shown = false;  // Bullet's copy is up to date
+  bool query_pose_current = false;  // queries see the body where it is now
   // --- The world.
   bool isolated = false;  // It takes no part, because it went non-finite or is parked.
   bool parked = false;

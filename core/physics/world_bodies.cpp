@@ -83,7 +83,7 @@ void World::Impl::WakeNeighbours(const RigidBody& body) {
 
 void World::Impl::ShowToQueries() {
   for (const auto& [id, body] : bodies.all()) {
-    if (body->shown || body->isolated) continue;
+    if (body->query_pose_current || body->isolated) continue;
     broad_phase.Move(*body);
     body->ShowToBullet(settings.origin);
   }

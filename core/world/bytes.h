@@ -111,7 +111,7 @@ class ByteReader {
     ok_ = false;
     why_ = why;
   }
-  // Tells the first failure, e.g. "ghosts: truncated"; empty while there is none.
+  // The first failure, e.g. "ghosts: truncated"; empty while there is none.
   std::string error() const {
     if (ok_) return {};
     return *field_ == '\0' ? std::string(why_) : std::string(field_) + ": " + why_;

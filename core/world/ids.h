@@ -72,7 +72,7 @@ class Tick {
   rep value_ = 0;
 };
 
-// Bodies of players live in their own range, so every region can tell from an id alone whose body it is.
+// Bodies of players live in their own range, so every region knows from an id alone whose body it is.
 inline constexpr std::uint64_t kFirstPlayerBody = std::uint64_t{1} << 32;
 constexpr BodyId PlayerBodyId(PlayerNumber player) { return BodyId(kFirstPlayerBody + player.value()); }
 constexpr bool IsPlayerBody(BodyId body) { return body.value() > kFirstPlayerBody; }

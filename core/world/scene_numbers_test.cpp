@@ -100,7 +100,7 @@ void Set(Message& message, const FieldDescriptor& field, double value) {
 
 // Numbers of the message and of every message in it. `name`: the field that holds the message.
 void ForEachNumber(Message& message, const std::string& name,
-                   const std::function<void(Message&, const FieldDescriptor&, const std::string& name)>& tell) {
+                   const std::function<void(Message&, const FieldDescriptor&, const std::string& name)>& visit) {
   const Descriptor& type = *message.GetDescriptor();
   const Reflection& reflection = *message.GetReflection();
   for (int i = 0; i < type.field_count(); ++i) {
@@ -108,15 +108,15 @@ void ForEachNumber(Message& message, const std::string& name,
     const bool component = type.name() == "Vec3" || type.name() == "Quat";
     if (IsNumber(field)) {
       const bool in_another_kind = field.real_containing_oneof() != nullptr && !reflection.HasField(message, &field);
-      if (!in_another_kind) tell(message, field, component ? name : field.name());
+      if (!in_another_kind) visit(message, field, component ? name : field.name());
     } else if (field.cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) {
       continue;
     } else if (field.is_repeated()) {
       for (int k = 0; k < reflection.FieldSize(message, &field); ++k) {
-        ForEachNumber(*reflection.MutableRepeatedMessage(&message, &field, k), field.name(), tell);
+        ForEachNumber(*reflection.MutableRepeatedMessage(&message, &field, k), field.name(), visit);
       }
     } else if (reflection.HasField(message, &field)) {
-      ForEachNumber(*reflection.MutableMessage(&message, &field), field.name(), tell);
+      ForEachNumber(*reflection.MutableMessage(&message, &field), field.name(), visit);
     }
   }
 }

@@ -63,7 +63,7 @@ absl::Status RegionRun::Resume(const region::Resolution& resolution, TimePoint n
   failover_figures_.promotion_age_ticks = 0;
   for (const region::StandbyCopy* copy : dead) {
     const std::uint64_t age_ticks = newest - std::min(newest, copy->tick().value());
-    failover_figures_.promotion_age_ticks = std::max(failover_figures_.takeover_age_ticks, age_ticks);
+    failover_figures_.promotion_age_ticks = std::max(failover_figures_.promotion_age_ticks, age_ticks);
   }
   ++failover_figures_.failovers;
   links.SendFrames(std::exchange(result->frames, {}), actions);

@@ -36,9 +36,9 @@
 namespace tessera::worker {
 
 struct FailoverFigures {
-  std::uint64_t failovers = 0;           // that this region went through
+  std::uint64_t failovers = 0;            // that this region went through
   std::uint64_t promotion_age_ticks = 0;  // how old the state was that the last one brought back
-  std::uint64_t last_gap_ms = 0;         // time without a step that the last one cost
+  std::uint64_t last_gap_ms = 0;          // time without a step that the last one cost
 };
 
 class RegionRun {

@@ -49,9 +49,9 @@ Jitter Jittered(const Scene& scene, std::uint64_t seed, double jitter_m) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (bodies[i].motion == Motion::kDynamic) dynamic.push_back(i);
     const BodyId id = bodies[i].id;
-    const bool tied = std::any_of(scene.joints.begin(), scene.joints.end(),
-                                  [&](const JointDef& joint) { return joint.body_a == id || joint.body_b == id; });
-    if (bodies[i].motion != Motion::kDynamic || tied) continue;
+    const bool jointed = std::any_of(scene.joints.begin(), scene.joints.end(),
+                                     [&](const JointDef& joint) { return joint.body_a == id || joint.body_b == id; });
+    if (bodies[i].motion != Motion::kDynamic || jointed) continue;
     bodies[i].initial.position.x += random.Between(-jitter_m, jitter_m);
     bodies[i].initial.position.z += random.Between(-jitter_m, jitter_m);
   }

@@ -40,7 +40,7 @@ Scene TowerInTurn(int n, bool corner);
 // A wall along x of `rows` courses of bricks of 2 x 1 x 1 m, a quarter brick off each other, its middle at x = 0; along
 // the border if `along`, its bricks to this side and that of x = 0 in turn.
 Scene BrickWall(int rows, int columns, bool along);
-// A bridge of planks on hinges from x = -5 to 5, 3 m up, its ends tied to the world, on which twelve balls fall.
+// A bridge of planks on hinges from x = -5 to 5, 3 m up, its ends jointed to the world, on which twelve balls fall.
 Scene Bridge();
 // Bodies of four shapes in a closed box of 12 x 12 m, which rain down and come to lie; restitution .3. Bodies 1 to 5
 // are floor and walls.

@@ -1,8 +1,8 @@
 // Builder: a scene made by number rather than written down. What all measured scenes are made with.
 //
 // Promise: the same calls give the same bits on every host: angles and random numbers are reckoned here, without the C
-// library's. Ids count from 1 in the order of making. Bodies never sleep unless told to, since a measurement of a
-// sleeper is none: `AllowSleep` sets all at once.
+// library's. Ids count from 1 in the order of making. Bodies never sleep unless the scene lets them, since a
+// measurement of a sleeper is none: `AllowSleep` sets all at once.
 //
 //   Builder make("tower");
 //   make.Ground({.friction = 0.6});

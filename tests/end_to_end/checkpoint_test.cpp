@@ -49,7 +49,7 @@ class CheckpointTest : public WorldTest {
   }
 };
 
-// Its players are told that what they were in has ended, and come back to their bodies of then.
+// Its players learn that the world they were in has ended, and come back to their bodies of then.
 TEST_F(CheckpointTest, ARestoredWorldGoesOnFromItsCheckpointAndItsPlayersComeBackToIt) {
   Start({.scene = "", .regions = 4, .bots = 0, .hosts = 2, .capacity = 8});
   ASSERT_TRUE(PlayUntilProtected());
@@ -131,7 +131,7 @@ TEST_F(CheckpointTest, ARegionThatIsKilledTogetherWithItsStandbyComesBackFromThe
   const v1::Instance instance = run_->Latest();
   EXPECT_GE(instance.lost_ticks(), 60u);
   EXPECT_EQ(instance.lost_bodies(), 0u);
-  EXPECT_EQ(instance.failovers(), 0u) << "that would be told as a success";
+  EXPECT_EQ(instance.failovers(), 0u) << "that would be reported as a success";
   EXPECT_THAT(instance.events().rbegin()->text(), HasSubstr("restored from the checkpoint of tick"));
   ASSERT_TRUE(PlayOn(2));
   ExpectAllIsThere();

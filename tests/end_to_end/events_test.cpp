@@ -69,7 +69,7 @@ TEST_F(EventsTest, AGateOnABorderTellsOfEachBallOnceIntoAndOutOfIt) {
     count(bot.events());
     return left.size() == kBalls;
   }));
-  // Nothing is told late, or again.
+  // No event arrives late, or twice.
   const Tick then = bot.client().tick();
   bool counted = true;
   ASSERT_TRUE(PlayUntil("a second more", [&] {

@@ -20,7 +20,7 @@ class WorldTest : public testing::Test {
   static constexpr std::chrono::seconds kPatience{150};  // which only a failing test waits out
   static constexpr std::uint32_t kBodies = 200, kBots = 2;
 
-  // kBodies and kBots unless told otherwise.
+  // kBodies and kBots by default.
   void Start(local::RunOptions options) {
     if (options.scene.empty()) options.scene = support::ScenePath("plaza");
     if (!options.bodies) options.bodies = kBodies;

@@ -112,6 +112,7 @@ std::vector<Document> ReadDocuments() {
   }
   std::sort(names.begin(), names.end());
   std::vector<Document> documents;
+  documents.reserve(names.size());
   for (const std::string& name : names) documents.push_back(ReadDocument(name));
   return documents;
 }

@@ -256,14 +256,14 @@ void SimulatedHost::Do(const agent::UploadState& action) {
   });
 }
 
-void SimulatedHost::Do(const agent::TellReport& action) {
+void SimulatedHost::Do(const agent::ForwardReport& action) {
   if (!admitted_) return;
   v1::AgentMessage message;
   *message.mutable_report() = action.report;
   Send(message);
 }
 
-void SimulatedHost::Do(const agent::TellExit& action) {
+void SimulatedHost::Do(const agent::ReportExit& action) {
   if (!admitted_) return;
   v1::AgentMessage message;
   *message.mutable_exited() = action.exited;

@@ -65,8 +65,8 @@ class SimulatedHost {
   void Do(const agent::FetchScene& action);
   void Do(const agent::FetchState& action);
   void Do(const agent::UploadState& action);
-  void Do(const agent::TellReport& action);
-  void Do(const agent::TellExit& action);
+  void Do(const agent::ForwardReport& action);
+  void Do(const agent::ReportExit& action);
   void Fetch();
   void DialAgent(const agent::WorkerKey& key);
   void Attach(const agent::WorkerKey& key);

@@ -126,7 +126,7 @@ void SimulatedRegion::Step() {
 
 RegionTotals SimulatedRegion::totals() const {
   RegionTotals totals = totals_;
-  totals.closings = ticks_.given_up();
+  totals.closings = ticks_.links_down();
   return totals;
 }
 

@@ -57,7 +57,7 @@ float FaceSeparationB(const Relation& r, int j) {
   return std::abs(r.q[j]) - (r.hb[j] + r.ac[0][j] * r.ha[0] + r.ac[1][j] * r.ha[1] + r.ac[2][j] * r.ha[2]);
 }
 
-// Along cross(a's axis i, b's axis j). Edges that are nearly parallel tell nothing that a face does not tell better.
+// Along cross(a's axis i, b's axis j). Edges that are nearly parallel add nothing to the axis of a face.
 constexpr float kParallel = 1e-4f;  // squared sine
 constexpr float kNone = -1e30f;
 float EdgeSeparation(const Relation& r, int i, int j) {
@@ -110,7 +110,7 @@ bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t 
 
 // Whether the two meet only in a strip that is thinner than `thin_m` across an axis that lies athwart the normal: a rim
 // by a rim. There the normal is a toss-up, and one along the floor would stop what slides from one box to the next one
-// flush with it. Whatever they do next, one of the axes soon tells them apart or holds them.
+// flush with it. Whatever they do next, one of the axes soon separates or holds them.
 bool Grazes(const LocalPose& pose, const Axes& axes, Vec3f normal, float thin_m) {
   constexpr float kAthwart = 0.5f;
   const Vec3f in_b = Into(pose.rotation, normal);

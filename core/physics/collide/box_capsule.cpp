@@ -78,7 +78,7 @@ void CollideBoxCapsule(const Geometry& a, const Geometry& b, const LocalPose& po
   const float away[3] = {line.Outside(0, t), line.Outside(1, t), line.Outside(2, t)};
   const float square = away[0] * away[0] + away[1] * away[1] + away[2] * away[2];
   if (square > reach * reach) return;
-  // So near the axis that the way to it is rounding, or inside: by the axes that tell them apart.
+  // So near the axis that the way to it is rounding, or inside: by the axes that separate them.
   constexpr float kInside = 1e-4f;
   if (square <= kInside * kInside * b.radius_m * b.radius_m) return CollideHullCapsule(a, b, pose, speculative_m, out);
 

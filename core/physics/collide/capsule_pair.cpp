@@ -71,7 +71,7 @@ Touch NearestOutside(const Polyhedron& p, const Segment& s, float enough_m) {
     const Meeting near = MeetingOf(edge, s);
     const Vec3f away = s.At(near.t) - edge.At(near.s);
     const float square = LengthSquared(away);
-    // The slack leaves it to an end where both tell the same.
+    // The slack leaves it to an end where both give the same.
     if (best.distance_m <= 0 || square >= best.distance_m * best.distance_m * (1 - 1e-6f)) continue;
     const float distance = std::sqrt(square);
     if (distance > 0) best = {away / distance, distance, near.t};
@@ -104,7 +104,7 @@ Touch NearestInside(const Polyhedron& p, const Segment& s) {
   return best;
 }
 
-// Both ends of what lies over the face, told along the normal.
+// Both ends of the part that lies over the face, with separations along the normal.
 void AddOverFace(const Polyhedron& p, const Polyhedron::Face& face, const Segment& s, float speculative_m,
                  LocalManifold* out) {
   float low = -1, high = 1;

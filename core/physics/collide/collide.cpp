@@ -89,7 +89,7 @@ struct Outlet {
   Vec3f between;  // from a's centre of mass to b's, world axes
   float speculative_m;
 
-  // `on_b(point)` tells where b's anchor is now, in a's frame. Sets all but what the solver writes.
+  // `on_b(point)` gives where b's anchor is now, in a's frame. Sets all but what the solver writes.
   template <class OnB>
   void Write(const LocalManifold& from, OnB on_b, Manifold* to) const {
     int count = 0;
@@ -134,7 +134,7 @@ void CarryOver(std::span<const ManifoldPoint> olds, float tolerance_m, Manifold*
     std::size_t best = olds.size();
     for (std::size_t j = 0; j < olds.size(); ++j) {
       if (taken[j]) continue;
-      // One of the two bodies may have turned; the other tells.
+      // One of the two bodies may have turned; the other decides.
       const float square =
           std::min(LengthSquared(points[i].r_a - olds[j].r_a), LengthSquared(points[i].r_b - olds[j].r_b));
       if (square < nearest) nearest = square, best = j;

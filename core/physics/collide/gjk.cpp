@@ -69,7 +69,7 @@ bool Outside(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
   return origin * other <= 0;
 }
 
-// Four vertices where the origin is inside. A flat one does not tell sides truly: where the two are known to be
+// Four vertices where the origin is inside. A flat one does not separate its sides truly: where the two are known to be
 // `apart`, the origin is outside.
 Nearest OfTetrahedron(const Simplex& s, bool apart) {
   constexpr std::uint8_t kFaces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};

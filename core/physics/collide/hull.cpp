@@ -184,7 +184,7 @@ std::shared_ptr<const Polyhedron> BoundsAsHull(std::span<const Vec3f> points) {
 
 std::shared_ptr<const Polyhedron> HullOf(std::span<const Vec3f> points) {
   assert(points.size() >= 4);
-  // Where rounding spoils the hull, coarser rounding tells fewer points apart.
+  // Where rounding spoils the hull, coarser rounding keeps fewer points apart.
   for (double rounding = kRounding; rounding < 0.2; rounding *= 10)
     if (auto hull = TryHull(points, rounding)) return hull;
   return BoundsAsHull(points);

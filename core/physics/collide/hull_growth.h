@@ -1,7 +1,7 @@
 // GrowHull: the triangles of a convex hull, grown point by point (the beneath-beyond method).
 //
 // The work is done in coordinates along the edges of a first tetrahedron of points, in which every hull is about 1 wide
-// in every direction; so the sides of a needle or of a sheet are told apart too. A change of coordinates changes no
+// in every direction; so the sides of a needle or of a sheet are kept apart too. A change of coordinates changes no
 // hull.
 #pragma once
 

@@ -26,7 +26,7 @@ float Over(const Polyhedron::Face& face, const Polyhedron& other, Vec3f normal_i
   return Dot(normal_in_other, other.vertices[SupportVertex(other, -normal_in_other)]) - (face.offset_m - offset);
 }
 
-// The face of p that has q furthest above it; `q_in_p` tells where q is. Stops where that is more than `enough_m`.
+// The face of p that has q furthest above it; `q_in_p` is where q is. Stops where that is more than `enough_m`.
 FaceAxis BestFace(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_p, float enough_m, std::uint32_t last,
                   float keep_m) {
   FaceAxis best;

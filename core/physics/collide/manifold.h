@@ -1,6 +1,6 @@
 // Manifold: where two bodies touch or are about to, and what the solver did there last.
 //
-// Body a has the lower id, always. All vectors have world axes; points are told from each body's centre of mass, so
+// Body a has the lower id, always. All vectors have world axes; points are relative to each body's centre of mass, so
 // nothing here depends on where in the world the bodies are.
 #pragma once
 

@@ -26,7 +26,7 @@ namespace tessera::physics {
 struct LocalPose {
   Vec3f position;
   Mat3f rotation;
-  Vec3d a_in_b;  // a's origin in b's frame, in doubles: what lies near a on a b that is kilometres wide is told from
+  Vec3d a_in_b;  // a's origin in b's frame, in doubles: features of a kilometres wide b near a are measured from
                  // here without loss; p_b = a_in_b + Into(rotation, p_a)
 };
 

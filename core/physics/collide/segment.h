@@ -23,7 +23,8 @@ inline Segment SegmentOf(const Geometry& capsule, const LocalPose& pose) {
   return {pose.position, pose.rotation.y * capsule.half_height_m, capsule.radius_m};
 }
 
-// A point of the segment against the plane at `surface` through a's skin, told along the manifold's normal.
+// A point of the segment against the plane at `surface` through a's skin, with its separation along the manifold's
+// normal.
 inline void Add(const Segment& segment, float t, float height, std::uint32_t feature, float speculative_m,
                 LocalManifold* out) {
   const float separation = height - segment.radius;

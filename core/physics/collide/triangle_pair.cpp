@@ -152,7 +152,7 @@ bool ComesFromFront(const Scene& s) {
   return s.was_in_front || s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
 }
 
-// As most triangles about a body are: the way to the point nearest to its middle tells them.
+// As most triangles about a body are: the way to the point nearest to its middle separates them.
 bool FarFrom(const Scene& s) {
   const auto& [a, b, c] = s.place.corners;
   const Vec3d middle(s.geometry.middle);
