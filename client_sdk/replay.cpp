@@ -11,7 +11,6 @@ namespace tessera::client {
 namespace {
 
 using replication::DenseBody;
-using replication::QuantizedState;
 
 absl::StatusOr<PartitionMap> MapFrom(const std::string& bytes) {
   v1::PartitionMap written;

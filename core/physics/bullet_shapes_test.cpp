@@ -39,6 +39,7 @@ std::vector<std::array<Vec3f, 3>> TrianglesOfSweeps(const Geometry& geometry) {
   std::vector<std::uint32_t> found;
   geometry.surface->TrianglesIn({{-1e4, -1e4, -1e4}, {1e4, 1e4, 1e4}}, &found);
   std::vector<std::array<Vec3f, 3>> triangles;
+  triangles.reserve(found.size());
   for (const std::uint32_t t : found) triangles.push_back(geometry.surface->RoundedCorners(t));
   return triangles;
 }

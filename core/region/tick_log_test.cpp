@@ -12,7 +12,7 @@ class TickLogTest : public ::testing::Test {
     return DecodeLogHeader(log.Write(view, {}))->whole;
   }
   TickLog log{1.0 / 60};
-  const KeptGrants grants;
+  const KeptGrants grants{};
 };
 
 TEST_F(TickLogTest, BeginsWithAWholeStateAndGoesOnWithChanges) {

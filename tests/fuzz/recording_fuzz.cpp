@@ -81,9 +81,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (;;) {
     const auto step = replay->Next(begin + std::chrono::microseconds(2 * kMaxTime_us));
     if (!step.ok() || !step->has_value()) return 0;
-    const auto* told = std::get_if<Replay::Snapshot>(&(*step)->what);
-    if (told == nullptr) continue;
-    for (const replication::BodyRecord& body : told->told.bodies) {
+    const auto* snapshot = std::get_if<Replay::Snapshot>(&(*step)->what);
+    if (snapshot == nullptr) continue;
+    for (const replication::BodyRecord& body : snapshot->received.bodies) {
       if (!IsFinite(body.state.position) || !IsFinite(body.state.orientation)) std::abort();
     }
   }
