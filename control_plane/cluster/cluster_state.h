@@ -149,7 +149,7 @@ class ClusterState {
   void SetGone(InstanceEntry& instance, WorkerEntry& worker, std::string ending);
   void MarkDesired(HostEntry& host);                // its desired set may differ
   void MarkOrders(InstanceEntry& instance);         // so may the orders of all its workers
-  void MarkChanged(const InstanceEntry& instance);  // who watches it is to look
+  void MarkChanged(const InstanceEntry& instance);  // wakes those that watch it
   void Log(std::string line) { effects_.log.push_back(std::move(line)); }
   Effects& effects() { return effects_; }
 

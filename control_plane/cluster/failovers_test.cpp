@@ -111,7 +111,6 @@ TEST_F(FailoversTest, WhoIsSilentIsWaitedForUntilTheLeaseHasRunOut) {
   const WorkerEntry& worker = StateRig::WorkerOf(instance_, 3);
   v1::LeaseRequest request;
   *request.mutable_identity() = StateRig::IdentityOf(instance_, worker);
-  const std::uint64_t incarnation = worker.incarnation;
   failovers_.RenewLease(beta_, request, rig_.now);
   EXPECT_EQ(rig_.state->effects().leases.size(), 1U);
   failovers_.RenewLease(alpha_, request, rig_.now);
@@ -125,7 +124,6 @@ TEST_F(FailoversTest, WhoIsSilentIsWaitedForUntilTheLeaseHasRunOut) {
   rig_.now.steady += kLeaseTtl + kLeaseDrift;
   ASSERT_TRUE(Take(Next()));
   EXPECT_TRUE(instance_.record.failover().has_resolution());
-  (void)incarnation;
 }
 
 TEST_F(FailoversTest, ARegionThatDiesWithItsStandbyIsGivenUp) {

@@ -57,8 +57,8 @@ class JointedGroups {
   std::uint32_t GroupOf(std::size_t i) const { return groups_.IndexOf(static_cast<std::uint32_t>(i)); }
   std::size_t count() const { return bodies_.empty() ? 0 : groups_.count(); }
 
-  // Whether these are the groups of such joints: they hold exactly the awake bodies that joints connect, and two bodies
-  // of a joint are in one group. For assertions.
+  // Whether these are the groups of such joints: they hold exactly the awake bodies that joints connect, and both
+  // bodies of a joint are in one group. For assertions.
   bool Validate(std::span<Joint* const> joints) const;
 
  private:

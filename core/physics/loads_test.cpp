@@ -72,12 +72,11 @@ TEST(LoadPropagationTest, AKnownMassReplacesTheWeightThatIsSeen) {
 class TowerTest : public ::testing::Test {
  protected:
   void Build(std::uint64_t cubes) {
-    RigidBody& ground = loose_.Add(Static(1, Ground()));
+    loose_.Add(Static(1, Ground()));
     for (std::uint64_t i = 0; i < cubes; ++i) {
       loose_.Add(Dynamic(2 + i, Cube(), {0, static_cast<double>(i) + 0.5, 0}));
       contacts_.push_back(i == 0 ? ContactBetween(kAsleep, 0) : ContactBetween(Index(i - 1), Index(i)));
     }
-    (void)ground;
   }
   static std::uint32_t Index(std::uint64_t i) { return static_cast<std::uint32_t>(i); }
   const IslandPlan& Run(Loads& loads) {

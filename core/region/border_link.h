@@ -1,9 +1,9 @@
 // BorderLink: one border in step with a neighbour: which of its frames goes with which step, which need not come, and
 // how the link goes down and comes up again.
 //
-// While the link is up, frames are numbered from 0, and both sides send number n after the same step; so the number n
-// of the neighbour is what the step after the own number n needs. Ticks are labels of these steps: who is behind adopts
-// the later one.
+// While the link is up, frames are numbered from 0, and both sides send number n after the same step; so the step
+// after the own number n needs the neighbour's number n. Ticks are labels of these steps: the side that is behind
+// adopts the later one.
 //
 // A frame may promise the next few: they are like this one, with nothing but sleepers, and do not come. The promise
 // ends when the other side sends something new: what follows its frame n, if that promises nothing, comes again.

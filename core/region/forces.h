@@ -1,7 +1,7 @@
 // BodyForces: the forces that act on bodies in the next step beside contacts and joints: gravity, the scene's fields,
 // and what a player's input does.
 //
-// What a field does depends on a body's state alone, and it is evaluated once for each state: where a body is
+// A field's force depends on a body's state alone, and it is evaluated once for each state: where a body is
 // predicted, after the step, and again where the force is applied, before the next one. Thread rule: one thread at a
 // time.
 #pragma once

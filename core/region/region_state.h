@@ -1,6 +1,6 @@
 // RegionState: all that carries a region on, as a standby, a checkpoint or a new map needs it.
 //
-//   absl::StatusOr<RegionState> whole = MergeStates(states);   // of all regions at one tick
+//   absl::StatusOr<RegionState> whole = MergeStates(states);   // states of all regions at one tick
 //   config.initial = std::make_shared<RegionState>(*std::move(whole));
 //
 // Thread rule: free functions on values.

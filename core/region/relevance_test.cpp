@@ -10,8 +10,8 @@
 namespace tessera::region {
 namespace {
 
-// Region 1 has the cells of x < 0 and one neighbour, region 2. Balls of half a metre; an aura of 1 m, looking 4 ticks
-// of 1/60 s ahead.
+// Region 1 has the cells of x < 0 and one neighbour, region 2. Balls of half a metre; an aura of 1 m; predictions
+// reach 4 ticks of 1/60 s ahead.
 class RelevanceTest : public ::testing::Test {
  protected:
   void Make(Scene scene, RegionSettings settings = {.aura_m = 1, .ghost_depth = 1, .whole_up_to = 0}) {

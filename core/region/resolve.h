@@ -23,7 +23,7 @@ namespace tessera::region {
 struct Takeover {
   BodyId body;
   Epoch epoch;              // that the new owner begins with
-  RegionId region;          // who promotes it
+  RegionId region;          // promotes it
   RegionId from;            // the dead region out of whose standby; 0: out of its own unacknowledged grants
   bool from_grant = false;  // out of unacknowledged grants (its own, or those in the standby) rather than bodies
   friend auto operator<=>(const Takeover&, const Takeover&) = default;

@@ -1,10 +1,10 @@
 // WholeIslands: which islands across a border are relevant as a whole, so that all who take part in one solve the same.
 //
 // Bodies whose bounds are about each other's belong to one island, be it through bodies of others; so do jointed ones.
-// If a region has little of an island, all of it is relevant to whomever any of it is relevant to, and to whomever any
-// of it comes near, whoever owns that: around a corner, over a narrow region or over a bridge that is a third's, all
-// who take part in the island have all of it, and come to the same. An island that is near the border with all its
-// bodies is whole whatever its size.
+// If a region has little of an island, all of that is relevant to every neighbour that any part of it is relevant to
+// or comes near, whoever owns that part. So around a corner, over a narrow region or over a bridge that a third region
+// owns, all regions that take part in the island have all of it, and solve it alike. An island that is near the border
+// with all its bodies is whole whatever its size.
 //
 // Thread rule: one thread at a time.
 #pragma once

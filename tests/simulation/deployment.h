@@ -10,8 +10,8 @@
 //   deployment.Settle();                           // all must come right
 //   EXPECT_THAT(deployment.problems(), IsEmpty());
 //
-// Checked after each step, beside the invariant checker: nobody steps a life whose place has been taken; no two lives
-// of a region move at one time; no two that move own one body at one tick.
+// Checked after each step, beside the invariant checker: nobody steps a life whose place has been taken; never do
+// two lives of a region move at one time; no two that move own one body at one tick.
 //
 // It has over 40 methods: each is a fault that a scenario may cause, a request that it may make, or a figure that it
 // reads. Thread rule: one thread at a time.

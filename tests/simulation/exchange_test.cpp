@@ -118,17 +118,17 @@ TEST(ExchangeTest, WhatAPileBearsIsToldWithWhatIsShownOfIt) {
   RegionGroup group(scene, *MakeGridMap(scene->ground(), 2), options);
   group.RunTo(Tick(120));
   for (const std::uint32_t from : {1U, 2U}) {
-    std::size_t propped = 0;
+    std::size_t supported = 0;
     for (const region::GhostRecord& ghost : traffic.before[{RegionId(from), RegionId(3 - from)}]) {
       if (ghost.externally_supported) {
-        ++propped;
+        ++supported;
         EXPECT_GT(ghost.island_load, 14);
         EXPECT_LT(ghost.island_load, 50);
       } else {
         EXPECT_EQ(ghost.island_load, 0);
       }
     }
-    EXPECT_GT(propped, 10U);
+    EXPECT_GT(supported, 10U);
   }
   EXPECT_THAT(group.problems(), IsEmpty());
 }

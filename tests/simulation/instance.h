@@ -1,5 +1,5 @@
-// Instance: a Simulation with the ControlModel that deals with deaths and planned maps, and the swarm that most tests
-// of them fly. For tests: it expects.
+// Instance: a Simulation with the ControlModel that deals with deaths and planned maps, and the swarm that most of
+// their tests fly. For tests: it expects.
 //
 //   Instance instance(Swarm(kHalf_m, 120), 4);
 //   instance.simulation->RunTo(Tick(60));
