@@ -24,9 +24,10 @@ class PlayerTest : public WorldTest {
                   run_->instance_id(), "--name", "ann", "--player-file", GuestFile()},
          .log_path = folder_.path() + "/log"});
     ASSERT_TRUE(game.ok()) << game.status();
-    ASSERT_TRUE(PlayUntil("it walks", [&] {
+    // Its body may fall before it has written down who it is.
+    ASSERT_TRUE(PlayUntil("it walks and can come back", [&] {
       const client::SeenBody* seen = Seen(kGuest);
-      return seen != nullptr && Length(seen->state.linear_velocity) > 2;
+      return seen != nullptr && Length(seen->state.linear_velocity) > 2 && !GuestToken().empty();
     }));
     game->Signal(SIGKILL);
     ASSERT_TRUE(game->Wait(kPatience).has_value());
