@@ -26,7 +26,6 @@ using telemetry::LogValue;
 }  // namespace
 
 // --- From the start to the first event
-// ---------------------------------------------------------------------------------
 
 absl::StatusOr<std::unique_ptr<Agent>> Agent::Create(const AgentOptions& options) {
   if (access(options.region_binary.c_str(), X_OK) != 0) {
@@ -176,7 +175,6 @@ int Agent::Run() {
 }
 
 // --- The end
-// -----------------------------------------------------------------------------------------------------------
 
 void Agent::OnSignal() {
   signalfd_siginfo info{};

@@ -81,7 +81,6 @@ Supervisor::Supervisor(PortRange ports, std::function<bool(std::uint16_t)> ports
     : ports_(std::move(ports)), ports_free_(std::move(ports_free)) {}
 
 // --- The last life
-// -----------------------------------------------------------------------------------------------------
 
 void Supervisor::Adopt(const WorkerRecord& record) {
   const WorkerKey key = KeyOf(record.identity());
@@ -107,7 +106,6 @@ void Supervisor::AdoptGone(const WorkerRecord& record, const std::string& reason
 void Supervisor::AdoptExit(const v1::WorkerExited& exited) { exits_[KeyOf(exited.identity())] = exited; }
 
 // --- From the control plane
-// --------------------------------------------------------------------------------------------
 
 std::vector<OrderOutcome> Supervisor::Desired(const v1::DesiredSet& set, TimePoint now) {
   std::vector<OrderOutcome> outcomes;
@@ -238,7 +236,6 @@ bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder&
 }
 
 // --- Of processes
-// ------------------------------------------------------------------------------------------------------
 
 void Supervisor::Spawned(const WorkerKey& key, pid_t pid, std::uint64_t start_time, const std::string& log_path,
                          TimePoint now) {
@@ -313,7 +310,6 @@ void Supervisor::KeepExit(const WorkerKey& key, v1::WorkerExited exited, ExitRes
 }
 
 // --- From workers
-// ------------------------------------------------------------------------------------------------------
 
 absl::StatusOr<WorkerKey> Supervisor::Attached(const v1::WorkerReport& first) {
   const WorkerKey key = KeyOf(first.identity());
@@ -377,7 +373,6 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
 }
 
 // --- Ending
-// ------------------------------------------------------------------------------------------------------------
 
 void Supervisor::BeginStop(const WorkerKey& key, Worker& worker, TimePoint now) {
   if (worker.attached) {
@@ -444,7 +439,6 @@ void Supervisor::StopAll(TimePoint now) {
 }
 
 // --- Reports
-// ------------------------------------------------------------------------------------------------------
 
 std::vector<v1::WorkerReport> Supervisor::Reports() const {
   std::vector<v1::WorkerReport> reports;

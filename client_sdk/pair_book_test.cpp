@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 
 const BodyPair kPair{BodyId(3), BodyId(8), false};
 const BodyPair kZone{BodyId(1), BodyId(8), true};
-const RegionId kWest{1}, kEast{2};
+const RegionId kLeft{1}, kRight{2};
 
 struct PairBookTest : testing::Test {
   // "+": began, "-": ended, in the order reported.
@@ -49,33 +49,33 @@ struct PairBookTest : testing::Test {
 };
 
 TEST_F(PairBookTest, TellsWhatItIsToldAtOnce) {
-  Told(kWest, 10, true);
+  Told(kLeft, 10, true);
   EXPECT_EQ(Settle(), "+");
   EXPECT_EQ(Settle(), "");
-  Told(kWest, 12, false);
-  Told(kWest, 15, true);
+  Told(kLeft, 12, false);
+  Told(kLeft, 15, true);
   EXPECT_EQ(Settle(), "-+");
-  Told(kWest, 12, false);  // again
-  Told(kWest, 15, true);
+  Told(kLeft, 12, false);  // again
+  Told(kLeft, 15, true);
   EXPECT_EQ(Settle(), "");
 }
 
 TEST_F(PairBookTest, NewsOfTwoRegionsAreBroughtIntoOrder) {
-  Told(kEast, 20, false);  // the body has been handed over, and east is faster than west
+  Told(kRight, 20, false);  // the body has been handed over, and east is faster than west
   EXPECT_EQ(Settle(milliseconds(50)), "");
-  Told(kEast, 30, true);
-  Told(kWest, 10, true);
+  Told(kRight, 30, true);
+  Told(kLeft, 10, true);
   EXPECT_EQ(Settle(), "+-+");
 }
 
 TEST_F(PairBookTest, WhatNeverComesIsNotWaitedForLong) {
-  Told(kEast, 20, false);
-  Told(kEast, 30, true);
+  Told(kRight, 20, false);
+  Told(kRight, 30, true);
   EXPECT_EQ(Settle(), "");
   EXPECT_EQ(Settle(PairBook::kHold), "+");
-  Told(kWest, 10, true);  // too late
+  Told(kLeft, 10, true);  // too late
   EXPECT_EQ(Settle(PairBook::kHold), "");
-  Told(kEast, 40, false);
+  Told(kRight, 40, false);
   EXPECT_EQ(Settle(), "-");
   EXPECT_EQ(Settle(PairBook::kHold), "");
   EXPECT_EQ(book.size(), 0u);
@@ -83,7 +83,7 @@ TEST_F(PairBookTest, WhatNeverComesIsNotWaitedForLong) {
 
 TEST_F(PairBookTest, APairEndsForWhoDoesNotSeeIt) {
   hidden.insert(kPair.b);
-  Told(kWest, 10, true);
+  Told(kLeft, 10, true);
   EXPECT_EQ(Settle(), "");
   hidden.clear();
   EXPECT_EQ(Settle(), "+");
@@ -93,45 +93,45 @@ TEST_F(PairBookTest, APairEndsForWhoDoesNotSeeIt) {
   EXPECT_EQ(Settle(milliseconds(500)), "+");  // it touches still
   hidden.insert(kPair.a);
   EXPECT_EQ(Settle(), "-");
-  Told(kWest, 20, false);
+  Told(kLeft, 20, false);
   hidden.clear();
   EXPECT_EQ(Settle(), "");
   hidden.insert(kZone.b);
-  Told(kWest, 30, true, kZone);
+  Told(kLeft, 30, true, kZone);
   EXPECT_EQ(Settle(), "");
   EXPECT_EQ(Settle(PairBook::kUnseen), "");
   EXPECT_EQ(book.size(), 0u);
 }
 
 TEST_F(PairBookTest, ARegionThatBeginsAnewTellsWhatWasMissed) {
-  Told(kWest, 10, true);
-  Told(kWest, 11, true, kZone);
-  Told(kEast, 12, true, {BodyId(4), BodyId(9), false});
+  Told(kLeft, 10, true);
+  Told(kLeft, 11, true, kZone);
+  Told(kRight, 12, true, {BodyId(4), BodyId(9), false});
   EXPECT_EQ(Settle(), "+++");
   // The connection to west broke: one pair has ended meanwhile, one goes on, one has begun.
-  book.TakeAll(now, kWest, Tick(50), {kZone, {BodyId(5), BodyId(6), false}}, Nowhere);
+  book.TakeAll(now, kLeft, Tick(50), {kZone, {BodyId(5), BodyId(6), false}}, Nowhere);
   EXPECT_EQ(Settle().size(), 2u);
   EXPECT_FALSE(touching.contains({kPair.a, kPair.b}));
   EXPECT_TRUE(touching.contains({BodyId(5), BodyId(6)}));
   EXPECT_EQ(touching.size(), 3u);
   // West cannot end a pair that another region has by now.
-  book.TakeAll(now, kWest, Tick(60), {}, [](const BodyPair& pair) { return pair == kZone; });
+  book.TakeAll(now, kLeft, Tick(60), {}, [](const BodyPair& pair) { return pair == kZone; });
   EXPECT_EQ(Settle(), "-");
   EXPECT_TRUE(touching.contains({kZone.a, kZone.b}));
-  Told(kEast, 70, false, kZone);
+  Told(kRight, 70, false, kZone);
   EXPECT_EQ(Settle(), "-");
 }
 
 TEST_F(PairBookTest, AWorldThatWentBackIsFollowed) {
-  Told(kWest, 1000, true);
+  Told(kLeft, 1000, true);
   EXPECT_EQ(Settle(), "+");
-  book.TakeAll(now, kWest, Tick(500), {}, Nowhere);
+  book.TakeAll(now, kLeft, Tick(500), {}, Nowhere);
   EXPECT_EQ(Settle(), "-");
-  Told(kWest, 510, true);
+  Told(kLeft, 510, true);
   EXPECT_EQ(Settle(), "+");
-  book.TakeAll(now, kWest, Tick(100), {kPair}, Nowhere);
+  book.TakeAll(now, kLeft, Tick(100), {kPair}, Nowhere);
   EXPECT_EQ(Settle(), "");
-  Told(kWest, 110, false);
+  Told(kLeft, 110, false);
   EXPECT_EQ(Settle(), "-");
 }
 

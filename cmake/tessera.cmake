@@ -6,9 +6,7 @@
 option(TESSERA_MERGE "Compile the sources of a target as a few merged ones" OFF)
 function(tessera_merge name)
   if(TESSERA_MERGE)
-    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
-    # It warns of what a header would do to others; a merged source is included once.
-    target_compile_options(${name} PRIVATE -Wno-subobject-linkage)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 24)
   endif()
 endfunction()
 
@@ -66,6 +64,7 @@ function(tessera_test name)
   endif()
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE tessera_options ${arg_DEPS} GTest::gmock_main)
+  tessera_merge(${name})
   target_compile_options(${name} PRIVATE ${TESSERA_TEST_OPTIONS})
   set_property(GLOBAL APPEND PROPERTY tessera_tests ${name})
   target_compile_definitions(${name} PRIVATE TESSERA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"

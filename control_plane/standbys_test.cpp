@@ -7,7 +7,7 @@
 namespace tessera::control {
 namespace {
 
-const CutBetween kNoCuts = [](RegionId, RegionId) { return false; };
+const CutBetween kNothingIsCut = [](RegionId, RegionId) { return false; };
 
 RegionId StandbyIn(const PartitionMap& map, std::uint32_t region) {
   for (const MapRegion& entry : map.regions()) {
@@ -20,7 +20,7 @@ RegionId StandbyIn(const PartitionMap& map, std::uint32_t region) {
 std::string HostOf(RegionId region) { return region.value() <= 2 ? "alpha" : "beta"; }
 
 TEST(StandbysTest, AreOnAnotherHostAndSpreadEvenly) {
-  const auto map = WithStandbys(*MakeGridMap({0, 0, 100, 100}, 4), HostOf, kNoCuts);
+  const auto map = WithStandbys(*MakeGridMap({0, 0, 100, 100}, 4), HostOf, kNothingIsCut);
   ASSERT_TRUE(map.ok()) << map.status();
   std::map<RegionId, int> primaries;
   for (const MapRegion& region : map->regions()) {
@@ -31,9 +31,9 @@ TEST(StandbysTest, AreOnAnotherHostAndSpreadEvenly) {
 }
 
 TEST(StandbysTest, AWarmCopyStaysWhileItIsAsGoodAsAny) {
-  const PartitionMap first = *WithStandbys(*MakeGridMap({0, 0, 100, 100}, 4), HostOf, kNoCuts);
+  const PartitionMap first = *WithStandbys(*MakeGridMap({0, 0, 100, 100}, 4), HostOf, kNothingIsCut);
   const auto moved = [](RegionId region) { return region == RegionId(3) ? std::string("gamma") : HostOf(region); };
-  const PartitionMap second = *WithStandbys(first, moved, kNoCuts);
+  const PartitionMap second = *WithStandbys(first, moved, kNothingIsCut);
   for (std::uint32_t region = 1; region <= 4; ++region) {
     EXPECT_EQ(StandbyIn(second, region), StandbyIn(first, region)) << region;
   }

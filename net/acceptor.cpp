@@ -52,7 +52,7 @@ Acceptor::~Acceptor() = default;
 void Acceptor::Open(EndpointIdentity identity) { identity_ = std::move(identity); }
 void Acceptor::Close(std::string why) { closed_because_ = std::move(why); }
 
-// --- Sessions --------------------------------------------------------------------------------------------------------
+// --- Sessions
 
 Acceptor::Session* Acceptor::Find(SessionNumber number) const {
   const std::uint32_t slot = number.value() & kSlotMask;
@@ -107,7 +107,6 @@ std::size_t Acceptor::Seal(SessionNumber session, DatagramKind kind, std::span<s
 }
 
 // --- Received datagrams
-// ------------------------------------------------------------------------------------------------------
 
 Acceptor::Received Acceptor::Receive(TimePoint now, std::uint64_t unix_s, const Address& from,
                                      std::span<std::uint8_t> datagram) {

@@ -10,7 +10,7 @@
 namespace tessera::net {
 namespace {
 
-using Datagram = std::vector<std::uint8_t>;
+using Packet = std::vector<std::uint8_t>;
 
 Key KeyOf(std::uint8_t byte) {
   Key key;
@@ -18,8 +18,8 @@ Key KeyOf(std::uint8_t byte) {
   return key;
 }
 
-Datagram Seal(Channel& from, const Datagram& payload, std::uint32_t receiver = 77) {
-  Datagram datagram(kSealHeaderBytes + payload.size() + kSealTagBytes);
+Packet Seal(Channel& from, const Packet& payload, std::uint32_t receiver = 77) {
+  Packet datagram(kSealHeaderBytes + payload.size() + kSealTagBytes);
   std::copy(payload.begin(), payload.end(), datagram.begin() + kSealHeaderBytes);
   EXPECT_EQ(from.Seal(DatagramKind::kSealed, receiver, datagram, payload.size()), datagram.size());
   return datagram;
@@ -27,9 +27,9 @@ Datagram Seal(Channel& from, const Datagram& payload, std::uint32_t receiver = 7
 
 struct ChannelTest : testing::Test {
   // Takes the bytes by value because opening overwrites them.
-  std::optional<Datagram> Open(Datagram datagram) {
+  std::optional<Packet> Open(Packet datagram) {
     const auto payload = two.Open(datagram, &fault);
-    return payload ? std::optional(Datagram(payload->begin(), payload->end())) : std::nullopt;
+    return payload ? std::optional(Packet(payload->begin(), payload->end())) : std::nullopt;
   }
   Channel one{KeyOf(1), KeyOf(2)}, two{KeyOf(2), KeyOf(1)};
   Channel::Fault fault{};
@@ -37,33 +37,33 @@ struct ChannelTest : testing::Test {
 
 TEST_F(ChannelTest, OpensToWhatWasSealed) {
   for (const std::size_t size : {0u, 1u, 15u, 16u, 64u, 1180u}) {
-    Datagram payload(size);
+    Packet payload(size);
     for (std::size_t i = 0; i < size; ++i) payload[i] = static_cast<std::uint8_t>(i);
-    const Datagram sealed = Seal(one, payload);
+    const Packet sealed = Seal(one, payload);
     EXPECT_EQ(SessionNumberOf(sealed), 77u);
     EXPECT_EQ(Open(sealed), payload) << size;
   }
 }
 
 TEST_F(ChannelTest, TheSamePayloadNeverLooksTheSame) {
-  std::set<Datagram> seen;
+  std::set<Packet> seen;
   for (int i = 0; i < 100; ++i) {
-    Datagram sealed = Seal(one, {1, 2, 3, 4, 5, 6, 7, 8});
-    EXPECT_TRUE(seen.insert(Datagram(sealed.begin() + kSealHeaderBytes, sealed.end())).second);
+    Packet sealed = Seal(one, {1, 2, 3, 4, 5, 6, 7, 8});
+    EXPECT_TRUE(seen.insert(Packet(sealed.begin() + kSealHeaderBytes, sealed.end())).second);
   }
 }
 
 TEST_F(ChannelTest, IsTakenOnce) {
-  const Datagram sealed = Seal(one, {1, 2, 3});
+  const Packet sealed = Seal(one, {1, 2, 3});
   EXPECT_TRUE(Open(sealed));
   EXPECT_FALSE(Open(sealed));
   EXPECT_EQ(fault, Channel::Fault::kReplayed);
 }
 
 TEST_F(ChannelTest, AnyChangedBitIsRefusedAndHarmsNothing) {
-  const Datagram sealed = Seal(one, {1, 2, 3});
+  const Packet sealed = Seal(one, {1, 2, 3});
   for (std::size_t bit = 0; bit < sealed.size() * 8; ++bit) {
-    Datagram damaged = sealed;
+    Packet damaged = sealed;
     damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1u << (bit % 8)));
     EXPECT_FALSE(Open(damaged)) << "bit " << bit;
   }
@@ -76,19 +76,19 @@ TEST_F(ChannelTest, WhatWasSealedForTheOtherDirectionIsRefused) {
 }
 
 TEST_F(ChannelTest, AForgedNumberFarAheadDoesNotMoveTheWindow) {
-  const Datagram first = Seal(one, {1});
-  Datagram forged = Seal(one, {2});
+  const Packet first = Seal(one, {1});
+  Packet forged = Seal(one, {2});
   forged[7] = 0x7f;
   EXPECT_FALSE(Open(forged));
   EXPECT_TRUE(Open(first));
 }
 
 TEST_F(ChannelTest, AnyOrderWithinTheWindowIsTaken) {
-  std::vector<Datagram> sealed;
+  std::vector<Packet> sealed;
   for (std::size_t i = 0; i < ReplayWindow::kReplayBits; ++i) sealed.push_back(Seal(one, {1}));
   std::shuffle(sealed.begin(), sealed.end(), std::mt19937(5));
-  for (const Datagram& datagram : sealed) EXPECT_TRUE(Open(datagram));
-  for (const Datagram& datagram : sealed) EXPECT_FALSE(Open(datagram));
+  for (const Packet& datagram : sealed) EXPECT_TRUE(Open(datagram));
+  for (const Packet& datagram : sealed) EXPECT_FALSE(Open(datagram));
 }
 
 // Compares the window with a set that remembers every number.

@@ -12,17 +12,6 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance = false) {
-  InstancePlan plan = TestPlan(regions);
-  plan.balance = balance;
-  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
-  EXPECT_TRUE(made.ok()) << made.status();
-  harness.Pump();
-  harness.Pump();
-  EXPECT_EQ(harness.Get(made->id()).state(), v1::INSTANCE_STATE_RUNNING);
-  return made->id();
-}
-
 absl::StatusOr<v1::Instance> Scale(ClusterHarness& harness, const std::string& id, std::uint32_t regions,
                                    bool dry_run = false) {
   v1::ScaleInstanceRequest request;
@@ -30,12 +19,6 @@ absl::StatusOr<v1::Instance> Scale(ClusterHarness& harness, const std::string& i
   request.set_regions(regions);
   request.set_validate_only(dry_run);
   return harness.cluster().ScaleInstance(harness.now, request);
-}
-
-void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {
-  const auto bodies = harness.Bodies();
-  EXPECT_EQ(bodies.size(), regions * FakeWorld::kBodiesEach);
-  for (const auto& [body, owners] : bodies) EXPECT_EQ(owners, 1) << "body " << body;
 }
 
 void ExpectSettled(ClusterHarness& harness, const std::string& id, int regions) {
@@ -278,13 +261,6 @@ TEST(ChangeTest, TwoThatJoinTogetherAreNotEachOthersStandbys) {
 void SetUnprotected(ClusterHarness& harness, const std::string& id, std::uint32_t region, bool unprotected) {
   v1::WorkerReport& report = harness.AgentOf(id, region).fake.workers.at({id, region}).report;
   report.set_unprotected(unprotected);
-}
-
-std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region) {
-  for (const v1::MapRegion& entry : instance.map().regions()) {
-    if (entry.id() == region) return entry.standby();
-  }
-  return 0;
 }
 
 TEST(ChangeTest, ARegionWhoseStandbyTakesNothingIsGivenAnother) {

@@ -10,34 +10,6 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-std::string Start(ClusterHarness& harness, std::uint32_t regions) {
-  const auto made = harness.cluster().CreateInstance(harness.now, TestPlan(regions), false);
-  EXPECT_TRUE(made.ok()) << made.status();
-  harness.Pump();
-  harness.Pump();
-  EXPECT_EQ(harness.Get(made->id()).state(), v1::INSTANCE_STATE_RUNNING);
-  return made->id();
-}
-
-std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region) {
-  for (const v1::MapRegion& entry : instance.map().regions()) {
-    if (entry.id() == region) return entry.standby();
-  }
-  return 0;
-}
-
-void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {
-  const auto bodies = harness.Bodies();
-  EXPECT_EQ(bodies.size(), regions * FakeWorld::kBodiesEach);
-  for (const auto& [body, owners] : bodies) EXPECT_EQ(owners, 1) << "body " << body;
-}
-
-void ExpectNoIncarnationTwice(const ClusterHarness& harness) {
-  for (const auto& [name, agent] : harness.agents) {
-    for (const auto& [key, times] : agent.fake.starts) EXPECT_EQ(times, 1) << name << " region " << std::get<1>(key);
-  }
-}
-
 // Time passes in quarter seconds; what the agent's workers hold of their primaries grows with it.
 void RunWhileCopiesGrow(ClusterHarness& harness, FakeHost& agent, int quarters) {
   for (int i = 0; i < quarters; ++i) {

@@ -10,36 +10,11 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using ::testing::HasSubstr;
 
-std::string Create(ClusterHarness& harness, const InstancePlan& plan) {
-  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
-  EXPECT_TRUE(made.ok()) << made.status();
-  return made->id();
-}
-
 void Delete(ClusterHarness& harness, const std::string& id) {
   v1::DeleteInstanceRequest request;
   request.set_id(id);
   const auto deleted = harness.cluster().DeleteInstance(harness.now, request);
   EXPECT_TRUE(deleted.ok()) << deleted.status();
-}
-
-v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name = "ann") {
-  v1::JoinInstanceRequest request;
-  request.set_instance_id(id);
-  request.set_player_name(name);
-  return request;
-}
-
-std::size_t Workers(const ClusterHarness& harness) {
-  std::size_t n = 0;
-  for (const auto& [name, agent] : harness.agents) n += agent.fake.workers.size();
-  return n;
-}
-
-void ExpectNoIncarnationTwice(const ClusterHarness& harness) {
-  for (const auto& [name, agent] : harness.agents) {
-    for (const auto& [key, times] : agent.fake.starts) EXPECT_EQ(times, 1) << name << " region " << std::get<1>(key);
-  }
 }
 
 TEST(InstanceLifeTest, RunsAtOnceWithoutExpectedPlayers) {
@@ -105,17 +80,17 @@ TEST(InstanceLifeTest, ALazyInstanceStartsItsWorkersWhenThePlayersAreThere) {
   const std::string id = Create(harness, plan);
   harness.Pump();
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_PENDING);
-  EXPECT_EQ(Workers(harness), 0u);
+  EXPECT_EQ(harness.Workers(), 0u);
   // Its places are its own already.
   EXPECT_EQ(harness.cluster().CreateInstance(harness.now, TestPlan(1), false).status().code(),
             absl::StatusCode::kResourceExhausted);
   ASSERT_TRUE(harness.cluster().BeginWait(harness.now, JoinRequest(id)).ok());
   harness.Pump();
-  EXPECT_EQ(Workers(harness), 0u);
+  EXPECT_EQ(harness.Workers(), 0u);
   EXPECT_FALSE(*CanJoin(harness.cluster().state(), id));
   ASSERT_TRUE(harness.cluster().BeginWait(harness.now, JoinRequest(id)).ok());
   harness.Pump();
-  EXPECT_EQ(Workers(harness), 4u);
+  EXPECT_EQ(harness.Workers(), 4u);
   for (int player = 0; player < 2; ++player) {
     ASSERT_TRUE(harness.cluster().Join(harness.now, JoinRequest(id)).ok());
     harness.cluster().EndWait(harness.now, id);
@@ -186,7 +161,7 @@ TEST(InstanceLifeTest, AWorkerThatExitsAtStartFailsTheWholeInstance) {
   const v1::Instance instance = harness.Get(id);
   EXPECT_EQ(instance.state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_EQ(instance.reason(), "region 3 on alpha: worker exited with code 3; last log: two | three | no such mesh");
-  EXPECT_EQ(Workers(harness), 0u);
+  EXPECT_EQ(harness.Workers(), 0u);
   EXPECT_EQ(instance.region_status_size(), 0);
   agent.fake.exit_at_start = {};
   Create(harness, TestPlan(8));  // all places are free again
@@ -201,7 +176,7 @@ TEST(InstanceLifeTest, TheOnlyWorkersDeathFailsTheInstanceAndNamesWhere) {
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_FAILED);
   EXPECT_EQ(harness.Get(id).reason(), "region 1 on alpha: worker was killed by signal 9");
   harness.Pump();
-  EXPECT_EQ(Workers(harness), 0u);
+  EXPECT_EQ(harness.Workers(), 0u);
 }
 
 TEST(InstanceLifeTest, AWorkerThatVanishesUnseenIsNotStartedAgain) {
@@ -232,7 +207,7 @@ TEST(InstanceLifeTest, ASilentHostDegradesAndItsReturnHeals) {
   harness.Run(seconds(1));
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
   EXPECT_EQ(harness.Get(id).reason(), "");
-  EXPECT_EQ(Workers(harness), 4u);
+  EXPECT_EQ(harness.Workers(), 4u);
   ExpectNoIncarnationTwice(harness);
 }
 
@@ -345,7 +320,7 @@ TEST(InstanceLifeTest, AControlPlaneThatDiesAtAnyCallComesBackAndGoesOn) {
     ASSERT_TRUE(joined.ok()) << joined.status();
     harness.Run(seconds(2));
     ASSERT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING) << harness.Get(id).reason();
-    ASSERT_EQ(Workers(harness), 4u);
+    ASSERT_EQ(harness.Workers(), 4u);
     v1::LeaveInstanceRequest leave;
     leave.set_instance_id(id);
     leave.set_connect_token(joined->response.connect_token());
@@ -356,7 +331,7 @@ TEST(InstanceLifeTest, AControlPlaneThatDiesAtAnyCallComesBackAndGoesOn) {
     Delete(harness, id);
     harness.Run(seconds(2));
     ASSERT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_ENDED) << harness.Get(id).reason();
-    ASSERT_EQ(Workers(harness), 0u);
+    ASSERT_EQ(harness.Workers(), 0u);
     ExpectNoIncarnationTwice(harness);
     died = harness.calls_until_death < 0;
   }

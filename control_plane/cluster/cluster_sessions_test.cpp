@@ -8,19 +8,6 @@ namespace {
 
 using std::chrono::seconds;
 
-std::string Create(ClusterHarness& harness, const InstancePlan& plan) {
-  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
-  EXPECT_TRUE(made.ok()) << made.status();
-  return made->id();
-}
-
-v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name = "ann") {
-  v1::JoinInstanceRequest request;
-  request.set_instance_id(id);
-  request.set_player_name(name);
-  return request;
-}
-
 TEST(SessionTest, GivesNumbersTokensAndSpawnRegions) {
   ClusterHarness harness;
   harness.AddHost("alpha", 4);

@@ -3,8 +3,7 @@
 //   1. Declare dead   A worker's exit is reported; or its host and its standby fall silent about it, while somebody who
 //                     holds a copy of its region is heard. The map without it is stored.
 //   2. Inventory      The living stand still by that map and say what they own and hold copies of. Proof is awaited
-//   that
-//                     the dead stand still: an exit, or a lease that has run out.
+//                     that the dead stand still: an exit, or a lease that has run out.
 //   3. Resolve        Who promotes which bodies is stored.
 //   4. Resume         The living run by the new map, with the bodies of the dead.
 //   5. Replace        As fewer regions run than are wanted, PlannedChanges plans a new one.

@@ -133,4 +133,46 @@ std::string ClusterHarness::Random(std::size_t n) {
   return bytes;
 }
 
+std::string Create(ClusterHarness& harness, const InstancePlan& plan) {
+  const auto made = harness.cluster().CreateInstance(harness.now, plan, false);
+  EXPECT_TRUE(made.ok()) << made.status();
+  return made->id();
+}
+
+std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance) {
+  InstancePlan plan = TestPlan(regions);
+  plan.balance = balance;
+  const std::string id = Create(harness, plan);
+  harness.Pump();
+  harness.Pump();
+  EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_RUNNING);
+  return id;
+}
+
+v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name) {
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(id);
+  request.set_player_name(name);
+  return request;
+}
+
+std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region) {
+  for (const v1::MapRegion& entry : instance.map().regions()) {
+    if (entry.id() == region) return entry.standby();
+  }
+  return 0;
+}
+
+void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions) {
+  const auto bodies = harness.Bodies();
+  EXPECT_EQ(bodies.size(), regions * FakeWorld::kBodiesEach);
+  for (const auto& [body, owners] : bodies) EXPECT_EQ(owners, 1) << "body " << body;
+}
+
+void ExpectNoIncarnationTwice(const ClusterHarness& harness) {
+  for (const auto& [name, agent] : harness.agents) {
+    for (const auto& [key, times] : agent.fake.starts) EXPECT_EQ(times, 1) << name << " region " << std::get<1>(key);
+  }
+}
+
 }  // namespace tessera::control

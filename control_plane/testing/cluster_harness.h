@@ -72,4 +72,17 @@ class ClusterHarness {
   std::uint64_t random_ = 1;
 };
 
+// Creates an instance and gives its id.
+std::string Create(ClusterHarness& harness, const InstancePlan& plan);
+// Creates one of so many regions and waits until it runs.
+std::string Start(ClusterHarness& harness, std::uint32_t regions, bool balance = false);
+v1::JoinInstanceRequest JoinRequest(const std::string& id, const std::string& name = "ann");
+// The region's standby, or 0.
+std::uint32_t StandbyOf(const v1::Instance& instance, std::uint32_t region);
+
+// Live workers own all bodies of that many regions' begin, each of them once.
+void ExpectEachBodyOnce(const ClusterHarness& harness, std::uint64_t regions);
+// No worker was started twice under one incarnation.
+void ExpectNoIncarnationTwice(const ClusterHarness& harness);
+
 }  // namespace tessera::control

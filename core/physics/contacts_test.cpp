@@ -6,14 +6,10 @@
 #include <map>
 
 #include "core/physics/testing/bodies.h"
+#include "core/physics/testing/turns.h"
 
 namespace tessera::physics {
 namespace {
-
-Quatd About(Vec3d axis, double angle) {
-  const Vec3d v = Normalized(axis) * std::sin(angle / 2);
-  return {v.x, v.y, v.z, std::cos(angle / 2)};
-}
 
 // --- Restitution
 

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/physics/testing/bodies.h"
+#include "core/physics/testing/turns.h"
 #include "scenes/measured/across.h"
 #include "scenes/measured/linkages.h"
 
@@ -13,11 +14,6 @@ namespace tessera::physics {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-
-Quatd About(Vec3d axis, double angle) {
-  const Vec3d v = Normalized(axis) * std::sin(angle / 2);
-  return {v.x, v.y, v.z, std::cos(angle / 2)};
-}
 
 BodyDef Awake(BodyDef def) {
   def.may_sleep = false;

@@ -1,9 +1,16 @@
 // Rotation matrices and symmetric tensors in single precision, for collision and solving.
 #pragma once
 
+#include <array>
+
 #include "core/world/math.h"
 
 namespace tessera::physics {
+
+// The axes after each of x, y, z, in turn.
+inline constexpr int kNext[3] = {1, 2, 0}, kAfter[3] = {2, 0, 1};
+
+inline std::array<double, 3> ArrayOf(Vec3d v) { return {v.x, v.y, v.z}; }
 
 // A rotation. Its columns are the images of the axes x, y, z.
 struct Mat3f {

@@ -30,10 +30,8 @@ struct Moments {
   }
 };
 
-std::array<double, 3> Array(Vec3d v) { return {v.x, v.y, v.z}; }
-
-Matrix RotationOf(Quatd q) {
-  const auto x = Array(Rotate(q, {1, 0, 0})), y = Array(Rotate(q, {0, 1, 0})), z = Array(Rotate(q, {0, 0, 1}));
+Matrix MatrixOf(Quatd q) {
+  const auto x = ArrayOf(Rotate(q, {1, 0, 0})), y = ArrayOf(Rotate(q, {0, 1, 0})), z = ArrayOf(Rotate(q, {0, 0, 1}));
   Matrix m;
   for (int i = 0; i < 3; ++i) m[i] = {x[i], y[i], z[i]};
   return m;
@@ -41,7 +39,7 @@ Matrix RotationOf(Quatd q) {
 
 // Inertia of a moment's solid about its centre of mass, for 1 kg.
 Matrix InertiaAboutCenter(const Moments& m, Vec3d center) {
-  const auto c = Array(center);
+  const auto c = ArrayOf(center);
   Matrix covariance;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) covariance[i][j] = m.second[i][j] / m.volume - c[i] * c[j];
@@ -117,8 +115,8 @@ MassProperties FromMoments(const Moments& m) {
 Moments MomentsOf(const MassProperties& part, const Pose& pose) {
   const Quatd orientation = Normalized(pose.orientation);
   const Vec3d center = pose.position + Rotate(orientation, part.center_of_mass);
-  const Matrix r = RotationOf(orientation * part.axes);
-  const auto inertia = Array(part.principal), c = Array(center);
+  const Matrix r = MatrixOf(orientation * part.axes);
+  const auto inertia = ArrayOf(part.principal), c = ArrayOf(center);
   const double half_trace = (inertia[0] + inertia[1] + inertia[2]) / 2;
   Moments m{.volume = part.volume_m3, .first = center * part.volume_m3, .second = {}};
   for (int i = 0; i < 3; ++i)
@@ -135,7 +133,7 @@ Moments Tetrahedron(Vec3d a, Vec3d b, Vec3d c) {
   const double det = Dot(a, Cross(b, c));
   const Vec3d sum = a + b + c;
   Moments m{.volume = det / 6, .first = sum * (det / 24), .second = {}};
-  const auto pa = Array(a), pb = Array(b), pc = Array(c), ps = Array(sum);
+  const auto pa = ArrayOf(a), pb = ArrayOf(b), pc = ArrayOf(c), ps = ArrayOf(sum);
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       m.second[i][j] = det / 120 * (pa[i] * pa[j] + pb[i] * pb[j] + pc[i] * pc[j] + ps[i] * ps[j]);

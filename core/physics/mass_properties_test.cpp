@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/physics/testing/bodies.h"
+#include "core/physics/testing/turns.h"
 
 namespace tessera::physics {
 namespace {
@@ -21,11 +22,6 @@ void ExpectNear(Vec3d actual, Vec3d expected, double tolerance) {
 Vec3d Apply(const MassProperties& m, Vec3d v) {
   const Vec3d local = Rotate(Conjugate(m.axes), v);
   return Rotate(m.axes, {m.principal.x * local.x, m.principal.y * local.y, m.principal.z * local.z});
-}
-
-Quatd About(Vec3d axis, double angle) {
-  const Vec3d v = Normalized(axis) * std::sin(angle / 2);
-  return {v.x, v.y, v.z, std::cos(angle / 2)};
 }
 
 // Shares of a shape's volume and second moments, by throwing points into a box around it.

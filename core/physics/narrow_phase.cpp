@@ -32,7 +32,7 @@ float RoundnessOf(const RigidBody& body, Vec3f normal) {
 }
 
 // Notes how near the surfaces of a pair are, and whether one of its points may come to push in this step.
-void Measure(Pair* pair, float dt_s) {
+void MeasureContacts(Pair* pair, float dt_s) {
   const PredictedMotion &low = pair->low->predicted, &high = pair->high->predicted;
   pair->separation_m = std::numeric_limits<float>::max();
   pair->live = false;
@@ -185,10 +185,10 @@ void NarrowPhase::Collide(Pair& pair, double dt_s, PairTable& pairs) {
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
   physics::Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
                    pair.manifolds);
-  Measure(&pair, static_cast<float>(dt_s));
+  MeasureContacts(&pair, static_cast<float>(dt_s));
   if (fast && !pair.trigger && pair.separation_m > kTouchEnd_m) {
     CollideFast(pair, dt_s);
-    Measure(&pair, static_cast<float>(dt_s));
+    MeasureContacts(&pair, static_cast<float>(dt_s));
   }
   if (!pair.live || pair.trigger) return;
   if (low.dynamic() && !low.awake()) sleepers_.push_back(&low);

@@ -44,8 +44,6 @@ Vec3d PositionAfter(const BodyState& state, Vec3d acceleration_m_s2, const Dampe
   return state.position + Vec3d(state.linear_velocity) * damping.S(t) + acceleration_m_s2 * damping.Q(t);
 }
 
-std::array<double, 3> Array(Vec3d v) { return {v.x, v.y, v.z}; }
-
 }  // namespace
 
 BodyState Predict(const BodyDef& def, const BodyState& state, const Forces& forces, double dt_s) {
@@ -76,7 +74,7 @@ Aabb SweptBounds(const BodyDef& def, const BodyState& state, const Forces& force
     path = path.United({p, p});
   };
   pass(dt_s);
-  const auto v = Array(Vec3d(state.linear_velocity)), a = Array(forces.acceleration_m_s2);
+  const auto v = ArrayOf(Vec3d(state.linear_velocity)), a = ArrayOf(forces.acceleration_m_s2);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (const double turn = damping.Turn(v[axis], a[axis]); turn < dt_s) pass(turn);
   }

@@ -7,7 +7,7 @@
 namespace tessera::region {
 namespace {
 
-const std::vector<RegionId> kNeighbors = {RegionId(2)};
+const std::vector<RegionId> kOnlyNeighbor = {RegionId(2)};
 
 class ClaimsTest : public ::testing::Test {
  protected:
@@ -26,7 +26,7 @@ class ClaimsTest : public ::testing::Test {
   std::string Error() const { return std::string(CheckClaims(frame, world.bodies, departing, grants_in).message()); }
 
   SmallWorld world{Balls({{-1, 0, 0}, {1, 0, 0}})};
-  GrantsIn grants_in{kNeighbors};
+  GrantsIn grants_in{kOnlyNeighbor};
   std::vector<DepartingBody> departing;
   BorderFrame frame;
 };

@@ -7,12 +7,12 @@
 namespace tessera::region {
 namespace {
 
-constexpr BodyId kA{1}, kB{2};
+constexpr BodyId kLeft{1}, kRight{2};
 
 // A contact at `point` with this impulse on b, between bodies at `a` and `b`.
 Solution At(Vec3d point, Vec3d a, Vec3d b, Vec3d impulse_on_b, bool by_owner_of_a) {
-  return {kA,
-          kB,
+  return {kLeft,
+          kRight,
           by_owner_of_a,
           Vec3f(impulse_on_b),
           Vec3f(Cross(point - a, -impulse_on_b)),
@@ -57,12 +57,12 @@ TEST(ExchangeTest, ASideThatFoundNoContactStillTakesItsShare) {
 }
 
 TEST(ExchangeTest, ARecordReadsTheSameFromBothSides) {
-  const Solution from_b = ToSolution({kB, kA, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+  const Solution from_b = ToSolution({kRight, kLeft, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
   EXPECT_FALSE(from_b.by_owner_of_a);
   EXPECT_EQ(from_b.impulse_on_b, Vec3f(1, 2, 3));
   EXPECT_EQ(from_b.angular_on_b, Vec3f(4, 5, 6));
   EXPECT_EQ(from_b.angular_on_a, Vec3f(7, 8, 9));
-  const Solution from_a = ToSolution({kA, kB, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+  const Solution from_a = ToSolution({kLeft, kRight, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
   EXPECT_EQ(from_a.impulse_on_b, Vec3f(-1, -2, -3));
   EXPECT_EQ(from_a.angular_on_a, Vec3f(4, 5, 6));
 }

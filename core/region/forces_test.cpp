@@ -7,8 +7,6 @@
 namespace tessera::region {
 namespace {
 
-constexpr double kTick_s = SmallWorld::kTick_s;
-
 Scene Windy() {
   Scene scene = Balls({{-1, 0, 0}, {-4, 0, 0}, {1, 0, 0}});
   scene.gravity_m_s2 = {0, -10, 0};
@@ -26,7 +24,7 @@ class ForcesTest : public ::testing::Test {
 
   SmallWorld world{Windy()};
   RegionPlayers players{*world.scene};
-  BodyForces forces{*world.scene, kTick_s};
+  BodyForces forces{*world.scene, SmallWorld::kTick_s};
 };
 
 TEST_F(ForcesTest, AreGravityAndFieldsAndNoneOnASleeper) {
@@ -67,14 +65,14 @@ TEST_F(ForcesTest, AFieldIsEvaluatedOnceForEachState) {
 TEST_F(ForcesTest, AGhostIsPushedByWhatItsOwnerReportedAndByFields) {
   world.AddGhost(3, 2);
   world.ghosts[0].record.force_n = {0, 0, 6};
-  world.ghosts[0].record.load_ns = {0, static_cast<float>(10 * kTick_s), 0};
+  world.ghosts[0].record.load_ns = {0, static_cast<float>(10 * SmallWorld::kTick_s), 0};
   world.bodies.PlaceGhosts(world.ghosts);
   forces.Apply(players, world.bodies);
-  world.bodies.Step(kTick_s);
+  world.bodies.Step(SmallWorld::kTick_s);
   const Vec3d speed(world.bodies.world().StateOf(BodyId(3)).linear_velocity);
-  EXPECT_NEAR(speed.x, 3 * kTick_s, 1e-6);
+  EXPECT_NEAR(speed.x, 3 * SmallWorld::kTick_s, 1e-6);
   EXPECT_NEAR(speed.y, 0, 1e-6);  // the load bears its weight
-  EXPECT_NEAR(speed.z, 6 * kTick_s, 1e-6);
+  EXPECT_NEAR(speed.z, 6 * SmallWorld::kTick_s, 1e-6);
 }
 
 }  // namespace

@@ -114,14 +114,6 @@ void WriteGhosts(ByteWriter& out, std::span<const GhostRecord> ghosts, std::span
   }
 }
 
-// Ids of a list ascend: each is the one before plus a difference that is not 0 and does not wrap.
-bool NextId(ByteReader& in, std::uint64_t& last) {
-  const std::uint64_t step = in.Varint();
-  if (step == 0 || last + step < last) return false;
-  last += step;
-  return true;
-}
-
 absl::Status Malformed(absl::string_view what) { return absl::InvalidArgumentError(what); }
 
 absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, std::vector<GhostRecord>& ghosts) {
@@ -129,7 +121,7 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
   in.Field("unchanged ghosts");
   const std::size_t same = in.Count(1);
   for (std::size_t i = 0; i < same; ++i) {
-    if (!NextId(in, last)) return Malformed("unchanged ghosts: ids do not ascend");
+    if (!in.Ascend(last)) return Malformed("unchanged ghosts: ids do not ascend");
     const GhostRecord* before = FindGhost(previous, BodyId(last));
     if (before == nullptr) return Malformed("unchanged ghosts: not in the frame before");
     ghosts.push_back(*before);
@@ -142,7 +134,7 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
   const std::size_t changed = in.Count(kMinGhostBytes);
   for (std::size_t i = 0; i < changed; ++i) {
     GhostRecord ghost;
-    if (!NextId(in, last)) return Malformed("ghosts: ids do not ascend");
+    if (!in.Ascend(last)) return Malformed("ghosts: ids do not ascend");
     ghost.id = BodyId(last);
     ghost.epoch = Epoch(in.Varint32());
     const std::uint8_t flags = ReadState(in, ghost.state);

@@ -15,7 +15,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-constexpr RegionId kTwo{2}, kThree{3}, kFour{4};
 const std::vector<RegionId> kNeighbors = {kTwo, kThree};
 
 class GrantsInTest : public ::testing::Test {

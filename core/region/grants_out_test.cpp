@@ -8,8 +8,6 @@
 namespace tessera::region {
 namespace {
 
-constexpr RegionId kTwo{2}, kThree{3};
-
 class GrantsOutTest : public ::testing::Test {
  protected:
   static Scene Jointed() {

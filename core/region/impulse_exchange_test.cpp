@@ -8,7 +8,6 @@
 namespace tessera::region {
 namespace {
 
-constexpr double kTick_s = SmallWorld::kTick_s;
 const std::vector<RegionId> kUp = {RegionId(2)};
 
 // Body 1 is region 1's, body 2 is a ghost of region 2's; they touch.
@@ -41,13 +40,13 @@ class ImpulseExchangeTest : public ::testing::Test {
   // Impulse of the push on a body, N s.
   static Vec3d On(std::uint64_t id, const ImpulseExchange::Settlement& settlement) {
     for (const ImpulseExchange::Push& push : settlement.pushes) {
-      if (push.id == BodyId(id)) return Vec3d(push.force_n) * kTick_s;
+      if (push.id == BodyId(id)) return Vec3d(push.force_n) * SmallWorld::kTick_s;
     }
     return {};
   }
 
   SmallWorld world{Balls({{-0.5, 0, 0}, {0.5, 0, 0}})};
-  ImpulseExchange exchange{world.catalog, kTick_s};
+  ImpulseExchange exchange{world.catalog, SmallWorld::kTick_s};
   std::vector<BorderFrame> frames{1};
   std::vector<DepartingBody> departed;
   std::vector<BodyId> taken_in;

@@ -19,13 +19,6 @@ absl::Status Bad(absl::string_view what) { return absl::InvalidArgumentError(wha
 
 const auto kByBody = [](const StateBody& body, BodyId wanted) { return body.id < wanted; };
 
-bool NextId(ByteReader& in, std::uint64_t& last) {
-  const std::uint64_t step = in.Varint();
-  if (step == 0 || last + step < last) return false;
-  last += step;
-  return true;
-}
-
 // Reads the parts that are the same in both kinds of message. `base` is empty for a whole state.
 class MessageReader {
  public:
@@ -38,7 +31,7 @@ class MessageReader {
     std::uint64_t last = 0;
     auto before = base_.bodies.begin();
     for (StateBody& body : bodies) {
-      if (!NextId(in_, last)) return Bad("bodies: ids do not ascend");
+      if (!in_.Ascend(last)) return Bad("bodies: ids do not ascend");
       body.id = BodyId(last);
       while (before != base_.bodies.end() && before->id < body.id) ++before;
       const StateBody* base = before != base_.bodies.end() && before->id == body.id ? &*before : nullptr;
@@ -75,7 +68,7 @@ class MessageReader {
     std::uint64_t last = 0;
     spawned.resize(in_.Count(1));
     for (PlayerNumber& player : spawned) {
-      if (!NextId(in_, last) || last > std::numeric_limits<std::uint32_t>::max()) {
+      if (!in_.Ascend(last) || last > std::numeric_limits<std::uint32_t>::max()) {
         return Bad("spawned: players do not ascend");
       }
       player = PlayerNumber(static_cast<std::uint32_t>(last));
@@ -126,7 +119,7 @@ class MessageReader {
     std::uint64_t last = 0;
     const std::size_t count = in_.Count(3);
     for (std::size_t i = 0; i < count; ++i) {
-      if (!NextId(in_, last)) return Bad("properties: ids do not ascend");
+      if (!in_.Ascend(last)) return Bad("properties: ids do not ascend");
       CarriedProperties& entry = properties[BodyId(last)];
       ReadProperties(in_, entry);
       if (!in_.ok()) return Bad(in_.error());
@@ -149,7 +142,7 @@ class MessageReader {
   const double tick_s_;
 };
 
-absl::StatusOr<LogHeader> ReadHeader(ByteReader& in) {
+absl::StatusOr<LogHeader> ReadLogHeader(ByteReader& in) {
   in.Field("header");
   const std::uint8_t magic_a = in.U8(), magic_b = in.U8(), format = in.U8(), kind = in.U8();
   LogHeader header;
@@ -197,7 +190,7 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
   in.Field("gone");
   changes.gone.resize(in.Count(1));
   for (BodyId& id : changes.gone) {
-    if (!NextId(in, last)) return Bad("gone: ids do not ascend");
+    if (!in.Ascend(last)) return Bad("gone: ids do not ascend");
     id = BodyId(last);
     if (state.Find(id) == nullptr) return Bad(absl::StrCat("gone: body ", last, " is not there"));
   }
@@ -297,7 +290,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
   if (!body.ok()) return body.status();
   ByteReader in(*body);
-  const absl::StatusOr<LogHeader> header = ReadHeader(in);
+  const absl::StatusOr<LogHeader> header = ReadLogHeader(in);
   if (!header.ok()) return header.status();
   if (!header->whole) return Bad("changes, not a whole state");
   const RegionState nothing;
@@ -325,14 +318,14 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
 
 absl::StatusOr<LogHeader> DecodeLogHeader(std::span<const std::uint8_t> bytes) {
   ByteReader in(bytes);
-  return ReadHeader(in);
+  return ReadLogHeader(in);
 }
 
 absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& catalog, RegionState& state) {
   const absl::StatusOr<std::span<const std::uint8_t>> body = Opened(bytes);
   if (!body.ok()) return body.status();
   ByteReader in(*body);
-  const absl::StatusOr<LogHeader> header = ReadHeader(in);
+  const absl::StatusOr<LogHeader> header = ReadLogHeader(in);
   if (!header.ok()) return header.status();
   if (header->whole) return Bad("a whole state, not changes");
   if (header->region != state.region || header->incarnation != state.incarnation) {

@@ -48,7 +48,7 @@ std::shared_ptr<const Scene> MakeScene(int bodies) {
   return scene;
 }
 
-Config MakeConfig(const std::shared_ptr<const Scene>& scene) {
+Config LogConfig(const std::shared_ptr<const Scene>& scene) {
   Config config;
   config.self = RegionId(1);
   config.incarnation = Incarnation(4);
@@ -60,7 +60,7 @@ Config MakeConfig(const std::shared_ptr<const Scene>& scene) {
 // Flat ground, on which everything comes to rest.
 class LogTest : public ::testing::Test {
  protected:
-  LogTest() : scene(MakeScene(60)), region(MakeConfig(scene)), standby_copy(RegionId(1), region.catalog()) {
+  LogTest() : scene(MakeScene(60)), region(LogConfig(scene)), standby_copy(RegionId(1), region.catalog()) {
     (void)region.Start();
     region.SetStandby(true);
   }
@@ -171,7 +171,7 @@ TEST_F(LogTest, ARegionBeginsWithASavedState) {
   for (int t = 0; t < 50; ++t) (void)StepOnce();
   const absl::StatusOr<RegionState> saved = DecodeState(region.SaveState(), region.catalog());
   ASSERT_TRUE(saved.ok()) << saved.status();
-  Config config = MakeConfig(scene);
+  Config config = LogConfig(scene);
   config.initial = std::make_shared<const RegionState>(*MergeStates({&*saved, 1}));
   Region again(config);
   (void)again.Start();
@@ -186,7 +186,7 @@ TEST_F(LogTest, ASavedStateIsSharedOutAmongAnyNumberOfRegions) {
   const RegionState merged = *MergeStates({&saved, 1});
   std::size_t owned = 0;
   for (std::uint32_t id = 1; id <= 3; ++id) {
-    Config config = MakeConfig(scene);
+    Config config = LogConfig(scene);
     config.self = RegionId(id);
     config.map = *MakeGridMap(scene->ground(), 3);
     config.initial = std::make_shared<const RegionState>(merged);
@@ -200,7 +200,7 @@ TEST_F(LogTest, ARegionTakesAllOfItsOwnStateWhereverItsBodiesLie) {
   for (int t = 0; t < 50; ++t) (void)StepOnce();
   const RegionState saved = *DecodeState(region.SaveState(), region.catalog());
   ASSERT_EQ(saved.region, region.id());
-  Config config = MakeConfig(scene);
+  Config config = LogConfig(scene);
   config.self = saved.region;
   config.map = *MakeGridMap(scene->ground(), 3);
   config.initial = std::make_shared<const RegionState>(saved);

@@ -17,7 +17,7 @@ struct Group {
   std::size_t first, end;
 };
 constexpr std::array<Group, 6> kGroups{{{0, 3}, {3, 7}, {7, 10}, {10, 13}, {13, 16}, {16, 17}}};
-constexpr std::uint8_t kAsleep = 1 << 6, kKnownBits = (1 << 7) - 1;
+constexpr std::uint8_t kSleeps = 1 << 6, kKnownBits = (1 << 7) - 1;
 
 Words ToWords(const BodyState& s) {
   const auto d = [](double v) { return std::bit_cast<std::uint64_t>(v); };
@@ -96,7 +96,7 @@ std::uint8_t* PackState(std::uint8_t* out, const BodyState& state, const BodySta
     if (!still) PredictPosition(predicted, *base, now, tick_s);
   }
   std::uint8_t* const head = out++;
-  std::uint8_t groups = state.asleep ? kAsleep : std::uint8_t{0};
+  std::uint8_t groups = state.asleep ? kSleeps : std::uint8_t{0};
   std::array<std::uint64_t, kWords> differences;  // in the groups that are written
   std::size_t written = 0;
   std::array<std::uint8_t, kWords + 1> sizes;
@@ -156,7 +156,7 @@ std::size_t UnpackState(std::span<const std::uint8_t> in, const BodyState* base,
     if (base != nullptr) PredictPosition(words, *base, words, tick_s);
     for (std::size_t w = 0; w < 3; ++w) words[w] = Sum(w, differences[w], words[w]);
   }
-  state = FromWords(words, (groups & kAsleep) != 0);
+  state = FromWords(words, (groups & kSleeps) != 0);
   return at;
 }
 

@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "core/region/testing/small_world.h"
+
 namespace tessera::region {
 namespace {
 
-constexpr RegionId kTwo{2}, kThree{3}, kFour{4};
 const std::vector<RegionId> kBoth = {kTwo, kThree};
 
 LateCorrection Late(std::uint64_t id) { return {BodyId(id), {}, {}}; }

@@ -31,7 +31,7 @@ std::shared_ptr<const Scene> MakeScene() {
   return scene;
 }
 
-Config MakeConfig(const std::shared_ptr<const Scene>& scene) {
+Config PropertiesConfig(const std::shared_ptr<const Scene>& scene) {
   return {.self = RegionId(1),
           .incarnation = Incarnation(1),
           .scene = scene,
@@ -110,7 +110,7 @@ TEST(FramePropertiesTest, AGrantCarriesThemAndBadOnesAreRefused) {
 
 TEST(RegionPropertiesTest, OnlyAnOwnedBodyCanBeChanged) {
   const auto scene = MakeScene();
-  Region region(MakeConfig(scene));
+  Region region(PropertiesConfig(scene));
   (void)region.Start();
   EXPECT_TRUE(region.SetProperty(BodyId(7), "health", std::int64_t{1}, 1).ok());
   EXPECT_EQ(region.SetProperty(BodyId(9), "health", std::int64_t{1}, 2).message(), "body 9 is not owned here");
@@ -129,7 +129,7 @@ TEST(RegionPropertiesTest, OnlyAnOwnedBodyCanBeChanged) {
 // By whole states and by changes, through a checkpoint too.
 TEST(RegionPropertiesTest, TheStandbyAndARestoredRegionHaveThem) {
   const auto scene = MakeScene();
-  Region region(MakeConfig(scene));
+  Region region(PropertiesConfig(scene));
   (void)region.Start();
   ASSERT_TRUE(region.SetProperty(BodyId(7), "team", std::string("red"), 1).ok());
   region.SetStandby(true);
@@ -153,7 +153,7 @@ TEST(RegionPropertiesTest, TheStandbyAndARestoredRegionHaveThem) {
   ASSERT_TRUE(saved.ok()) << saved.status();
   const auto merged = MergeStates(std::span(&*saved, 1));
   ASSERT_TRUE(merged.ok());
-  Config config = MakeConfig(scene);
+  Config config = PropertiesConfig(scene);
   config.initial = std::make_shared<RegionState>(*merged);
   const Region restored(config);
   ASSERT_EQ(restored.properties().all().size(), 2U);

@@ -12,7 +12,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr RegionId kOne{1}, kTwo{2};
 constexpr BodyId kBall{1};
 
 // A ball that flies from region 1 to region 2.

@@ -10,7 +10,7 @@ namespace tessera::region {
 namespace {
 
 constexpr float kHuge = 3e38F;
-constexpr PlayerNumber kPlayer(3);
+constexpr PlayerNumber kMember(3);
 
 PlayerRules Rules() {
   PlayerRules rules;
@@ -19,17 +19,17 @@ PlayerRules Rules() {
   return rules;
 }
 
-PlayerInput Input(std::uint32_t number) {
+PlayerInput InputOf(std::uint32_t number) {
   PlayerInput input;
   input.number = number;
-  input.player = kPlayer;
-  input.body = PlayerBodyId(kPlayer);
+  input.player = kMember;
+  input.body = PlayerBodyId(kMember);
   return input;
 }
 
 PlayerControl ControlWith(std::initializer_list<std::uint32_t> queued) {
   PlayerControl control;
-  for (const std::uint32_t number : queued) control.queue.push_back(Input(number));
+  for (const std::uint32_t number : queued) control.queue.push_back(InputOf(number));
   return control;
 }
 
@@ -59,21 +59,21 @@ TEST(PlayersTest, AreAsTheyShouldBeWhateverIsAskedOfThem) {
   Scene scene;
   scene.player = Rules();
   RegionPlayers players(scene);
-  players.Spawn(kPlayer);
-  players.Park(kPlayer, true);
-  players.Park(kPlayer, false);
-  players.Adopt(kPlayer, ControlWith({2, 5}));
-  players.QueueForwarded(Input(3));
-  EXPECT_TRUE(players.Queue(Input(6)).ok());
+  players.Spawn(kMember);
+  players.Park(kMember, true);
+  players.Park(kMember, false);
+  players.Adopt(kMember, ControlWith({2, 5}));
+  players.QueueForwarded(InputOf(3));
+  EXPECT_TRUE(players.Queue(InputOf(6)).ok());
   players.Validate();
-  players.Commit(kPlayer, {}, 0.5);
+  players.Commit(kMember, {}, 0.5);
   players.Validate();
 }
 
 TEST(PlayersTest, AQueueThatDoesNotAscendIsNoticed) {
   Scene scene;
   RegionPlayers players(scene);
-  players.Adopt(kPlayer, ControlWith({5, 2}));
+  players.Adopt(kMember, ControlWith({5, 2}));
   EXPECT_DEBUG_DEATH(players.Validate(), "");
 }
 

@@ -14,10 +14,10 @@
 namespace tessera::replication {
 namespace {
 
-constexpr Aabb kBounds{{-500, -2, -500}, {500, 50, 500}};
+constexpr Aabb kArena{{-500, -2, -500}, {500, 50, 500}};
 
 TEST(InterestWindowTest, SeesTheCellsWithinTheRadiusAndKeepsThemALittleLonger) {
-  const CellGrid grid(kBounds, 100);
+  const CellGrid grid(kArena, 100);
   InterestWindow window;
   EXPECT_TRUE(window.Follow(grid, 100, Vec3d(0, 0, 0)));
   for (double x = -480; x < 480; x += 7) {
@@ -40,7 +40,7 @@ TEST(InterestWindowTest, SeesTheCellsWithinTheRadiusAndKeepsThemALittleLonger) {
 }
 
 TEST(InterestWindowTest, WithoutAPlaceSeesAllUntilItHasOne) {
-  const CellGrid grid(kBounds, 50);
+  const CellGrid grid(kArena, 50);
   InterestWindow window;
   EXPECT_TRUE(window.Follow(grid, 50, std::nullopt));
   EXPECT_FALSE(window.Follow(grid, 50, std::nullopt));
@@ -52,8 +52,8 @@ TEST(InterestWindowTest, WithoutAPlaceSeesAllUntilItHasOne) {
 }
 
 TEST(CellGridTest, ABodyOnAnEdgeDoesNotChangeCellsToAndFro) {
-  const CellGrid grid(kBounds, 100);
-  const double edge = kBounds.min.x + 10 * grid.cell_m();
+  const CellGrid grid(kArena, 100);
+  const double edge = kArena.min.x + 10 * grid.cell_m();
   std::uint32_t cell = grid.CellAt({edge - 1, 0, 0}, std::nullopt);
   const std::uint32_t first = cell;
   for (int i = 0; i < 20; ++i) {
@@ -67,7 +67,7 @@ TEST(CellGridTest, ABodyOnAnEdgeDoesNotChangeCellsToAndFro) {
 class Walker {
  public:
   Walker(const SnapshotSettings& settings, double loss, int delay, unsigned seed)
-      : loss_(loss), delay_(delay), random_(seed), sender_(settings), receiver_(kBounds, settings) {}
+      : loss_(loss), delay_(delay), random_(seed), sender_(settings), receiver_(kArena, settings) {}
 
   WrittenSnapshot See(const SnapshotHistory& history, Tick tick, Vec3d at) {
     WrittenSnapshot written = sender_.Write(history, {.centre = at, .own = BodyId(1)}, 0, 0);
@@ -132,7 +132,7 @@ TEST(InterestTest, AClientSeesWhatIsNearAndEachAppearsAndVanishesOnceAWay) {
     SnapshotSettings settings;
     settings.interest_radius_m = 60;
     const std::vector<BodyRecord> bodies = Lattice(60, 10);
-    SnapshotHistory history(kBounds, settings);
+    SnapshotHistory history(kArena, settings);
     Walker walker(settings, loss, 6, 1);
     std::uint64_t tick = 0;
     const auto stand = [&](Vec3d at, int snapshots) {
@@ -170,8 +170,8 @@ TEST(InterestTest, KeepsWithinItsBytesASecondAndNothingIsForgotten) {
   SnapshotSettings settings;
   settings.client_bytes_per_s = 20'000;
   MovingBodies world({.count = 800, .world_m = 200});
-  const Quantizer quantizer(kBounds, settings);
-  SnapshotHistory history(kBounds, settings);
+  const Quantizer quantizer(kArena, settings);
+  SnapshotHistory history(kArena, settings);
   Walker walker(settings, 0.05, 6, 2);
   constexpr int kSnapshots = 300;
   std::uint32_t deferred = 0;
@@ -204,7 +204,7 @@ TEST(InterestTest, ADebtOfLongAgoDoesNotStarveTheClient) {
   SnapshotSettings settings;
   settings.client_bytes_per_s = 32'000;
   MovingBodies world({.count = 200, .world_m = 50});
-  SnapshotHistory history(kBounds, settings);
+  SnapshotHistory history(kArena, settings);
   SnapshotSender sender(settings);
   std::uint64_t tick = 0;
   const auto sent = [&](double share, int snapshots) {
@@ -225,7 +225,7 @@ TEST(InterestTest, AWorldIsJoinedFromTheNearToTheFar) {
   SnapshotSettings settings;
   settings.client_bytes_per_s = 30'000;
   const std::vector<BodyRecord> bodies = Lattice(70, 10);
-  SnapshotHistory history(kBounds, settings);
+  SnapshotHistory history(kArena, settings);
   Walker walker(settings, 0, 3, 3);
   for (std::uint64_t n = 1; n <= 240; ++n) {
     history.Push(Tick(2 * n), n == 1 ? bodies : std::vector<BodyRecord>(), {});

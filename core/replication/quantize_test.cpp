@@ -6,11 +6,10 @@
 #include <random>
 
 #include "core/replication/record_codec.h"
+#include "core/replication/testing/arena.h"
 
 namespace tessera::replication {
 namespace {
-
-constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
 
 class Random {
  public:

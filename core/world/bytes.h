@@ -135,6 +135,14 @@ class ByteReader {
     Fail(kOutOfRange);
     return 0;
   }
+  // The next id of a list that ascends: the one before plus a difference that is not 0 and does not wrap. Without one
+  // this is false, and `last` stays.
+  bool Ascend(std::uint64_t& last) {
+    const std::uint64_t step = Varint();
+    if (step == 0 || last + step < last) return false;
+    last += step;
+    return true;
+  }
   std::uint32_t Varint32() {
     const std::uint64_t v = Varint();
     if (v > 0xffffffff) Fail(kOutOfRange);

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "region_worker/testing/regions.h"
+
 namespace tessera::worker {
 namespace {
 
 using std::chrono::milliseconds;
-
-const TimePoint kStart = TimePoint(std::chrono::hours(1));
 
 // One that was given at kStart.
 Lease HeldLease() {

@@ -12,7 +12,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-constexpr RegionId kLower{1}, kSelf{2}, kHigher{3}, kOther{4};
+constexpr RegionId kLower{1}, kMiddle{2}, kHigher{3}, kHighest{4};
 constexpr TimePoint kNow = TimePoint(std::chrono::hours(1));
 
 PeerAddress AddressOf(RegionId region, std::uint64_t incarnation) {
@@ -45,7 +45,7 @@ class LinkTableTest : public testing::Test {
     return cuts;
   }
 
-  LinkTable links_{kSelf};
+  LinkTable links_{kMiddle};
   Actions actions_;
 };
 
@@ -54,10 +54,10 @@ TEST_F(LinkTableTest, TheLowerOfTwoPartnersDialsOnceItKnowsWhere) {
   EXPECT_FALSE(links_.Dials(kHigher));
   SetAddress(kLower, 1);
   SetAddress(kHigher, 1);
-  SetAddress(kOther, 1);
+  SetAddress(kHighest, 1);
   EXPECT_TRUE(links_.Dials(kHigher));
   EXPECT_FALSE(links_.Dials(kLower));
-  EXPECT_FALSE(links_.Dials(kOther)) << "no partner";
+  EXPECT_FALSE(links_.Dials(kHighest)) << "no partner";
   LinkUp(kHigher, 1);
   EXPECT_FALSE(links_.Dials(kHigher));
   links_.Down(kHigher);

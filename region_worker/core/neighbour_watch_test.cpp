@@ -3,14 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "region_worker/testing/regions.h"
+
 namespace tessera::worker {
 namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr RegionId kSelf{1}, kOther{2};
-constexpr TimePoint kStart{std::chrono::hours(1)};
 
 class NeighbourWatchTest : public ::testing::Test {
  protected:

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "region_worker/testing/core_rig.h"
+#include "region_worker/testing/regions.h"
 
 namespace tessera::worker {
 namespace {
@@ -11,7 +12,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::SizeIs;
 
-constexpr RegionId kSelf{1}, kOther{2};
 const Identity kIdentity{"instance", kSelf, Incarnation(1)};
 
 // A run of region 1, alone in its world unless a test has it built with more.

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "region_worker/testing/regions.h"
 #include "region_worker/testing/small_world.h"
 
 namespace tessera::worker {
@@ -10,7 +11,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-constexpr RegionId kSelf{1}, kPrimary{2};
+constexpr RegionId kPrimary{2};
 
 class StandbyCopiesTest : public testing::Test {
  protected:

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "region_worker/testing/regions.h"
 #include "region_worker/testing/small_world.h"
 
 namespace tessera::worker {
@@ -10,9 +11,6 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::Field;
-
-constexpr RegionId kSelf{1}, kOther{2};
-constexpr TimePoint kStart{std::chrono::hours(1)};
 
 class TickDriverTest : public ::testing::Test {
  protected:

@@ -5,6 +5,7 @@
 
 #include "core/world/partition_io.h"
 #include "region_worker/testing/core_rig.h"
+#include "region_worker/testing/regions.h"
 
 namespace tessera::worker {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
-
-constexpr RegionId kSelf{1};
 
 // The worker of a region that is alone in its world, with this test as its agent.
 class WorkerCoreTest : public ::testing::Test {

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;
+constexpr double kHalfSide = 20;
 constexpr RegionId kFirst{1}, kSecond{2};
 
 Simulation Make(const SceneBuilder& builder, std::uint32_t regions) {
@@ -26,7 +26,7 @@ std::uint64_t FramesOf(Simulation& simulation) {
 
 // Balls that fly about near the border.
 SceneBuilder Balls() {
-  SceneBuilder builder(kHalf);
+  SceneBuilder builder(kHalfSide);
   for (int i = 0; i < 12; ++i) {
     builder.Add(Ball(0.4), {i % 2 == 0 ? -1.5 : 1.5, 0, -16.0 + 3 * i}, {i % 2 == 0 ? 0.5F : -0.5F, 0, 0}).may_sleep =
         false;
@@ -68,7 +68,7 @@ TEST(ClosingTest, AWorkerThatStoodStillAdoptsTheLaterTickAndItsBodiesWentNowhere
 
 TEST(ClosingTest, ABodyThatIsBeingHandedOverWhenTheBorderClosesIsNeitherLostNorDoubled) {
   for (std::uint64_t when = 20; when < 60; when += 2) {
-    SceneBuilder builder(kHalf);
+    SceneBuilder builder(kHalfSide);
     for (int i = 0; i < 4; ++i) {
       builder.Add(Ball(0.4), {-1.0 - 0.4 * i, 0, -8.0 + 4 * i}, {3, 0, 0}).may_sleep = false;
     }
@@ -90,7 +90,7 @@ TEST(ClosingTest, ABodyThatIsBeingHandedOverWhenTheBorderClosesIsNeitherLostNorD
 }
 
 TEST(QuietBorderTest, CostsAFrameInNineTicks) {
-  SceneBuilder builder(kHalf);
+  SceneBuilder builder(kHalfSide);
   builder.Gravity().Floor();
   for (int i = 0; i < 8; ++i) builder.Add(Box(0.4), {i % 2 == 0 ? -0.5 : 0.5, 0.4, -14.0 + 4 * i});
   Simulation simulation = Make(builder, 2);
@@ -103,7 +103,7 @@ TEST(QuietBorderTest, CostsAFrameInNineTicks) {
 }
 
 TEST(QuietBorderTest, WaitsForNobody) {
-  SceneBuilder builder(kHalf);
+  SceneBuilder builder(kHalfSide);
   builder.Add(Ball(0.5), {-12, 0, 0}, {0, 0, 1}).may_sleep = false;
   builder.Add(Ball(0.5), {12, 0, 0}, {0, 0, 1}).may_sleep = false;
   Simulation simulation = Make(builder, 2);

@@ -8,7 +8,7 @@ namespace tessera::simulation {
 namespace {
 
 constexpr Micros kLongest = Milliseconds(4000);        // that a fault lasts
-constexpr Micros kPatience = Milliseconds(12'000);     // until another region may be taken from the world
+constexpr Micros kEndPatience = Milliseconds(12'000);  // until another region may be taken from the world
 constexpr double kNewcomersYouth = Milliseconds(600);  // in which it may be struck; its map is in force then
 constexpr std::uint32_t kMostRegions = 7;
 constexpr std::uint32_t kChangedAtOnce = 6;  // properties
@@ -139,7 +139,7 @@ void DeploymentRunner::Begin(const DeploymentFault& fault) {
       return CutOffStandby(fault);
     case DeploymentFaultKind::kNewcomerDies:
       deployment_.Scale(deployment_.regions() % kMostRegions + 1);
-      if (deployment_.RunUntil(kPatience, [this] { return deployment_.Newcomer() != nullptr; })) {
+      if (deployment_.RunUntil(kEndPatience, [this] { return deployment_.Newcomer() != nullptr; })) {
         deployment_.RunFor(static_cast<Micros>(fault.strength * kNewcomersYouth));
         if (const SimulatedWorker* newcomer = deployment_.Newcomer()) deployment_.Kill(*newcomer);
       }
@@ -169,7 +169,7 @@ ScenarioOutcome DeploymentRunner::Run() {
   }
   for (const DeploymentFault& fault : scenario_.faults) {
     deployment_.RunFor(fault.after);
-    if (TakesRegions(fault.kind) && !deployment_.RunUntil(kPatience, [&] { return Safe(fault); })) continue;
+    if (TakesRegions(fault.kind) && !deployment_.RunUntil(kEndPatience, [&] { return Safe(fault); })) continue;
     Begin(fault);
   }
   deployment_.RunFor(kLongest);

@@ -10,12 +10,12 @@ namespace {
 
 using ::testing::IsEmpty;
 
-constexpr double kHalf = 20;  // half the ground's side, m
+constexpr double kHalfSide = 20;  // half the ground's side, m
 
 // One ball that flies over 2 x 2 regions: 1 and 2 at negative z, 3 and 4 beyond them; the standby of each is the next
 // one, of 4 it is 1.
 struct Flight {
-  Flight(Vec3d from, Vec3f velocity, std::uint64_t seed = 1) : builder(kHalf) {
+  Flight(Vec3d from, Vec3f velocity, std::uint64_t seed = 1) : builder(kHalfSide) {
     id = builder.Add(Ball(0.5), from, velocity).id;
     instance = std::make_unique<Instance>(builder, 4, SimulationOptions{.seed = seed});
   }
@@ -181,7 +181,7 @@ TEST(HandoverDeathTest, TwoNeighboursThatDieTogetherAroundAHandoverLoseNothing) 
 TEST(HandoverDeathTest, ASpawnOrARemovalInTheLastTicksIsDoneOnce) {
   for (std::uint64_t after = 0; after < 5; ++after) {
     for (const bool held : {false, true}) {
-      SceneBuilder builder = Swarm(kHalf, 10);
+      SceneBuilder builder = Swarm(kHalfSide, 10);
       PlayerRules& rules = builder.scene().player.emplace();
       rules.body.shape = Ball(0.4);
       rules.spawn_points = {{1, 1, -10}, {1, 1, -12}};

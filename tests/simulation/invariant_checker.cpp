@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/census.h"
+#include "core/world/state_check.h"
 
 namespace tessera::simulation {
 namespace {
@@ -14,11 +14,6 @@ constexpr std::size_t kMaxProblems = 20;
 
 std::uint64_t Mixed(std::uint64_t hash, std::uint64_t value) {
   return region::Mix(BodyId(hash * 0x9e3779b97f4a7c15u ^ value));
-}
-
-bool Finite(const BodyState& s) {
-  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(s.linear_velocity) &&
-         IsFinite(s.angular_velocity) && IsFinite(s.angular_momentum) && std::isfinite(s.still_s);
 }
 
 }  // namespace
@@ -75,7 +70,8 @@ void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const regio
   for (const region::OwnedBody& body : owned) {
     Reigns(region, tick, body);
     hash_ += Mixed(Mixed(tick.value(), body.def->id.value()), HashOf(body.state));
-    if (!Finite(body.state)) Problem(tick, absl::StrCat("body ", body.def->id.value(), " is not finite"));
+    if (!IsSane(body.state))
+      Problem(tick, absl::StrCat("body ", body.def->id.value(), " has a state that no region takes"));
     if (motions == nullptr) continue;
     const Vec3d v(body.state.linear_velocity);
     const double mass = body.def->mass_kg;

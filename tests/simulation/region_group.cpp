@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <sstream>
+
+#include "core/world/state_check.h"
 
 namespace tessera::simulation {
 namespace {
 
-constexpr std::size_t kMaxProblems = 20;
+constexpr std::size_t kMostProblems = 20;
 constexpr std::uint64_t kMaxStuckRounds = 1000;
 
 void Mix(std::uint64_t& hash, std::uint64_t value) {
@@ -26,11 +27,6 @@ void Mix(std::uint64_t& hash, const BodyState& state) {
     Mix(hash, std::bit_cast<std::uint32_t>(v));
   }
   Mix(hash, state.asleep ? 1 : 0);
-}
-
-bool Finite(const BodyState& s) {
-  return IsFinite(s.position) && IsFinite(s.orientation) && IsFinite(s.linear_velocity) &&
-         IsFinite(s.angular_velocity) && IsFinite(s.angular_momentum) && std::isfinite(s.still_s);
 }
 
 }  // namespace
@@ -63,7 +59,7 @@ Tick RegionGroup::tick() const {
 
 void RegionGroup::RunTo(Tick target) {
   std::uint64_t stuck = 0;
-  while (tick() < target && problems_.size() < kMaxProblems) {
+  while (tick() < target && problems_.size() < kMostProblems) {
     const Tick before = tick();
     Round(target);
     stuck = tick() == before ? stuck + 1 : 0;
@@ -144,7 +140,7 @@ void RegionGroup::Check(Tick tick, Record& record) {
     const auto before = bodies_.find(id);
     if (before == bodies_.end() && awaited_.erase(id) == 0) Problem(tick, name.str() + " came from nowhere");
     if (before != bodies_.end() && owned.epoch < before->second) Problem(tick, name.str() + ": its epoch shrank");
-    if (!Finite(owned.state)) Problem(tick, name.str() + " is not finite");
+    if (!IsSane(owned.state)) Problem(tick, name.str() + " has a state that no region takes");
     Mix(hash_, id.value());
     Mix(hash_, owned.state);
   }
@@ -155,7 +151,7 @@ void RegionGroup::Check(Tick tick, Record& record) {
 }
 
 void RegionGroup::Problem(Tick tick, const std::string& what) {
-  if (problems_.size() < kMaxProblems) problems_.push_back("tick " + std::to_string(tick.value()) + ": " + what);
+  if (problems_.size() < kMostProblems) problems_.push_back("tick " + std::to_string(tick.value()) + ": " + what);
 }
 
 RegionId RegionGroup::OwnerOf(BodyId id) const {

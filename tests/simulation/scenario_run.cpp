@@ -10,12 +10,12 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kAftermath = Milliseconds(300);  // after a fault that strikes once
-constexpr Micros kLook = Milliseconds(10);        // between looks at a death or a change under way
-constexpr Micros kPatience = 10'000'000;          // until all of them must have ended
-constexpr std::size_t kFewest = 2;                // regions that deaths leave
-constexpr double kMostDrift = 1e-5;               // in momentum, share of the sum of all
-constexpr std::size_t kTicksWeighed = 8;          // at both ends: what contacts exchange is a tick under way
+constexpr Micros kAftermath = Milliseconds(300);    // after a fault that strikes once
+constexpr Micros kLookInterval = Milliseconds(10);  // between looks at a death or a change under way
+constexpr Micros kChangePatience = 10'000'000;      // until all of them must have ended
+constexpr std::size_t kFewest = 2;                  // regions that deaths leave
+constexpr double kMostDrift = 1e-5;                 // in momentum, share of the sum of all
+constexpr std::size_t kTicksWeighed = 8;            // at both ends: what contacts exchange is a tick under way
 constexpr double kTicksPerSecond = 60;
 
 // One run: puts faults on and takes them off, plays the players, counts.
@@ -180,7 +180,7 @@ std::uint64_t ScenarioRunner::HandoversUnderWay(RegionId region) const {
 
 void ScenarioRunner::TryKill(const ScheduledFault& fault) {
   if (simulation_.timeline().now() > fault.until) return;
-  if (!MayDie(fault.a)) return simulation_.timeline().In(kLook, [this, &fault] { TryKill(fault); });
+  if (!MayDie(fault.a)) return simulation_.timeline().In(kLookInterval, [this, &fault] { TryKill(fault); });
   cut_short_ += HandoversUnderWay(fault.a);
   simulation_.Kill(fault.a);
   active_.push_back(&fault);
@@ -191,7 +191,7 @@ void ScenarioRunner::TryRestart(const ScheduledFault& fault) {
   if (simulation_.timeline().now() > fault.until) return;
   const bool some_dead = simulation_.workers().size() < scenario_.map.regions().size();
   if (!control_->idle() || !some_dead) {
-    return simulation_.timeline().In(kLook, [this, &fault] { TryRestart(fault); });
+    return simulation_.timeline().In(kLookInterval, [this, &fault] { TryRestart(fault); });
   }
   control_->Plan(scenario_.map);
   active_.push_back(&fault);
@@ -199,7 +199,7 @@ void ScenarioRunner::TryRestart(const ScheduledFault& fault) {
 }
 
 void ScenarioRunner::WatchUntilOver(const ScheduledFault& fault) {
-  simulation_.timeline().In(kLook, [this, &fault] {
+  simulation_.timeline().In(kLookInterval, [this, &fault] {
     const bool over = fault.kind == FaultKind::kKill ? !control_->failing_over() : control_->idle();
     if (!over) return WatchUntilOver(fault);
     simulation_.timeline().In(kAftermath, [this, &fault] { std::erase(active_, &fault); });
@@ -208,8 +208,8 @@ void ScenarioRunner::WatchUntilOver(const ScheduledFault& fault) {
 
 // Deaths and changes that began are dealt with.
 void ScenarioRunner::AwaitControl() {
-  const Micros end = simulation_.timeline().now() + kPatience;
-  while (!control_->idle() && simulation_.timeline().now() < end) simulation_.RunFor(kLook);
+  const Micros end = simulation_.timeline().now() + kChangePatience;
+  while (!control_->idle() && simulation_.timeline().now() < end) simulation_.RunFor(kLookInterval);
   if (!control_->idle())
     simulation_.invariants().Problem(simulation_.tick(), "a failover or a planned map does not end");
   if (control_->totals().lost > 0) {

@@ -9,7 +9,7 @@
 namespace tessera::simulation {
 namespace {
 
-constexpr Micros kPatience = 5'000'000;  // in RunTo
+constexpr Micros kStepPatience = 5'000'000;  // in RunTo
 constexpr Micros kSettling = Milliseconds(400);
 constexpr Micros kSettlingPatience = 20'000'000;
 constexpr std::uint64_t kTicksSettling = 10;
@@ -120,7 +120,7 @@ void Simulation::RunTo(Tick target) {
     if (tick() > reached) {
       reached = tick();
       since = timeline_.now();
-    } else if (timeline_.now() - since > kPatience) {
+    } else if (timeline_.now() - since > kStepPatience) {
       return invariants_.Problem(reached, absl::StrCat("no step for five seconds:", Standstill()));
     }
   }

@@ -9,8 +9,6 @@
 namespace tessera::physics {
 namespace {
 
-constexpr int kNext[3] = {1, 2, 0}, kAfter[3] = {2, 0, 1};
-
 // An axis in ConvexCache::feature: 0 none, 1 to 3 a's faces, 4 to 6 b's, then the nine pairs of edges.
 constexpr std::uint32_t kFaceA = 1, kFaceB = 4, kEdges = 7;
 
@@ -58,11 +56,11 @@ float FaceSeparationB(const Relation& r, int j) {
 }
 
 // Along cross(a's axis i, b's axis j). Edges that are nearly parallel add nothing to the axis of a face.
-constexpr float kParallel = 1e-4f;  // squared sine
-constexpr float kNone = -1e30f;
+constexpr float kParallelEdges = 1e-4f;  // squared sine
+constexpr float kNoAxis = -1e30f;
 float EdgeSeparation(const Relation& r, int i, int j) {
   const float square = 1 - r.c[i][j] * r.c[i][j];
-  if (square < kParallel) return kNone;
+  if (square < kParallelEdges) return kNoAxis;
   const int i1 = kNext[i], i2 = kAfter[i], j1 = kNext[j], j2 = kAfter[j];
   const float distance = std::abs(r.p[i2] * r.c[i1][j] - r.p[i1] * r.c[i2][j]);
   const float reach = r.ha[i1] * r.ac[i2][j] + r.ha[i2] * r.ac[i1][j] + r.hb[j1] * r.ac[i][j2] + r.hb[j2] * r.ac[i][j1];
@@ -75,16 +73,16 @@ float SeparationAlong(const Relation& r, std::uint32_t axis) {
   return EdgeSeparation(r, static_cast<int>(axis - kEdges) / 3, static_cast<int>(axis - kEdges) % 3);
 }
 
-struct Axes {
+struct BestAxes {
   std::uint32_t face = kFaceA, edge = 0;
-  float face_separation = kNone, edge_separation = kNone;
+  float face_separation = kNoAxis, edge_separation = kNoAxis;
   float faces[6];  // separation along a's, then b's
 };
 
 // The best face and the best pair of edges; stops at an axis that has them further apart than `speculative_m`.
 // The face of the last search is kept as long as no other is better by more than `keep_m`.
-bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t last, Axes* best) {
-  float best_score = kNone;
+bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t last, BestAxes* best) {
+  float best_score = kNoAxis;
   for (std::uint32_t axis = kFaceA; axis < kEdges; ++axis) {
     const float separation = SeparationAlong(r, axis);
     best->faces[axis - kFaceA] = separation;
@@ -111,7 +109,7 @@ bool Search(const Relation& r, float speculative_m, float keep_m, std::uint32_t 
 // Whether the two meet only in a strip that is thinner than `thin_m` across an axis that lies athwart the normal: a rim
 // by a rim. There the normal is a toss-up, and one along the floor would stop what slides from one box to the next one
 // flush with it. Whatever they do next, one of the axes soon separates or holds them.
-bool Grazes(const LocalPose& pose, const Axes& axes, Vec3f normal, float thin_m) {
+bool Grazes(const LocalPose& pose, const BestAxes& axes, Vec3f normal, float thin_m) {
   constexpr float kAthwart = 0.5f;
   const Vec3f in_b = Into(pose.rotation, normal);
   const float along[6] = {normal.x, normal.y, normal.z, in_b.x, in_b.y, in_b.z};
@@ -276,8 +274,8 @@ bool CollideEdges(const Relation& r, const LocalPose& pose, std::uint32_t axis, 
 }
 
 // The points along an axis, or where that misses the place where they are nearest, there.
-void Touch(const Geometry& a, const Geometry& b, const Relation& r, const LocalPose& pose, const Axes& best,
-           std::uint32_t axis, float lead, float speculative_m, LocalManifold* out) {
+void AddContacts(const Geometry& a, const Geometry& b, const Relation& r, const LocalPose& pose, const BestAxes& best,
+                 std::uint32_t axis, float lead, float speculative_m, LocalManifold* out) {
   const bool edge = axis >= kEdges;
   if (edge) {
     if (CollideEdges(r, pose, axis, out)) return;
@@ -309,7 +307,7 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
     }
   }
   const float size = std::min({r.ha[0], r.ha[1], r.ha[2], r.hb[0], r.hb[1], r.hb[2]});
-  Axes best;
+  BestAxes best;
   const bool near = Search(r, speculative_m, std::min(kKeepFace_m, kKeepFaceShare * size), cache.feature, &best);
   const float lead = std::min(kEdgeLead_m, kEdgeLeadShare * size);
   const bool edge = best.edge_separation > best.face_separation + lead;
@@ -318,7 +316,7 @@ void CollideBoxes(const Geometry& a, const Geometry& b, const LocalPose& pose, f
     cache.apart_m = std::max(best.face_separation, best.edge_separation);
     return;
   }
-  Touch(a, b, r, pose, best, edge ? best.edge : best.face, lead, speculative_m, out);
+  AddContacts(a, b, r, pose, best, edge ? best.edge : best.face, lead, speculative_m, out);
   if (out->count == 0 && best.face_separation > 0) cache.apart_m = speculative_m;
   if (Grazes(pose, best, out->normal, std::min(kGraze_m, kGrazeShare * size))) out->count = 0;
 }

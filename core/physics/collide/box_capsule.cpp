@@ -9,8 +9,6 @@
 namespace tessera::physics {
 namespace {
 
-constexpr int kNext[3] = {1, 2, 0}, kAfter[3] = {2, 0, 1};
-
 struct Line {
   float center[3], half[3], box[3];
 
@@ -44,7 +42,7 @@ float NearestOn(const Line& line) {
   return std::clamp(low - at_low * (high - low) / (at_high - at_low), low, high);
 }
 
-Vec3f Vector(const float v[3]) { return {v[0], v[1], v[2]}; }
+Vec3f ToVector(const float v[3]) { return {v[0], v[1], v[2]}; }
 
 // Adds the part of the segment that lies over the face of axis i, with separations along the manifold's normal n.
 void AddOverFace(const Line& line, const Segment& segment, int i, const float n[3], float speculative_m,
@@ -84,7 +82,7 @@ void CollideBoxCapsule(const Geometry& a, const Geometry& b, const LocalPose& po
 
   const float distance = std::sqrt(square);
   const float n[3] = {away[0] / distance, away[1] / distance, away[2] / distance};
-  out->normal = Vector(n);
+  out->normal = ToVector(n);
   int most = 0, least = 0;
   for (int k = 1; k < 3; ++k) {
     if (std::abs(n[k]) > std::abs(n[most])) most = k;
@@ -96,7 +94,7 @@ void CollideBoxCapsule(const Geometry& a, const Geometry& b, const LocalPose& po
     float edge[3] = {}, half[3] = {};
     half[least] = line.box[least];
     for (const int k : {kNext[least], kAfter[least]}) edge[k] = n[k] >= 0 ? line.box[k] : -line.box[k];
-    AddAlong({Vector(edge), Vector(half), 0}, segment, speculative_m, out);
+    AddAlong({ToVector(edge), ToVector(half), 0}, segment, speculative_m, out);
   }
   // Whatever else there is, the nearest point is among them.
   const float deepest = distance - b.radius_m;

@@ -37,12 +37,12 @@ namespace {
 
 // --- Polyhedra. `half` of a segment may be zero: a capsule without a cylinder.
 
-constexpr float kNone = -1e30f;
+constexpr float kNoDepth = -1e30f;
 
 struct Touch {
-  Vec3f normal;              // out of the polyhedron
-  float distance_m = kNone;  // from the segment itself; negative where it is inside
-  float t = 0;               // where on the segment
+  Vec3f normal;                 // out of the polyhedron
+  float distance_m = kNoDepth;  // from the segment itself; negative where it is inside
+  float t = 0;                  // where on the segment
 };
 
 Segment EdgeOf(const Polyhedron& p, const Polyhedron::Edge& edge) {
@@ -61,7 +61,7 @@ bool Pierces(const Polyhedron& p, const Segment& s) {
 // Nearest points where the segment is wholly outside: one of its ends over the polyhedron, or it and an edge.
 Touch NearestOutside(const Polyhedron& p, const Segment& s, float enough_m) {
   Touch best;
-  best.distance_m = -kNone;
+  best.distance_m = -kNoDepth;
   for (const float t : {-1.0f, 1.0f}) {
     const PolyhedronPoint near = NearestOn(p, s.At(t), enough_m);
     if (near.distance_m < best.distance_m) best = {near.normal, near.distance_m, t};

@@ -20,18 +20,18 @@ void PairCache::DeleteParts::operator()(Parts* doomed) const { delete doomed; }
 namespace {
 
 // A pair in the order of its search.
-struct Pair {
+struct OrderedPair {
   const Geometry &a, &b;
   const Placement &at_a, &at_b;
   bool flipped = false;
 };
 
-Pair Ordered(const Collidable& a, const Collidable& b) {
+OrderedPair Ordered(const Collidable& a, const Collidable& b) {
   if (InOrder(a.geometry, b.geometry)) return {a.geometry, b.geometry, a.placement, b.placement, false};
   return {b.geometry, a.geometry, b.placement, a.placement, true};
 }
 
-LocalPose PoseOf(const Pair& pair, Vec3d between) {
+LocalPose PoseOf(const OrderedPair& pair, Vec3d between) {
   const Mat3f &ra = pair.at_a.rotation, &rb = pair.at_b.rotation;
   const auto along = [&](Vec3f axis) { return -Dot(Vec3d(axis), between); };
   return {.position = Into(ra, Vec3f(between)),
@@ -42,7 +42,7 @@ LocalPose PoseOf(const Pair& pair, Vec3d between) {
 // --- Reuse.
 
 // Searching is as quick as remembering.
-bool Quick(const Pair& pair) {
+bool Quick(const OrderedPair& pair) {
   const auto round = [](GeometryKind kind) { return kind == GeometryKind::kSphere || kind == GeometryKind::kCapsule; };
   if (pair.b.kind == GeometryKind::kPlane) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
   if (pair.b.kind == GeometryKind::kSphere) return round(pair.a.kind) || pair.a.kind == GeometryKind::kBox;
@@ -50,7 +50,7 @@ bool Quick(const Pair& pair) {
 }
 
 // How far any point of the smaller body may have moved against the other before the two are searched anew.
-float Leeway(const Pair& pair) {
+float Leeway(const OrderedPair& pair) {
   return std::min(kReuseMove_m, kReuseShare * std::min(pair.a.outer_radius_m, pair.b.outer_radius_m));
 }
 
@@ -59,7 +59,7 @@ struct Change {
   float turned = 0;   // chord of the turn, about rad
 };
 
-Change ChangeSince(const PairCache& cache, const Pair& pair, const LocalPose& pose) {
+Change ChangeSince(const PairCache& cache, const OrderedPair& pair, const LocalPose& pose) {
   const Mat3f &r = pose.rotation, &s = cache.pose.rotation;
   // The Frobenius norm of a difference of rotations is sqrt(8) sin(angle / 2); a point at radius 1 moves 2 sin(angle /
   // 2).
@@ -84,7 +84,7 @@ void Anchor(const LocalPose& pose, LocalManifold* manifold) {
 
 // From the frame of the search to the world's axes.
 struct Outlet {
-  const Pair& pair;
+  const OrderedPair& pair;
   const LocalPose& pose;
   Vec3f between;  // from a's centre of mass to b's, world axes
   float speculative_m;
@@ -145,13 +145,14 @@ void CarryOver(std::span<const ManifoldPoint> olds, float tolerance_m, Manifold*
   }
 }
 
-float CarryTolerance(const Pair& pair) {
+float CarryTolerance(const OrderedPair& pair) {
   return std::min(kCarry_m, kCarryShare * std::min(pair.a.outer_radius_m, pair.b.outer_radius_m));
 }
 
 // --- Pairs with one manifold.
 
-void SearchOne(const Pair& pair, const LocalPose& pose, float reach_m, ConvexCache& cache, LocalManifold* manifold) {
+void SearchOne(const OrderedPair& pair, const LocalPose& pose, float reach_m, ConvexCache& cache,
+               LocalManifold* manifold) {
   cache.apart_m = 0;
   if (pair.b.kind == GeometryKind::kPlane) {
     CollidePlane(pair.a, PlaneIn(pair.b, pose), reach_m, manifold);
@@ -183,7 +184,7 @@ void WriteOne(const Outlet& outlet, const LocalManifold& manifold, OnB on_b, Man
 
 // --- Pairs with any number.
 
-void SearchMany(const Pair& pair, const LocalPose& pose, float reach_m, PairCache& cache) {
+void SearchMany(const OrderedPair& pair, const LocalPose& pose, float reach_m, PairCache& cache) {
   if (!cache.parts) cache.parts.reset(new PairCache::Parts);
   PairCache::Parts& parts = *cache.parts;
   parts.manifolds.clear();
@@ -212,7 +213,7 @@ void WriteMany(const Outlet& outlet, PairCache::Parts& parts, OnB on_b, Manifold
 }
 
 // Nothing is remembered but the axis.
-void CollideQuick(const Pair& pair, const LocalPose& pose, const Outlet& outlet, PairCache& cache,
+void CollideQuick(const OrderedPair& pair, const LocalPose& pose, const Outlet& outlet, PairCache& cache,
                   Manifolds& manifolds) {
   LocalManifold manifold;
   SearchOne(pair, pose, outlet.speculative_m, cache.convex, &manifold);
@@ -223,7 +224,7 @@ void CollideQuick(const Pair& pair, const LocalPose& pose, const Outlet& outlet,
 }  // namespace
 
 void Collide(const Collidable& a, const Collidable& b, float speculative_m, PairCache& cache, Manifolds& manifolds) {
-  const Pair pair = Ordered(a, b);
+  const OrderedPair pair = Ordered(a, b);
   const Vec3d between = pair.at_b.position - pair.at_a.position;
   const LocalPose pose = PoseOf(pair, between);
   const Outlet outlet{pair, pose, Vec3f(between), speculative_m};

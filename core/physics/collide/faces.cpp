@@ -21,7 +21,7 @@ std::size_t Largest(std::span<const LocalPoint> points, Value value) {
 
 // A corner of the incident face while it is cut, named by the edges that meet there: of the incident face, or sides of
 // the reference face from kSides on.
-struct Corner {
+struct FaceCorner {
   Vec3f place;
   std::uint16_t in = 0, out = 0;
 };
@@ -31,23 +31,24 @@ constexpr std::uint16_t kSides = 256;
 constexpr float kAsDeep_m = 1e-5f;
 
 // Keeps what lies at most `slack` outside; at most as many corners as `to` has room for.
-std::size_t Cut(std::span<const Corner> from, Vec3f outward, float offset, float slack, std::uint16_t side,
-                std::span<Corner> to) {
+std::size_t Cut(std::span<const FaceCorner> from, Vec3f outward, float offset, float slack, std::uint16_t side,
+                std::span<FaceCorner> to) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < from.size() && kept + 2 <= to.size(); ++i) {
-    const Corner &p = from[i], &q = from[i + 1 == from.size() ? 0 : i + 1];
+    const FaceCorner &p = from[i], &q = from[i + 1 == from.size() ? 0 : i + 1];
     const float dp = offset - Dot(outward, p.place), dq = offset - Dot(outward, q.place);
     const bool p_in = dp >= -slack, q_in = dq >= -slack;
     if (p_in) to[kept++] = p;
     if (p_in == q_in) continue;
     const float t = std::clamp(dp / (dp - dq), 0.0f, 1.0f);
     const Vec3f place = p.place + (q.place - p.place) * t;
-    to[kept++] = q_in ? Corner{place, side, p.out} : Corner{place, p.out, side};
+    to[kept++] = q_in ? FaceCorner{place, side, p.out} : FaceCorner{place, p.out, side};
   }
   return kept;
 }
 
-std::uint32_t NameOf(const FaceView& reference, const FaceView& incident, bool reference_is_a, const Corner& corner) {
+std::uint32_t NameOf(const FaceView& reference, const FaceView& incident, bool reference_is_a,
+                     const FaceCorner& corner) {
   // Faces and edges are too many for 32 bits side by side, so they are mixed; two that clash only swap impulses.
   std::uint32_t name = reference.id * 0x9e3779b1u ^ incident.id * 0x85ebca77u;
   name ^= (static_cast<std::uint32_t>(corner.in) << 16 | corner.out) * 0xc2b2ae3du;
@@ -58,7 +59,7 @@ std::uint32_t NameOf(const FaceView& reference, const FaceView& incident, bool r
 template <std::size_t kRoom>
 void Collide(const FaceView& reference, const FaceView& incident, bool reference_is_a, float speculative_m,
              LocalManifold* out) {
-  std::array<Corner, kRoom> buffers[2];
+  std::array<FaceCorner, kRoom> buffers[2];
   std::size_t count = incident.loop.size();
   for (std::size_t i = 0; i < count; ++i) {
     buffers[0][i] = {incident.loop[i], static_cast<std::uint16_t>(i == 0 ? count - 1 : i - 1),
@@ -78,7 +79,7 @@ void Collide(const FaceView& reference, const FaceView& incident, bool reference
   std::array<LocalPoint, kRoom> points;
   std::size_t kept = 0;
   const float offset = Dot(reference.normal, reference.loop[0]);
-  for (const Corner& corner : std::span(buffers[now].data(), count)) {
+  for (const FaceCorner& corner : std::span(buffers[now].data(), count)) {
     const float height = Dot(reference.normal, corner.place) - offset;
     if (height > speculative_m) continue;
     const Vec3f below = corner.place - reference.normal * height;

@@ -23,7 +23,7 @@ Vec3f DiscExtents(Vec3f normal, float radius) {
 Vec3f Absolute(Vec3f v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 // Bounds of a box that is turned about the origin.
-Bounds Turned(const Bounds& box, const Mat3f& r) {
+Bounds TurnedBounds(const Bounds& box, const Mat3f& r) {
   const Vec3f half = (box.max - box.min) * 0.5f, center = r * ((box.max + box.min) * 0.5f);
   const Vec3f extent = Absolute(r.x) * half.x + Absolute(r.y) * half.y + Absolute(r.z) * half.z;
   return {center - extent, center + extent};
@@ -65,7 +65,7 @@ Bounds BoundsOf(const Geometry& g, const Mat3f& r) {
     }
     case GeometryKind::kMesh:
     case GeometryKind::kHeightField:
-      return Turned(g.surface->bounds(), r);
+      return TurnedBounds(g.surface->bounds(), r);
     case GeometryKind::kPlane:
       break;
   }

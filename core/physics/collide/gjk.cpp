@@ -7,7 +7,7 @@
 namespace tessera::physics {
 namespace {
 
-constexpr int kIterations = 64;
+constexpr int kGjkIterations = 64;
 // Distances are right to this share of themselves; a direction to about its root.
 constexpr double kRelative = 1e-8;
 // Nearer than this share of the simplex's size counts as touching, where a direction is no longer worth anything.
@@ -24,16 +24,16 @@ struct Simplex {
 };
 
 // Those of a simplex's vertices, with weights, that make up its point nearest to the origin.
-struct Nearest {
+struct NearestOnSimplex {
   std::array<std::uint8_t, 4> index{};
   std::array<double, 4> weight{};
   std::size_t count = 0;
   Vec3d point;
 };
 
-Nearest One(const Simplex& s, std::uint8_t i) { return {{i}, {1}, 1, s.v[i].w}; }
+NearestOnSimplex One(const Simplex& s, std::uint8_t i) { return {{i}, {1}, 1, s.v[i].w}; }
 
-Nearest OfSegment(const Simplex& s, std::uint8_t i, std::uint8_t j) {
+NearestOnSimplex OfSegment(const Simplex& s, std::uint8_t i, std::uint8_t j) {
   const Vec3d a = s.v[i].w, ab = s.v[j].w - a;
   const double along = -Dot(a, ab), all = LengthSquared(ab);
   if (along <= 0 || all <= 0) return One(s, i);
@@ -42,7 +42,7 @@ Nearest OfSegment(const Simplex& s, std::uint8_t i, std::uint8_t j) {
   return {{i, j}, {1 - t, t}, 2, a * (1 - t) + s.v[j].w * t};
 }
 
-Nearest OfTriangle(const Simplex& s, std::uint8_t i, std::uint8_t j, std::uint8_t k) {
+NearestOnSimplex OfTriangle(const Simplex& s, std::uint8_t i, std::uint8_t j, std::uint8_t k) {
   const Vec3d a = s.v[i].w, b = s.v[j].w, c = s.v[k].w, ab = b - a, ac = c - a;
   const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);
   if (d1 <= 0 && d2 <= 0) return One(s, i);
@@ -71,13 +71,13 @@ bool Outside(Vec3d a, Vec3d b, Vec3d c, Vec3d d) {
 
 // Four vertices where the origin is inside. A flat one does not separate its sides truly: where the two are known to be
 // `apart`, the origin is outside.
-Nearest OfTetrahedron(const Simplex& s, bool apart) {
+NearestOnSimplex OfTetrahedron(const Simplex& s, bool apart) {
   constexpr std::uint8_t kFaces[4][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}, {1, 3, 2, 0}};
-  Nearest best;
+  NearestOnSimplex best;
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& f : kFaces) {
     if (!apart && !Outside(s.v[f[0]].w, s.v[f[1]].w, s.v[f[2]].w, s.v[f[3]].w)) continue;
-    const Nearest face = OfTriangle(s, f[0], f[1], f[2]);
+    const NearestOnSimplex face = OfTriangle(s, f[0], f[1], f[2]);
     const double distance = LengthSquared(face.point);
     if (distance < nearest) nearest = distance, best = face;
   }
@@ -85,7 +85,7 @@ Nearest OfTetrahedron(const Simplex& s, bool apart) {
   return {{0, 1, 2, 3}, {0.25, 0.25, 0.25, 0.25}, 4, (s.v[0].w + s.v[1].w + s.v[2].w + s.v[3].w) * 0.25};
 }
 
-Nearest NearestOf(const Simplex& s, bool apart) {
+NearestOnSimplex NearestOf(const Simplex& s, bool apart) {
   switch (s.count) {
     case 1:
       return One(s, 0);
@@ -98,7 +98,7 @@ Nearest NearestOf(const Simplex& s, bool apart) {
   }
 }
 
-Vertex At(const Core& a, const Core& b, Vec3d towards_b) {
+Vertex VertexAt(const Core& a, const Core& b, Vec3d towards_b) {
   const Vec3d on_a = a.Support(towards_b), on_b = b.Support(-towards_b);
   return {on_a, on_b, on_a - on_b};
 }
@@ -133,14 +133,14 @@ GjkResult Apart(const Simplex& s, const std::array<double, 4>& weight, Vec3d v) 
 
 GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m, double close_enough_m) {
   if (!(LengthSquared(start) > 0) || !IsFinite(start)) start = {1, 0, 0};
-  Simplex simplex{{At(a, b, start)}, 1};
+  Simplex simplex{{VertexAt(a, b, start)}, 1};
   std::array<double, 4> weight{1};
   Vec3d v = simplex.v[0].w;  // the point of a - b nearest to the origin so far
-  for (int i = 0; i < kIterations; ++i) {
+  for (int i = 0; i < kGjkIterations; ++i) {
     const double squared = LengthSquared(v);
     // Not >: what is not a number counts as overlap, for which there is always an answer.
     if (!(squared > kTouching * kTouching * SizeSquared(simplex)) || simplex.count == 4) return {};
-    const Vertex next = At(a, b, -v);
+    const Vertex next = VertexAt(a, b, -v);
     const double along = Dot(v, next.w);
     if (along > 0 && along * along > within_m * within_m * squared) {
       return {GjkResult::Kind::kFar, {}, {}, along / std::sqrt(squared), v / -std::sqrt(squared)};
@@ -152,7 +152,7 @@ GjkResult Gjk(const Core& a, const Core& b, Vec3d start, double within_m, double
     }
     const std::size_t before = simplex.count;
     simplex.v[simplex.count++] = next;
-    const Nearest nearest = NearestOf(simplex, along > 0);
+    const NearestOnSimplex nearest = NearestOf(simplex, along > 0);
     if (nearest.count < 4 && LengthSquared(nearest.point) >= squared) {  // rounding: no way on
       simplex.count = before;
       return Apart(simplex, weight, v);

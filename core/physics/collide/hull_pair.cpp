@@ -12,14 +12,14 @@
 namespace tessera::physics {
 namespace {
 
-constexpr float kNone = -1e30f;
+constexpr float kNoSeparation = -1e30f;
 // ConvexCache::feature: a face of a, a face of b, or edges.
-constexpr std::uint32_t kFaceA = 1, kFaceB = 1u << 16, kEdges = 1u << 17;
+constexpr std::uint32_t kFeatureFaceA = 1, kFeatureFaceB = 1u << 16, kFeatureEdges = 1u << 17;
 
 // A face and the separation of the other hull's lowest vertex over it.
 struct FaceAxis {
   std::uint32_t face = 0;
-  float separation = kNone;
+  float separation = kNoSeparation;
 };
 
 float Over(const Polyhedron::Face& face, const Polyhedron& other, Vec3f normal_in_other, float offset) {
@@ -30,7 +30,7 @@ float Over(const Polyhedron::Face& face, const Polyhedron& other, Vec3f normal_i
 FaceAxis BestFace(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_p, float enough_m, std::uint32_t last,
                   float keep_m) {
   FaceAxis best;
-  float best_score = kNone;
+  float best_score = kNoSeparation;
   for (std::uint32_t i = 0; i < p.faces.size(); ++i) {
     const Polyhedron::Face& face = p.faces[i];
     const float separation = Over(face, q, Into(q_in_p.rotation, face.normal), Dot(face.normal, q_in_p.position));
@@ -44,7 +44,7 @@ FaceAxis BestFace(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_i
 struct EdgeAxis {
   std::uint32_t a = 0, b = 0;
   Vec3f normal;  // unit, from a to b
-  float separation = kNone;
+  float separation = kNoSeparation;
 };
 
 // An edge of b as a sees it, its faces' normals turned about.
@@ -104,14 +104,14 @@ bool EdgePoint(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_p
   out->points[0] = {.on_a = middle - axis.normal * (0.5f * axis.separation),
                     .on_b = middle + axis.normal * (0.5f * axis.separation),
                     .separation_m = axis.separation,
-                    .feature = kEdges | axis.a << 20 | axis.b};
+                    .feature = kFeatureEdges | axis.a << 20 | axis.b};
   return std::abs(s - s_on) <= kClipSlack && std::abs(t - t_on) <= kClipSlack;
 }
 
-using Loop = absl::InlinedVector<Vec3f, 16>;
+using Outline = absl::InlinedVector<Vec3f, 16>;
 
-Loop LoopOf(const Polyhedron& p, const Polyhedron::Face& face, Vec3f position, const Mat3f& rotation) {
-  Loop loop;
+Outline LoopOf(const Polyhedron& p, const Polyhedron::Face& face, Vec3f position, const Mat3f& rotation) {
+  Outline loop;
   for (std::uint32_t k = 0; k < face.count; ++k)
     loop.push_back(position + rotation * p.vertices[p.loops[face.first + k]]);
   return loop;
@@ -141,8 +141,8 @@ void FacePoints(const Polyhedron& p, const Polyhedron& q, const LocalPose& q_in_
               place = reference_is_a ? q_in_p.position : Vec3f{};
   const Vec3f normal = own_turn * owner.faces[reference].normal;
   const std::uint32_t incident = Facing(other, Into(turn, normal));
-  const Loop loop = LoopOf(owner, owner.faces[reference], own_place, own_turn);
-  const Loop cut = LoopOf(other, other.faces[incident], place, turn);
+  const Outline loop = LoopOf(owner, owner.faces[reference], own_place, own_turn);
+  const Outline cut = LoopOf(other, other.faces[incident], place, turn);
   CollideFaces({normal, loop, reference}, {turn * other.faces[incident].normal, cut, incident}, reference_is_a,
                speculative_m, out);
 }
@@ -174,15 +174,15 @@ void CollideHulls(const Geometry& a, const Geometry& b, const LocalPose& pose, f
   const float size = std::min(a.middle_radius_m, b.middle_radius_m);
   const float keep = std::min(kKeepFace_m, kKeepFaceShare * size);
   const std::uint32_t last = cache.feature;
-  const bool last_is_b = last >= kFaceB && last < kEdges;
-  const FaceAxis on_a = BestFace(p, q, pose, speculative_m, last < kFaceB ? last - kFaceA : ~0u, keep);
+  const bool last_is_b = last >= kFeatureFaceB && last < kFeatureEdges;
+  const FaceAxis on_a = BestFace(p, q, pose, speculative_m, last < kFeatureFaceB ? last - kFeatureFaceA : ~0u, keep);
   const Vec3f normal_a = p.faces[on_a.face].normal;
-  if (on_a.separation > speculative_m) return apart(normal_a, kFaceA + on_a.face, on_a.separation);
-  const FaceAxis on_b = BestFace(q, p, Reversed(pose), speculative_m, last_is_b ? last - kFaceB : ~0u, keep);
+  if (on_a.separation > speculative_m) return apart(normal_a, kFeatureFaceA + on_a.face, on_a.separation);
+  const FaceAxis on_b = BestFace(q, p, Reversed(pose), speculative_m, last_is_b ? last - kFeatureFaceB : ~0u, keep);
   const Vec3f normal_b = -(pose.rotation * q.faces[on_b.face].normal);
-  if (on_b.separation > speculative_m) return apart(normal_b, kFaceB + on_b.face, on_b.separation);
+  if (on_b.separation > speculative_m) return apart(normal_b, kFeatureFaceB + on_b.face, on_b.separation);
   const EdgeAxis edges = BestEdges(p, q, pose, speculative_m);
-  if (edges.separation > speculative_m) return apart(edges.normal, kEdges, edges.separation);
+  if (edges.separation > speculative_m) return apart(edges.normal, kFeatureEdges, edges.separation);
 
   // Rounding decides nothing: a's face rather than b's, the one of the last search rather than another.
   const bool reference_is_a = on_a.separation + (last_is_b ? -keep : keep) >= on_b.separation;
@@ -191,11 +191,11 @@ void CollideHulls(const Geometry& a, const Geometry& b, const LocalPose& pose, f
   const bool edge = edges.separation > face + lead;
   bool found;
   if (edge) {
-    cache = {.axis = edges.normal, .feature = kEdges};
+    cache = {.axis = edges.normal, .feature = kFeatureEdges};
     found = EdgePoint(p, q, pose, edges, out);
   } else {
     cache = {.axis = reference_is_a ? normal_a : normal_b,
-             .feature = reference_is_a ? kFaceA + on_a.face : kFaceB + on_b.face};
+             .feature = reference_is_a ? kFeatureFaceA + on_a.face : kFeatureFaceB + on_b.face};
     FacePoints(p, q, pose, reference_is_a, reference_is_a ? on_a.face : on_b.face, speculative_m, out);
     found = Nearest(*out) <= face + lead;
   }

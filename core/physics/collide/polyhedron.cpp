@@ -55,9 +55,9 @@ PolyhedronPoint NearestOn(const Polyhedron& polyhedron, Vec3f from, float enough
     if (square < best) best = square, result.point = nearest;
   }
   // So near the surface the direction to it is rounding, and the normal of the face stays.
-  constexpr float kTouching_m = 1e-6f;
+  constexpr float kOnSurface_m = 1e-6f;
   const float distance = std::sqrt(best);
-  if (distance > kTouching_m) result.normal = (from - result.point) / distance;
+  if (distance > kOnSurface_m) result.normal = (from - result.point) / distance;
   result.distance_m = distance;
   return result;
 }

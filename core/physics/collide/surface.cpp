@@ -6,10 +6,10 @@
 namespace tessera::physics {
 namespace {
 
-constexpr float kHuge = std::numeric_limits<float>::max();
+constexpr float kUnbounded = std::numeric_limits<float>::max();
 
 Bounds BoundsOfMesh(const MeshTopology& mesh) {
-  Bounds bounds{{kHuge, kHuge, kHuge}, {-kHuge, -kHuge, -kHuge}};
+  Bounds bounds{{kUnbounded, kUnbounded, kUnbounded}, {-kUnbounded, -kUnbounded, -kUnbounded}};
   for (const MeshTriangle& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle.corners) bounds.Include(mesh.vertices[corner]);
   }

@@ -7,7 +7,7 @@ namespace tessera::physics {
 namespace {
 
 // Cosine and sine of what still counts as along a normal, and across an edge: 1 and 2 degrees.
-constexpr float kFace = 0.99985f, kAcross = 0.035f;
+constexpr float kFace = 0.99985f, kAcrossEdge = 0.035f;
 // How far beyond the range of an edge's normals, sine, a direction may be to be taken back into it: one that is known
 // exactly, and one that cores in an overlap have guessed.
 constexpr float kBeyondExact = 1e-3f, kBeyondGuess = 0.035f;
@@ -86,7 +86,7 @@ bool IntoRange(const TrianglePlace& place, float beyond, Vec3f* up, bool* face) 
   };
   const std::size_t next = (far + 1) % 3, last = (far + 2) % 3;
   const bool along_next = lean(next) <= lean(last);
-  const bool edge = lean(along_next ? next : last) <= kAcross;
+  const bool edge = lean(along_next ? next : last) <= kAcrossEdge;
   if (edge ? !IntoEdgeRange(place, along_next ? far : last, beyond, up) : !IntoCornerRange(place, far, beyond, up)) {
     return false;
   }
@@ -94,13 +94,13 @@ bool IntoRange(const TrianglePlace& place, float beyond, Vec3f* up, bool* face) 
   return true;
 }
 
-struct Nearest {
+struct NearestOnTriangle {
   Vec3d point;
   int feature = 0;  // 0: face; 1 + edge; 4 + corner
 };
 
-// Nearest point of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
-Nearest NearestTo(Vec3d a, Vec3d b, Vec3d c) {
+// NearestOnTriangle point of a triangle to the origin (Ericson, Real-Time Collision Detection, 5.1.5).
+NearestOnTriangle NearestTo(Vec3d a, Vec3d b, Vec3d c) {
   const Vec3d ab = b - a, ac = c - a;
   const double d1 = -Dot(ab, a), d2 = -Dot(ac, a);
   if (d1 <= 0 && d2 <= 0) return {a, 4};
@@ -218,7 +218,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
 
 TriangleContact Ball(const Scene& s, LocalManifold* out) {
   const auto& [a, b, c] = s.place.corners;
-  const Nearest near = NearestTo(Vec3d(a), Vec3d(b), Vec3d(c));
+  const NearestOnTriangle near = NearestTo(Vec3d(a), Vec3d(b), Vec3d(c));
   const float distance = static_cast<float>(Length(near.point));
   if (distance - s.geometry.radius_m > s.speculative_m) return TriangleContact::kNone;
   Vec3f up = s.place.normal;

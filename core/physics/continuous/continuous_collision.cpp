@@ -28,7 +28,7 @@ bool GoesThrough(const Pair& pair, std::span<const BodyMotion> motions) {
 
 // Whether two touch where their sweep says that they meet. Boxes that meet rim by rim, as where one slides over the
 // seams of a floor of boxes, do not press on each other.
-bool Touch(const Pair& pair, const SweptMotion& low, const SweptMotion& high, double fraction) {
+bool TouchAt(const Pair& pair, const SweptMotion& low, const SweptMotion& high, double fraction) {
   const Placement low_then = low.At(fraction), high_then = high.At(fraction);
   PairCache cache;
   Manifolds manifolds;
@@ -98,7 +98,7 @@ void ContinuousCollision::Sweep(RigidBody& body, std::span<const BodyMotion> mot
     if (!impact) continue;
     if (pair->trigger) {
       crossed_.push_back(pair);
-    } else if (impact->fraction < 1 && Touch(*pair, low, high, impact->fraction)) {
+    } else if (impact->fraction < 1 && TouchAt(*pair, low, high, impact->fraction)) {
       stops_.push_back(Carries(body, *other) ? Stop{other->awake_index, impact->fraction, &body}
                                              : Stop{body.awake_index, impact->fraction, other});
     }

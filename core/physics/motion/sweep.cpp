@@ -21,7 +21,7 @@ namespace {
 // Distances this near to the target count as reaching it, m.
 constexpr double kTolerance_m = 1e-5;
 // Enough for a rod that spins past a wall half a dozen times; a sweep that takes more ends where it is still safe.
-constexpr int kIterations = 100;
+constexpr int kSweepIterations = 100;
 // Number of parts in which the rest of a motion is bounded, to tell a graze from an impact.
 constexpr int kGrazeParts = 16;
 
@@ -43,7 +43,7 @@ class Advance {
     Apart now = Measure(0);
     if (!StartNear(&now)) return {};
     double t = 0;
-    for (int i = 0; i < kIterations; ++i) {
+    for (int i = 0; i < kSweepIterations; ++i) {
       if (!now.apart || now.distance_m <= target_ + kTolerance_m) break;
       t += SafeTime(now, t, until - t);
       if (t >= until) return {};

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
@@ -17,13 +18,7 @@ constexpr int kPointSweeps = 8;
 // share is well above the rounding of a fast body's velocity.
 constexpr float kFlies = 1e-4f;
 
-Vec3f Get(const float (&v)[4]) { return {v[0], v[1], v[2]}; }
-void Add(float (&to)[4], Vec3f v) {
-  to[0] += v.x;
-  to[1] += v.y;
-  to[2] += v.z;
-}
-Vec3f At(const Lanes (&v)[3], int lane) { return {v[0].f[lane], v[1].f[lane], v[2].f[lane]}; }
+Vec3f LaneOf(const Lanes (&v)[3], int lane) { return {v[0].f[lane], v[1].f[lane], v[2].f[lane]}; }
 
 // One contact of a block, and the bodies that it acts on.
 template <class Block>
@@ -35,7 +30,7 @@ struct Striking {
         b(states[block.head.b[lane]]),
         before_a(before[block.head.a[lane]]),
         before_b(before[block.head.b[lane]]),
-        normal(At(block.head.normal, lane)),
+        normal(LaneOf(block.head.normal, lane)),
         inverse_root_mass_a(block.head.inverse_root_mass_a.f[lane]),
         inverse_root_mass_b(block.head.inverse_root_mass_b.f[lane]) {}
 
@@ -44,7 +39,7 @@ struct Striking {
   float Velocity(const PointLanes& point, const Body& of_a, const Body& of_b) const {
     const Vec3f relative = Get(of_b.velocity) * inverse_root_mass_b - Get(of_a.velocity) * inverse_root_mass_a;
     return Dot(normal, relative) +
-           (Dot(At(point.angular_b, lane), Get(of_b.spin)) - Dot(At(point.angular_a, lane), Get(of_a.spin)));
+           (Dot(LaneOf(point.angular_b, lane), Get(of_b.spin)) - Dot(LaneOf(point.angular_a, lane), Get(of_a.spin)));
   }
   float Velocity(const PointLanes& point) const { return Velocity(point, a, b); }
 
@@ -52,9 +47,9 @@ struct Striking {
   void Apply(const PointLanes& point, float impulse, Body& to_a, Body& to_b) const {
     const Vec3f push = normal * impulse;
     Add(to_a.velocity, push * -inverse_root_mass_a);
-    Add(to_a.spin, At(point.angular_a, lane) * -impulse);
+    Add(to_a.spin, LaneOf(point.angular_a, lane) * -impulse);
     Add(to_b.velocity, push * inverse_root_mass_b);
-    Add(to_b.spin, At(point.angular_b, lane) * impulse);
+    Add(to_b.spin, LaneOf(point.angular_b, lane) * impulse);
   }
 
   // Gives the points that hit impulses, all together, until they move at their targets.

@@ -13,8 +13,8 @@ namespace {
 // axes.
 constexpr double kLeastAcross = 1e-3, kLeastSum = 0.05, kLeastSine = 0.05;
 
-double& At(Vec3d& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
-double At(const Vec3d& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
+double& Component(Vec3d& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
+double Component(const Vec3d& v, std::size_t k) { return k == 0 ? v.x : k == 1 ? v.y : v.z; }
 
 std::array<Vec3d, 3> AxesOf(Quatd q) {
   return {Rotate(q, Vec3d{1, 0, 0}), Rotate(q, Vec3d{0, 1, 0}), Rotate(q, Vec3d{0, 0, 1})};
@@ -25,10 +25,10 @@ Vec3d Out(const std::array<Vec3d, 3>& axes, Vec3d v) { return axes[0] * v.x + ax
 // Gradient of the azimuth of `p` about axis k, all in one frame's coordinates: p' = w x p gives
 // azimuth' = w_k - p_k (w . p - w_k p_k) / (|p|^2 - p_k^2).
 Vec3d AzimuthGradient(Vec3d p, std::size_t k) {
-  const double along = At(p, k);
-  At(p, k) = 0;
+  const double along = Component(p, k);
+  Component(p, k) = 0;
   Vec3d gradient = p * (-along / std::max(LengthSquared(p), kLeastAcross));
-  At(gradient, k) = 1;
+  Component(gradient, k) = 1;
   return gradient;
 }
 
@@ -37,7 +37,7 @@ JointAngle TwistOf(const FramePair& f, std::size_t k) {
   const Quatd r = Conjugate(f.q_a) * f.q_b;
   const double sign = r.w < 0 ? -1 : 1;
   const Vec3d sum = f.a[k] + f.b[k];
-  return {2 * Atan2(At(Vec3d{r.x, r.y, r.z}, k) * sign, r.w * sign),
+  return {2 * Atan2(Component(Vec3d{r.x, r.y, r.z}, k) * sign, r.w * sign),
           sum / std::max(1 + Dot(f.a[k], f.b[k]), kLeastSum)};
 }
 

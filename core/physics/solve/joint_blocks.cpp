@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 #include "core/physics/trig.h"
 
@@ -15,19 +16,6 @@ constexpr float kImplied = 1e-6f;
 // The last impulses of a joint whose bodies turn further than this in a substep, rad^2, point anywhere; to start with
 // them would feed it energy.
 constexpr float kLostTurn2 = 0.25f;
-
-constexpr std::size_t At(int i) { return static_cast<std::size_t>(i); }
-
-Vec3f Get(const float (&v)[4]) { return {v[0], v[1], v[2]}; }
-void Add(float (&to)[4], Vec3f v) {
-  to[0] += v.x;
-  to[1] += v.y;
-  to[2] += v.z;
-}
-SymMat3f RootInertia(const SolvedMass& mass) {
-  const float(&r)[6] = mass.root_inertia;
-  return {r[0], r[1], r[2], r[3], r[4], r[5]};
-}
 
 float Velocity(const JointRow& row, const SolvedState& a, const SolvedState& b) {
   return (Dot(row.linear_a, Get(a.velocity)) + Dot(row.angular_a, Get(a.spin))) +
@@ -73,11 +61,11 @@ void MakeSpring(const Row& row, float h, JointRow& out) {
 }
 
 // The turn of a body since the start of the step.
-struct Turned {
+struct TurnedAxes {
   static constexpr float kFraction = 0.25f;  // square of half the turn, rad^2, up to which the fraction is good
   // The quaternion (x tan |x| / |x|, 1) / |...| turns by 2 x; the tangent as a fraction, after Pade. Larger turns by
   // sine and cosine: a link at the end of a whip turns by several radians in a step.
-  explicit Turned(Vec3f turned) {
+  explicit TurnedAxes(Vec3f turned) {
     const Vec3f x = turned * 0.5f;
     const float square = LengthSquared(x);
     if (square > kFraction) {
@@ -107,7 +95,7 @@ float Clamp(float x, float limit) { return std::max(-limit, std::min(x, limit));
 struct Stance {
   Stance(const JointRows& rows, const SolvedState& a, const SolvedState& b)
       : turned_a(Get(a.turned)), turned_b(Get(b.turned)), axes(turned_a), start_gap(rows.gap) {
-    const Turned turn_b(turned_b);
+    const TurnedAxes turn_b(turned_b);
     start_arm_a = rows.arm_a + rows.gap;
     start_arm_b = rows.arm_b;
     const Vec3f arm = axes(rows.arm_a);
@@ -116,7 +104,7 @@ struct Stance {
     arm_a = arm + gap;
   }
   Vec3f turned_a, turned_b;
-  Turned axes;
+  TurnedAxes axes;
   Vec3f start_gap, start_arm_a, start_arm_b;  // from each centre of mass to the point on b, at the start
   Vec3f gap, arm_a, arm_b;                    // now
 };

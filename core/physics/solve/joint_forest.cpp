@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffff;
-
-constexpr std::size_t At(int i) { return static_cast<std::size_t>(i); }
+constexpr std::uint32_t kNoNode = 0xffffffff;
 
 using Vector = std::array<double, kLockedRows>;
 using Rows = std::array<Vector, kLockedRows>;
@@ -54,16 +53,6 @@ void Backward(const Rows& lower, std::size_t n, Vector& v) {
   }
 }
 
-SymMat3f RootInertia(const SolvedMass& mass) {
-  const float(&r)[6] = mass.root_inertia;
-  return {r[0], r[1], r[2], r[3], r[4], r[5]};
-}
-void Add(float (&to)[4], Vec3f v) {
-  to[0] += v.x;
-  to[1] += v.y;
-  to[2] += v.z;
-}
-
 }  // namespace
 
 std::uint32_t JointForest::Root(std::uint32_t body) {
@@ -98,7 +87,7 @@ void JointForest::Link(std::span<JointBlock> blocks, std::span<const std::uint32
 
 std::uint32_t JointForest::NodeOf(std::uint32_t body, std::uint32_t nobody) {
   std::uint32_t& node = node_of_[body];
-  if (node == kNone) {
+  if (node == kNoNode) {
     node = static_cast<std::uint32_t>(nodes_.size());
     nodes_.push_back({.world = body == nobody});
   }
@@ -143,7 +132,7 @@ void JointForest::Grow(std::span<JointBlock> blocks, std::span<const std::uint32
     beside_[degrees_[blocks[k].a]++] = k;
     beside_[degrees_[blocks[k].b]++] = k;
   }
-  node_of_.assign(nobody + 1, kNone);
+  node_of_.assign(nobody + 1, kNoNode);
   taken_.assign(blocks.size(), false);
   queue_.assign(1, nobody);
   Walk(blocks, nobody);

@@ -11,7 +11,6 @@
 namespace tessera::physics {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 // If the two stops are nearer than this on the far side of the circle, rad, one could be taken for the other.
 constexpr double kFarSide_rad = 0.5;
 // Both stops get a row where they are nearer together than this, m or rad: a step may reach either.
@@ -113,7 +112,9 @@ void AddFreeAxis(const SixDofAxis& spec, const Measure& measure, double from_res
 }
 
 // The angle of the same pose that is nearest to another.
-double NearestTurn(double angle, double to) { return angle + 2 * kPi * std::round((to - angle) / (2 * kPi)); }
+double NearestTurn(double angle, double to) {
+  return angle + 2 * std::numbers::pi * std::round((to - angle) / (2 * std::numbers::pi));
+}
 
 }  // namespace
 
@@ -171,7 +172,7 @@ void JointModel::HoldAngles() {
   }
   for (std::size_t k = 0; k < 3; ++k) {
     const Limit& limit = axes_[3 + k].limit;
-    counts_[k] = !limit.free() && (limit.upper - limit.lower) / 2 > kPi - kFarSide_rad;
+    counts_[k] = !limit.free() && (limit.upper - limit.lower) / 2 > std::numbers::pi - kFarSide_rad;
   }
 }
 

@@ -10,6 +10,7 @@
 #include "core/physics/solve/impacts.h"
 #include "core/physics/solve/joint_blocks.h"
 #include "core/physics/solve/kernel.h"
+#include "core/physics/solve/solved_access.h"
 #include "core/physics/solve/tuning.h"
 
 namespace tessera::physics {
@@ -26,8 +27,6 @@ void Put(float (&to)[4], Vec3f v) {
   to[2] = v.z;
   to[3] = 0;
 }
-Vec3f Get(const float (&from)[4]) { return {from[0], from[1], from[2]}; }
-
 Vec3f Root(Vec3f v) { return {std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)}; }
 
 }  // namespace

@@ -15,7 +15,7 @@
 namespace tessera::physics {
 namespace {
 
-constexpr float kG = 9.81f;
+constexpr float kGravity_m_s2 = 9.81f;
 
 // Bodies, and contacts and joints made by hand.
 struct Scene {
@@ -73,7 +73,7 @@ float SlideOnSlope(float friction, float tangent, int settle) {
     const bool tilted = step >= settle;
     // The slope runs along a diagonal, where a friction pyramid would be wrong by a factor of root 2.
     const float along = tilted ? std::sin(angle) * std::sqrt(.5f) : 0;
-    scene.bodies[0].acceleration = Vec3f{along, tilted ? -std::cos(angle) : -1, along} * kG;
+    scene.bodies[0].acceleration = Vec3f{along, tilted ? -std::cos(angle) : -1, along} * kGravity_m_s2;
     scene.Solve(solver);
     for (ManifoldPoint& point : manifold.points) point.separation_m += scene.bodies[0].moved_m.y;
     if (tilted) slid += std::hypot(scene.bodies[0].moved_m.x, scene.bodies[0].moved_m.z);
@@ -86,7 +86,7 @@ TEST(SolverTest, HoldsABlockBelowTheFrictionLimitAndLetsItSlideAbove) {
   EXPECT_LT(SlideOnSlope(.5f, .5f * .99f, 0), 5e-3f) << "while it sinks in";
   // Above the limit a = g (sin - mu cos), and s = a t^2 / 2 over 2 s.
   const float angle = std::atan(.5f * 1.01f);
-  const float slid = kG * (std::sin(angle) - .5f * std::cos(angle)) * 2;
+  const float slid = kGravity_m_s2 * (std::sin(angle) - .5f * std::cos(angle)) * 2;
   EXPECT_NEAR(SlideOnSlope(.5f, .5f * 1.01f, 60), slid, .05f * slid) << "the net force is a hundredth of friction";
 }
 
@@ -227,13 +227,13 @@ TEST(SolverTest, CarriesAPlateOnManyBalls) {
     Scene::Point(scene.Touch(kStatic, ball, {0, 1, 0}, {.friction = .5f}), {x, 0, z}, {0, -.5f, 0}, -kSlop_m);
   }
   for (int step = 0; step < 60; ++step) {
-    for (SolverBody& body : scene.bodies) body.acceleration = {0, -kG, 0};
+    for (SolverBody& body : scene.bodies) body.acceleration = {0, -kGravity_m_s2, 0};
     scene.Solve(solver, 8);
   }
   EXPECT_LT(Length(scene.bodies[plate].velocity), .01f);
   float carried = 0;
   for (std::size_t i = 1; i < scene.manifolds.size(); i += 2) carried += scene.manifolds[i].points[0].total_impulse;
-  EXPECT_NEAR(carried, 250 * kG / 60, .5f);
+  EXPECT_NEAR(carried, 250 * kGravity_m_s2 / 60, .5f);
 }
 
 TEST(SolverTest, ExchangesTheVelocitiesOfAnElasticPair) {
@@ -271,12 +271,12 @@ TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
     Scene scene;
     const float height = .003f * static_cast<float>(i), speed = 9.7f;
     scene.Add(10, {.04f, .04f, .04f}, {0, -speed, 0});
-    scene.bodies[0].acceleration = {0, -kG, 0};
+    scene.bodies[0].acceleration = {0, -kGravity_m_s2, 0};
     Scene::Point(scene.Touch(kStatic, 0, {0, 1, 0}, {.restitution = 1}), {0, 0, 0}, {0, -.1f, 0}, height);
     scene.Solve(solver, 4);
     const SolverBody& ball = scene.bodies[0];
-    const float before = kG * height + speed * speed / 2;
-    const float after = kG * (height + ball.moved_m.y) + ball.velocity.y * ball.velocity.y / 2;
+    const float before = kGravity_m_s2 * height + speed * speed / 2;
+    const float after = kGravity_m_s2 * (height + ball.moved_m.y) + ball.velocity.y * ball.velocity.y / 2;
     EXPECT_NEAR(after / before, 1, 1e-5f) << height;
     EXPECT_GT(ball.velocity.y, 0);
   }
@@ -293,7 +293,7 @@ TEST(SolverTest, LetsABouncingBoxComeToRest) {
   }
   float fastest = 0;
   for (int step = 0; step < 300; ++step) {
-    scene.bodies[0].acceleration = {0, -kG, 0};
+    scene.bodies[0].acceleration = {0, -kGravity_m_s2, 0};
     scene.Solve(solver);
     for (ManifoldPoint& point : manifold.points) point.separation_m += scene.bodies[0].moved_m.y;
     if (step >= 240) fastest = std::max(fastest, Length(scene.bodies[0].velocity));

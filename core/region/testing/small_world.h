@@ -16,6 +16,8 @@
 
 namespace tessera::region {
 
+constexpr RegionId kOne{1}, kTwo{2}, kThree{3}, kFour{4};
+
 // Balls of half a metre and 1 kg without gravity, from -10 to 10 in x and z; ids count from 1.
 inline Scene Balls(const std::vector<Vec3d>& places) {
   Scene scene;

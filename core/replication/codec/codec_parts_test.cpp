@@ -10,11 +10,10 @@
 #include "core/replication/codec/number_model.h"
 #include "core/replication/codec/predict.h"
 #include "core/replication/codec/standing_box.h"
+#include "core/replication/testing/arena.h"
 
 namespace tessera::replication {
 namespace {
-
-constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
 
 TEST(RangeCoderTest, BitsComeBackAtAnyOdds) {
   std::mt19937 random(1);

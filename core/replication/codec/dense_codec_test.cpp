@@ -7,12 +7,11 @@
 #include <random>
 
 #include "core/replication/codec/checksum.h"
+#include "core/replication/testing/arena.h"
 #include "core/replication/testing/moving_bodies.h"
 
 namespace tessera::replication {
 namespace {
-
-constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
 
 void ExpectSame(const DenseFrame& a, const DenseFrame& b) {
   EXPECT_EQ(a.tick, b.tick);

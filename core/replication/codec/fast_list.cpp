@@ -9,7 +9,7 @@ namespace tessera::replication {
 namespace {
 
 constexpr std::uint8_t kCountBands[] = {5, 8, 16};
-constexpr std::uint8_t kGapBands[] = {0, 2, 5, 7, 12};
+constexpr std::uint8_t kListGapBands[] = {0, 2, 5, 7, 12};
 constexpr std::uint8_t kTickBands[] = {3, 6, 12};
 
 void WriteSamples(BitWriter& writer, const SampleTicks& samples) {
@@ -38,7 +38,7 @@ int SampleBits(const SampleTicks& samples) {
 }  // namespace
 
 int MaxBits(const FastItem& item, BodyId previous, const SampleTicks& previous_samples) {
-  return BandedBits(item.id.value() - previous.value() - 1, kGapBands) + 2 +
+  return BandedBits(item.id.value() - previous.value() - 1, kListGapBands) + 2 +
          (item.samples == previous_samples ? 0 : SampleBits(item.samples)) + item.record.bits + item.velocities.bits;
 }
 
@@ -58,7 +58,7 @@ void WriteFastList(BitWriter& writer, std::span<const FastItem> items) {
   SampleTicks samples;
   for (const FastItem& item : items) {
     assert(item.id > previous);
-    writer.WriteBanded(item.id.value() - previous.value() - 1, kGapBands);
+    writer.WriteBanded(item.id.value() - previous.value() - 1, kListGapBands);
     previous = item.id;
     if (!uniform) {
       writer.WriteBit(item.samples == samples);
@@ -92,7 +92,7 @@ bool FastListReader::ReadSamples() {
 bool FastListReader::Next(BodyId& id, SampleTicks& samples) {
   if (!ok_ || !reader_.ok() || left_ == 0) return false;
   --left_;
-  const std::uint64_t gap = reader_.ReadBanded(kGapBands);
+  const std::uint64_t gap = reader_.ReadBanded(kListGapBands);
   ok_ = gap < std::numeric_limits<std::uint64_t>::max() - previous_.value();
   if (!ok_) return false;
   previous_ = BodyId(previous_.value() + gap + 1);

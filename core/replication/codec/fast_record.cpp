@@ -11,7 +11,7 @@ constexpr std::array<std::uint8_t, 12> kMoveParameter = {1, 1, 2, 3, 3, 4, 5, 5,
 constexpr std::array<std::uint8_t, 10> kTurnParameter = {1, 1, 2, 3, 3, 4, 4, 5, 5, 6};
 constexpr std::array<std::size_t, 3> kAxes = {1, 0, 2};
 // Longest zigzag residuals: of two positions, of two components.
-constexpr int kMaxPositionBits = 47, kMaxOrientationBits = 18;
+constexpr int kMostPositionBits = 47, kMaxOrientationBits = 18;
 
 constexpr int kFlyingParameter = 2;  // both parameters of a body that falls freely
 
@@ -85,7 +85,7 @@ bool ReadPose(BitReader& reader, const Prediction& prediction, const QuantizedSt
     const int k = Parameter(kMoveParameter, prediction, prediction.move_bits);
     for (const std::size_t axis : kAxes) {
       std::int64_t residual = 0;
-      if (!ReadGolomb(reader, k, kMaxPositionBits, residual)) return false;
+      if (!ReadGolomb(reader, k, kMostPositionBits, residual)) return false;
       if (residual < -2 * kMaxPosition || residual > 2 * kMaxPosition) return false;
       state.position[axis] = prediction.position[axis] + residual;
       if (state.position[axis] < -kMaxPosition || state.position[axis] > kMaxPosition) return false;

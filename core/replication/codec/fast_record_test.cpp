@@ -4,10 +4,10 @@
 
 #include <random>
 
+#include "core/replication/testing/arena.h"
+
 namespace tessera::replication {
 namespace {
-
-constexpr Aabb kBounds{{-500, -10, -500}, {500, 200, 500}};
 
 class FastRecordTest : public testing::Test {
  protected:

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kScaleBits = 16;
 // Longest zigzag residual of two velocities.
-constexpr int kMaxVelocityBits = 24;
+constexpr int kMostVelocityBits = 24;
 
 std::int32_t Held(std::int64_t value) {
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, -kMaxVelocity, kMaxVelocity));
@@ -16,7 +16,7 @@ std::int32_t Held(std::int64_t value) {
 
 bool ReadOne(BitReader& reader, std::int32_t estimate, int parameter, std::int32_t& value) {
   std::int64_t residual = 0;
-  if (!ReadGolomb(reader, parameter, kMaxVelocityBits, residual)) return false;
+  if (!ReadGolomb(reader, parameter, kMostVelocityBits, residual)) return false;
   const std::int64_t sum = estimate + residual;
   if (sum < -kMaxVelocity || sum > kMaxVelocity) return false;
   value = static_cast<std::int32_t>(sum);

@@ -8,17 +8,13 @@
 #include <vector>
 
 #include "core/physics/collide/pair_functions.h"
+#include "core/physics/testing/turns.h"
 
 namespace tessera::physics {
 
 template <class Form>
 std::shared_ptr<const Geometry> GeometryOf(Form form) {
   return MakeGeometry(Shape{std::move(form)}, {});
-}
-
-inline Quatd About(Vec3d axis, double angle) {
-  const Vec3d v = Normalized(axis) * std::sin(angle / 2);
-  return {v.x, v.y, v.z, std::cos(angle / 2)};
 }
 
 inline LocalPose LocalOf(const Pose& b_in_a) {
