@@ -90,6 +90,7 @@ enter() {
   done
   # This shell is process 1 of the namespace and waits for orphans too.
   chroot "$root" /usr/bin/env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin ${CI:+CI="$CI"} \
+    ${TESSERA_MERGE:+TESSERA_MERGE="$TESSERA_MERGE"} ${TESSERA_SLOWNESS:+TESSERA_SLOWNESS="$TESSERA_SLOWNESS"} \
     bash -c 'cd /tessera && exec ./dev "$@"' dev "$@"
 }
 
