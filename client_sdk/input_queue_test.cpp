@@ -7,7 +7,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kTick{16};
+constexpr milliseconds kTickLength{16};
 const InputQueue::TimePoint kStart = InputQueue::TimePoint() + std::chrono::hours(1);
 
 std::vector<std::uint32_t> Numbers(const InputQueue& queue) {
@@ -18,15 +18,15 @@ std::vector<std::uint32_t> Numbers(const InputQueue& queue) {
 
 TEST(InputQueueTest, SendsAnInputAtOnceAndThenOnceATickThreeTimesInAll) {
   InputQueue queue;
-  EXPECT_FALSE(queue.Due(kStart, kTick));
+  EXPECT_FALSE(queue.Due(kStart, kTickLength));
   queue.Push({.number = 1});
   for (int sending = 0; sending < InputQueue::kSendings; ++sending) {
-    const auto now = kStart + sending * kTick;
-    EXPECT_TRUE(queue.Due(now, kTick));
+    const auto now = kStart + sending * kTickLength;
+    EXPECT_TRUE(queue.Due(now, kTickLength));
     queue.Sent(now);
-    EXPECT_FALSE(queue.Due(now + kTick - milliseconds(1), kTick));
+    EXPECT_FALSE(queue.Due(now + kTickLength - milliseconds(1), kTickLength));
   }
-  EXPECT_FALSE(queue.Due(kStart + 10 * kTick, kTick));
+  EXPECT_FALSE(queue.Due(kStart + 10 * kTickLength, kTickLength));
   EXPECT_TRUE(Numbers(queue).empty());
 }
 
@@ -35,7 +35,7 @@ TEST(InputQueueTest, ANewInputTakesTheOthersAlong) {
   queue.Push({.number = 1});
   queue.Sent(kStart);
   queue.Push({.number = 2});
-  EXPECT_TRUE(queue.Due(kStart, kTick));
+  EXPECT_TRUE(queue.Due(kStart, kTickLength));
   EXPECT_EQ(Numbers(queue), (std::vector<std::uint32_t>{1, 2}));
 }
 

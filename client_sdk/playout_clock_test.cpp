@@ -13,11 +13,11 @@ namespace {
 
 using std::chrono::duration_cast;
 using std::chrono::nanoseconds;
-constexpr double kTickRate = 60, kSnapshotRate = 30, kFrameRate = 144;
+constexpr double kTicksPerSecond = 60, kSnapshotsPerSecond = 30, kFramesPerSecond = 144;
 
 // Runs a world whose snapshots arrive after a delay of their own, and frames that show it.
 struct Showing {
-  PlayoutClock clock{kTickRate, kSnapshotRate};
+  PlayoutClock clock{kTicksPerSecond, kSnapshotsPerSecond};
   std::chrono::steady_clock::time_point zero{std::chrono::hours(5)};
   double shown = 0, worst_lag_s = 0, least_lag_s = 1e9, worst_speed_error = 0;
 
@@ -29,9 +29,9 @@ struct Showing {
     std::multimap<double, Tick> in_flight;
     double world_tick = 100, next_snapshot = world_tick, last_shown = 0;
     int number = 0;
-    for (int frame = 0; frame < static_cast<int>(seconds * kFrameRate); ++frame) {
-      const double t = frame / kFrameRate;
-      for (; next_snapshot <= world_tick; next_snapshot += kTickRate / kSnapshotRate) {
+    for (int frame = 0; frame < static_cast<int>(seconds * kFramesPerSecond); ++frame) {
+      const double t = frame / kFramesPerSecond;
+      for (; next_snapshot <= world_tick; next_snapshot += kTicksPerSecond / kSnapshotsPerSecond) {
         in_flight.emplace(t + delay(number++), Tick(static_cast<std::uint64_t>(next_snapshot)));
       }
       for (auto at = in_flight.begin(); at != in_flight.end() && at->first <= t; at = in_flight.erase(at)) {
@@ -43,11 +43,11 @@ struct Showing {
         const double lag_s = (world_tick - shown) / rate(t);
         worst_lag_s = std::max(worst_lag_s, lag_s);
         least_lag_s = std::min(least_lag_s, lag_s);
-        const double speed = (shown - last_shown) * kFrameRate / rate(t);
+        const double speed = (shown - last_shown) * kFramesPerSecond / rate(t);
         worst_speed_error = std::max(worst_speed_error, std::abs(speed - 1));
       }
       last_shown = shown;
-      world_tick += rate(t) / kFrameRate;
+      world_tick += rate(t) / kFramesPerSecond;
     }
   }
 };
@@ -55,21 +55,21 @@ struct Showing {
 TEST(PlayoutClockTest, RunsSteadilyTwoSnapshotsBehind) {
   Showing run;
   run.Go(
-      10, 2, [](double) { return kTickRate; }, [](int) { return 0.02; });
+      10, 2, [](double) { return kTicksPerSecond; }, [](int) { return 0.02; });
   EXPECT_EQ(run.clock.jumps(), 0u);
   EXPECT_LT(run.worst_speed_error, 0.03);
   EXPECT_GT(run.least_lag_s, 0.07);  // 20 ms on the way, two intervals of 33 ms, half an interval's sawtooth either way
   EXPECT_LT(run.worst_lag_s, 0.16);
-  EXPECT_NEAR(run.clock.tick_rate_hz(), kTickRate, 1);
+  EXPECT_NEAR(run.clock.tick_rate_hz(), kTicksPerSecond, 1);
 }
 
 TEST(PlayoutClockTest, JitterDeepensTheDelay) {
   Showing calm, rough;
   std::mt19937 random(1);
   calm.Go(
-      10, 2, [](double) { return kTickRate; }, [](int) { return 0.02; });
+      10, 2, [](double) { return kTicksPerSecond; }, [](int) { return 0.02; });
   rough.Go(
-      10, 2, [](double) { return kTickRate; },
+      10, 2, [](double) { return kTicksPerSecond; },
       [&](int) { return std::uniform_real_distribution<double>(0, 0.08)(random); });
   EXPECT_GT(rough.clock.jitter_s(), 2 * calm.clock.jitter_s());
   EXPECT_GT(rough.clock.delay_s(), calm.clock.delay_s() + 0.02);
@@ -80,8 +80,8 @@ TEST(PlayoutClockTest, JitterDeepensTheDelay) {
 TEST(PlayoutClockTest, FollowsAWorldThatSlowsDown) {
   Showing run;
   run.Go(
-      20, 11, [](double t) { return t < 5 ? kTickRate : kTickRate / 2; }, [](int) { return 0.02; });
-  EXPECT_NEAR(run.clock.tick_rate_hz(), kTickRate / 2, 1.5);
+      20, 11, [](double t) { return t < 5 ? kTicksPerSecond : kTicksPerSecond / 2; }, [](int) { return 0.02; });
+  EXPECT_NEAR(run.clock.tick_rate_hz(), kTicksPerSecond / 2, 1.5);
   EXPECT_LT(run.worst_speed_error, 0.12);
   EXPECT_GT(run.least_lag_s, 0.02);
   EXPECT_LT(run.worst_lag_s, 0.35);
@@ -90,22 +90,23 @@ TEST(PlayoutClockTest, FollowsAWorldThatSlowsDown) {
 TEST(PlayoutClockTest, AWorldThatStandsIsNotRunAwayFrom) {
   Showing run;
   run.Go(
-      6, 5, [](double t) { return t < 2 ? kTickRate : 1e-9; }, [](int) { return 0.02; });
-  const double last_tick = 100 + 2 * kTickRate;
-  EXPECT_LT(run.shown, last_tick + 0.6 * kTickRate);  // at most the silence that it bridges
+      6, 5, [](double t) { return t < 2 ? kTicksPerSecond : 1e-9; }, [](int) { return 0.02; });
+  const double last_tick = 100 + 2 * kTicksPerSecond;
+  EXPECT_LT(run.shown, last_tick + 0.6 * kTicksPerSecond);  // at most the silence that it bridges
 }
 
 TEST(PlayoutClockTest, AfterAGapItJumpsOnceAndGoesOn) {
   Showing run;
   run.Go(
-      12, 8, [](double) { return kTickRate; }, [](int n) { return n >= 90 && n < 150 ? 1e9 : 0.02; });  // 2 s lost
+      12, 8, [](double) { return kTicksPerSecond; },
+      [](int n) { return n >= 90 && n < 150 ? 1e9 : 0.02; });  // 2 s lost
   EXPECT_LE(run.clock.jumps(), 2u);
   EXPECT_LT(run.worst_speed_error, 0.05);
   EXPECT_LT(run.worst_lag_s, 0.2);
 }
 
 TEST(PlayoutClockTest, BeforeAnythingCameThereIsNoMoment) {
-  PlayoutClock clock(kTickRate, kSnapshotRate);
+  PlayoutClock clock(kTicksPerSecond, kSnapshotsPerSecond);
   EXPECT_FALSE(clock.started());
   EXPECT_EQ(clock.Advance(std::chrono::steady_clock::time_point()), 0);
 }

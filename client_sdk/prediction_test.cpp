@@ -11,9 +11,10 @@ namespace tessera::client {
 namespace {
 
 using std::chrono::milliseconds;
+
+constexpr int kHz = 60;
 constexpr PlayerNumber kPlayer{1};
 constexpr BodyId kOwn = PlayerBodyId(kPlayer);
-constexpr int kTickRate = 60;
 
 std::shared_ptr<const Scene> SceneOf(const std::string& more) {
   const auto written = ParseScene(R"(name: "floor" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
@@ -67,7 +68,7 @@ struct Loop {
       if (input.target != Tick()) margin = static_cast<std::int32_t>(input.target - (region.tick() + 1));
       if (!region.QueueInput(input).ok()) ++refused;
     }
-    if (elapsed_ms * kTickRate / 1000 == static_cast<int>(region.tick().value())) return;
+    if (elapsed_ms * kHz / 1000 == static_cast<int>(region.tick().value())) return;
     region.Step();
     if (!region.Owns(kOwn)) return;
     truth[region.tick()] = region.world().StateOf(kOwn).position;
@@ -89,7 +90,7 @@ struct Loop {
       predictor.Correct(report.tick, report.last_input, seen);
     }
     if (!applied) return;
-    for (int due = clock.Due(now, kTickRate); due > 0; --due) {
+    for (int due = clock.Due(now, kHz); due > 0; --due) {
       const std::uint32_t number = ++made;
       clock.Made(number);
       const PlayerInput input{.number = number,

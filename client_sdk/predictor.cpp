@@ -13,7 +13,7 @@ namespace {
 
 // Bodies that could be touched before the server's next state are simulated as well, the nearest of them.
 constexpr double kReach_m = 0.5, kHorizon_s = 0.2;
-constexpr std::size_t kMaxBodies = 48;
+constexpr std::size_t kMaxPredictedBodies = 48;
 // A correction fades to a third in this time: fast enough to be true soon, too slow to be seen as a jump.
 constexpr double kBlend_s = 0.1;
 // A body that is off by more than this was moved on purpose.
@@ -111,7 +111,7 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
     if (gap < kReach_m + kHorizon_s * (Speed(own) + Speed(seen.state))) near.emplace_back(gap, id);
   }
   std::sort(near.begin(), near.end());
-  if (near.size() > kMaxBodies) near.resize(kMaxBodies);
+  if (near.size() > kMaxPredictedBodies) near.resize(kMaxPredictedBodies);
   std::set<BodyId> chosen{own_def_.id};
   for (const auto& [gap, id] : near) {
     for (const BodyId part : catalog_.AssemblyOf(id)) {

@@ -15,7 +15,7 @@ using Payload = std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent>;
 
 constexpr std::size_t kMaxText = 1024;          // the longest line of an event, or name
 constexpr std::size_t kMaxMapBytes = 64 << 20;  // far more than kMaxCells cells take
-constexpr std::size_t kMaxPropertyBytes = 1 << 16;
+constexpr std::size_t kMaxRecordedPropertyBytes = 1 << 16;
 
 absl::Status Bad(absl::string_view what) { return absl::DataLossError(what); }
 
@@ -69,7 +69,7 @@ absl::StatusOr<Payload> TakeFrame(ByteReader& in) {
   in.Field("properties");
   for (std::size_t n = in.Count(2); n > 0 && in.ok(); --n) {
     const BodyId id(in.Varint());
-    const std::span<const std::uint8_t> bytes = in.Block(kMaxPropertyBytes);
+    const std::span<const std::uint8_t> bytes = in.Block(kMaxRecordedPropertyBytes);
     if (!entry.properties.empty() && entry.properties.back().first >= id) return Bad("properties: ids do not ascend");
     entry.properties.emplace_back(id, std::make_shared<const Bytes>(bytes.begin(), bytes.end()));
   }

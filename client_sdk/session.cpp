@@ -17,7 +17,6 @@ namespace {
 using Stub = v1::SessionService::Stub;
 using Deadline = std::chrono::system_clock::time_point;
 
-constexpr int kMaxSceneBytes = 256 * 1024 * 1024;
 constexpr std::uint32_t kMaxRateHz = 1000;
 constexpr std::size_t kMaxHostBytes = 255;  // the longest host name, by RFC 1035
 
@@ -38,7 +37,7 @@ SceneCache& Scenes() {
 
 std::unique_ptr<Stub> Dial(const std::string& address) {
   grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(kMaxSceneBytes);
+  arguments.SetMaxReceiveMessageSize(static_cast<int>(kMaxSceneBytes));
   return v1::SessionService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 using replication::ReceivedSnapshot;
 constexpr RegionId kWest{1}, kEast{2};
-constexpr BodyId kBall{7};
+constexpr BodyId kSeenBall{7};
 const TimePoint kNow{std::chrono::hours(1)};
 
 BodyState StateAt(double x, float speed = 0) {
@@ -23,19 +23,19 @@ struct WorldViewTest : testing::Test {
   void Body(RegionId from, std::uint64_t tick, std::uint32_t epoch, const BodyState& state) {
     ReceivedSnapshot snapshot;
     snapshot.tick = Tick(tick);
-    snapshot.bodies.push_back({kBall, Epoch(epoch), state});
+    snapshot.bodies.push_back({kSeenBall, Epoch(epoch), state});
     view.Take(kNow, from, snapshot, events);
   }
   void Properties(RegionId from, std::uint64_t tick, std::uint32_t epoch, std::uint8_t value) {
     ReceivedSnapshot snapshot;
     snapshot.tick = Tick(tick);
     snapshot.bodies.push_back(
-        {kBall, Epoch(epoch), {}, std::make_shared<const replication::Bytes>(replication::Bytes{0, value})});
+        {kSeenBall, Epoch(epoch), {}, std::make_shared<const replication::Bytes>(replication::Bytes{0, value})});
     view.Take(kNow, from, snapshot, events);
   }
   // 0: none.
   int Value() const {
-    const auto& properties = view.bodies().at(kBall).properties;
+    const auto& properties = view.bodies().at(kSeenBall).properties;
     return properties == nullptr ? 0 : properties->at(1);
   }
   int Changes() const {
@@ -46,11 +46,11 @@ struct WorldViewTest : testing::Test {
   void Departs(RegionId from, std::uint64_t tick, std::uint32_t epoch, RegionId to) {
     ReceivedSnapshot snapshot;
     snapshot.tick = Tick(tick);
-    snapshot.departures.push_back({kBall, Epoch(epoch), to});
+    snapshot.departures.push_back({kSeenBall, Epoch(epoch), to});
     view.Take(kNow, from, snapshot, events);
   }
   const SeenBody* Ball() const {
-    const auto found = view.bodies().find(kBall);
+    const auto found = view.bodies().find(kSeenBall);
     return found == view.bodies().end() ? nullptr : &found->second;
   }
   int Count(ClientEvent::Kind kind) const {

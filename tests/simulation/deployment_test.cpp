@@ -261,14 +261,14 @@ TEST_F(DeploymentTest, ARegionThatDiesLongAfterItsStandbyHeardOfItLosesNoBody) {
     for (const Micros deaf : {Milliseconds(700), Milliseconds(2500), Milliseconds(5000)}) {
       Deployed run({.seed = region});
       const SimulatedWorker& worker = *run.deployment.Find(RegionId(region));
-      const Node standby = run.deployment.Find(worker.order().standby)->node();
-      run.deployment.network().Cut(worker.node(), standby, true);
+      const Node node = worker.node(), standby = run.deployment.Find(worker.order().standby)->node();
+      run.deployment.network().Cut(node, standby, true);
       run.deployment.RunFor(deaf);
       EXPECT_EQ(worker.Protected(), deaf < Milliseconds(2000));
       EXPECT_FALSE(worker.paused());  // the control plane hears it
       run.deployment.Kill(RegionId(region));
       run.deployment.RunFor(Milliseconds(1000));
-      run.deployment.network().Cut(worker.node(), standby, false);
+      run.deployment.network().Cut(node, standby, false);
       run.ExpectWhole();
       if (HasFailure()) FAIL() << region << " " << deaf << run.deployment.Standing();
     }

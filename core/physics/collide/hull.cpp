@@ -15,7 +15,7 @@ namespace {
 
 // All are shares of the hull's extent in their direction.
 // Triangles that lie in one plane to within this are one face.
-constexpr double kFlat = 2e-5;
+constexpr double kFlatShare = 2e-5;
 // A point this little above a face counts as on it: somewhat more than floats round.
 constexpr double kRounding = 1e-6;
 // No point may lie further outside than this, unless rounding is larger.
@@ -46,7 +46,7 @@ std::vector<int> GroupByPlane(const GrownHull& hull, double rounding, int* group
     if (group[seed] >= 0) continue;
     const HullTriangle& plane = triangles[seed];
     const auto in_plane = [&](Index v) {
-      return std::abs(Dot(plane.normal, hull.points[v]) - plane.offset) <= std::max(kFlat, rounding);
+      return std::abs(Dot(plane.normal, hull.points[v]) - plane.offset) <= std::max(kFlatShare, rounding);
     };
     group[seed] = *groups;
     std::vector<std::size_t> open{seed};

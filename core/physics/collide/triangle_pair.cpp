@@ -19,7 +19,7 @@ constexpr float kDeepest_m = 1e-3f, kDeepestShare = 0.05f;
 // A shape that pokes through a sheet by less than this share of its height over the sheet came from behind.
 constexpr float kFromBehind = 0.25f;
 
-struct Scene {
+struct TriangleScene {
   const Geometry& geometry;
   Convex shape, triangle;
   const TrianglePlace& place;
@@ -121,7 +121,7 @@ NearestOnTriangle NearestTo(Vec3d a, Vec3d b, Vec3d c) {
 // --- Ways to touch --------------------------------------------------------------------------------------------------
 
 // The part of the shape that looks at the triangle, cut to the prism over it. False if nothing of it is there.
-bool OverFace(const Scene& s, LocalManifold* out) {
+bool OverFace(const TriangleScene& s, LocalManifold* out) {
   out->count = 0;
   const SupportFace face = SupportFaceOf(s.shape, -s.place.normal);
   const FaceView top{s.place.normal, s.place.corners, 0};
@@ -148,12 +148,12 @@ bool Above(const TrianglePlace& place, Vec3f p) {
 }
 
 // The centre is behind the triangle: out in front, unless this is a sheet that was met from behind.
-bool ComesFromFront(const Scene& s) {
+bool ComesFromFront(const TriangleScene& s) {
   return s.was_in_front || s.place.surface.IsSolid(s.place.index) || s.high > kFromBehind * (s.high - s.low);
 }
 
 // As most triangles about a body are: the way to the point nearest to its middle separates them.
-bool FarFrom(const Scene& s) {
+bool FarFrom(const TriangleScene& s) {
   const auto& [a, b, c] = s.place.corners;
   const Vec3d middle(s.geometry.middle);
   const Vec3f way(NearestTo(Vec3d(a) - middle, Vec3d(b) - middle, Vec3d(c) - middle).point);
@@ -162,7 +162,7 @@ bool FarFrom(const Scene& s) {
 }
 
 // And no edge or corner is met.
-TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
+TriangleContact FromBehind(const TriangleScene& s, LocalManifold* out) {
   if (!Above(s.place, s.geometry.middle)) return TriangleContact::kNone;
   const bool front = ComesFromFront(s);
   const Gap gap =
@@ -172,7 +172,7 @@ TriangleContact FromBehind(const Scene& s, LocalManifold* out) {
   return front ? TriangleContact::kDeep : TriangleContact::kBack;
 }
 
-TriangleContact General(const Scene& s, LocalManifold* out) {
+TriangleContact General(const TriangleScene& s, LocalManifold* out) {
   LocalManifold over;
   const bool front = s.center >= 0, smooth = !s.place.surface.IsSharp(s.place.index);
   if (front || (smooth && s.was_in_front)) OverFace(s, &over);
@@ -216,7 +216,7 @@ TriangleContact General(const Scene& s, LocalManifold* out) {
 
 // --- Spheres --------------------------------------------------------------------------------------------------------
 
-TriangleContact Ball(const Scene& s, LocalManifold* out) {
+TriangleContact Ball(const TriangleScene& s, LocalManifold* out) {
   const auto& [a, b, c] = s.place.corners;
   const NearestOnTriangle near = NearestTo(Vec3d(a), Vec3d(b), Vec3d(c));
   const float distance = static_cast<float>(Length(near.point));
@@ -245,8 +245,8 @@ TriangleContact Ball(const Scene& s, LocalManifold* out) {
   return contact;
 }
 
-Scene SceneOf(const Geometry& convex, const TrianglePlace& place, float speculative_m, bool was_in_front) {
-  Scene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, was_in_front, 0, 0, 0};
+TriangleScene SceneOf(const Geometry& convex, const TrianglePlace& place, float speculative_m, bool was_in_front) {
+  TriangleScene s{convex, AtOrigin(convex), TriangleAt(place.corners), place, speculative_m, was_in_front, 0, 0, 0};
   const double offset = Dot(Vec3d(place.normal), Vec3d(place.corners[0]));
   s.low = static_cast<float>(-ReachOf(s.shape, -place.normal) - offset);
   s.high = static_cast<float>(ReachOf(s.shape, place.normal) - offset);
@@ -266,14 +266,14 @@ TrianglePlace::TrianglePlace(const Surface& surface_in, const LocalPose& pose_in
 TriangleContact CollideTriangle(const Geometry& convex, const TrianglePlace& place, float speculative_m,
                                 bool was_in_front, LocalManifold* out) {
   out->count = 0;
-  const Scene s = SceneOf(convex, place, speculative_m, was_in_front);
+  const TriangleScene s = SceneOf(convex, place, speculative_m, was_in_front);
   if (s.low > speculative_m || s.high < 0) return TriangleContact::kNone;
   return convex.kind == GeometryKind::kSphere ? Ball(s, out) : General(s, out);
 }
 
 bool Retrieve(const Geometry& convex, const TrianglePlace& place, LocalManifold* out) {
   out->count = 0;
-  const Scene s = SceneOf(convex, place, 0, true);
+  const TriangleScene s = SceneOf(convex, place, 0, true);
   if (s.high >= 0 || -s.center > 2 * convex.outer_radius_m || !Above(place, convex.middle)) return false;
   MakeManifold(s.shape, s.triangle, {-place.normal, s.low, convex.middle}, 0, out);
   return out->count > 0;

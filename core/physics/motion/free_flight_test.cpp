@@ -11,7 +11,7 @@
 namespace tessera::physics {
 namespace {
 
-constexpr double kDt = 1.0 / 60;
+constexpr double kStep_s = 1.0 / 60;
 
 Vec3d Divided(Vec3d a, Vec3d b) { return {a.x / b.x, a.y / b.y, a.z / b.z}; }
 double Energy(Vec3d inertia, Quatd q, Vec3d l) {
@@ -42,8 +42,8 @@ TEST(FreeFlightTest, FallsOnTheParabola) {
   for (const double g : {9.81, 10.0}) {
     FlightState state{{0, 1000, 0}, {}, {3, 4, -5}, {}};
     for (int i = 1; i <= 60; ++i) {
-      Fly({1, 1, 1}, {0, -g, 0}, {}, kDt, &state);
-      const double t = i * kDt;
+      Fly({1, 1, 1}, {0, -g, 0}, {}, kStep_s, &state);
+      const double t = i * kStep_s;
       EXPECT_LT(Length(state.position - Vec3d{3 * t, 1000 + 4 * t - g * t * t / 2, -5 * t}), 3e-6);
     }
   }
@@ -52,7 +52,7 @@ TEST(FreeFlightTest, FallsOnTheParabola) {
 TEST(FreeFlightTest, RoundBodyTurnsExactly) {
   const Vec3d inertia{2, 2, 2}, w{3, -2, 7};
   FlightState state = Spinning(inertia, w);
-  for (int i = 0; i < 600; ++i) Fly(inertia, {}, {}, kDt, &state);
+  for (int i = 0; i < 600; ++i) Fly(inertia, {}, {}, kStep_s, &state);
   EXPECT_LT(Between(state.orientation, TurnBy(w * 10.0)), 1e-12);
 }
 
@@ -60,7 +60,7 @@ TEST(FreeFlightTest, TurnsSteadilyAboutAPrincipalAxis) {
   const Vec3d inertia{1, 2, 3};
   for (const Vec3d w : {Vec3d{7, 0, 0}, {0, 7, 0}, {0, 0, 7}}) {
     FlightState state = Spinning(inertia, w);
-    for (int i = 0; i < 600; ++i) Fly(inertia, {}, {}, kDt, &state);
+    for (int i = 0; i < 600; ++i) Fly(inertia, {}, {}, kStep_s, &state);
     EXPECT_LT(Between(state.orientation, TurnBy(w * 10.0)), 1e-11);
   }
 }
@@ -69,7 +69,7 @@ TEST(FreeFlightTest, BodyWithAnAxisTurnsExactly) {
   for (const Vec3d inertia : {Vec3d{1, 1, 3}, {3, 1, 1}, {1, 3, 1}, {5, 5, 1}, {5, 1, 5}, {1, 5, 5}}) {
     FlightState state = Spinning(inertia, {1, 4, 2});
     const Vec3d l(state.angular_momentum);
-    for (int i = 0; i < 60; ++i) Fly(inertia, {}, {}, kDt, &state);
+    for (int i = 0; i < 60; ++i) Fly(inertia, {}, {}, kStep_s, &state);
     EXPECT_LT(Between(state.orientation, RungeKutta(inertia, l, 1, 20000, {})), 1e-11) << inertia;
   }
 }
@@ -81,8 +81,8 @@ TEST(FreeFlightTest, AnyBodyTurnsAsRungeKuttaSays) {
     const Vec3d inertia{std::exp(uniform(random)), std::exp(uniform(random)), std::exp(uniform(random))};
     FlightState state = Spinning(inertia, Vec3d{uniform(random), uniform(random), uniform(random)} * 30.0);
     const Vec3d l(state.angular_momentum);
-    Fly(inertia, {}, {}, kDt, &state);
-    EXPECT_LT(Between(state.orientation, RungeKutta(inertia, l, kDt, 2000, {})), 3e-8) << inertia;
+    Fly(inertia, {}, {}, kStep_s, &state);
+    EXPECT_LT(Between(state.orientation, RungeKutta(inertia, l, kStep_s, 2000, {})), 3e-8) << inertia;
   }
 }
 
@@ -93,8 +93,8 @@ TEST(FreeFlightTest, THandleFlipsAtItsTimes) {
     const Vec3d l(state.angular_momentum);
     Quatd truth;
     for (int i = 0; i < 1200; ++i) {
-      Fly(inertia, {}, {}, kDt, &state);
-      truth = RungeKutta(inertia, l, kDt, 256, truth);
+      Fly(inertia, {}, {}, kStep_s, &state);
+      truth = RungeKutta(inertia, l, kStep_s, 256, truth);
       ASSERT_LT(Between(state.orientation, truth), 1e-6) << i;
     }
   }
@@ -106,7 +106,7 @@ TEST(FreeFlightTest, ConservesEnergyAndAngularMomentumForTenMinutes) {
   const Vec3f l = state.angular_momentum;
   const double energy = Energy(inertia, {}, Vec3d(l));
   for (int i = 0; i < 36000; ++i) {
-    Fly(inertia, {}, {}, kDt, &state);
+    Fly(inertia, {}, {}, kStep_s, &state);
     ASSERT_NEAR(Energy(inertia, state.orientation, Vec3d(l)) / energy, 1, 1e-8);
   }
   EXPECT_EQ(state.angular_momentum, l);
@@ -116,7 +116,7 @@ TEST(FreeFlightTest, ConservesEnergyAndAngularMomentumForTenMinutes) {
 TEST(FreeFlightTest, TorqueTurnsAsUniformAcceleration) {
   const Vec3d inertia{2, 2, 2};
   FlightState state{};
-  for (int i = 0; i < 60; ++i) Fly(inertia, {}, {0, 0, 4}, kDt, &state);
+  for (int i = 0; i < 60; ++i) Fly(inertia, {}, {0, 0, 4}, kStep_s, &state);
   EXPECT_NEAR(state.angular_momentum.z, 4, 1e-5);
   EXPECT_LT(Between(state.orientation, TurnBy({0, 0, 1})), 1e-5);  // 2 rad/s^2 for a second
 }
@@ -125,7 +125,7 @@ TEST(FreeFlightTest, AbsurdSpinStaysFiniteAndBounded) {
   const Vec3d inertia{1e-6, 2e-4, 3e-4};
   FlightState state = Spinning(inertia, {1e6, 2e5, -3e5});
   const Vec3f l = state.angular_momentum;
-  for (int i = 0; i < 100; ++i) Fly(inertia, {}, {}, kDt, &state);
+  for (int i = 0; i < 100; ++i) Fly(inertia, {}, {}, kStep_s, &state);
   EXPECT_EQ(state.angular_momentum, l);
   EXPECT_NEAR(Length(state.orientation), 1, 1e-14);
 }

@@ -18,7 +18,7 @@ namespace {
 constexpr float kGravity_m_s2 = 9.81f;
 
 // Bodies, and contacts and joints made by hand.
-struct Scene {
+struct SolverScene {
   std::uint32_t Add(float mass, Vec3f inertia, Vec3f velocity = {}, Vec3f spin = {}) {
     SolverBody body;
     body.mass_kg = mass;
@@ -62,11 +62,11 @@ Vec3f BoxInertia(float mass, Vec3f half) {
 float SlideOnSlope(float friction, float tangent, int settle) {
   Solver solver;
   const float angle = std::atan(tangent);
-  Scene scene;
+  SolverScene scene;
   const std::uint32_t box = scene.Add(5, BoxInertia(5, {.5f, .1f, .5f}));
   Manifold& manifold = scene.Touch(kStatic, box, {0, 1, 0}, {.friction = friction});
   for (const float x : {-.5f, .5f}) {
-    for (const float z : {-.5f, .5f}) Scene::Point(manifold, {x, 0, z}, {x, -.1f, z}, 0);
+    for (const float z : {-.5f, .5f}) SolverScene::Point(manifold, {x, 0, z}, {x, -.1f, z}, 0);
   }
   float slid = 0;
   for (int step = 0; step < settle + 120; ++step) {
@@ -91,7 +91,7 @@ TEST(SolverTest, HoldsABlockBelowTheFrictionLimitAndLetsItSlideAbove) {
 }
 
 // A heap of bodies, each touching some others at random points, with all kinds of contacts.
-Scene Heap(unsigned seed, int bodies, bool restitution) {
+SolverScene Heap(unsigned seed, int bodies, bool restitution) {
   std::mt19937 random(seed);
   const auto uniform = [&](float lo, float hi) {
     return lo + (hi - lo) * static_cast<float>(random() % 100001) / 100000;
@@ -99,7 +99,7 @@ Scene Heap(unsigned seed, int bodies, bool restitution) {
   const auto vector = [&](float size) {
     return Vec3f{uniform(-size, size), uniform(-size, size), uniform(-size, size)};
   };
-  Scene scene;
+  SolverScene scene;
   for (int i = 0; i < bodies; ++i) {
     const float mass = std::pow(10.0f, uniform(-1, 2));
     const std::uint32_t body =
@@ -121,7 +121,7 @@ Scene Heap(unsigned seed, int bodies, bool restitution) {
       const int count = 1 + static_cast<int>(random() % 4);
       for (int i = 0; i < count; ++i) {
         const Vec3f r = vector(.7f);
-        Scene::Point(manifold, r, r - apart, uniform(-.02f, .02f));
+        SolverScene::Point(manifold, r, r - apart, uniform(-.02f, .02f));
         manifold.points[static_cast<std::size_t>(i)].normal_impulse = uniform(0, 1);
       }
     }
@@ -132,7 +132,7 @@ Scene Heap(unsigned seed, int bodies, bool restitution) {
 TEST(SolverTest, KeepsLinearMomentum) {
   Solver solver;
   for (unsigned seed = 1; seed <= 5; ++seed) {
-    Scene scene = Heap(seed, 40, true);
+    SolverScene scene = Heap(seed, 40, true);
     const auto momentum = [&] {
       Vec3d sum;
       for (const SolverBody& body : scene.bodies) sum += Vec3d(body.velocity) * static_cast<double>(body.mass_kg);
@@ -148,14 +148,14 @@ TEST(SolverTest, KeepsLinearMomentum) {
 // because their lever arms meet in one place.
 TEST(SolverTest, KeepsAngularMomentum) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   const Vec3f x_a{0, 0, 0}, x_b{.3f, 1.1f, -.2f}, p{.2f, .5f, .1f};
   scene.Add(2, {1, 2, 3}, {1, 3, 0}, {2, -1, 3});
   scene.Add(7, {3, 1, 2}, {0, -2, 1}, {-1, 4, 0});
   Manifold& manifold = scene.Touch(0, 1, Normalized(Vec3f{.1f, 1, .2f}),
                                    {.friction = .5f, .rolling_m = .02f, .spinning_m = .02f, .restitution = .4f});
-  Scene::Point(manifold, p - x_a, p - x_b, -.01f);
-  Scene::Point(manifold, p - x_a + Vec3f{.3f, 0, 0}, p - x_b + Vec3f{.3f, 0, 0}, 0);
+  SolverScene::Point(manifold, p - x_a, p - x_b, -.01f);
+  SolverScene::Point(manifold, p - x_a + Vec3f{.3f, 0, 0}, p - x_b + Vec3f{.3f, 0, 0}, 0);
   const auto momentum = [&] {
     Vec3f sum;
     for (const auto& [body, x] : {std::pair(scene.bodies[0], x_a), std::pair(scene.bodies[1], x_b)}) {
@@ -171,7 +171,7 @@ TEST(SolverTest, KeepsAngularMomentum) {
   EXPECT_LT(Length(momentum() - before), 2e-5f * Length(before));
 }
 
-void ExpectSameBits(const Scene& p, const Scene& q, std::size_t bodies, std::size_t first_in_q = 0) {
+void ExpectSameBits(const SolverScene& p, const SolverScene& q, std::size_t bodies, std::size_t first_in_q = 0) {
   for (std::size_t i = 0; i < bodies; ++i) {
     const SolverBody &a = p.bodies[i], &b = q.bodies[first_in_q + i];
     EXPECT_EQ(a.velocity, b.velocity) << i;
@@ -186,7 +186,7 @@ TEST(SolverTest, GivesTheSameBitsOnEveryPath) {
   if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "one path only on this machine";
   Solver narrow(SimdPath::kSse2), wide(SimdPath::kAvx2);
   for (unsigned seed = 1; seed <= 10; ++seed) {
-    Scene p = Heap(seed, 60, true), q = Heap(seed, 60, true);
+    SolverScene p = Heap(seed, 60, true), q = Heap(seed, 60, true);
     p.Solve(narrow);
     q.Solve(wide);
     ExpectSameBits(p, q, p.bodies.size());
@@ -200,10 +200,10 @@ TEST(SolverTest, GivesTheSameBitsOnEveryPath) {
 
 TEST(SolverTest, GivesAnIslandTheSameBitsAloneAndInCompany) {
   Solver solver;
-  Scene alone = Heap(3, 20, true);
-  Scene both = Heap(4, 30, true);
+  SolverScene alone = Heap(3, 20, true);
+  SolverScene both = Heap(4, 30, true);
   const auto first = static_cast<std::uint32_t>(both.bodies.size());
-  Scene copy = Heap(3, 20, true);
+  SolverScene copy = Heap(3, 20, true);
   both.bodies.insert(both.bodies.end(), copy.bodies.begin(), copy.bodies.end());
   for (ContactConstraint contact : copy.contacts) {
     contact.a += first;
@@ -218,13 +218,13 @@ TEST(SolverTest, GivesAnIslandTheSameBitsAloneAndInCompany) {
 // More contacts on one body than there are colors.
 TEST(SolverTest, CarriesAPlateOnManyBalls) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   const std::uint32_t plate = scene.Add(100, {100, 200, 100});
   for (int i = 0; i < 150; ++i) {
     const float x = static_cast<float>(i % 15) - 7, z = static_cast<float>(i / 15) - 4.5f;
     const std::uint32_t ball = scene.Add(1, {.1f, .1f, .1f});
-    Scene::Point(scene.Touch(plate, ball, {0, -1, 0}, {.friction = .5f}), {x, -.5f, z}, {0, .5f, 0}, -kSlop_m);
-    Scene::Point(scene.Touch(kStatic, ball, {0, 1, 0}, {.friction = .5f}), {x, 0, z}, {0, -.5f, 0}, -kSlop_m);
+    SolverScene::Point(scene.Touch(plate, ball, {0, -1, 0}, {.friction = .5f}), {x, -.5f, z}, {0, .5f, 0}, -kSlop_m);
+    SolverScene::Point(scene.Touch(kStatic, ball, {0, 1, 0}, {.friction = .5f}), {x, 0, z}, {0, -.5f, 0}, -kSlop_m);
   }
   for (int step = 0; step < 60; ++step) {
     for (SolverBody& body : scene.bodies) body.acceleration = {0, -kGravity_m_s2, 0};
@@ -238,10 +238,10 @@ TEST(SolverTest, CarriesAPlateOnManyBalls) {
 
 TEST(SolverTest, ExchangesTheVelocitiesOfAnElasticPair) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   scene.Add(3, {1, 1, 1}, {4, 0, 0});
   scene.Add(3, {1, 1, 1}, {-1, 0, 0});
-  Scene::Point(scene.Touch(0, 1, {1, 0, 0}, {.restitution = 1}), {.5f, 0, 0}, {-.5f, 0, 0}, .03f);
+  SolverScene::Point(scene.Touch(0, 1, {1, 0, 0}, {.restitution = 1}), {.5f, 0, 0}, {-.5f, 0, 0}, .03f);
   scene.Solve(solver);
   EXPECT_NEAR(scene.bodies[0].velocity.x, -1, 1e-5f);
   EXPECT_NEAR(scene.bodies[1].velocity.x, 4, 1e-5f);
@@ -252,11 +252,11 @@ TEST(SolverTest, ExchangesTheVelocitiesOfAnElasticPair) {
 TEST(SolverTest, PassesABlowThroughARowOfBalls) {
   Solver solver;
   for (const bool backwards : {false, true}) {
-    Scene scene;
+    SolverScene scene;
     for (int i = 0; i < 6; ++i) scene.Add(1, {1, 1, 1});
     scene.bodies[backwards ? 5 : 0].velocity.x = backwards ? -3.0f : 3.0f;
     for (std::uint32_t i = 0; i < 5; ++i) {
-      Scene::Point(scene.Touch(i, i + 1, {1, 0, 0}, {.restitution = 1}), {.1f, 0, 0}, {-.1f, 0, 0}, 0);
+      SolverScene::Point(scene.Touch(i, i + 1, {1, 0, 0}, {.restitution = 1}), {.1f, 0, 0}, {-.1f, 0, 0}, 0);
     }
     scene.Solve(solver);
     const SolverBody& last = scene.bodies[backwards ? 0 : 5];
@@ -268,11 +268,11 @@ TEST(SolverTest, PassesABlowThroughARowOfBalls) {
 TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
   Solver solver;
   for (int i = 0; i < 50; ++i) {
-    Scene scene;
+    SolverScene scene;
     const float height = .003f * static_cast<float>(i), speed = 9.7f;
     scene.Add(10, {.04f, .04f, .04f}, {0, -speed, 0});
     scene.bodies[0].acceleration = {0, -kGravity_m_s2, 0};
-    Scene::Point(scene.Touch(kStatic, 0, {0, 1, 0}, {.restitution = 1}), {0, 0, 0}, {0, -.1f, 0}, height);
+    SolverScene::Point(scene.Touch(kStatic, 0, {0, 1, 0}, {.restitution = 1}), {0, 0, 0}, {0, -.1f, 0}, height);
     scene.Solve(solver, 4);
     const SolverBody& ball = scene.bodies[0];
     const float before = kGravity_m_s2 * height + speed * speed / 2;
@@ -285,11 +285,11 @@ TEST(SolverTest, KeepsTheEnergyOfAPerfectBounce) {
 // A body that is too slow to bounce must not gather speed again in the gap that is left.
 TEST(SolverTest, LetsABouncingBoxComeToRest) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   scene.Add(10, BoxInertia(10, {.5f, .5f, .5f}));
   Manifold& manifold = scene.Touch(kStatic, 0, {0, 1, 0}, {.friction = .5f, .restitution = .6f});
   for (const float x : {-.5f, .5f}) {
-    for (const float z : {-.5f, .5f}) Scene::Point(manifold, {x, 0, z}, {x, -.5f, z}, .5f);
+    for (const float z : {-.5f, .5f}) SolverScene::Point(manifold, {x, 0, z}, {x, -.5f, z}, .5f);
   }
   float fastest = 0;
   for (int step = 0; step < 300; ++step) {
@@ -304,10 +304,10 @@ TEST(SolverTest, LetsABouncingBoxComeToRest) {
 
 TEST(SolverTest, PushesOverlapsApartGently) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   scene.Add(1, {1, 1, 1});
   scene.Add(1, {1, 1, 1});
-  Scene::Point(scene.Touch(0, 1, {1, 0, 0}, {}), {0, 0, 0}, {0, 0, 0}, -.9f);
+  SolverScene::Point(scene.Touch(0, 1, {1, 0, 0}, {}), {0, 0, 0}, {0, 0, 0}, -.9f);
   scene.Solve(solver);
   const float speed = (scene.bodies[1].moved_m.x - scene.bodies[0].moved_m.x) * 60;
   EXPECT_GT(speed, 1);
@@ -317,12 +317,12 @@ TEST(SolverTest, PushesOverlapsApartGently) {
 
 TEST(SolverTest, StaysFiniteWhereRowsAreDegenerate) {
   Solver solver;
-  Scene scene;
+  SolverScene scene;
   scene.Add(1e-3f, {1e-9f, 1e-9f, 1e-9f}, {100, 0, 0}, {1000, 0, 0});
   scene.Add(1e6f, {1e7f, 1e7f, 1e7f});
   Manifold& manifold =
       scene.Touch(0, 1, {0, 0, -1}, {.friction = 1, .rolling_m = 1, .spinning_m = 1, .restitution = 1});
-  for (int i = 0; i < 4; ++i) Scene::Point(manifold, {}, {}, -1);  // four points in one
+  for (int i = 0; i < 4; ++i) SolverScene::Point(manifold, {}, {}, -1);  // four points in one
   JointRows rows;
   rows.count = 6;
   for (int i = 0; i < 6; ++i) {  // six times the same row

@@ -1,0 +1,46 @@
+# Finds constants and types of a source's anonymous namespace that have the name of one in a header of the same or an
+# enclosing namespace. Merged with another source (TESSERA_MERGE), such a name silently hides the header's from it.
+#
+#   awk -f hidden_names.awk HEADER... SOURCE...        all headers first; prints a line for each, and exits with 1 if there is one
+
+# The names that a line at file scope gives to constants or a type, each between blanks.
+function named(line,   names) {
+  if (line ~ /^(inline |static )*(constexpr|const) /) {
+    names = " "
+    while (match(line, /[ *&]k[A-Z][A-Za-z0-9_]*[ ]*(\[[^]]*\])*[ ]*[={(]/)) {
+      names = names name_in(substr(line, RSTART + 1, RLENGTH - 1)) " "
+      line = substr(line, RSTART + RLENGTH)
+    }
+    return names
+  }
+  if (line ~ /^(struct|class|enum|enum class) [^;]*$/) {
+    sub(/^(enum class|enum|struct|class) +(alignas\([^)]*\) +)?/, "", line)
+    return " " name_in(line) " "
+  }
+  return " "
+}
+
+function name_in(text) {
+  sub(/[^A-Za-z0-9_].*/, "", text)
+  return text
+}
+
+FNR == 1 { space = ""; anonymous = 0; header = FILENAME ~ /\.h$/ }
+/^namespace [A-Za-z0-9_:]+ \{/ && space == "" { space = $2 }
+/^namespace \{/ { anonymous = 1 }
+/^\}  \/\/ namespace$/ { anonymous = 0 }
+(header && space != "") || anonymous {
+  count = split(named($0), name, " ")
+  for (i = 1; i <= count; ++i) {
+    if (header) {
+      declared[space, name[i]] = FILENAME
+      continue
+    }
+    for (outer = space; outer != ""; sub(/(::)?[A-Za-z0-9_]+$/, "", outer)) {
+      if (!((outer, name[i]) in declared)) continue
+      printf "%s:%d: %s hides that of %s where sources are merged\n", FILENAME, FNR, name[i], declared[outer, name[i]]
+      found = 1
+    }
+  }
+}
+END { exit found }
