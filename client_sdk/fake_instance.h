@@ -4,7 +4,9 @@
 
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
+#include <atomic>
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -312,7 +314,7 @@ class FakeInstance : public v1::SessionService::Service {
   std::vector<std::unique_ptr<FakeRegion>> regions;
   std::string address;
   // Set before Join, read after: gRPC's threads run in between.
-  bool full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
+  std::atomic<bool> full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
   int scenes_fetched = 0, left = 0;
 
  private:

@@ -1,7 +1,9 @@
 #include "control_plane/checkpoint_files.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/sha256.h"
@@ -157,12 +159,23 @@ absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {
     return absl::InvalidArgumentError("file: its files are not the scene and one for each region of its map");
   }
   for (const records::ManifestFile& file : bundle.manifest().files()) {
-    const auto content = bundle.contents().find(file.name());
-    if (content == bundle.contents().end() || Sha256Hex(content->second) != file.hash()) {
+    const std::string* content = FindContent(bundle, file.name());
+    if (content == nullptr || Sha256Hex(*content) != file.hash()) {
       return absl::DataLossError(absl::StrCat("file: ", file.name(), " is missing or damaged"));
     }
   }
   return bundle;
+}
+
+void AddContent(records::Bundle& bundle, const std::string& name, std::string bytes) {
+  records::Bundle::Content& content = *bundle.add_contents();
+  content.set_name(name);
+  content.set_bytes(std::move(bytes));
+}
+
+const std::string* FindContent(const records::Bundle& bundle, const std::string& name) {
+  const auto found = std::ranges::find(bundle.contents(), name, &records::Bundle::Content::name);
+  return found == bundle.contents().end() ? nullptr : &found->bytes();
 }
 
 }  // namespace tessera::control

@@ -53,5 +53,8 @@ std::string RegionFileName(std::uint32_t region);  // "region-3"
 // One checkpoint as one file, for another cluster, and back. DATA_LOSS or INVALID_ARGUMENT: "file: ...".
 std::string Bundle(const records::Bundle& bundle);
 absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes);
+void AddContent(records::Bundle& bundle, const std::string& name, std::string bytes);
+// Null without a file of that name.
+const std::string* FindContent(const records::Bundle& bundle, const std::string& name);
 
 }  // namespace tessera::control

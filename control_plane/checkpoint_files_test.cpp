@@ -69,7 +69,7 @@ TEST(BundleTest, ComesBackWholeOrNotAtAll) {
   records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
   file.set_name("scene");
   file.set_hash(Sha256Hex("s"));
-  (*bundle.mutable_contents())["scene"] = "s";
+  AddContent(bundle, "scene", "s");
   const std::string bytes = Bundle(bundle);
   EXPECT_EQ(Unbundle(bytes)->manifest().tick(), 7u);
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -87,7 +87,7 @@ TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
     records::ManifestFile& file = *bundle.mutable_manifest()->add_files();
     file.set_name(name);
     file.set_hash(Sha256Hex("s"));
-    (*bundle.mutable_contents())[name] = "s";
+    AddContent(bundle, name, "s");
   };
   bundle.mutable_manifest()->mutable_map()->add_regions()->set_id(2);
   add("scene");

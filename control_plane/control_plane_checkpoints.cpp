@@ -138,7 +138,7 @@ absl::StatusOr<std::string> ControlPlane::ExportCheckpoint(const v1::ExportCheck
   for (const records::ManifestFile& file : manifest->files()) {
     auto bytes = files_->Read(request.id(), manifest->tick(), file.name());
     if (!bytes.ok()) return bytes.status();
-    (*bundle.mutable_contents())[file.name()] = *std::move(bytes);
+    AddContent(bundle, file.name(), *std::move(bytes));
   }
   return Bundle(bundle);
 }
@@ -153,8 +153,8 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   if (!map.ok()) return absl::InvalidArgumentError(absl::StrCat("file: map: ", map.status().message()));
   v1::CreateInstanceRequest create;
   create.set_request_id(request.request_id());
-  const auto scene = bundle->contents().find(kSceneFile);
-  if (scene == bundle->contents().end() || !create.mutable_spec()->mutable_scene()->ParseFromString(scene->second)) {
+  const std::string* scene = FindContent(*bundle, kSceneFile);
+  if (scene == nullptr || !create.mutable_spec()->mutable_scene()->ParseFromString(*scene)) {
     return absl::InvalidArgumentError("file: has no scene");
   }
   create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
@@ -171,7 +171,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
     auto instance = cluster.CreateInstance(now, *plan, request.validate_only());
     if (!instance.ok() || request.validate_only()) return instance;
     for (const records::ManifestFile& file : manifest.files()) {
-      const std::string& content = bundle->contents().at(file.name());
+      const std::string& content = *FindContent(*bundle, file.name());
       if (absl::Status put = files_->Put(instance->id(), manifest.tick(), file.name(), content); !put.ok()) return put;
     }
     const auto size = files_->Complete(instance->id(), manifest);

@@ -26,20 +26,21 @@ namespace {
 
 constexpr std::size_t kMaxProcBytes = 1 << 16;  // a file of /proc/PID is far smaller
 
-// Everything that the child needs between vfork and exec. It shares our memory until exec, so it may only make system
-// calls.
+// Everything that the child needs between vfork and exec. It may share our memory until exec, so it may only make
+// system calls.
 struct Launch {
   char* const* argv;
   char* const* environment;
   int input_fd, output_fd, error_fd;
   int parent_death_signal;
   pid_t parent;
-  volatile int error = 0;
+  int report_fd;  // takes the child's errno; closed by exec
 };
 
-[[noreturn]] void Exec(Launch& launch) {
+[[noreturn]] void Exec(const Launch& launch) {
   const auto fail = [&launch] {
-    launch.error = errno;
+    const int error = errno;
+    (void)!write(launch.report_fd, &error, sizeof error);
     _exit(127);
   };
   setsid();
@@ -84,9 +85,10 @@ absl::Status Unavailable(const std::string& what, int error) {
   return absl::UnavailableError(absl::StrCat(what, ": ", std::strerror(error)));
 }
 
-// vfork, not fork: no copy of our page tables and no fork handlers of libraries that own threads. Signals wait, so that
-// no handler of ours runs in the child while it shares our memory. Returns the pid, or -1 and sets errno.
-pid_t VforkAndExec(Launch& launch) {
+// vfork, not fork: no copy of our page tables and no fork handlers of libraries that own threads; where a sanitizer
+// makes a fork of it, the child has memory of its own. Signals wait, so that no handler of ours runs in the child while
+// it shares our memory. Returns the pid, or -1 and sets errno.
+pid_t VforkAndExec(const Launch& launch) {
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
@@ -96,6 +98,16 @@ pid_t VforkAndExec(Launch& launch) {
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
   errno = fork_error;
   return pid;
+}
+
+// What the child reported before it ended; 0 if it runs its program.
+int ReadError(int report_fd) {
+  int error = 0;
+  ssize_t got = 0;
+  do {
+    got = read(report_fd, &error, sizeof error);
+  } while (got < 0 && errno == EINTR);
+  return got == sizeof error ? error : 0;
 }
 
 }  // namespace
@@ -123,17 +135,29 @@ absl::StatusOr<Process> Process::Spawn(const ProcessSpec& spec) {
   for (const std::string& argument : spec.argv) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   std::vector<char*> environment = EnvironmentWithout(spec.without_environment);
-  Launch launch{argv.data(), environment.data(), null_fd, output_fd, error_fd, spec.parent_death_signal, getpid()};
-  const pid_t pid = VforkAndExec(launch);
-  const int fork_error = errno;
+  std::array<int, 2> report{-1, -1};  // its writing end is closed by exec
+  const int report_error = pipe2(report.data(), O_CLOEXEC) == 0 ? 0 : errno;
+  const Launch launch{.argv = argv.data(),
+                      .environment = environment.data(),
+                      .input_fd = null_fd,
+                      .output_fd = output_fd,
+                      .error_fd = error_fd,
+                      .parent_death_signal = spec.parent_death_signal,
+                      .parent = getpid(),
+                      .report_fd = report[1]};
+  const pid_t pid = report_error == 0 ? VforkAndExec(launch) : -1;
+  const int fork_error = report_error == 0 ? errno : report_error;
   close(error_fd);
   if (output_fd != error_fd) close(output_fd);
   close(null_fd);
+  close(report[1]);
+  const int exec_error = ReadError(report[0]);
+  close(report[0]);
 
   if (pid < 0) return Unavailable("cannot fork", fork_error);
-  if (launch.error != 0) {
+  if (exec_error != 0) {
     waitpid(pid, nullptr, 0);
-    return Unavailable(absl::StrCat("cannot run ", spec.argv[0]), launch.error);
+    return Unavailable(absl::StrCat("cannot run ", spec.argv[0]), exec_error);
   }
   const int pidfd = PidfdOpen(pid);
   if (pidfd < 0) {
