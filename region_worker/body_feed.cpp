@@ -51,18 +51,19 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   }
   while (before != pushed_.end()) drop();
   pushed_.swap(pushing_);
-  AddProperties(region.properties().all());
+  AddProperties(region.records().all());
   history.Push(region.tick(), changed_, departures_);
   departures_.clear();
 }
 
 // Adds properties to each body that is pushed, because it may be new to the history, and pushes bodies of which nothing
 // but the properties changed.
-void BodyFeed::AddProperties(std::span<const region::ChangedProperties> properties) {
+void BodyFeed::AddProperties(std::span<const region::KeptRecord> properties) {
   const auto moved = changed_.size();
   bool changed = properties.size() != properties_.size();
   auto before = properties_.begin();
-  for (const region::ChangedProperties& now : properties) {
+  for (const region::KeptRecord& now : properties) {
+    if (now.bytes->empty()) continue;  // a game keeps something with it, and no property was changed
     while (before != properties_.end() && before->body < now.body) ++before;
     const bool same = before != properties_.end() && before->body == now.body && before->bytes == now.bytes;
     changed = changed || !same;

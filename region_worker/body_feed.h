@@ -33,10 +33,10 @@ class BodyFeed {
     Epoch epoch;
     BodyState state;
   };
-  void AddProperties(std::span<const region::ChangedProperties> properties);
+  void AddProperties(std::span<const region::KeptRecord> properties);
 
   std::vector<Pushed> pushed_;                            // ascending by id
-  std::vector<region::ChangedProperties> properties_;     // as pushed, ascending by body
+  std::vector<region::KeptRecord> properties_;     // as pushed, ascending by body
   std::vector<replication::DepartureRecord> departures_;  // since the last push
   // Scratch of Push, kept for its memory.
   std::vector<Pushed> pushing_;

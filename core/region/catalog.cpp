@@ -29,7 +29,7 @@ class Sets {
 
 }  // namespace
 
-Catalog::Catalog(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
+Catalog::Catalog(std::shared_ptr<const Scene> scene, bool game) : scene_(std::move(scene)), has_game_(game) {
   for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
     const BodyId id = scene_->bodies[i].id;
     const bool goes_on = i > 0 && id.value() == scene_->bodies[i - 1].id.value() + 1;

@@ -16,9 +16,11 @@ namespace tessera::region {
 
 class Catalog {
  public:
-  explicit Catalog(std::shared_ptr<const Scene> scene);
+  // `game`: whether a game runs in the world, which may push any body.
+  explicit Catalog(std::shared_ptr<const Scene> scene, bool game = false);
 
   const Scene& scene() const { return *scene_; }
+  bool has_game() const { return has_game_; }
   // A dynamic body of the scene, or a player's if the scene has players.
   bool Known(BodyId id) const;
   // The scene's definition; null for players' bodies and unknown ids.
@@ -46,6 +48,7 @@ class Catalog {
   bool Dynamic(BodyId id) const;
 
   std::shared_ptr<const Scene> scene_;
+  bool has_game_;
   std::vector<IdRun> runs_;  // ascending
   std::vector<Assembly> assemblies_;
   std::unordered_map<BodyId, std::size_t> assembly_of_;  // for bodies with joints

@@ -30,7 +30,7 @@ KeptGrant CopyFrom(const RegionState& state, const StateBody& body, const PairRe
   KeptGrant copy;
   copy.tick = state.tick;
   copy.state = body.state;
-  copy.properties = state.PropertiesOf(body.id);
+  copy.record = state.RecordOf(body.id);
   if (IsPlayerBody(body.id)) copy.control = state.controls.at(PlayerOf(body.id));
   const auto reported_by = [&](const TouchingPair& pair) { return reports.ReporterOf(pair) == body.id; };
   std::ranges::copy_if(state.touching, std::back_inserter(copy.touching), reported_by);

@@ -21,7 +21,8 @@ Vec3d BodyForces::FieldOn(std::size_t index, const BodyState& state) {
   return note.acceleration_m_s2;
 }
 
-std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const RegionPlayers& players) {
+std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const RegionPlayers& players,
+                                                  const RecordTable& records) {
   fields_.Align(bodies);
   forces_.assign(bodies.owned().size(), {});
   for (std::size_t i = 0; i < forces_.size(); ++i) {
@@ -34,10 +35,16 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Re
       acceleration += Vec3d(control->next.force_n) / body.def->mass_kg;
     }
   }
+  for (const RecordTable::Push& push : records.Pushes()) {
+    const std::ptrdiff_t index = bodies.IndexOf(push.body);
+    if (index < 0) continue;
+    const auto i = static_cast<std::size_t>(index);
+    forces_[i].acceleration_m_s2 += Vec3d(push.push_ns) / (bodies.owned()[i].def->mass_kg * tick_s_);
+  }
   return forces_;
 }
 
-void BodyForces::Apply(const RegionPlayers& players, Bodies& bodies) {
+void BodyForces::Apply(const RegionPlayers& players, const RecordTable& records, Bodies& bodies) {
   fields_.Align(bodies);
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
@@ -50,6 +57,10 @@ void BodyForces::Apply(const RegionPlayers& players, Bodies& bodies) {
     }
     if (!scene_.fields.empty() && !body.state.asleep) force += Vec3f(FieldOn(i, body.state) * body.def->mass_kg);
     bodies.ApplyForce(id, force, torque);
+  }
+  const auto per_tick = static_cast<float>(1 / tick_s_);
+  for (const RecordTable::Push& push : records.Pushes()) {
+    if (bodies.Owns(push.body)) bodies.ApplyForce(push.body, push.push_ns * per_tick, push.push_nms * per_tick);
   }
   ApplyToGhosts(bodies);
 }

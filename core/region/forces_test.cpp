@@ -20,10 +20,11 @@ Scene Windy() {
 
 class ForcesTest : public ::testing::Test {
  protected:
-  Vec3d On(std::size_t index) { return forces.Find(world.bodies, players)[index].acceleration_m_s2; }
+  Vec3d On(std::size_t index) { return forces.Find(world.bodies, players, records)[index].acceleration_m_s2; }
 
   SmallWorld world{Windy()};
   RegionPlayers players{*world.scene};
+  RecordTable records;
   BodyForces forces{*world.scene, SmallWorld::kTick_s};
 };
 
@@ -67,7 +68,7 @@ TEST_F(ForcesTest, AGhostIsPushedByWhatItsOwnerReportedAndByFields) {
   world.ghosts[0].record.force_n = {0, 0, 6};
   world.ghosts[0].record.load_ns = {0, static_cast<float>(10 * SmallWorld::kTick_s), 0};
   world.bodies.PlaceGhosts(world.ghosts);
-  forces.Apply(players, world.bodies);
+  forces.Apply(players, records, world.bodies);
   world.bodies.Step(SmallWorld::kTick_s);
   const Vec3d speed(world.bodies.world().StateOf(BodyId(3)).linear_velocity);
   EXPECT_NEAR(speed.x, 3 * SmallWorld::kTick_s, 1e-6);

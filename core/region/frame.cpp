@@ -6,14 +6,14 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 8;
+constexpr std::uint8_t kFormat = 9;
 
 // Flags of a header.
 constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;
 // Flags of a state.
 constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtRest: both velocities are +0
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
-constexpr std::uint8_t kHasProperties = 64;                              // on a granted body
+constexpr std::uint8_t kHasRecord = 64;                                  // on a granted body
 constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // on a ghost
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
@@ -180,8 +180,8 @@ void WriteGrant(ByteWriter& out, const Grant& grant) {
   for (const GrantedBody& body : grant.bodies) {
     out.Varint(body.id.value());
     out.Varint(body.epoch.value());
-    WriteState(out, body.state, body.properties.empty() ? std::uint8_t{0} : kHasProperties);
-    if (!body.properties.empty()) WriteProperties(out, body.properties);
+    WriteState(out, body.state, body.record.empty() ? std::uint8_t{0} : kHasRecord);
+    if (!body.record.empty()) WriteRecord(out, body.record);
   }
   const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
   if (player) WriteControl(out, grant.control);
@@ -199,7 +199,7 @@ void ReadGrant(ByteReader& in, Grant& grant) {
     body.id = BodyId(in.Varint());
     body.epoch = Epoch(in.Varint32());
     const std::uint8_t flags = ReadState(in, body.state);
-    if ((flags & kHasProperties) != 0) ReadProperties(in, body.properties);
+    if ((flags & kHasRecord) != 0) ReadRecord(in, body.record);
   }
   const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
   if (player) ReadControl(in, PlayerOf(grant.bodies[0].id), grant.control);
@@ -253,15 +253,17 @@ void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control) {
   for (PlayerInput& input : control.queue) ReadInput(in, body, input);
 }
 
-void WriteProperties(ByteWriter& out, const CarriedProperties& properties) {
-  out.Varint(properties.change);
-  out.Block(properties.bytes);
+void WriteRecord(ByteWriter& out, const CarriedRecord& record) {
+  out.Varint(record.change);
+  out.Block(record.bytes);
+  game::Write(out, record.game);
 }
 
-void ReadProperties(ByteReader& in, CarriedProperties& properties) {
-  properties.change = in.Varint();
+void ReadRecord(ByteReader& in, CarriedRecord& record) {
+  record.change = in.Varint();
   const std::span<const std::uint8_t> bytes = in.Bytes(in.Count(1));
-  properties.bytes.assign(bytes.begin(), bytes.end());
+  record.bytes.assign(bytes.begin(), bytes.end());
+  record.game = game::ReadRecord(in);
 }
 
 bool SameBits(const BodyState& a, const BodyState& b) {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/region/property_table.h"
+#include "core/region/record_table.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
 #include "core/world/player_input.h"
@@ -76,7 +76,7 @@ struct GrantedBody {
   BodyId id;
   Epoch epoch;  // that the new owner begins with
   BodyState state;
-  CarriedProperties properties = {};
+  CarriedRecord record = {};
 };
 
 // One assembly changes hands: from the step to frame.tick + 1 on, the receiver owns it.
@@ -133,8 +133,8 @@ struct BorderFrame {
 // The parts of a grant that the log has too.
 void WriteControl(ByteWriter& out, const PlayerControl& control);
 void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control);
-void WriteProperties(ByteWriter& out, const CarriedProperties& properties);
-void ReadProperties(ByteReader& in, CarriedProperties& properties);
+void WriteRecord(ByteWriter& out, const CarriedRecord& record);
+void ReadRecord(ByteReader& in, CarriedRecord& record);
 
 bool SameBits(const BodyState& a, const BodyState& b);
 

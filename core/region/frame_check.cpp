@@ -15,11 +15,11 @@ absl::Status Bad(BodyId id, const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), what));
 }
 
-// A player's body may be pushed by an input within the scene's limits; others are pushed by fields alone.
+// A player's body may be pushed by an input within the scene's limits; others are pushed by fields alone, or by a game.
 absl::Status CheckPush(BodyId id, Vec3f force_n, Vec3f torque_nm, const Catalog& catalog) {
   if (force_n == Vec3f() && torque_nm == Vec3f()) return absl::OkStatus();
-  if (!IsPlayerBody(id)) return Bad(id, " is pushed and is no player's");
-  if (absl::Status status = CheckForce(id, force_n, torque_nm); !status.ok()) return status;
+  if (!IsPlayerBody(id) && !catalog.has_game()) return Bad(id, " is pushed and is no player's");
+  if (absl::Status status = CheckForce(id, force_n, torque_nm); !status.ok() || catalog.has_game()) return status;
   const double most = catalog.scene().player->max_force_n * (1 + kUnitTolerance);
   return Length(Vec3d(force_n)) <= most ? absl::OkStatus() : Bad(id, ": force_n is more than a player's");
 }
@@ -67,7 +67,7 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
     if (absl::Status state = CheckState(body.id, body.state); !state.ok()) return state;
     if (body.id <= last) return Bad(body.id, ": granted bodies do not ascend");
     if (body.epoch.value() < 2) return Bad(body.id, ": a grant's epoch is at least 2");
-    if (absl::Status status = CheckProperties(body.id, body.properties, catalog); !status.ok()) return status;
+    if (absl::Status status = CheckRecord(body.id, body.record, catalog); !status.ok()) return status;
     last = body.id;
   }
   const std::span<const BodyId> assembly = catalog.AssemblyOf(grant.bodies[0].id);

@@ -45,7 +45,7 @@ std::vector<Grant> GrantsOut::Repeated(RegionId to, const Bodies& bodies) const 
       grant = grants.insert(grant, Grant());
       grant->control = copy.control;
     }
-    grant->bodies.push_back({id, epoch, went_on ? bodies.world().StateOf(id) : copy.state, copy.properties});
+    grant->bodies.push_back({id, epoch, went_on ? bodies.world().StateOf(id) : copy.state, copy.record});
     grant->touching.insert(grant->touching.end(), copy.touching.begin(), copy.touching.end());
   }
   return grants;

@@ -40,7 +40,7 @@ struct LogView {
   std::span<const PairChange> pair_changes;  // since the last message; unused for a whole state
   const KeptGrants* grants = nullptr;
   // Ascending. For a whole state all, else those that are new since the last message.
-  std::span<const ChangedProperties> properties = {};
+  std::span<const KeptRecord> records = {};
 };
 
 // Owner's end: knows what it wrote last.
@@ -60,7 +60,7 @@ class LogWriter {
 
   const double tick_s_;
   bool whole_ = true;
-  RegionState last_;  // touching and properties are left empty
+  RegionState last_;  // touching and records are left empty
 };
 
 // The tick, region and kind of a message, without looking further.

@@ -107,24 +107,23 @@ class MessageReader {
       std::vector<PairChange> pairs;
       if (absl::Status status = ReadPairs(pairs); !status.ok()) return status;
       for (const PairChange& pair : pairs) grant.touching.push_back(pair.pair);
-      ReadProperties(in_, grant.properties);
-      if (absl::Status status = CheckProperties(id, grant.properties, catalog_); !status.ok()) return status;
+      ReadRecord(in_, grant.record);
+      if (absl::Status status = CheckRecord(id, grant.record, catalog_); !status.ok()) return status;
       if (!grants.emplace(std::pair(id, epoch), std::move(grant)).second) return Bad("grants: one twice");
     }
     return absl::OkStatus();
   }
 
-  absl::Status ReadAllProperties(std::map<BodyId, CarriedProperties>& properties) {
-    in_.Field("properties");
+  absl::Status ReadAllRecords(std::map<BodyId, CarriedRecord>& records) {
+    in_.Field("records");
     std::uint64_t last = 0;
     const std::size_t count = in_.Count(3);
     for (std::size_t i = 0; i < count; ++i) {
-      if (!in_.Ascend(last)) return Bad("properties: ids do not ascend");
-      CarriedProperties& entry = properties[BodyId(last)];
-      ReadProperties(in_, entry);
+      if (!in_.Ascend(last)) return Bad("records: ids do not ascend");
+      CarriedRecord& entry = records[BodyId(last)];
+      ReadRecord(in_, entry);
       if (!in_.ok()) return Bad(in_.error());
-      if (entry.empty()) return Bad(absl::StrCat("properties: body ", last, " has none"));
-      if (absl::Status status = CheckProperties(BodyId(last), entry, catalog_); !status.ok()) return status;
+      if (absl::Status status = CheckRecord(BodyId(last), entry, catalog_); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -181,7 +180,7 @@ struct Changes {
   std::vector<PairChange> pairs;
   KeptGrants granted;
   std::vector<std::pair<BodyId, Epoch>> settled;
-  std::map<BodyId, CarriedProperties> properties;
+  std::map<BodyId, CarriedRecord> records;
 };
 
 absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
@@ -207,7 +206,7 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
     epoch = Epoch(in.Varint32());
     if (!state.grants.contains({id, epoch})) return Bad(absl::StrCat("settled: body ", id.value(), " was not granted"));
   }
-  if (absl::Status status = reader.ReadAllProperties(changes.properties); !status.ok()) return status;
+  if (absl::Status status = reader.ReadAllRecords(changes.records); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   // A body that is gone cannot have changed.
   for (const BodyId id : changes.gone) {
@@ -220,11 +219,11 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
 
 // Checks that every control is that of a body which is there after the changes.
 absl::Status CheckPlaces(const Changes& changes, const RegionState& state) {
-  for (const auto& [id, properties] : changes.properties) {
+  for (const auto& [id, record] : changes.records) {
     const auto changed = std::lower_bound(changes.bodies.begin(), changes.bodies.end(), id, kByBody);
     if (changed != changes.bodies.end() && changed->id == id) continue;
     const bool gone = std::binary_search(changes.gone.begin(), changes.gone.end(), id);
-    if (gone || state.Find(id) == nullptr) return Bad(absl::StrCat("properties: body ", id.value(), " is not there"));
+    if (gone || state.Find(id) == nullptr) return Bad(absl::StrCat("records: body ", id.value(), " is not there"));
   }
   return absl::OkStatus();
 }
@@ -306,7 +305,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   in.Field("pairs");
   if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
-  if (absl::Status status = reader.ReadAllProperties(state.properties); !status.ok()) return status;
+  if (absl::Status status = reader.ReadAllRecords(state.records); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
@@ -350,8 +349,8 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   ApplyPairs(changes.pairs, state.touching);
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
-  for (const BodyId id : changes.gone) state.properties.erase(id);
-  for (auto& [id, properties] : changes.properties) state.properties.insert_or_assign(id, std::move(properties));
+  for (const BodyId id : changes.gone) state.records.erase(id);
+  for (auto& [id, record] : changes.records) state.records.insert_or_assign(id, std::move(record));
   return absl::OkStatus();
 }
 

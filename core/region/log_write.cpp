@@ -67,7 +67,7 @@ void WriteGrant(ByteWriter& out, const std::pair<BodyId, Epoch>& key, const Kept
   if (IsPlayerBody(key.first)) WriteControl(out, grant.control);
   out.Varint(grant.touching.size());
   for (const TouchingPair& pair : grant.touching) WritePair(out, pair, true);
-  WriteProperties(out, grant.properties);
+  WriteRecord(out, grant.record);
 }
 
 // Those of `grants` that are not in `base`, then the keys of `base` that are not in `grants`.
@@ -114,12 +114,12 @@ Bytes EncodeState(const RegionState& state) {
   for (const TouchingPair& pair : state.touching) WritePair(out, pair, true);
   out.Varint(state.grants.size());
   for (const auto& [key, grant] : state.grants) WriteGrant(out, key, grant);
-  out.Varint(state.properties.size());
+  out.Varint(state.records.size());
   last = 0;
-  for (const auto& [id, properties] : state.properties) {
+  for (const auto& [id, record] : state.records) {
     out.Varint(id.value() - last);
     last = id.value();
-    WriteProperties(out, properties);
+    WriteRecord(out, record);
   }
   return Sealed(out);
 }
@@ -137,12 +137,12 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
   last_.spawned = now.spawned;
   last_.grants = *now.grants;
   last_.touching.assign(touching.begin(), touching.end());
-  for (const ChangedProperties& entry : now.properties) {
-    last_.properties[entry.body] = {entry.change, *entry.bytes};
+  for (const KeptRecord& entry : now.records) {
+    last_.records[entry.body] = CarriedFrom(entry);
   }
   Bytes bytes = EncodeState(last_);
   last_.touching.clear();
-  last_.properties.clear();
+  last_.records.clear();
   return bytes;
 }
 
@@ -192,12 +192,12 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   out.Varint(now.pair_changes.size());
   for (const PairChange& change : now.pair_changes) WritePair(out, change.pair, change.begun);
   WriteGrants(out, *now.grants, last_.grants);
-  out.Varint(now.properties.size());
+  out.Varint(now.records.size());
   last = 0;
-  for (const ChangedProperties& entry : now.properties) {
+  for (const KeptRecord& entry : now.records) {
     out.Varint(entry.body.value() - last);
     last = entry.body.value();
-    WriteProperties(out, {entry.change, *entry.bytes});
+    WriteRecord(out, CarriedFrom(entry));
   }
 
   last_.tick = now.tick;

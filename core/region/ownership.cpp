@@ -9,13 +9,13 @@ namespace tessera::region {
 void Ownership::Take(const GrantedBody& body, const PlayerControl& control) {
   bodies_.Own(body.id, body.epoch, body.state);
   if (IsPlayerBody(body.id)) players_.Adopt(PlayerOf(body.id), control);
-  properties_.Adopt(body.id, body.properties);
+  records_.Adopt(body.id, body.record);
 }
 
 void Ownership::Restore(const GrantedBody& body, const PlayerControl& control) {
   bodies_.Restore(body.id, body.epoch, body.state);
   if (IsPlayerBody(body.id)) players_.Adopt(PlayerOf(body.id), control);
-  properties_.Adopt(body.id, body.properties);
+  records_.Adopt(body.id, body.record);
 }
 
 void Ownership::Spawn(PlayerNumber player) {
@@ -31,7 +31,7 @@ Epoch Ownership::EpochOf(BodyId id) const {
 
 // Returns the inputs that wait for the body.
 std::vector<PlayerInput> Ownership::Release(BodyId id) {
-  properties_.Release(id);
+  records_.Release(id);
   return IsPlayerBody(id) ? players_.Release(PlayerOf(id)) : std::vector<PlayerInput>();
 }
 
@@ -70,6 +70,7 @@ Departure Ownership::LetGo(BodyId id, RegionId to) {
 PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
   PreparedGrant prepared{planned.to, {}, {}, {}};
   Grant& grant = prepared.grant;
+  const auto per_tick = static_cast<float>(catalog_.scene().tick_rate_hz);
   for (const std::size_t index : planned.assembly) {
     const OwnedBody& body = bodies_.owned()[index];
     const BodyId id = body.def->id;
@@ -84,13 +85,15 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
       record.torque_nm = control->next.torque_nm;
       grant.control = players_.MakeGrant(PlayerOf(id));
     }
-    CarriedProperties properties = properties_.Of(id);
+    CarriedRecord carried = records_.Of(id);
+    record.force_n += carried.game.push_ns * per_tick;
+    record.torque_nm += carried.game.push_nms * per_tick;
     std::vector<TouchingPair> touching = reports_.Pairs(id);
-    grant.bodies.push_back({id, epoch, body.state, properties});
+    grant.bodies.push_back({id, epoch, body.state, carried});
     grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
     prepared.departing.push_back({record, planned.to});
     prepared.copies.push_back(
-        {{id, epoch}, {planned.to, tick, body.state, grant.control, std::move(touching), std::move(properties)}});
+        {{id, epoch}, {planned.to, tick, body.state, grant.control, std::move(touching), std::move(carried)}});
   }
   return prepared;
 }
@@ -100,8 +103,8 @@ void Ownership::Save(RegionState& state) const {
   for (const OwnedBody& body : bodies_.owned()) state.bodies.push_back({body.def->id, body.epoch, body.state});
   state.controls = players_.Controls();
   state.touching = reports_.All();
-  for (const ChangedProperties& entry : properties_.all()) {
-    state.properties[entry.body] = {entry.change, *entry.bytes};
+  for (const KeptRecord& entry : records_.all()) {
+    state.records[entry.body] = CarriedFrom(entry);
   }
 }
 
@@ -109,8 +112,7 @@ void Ownership::Validate() const {
   assert(std::ranges::all_of(bodies_.owned(), [this](const OwnedBody& body) {
     return !IsPlayerBody(body.def->id) || players_.Find(PlayerOf(body.def->id)) != nullptr;
   }));
-  assert(std::ranges::all_of(properties_.all(),
-                             [this](const ChangedProperties& entry) { return bodies_.Owns(entry.body); }));
+  assert(std::ranges::all_of(records_.all(), [this](const KeptRecord& entry) { return bodies_.Owns(entry.body); }));
 }
 
 }  // namespace tessera::region

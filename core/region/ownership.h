@@ -13,7 +13,7 @@
 #include "core/region/grants_out.h"
 #include "core/region/handover.h"
 #include "core/region/pair_reports.h"
-#include "core/region/property_table.h"
+#include "core/region/record_table.h"
 #include "core/region/region_players.h"
 #include "core/region/region_state.h"
 #include "core/region/step_result.h"
@@ -23,9 +23,8 @@ namespace tessera::region {
 class Ownership {
  public:
   // All must outlive it.
-  Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports,
-            PropertyTable& properties)
-      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), properties_(properties) {}
+  Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports, RecordTable& records)
+      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), records_(records) {}
 
   // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
   void Take(const GrantedBody& body, const PlayerControl& control);
@@ -63,7 +62,7 @@ class Ownership {
   Bodies& bodies_;
   RegionPlayers& players_;
   PairReports& reports_;
-  PropertyTable& properties_;
+  RecordTable& records_;
 };
 
 }  // namespace tessera::region

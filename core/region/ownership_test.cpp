@@ -53,7 +53,7 @@ class OwnershipTest : public ::testing::Test {
   SmallWorld world{WithPlayers()};
   RegionPlayers players{*world.scene};
   PairReports reports{world.catalog};
-  PropertyTable properties;
+  RecordTable properties;
   Ownership ownership{world.catalog, world.bodies, players, reports, properties};
 };
 
@@ -64,12 +64,12 @@ TEST_F(OwnershipTest, AGrantCarriesAllThatGoesWithABody) {
   const PreparedGrant prepared = ownership.Prepare({RegionId(2), {0}}, Tick(9));
   ASSERT_EQ(prepared.grant.bodies.size(), 1U);
   EXPECT_EQ(prepared.grant.bodies[0].epoch, Epoch(5));
-  EXPECT_EQ(prepared.grant.bodies[0].properties.change, 1U);
+  EXPECT_EQ(prepared.grant.bodies[0].record.change, 1U);
   EXPECT_THAT(prepared.grant.touching, ElementsAre(kPair));
   ASSERT_EQ(prepared.copies.size(), 1U);
   const KeptGrant& copy = prepared.copies[0].second;
   EXPECT_EQ(copy.tick, Tick(9));
-  EXPECT_EQ(copy.properties, prepared.grant.bodies[0].properties);
+  EXPECT_EQ(copy.record, prepared.grant.bodies[0].record);
   EXPECT_THAT(copy.touching, ElementsAre(kPair));
   EXPECT_TRUE(world.bodies.Owns(BodyId(1)));  // until it departs
 }
@@ -128,7 +128,7 @@ TEST_F(OwnershipTest, AStateHoldsAllThatIsOwned) {
   ownership.Save(state);
   EXPECT_EQ(state.bodies.size(), 3U);
   EXPECT_TRUE(state.controls.contains(kPlayer));
-  EXPECT_TRUE(state.properties.contains(BodyId(2)));
+  EXPECT_TRUE(state.records.contains(BodyId(2)));
   EXPECT_THAT(state.touching, ElementsAre(kPair));
   EXPECT_TRUE(CheckRegionState(state, world.catalog).ok());
   ownership.Validate();

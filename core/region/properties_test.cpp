@@ -4,7 +4,7 @@
 #include "core/region/frame.h"
 #include "core/region/frame_check.h"
 #include "core/region/log.h"
-#include "core/region/property_table.h"
+#include "core/region/record_table.h"
 #include "core/region/region.h"
 #include "core/region/standby_copy.h"
 
@@ -45,14 +45,14 @@ PropertyValue Value(const std::vector<std::uint8_t>& bytes, const char* name) {
   return ValueOf(kDefs, {}, *set, name).value();
 }
 
-CarriedProperties Carried(std::int64_t health, std::uint64_t change) {
+CarriedRecord Carried(std::int64_t health, std::uint64_t change) {
   PropertySet set;
   EXPECT_TRUE(set.Set(kDefs, "health", health).ok());
   return {change, set.Encode()};
 }
 
 TEST(PropertyTableTest, ChangesAddUpAndAnOldOneComesTooLate) {
-  PropertyTable table;
+  RecordTable table;
   EXPECT_TRUE(table.Of(BodyId(8)).empty());
   ASSERT_TRUE(table.Set(BodyId(8), kDefs, "health", std::int64_t{50}, 3).ok());
   ASSERT_TRUE(table.Set(BodyId(7), kDefs, "team", std::string("blue"), 1).ok());
@@ -60,7 +60,7 @@ TEST(PropertyTableTest, ChangesAddUpAndAnOldOneComesTooLate) {
   ASSERT_TRUE(table.Set(BodyId(8), kDefs, "health", std::int64_t{99}, 3).ok()) << "late, and no error";
   ASSERT_EQ(table.all().size(), 2U);
   EXPECT_EQ(table.all()[0].body, BodyId(7));
-  const CarriedProperties carried = table.Of(BodyId(8));
+  const CarriedRecord carried = table.Of(BodyId(8));
   EXPECT_EQ(carried.change, 4U);
   EXPECT_EQ(Value(carried.bytes, "health"), PropertyValue(std::int64_t{50}));
   EXPECT_EQ(Value(carried.bytes, "team"), PropertyValue(std::string("red")));
@@ -69,9 +69,9 @@ TEST(PropertyTableTest, ChangesAddUpAndAnOldOneComesTooLate) {
 }
 
 TEST(PropertyTableTest, AWrongChangeIsRefusedByNameAndChangesNothing) {
-  PropertyTable table;
+  RecordTable table;
   ASSERT_TRUE(table.Set(BodyId(8), kDefs, "health", std::int64_t{50}, 1).ok());
-  const CarriedProperties before = table.Of(BodyId(8));
+  const CarriedRecord before = table.Of(BodyId(8));
   EXPECT_EQ(table.Set(BodyId(8), kDefs, "mana", std::int64_t{1}, 2).message(), "no property \"mana\"");
   EXPECT_EQ(table.Set(BodyId(8), kDefs, "health", true, 2).message(), "property \"health\" is a whole number");
   EXPECT_EQ(table.Of(BodyId(8)), before);
@@ -85,26 +85,26 @@ TEST(FramePropertiesTest, AGrantCarriesThemAndBadOnesAreRefused) {
   grant.bodies = {{BodyId(7), Epoch(2), {}, Carried(-3, 900)}};
   frame.grants = {grant};
   BorderFrame without = frame;
-  without.grants[0].bodies[0].properties = {};
+  without.grants[0].bodies[0].record = {};
   const auto bytes = Encode(frame, {});
   const auto back = Decode(bytes, {});
   ASSERT_TRUE(back.ok()) << back.status();
-  EXPECT_EQ(back->grants[0].bodies[0].properties, grant.bodies[0].properties);
+  EXPECT_EQ(back->grants[0].bodies[0].record, grant.bodies[0].record);
   EXPECT_TRUE(CheckFrame(*back, catalog).ok());
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(Decode(std::span(bytes).first(size), {}).ok()) << size;
   }
-  EXPECT_EQ(Encode(without, {}).size() + 2 + 1 + grant.bodies[0].properties.bytes.size(), bytes.size())
+  EXPECT_EQ(Encode(without, {}).size() + 2 + 1 + grant.bodies[0].record.bytes.size() + 3, bytes.size())
       << "a body without any costs nothing";
 
-  const auto refusal = [&](CarriedProperties properties) {
-    frame.grants[0].bodies[0].properties = std::move(properties);
+  const auto refusal = [&](CarriedRecord properties) {
+    frame.grants[0].bodies[0].record = std::move(properties);
     return std::string(CheckFrame(frame, catalog).message());
   };
   EXPECT_EQ(refusal({5, {9, 0}}), "body 7: properties: not declared");
   EXPECT_EQ(refusal({5, {1, 4, 'r'}}), "body 7: properties: truncated");
   EXPECT_EQ(refusal({5, std::vector<std::uint8_t>(513)}), "body 7: properties: too long");
-  EXPECT_THAT(refusal({0, {0, 2}}), HasSubstr("changed by nobody"));
+  EXPECT_THAT(refusal({5, {}}), HasSubstr("changed to nothing"));
   EXPECT_THAT(refusal({5, {}}), HasSubstr("to nothing"));
 }
 
@@ -120,10 +120,10 @@ TEST(RegionPropertiesTest, OnlyAnOwnedBodyCanBeChanged) {
   region.SpawnPlayer(PlayerNumber(3));
   (void)region.Step();
   EXPECT_TRUE(region.SetProperty(player, "health", std::int64_t{1}, 2).ok());
-  ASSERT_EQ(region.properties().all().size(), 2U);
+  ASSERT_EQ(region.records().all().size(), 2U);
   region.RemovePlayer(PlayerNumber(3));
   (void)region.Step();
-  EXPECT_EQ(region.properties().all().size(), 1U) << "they leave with their body";
+  EXPECT_EQ(region.records().all().size(), 1U) << "they leave with their body";
 }
 
 // By whole states and by changes, through a checkpoint too.
@@ -146,8 +146,8 @@ TEST(RegionPropertiesTest, TheStandbyAndARestoredRegionHaveThem) {
   EXPECT_GT(log.size(), quiet);
   ASSERT_TRUE(standby_copy.Receive(log).ok());
   EXPECT_EQ(EncodeState(standby_copy.state()), region.SaveState());
-  ASSERT_EQ(standby_copy.state().properties.size(), 2U);
-  EXPECT_EQ(standby_copy.state().PropertiesOf(BodyId(7)).change, 3U);
+  ASSERT_EQ(standby_copy.state().records.size(), 2U);
+  EXPECT_EQ(standby_copy.state().RecordOf(BodyId(7)).change, 3U);
 
   const auto saved = DecodeState(region.SaveState(), region.catalog());
   ASSERT_TRUE(saved.ok()) << saved.status();
@@ -156,22 +156,22 @@ TEST(RegionPropertiesTest, TheStandbyAndARestoredRegionHaveThem) {
   Config config = PropertiesConfig(scene);
   config.initial = std::make_shared<RegionState>(*merged);
   const Region restored(config);
-  ASSERT_EQ(restored.properties().all().size(), 2U);
-  EXPECT_EQ(Value(*restored.properties().all()[0].bytes, "team"), PropertyValue(std::string("red")));
-  EXPECT_EQ(Value(*restored.properties().all()[0].bytes, "health"), PropertyValue(std::int64_t{6}));
-  EXPECT_EQ(Value(*restored.properties().all()[1].bytes, "health"), PropertyValue(std::int64_t{5}));
+  ASSERT_EQ(restored.records().all().size(), 2U);
+  EXPECT_EQ(Value(*restored.records().all()[0].bytes, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(Value(*restored.records().all()[0].bytes, "health"), PropertyValue(std::int64_t{6}));
+  EXPECT_EQ(Value(*restored.records().all()[1].bytes, "health"), PropertyValue(std::int64_t{5}));
 }
 
 TEST(RegionPropertiesTest, ABadOneInAStateIsRefusedByName) {
   const Catalog catalog(MakeScene());
   RegionState state;
   state.bodies = {{BodyId(7), Epoch(1), {}}};
-  state.properties[BodyId(7)] = Carried(1, 1);
+  state.records[BodyId(7)] = Carried(1, 1);
   EXPECT_TRUE(DecodeState(EncodeState(state), catalog).ok());
-  state.properties[BodyId(8)] = Carried(1, 1);
-  EXPECT_EQ(DecodeState(EncodeState(state), catalog).status().message(), "properties: body 8 is not there");
-  state.properties.erase(BodyId(8));
-  state.properties[BodyId(7)] = {1, {77, 0}};
+  state.records[BodyId(8)] = Carried(1, 1);
+  EXPECT_EQ(DecodeState(EncodeState(state), catalog).status().message(), "records: body 8 is not there");
+  state.records.erase(BodyId(8));
+  state.records[BodyId(7)] = {1, {77, 0}};
   EXPECT_EQ(DecodeState(EncodeState(state), catalog).status().message(), "body 7: properties: not declared");
 }
 

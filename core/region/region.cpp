@@ -72,15 +72,15 @@ absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyVal
   if (FindDeparting(parts.grants_out.departing(), body) != nullptr) {
     return absl::NotFoundError(absl::StrCat("body ", body.value(), " is being handed over"));
   }
-  return parts.properties.Set(body, parts.scene().properties, name, std::move(value), change);
+  return parts.records.Set(body, parts.scene().properties, name, std::move(value), change);
 }
-const PropertyTable& Region::properties() const { return parts_->properties; }
+const RecordTable& Region::records() const { return parts_->records; }
 
 void Region::SetStandby(bool on) {
   parts_->log.Switch(on);
   parts_->reports.KeepChanges(on);
   parts_->reports.TakeChanges();
-  parts_->properties.KeepNews(on);
+  parts_->records.KeepNews(on);
 }
 void Region::LogAcknowledged(Tick tick) { parts_->log.Acknowledged(tick, parts_->tick); }
 Tick Region::acknowledged() const { return parts_->log.acknowledged(); }

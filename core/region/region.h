@@ -32,12 +32,16 @@
 #include "core/physics/world.h"
 #include "core/region/owed_impulse.h"
 #include "core/region/owned_body.h"
-#include "core/region/property_table.h"
+#include "core/region/record_table.h"
 #include "core/region/settings.h"
 #include "core/region/step_result.h"
 #include "core/world/partition_map.h"
 #include "core/world/player_input.h"
 #include "core/world/scene.h"
+
+namespace tessera::game {
+class GameHost;  // core/game/game_host.h
+}
 
 namespace tessera::region {
 
@@ -59,6 +63,8 @@ struct Config {
   // which it takes those that the map gives it. One that joins a running instance begins with a state of no bodies and
   // the tick before its map comes into force.
   std::shared_ptr<const RegionState> initial = nullptr;
+  // The game that this region runs, and no other region; all regions of an instance run the same one, or none does.
+  std::shared_ptr<game::GameHost> game = nullptr;
 };
 
 class Region {
@@ -121,11 +127,11 @@ class Region {
   // --- Properties.
   // Sets one of the properties that the scene declares, of a body that is owned here. Changes are numbered from 1 on by
   // whoever orders them: one whose number is not above that of the body's last change does nothing, so it may be
-  // ordered again until it is seen to have been applied (properties()), by whichever region owns the body then. Errors:
+  // ordered again until it is seen to have been applied (records()), by whichever region owns the body then. Errors:
   // NOT_FOUND "body 7 is not owned here" or "... is being handed over", and those of PropertySet::Set.
   absl::Status SetProperty(BodyId body, std::string_view name, PropertyValue value, std::uint64_t change);
   // Changed properties of the bodies that are owned here.
-  const PropertyTable& properties() const;
+  const RecordTable& records() const;
 
   // --- Standby.
   // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call

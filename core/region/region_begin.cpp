@@ -35,10 +35,10 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
   for (const StateBody& body : initial.bodies) {
     if (!own && !IsInCells(parts, AnchorOf(body, initial, parts.catalog).state.position)) continue;
     // Changes of properties are numbered anew from here on: the state may be another cluster's.
-    CarriedProperties properties = initial.PropertiesOf(body.id);
-    properties.change = std::min<std::uint64_t>(properties.change, 1);
+    CarriedRecord record = initial.RecordOf(body.id);
+    record.change = std::min<std::uint64_t>(record.change, 1);
     const bool player = IsPlayerBody(body.id);
-    parts.ownership.Restore({body.id, body.epoch, body.state, std::move(properties)},
+    parts.ownership.Restore({body.id, body.epoch, body.state, std::move(record)},
                             player ? initial.controls.at(PlayerOf(body.id)) : PlayerControl());
   }
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);

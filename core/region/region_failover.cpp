@@ -40,7 +40,7 @@ void Promote(const Resolution& resolution, const Copies& promoted, RegionParts& 
     const BodyId id = takeover.body;
     if (IsPlayerBody(id) && parts.players.HasLeft(PlayerOf(id))) continue;
     const KeptGrant& copy = promoted.at(id);
-    parts.ownership.Restore({id, takeover.epoch, copy.state, copy.properties}, copy.control);
+    parts.ownership.Restore({id, takeover.epoch, copy.state, copy.record}, copy.control);
     parts.reports.Adopt(copy.touching);
   }
 }
@@ -95,7 +95,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
 
   parts.log.Restart();
   parts.reports.TakeChanges();
-  parts.properties.TakeNews();
+  parts.records.TakeNews();
   FindRelevant(parts);
   parts.grants_in.Release(parts.log.standby_has());
   result.frames = MakeFrames(parts);

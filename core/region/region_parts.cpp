@@ -36,18 +36,26 @@ physics::WorldSettings WorldSettingsOf(const Config& config) {
   return settings;
 }
 
+// What a game does in a tick is known to nobody before it.
+RegionSettings SettingsOf(const Config& config) {
+  RegionSettings settings = config.settings;
+  if (config.game != nullptr) settings.promise_ticks = std::min(settings.promise_ticks, kMaxPromisedWithGame);
+  return settings;
+}
+
 }  // namespace
 
 RegionParts::RegionParts(const Config& config)
     : incarnation(config.incarnation),
-      settings(config.settings),
+      settings(SettingsOf(config)),
       tick_s(1.0 / config.scene->tick_rate_hz),
-      catalog(config.scene),
+      catalog(config.scene, config.game != nullptr),
       neighborhood(config.self, config.map),
       bodies(catalog, WorldSettingsOf(config)),
       players(*config.scene),
       reports(catalog),
-      ownership(catalog, bodies, players, reports, properties),
+      ownership(catalog, bodies, players, reports, records),
+      game(config.game, catalog, bodies, records),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -78,7 +86,7 @@ void Validate([[maybe_unused]] const RegionParts& parts) {
   parts.bodies.Validate();
   parts.players.Validate();
   parts.reports.Validate();
-  parts.properties.Validate();
+  parts.records.Validate();
   parts.ownership.Validate();
   parts.borders.Validate();
   parts.outgoing.Validate(parts.neighborhood.neighbors());

@@ -16,8 +16,9 @@
 #include "core/region/outgoing.h"
 #include "core/region/ownership.h"
 #include "core/region/pair_reports.h"
-#include "core/region/property_table.h"
+#include "core/region/record_table.h"
 #include "core/region/region.h"
+#include "core/region/region_game.h"
 #include "core/region/region_players.h"
 #include "core/region/relevance.h"
 #include "core/region/tick_log.h"
@@ -43,8 +44,9 @@ struct RegionParts {
   Bodies bodies;
   RegionPlayers players;
   PairReports reports;
-  PropertyTable properties;
+  RecordTable records;
   Ownership ownership;  // writes the four tables above
+  RegionGame game;      // changes records
 
   Borders borders;
   OutgoingMessages outgoing;

@@ -32,9 +32,9 @@ const StateBody* RegionState::Find(BodyId id) const {
   return it != bodies.end() && it->id == id ? &*it : nullptr;
 }
 
-CarriedProperties RegionState::PropertiesOf(BodyId id) const {
-  const auto it = properties.find(id);
-  return it == properties.end() ? CarriedProperties() : it->second;
+CarriedRecord RegionState::RecordOf(BodyId id) const {
+  const auto it = records.find(id);
+  return it == records.end() ? CarriedRecord() : it->second;
 }
 
 absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) {
@@ -46,10 +46,9 @@ absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) 
     if (body.epoch == Epoch()) return Bad(absl::StrCat("body ", body.id.value(), ": epoch 0"));
     if (absl::Status status = CheckState(body.id, body.state); !status.ok()) return status;
   }
-  for (const auto& [id, changed] : state.properties) {
-    if (state.Find(id) == nullptr) return Bad(absl::StrCat("properties: body ", id.value(), " is not there"));
-    if (changed.empty()) return Bad(absl::StrCat("properties: body ", id.value(), " has none"));
-    if (absl::Status status = CheckProperties(id, changed, catalog); !status.ok()) return status;
+  for (const auto& [id, changed] : state.records) {
+    if (state.Find(id) == nullptr) return Bad(absl::StrCat("records: body ", id.value(), " is not there"));
+    if (absl::Status status = CheckRecord(id, changed, catalog); !status.ok()) return status;
   }
   return CheckControls(state);
 }
@@ -76,8 +75,8 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   merged.bodies.reserve(bodies.size());
   for (const auto& [id, entry] : bodies) {
     merged.bodies.push_back(entry.first);
-    CarriedProperties properties = entry.second->PropertiesOf(id);
-    if (!properties.empty()) merged.properties.emplace(id, std::move(properties));
+    CarriedRecord record = entry.second->RecordOf(id);
+    if (!record.empty()) merged.records.emplace(id, std::move(record));
     if (IsPlayerBody(id)) merged.controls.emplace(PlayerOf(id), entry.second->controls.at(PlayerOf(id)));
   }
   merged.spawned.assign(spawned.begin(), spawned.end());

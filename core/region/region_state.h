@@ -32,7 +32,7 @@ struct KeptGrant {
   BodyState state;
   PlayerControl control;               // for a player's body
   std::vector<TouchingPair> touching;  // whose events its owner reports
-  CarriedProperties properties = {};
+  CarriedRecord record = {};
   friend bool operator==(const KeptGrant&, const KeptGrant&) = default;
 };
 using KeptGrants = std::map<std::pair<BodyId, Epoch>, KeptGrant>;  // epoch: of the ownership that was granted
@@ -47,11 +47,11 @@ struct RegionState {
   std::vector<PlayerNumber> spawned;               // ascending: whose bodies it has made
   std::vector<TouchingPair> touching;              // ascending: begun and reported, not ended
   KeptGrants grants;
-  std::map<BodyId, CarriedProperties> properties;  // for bodies among them, where changed
+  std::map<BodyId, CarriedRecord> records;  // for bodies among them, where changed
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;
-  CarriedProperties PropertiesOf(BodyId id) const;  // empty where nothing was changed
+  CarriedRecord RecordOf(BodyId id) const;  // empty where nothing was changed
 };
 
 // INVALID_ARGUMENT naming the body: one that is not of the scene, a state that is not sane, lists out of order.

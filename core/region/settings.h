@@ -50,6 +50,8 @@ inline constexpr float kSettled_m_s = 0.05f;
 inline constexpr double kOriginGrid_m = 64;
 // The longest promise of a neighbour: frames with a longer one are refused.
 inline constexpr std::uint32_t kMaxPromised = 64;
+// The same where a game may push any body in any tick.
+inline constexpr std::uint32_t kMaxPromisedWithGame = 2;
 // A link that is down asks to reconnect every so many ticks: few requests wait for a neighbour that stands still.
 inline constexpr std::uint32_t kReconnectIntervalTicks = 6;
 // A link comes up this many ticks after the later side has heard of it: longer than a message takes to come and go.

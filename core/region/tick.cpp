@@ -91,7 +91,8 @@ void UpdatePlayers(RegionParts& parts, StepResult& result) {
 }
 
 void ApplyForces(RegionParts& parts) {
-  parts.forces.Apply(parts.players, parts.bodies);
+  parts.forces.Apply(parts.players, parts.records, parts.bodies);
+  parts.records.ClearPushes();
   if (!parts.scene().player.has_value()) return;
   for (const OwnedBody& body : parts.bodies.owned()) {
     if (IsPlayerBody(body.def->id)) parts.players.Applied(PlayerOf(body.def->id));
@@ -165,6 +166,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   ReadBack(parts, result);
 
   enter(Phase::kPrediction);
+  parts.game.Run(parts.tick, result.events);
   CommitInputs(parts);
   AdoptMapIfDue(parts);
   DecideHandovers(parts);

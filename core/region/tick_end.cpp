@@ -27,6 +27,11 @@ GhostRecord RecordOf(std::size_t index, const RegionParts& parts) {
     record.force_n = control->next.force_n;
     record.torque_nm = control->next.torque_nm;
   }
+  if (const KeptRecord* kept = parts.records.Find(id); kept != nullptr && kept->game.pushes()) {
+    const auto per_tick = static_cast<float>(1 / parts.tick_s);
+    record.force_n += kept->game.push_ns * per_tick;
+    record.torque_nm += kept->game.push_nms * per_tick;
+  }
   return record;
 }
 
@@ -65,7 +70,7 @@ void FindRelevant(RegionParts& parts) {
   parts.forces.StatesChanged();
   if (!alone) parts.bodies.NotePlaces();
   std::span<const physics::Forces> forces;
-  if (!alone) forces = parts.forces.Find(parts.bodies, parts.players);
+  if (!alone) forces = parts.forces.Find(parts.bodies, parts.players, parts.records);
   std::vector<std::span<const GhostRecord>> sent;
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) sent.push_back(parts.borders.sent(n));
   parts.relevance.Update({parts.bodies, parts.neighborhood, forces, parts.grants_out.departing(), sent});
@@ -96,11 +101,11 @@ std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
 
 Bytes WriteLog(RegionParts& parts) {
   const std::vector<PairChange> changes = parts.reports.TakeChanges();
-  const std::vector<ChangedProperties> news = parts.properties.TakeNews();
+  const std::vector<KeptRecord> news = parts.records.TakeNews();
   const bool whole = parts.log.whole();
   LogView view{parts.self(), parts.incarnation,        parts.tick, parts.bodies.owned(), {}, {},
                changes,      &parts.grants_out.kept(), {}};
-  view.properties = whole ? parts.properties.all() : std::span<const ChangedProperties>(news);
+  view.records = whole ? parts.records.all() : std::span<const KeptRecord>(news);
   if (parts.scene().player.has_value()) {
     view.controls = parts.players.Controls();
     view.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());

@@ -13,6 +13,8 @@ inline constexpr std::size_t kMaxCells = 4096;
 // Bodies of one scene, scattered ones included. A snapshot index and the encoder's tables are sized by it.
 inline constexpr std::size_t kMaxBodies = 1'000'000;
 inline constexpr std::size_t kMaxJoints = 1'000'000;
+// Kinds of a scene's bodies, and the bytes of a kind's name. A game has callbacks for each.
+inline constexpr std::size_t kMaxKinds = 256, kMaxKindLength = 32;
 // Players of one instance; one ENet host serves at most 4095 peers.
 inline constexpr std::uint32_t kMaxPlayers = 1024;
 // Steps a second. Below 10 stacks fall; above 240 float positions lose the increments of slow bodies.

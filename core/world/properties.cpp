@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kTypeNames[] = {"true or false", "a whole number", "a number", "a text"};
 
-std::optional<std::size_t> PlaceOf(std::span<const PropertyDef> defs, std::string_view name) {
+std::optional<std::size_t> PlaceIn(std::span<const PropertyDef> defs, std::string_view name) {
   const auto at = std::find_if(defs.begin(), defs.end(), [&](const PropertyDef& def) { return def.name == name; });
   if (at == defs.end()) return std::nullopt;
   return static_cast<std::size_t>(at - defs.begin());
@@ -62,7 +62,7 @@ const PropertyValue* PropertySet::Find(std::size_t index) const {
 }
 
 absl::Status PropertySet::Set(std::span<const PropertyDef> defs, std::string_view name, PropertyValue value) {
-  const std::optional<std::size_t> place = PlaceOf(defs, name);
+  const std::optional<std::size_t> place = PlaceIn(defs, name);
   if (!place.has_value()) return absl::NotFoundError(absl::StrCat("no property \"", std::string(name), "\""));
   if (absl::Status status = Check(defs[*place], value); !status.ok()) return status;
   PropertySet changed = *this;
@@ -113,7 +113,7 @@ absl::StatusOr<PropertySet> PropertySet::Decode(std::span<const std::uint8_t> by
 
 std::optional<PropertyValue> ValueOf(std::span<const PropertyDef> defs, const PropertySet& of_scene,
                                      const PropertySet& changed, std::string_view name) {
-  const std::optional<std::size_t> place = PlaceOf(defs, name);
+  const std::optional<std::size_t> place = PlaceIn(defs, name);
   if (!place.has_value()) return std::nullopt;
   if (const PropertyValue* value = changed.Find(*place)) return *value;
   if (const PropertyValue* value = of_scene.Find(*place)) return *value;

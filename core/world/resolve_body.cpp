@@ -1,7 +1,9 @@
 #include "core/world/resolve_body.h"
 
+#include <algorithm>
 #include <cmath>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
@@ -85,6 +87,7 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
     }
   }
   def.trigger = body.trigger();
+  def.kind = Kind(body.kind());
   for (const v1::Property& property : body.properties()) {
     const std::optional<PropertyValue> value = FromProto(property);
     const absl::Status status =
@@ -94,6 +97,23 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
     if (!status.ok()) faults_.Add(absl::StrCat("properties: ", ValueField(property), ": ", status.message()));
   }
   return def;
+}
+
+std::uint16_t BodyResolver::Kind(const std::string& name) {
+  const auto allowed = [](char c) { return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  if (name.size() > kMaxKindLength || !std::ranges::all_of(name, allowed)) {
+    faults_.Add(absl::StrCat("kind must be of at most ", kMaxKindLength, " letters, digits and underscores, got ",
+                             Quoted(name)));
+    return 0;
+  }
+  const auto known = std::ranges::find(kinds_, name);
+  if (known == kinds_.end() && kinds_.size() > kMaxKinds) {
+    faults_.Add(absl::StrCat("kind is the scene's ", kMaxKinds + 1, "th, of at most ", kMaxKinds));
+    return 0;
+  }
+  const auto kind = static_cast<std::uint16_t>(known - kinds_.begin());
+  if (known == kinds_.end()) kinds_.push_back(name);
+  return kind;
 }
 
 void BodyResolver::CheckStatic(const v1::Body& body) {

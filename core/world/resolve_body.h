@@ -33,8 +33,11 @@ class BodyResolver {
   BodyDef Body(int index, const v1::Body& body);
   // A body without id and pose. `place` is its place in the scene, e.g. "scatters[0].templates[2]".
   BodyDef Template(const std::string& place, const v1::Body& body);
+  // The kinds of all bodies so far, as Scene has them.
+  const std::vector<std::string>& kinds() const { return kinds_; }
 
  private:
+  std::uint16_t Kind(const std::string& name);
   BodyDef Common(const v1::Body& body);
   void CheckStatic(const v1::Body& body);
   void CheckDynamic(const v1::Body& body, BodyDef& def);
@@ -46,6 +49,7 @@ class BodyResolver {
   std::span<const PropertyDef> properties_;
   ShapeResolver shapes_;
   std::unordered_map<std::string, Material> materials_;
+  std::vector<std::string> kinds_{""};
 };
 
 // The place of a body in words: `bodies[12] (id 40 "crate")`.

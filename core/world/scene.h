@@ -111,6 +111,7 @@ struct BodyDef {
   double gravity_scale = 1;
   bool trigger = false;  // reports overlaps and pushes nothing
   bool may_sleep = true;
+  std::uint16_t kind = 0;  // place in the scene's kinds: whose callbacks of a game are called for it
   PropertySet properties;  // those that differ from the scene's declaration
   BodyState initial;
 };
@@ -220,6 +221,7 @@ struct Scene {
   std::optional<PlayerRules> player;
   ViewRules view;
   std::vector<PropertyDef> properties;
+  std::vector<std::string> kinds{""};  // of bodies; the first is that of bodies without one
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }
 };

@@ -155,6 +155,10 @@ TEST(BadSceneTest, BodyFields) {
             "bodies[1] (id 40 \"crate\"): gravity_scale times gravity must be at most 10000, got 20000");
   EXPECT_EQ(CrateError([](v1::Body& b) { b.set_motion(static_cast<v1::Motion>(7)); }),
             "motion must be MOTION_STATIC or MOTION_DYNAMIC, got 7");
+  EXPECT_EQ(CrateError([](v1::Body& b) { b.set_kind("a crate"); }),
+            "kind must be of at most 32 letters, digits and underscores, got \"a crate\"");
+  EXPECT_EQ(CrateError([](v1::Body& b) { b.set_kind(std::string(33, 'k')); }),
+            "kind must be of at most 32 letters, digits and underscores, got \"" + std::string(33, 'k') + "\"");
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_bodies(1)->set_name("a\"\n"); }),
             "bodies[1] (id 40 \"a\\\"\\n\"): name must be at most 63 bytes without control characters, quotes and "
             "backslashes, got \"a\\\"\\n\"");

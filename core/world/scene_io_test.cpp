@@ -46,6 +46,20 @@ const std::filesystem::path kScenes = std::filesystem::path(TESSERA_SOURCE_DIR) 
 
 constexpr char kBounds[] = "name: \"x\" bounds { min { x: -10 y: -10 z: -10 } max { x: 10 y: 10 z: 10 } } ";
 
+TEST(ResolveSceneTest, BodiesOfOneKindShareItsPlace) {
+  const auto scene =
+      Resolved(Parsed(absl::StrCat(kBounds,
+                                   "bodies { id: 1 kind: \"crate\" mass: 2 shape { sphere { radius: 1 } } }"
+                                   "bodies { id: 2 mass: 2 shape { sphere { radius: 1 } } }"
+                                   "bodies { id: 3 kind: \"door_2\" mass: 2 shape { sphere { radius: 1 } } }"
+                                   "bodies { id: 4 kind: \"crate\" mass: 2 shape { sphere { radius: 1 } } }")));
+  EXPECT_EQ(scene->kinds, (std::vector<std::string>{"", "crate", "door_2"}));
+  EXPECT_EQ(scene->bodies[0].kind, 1);
+  EXPECT_EQ(scene->bodies[1].kind, 0);
+  EXPECT_EQ(scene->bodies[2].kind, 2);
+  EXPECT_EQ(scene->bodies[3].kind, 1);
+}
+
 TEST(ResolveSceneTest, FillsInDefaults) {
   const auto scene = Resolved(Parsed(absl::StrCat(kBounds, "bodies { id: 1 mass: 2 shape { sphere { radius: 1 } } }")));
   EXPECT_EQ(scene->gravity_m_s2, Vec3d(0, -9.81, 0));

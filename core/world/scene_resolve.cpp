@@ -55,6 +55,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveJoints();
   out_->fields = ResolveFields(faults_, in_, out_->tick_rate_hz);
   ResolvePlayer(bodies);
+  out_->kinds = bodies.kinds();
   ResolveView();
   if (faults_.count() > 0) return faults_.ToStatus();
   return out_;

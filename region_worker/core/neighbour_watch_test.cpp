@@ -13,8 +13,8 @@ using ::testing::IsEmpty;
 
 class NeighbourWatchTest : public ::testing::Test {
  protected:
-  NeighbourWatchTest() { links.Up(kOther, Incarnation(1), kStart, actions); }
-  std::vector<RegionId> Look(TimePoint now, const std::vector<RegionId>& waited_for = {kOther}) {
+  NeighbourWatchTest() { links.Up(kSecond, Incarnation(1), kStart, actions); }
+  std::vector<RegionId> Look(TimePoint now, const std::vector<RegionId>& waited_for = {kSecond}) {
     std::vector<RegionId> silent;
     for (const SilentNeighbour& neighbour : watch.Look(waited_for, links, now)) silent.push_back(neighbour.region);
     return silent;
@@ -22,7 +22,7 @@ class NeighbourWatchTest : public ::testing::Test {
   // Looks every interval, and says when it was given up.
   Duration GivenUpAfter(bool heard) {
     for (TimePoint now = kStart;; now += NeighbourWatch::kInterval) {
-      if (heard) links.Heard(kOther, now);
+      if (heard) links.Heard(kSecond, now);
       if (!Look(now).empty()) return now - kStart;
     }
   }
@@ -52,7 +52,7 @@ TEST_F(NeighbourWatchTest, AStepBeginsTheCountAnew) {
   watch.Stepped();
   TimePoint now = kStart;
   while ((now += NeighbourWatch::kInterval) <= kStart + NeighbourWatch::kSilence) EXPECT_THAT(Look(now), IsEmpty());
-  EXPECT_THAT(Look(now), ElementsAre(kOther));
+  EXPECT_THAT(Look(now), ElementsAre(kSecond));
 }
 
 TEST_F(NeighbourWatchTest, AfterALookThatCameLateNobodyIsGivenUp) {

@@ -134,7 +134,7 @@ absl::Status ReadBorders(const v1::BorderSettings& message, region::RegionSettin
 }
 
 // The scene decides about names and types.
-absl::Status ReadProperties(const v1::WorkerOrder& message, Order& order) {
+absl::Status ReadRecord(const v1::WorkerOrder& message, Order& order) {
   for (int i = 0; i < message.property_changes_size(); ++i) {
     const v1::PropertyChange& change = message.property_changes(i);
     const std::uint64_t last = order.properties.empty() ? 0 : order.properties.back().number;
@@ -174,7 +174,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   ReadStates(message, order);
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
-  if (absl::Status status = ReadProperties(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadRecord(message, order); !status.ok()) return status;
   return order;
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 // Number of the last change that a body here has seen.
 std::uint64_t LastChange(const region::Region& region, BodyId body) {
-  const region::ChangedProperties* entry = region.properties().Find(body);
+  const region::KeptRecord* entry = region.records().Find(body);
   return entry == nullptr ? 0 : entry->change;
 }
 

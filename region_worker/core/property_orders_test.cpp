@@ -34,7 +34,7 @@ class PropertyOrdersTest : public ::testing::Test {
     return orders.Answers(rig.region, has_standby);
   }
   std::uint64_t LastChange(std::uint64_t body) const {
-    const region::ChangedProperties* changed = rig.region.properties().Find(BodyId(body));
+    const region::KeptRecord* changed = rig.region.records().Find(BodyId(body));
     return changed == nullptr ? 0 : changed->change;
   }
 

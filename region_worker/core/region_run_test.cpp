@@ -56,8 +56,8 @@ TEST_F(RegionRunTest, StepsOnceItRunsAndPublishesEachStep) {
 }
 
 TEST_F(RegionRunTest, PausesWithoutItsLeaseAndGoesOnWithIt) {
-  links.Up(kOther, Incarnation(1), now, actions);
-  order.standby = kOther;
+  links.Up(kSecond, Incarnation(1), now, actions);
+  order.standby = kSecond;
   Follow();
   run.Run(now, actions);
   EXPECT_FALSE(Advance());
@@ -66,13 +66,13 @@ TEST_F(RegionRunTest, PausesWithoutItsLeaseAndGoesOnWithIt) {
   EXPECT_EQ(run.wake_at(now), std::nullopt);
   const auto number = run.AskForLease(now, links, actions);
   ASSERT_TRUE(number.has_value());
-  GiveLease(kOther, *number);
+  GiveLease(kSecond, *number);
   EXPECT_TRUE(Advance());
   EXPECT_FALSE(run.paused());
 }
 
 TEST_F(RegionRunTest, OthersThanTheStandbyGiveNoLease) {
-  order.standby = kOther;
+  order.standby = kSecond;
   Follow();
   run.Run(now, actions);
   const auto number = run.AskForLease(now, links, actions);
@@ -81,7 +81,7 @@ TEST_F(RegionRunTest, OthersThanTheStandbyGiveNoLease) {
 }
 
 TEST_F(RegionRunTest, AMapThatHasNoPlaceForItEndsItsSteps) {
-  order.planned = {MapOfOne(run.region().map(), 2, kOther), run.region().tick() + 3, true};
+  order.planned = {MapOfOne(run.region().map(), 2, kSecond), run.region().tick() + 3, true};
   Follow();
   EXPECT_EQ(run.planned(), MapVersion(2));
   run.Run(now, actions);
@@ -96,7 +96,7 @@ TEST_F(RegionRunTest, AFrameThatIsDroppedIsCounted) {
   const region::Bytes bytes = {1, 2, 3};
   LinkMessage message;
   message.bytes = bytes;
-  run.Receive(kOther, message, now, links, actions);
+  run.Receive(kSecond, message, now, links, actions);
   std::uint64_t dropped = 0;
   for (const std::uint64_t count : run.drops()) dropped += count;
   EXPECT_EQ(dropped, 1U);
@@ -120,13 +120,13 @@ class RegionRunOfTwoTest : public RegionRunTest {
 TEST_F(RegionRunOfTwoTest, NeedsLinksWithNeighboursStandbyAndPrimaries) {
   order.standby = RegionId(5);
   order.primaries = {RegionId(4)};
-  EXPECT_THAT(run.Partners(order), ElementsAre(kOther, RegionId(4), RegionId(5)));
+  EXPECT_THAT(run.Partners(order), ElementsAre(kSecond, RegionId(4), RegionId(5)));
 }
 
 TEST_F(RegionRunOfTwoTest, AFailoverHaltsItAndItsResolutionLetsItGoOn) {
   run.Run(now, actions);
   order.map = MapOfOne(run.region().map(), 2, kSelf);
-  order.failover = {MapVersion(2), {{kOther, Incarnation(1)}}};
+  order.failover = {MapVersion(2), {{kSecond, Incarnation(1)}}};
   Follow();
   EXPECT_TRUE(run.region().halted());
   EXPECT_FALSE(Advance());
@@ -143,9 +143,9 @@ TEST_F(RegionRunOfTwoTest, AFailoverHaltsItAndItsResolutionLetsItGoOn) {
 }
 
 TEST_F(RegionRunOfTwoTest, WhoIsFencedFollowsNoFurther) {
-  order.map = MapOfOne(run.region().map(), 2, kOther);
+  order.map = MapOfOne(run.region().map(), 2, kSecond);
   order.failover = {MapVersion(2), {{kSelf, Incarnation(1)}}};
-  order.standby = kOther;
+  order.standby = kSecond;
   Follow();
   EXPECT_TRUE(run.failovers().fenced());
   EXPECT_EQ(run.standby_log().standby(), RegionId());

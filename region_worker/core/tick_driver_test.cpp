@@ -16,7 +16,7 @@ class TickDriverTest : public ::testing::Test {
  protected:
   void Begin(std::uint32_t regions) {
     ticks.emplace(WithoutPromises(ConfigOf(1, regions)));
-    links.Up(kOther, Incarnation(1), kStart, actions);
+    links.Up(kSecond, Incarnation(1), kStart, actions);
     ticks->SendFirstFrames(links, actions);
     ticks->Run(kStart);
   }
@@ -29,7 +29,7 @@ class TickDriverTest : public ::testing::Test {
   void Bring(const std::vector<region::OutgoingFrame>& frames) {
     for (const region::OutgoingFrame& frame : frames) {
       if (frame.to != kSelf) continue;
-      EXPECT_TRUE(ticks->region().Receive(kOther, frame.bytes).ok());
+      EXPECT_TRUE(ticks->region().Receive(kSecond, frame.bytes).ok());
     }
   }
 
@@ -76,7 +76,7 @@ TEST_F(TickDriverTest, TheFramesOfATickAreSent) {
   Bring(other.Start());
   actions.clear();
   Step(kStart);
-  EXPECT_THAT(TakeSent(actions), Contains(Field(&SentMessage::to, kOther)));
+  EXPECT_THAT(TakeSent(actions), Contains(Field(&SentMessage::to, kSecond)));
 }
 
 TEST_F(TickDriverTest, WhileItWaitsItSaysThatItIsWell) {
@@ -103,7 +103,7 @@ TEST_F(TickDriverTest, TakesTheLinkOfASilentNeighbourDownAfterTheFirstStepAndOnl
   Step(now);
   EXPECT_EQ(watch(false), 0U);
   EXPECT_EQ(watch(true), 1U);
-  EXPECT_FALSE(ticks->region().IsLinkUp(kOther));
+  EXPECT_FALSE(ticks->region().IsLinkUp(kSecond));
   EXPECT_TRUE(ticks->Due(now));
 }
 

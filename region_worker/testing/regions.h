@@ -8,7 +8,7 @@
 
 namespace tessera::worker {
 
-constexpr RegionId kSelf{1}, kOther{2};
+constexpr RegionId kSelf{1}, kSecond{2};
 constexpr TimePoint kStart{std::chrono::hours(1)};
 
 }  // namespace tessera::worker

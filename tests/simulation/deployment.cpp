@@ -368,7 +368,7 @@ void Deployment::TakeAnswers() {
 void Deployment::CheckHealths(Tick end) {
   std::map<BodyId, std::int64_t> found;
   for (SimulatedWorker* worker : Workers()) {
-    for (const region::ChangedProperties& entry : worker->region()->properties().all()) {
+    for (const region::KeptRecord& entry : worker->region()->records().all()) {
       const auto changed = PropertySet::Decode(*entry.bytes, around_.scene->properties);
       if (!changed.ok()) continue;
       const auto value = ValueOf(around_.scene->properties, {}, *changed, "health");

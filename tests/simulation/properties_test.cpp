@@ -105,7 +105,7 @@ class Changing {
   }
   PropertyValue ValueAtOwner(BodyId body, const char* name) {
     const RegionId owner = simulation().OwnerOf(body);
-    for (const region::ChangedProperties& entry : simulation().worker(owner.value()).region().properties().all()) {
+    for (const region::KeptRecord& entry : simulation().worker(owner.value()).region().records().all()) {
       if (entry.body == body) return *ValueOf(kDefs, {}, *PropertySet::Decode(*entry.bytes, kDefs), name);
     }
     return *ValueOf(kDefs, {}, {}, name);

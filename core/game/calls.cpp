@@ -1,0 +1,381 @@
+#include "core/game/calls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "core/world/state_check.h"
+#include "game_sdk/api/api.h"
+
+namespace tessera::game {
+namespace {
+
+using Arguments = std::span<const tessera_game_value>;
+
+absl::string_view View(std::string_view text) { return {text.data(), text.size()}; }
+
+// --- Arguments
+
+absl::Status Fault(std::string_view function, std::string_view what) {
+  return absl::InvalidArgumentError(absl::StrCat(View(function), ": ", View(what)));
+}
+
+bool IsFinite(const tessera_game_value& value) {
+  const auto finite = [&](std::span<const double> parts) {
+    return std::ranges::all_of(parts, [](double part) { return std::isfinite(part); });
+  };
+  switch (value.type) {
+    case TESSERA_GAME_REAL:
+      return std::isfinite(value.as.real);
+    case TESSERA_GAME_VECTOR:
+      return finite(value.as.vector);
+    case TESSERA_GAME_ROTATION:
+      return finite(value.as.rotation);
+    default:
+      return true;
+  }
+}
+
+std::string Named(Types types) {
+  std::vector<absl::string_view> names;
+  for (unsigned type = 0; type <= TESSERA_GAME_FIELDS; ++type) {
+    if ((types >> type & 1) != 0) names.push_back(View(TypeName(static_cast<tessera_game_type>(type))));
+  }
+  return absl::StrJoin(names, " or ");
+}
+
+absl::Status CheckOne(const Function& function, const Parameter& parameter, const tessera_game_value& value) {
+  const bool known = value.type <= TESSERA_GAME_FIELDS;
+  const Types given = known ? Types{1} << value.type : Types{0};
+  const bool widened = given == kWholeType && (parameter.types & kRealType) != 0;
+  if ((given & parameter.types) == 0 && !widened) {
+    return Fault(function.name, absl::StrCat("`", View(parameter.name), "` must be ", Named(parameter.types), ", got ",
+                                             View(TypeName(static_cast<tessera_game_type>(value.type)))));
+  }
+  if (!IsFinite(value)) return Fault(function.name, absl::StrCat("`", View(parameter.name), "` is not finite"));
+  return absl::OkStatus();
+}
+
+// The arguments after the receiver, by the table.
+absl::Status Check(const Function& function, Arguments arguments) {
+  const std::size_t most = function.parameters.size();
+  const auto least = static_cast<std::size_t>(
+      std::ranges::count_if(function.parameters, [](const Parameter& parameter) { return !parameter.optional; }));
+  if (arguments.size() > most) {
+    return Fault(function.name, absl::StrCat("takes ", most, " arguments, got ", arguments.size()));
+  }
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const Parameter& parameter = function.parameters[i];
+    if (parameter.optional && arguments[i].type == TESSERA_GAME_NOTHING) continue;
+    if (absl::Status status = CheckOne(function, parameter, arguments[i]); !status.ok()) return status;
+  }
+  if (arguments.size() < least) {
+    return Fault(function.name, absl::StrCat("`", View(function.parameters[arguments.size()].name), "` is missing"));
+  }
+  return absl::OkStatus();
+}
+
+std::string_view TextOf(const tessera_game_value& value) { return {value.as.text, value.count}; }
+Vec3d VectorOf(const tessera_game_value& value) { return {value.as.vector[0], value.as.vector[1], value.as.vector[2]}; }
+bool Given(Arguments arguments, std::size_t index) {
+  return arguments.size() > index && arguments[index].type != TESSERA_GAME_NOTHING;
+}
+
+absl::StatusOr<PropertyValue> PropertyFrom(const tessera_game_value& value) {
+  switch (value.type) {
+    case TESSERA_GAME_FLAG:
+      return value.as.whole != 0;
+    case TESSERA_GAME_WHOLE:
+      return value.as.whole;
+    case TESSERA_GAME_REAL:
+      return value.as.real;
+    case TESSERA_GAME_TEXT:
+      return std::string(TextOf(value));
+    default:
+      return absl::InvalidArgumentError("set: `value` is of no property's type");
+  }
+}
+
+// --- Results
+
+tessera_game_value Of(const PropertyValue& value, std::string& text) {
+  if (const auto* flag = std::get_if<bool>(&value)) return ToInterface(GameValue(*flag));
+  if (const auto* whole = std::get_if<std::int64_t>(&value)) return ToInterface(GameValue(*whole));
+  if (const auto* real = std::get_if<double>(&value)) return ToInterface(GameValue(*real));
+  text = std::get<std::string>(value);
+  tessera_game_value result{};
+  result.type = TESSERA_GAME_TEXT;
+  result.count = static_cast<std::uint32_t>(text.size());
+  result.as.text = text.data();
+  return result;
+}
+
+tessera_game_value OfText(std::string_view text) {
+  tessera_game_value result{};
+  result.type = TESSERA_GAME_TEXT;
+  result.count = static_cast<std::uint32_t>(text.size());
+  result.as.text = text.data();
+  return result;
+}
+
+tessera_game_value Of(Quatd q) {
+  tessera_game_value result{};
+  result.type = TESSERA_GAME_ROTATION;
+  result.as.rotation[0] = q.x, result.as.rotation[1] = q.y, result.as.rotation[2] = q.z, result.as.rotation[3] = q.w;
+  return result;
+}
+
+tessera_game_value Of(GameValue value) { return ToInterface(value); }
+
+// --- The world
+
+std::uint64_t Mixed(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Lea, Flood 2014)
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// As a log may hold it: a game's text ends no line and sends no escapes.
+std::string OneLine(std::string_view text) {
+  std::string line(text.substr(0, kMaxLogLineBytes));
+  for (char& c : line) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  }
+  return line;
+}
+
+double Random(tessera_game_call& call) {
+  const std::uint64_t bits =
+      Mixed(Mixed(Mixed(Mixed(call.seed) ^ call.self.value()) ^ call.tick.value()) ^ call.randoms++);
+  return static_cast<double>(bits >> 11) * 0x1p-53;
+}
+
+absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Function& function, Arguments arguments) {
+  switch (function.number) {
+    case kWorldTick:
+      return Of(GameValue(static_cast<std::int64_t>(call.tick.value())));
+    case kWorldTickRate:
+      return Of(GameValue(static_cast<double>(call.transaction.world().scene().tick_rate_hz)));
+    case kWorldRandom:
+      return Of(GameValue(Random(call)));
+    case kWorldLog:
+      call.transaction.Log(OneLine(TextOf(arguments[0])));
+      break;
+    default:
+      return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
+  }
+  return tessera_game_value{};
+}
+
+// --- Bodies
+
+absl::Status Push(std::string_view function, const BodyDef& def, const BodyState& state, double tick_rate_hz,
+                  GameRecord& record, Vec3d impulse_ns, const Vec3d* point) {
+  const double mass_kg = def.mass_kg;
+  if (Length(impulse_ns) > mass_kg * kMaxGameSpeed_m_s) {
+    return Fault(function,
+                 absl::StrCat("makes a body of ", mass_kg, " kg faster by more than ", kMaxGameSpeed_m_s, " m/s"));
+  }
+  const Vec3f push_ns = record.push_ns + Vec3f(impulse_ns);
+  const Vec3f push_nms =
+      point == nullptr ? record.push_nms : record.push_nms + Vec3f(Cross(*point - state.position, impulse_ns));
+  // It acts as a force over one tick.
+  const auto rate = static_cast<float>(tick_rate_hz);
+  if (!CheckForce(def.id, push_ns * rate, push_nms * rate).ok())
+    return Fault(function, "turns the body more than can be computed");
+  record.push_ns = push_ns;
+  record.push_nms = push_nms;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::int64_t> After(tessera_game_call& call, GameRecord& record, Arguments arguments) {
+  const std::int64_t ticks = arguments[0].as.whole;
+  const std::string_view name = TextOf(arguments[1]);
+  if (ticks < 1 || ticks > kMaxTimerTicks) {
+    return Fault("after", absl::StrCat("`ticks` must be 1 to ", kMaxTimerTicks, ", got ", ticks));
+  }
+  if (name.empty() || name.size() > kMaxTimerNameBytes) return Fault("after", "`name` must have 1 to 32 bytes");
+  if (record.timers.size() >= kMaxTimers) {
+    return absl::ResourceExhaustedError(absl::StrCat("after: the body has ", kMaxTimers, " timers already"));
+  }
+  if (record.last_timer == std::numeric_limits<std::uint32_t>::max()) {
+    return absl::ResourceExhaustedError("after: the body has used up the numbers of timers");
+  }
+  GameTimer timer;
+  timer.due = call.tick + static_cast<std::uint64_t>(ticks);
+  timer.number = record.last_timer + 1;
+  timer.name = std::string(name);
+  if (Given(arguments, 2)) {
+    const auto fields = FieldsFrom(arguments[2]);
+    if (!fields.ok()) return Fault("after", std::string(fields.status().message()));
+    auto bytes = EncodeFields(*fields);
+    if (!bytes.ok()) return Fault("after", std::string(bytes.status().message()));
+    timer.values = *std::move(bytes);
+  }
+  ++record.last_timer;
+  const auto at = std::ranges::upper_bound(record.timers, timer.due, {}, &GameTimer::due);
+  record.timers.insert(at, std::move(timer));
+  return record.last_timer;
+}
+
+// Whether there was one.
+bool Cancel(GameRecord& record, std::int64_t number) {
+  return std::erase_if(record.timers, [&](const GameTimer& timer) { return timer.number == number; }) > 0;
+}
+
+std::string Declared(const Scene& scene) {
+  return scene.properties.empty() ? "none"
+                                  : absl::StrJoin(scene.properties, ", ", [](std::string* out, const PropertyDef& def) {
+                                      out->append(def.name);
+                                    });
+}
+
+absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function& function, BodyId id,
+                                        const BodyDef& def, Arguments arguments) {
+  const GameWorld& world = call.transaction.world();
+  switch (function.number) {
+    case kBodyKind:
+      return OfText(world.scene().kinds[def.kind]);
+    case kBodyPosition:
+      return Of(GameValue(world.StateOf(id).position));
+    case kBodyRotation:
+      return Of(Quatd(world.StateOf(id).orientation));
+    case kBodyVelocity:
+      return Of(GameValue(Vec3d(world.StateOf(id).linear_velocity)));
+    case kBodySpin:
+      return Of(GameValue(Vec3d(world.StateOf(id).angular_velocity)));
+    case kBodyMass:
+      return Of(GameValue(def.mass_kg));
+    case kBodyPlayer:
+      return IsPlayerBody(id) ? Of(GameValue(PlayerOf(id))) : tessera_game_value{};
+    case kBodyGet: {
+      const Scene& scene = world.scene();
+      const std::optional<PropertyValue> value =
+          ValueOf(scene.properties, def.properties, call.transaction.PropertiesOf(id), TextOf(arguments[0]));
+      if (value) return Of(*value, call.text);
+      return absl::NotFoundError(
+          absl::StrCat("get: no property \"", View(TextOf(arguments[0])), "\"; the scene declares: ", Declared(scene)));
+    }
+    default:
+      return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
+  }
+}
+
+absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Function& function, BodyId id,
+                                          const BodyDef& def, Transaction::Changes& body, Arguments arguments) {
+  const GameWorld& world = call.transaction.world();
+  const bool moves = def.motion == Motion::kDynamic;
+  switch (function.number) {
+    case kBodySet: {
+      absl::StatusOr<PropertyValue> value = PropertyFrom(arguments[1]);
+      if (!value.ok()) return value.status();
+      const std::string_view name = TextOf(arguments[0]);
+      // A whole number is taken for a real one where the property is real.
+      const auto declared = std::ranges::find(world.scene().properties, name, &PropertyDef::name);
+      if (declared != world.scene().properties.end() && std::holds_alternative<double>(declared->initial)) {
+        if (const auto* whole = std::get_if<std::int64_t>(&*value)) value = static_cast<double>(*whole);
+      }
+      const absl::Status status = body.properties.Set(world.scene().properties, name, *std::move(value));
+      if (!status.ok()) return Fault("set", std::string(status.message()));
+      return tessera_game_value{};
+    }
+    case kBodyImpulse: {
+      if (!moves) return Fault("impulse", absl::StrCat("body ", id.value(), " does not move"));
+      const Vec3d point = Given(arguments, 1) ? VectorOf(arguments[1]) : Vec3d();
+      const absl::Status status = Push("impulse", def, world.StateOf(id), world.scene().tick_rate_hz, body.record,
+                                       VectorOf(arguments[0]), Given(arguments, 1) ? &point : nullptr);
+      if (!status.ok()) return status;
+      return tessera_game_value{};
+    }
+    case kBodySetVelocity: {
+      if (!moves) return Fault("set_velocity", absl::StrCat("body ", id.value(), " does not move"));
+      const Vec3d velocity = VectorOf(arguments[0]);
+      if (Length(velocity) > kMaxGameSpeed_m_s) {
+        return Fault("set_velocity", absl::StrCat("`velocity` is above ", kMaxGameSpeed_m_s, " m/s"));
+      }
+      const BodyState state = world.StateOf(id);
+      GameRecord pushed = body.record;
+      pushed.push_ns = {};
+      const absl::Status status = Push("set_velocity", def, state, world.scene().tick_rate_hz, pushed,
+                                       (velocity - Vec3d(state.linear_velocity)) * def.mass_kg, nullptr);
+      if (!status.ok()) return status;
+      body.record.push_ns = pushed.push_ns;
+      return tessera_game_value{};
+    }
+    case kBodyAfter: {
+      const absl::StatusOr<std::int64_t> timer = After(call, body.record, arguments);
+      if (!timer.ok()) return timer.status();
+      return Of(GameValue(*timer));
+    }
+    case kBodyCancel:
+      return Of(GameValue(Cancel(body.record, arguments[0].as.whole)));
+    default:
+      return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
+  }
+}
+
+bool Changes(std::uint32_t function) {
+  return function == kBodySet || function == kBodyImpulse || function == kBodySetVelocity || function == kBodyAfter ||
+         function == kBodyCancel;
+}
+
+absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Function& function, BodyId id,
+                                            Arguments arguments) {
+  const BodyDef* def = call.transaction.world().Find(id);
+  if (function.number == kBodyIsHere) return Of(GameValue(def != nullptr));
+  if (function.number == kBodyIsOwn) return Of(GameValue(call.transaction.world().Owns(id)));
+  if (def == nullptr)
+    return absl::NotFoundError(absl::StrCat(View(function.name), ": body ", id.value(), " is not here"));
+  if (!Changes(function.number)) return Read(call, function, id, *def, arguments);
+  Transaction::Changes* body = call.transaction.Own(id);
+  if (body == nullptr) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(View(function.name), ": body ", id.value(), " is not owned by this region"));
+  }
+  return Change(call, function, id, *def, *body, arguments);
+}
+
+absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::uint32_t number, Arguments arguments) {
+  const Function* function = FindFunction(number);
+  if (function == nullptr) return absl::NotFoundError(absl::StrCat("there is no function ", number));
+  if (function->receiver == Receiver::kWorld) {
+    if (absl::Status status = Check(*function, arguments); !status.ok()) return status;
+    return CallWorld(call, *function, arguments);
+  }
+  if (arguments.empty() || arguments[0].type != TESSERA_GAME_BODY) return Fault(function->name, "is called for a body");
+  if (absl::Status status = Check(*function, arguments.subspan(1)); !status.ok()) return status;
+  return CallBody(call, *function, BodyId(arguments[0].as.id), arguments.subspan(1));
+}
+
+// --- The interface
+
+int Call(tessera_game_call* call, std::uint32_t function, const tessera_game_value* arguments, std::uint32_t count,
+         tessera_game_value* result) {
+  const auto returned = CallFunction(*call, function, {arguments, count});
+  if (!returned.ok()) {
+    call->error = std::string(returned.status().message());
+    return 1;
+  }
+  if (result != nullptr) *result = *returned;
+  return 0;
+}
+
+const char* Error(const tessera_game_call* call) { return call->error.c_str(); }
+
+int Charge(tessera_game_call* call, std::uint64_t instructions) {
+  call->instructions += std::min(instructions, std::numeric_limits<std::uint64_t>::max() - call->instructions);
+  return call->instructions <= call->budget ? 0 : 1;
+}
+
+constexpr tessera_game_host kHost{sizeof(tessera_game_host), Call, Error, Charge};
+
+}  // namespace
+
+const tessera_game_host& GameFunctions() { return kHost; }
+
+}  // namespace tessera::game

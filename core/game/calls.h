@@ -1,0 +1,37 @@
+// What the functions of the table (game_sdk/api/api.h) do, on a transaction.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/game/settings.h"
+#include "core/game/transaction.h"
+#include "core/game/value.h"
+#include "game_sdk/include/tessera/game.h"
+
+// One call of a module; the interface passes pointers to it.
+struct tessera_game_call {
+  tessera_game_call(tessera::game::Transaction& changes, tessera::Tick now, tessera::BodyId about,
+                    std::uint64_t random_seed, std::uint64_t instruction_budget)
+      : transaction(changes), tick(now), self(about), seed(random_seed), budget(instruction_budget) {}
+
+  tessera::game::Transaction& transaction;
+  const tessera::Tick tick;
+  const tessera::BodyId self;  // whom the callback is about; 0 for the world
+  const std::uint64_t seed;
+  const std::uint64_t budget;  // instructions
+
+  std::uint64_t instructions = 0;
+  std::uint32_t randoms = 0;
+  std::string error;
+  // What results point to.
+  std::string text;
+};
+
+namespace tessera::game {
+
+// The host's side of the interface; for all games.
+const tessera_game_host& GameFunctions();
+
+}  // namespace tessera::game

@@ -1,0 +1,38 @@
+// GameWorld: what a game host sees of its region, and what it changes there. core/region implements it.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "absl/functional/function_ref.h"
+#include "core/game/record.h"
+#include "core/world/properties.h"
+#include "core/world/scene.h"
+
+namespace tessera::game {
+
+class GameWorld {
+ public:
+  virtual ~GameWorld() = default;
+
+  virtual const Scene& scene() const = 0;
+  // Definition of a body that is here, static ones included; nullptr without one.
+  virtual const BodyDef* Find(BodyId id) const = 0;
+  // After the last step. The body is here.
+  virtual BodyState StateOf(BodyId id) const = 0;
+  virtual bool Owns(BodyId id) const = 0;
+  // All that this region owns, ascending.
+  virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
+  // Owned bodies with a timer that is due by `tick`, ascending.
+  virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
+  // What was changed of a body's properties, as far as it is known here. The body is here.
+  virtual PropertySet ChangedOf(BodyId id) const = 0;
+  virtual GameRecord RecordOf(BodyId id) const = 0;
+
+  // Replaces both. The region owns the body.
+  virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) = 0;
+};
+
+}  // namespace tessera::game

@@ -1,0 +1,83 @@
+// FakeGameWorld: a few bodies without a region, for tests of the game host.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/game/game_world.h"
+
+namespace tessera::game {
+
+class FakeGameWorld : public GameWorld {
+ public:
+  FakeGameWorld() : scene_(std::make_shared<Scene>()) {
+    scene_->kinds = {"", "crate", "ball"};
+    scene_->properties = {{"health", std::int64_t{100}}, {"name", std::string("none")}, {"heat", 0.5}, {"on", false}};
+  }
+
+  // A body of the kind, of 2 kg, that this region owns unless told otherwise.
+  void Add(std::uint64_t id, std::uint16_t kind, bool owned = true) {
+    Body& body = bodies_[BodyId(id)];
+    body.def.id = BodyId(id);
+    body.def.kind = kind;
+    body.def.mass_kg = 2;
+    body.owned = owned;
+  }
+  void Lose(std::uint64_t id) { bodies_.at(BodyId(id)).owned = false; }
+  std::shared_ptr<const Scene> shared_scene() const { return scene_; }
+  BodyState& state(std::uint64_t id) { return bodies_.at(BodyId(id)).state; }
+  const GameRecord& record(std::uint64_t id) const { return bodies_.at(BodyId(id)).record; }
+  PropertyValue property(std::uint64_t id, std::string_view name) const {
+    const Body& body = bodies_.at(BodyId(id));
+    return *ValueOf(scene_->properties, body.def.properties, body.changed, name);
+  }
+  int commits() const { return commits_; }
+
+  const Scene& scene() const override { return *scene_; }
+  const BodyDef* Find(BodyId id) const override {
+    const auto found = bodies_.find(id);
+    return found == bodies_.end() ? nullptr : &found->second.def;
+  }
+  BodyState StateOf(BodyId id) const override { return bodies_.at(id).state; }
+  bool Owns(BodyId id) const override {
+    const auto found = bodies_.find(id);
+    return found != bodies_.end() && found->second.owned;
+  }
+  void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override {
+    for (const auto& [id, body] : bodies_) {
+      if (body.owned) visit(id, body.def);
+    }
+  }
+  std::vector<BodyId> DueBy(Tick tick) const override {
+    std::vector<BodyId> due;
+    for (const auto& [id, body] : bodies_) {
+      if (body.owned && body.record.next_due() && *body.record.next_due() <= tick) due.push_back(id);
+    }
+    return due;
+  }
+  PropertySet ChangedOf(BodyId id) const override { return bodies_.at(id).changed; }
+  GameRecord RecordOf(BodyId id) const override { return bodies_.at(id).record; }
+  void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) override {
+    ++commits_;
+    bodies_.at(id).changed = changed;
+    bodies_.at(id).record = record;
+  }
+
+ private:
+  struct Body {
+    BodyDef def;
+    BodyState state;
+    PropertySet changed;
+    GameRecord record;
+    bool owned = true;
+  };
+
+  const std::shared_ptr<Scene> scene_;
+  std::map<BodyId, Body> bodies_;
+  int commits_ = 0;
+};
+
+}  // namespace tessera::game

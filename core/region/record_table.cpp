@@ -1,0 +1,151 @@
+#include "core/region/record_table.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "absl/strings/str_cat.h"
+#include "core/region/ascends.h"
+#include "core/region/catalog.h"
+
+namespace tessera::region {
+namespace {
+
+const auto kRecordBefore = [](const KeptRecord& entry, BodyId wanted) { return entry.body < wanted; };
+
+}  // namespace
+
+absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& catalog) {
+  const auto bad = [id](absl::string_view what) {
+    return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), ": ", what));
+  };
+  if (record.bytes.empty() && record.change != 0) return bad("properties: changed to nothing");
+  if (const absl::Status game = game::CheckRecord(record.game); !game.ok()) return bad(game.message());
+  if (record.bytes.empty()) return absl::OkStatus();
+  const auto set = PropertySet::Decode(record.bytes, catalog.scene().properties);
+  return set.ok() ? absl::OkStatus() : bad(set.status().message());
+}
+
+CarriedRecord CarriedFrom(const KeptRecord& record) { return {record.change, *record.bytes, record.game}; }
+
+const KeptRecord* RecordTable::Find(BodyId id) const {
+  const auto at = std::lower_bound(all_.begin(), all_.end(), id, kRecordBefore);
+  return at != all_.end() && at->body == id ? &*at : nullptr;
+}
+
+CarriedRecord RecordTable::Of(BodyId id) const {
+  const KeptRecord* entry = Find(id);
+  return entry == nullptr ? CarriedRecord() : CarriedFrom(*entry);
+}
+
+std::vector<BodyId> RecordTable::DueBy(Tick tick) const {
+  std::vector<BodyId> bodies;
+  for (auto at = due_.begin(); at != due_.end() && at->first <= tick; ++at) bodies.push_back(at->second);
+  std::sort(bodies.begin(), bodies.end());
+  return bodies;
+}
+
+std::vector<RecordTable::Push> RecordTable::Pushes() const {
+  std::vector<Push> pushes;
+  pushes.reserve(pushed_.size());
+  for (const BodyId id : pushed_) {
+    const KeptRecord& entry = *Find(id);
+    pushes.push_back({id, entry.game.push_ns, entry.game.push_nms});
+  }
+  return pushes;
+}
+
+absl::Status RecordTable::Set(BodyId id, std::span<const PropertyDef> defs, std::string_view name, PropertyValue value,
+                              std::uint64_t change) {
+  assert(change > 0);
+  PropertySet set;
+  if (const KeptRecord* entry = Find(id); entry != nullptr) {
+    if (change <= entry->change) return absl::OkStatus();
+    absl::StatusOr<PropertySet> now = PropertySet::Decode(*entry->bytes, defs);
+    if (!now.ok()) return now.status();
+    set = *std::move(now);
+  }
+  if (absl::Status status = set.Set(defs, name, std::move(value)); !status.ok()) return status;
+  const KeptRecord* entry = Find(id);
+  Put({id, change, std::make_shared<const std::vector<std::uint8_t>>(set.Encode()),
+       entry == nullptr ? game::GameRecord() : entry->game});
+  return absl::OkStatus();
+}
+
+void RecordTable::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) {
+  const KeptRecord* entry = Find(id);
+  std::vector<std::uint8_t> bytes = changed.Encode();
+  if (entry == nullptr && bytes.empty() && record.empty()) return;
+  const bool same_properties = entry != nullptr && *entry->bytes == bytes;
+  if (same_properties && entry->game == record) return;
+  // Who is told of properties knows the same ones by their address.
+  Put({id, entry == nullptr ? 0 : entry->change,
+       same_properties ? entry->bytes : std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), record});
+}
+
+void RecordTable::ClearPushes() {
+  const std::vector<BodyId> pushed(pushed_.begin(), pushed_.end());
+  for (const BodyId id : pushed) {
+    KeptRecord entry = *Find(id);
+    entry.game.push_ns = entry.game.push_nms = Vec3f();
+    Put(std::move(entry));
+  }
+}
+
+void RecordTable::Adopt(BodyId id, const CarriedRecord& record) {
+  if (record.empty()) return Release(id);
+  Put({id, record.change, std::make_shared<const std::vector<std::uint8_t>>(record.bytes), record.game});
+}
+
+void RecordTable::Put(KeptRecord entry) {
+  const BodyId id = entry.body;
+  if (keep_news_) news_.push_back(id);
+  const auto at = std::lower_bound(all_.begin(), all_.end(), id, kRecordBefore);
+  const bool known = at != all_.end() && at->body == id;
+  if (known && at->game.next_due()) due_.erase({*at->game.next_due(), id});
+  if (entry.game.next_due()) due_.emplace(*entry.game.next_due(), id);
+  if (entry.game.pushes()) {
+    pushed_.insert(id);
+  } else {
+    pushed_.erase(id);
+  }
+  if (known) {
+    *at = std::move(entry);
+  } else {
+    all_.insert(at, std::move(entry));
+  }
+}
+
+void RecordTable::Release(BodyId id) {
+  const KeptRecord* entry = Find(id);
+  if (entry == nullptr) return;
+  if (entry->game.next_due()) due_.erase({*entry->game.next_due(), id});
+  pushed_.erase(id);
+  all_.erase(all_.begin() + (entry - all_.data()));
+}
+
+void RecordTable::KeepNews(bool on) {
+  keep_news_ = on;
+  news_.clear();
+}
+
+std::vector<KeptRecord> RecordTable::TakeNews() {
+  std::sort(news_.begin(), news_.end());
+  news_.erase(std::unique(news_.begin(), news_.end()), news_.end());
+  std::vector<KeptRecord> news;
+  news.reserve(news_.size());
+  for (const BodyId id : news_) {
+    if (const KeptRecord* entry = Find(id); entry != nullptr) news.push_back(*entry);
+  }
+  news_.clear();
+  return news;
+}
+
+void RecordTable::Validate() const {
+  assert(Ascends(all_, &KeptRecord::body));
+  assert(due_.size() == static_cast<std::size_t>(std::ranges::count_if(
+                            all_, [](const KeptRecord& entry) { return entry.game.next_due().has_value(); })));
+  assert(pushed_.size() == static_cast<std::size_t>(std::ranges::count_if(
+                               all_, [](const KeptRecord& entry) { return entry.game.pushes(); })));
+}
+
+}  // namespace tessera::region

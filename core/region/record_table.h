@@ -1,0 +1,95 @@
+// RecordTable: what the bodies that a region owns have beside their states: changed properties, and what a game keeps
+// with them.
+//
+// Only bodies that have something have a place here, so a world without properties and without a game pays nothing.
+// Changes that are ordered from outside are numbered by whoever orders them, and the number of a body's last one goes
+// wherever the body goes: one that is ordered again, after a handover or a death, is applied once, and none comes after
+// a later one. What a game changes has no number; its region commits it.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/game/record.h"
+#include "core/world/ids.h"
+#include "core/world/properties.h"
+
+namespace tessera::region {
+
+class Catalog;
+
+// As a body takes it along: in a grant, in the log, in a saved state.
+struct CarriedRecord {
+  std::uint64_t change = 0;  // number of the last ordered change; 0: none
+  std::vector<std::uint8_t>
+      bytes;  // PropertySet::Encode of what differs from what the scene gives the body, or nothing
+  game::GameRecord game = {};
+  bool empty() const { return change == 0 && bytes.empty() && game.empty(); }
+  friend bool operator==(const CarriedRecord&, const CarriedRecord&) = default;
+};
+// INVALID_ARGUMENT "body 7: properties: not declared", "... truncated", "body 7: timers: out of order" and so on.
+absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& catalog);
+
+// The same, of a body that is owned here. Bytes never change: another change makes others.
+struct KeptRecord {
+  BodyId body;
+  std::uint64_t change = 0;
+  std::shared_ptr<const std::vector<std::uint8_t>> bytes;  // none changed: empty
+  game::GameRecord game = {};
+};
+CarriedRecord CarriedFrom(const KeptRecord& record);
+
+class RecordTable {
+ public:
+  // Ascending by body.
+  std::span<const KeptRecord> all() const { return all_; }
+  const KeptRecord* Find(BodyId id) const;
+  // What the body takes along; empty if it has nothing.
+  CarriedRecord Of(BodyId id) const;
+  // Bodies with a timer that is due by `tick`, ascending.
+  std::vector<BodyId> DueBy(Tick tick) const;
+  // Bodies that a game pushes in the next step, ascending, with what pushes them.
+  struct Push {
+    BodyId body;
+    Vec3f push_ns, push_nms;
+  };
+  std::vector<Push> Pushes() const;
+
+  // Sets one of the properties that the scene declares. Errors: as PropertySet::Set. A change whose number is not above
+  // the last one's of that body does nothing. Requires `change` > 0.
+  absl::Status Set(BodyId id, std::span<const PropertyDef> defs, std::string_view name, PropertyValue value,
+                   std::uint64_t change);
+  // What a game leaves of an owned body's.
+  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record);
+  // The pushes have acted.
+  void ClearPushes();
+  // A body that is owned here from now on, and one that is not any more. What is carried is sound.
+  void Adopt(BodyId id, const CarriedRecord& record);
+  void Release(BodyId id);
+
+  // Notes for the log which are new, from now on or no more.
+  void KeepNews(bool on);
+  // Those that were changed or adopted since the last call, ascending.
+  std::vector<KeptRecord> TakeNews();
+
+  void Validate() const;
+
+ private:
+  void Put(KeptRecord entry);
+
+  std::vector<KeptRecord> all_;
+  std::set<std::pair<Tick, BodyId>> due_;  // of each body the first timer; written with all_
+  std::set<BodyId> pushed_;                // written with all_
+  bool keep_news_ = false;
+  std::vector<BodyId> news_;
+};
+
+}  // namespace tessera::region

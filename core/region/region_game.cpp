@@ -1,0 +1,49 @@
+#include "core/region/region_game.h"
+
+#include "game_sdk/api/api.h"
+
+namespace tessera::region {
+namespace {
+
+std::uint32_t CallbackOf(const physics::PairEvent& event) {
+  if (event.trigger) return event.begin ? game::kOnBodyEntered : game::kOnBodyLeft;
+  return event.begin ? game::kOnBodyContact : game::kOnBodyContactEnded;
+}
+
+}  // namespace
+
+void RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events) {
+  if (host_ == nullptr) return;
+  std::vector<game::GameEvent> called;
+  called.reserve(2 * events.size());
+  for (const physics::PairEvent& event : events) {
+    called.push_back({CallbackOf(event), event.body_a, event.body_b});
+    called.push_back({CallbackOf(event), event.body_b, event.body_a});
+  }
+  host_->Run(tick, called, *this);
+}
+
+const BodyDef* RegionGame::Find(BodyId id) const {
+  const std::ptrdiff_t place = bodies_.PlaceOf(id);
+  if (place >= 0) return &bodies_.DefAt(static_cast<std::size_t>(place));
+  const BodyDef* def = catalog_.Find(id);
+  return def != nullptr && def->motion == Motion::kStatic ? def : nullptr;
+}
+
+void RegionGame::ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const {
+  for (const OwnedBody& body : bodies_.owned()) visit(body.def->id, *body.def);
+}
+
+// Of a neighbour's body only its owner knows what was changed.
+PropertySet RegionGame::ChangedOf(BodyId id) const {
+  const KeptRecord* record = records_.Find(id);
+  if (record == nullptr || record->bytes->empty()) return {};
+  return PropertySet::Decode(*record->bytes, scene().properties).value_or(PropertySet());
+}
+
+game::GameRecord RegionGame::RecordOf(BodyId id) const {
+  const KeptRecord* record = records_.Find(id);
+  return record == nullptr ? game::GameRecord() : record->game;
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,202 @@
+// A game in two regions: a ball flies from one to the other, and what the game keeps with it goes along.
+#include "core/region/region_game.h"
+
+#include <gmock/gmock.h>
+
+#include "core/game/testing/scripted_game.h"
+#include "core/region/log.h"
+#include "core/region/region.h"
+#include "core/region/region_state.h"
+#include "core/region/testing/small_world.h"
+#include "game_sdk/api/api.h"
+
+namespace tessera::region {
+namespace {
+
+using game::GameCalls;
+using game::GameHost;
+using game::GameValue;
+using game::ScriptedGame;
+using Arguments = ScriptedGame::Arguments;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr BodyId kGameBall{1};
+
+class RegionGameTest : public ::testing::Test {
+ protected:
+  // A ball of 1 kg without gravity at `x`, with `speed` towards region 2, and a second one of no kind.
+  void Begin(double x, double speed, Vec3d second = {8, 0, 8}) {
+    Scene scene = Balls({{x, 0, 0}, second});
+    scene.kinds = {"", "ball"};
+    scene.bodies[0].kind = 1;
+    scene.bodies[0].initial.linear_velocity = {static_cast<float>(speed), 0, 0};
+    scene.bodies[0].may_sleep = false;
+    scene.properties = {{"hits", std::int64_t{0}}};
+    scene_ = std::make_shared<const Scene>(std::move(scene));
+    module_ = game.module();
+    one = Make(kOne, nullptr);
+    two = Make(kTwo, nullptr);
+    Send(kOne, one->Start());
+    Send(kTwo, two->Start());
+  }
+  std::unique_ptr<Region> Make(RegionId self, std::shared_ptr<const RegionState> initial) {
+    auto host = GameHost::Load(module_, {"game.lua", "fine"}, scene_);
+    EXPECT_TRUE(host.ok()) << host.status();
+    Config config{self, Incarnation(1), scene_, *MakeGridMap(scene_->ground(), 2), {}, std::move(initial)};
+    config.game = *std::move(host);
+    hosts_.push_back(config.game);
+    return std::make_unique<Region>(std::move(config));
+  }
+  void Send(RegionId from, const std::vector<OutgoingFrame>& frames) {
+    for (const OutgoingFrame& frame : frames) {
+      const absl::Status status = (from == kOne ? two : one)->Receive(from, frame.bytes);
+      EXPECT_TRUE(status.ok()) << status;
+    }
+  }
+  void Step() {
+    ASSERT_TRUE(one->CanStep() && two->CanStep());
+    if (renew) {
+      for (const auto& host : hosts_) ASSERT_TRUE(host->Renew().ok());
+    }
+    const StepResult first = one->Step(), second = two->Step();
+    Send(kOne, first.frames);
+    Send(kTwo, second.frames);
+    EXPECT_FALSE(one->Owns(kGameBall) && two->Owns(kGameBall));
+  }
+  void StepTo(std::uint64_t tick) {
+    while (one->tick().value() < tick) ASSERT_NO_FATAL_FAILURE(Step());
+  }
+  const Region& owner() const { return one->Owns(kGameBall) ? *one : *two; }
+  PropertyValue Hits() const {
+    const KeptRecord* record = owner().records().Find(kGameBall);
+    const PropertySet changed =
+        record == nullptr ? PropertySet() : PropertySet::Decode(*record->bytes, scene_->properties).value();
+    return *ValueOf(scene_->properties, {}, changed, "hits");
+  }
+
+  ScriptedGame game;
+  bool renew = false;  // the game's code is loaded anew before each tick
+  std::unique_ptr<Region> one, two;
+
+ private:
+  std::shared_ptr<const Scene> scene_;
+  tessera_game_module module_{};
+  std::vector<std::shared_ptr<GameHost>> hosts_;
+};
+
+TEST_F(RegionGameTest, APushActsInTheNextTickAndANeighbourStepsTheBodyAlike) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    if (calls.result().as.whole != 3) return true;
+    return calls.Call(game::kBodyImpulse, {kGameBall, Vec3d{0, 3, 0}, Vec3d{0, 0, 0.1}});
+  });
+  Begin(-0.6, 0);
+  StepTo(3);
+  EXPECT_EQ(one->world().StateOf(kGameBall).linear_velocity, Vec3f());
+  Step();
+  EXPECT_NEAR(one->world().StateOf(kGameBall).linear_velocity.y, 3, 1e-6);
+  EXPECT_NE(one->world().StateOf(kGameBall).angular_velocity, Vec3f());
+  ASSERT_TRUE(two->world().Has(kGameBall)) << "a ghost there";
+  EXPECT_EQ(two->world().StateOf(kGameBall).position, one->world().StateOf(kGameBall).position);
+  EXPECT_EQ(two->world().StateOf(kGameBall).linear_velocity, one->world().StateOf(kGameBall).linear_velocity);
+  EXPECT_EQ(two->world().StateOf(kGameBall).angular_velocity, one->world().StateOf(kGameBall).angular_velocity);
+  StepTo(20);
+  EXPECT_NEAR(one->world().StateOf(kGameBall).linear_velocity.y, 3, 1e-6) << "once";
+}
+
+// Whichever region owns the ball in a tick pushes it, also in those around its handover.
+TEST_F(RegionGameTest, EveryPushActsOnceAlsoInAHandover) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    return calls.Call(game::kBodyImpulse, {kGameBall, Vec3d{0, 0.01, 0}});
+  });
+  Begin(-0.4, 6);
+  StepTo(61);
+  EXPECT_TRUE(two->Owns(kGameBall));
+  EXPECT_NEAR(owner().world().StateOf(kGameBall).linear_velocity.y, 0.6, 1e-5);
+}
+
+TEST_F(RegionGameTest, TimersAndPropertiesGoWithTheBody) {
+  std::vector<std::int64_t> called;
+  const auto started = [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    if (calls.result().as.whole != 1) return true;
+    return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), std::int64_t{7}}) &&
+           calls.Call(game::kBodyAfter, {kGameBall, std::int64_t{50}, std::string("late")});
+  };
+  game.On(game::kOnBodyTick, "ball", started);
+  game.On(game::kOnBodyTimer, "ball", [&](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    called.push_back(calls.result().as.whole);
+    return true;
+  });
+  Begin(-0.4, 6);
+  StepTo(40);
+  ASSERT_TRUE(two->Owns(kGameBall));
+  EXPECT_EQ(Hits(), PropertyValue(std::int64_t{7}));
+  EXPECT_THAT(called, IsEmpty());
+  StepTo(70);
+  EXPECT_THAT(called, ElementsAre(51));
+}
+
+TEST_F(RegionGameTest, ASavedStateHasThemToo) {
+  int called = 0;
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    if (calls.result().as.whole != 5) return true;
+    return calls.Call(game::kBodyAfter, {kGameBall, std::int64_t{10}, std::string("late")}) &&
+           calls.Call(game::kBodyImpulse, {kGameBall, Vec3d{0, 3, 0}});
+  });
+  game.On(game::kOnBodyTimer, "ball", [&](GameCalls&, Arguments) { return ++called > 0; });
+  Begin(-5, 0);
+  StepTo(5);
+  const auto state = DecodeState(one->SaveState(), one->catalog());
+  ASSERT_TRUE(state.ok()) << state.status();
+  ASSERT_THAT(state->records, SizeIs(1));
+  EXPECT_THAT(state->records.at(kGameBall).game.timers, SizeIs(1));
+  one = Make(kOne, std::make_shared<const RegionState>(*state));
+  two = Make(kTwo, std::make_shared<const RegionState>(*DecodeState(two->SaveState(), two->catalog())));
+  Send(kOne, one->Start());
+  Send(kTwo, two->Start());
+  Step();
+  EXPECT_NEAR(one->world().StateOf(kGameBall).linear_velocity.y, 3, 1e-6);
+  StepTo(20);
+  EXPECT_EQ(called, 1);
+}
+
+TEST_F(RegionGameTest, ATouchIsToldToTheKindThatAsksForIt) {
+  std::vector<std::uint64_t> others;
+  game.On(game::kOnBodyContact, "ball", [&](GameCalls& calls, Arguments arguments) {
+    EXPECT_EQ(arguments[0].as.id, kGameBall.value());
+    others.push_back(arguments[1].as.id);
+    return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), static_cast<std::int64_t>(others.size())});
+  });
+  Begin(2, 6, {4, 0, 0});
+  StepTo(60);
+  EXPECT_THAT(others, ElementsAre(2));
+  EXPECT_EQ(Hits(), PropertyValue(std::int64_t{1}));
+}
+
+// What counts is in records: loading the game's code anew between ticks changes nothing.
+TEST_F(RegionGameTest, TheGamesOwnMemoryIsNothingThatCounts) {
+  const auto play = [this] {
+    game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+      EXPECT_TRUE(calls.Call(game::kWorldRandom, {}));
+      const double up = calls.result().as.real - 0.5;
+      return calls.Call(game::kBodyImpulse, {kGameBall, Vec3d{0, up, 0}});
+    });
+    Begin(-0.4, 6);
+    StepTo(50);
+    return owner().world().StateOf(kGameBall);
+  };
+  const BodyState once = play();
+  renew = true;
+  const BodyState again = play();
+  EXPECT_EQ(again.position, once.position);
+  EXPECT_EQ(again.linear_velocity, once.linear_velocity);
+  EXPECT_NE(once.linear_velocity.y, 0);
+}
+
+}  // namespace
+}  // namespace tessera::region

@@ -1,0 +1,104 @@
+// The table of what game code may call and what it is called with. From it come the checks of arguments, the Lua
+// functions, the documents (docs/games.md) and the annotations of editors; nothing else lists them.
+//
+//   const Function* impulse = FindFunction(Receiver::kBody, "impulse");
+//
+// Numbers never change and are never used again: native modules are compiled with them.
+//
+// Thread rule: constants.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "game_sdk/include/tessera/game.h"
+
+namespace tessera::game {
+
+// Sets of tessera_game_type.
+using Types = std::uint32_t;
+constexpr Types TypeBit(tessera_game_type type) { return Types{1} << static_cast<unsigned>(type); }
+
+inline constexpr Types kNothingType = TypeBit(TESSERA_GAME_NOTHING), kFlagType = TypeBit(TESSERA_GAME_FLAG),
+                       kWholeType = TypeBit(TESSERA_GAME_WHOLE), kRealType = TypeBit(TESSERA_GAME_REAL),
+                       kTextType = TypeBit(TESSERA_GAME_TEXT), kVectorType = TypeBit(TESSERA_GAME_VECTOR),
+                       kRotationType = TypeBit(TESSERA_GAME_ROTATION), kBodyType = TypeBit(TESSERA_GAME_BODY),
+                       kPlayerType = TypeBit(TESSERA_GAME_PLAYER), kFieldsType = TypeBit(TESSERA_GAME_FIELDS);
+// What a property holds.
+inline constexpr Types kPropertyType = kFlagType | kWholeType | kRealType | kTextType;
+
+struct Parameter {
+  std::string_view name;
+  Types types;  // a whole number is taken where a real one is asked for
+  std::string_view doc;
+  bool optional = false;  // optional ones come last
+};
+
+// Whom a function belongs to, and whom a callback is about: for bodies and players that is the first argument, which
+// `parameters` leaves out.
+enum class Receiver : std::uint8_t { kWorld, kBody, kPlayer };
+
+struct Function {
+  std::uint32_t number;
+  Receiver receiver;
+  std::string_view name;
+  std::span<const Parameter> parameters;
+  Types result;
+  std::string_view doc;
+};
+
+struct Callback {
+  std::uint32_t number;
+  Receiver receiver;
+  std::string_view name;
+  std::span<const Parameter> parameters;
+  std::string_view doc;
+};
+
+enum FunctionNumber : std::uint32_t {
+  kWorldTick = 1,
+  kWorldTickRate = 2,
+  kWorldRandom = 3,
+  kWorldLog = 4,
+  kBodyIsHere = 32,
+  kBodyIsOwn = 33,
+  kBodyKind = 34,
+  kBodyPosition = 35,
+  kBodyRotation = 36,
+  kBodyVelocity = 37,
+  kBodySpin = 38,
+  kBodyMass = 39,
+  kBodyPlayer = 40,
+  kBodyGet = 41,
+  kBodySet = 42,
+  kBodyImpulse = 43,
+  kBodySetVelocity = 44,
+  kBodyAfter = 45,
+  kBodyCancel = 46,
+};
+
+enum CallbackNumber : std::uint32_t {
+  kOnTick = 1,
+  kOnBodyTick = 32,
+  kOnBodyContact = 33,
+  kOnBodyContactEnded = 34,
+  kOnBodyEntered = 35,
+  kOnBodyLeft = 36,
+  kOnBodyTimer = 37,
+};
+
+// Ascending by number.
+std::span<const Function> Functions();
+std::span<const Callback> Callbacks();
+
+const Function* FindFunction(Receiver receiver, std::string_view name);
+const Function* FindFunction(std::uint32_t number);
+const Callback* FindCallback(Receiver receiver, std::string_view name);
+const Callback* FindCallback(std::uint32_t number);
+
+// "a body", "a whole number or a text": a set of types as errors and documents name it.
+std::string_view TypeName(tessera_game_type type);
+
+}  // namespace tessera::game
