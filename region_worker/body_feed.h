@@ -36,7 +36,7 @@ class BodyFeed {
   void AddProperties(std::span<const region::KeptRecord> properties);
 
   std::vector<Pushed> pushed_;                            // ascending by id
-  std::vector<region::KeptRecord> properties_;     // as pushed, ascending by body
+  std::vector<region::KeptRecord> properties_;            // as pushed, ascending by body
   std::vector<replication::DepartureRecord> departures_;  // since the last push
   // Scratch of Push, kept for its memory.
   std::vector<Pushed> pushing_;

@@ -143,7 +143,7 @@ void GameHost::RunBodyTicks(GameWorld& world) {
     if (def.kind != 0 && HandlerOf(kOnBodyTick, def.kind).there) ticked.emplace_back(id, def.kind);
   });
   const auto from = std::ranges::lower_bound(ticked, next_ticked_, {}, [](const auto& entry) { return entry.first; });
-  std::ranges::rotate(ticked, from);
+  std::rotate(ticked.begin(), from, ticked.end());
   for (const auto& [id, kind] : ticked) {
     next_ticked_ = id;
     if (Exhausted()) return;

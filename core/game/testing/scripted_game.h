@@ -26,6 +26,7 @@ class GameCalls {
   // Whether the function succeeded; what it returned is in result().
   bool Call(std::uint32_t function, const std::vector<GameValue>& arguments) {
     std::vector<tessera_game_value> values;
+    values.reserve(arguments.size());
     for (const GameValue& argument : arguments) values.push_back(ToInterface(argument));
     return CallRaw(function, values);
   }

@@ -29,7 +29,8 @@ extern "C" {
 
 /* --- Values */
 
-typedef enum tessera_game_type {
+typedef uint32_t tessera_game_type;
+enum {
   TESSERA_GAME_NOTHING = 0,
   TESSERA_GAME_FLAG = 1,     /* whole: 0 or 1 */
   TESSERA_GAME_WHOLE = 2,    /* whole */
@@ -42,7 +43,7 @@ typedef enum tessera_game_type {
   TESSERA_GAME_INSTANCE = 9, /* the world as a whole */
   TESSERA_GAME_LIST = 10,    /* list, count values */
   TESSERA_GAME_FIELDS = 11   /* fields, count of them, names ascending by their bytes */
-} tessera_game_type;
+};
 
 typedef struct tessera_game_field tessera_game_field;
 

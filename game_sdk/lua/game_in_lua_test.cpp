@@ -1,0 +1,139 @@
+// Games in Lua, run by the game host of a region.
+#include <gmock/gmock.h>
+
+#include "core/game/game_host.h"
+#include "core/game/testing/fake_game_world.h"
+#include "game_sdk/api/api.h"
+#include "game_sdk/lua/lua_module.h"
+
+namespace tessera::game {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+class GameInLuaTest : public ::testing::Test {
+ protected:
+  void Load(const std::string& source) {
+    auto loaded = GameHost::Load(*LuaGameModule(), {"game.lua", source}, world.shared_scene(), {}, 3);
+    ASSERT_TRUE(loaded.ok()) << loaded.status();
+    host = *std::move(loaded);
+  }
+  void Run(std::vector<GameEvent> events = {}) { host->Run(++tick, events, world); }
+  void Touch() { Run({{kOnBodyContact, BodyId(1), BodyId(2)}}); }
+  std::vector<std::string> Lines() {
+    std::vector<std::string> lines;
+    for (const GameLine& line : host->TakeLines()) lines.push_back((line.error ? "error: " : "") + line.text);
+    return lines;
+  }
+
+  FakeGameWorld world;
+  std::unique_ptr<GameHost> host;
+  Tick tick;
+};
+
+TEST_F(GameInLuaTest, ACrateThatIsHitLosesHealthAndBreaksLater) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(
+    local DAMAGE = 40
+    kinds.crate = {
+      on_contact = function(self, other)
+        if other:kind() ~= "ball" then return end
+        self.health = self.health - DAMAGE
+        self:impulse(vec(0, 2, 0))
+        if self.health < 50 then self:after(3, "break", { by = other }) end
+      end,
+      on_timer = function(self, name, values)
+        print(name, "by", values.by, self.health)
+      end,
+    })");
+  Touch();
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{60}));
+  EXPECT_THAT(world.record(1).timers, IsEmpty());
+  EXPECT_EQ(world.record(1).push_ns, (Vec3f{0, 2, 0}));
+  Touch();
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{20}));
+  EXPECT_THAT(world.record(1).timers, SizeIs(1));
+  EXPECT_THAT(Lines(), IsEmpty());
+  for (int i = 0; i < 3; ++i) Run();
+  EXPECT_THAT(Lines(), ElementsAre("break by body 2 20"));
+}
+
+TEST_F(GameInLuaTest, AnErrorNamesFileAndLineAndDiscardsTheCall) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(kinds.crate = {
+      on_contact = function(self, other)
+        self.health = 1
+        self.mana = 2
+      end,
+    })");
+  Touch();
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{100}));
+  const std::vector<std::string> lines = Lines();
+  ASSERT_THAT(lines, SizeIs(1));
+  EXPECT_THAT(lines[0], HasSubstr("error: game.lua:4: "));
+  EXPECT_THAT(lines[0], HasSubstr("mana"));
+}
+
+TEST_F(GameInLuaTest, AnEndlessLoopCostsItsBudgetAndNothingElse) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(kinds.crate = { on_contact = function(self) self.on = true; while true do pcall(error) end end })");
+  Touch();
+  EXPECT_EQ(world.property(1, "on"), PropertyValue(false));
+  EXPECT_THAT(Lines(), ElementsAre(HasSubstr("too much work")));
+  EXPECT_LE(host->statistics().instructions, GameSettings().instructions_per_callback + 1);
+  Touch();
+  EXPECT_EQ(host->statistics().errors, 2U) << "it is called again";
+}
+
+TEST_F(GameInLuaTest, FreshStatesGiveTheSameEffects) {
+  for (std::uint64_t id = 1; id <= 4; ++id) world.Add(id, 1);
+  Load(R"(
+    function on_tick() if world.tick() % 2 == 0 then print("even", world.random()) end end
+    kinds.crate = {
+      on_tick = function(self)
+        local keys = {}
+        for key in pairs({ z = 1, a = 2, [3] = 4 }) do keys[#keys + 1] = tostring(key) end
+        self:impulse(vec(world.random(), math.random(6), #table.concat(keys, ",")))
+        self.heat = world.random()
+      end,
+    })");
+  const auto play = [&](bool renew) {
+    std::vector<std::string> seen;
+    tick = Tick();
+    for (int i = 0; i < 6; ++i) {
+      if (renew) {
+        EXPECT_TRUE(host->Renew().ok());
+      }
+      Run();
+      for (std::uint64_t id = 1; id <= 4; ++id) {
+        const Vec3f push = world.record(id).push_ns;
+        seen.push_back(std::to_string(push.x) + " " + std::to_string(push.y) + " " + std::to_string(push.z) + " " +
+                       std::to_string(std::get<double>(world.property(id, "heat"))));
+        world.Commit(BodyId(id), world.ChangedOf(BodyId(id)), {});
+      }
+      for (const std::string& line : Lines()) seen.push_back(line);
+    }
+    return seen;
+  };
+  const std::vector<std::string> kept = play(false);
+  EXPECT_EQ(play(true), kept);
+  EXPECT_THAT(kept, SizeIs(27));
+}
+
+TEST_F(GameInLuaTest, WhatWouldBeLostIsRefusedAtLoading) {
+  const auto refused = [&](const std::string& source) {
+    return std::string(GameHost::Load(*LuaGameModule(), {"game.lua", source}, world.shared_scene()).status().message());
+  };
+  EXPECT_THAT(refused("local n = 0\nfunction on_tick() n = n + 1 end"), HasSubstr("game.lua:2: `n`"));
+  EXPECT_THAT(refused("kinds.crate = {\n  on_contcat = function() end }"), HasSubstr("did you mean on_contact?"));
+  EXPECT_THAT(refused("function on_tick("), HasSubstr("game.lua:1: "));
+}
+
+}  // namespace
+}  // namespace tessera::game
