@@ -48,8 +48,12 @@ RegionState MakeState() {
   KeptGrant& grant = state.grants[{BodyId(20), Epoch(4)}];
   grant.to = RegionId(2);
   grant.tick = Tick(6);
-  grant.properties = {2, {1, 160, 1}};  // health 80
-  state.properties[BodyId(6)] = {3, {0, 1, 3, 3, 'r', 'e', 'd'}};
+  grant.record = {2, {1, 160, 1}};  // health 80
+  state.records[BodyId(6)] = {3, {0, 1, 3, 3, 'r', 'e', 'd'}};
+  game::GameRecord& game = state.records[BodyId(6)].game;
+  game.last_timer = 4;
+  game.timers.push_back({Tick(90), 4, "open", {}});
+  game.push_ns = {0, 5, 0};
   return state;
 }
 
