@@ -315,7 +315,7 @@ class FakeInstance : public v1::SessionService::Service {
   std::string address;
   // Set before Join, read after: gRPC's threads run in between.
   std::atomic<bool> full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
-  int scenes_fetched = 0, left = 0;
+  std::atomic<int> scenes_fetched = 0, left = 0;
 
  private:
   template <class Request>
