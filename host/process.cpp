@@ -100,7 +100,7 @@ pid_t VforkAndExec(const Launch& launch) {
   return pid;
 }
 
-// What the child reported before it ended; 0 if it runs its program.
+// The child's errno if it could not run its program, else 0.
 int ReadError(int report_fd) {
   int error = 0;
   ssize_t got = 0;

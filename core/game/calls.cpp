@@ -85,19 +85,13 @@ bool Given(Arguments arguments, std::size_t index) {
   return arguments.size() > index && arguments[index].type != TESSERA_GAME_NOTHING;
 }
 
-absl::StatusOr<PropertyValue> PropertyFrom(const tessera_game_value& value) {
-  switch (value.type) {
-    case TESSERA_GAME_FLAG:
-      return value.as.whole != 0;
-    case TESSERA_GAME_WHOLE:
-      return value.as.whole;
-    case TESSERA_GAME_REAL:
-      return value.as.real;
-    case TESSERA_GAME_TEXT:
-      return std::string(TextOf(value));
-    default:
-      return absl::InvalidArgumentError("set: `value` is of no property's type");
-  }
+// An argument of a property's type.
+PropertyValue PropertyFrom(const tessera_game_value& value) {
+  const GameValue given = *FromInterface(value);
+  if (const auto* flag = std::get_if<bool>(&given)) return *flag;
+  if (const auto* whole = std::get_if<std::int64_t>(&given)) return *whole;
+  if (const auto* real = std::get_if<double>(&given)) return *real;
+  return std::get<std::string>(given);
 }
 
 // --- Results
@@ -228,6 +222,11 @@ bool Cancel(GameRecord& record, std::int64_t number) {
   return std::erase_if(record.timers, [&](const GameTimer& timer) { return timer.number == number; }) > 0;
 }
 
+absl::Status NotOwned(const Function& function, BodyId id) {
+  return absl::FailedPreconditionError(
+      absl::StrCat(View(function.name), ": body ", id.value(), " is not owned by this region"));
+}
+
 std::string Declared(const Scene& scene) {
   return scene.properties.empty() ? "none"
                                   : absl::StrJoin(scene.properties, ", ", [](std::string* out, const PropertyDef& def) {
@@ -254,6 +253,8 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
     case kBodyPlayer:
       return IsPlayerBody(id) ? Of(GameValue(PlayerOf(id))) : tessera_game_value{};
     case kBodyGet: {
+      // Its owner alone knows what was changed of them.
+      if (def.motion == Motion::kDynamic && !world.Owns(id)) return NotOwned(function, id);
       const Scene& scene = world.scene();
       const std::optional<PropertyValue> value =
           ValueOf(scene.properties, def.properties, call.transaction.PropertiesOf(id), TextOf(arguments[0]));
@@ -272,15 +273,14 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
   const bool moves = def.motion == Motion::kDynamic;
   switch (function.number) {
     case kBodySet: {
-      absl::StatusOr<PropertyValue> value = PropertyFrom(arguments[1]);
-      if (!value.ok()) return value.status();
+      PropertyValue value = PropertyFrom(arguments[1]);
       const std::string_view name = TextOf(arguments[0]);
       // A whole number is taken for a real one where the property is real.
       const auto declared = std::ranges::find(world.scene().properties, name, &PropertyDef::name);
       if (declared != world.scene().properties.end() && std::holds_alternative<double>(declared->initial)) {
-        if (const auto* whole = std::get_if<std::int64_t>(&*value)) value = static_cast<double>(*whole);
+        if (const auto* whole = std::get_if<std::int64_t>(&value)) value = static_cast<double>(*whole);
       }
-      const absl::Status status = body.properties.Set(world.scene().properties, name, *std::move(value));
+      const absl::Status status = body.properties.Set(world.scene().properties, name, std::move(value));
       if (!status.ok()) return Fault("set", std::string(status.message()));
       return tessera_game_value{};
     }
@@ -334,8 +334,7 @@ absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Funct
   if (!Changes(function.number)) return Read(call, function, id, *def, arguments);
   Transaction::Changes* body = call.transaction.Own(id);
   if (body == nullptr) {
-    return absl::FailedPreconditionError(
-        absl::StrCat(View(function.name), ": body ", id.value(), " is not owned by this region"));
+    return NotOwned(function, id);
   }
   return Change(call, function, id, *def, *body, arguments);
 }

@@ -1,9 +1,8 @@
-// What the functions of the table (game_sdk/api/api.h) do, on a transaction.
+// The functions of the table (game_sdk/api/api.h), carried out on a transaction.
 #pragma once
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
@@ -25,7 +24,7 @@ struct tessera_game_call {
   std::uint64_t instructions = 0;
   std::uint32_t randoms = 0;
   std::string error;
-  // What results point to.
+  // Holds the text that a result points to.
   std::string text;
 };
 

@@ -26,7 +26,6 @@
 #include "absl/status/statusor.h"
 #include "core/game/game_world.h"
 #include "core/game/settings.h"
-#include "core/game/value.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
@@ -84,11 +83,6 @@ class GameHost {
   struct Handler {
     bool there = false, off = false;
     std::uint32_t failures = 0;  // in a row
-  };
-  struct Due {
-    BodyId self;
-    std::string name;
-    GameFields values;
   };
 
   GameHost(const tessera_game_module& module, GameFile file, std::shared_ptr<const Scene> scene, GameSettings settings,

@@ -213,6 +213,7 @@ TEST_F(GameHostTest, WrongArgumentsAreNamed) {
     refused(kBodyImpulse, {BodyId(1), Vec3d{1, 0, 0}, Vec3d{1, 0, 0}, true});
     refused(kBodyImpulse, {BodyId(1), Vec3d{1e9, 0, 0}});
     refused(kBodyImpulse, {BodyId(2), Vec3d{1, 0, 0}});
+    refused(kBodyGet, {BodyId(2), std::string("health")});
     refused(kBodyPosition, {BodyId(77)});
     refused(kBodyPosition, {std::int64_t{1}});
     refused(kBodyGet, {BodyId(1), std::string("mana")});
@@ -225,16 +226,17 @@ TEST_F(GameHostTest, WrongArgumentsAreNamed) {
   });
   Load();
   Run({Contact(1, 2)});
-  EXPECT_THAT(errors, ElementsAre("impulse: `impulse` must be a vector, got a text", "impulse: `impulse` is not finite",
-                                  "impulse: `impulse` is not finite", "impulse: `impulse` is missing",
-                                  "impulse: takes 2 arguments, got 3",
-                                  "impulse: makes a body of 2 kg faster by more than 1000 m/s",
-                                  "impulse: body 2 is not owned by this region", "position: body 77 is not here",
-                                  "position: is called for a body",
-                                  "get: no property \"mana\"; the scene declares: health, name, heat, on",
-                                  HasSubstr("\"health\" is a whole number"), "set: `value` is not finite",
-                                  "after: `ticks` must be 1 to 1000000, got 0", "after: `name` must have 1 to 32 bytes",
-                                  "there is no function 9999"));
+  EXPECT_THAT(
+      errors,
+      ElementsAre("impulse: `impulse` must be a vector, got a text", "impulse: `impulse` is not finite",
+                  "impulse: `impulse` is not finite", "impulse: `impulse` is missing",
+                  "impulse: takes 2 arguments, got 3", "impulse: makes a body of 2 kg faster by more than 1000 m/s",
+                  "impulse: body 2 is not owned by this region", "get: body 2 is not owned by this region",
+                  "position: body 77 is not here", "position: is called for a body",
+                  "get: no property \"mana\"; the scene declares: health, name, heat, on",
+                  HasSubstr("\"health\" is a whole number"), "set: `value` is not finite",
+                  "after: `ticks` must be 1 to 1000000, got 0", "after: `name` must have 1 to 32 bytes",
+                  "there is no function 9999"));
   EXPECT_EQ(host->statistics().errors, 0U) << "the game may go on after a call that was refused";
 }
 

@@ -27,7 +27,7 @@ class GameWorld {
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, ascending.
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
-  // What was changed of a body's properties, as far as it is known here. The body is here.
+  // Properties that were changed of a body that the region owns, or of a static one.
   virtual PropertySet ChangedOf(BodyId id) const = 0;
   virtual GameRecord RecordOf(BodyId id) const = 0;
 

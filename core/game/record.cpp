@@ -54,7 +54,7 @@ GameRecord ReadRecord(ByteReader& in) {
 
 absl::Status CheckRecord(const GameRecord& record) {
   if (record.timers.size() > kMaxTimers) return absl::InvalidArgumentError("timers: more than 16");
-  if (!std::ranges::is_sorted(record.timers, std::less_equal<>(), Order) && record.timers.size() > 1) {
+  if (!std::ranges::is_sorted(record.timers, std::less_equal<>(), Order)) {
     return absl::InvalidArgumentError("timers: out of order");
   }
   for (const GameTimer& timer : record.timers) {

@@ -1,4 +1,4 @@
-// What a game may cost, counted in work and never in time, so that the same game does the same on every host.
+// Limits of what a game may cost, counted in work and never in time, so that the same game does the same on every host.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +20,5 @@ inline constexpr std::size_t kMaxFieldBytes = 256;  // of one event's values, as
 inline constexpr std::size_t kMaxLogLineBytes = 200;
 inline constexpr std::size_t kMaxLogLinesPerTick = 8;
 inline constexpr double kMaxGameSpeed_m_s = 1000;  // that a game sets or makes by an impulse
-inline constexpr double kMaxGameSpin_rad_s = 1000;
 
 }  // namespace tessera::game

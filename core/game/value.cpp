@@ -24,27 +24,6 @@ bool IsFinite(const GameValue& value) {
   return true;
 }
 
-std::optional<GameValue> ValueFrom(const tessera_game_value& value) {
-  switch (value.type) {
-    case TESSERA_GAME_FLAG:
-      return value.as.whole != 0;
-    case TESSERA_GAME_WHOLE:
-      return value.as.whole;
-    case TESSERA_GAME_REAL:
-      return value.as.real;
-    case TESSERA_GAME_TEXT:
-      return std::string(value.as.text, value.count);
-    case TESSERA_GAME_VECTOR:
-      return Vec3d{value.as.vector[0], value.as.vector[1], value.as.vector[2]};
-    case TESSERA_GAME_BODY:
-      return BodyId(value.as.id);
-    case TESSERA_GAME_PLAYER:
-      return PlayerNumber(static_cast<std::uint32_t>(value.as.id));
-    default:
-      return std::nullopt;
-  }
-}
-
 std::string ReadText(ByteReader& in) {
   const auto bytes = in.Block(kMaxFieldBytes);
   return {bytes.begin(), bytes.end()};
@@ -99,7 +78,7 @@ absl::StatusOr<GameFields> FieldsFrom(const tessera_game_value& value) {
     if (name.empty() || name.size() > kMaxFieldNameBytes)
       return FieldFault("", "a name is empty or longer than 63 bytes");
     if (!fields.empty() && fields.back().first >= name) return FieldFault("", "names do not ascend");
-    std::optional<GameValue> kept = ValueFrom(field.value);
+    std::optional<GameValue> kept = FromInterface(field.value);
     if (!kept) return FieldFault(name, "is of a type that cannot be kept");
     if (!IsFinite(*kept)) return FieldFault(name, "is not finite");
     fields.emplace_back(std::move(name), *std::move(kept));
@@ -140,6 +119,27 @@ absl::StatusOr<GameFields> DecodeFields(std::span<const std::uint8_t> bytes) {
   }
   if (!in.ok()) return FieldFault("", in.error());
   return fields;
+}
+
+std::optional<GameValue> FromInterface(const tessera_game_value& value) {
+  switch (value.type) {
+    case TESSERA_GAME_FLAG:
+      return value.as.whole != 0;
+    case TESSERA_GAME_WHOLE:
+      return value.as.whole;
+    case TESSERA_GAME_REAL:
+      return value.as.real;
+    case TESSERA_GAME_TEXT:
+      return std::string(value.as.text, value.count);
+    case TESSERA_GAME_VECTOR:
+      return Vec3d{value.as.vector[0], value.as.vector[1], value.as.vector[2]};
+    case TESSERA_GAME_BODY:
+      return BodyId(value.as.id);
+    case TESSERA_GAME_PLAYER:
+      return PlayerNumber(static_cast<std::uint32_t>(value.as.id));
+    default:
+      return std::nullopt;
+  }
 }
 
 tessera_game_value ToInterface(const GameValue& value) {

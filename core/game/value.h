@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -31,6 +32,8 @@ absl::StatusOr<std::vector<std::uint8_t>> EncodeFields(const GameFields& fields)
 // INVALID_ARGUMENT: "values: truncated", "... of an unknown type", "... names do not ascend", "... is not finite".
 absl::StatusOr<GameFields> DecodeFields(std::span<const std::uint8_t> bytes);
 
+// Nothing for types that are not kept.
+std::optional<GameValue> FromInterface(const tessera_game_value& value);
 // `value` as the interface has it; it points into `value`.
 tessera_game_value ToInterface(const GameValue& value);
 

@@ -77,7 +77,7 @@ void RecordTable::Commit(BodyId id, const PropertySet& changed, const game::Game
   if (entry == nullptr && bytes.empty() && record.empty()) return;
   const bool same_properties = entry != nullptr && *entry->bytes == bytes;
   if (same_properties && entry->game == record) return;
-  // Who is told of properties knows the same ones by their address.
+  // Snapshots tell that properties did not change by the address of their bytes.
   Put({id, entry == nullptr ? 0 : entry->change,
        same_properties ? entry->bytes : std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), record});
 }

@@ -52,7 +52,7 @@ class RecordTable {
   // Ascending by body.
   std::span<const KeptRecord> all() const { return all_; }
   const KeptRecord* Find(BodyId id) const;
-  // What the body takes along; empty if it has nothing.
+  // The record that the body takes along; empty if it has none.
   CarriedRecord Of(BodyId id) const;
   // Bodies with a timer that is due by `tick`, ascending.
   std::vector<BodyId> DueBy(Tick tick) const;
@@ -67,7 +67,7 @@ class RecordTable {
   // the last one's of that body does nothing. Requires `change` > 0.
   absl::Status Set(BodyId id, std::span<const PropertyDef> defs, std::string_view name, PropertyValue value,
                    std::uint64_t change);
-  // What a game leaves of an owned body's.
+  // A call of a game has ended: the body's properties and record as it left them.
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record);
   // The pushes have acted.
   void ClearPushes();

@@ -34,7 +34,7 @@ void RegionGame::ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> vi
   for (const OwnedBody& body : bodies_.owned()) visit(body.def->id, *body.def);
 }
 
-// Of a neighbour's body only its owner knows what was changed.
+// The table holds sound bytes only: what comes from outside is checked by CheckRecord.
 PropertySet RegionGame::ChangedOf(BodyId id) const {
   const KeptRecord* record = records_.Find(id);
   if (record == nullptr || record->bytes->empty()) return {};

@@ -178,7 +178,7 @@ TEST_F(RegionGameTest, ATouchIsToldToTheKindThatAsksForIt) {
   EXPECT_EQ(Hits(), PropertyValue(std::int64_t{1}));
 }
 
-// What counts is in records: loading the game's code anew between ticks changes nothing.
+// Records hold all that counts: loading the game's code anew between ticks changes nothing.
 TEST_F(RegionGameTest, TheGamesOwnMemoryIsNothingThatCounts) {
   const auto play = [this] {
     game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {

@@ -36,7 +36,7 @@ physics::WorldSettings WorldSettingsOf(const Config& config) {
   return settings;
 }
 
-// What a game does in a tick is known to nobody before it.
+// Nobody knows in advance what a game does in a tick.
 RegionSettings SettingsOf(const Config& config) {
   RegionSettings settings = config.settings;
   if (config.game != nullptr) settings.promise_ticks = std::min(settings.promise_ticks, kMaxPromisedWithGame);

@@ -50,7 +50,8 @@ constexpr Function kFunctions[] = {
     {kBodySpin, Receiver::kBody, "spin", {}, kVectorType, "Its angular velocity, rad/s about the axes of the world."},
     {kBodyMass, Receiver::kBody, "mass", {}, kRealType, "kg; 0 for a body that does not move."},
     {kBodyPlayer, Receiver::kBody, "player", {}, kPlayerType | kNothingType, "The player whose body this is, if any."},
-    {kBodyGet, Receiver::kBody, "get", kNameParameters, kPropertyType, "The value of a property."},
+    {kBodyGet, Receiver::kBody, "get", kNameParameters, kPropertyType,
+     "The value of a property of a body that this region owns, or of one that does not move."},
     {kBodySet, Receiver::kBody, "set", kSetParameters, kNothingType,
      "Sets a property of a body that this region owns. All clients that see the body see it."},
     {kBodyImpulse, Receiver::kBody, "impulse", kImpulseParameters, kNothingType,
@@ -75,7 +76,9 @@ constexpr Callback kCallbacks[] = {
     {kOnTick, Receiver::kWorld, "on_tick", {}, "Once a tick in each region, before the callbacks of bodies."},
     {kOnBodyTick, Receiver::kBody, "on_tick", {}, "Once a tick for each body of this kind."},
     {kOnBodyContact, Receiver::kBody, "on_contact", kContactParameters,
-     "The body began to touch another one. Called for each of the two whose kind asks for it, where it is owned."},
+     "The body began to touch another one. Called for each of the two that the region owns which reports the touch: "
+     "that of the "
+     "body with the lower id."},
     {kOnBodyContactEnded, Receiver::kBody, "on_contact_ended", kContactParameters,
      "The body touches the other one no more; the other may be gone."},
     {kOnBodyEntered, Receiver::kBody, "on_entered", kEnterParameters, "For triggers: a body came to overlap it."},

@@ -26,7 +26,7 @@ inline constexpr Types kNothingType = TypeBit(TESSERA_GAME_NOTHING), kFlagType =
                        kTextType = TypeBit(TESSERA_GAME_TEXT), kVectorType = TypeBit(TESSERA_GAME_VECTOR),
                        kRotationType = TypeBit(TESSERA_GAME_ROTATION), kBodyType = TypeBit(TESSERA_GAME_BODY),
                        kPlayerType = TypeBit(TESSERA_GAME_PLAYER), kFieldsType = TypeBit(TESSERA_GAME_FIELDS);
-// What a property holds.
+// The types of properties.
 inline constexpr Types kPropertyType = kFlagType | kWholeType | kRealType | kTextType;
 
 struct Parameter {
@@ -36,7 +36,7 @@ struct Parameter {
   bool optional = false;  // optional ones come last
 };
 
-// Whom a function belongs to, and whom a callback is about: for bodies and players that is the first argument, which
+// The one that has a function, or that a callback is about: for bodies and players it is the first argument, which
 // `parameters` leaves out.
 enum class Receiver : std::uint8_t { kWorld, kBody, kPlayer };
 

@@ -11,7 +11,7 @@
 namespace tessera::game {
 namespace {
 
-// What lopcodes.h, lobject.h and lundump.h of Lua 5.4 say, none of which is installed.
+// Constants of lopcodes.h, lobject.h and lundump.h of Lua 5.4, none of which is installed.
 constexpr std::uint8_t kVersion = 0x54, kFormat = 0;
 constexpr std::string_view kData = "\x19\x93\r\n\x1a\n";
 constexpr std::size_t kInstructionBytes = 4;

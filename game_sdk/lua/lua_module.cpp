@@ -30,7 +30,7 @@ struct Game {
   LoadedCallbacks callbacks;
 };
 
-// What `Finish` needs.
+// The arguments of `Finish`.
 struct Loading {
   Game* game;
   const std::vector<Prototype>* prototypes;
@@ -122,7 +122,7 @@ int Handles(const void* game, std::uint32_t callback, const char* kind) {
   return static_cast<const Game*>(game)->callbacks.Find(callback, kind) != 0 ? 1 : 0;
 }
 
-// What `RunCallback` needs.
+// The arguments of `RunCallback`.
 struct Running {
   int reference;
   const tessera_game_event* event;

@@ -23,7 +23,7 @@ namespace tessera::game {
 // Why no more code of this call may run.
 enum class End : std::uint8_t { kNone, kWork, kMemory, kDepth, kLongText };
 
-// What userdata game code can have: values of these types, and the state of a loop over `pairs`.
+// Types of the userdata that game code can have: values, and the state of a loop over `pairs`.
 enum UserType : std::uint8_t { kUserVector, kUserRotation, kUserBody, kUserPlayer, kUserLoop, kUserTypes, kUserNone };
 
 class Runtime {

@@ -10,7 +10,7 @@
 
 namespace tessera::game {
 
-// What to do about keys that have no order, such as tables.
+// Says how keys that have no order, such as tables, are treated.
 enum class OtherKeys : std::uint8_t { kRefuse, kSkip };
 
 // Pushes a list of the keys of the table at `index`, a frozen one's too, in their order.

@@ -1,5 +1,5 @@
-// What the solver's passes for single bodies read and write of kernel.h. Apart from it, for what is inline there would
-// be compiled for each instruction set, and the linker keeps one of them.
+// Access to kernel.h's bodies for passes that take them one by one. It stands apart from kernel.h, because an inline
+// function there would be compiled for each instruction set, and the linker keeps one of them.
 #pragma once
 
 #include <cstddef>

@@ -124,7 +124,7 @@ typedef struct tessera_game_module {
   int (*run)(void* game, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error);
 } tessera_game_module;
 
-/* What a native module exports, under this name. */
+/* A native module exports this function, under this name. */
 typedef const tessera_game_module* (*tessera_game_module_1_function)(void);
 
 #ifdef __cplusplus
