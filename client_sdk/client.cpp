@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "client_sdk/client_impl.h"
+#include "core/world/prefab.h"
 
 namespace tessera::client {
 namespace {
@@ -127,6 +128,7 @@ const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bo
 const BodyDef* Client::DefOf(BodyId body) const {
   const Scene& scene = *impl_->session.scene;
   if (IsPlayerBody(body)) return scene.player ? &scene.player->body : nullptr;
+  if (IsSpawned(body)) return PrefabBodyOf(scene, body);
   const auto found = std::lower_bound(scene.bodies.begin(), scene.bodies.end(), body,
                                       [](const BodyDef& def, BodyId wanted) { return def.id < wanted; });
   return found == scene.bodies.end() || found->id != body ? nullptr : &*found;

@@ -162,10 +162,10 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
     own_radius_m_ = Length(box.max - box.min) / 2;
   }
   for (const auto& [id, body] : bodies_) {
-    for (const JointDef* joint : catalog_.JointsOf(id)) {
-      const bool complete = world_->Has(joint->body_a) && (joint->body_b == BodyId() || world_->Has(joint->body_b));
-      if (complete && !world_->HasJoint(joint->id)) world_->AddJoint(*joint);
-    }
+    catalog_.ForEachJoint(id, [this](const JointDef& joint) {
+      const bool complete = world_->Has(joint.body_a) && (joint.body_b == BodyId() || world_->Has(joint.body_b));
+      if (complete && !world_->HasJoint(joint.id)) world_->AddJoint(joint);
+    });
   }
   own_now_ = bodies_.at(own_def_.id).now;
 }

@@ -38,6 +38,29 @@ std::vector<BodyId> Within(const std::vector<BodyId>& ids, const IdRanges& range
   return within;
 }
 
+bool TakeOut(const IdRanges& others, IdRanges& ranges) {
+  IdRanges rest;
+  const auto keep = [&](std::uint64_t first, std::uint64_t last) {
+    rest.Add()->set_first(first);
+    rest.rbegin()->set_last(last);
+  };
+  bool any = false;
+  auto other = others.begin();
+  for (const records::IdRange& range : ranges) {
+    std::uint64_t next = range.first();
+    while (other != others.end() && other->last() < next) ++other;
+    for (; other != others.end() && other->first() <= range.last(); ++other) {
+      any = true;
+      if (next < other->first()) keep(next, other->first() - 1);
+      next = other->last() + 1;
+      if (next > range.last()) break;  // it may reach into the next one
+    }
+    if (next <= range.last()) keep(next, range.last());
+  }
+  ranges = std::move(rest);
+  return any;
+}
+
 bool TakeOut(BodyId id, IdRanges& ranges) {
   const auto at = std::find_if(ranges.begin(), ranges.end(), [&](const auto& range) { return Holds(range, id); });
   if (at == ranges.end()) return false;

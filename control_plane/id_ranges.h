@@ -24,5 +24,7 @@ bool Contains(const IdRanges& ranges, BodyId id);
 std::vector<BodyId> Within(const std::vector<BodyId>& ids, const IdRanges& ranges);
 // Removes the id. False if it is in no range.
 bool TakeOut(BodyId id, IdRanges& ranges);
+// The same for `others`, which ascend as `ranges` do.
+bool TakeOut(const IdRanges& others, IdRanges& ranges);
 
 }  // namespace tessera::control

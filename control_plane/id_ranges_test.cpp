@@ -25,6 +25,17 @@ TEST(IdRangesTest, RunsBecomeOneRangeEach) {
   EXPECT_EQ(ToIds(ranges), Ids({1, 2, 3, 7, 9, 10}));
 }
 
+TEST(IdRangesTest, RunsAreTakenOutAsTheirIdsAre) {
+  const std::vector<BodyId> all = Ids({1, 2, 3, 4, 8, 9, 10, 20});
+  for (const auto& runs : {Ids({}), Ids({2}), Ids({1, 2, 3, 4, 5, 6, 7, 8}), Ids({5, 6}), Ids({3, 9, 20, 21}), all}) {
+    IdRanges at_once = ToRanges(all), one_by_one = at_once;
+    bool any = false;
+    for (const BodyId id : runs) any |= TakeOut(id, one_by_one);
+    EXPECT_EQ(TakeOut(ToRanges(runs), at_once), any);
+    EXPECT_EQ(ToIds(at_once), ToIds(one_by_one));
+  }
+}
+
 TEST(IdRangesTest, TakesOutOfTheMiddleTheEndsAndTheLastOfARange) {
   IdRanges ranges = ToRanges(Ids({1, 2, 3, 4, 8}));
   EXPECT_TRUE(TakeOut(BodyId(2), ranges));

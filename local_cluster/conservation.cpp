@@ -49,8 +49,24 @@ void Conservation::NoteTakenOut(const v1::Instance& instance) {
       taken_out_.insert(BodyId(id));
       changed = true;
     }
+    changed |= NoteRemoved(region.report());
   }
   if (changed) CountFromNow(instance);
+}
+
+// What the game removed is as if it had never been.
+bool Conservation::NoteRemoved(const v1::WorkerReport& report) {
+  bool changed = false;
+  const int runs = std::min(report.removed_first_size(), report.removed_last_size());
+  for (int i = 0; i < runs; ++i) {
+    const auto end = bodies_.upper_bound(BodyId(report.removed_last(i)));
+    for (auto body = bodies_.lower_bound(BodyId(report.removed_first(i))); body != end;) {
+      checksum_ -= region::Mix(*body);
+      body = bodies_.erase(body);
+      changed = true;
+    }
+  }
+  return changed;
 }
 
 void Conservation::Observe(const v1::Instance& instance) {

@@ -3,7 +3,8 @@
 // All regions take a census at the same ticks (core/region/census.h). A tick counts once every region of the map has
 // reported it; then the sums must equal the number of bodies and the checksum of their ids. When the map changes, ticks
 // count again from the first that all of its regions step by it. A body that its owner reports to have taken out of the
-// world, because its state was no longer finite or within limits, is not lost: it is counted as that.
+// world, because its state was no longer finite or within limits, is not lost: it is counted as that. Bodies that the
+// game made are not counted, and those that it removed are not expected any more.
 #pragma once
 
 #include <cstdint>
@@ -51,6 +52,7 @@ class Conservation {
   // False while a new map is not in force everywhere.
   bool FollowMap(const v1::Instance& instance);
   void NoteTakenOut(const v1::Instance& instance);
+  bool NoteRemoved(const v1::WorkerReport& report);
   void CountFromNow(const v1::Instance& instance);
 
   std::set<BodyId> bodies_, taken_out_;  // expected; not any more

@@ -55,6 +55,24 @@ TEST_F(ConservationTest, FindsAllBodiesWhereverTheyAre) {
   EXPECT_EQ(conservation_.result()->duplicated, 0u);
 }
 
+TEST_F(ConservationTest, WhatTheGameRemovedIsNotExpectedAnyMore) {
+  AddCensus(instance_, 1, 60, Ids({1, 2}));
+  AddCensus(instance_, 2, 60, Ids({3}));
+  conservation_.Observe(instance_);
+  v1::WorkerReport& report = *instance_.mutable_region_status(1)->mutable_report();
+  report.set_tick(100);
+  report.add_removed_first(2);
+  report.add_removed_last(3);
+  AddCensus(instance_, 1, 120, Ids({1}));
+  AddCensus(instance_, 2, 120, Ids({}));
+  conservation_.Observe(instance_);
+  ASSERT_TRUE(conservation_.result().has_value());
+  EXPECT_EQ(conservation_.result()->tick, 120u);
+  EXPECT_EQ(conservation_.result()->expected, 1u);
+  EXPECT_EQ(conservation_.result()->lost, 0u);
+  EXPECT_EQ(conservation_.result()->taken_out, 0u);
+}
+
 TEST_F(ConservationTest, CountsLostAndDoubledBodies) {
   AddCensus(instance_, 1, 60, Ids({1}));
   AddCensus(instance_, 2, 60, Ids({2}));

@@ -8,11 +8,13 @@
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
 #include "core/world/proto_math.h"
+#include "core/world/spawned_id.h"
 
 namespace tessera::control {
 namespace {
 
 bool HasBody(const records::Instance& record, BodyId body) {
+  if (IsSpawned(body)) return true;  // which ones there are, the regions know
   if (!IsPlayerBody(body)) return Contains(record.bodies(), body);
   return std::any_of(record.players().begin(), record.players().end(), [&](const v1::Player& player) {
     return PlayerBodyId(PlayerNumber(player.number())) == body && !player.left();

@@ -51,6 +51,20 @@ std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport&
   return OneLine(text, kMaxReasonBytes);
 }
 
+// Of what a worker says to have removed; nothing if it does not ascend.
+IdRanges RemovedBy(const v1::WorkerReport& report) {
+  IdRanges ranges;
+  if (report.removed_first_size() != report.removed_last_size()) return ranges;
+  std::uint64_t last = 0;
+  for (int i = 0; i < report.removed_first_size(); ++i) {
+    if (report.removed_first(i) <= last || report.removed_last(i) < report.removed_first(i)) return {};
+    last = report.removed_last(i);
+    ranges.Add()->set_first(report.removed_first(i));
+    ranges.rbegin()->set_last(last);
+  }
+  return ranges;
+}
+
 }  // namespace
 
 std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, const v1::WorkerReport& report,
@@ -78,13 +92,14 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   return Taken{instance, std::move(before)};
 }
 
-// A failover does not look for bodies that became non-finite. One whose worker dies before it reported them counts as
-// lost.
+// A failover does not look for bodies that became non-finite, or that the game removed. One whose worker dies before it
+// reported them counts as lost, unless its standby has it that the game removed them.
 void WorkerReports::StoreTakenOut(InstanceEntry& instance, const v1::WorkerReport& report) {
-  if (report.nonfinite_ids().empty()) return;
+  if (report.nonfinite_ids().empty() && report.removed_first().empty()) return;
   records::Instance next = instance.record;
   bool any = false;
   for (const std::uint64_t id : report.nonfinite_ids()) any |= TakeOut(BodyId(id), *next.mutable_bodies());
+  any |= TakeOut(RemovedBy(report), *next.mutable_bodies());
   if (!any) return;
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) {
     LogTrouble(state_, instance, "bodies taken out cannot be stored for now", status);

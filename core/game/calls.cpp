@@ -8,6 +8,8 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/world/limits.h"
+#include "core/world/prefab.h"
 #include "core/world/state_check.h"
 #include "game_sdk/api/api.h"
 
@@ -85,6 +87,45 @@ bool Given(Arguments arguments, std::size_t index) {
   return arguments.size() > index && arguments[index].type != TESSERA_GAME_NOTHING;
 }
 
+// The table of options that a function takes: each is taken by its name, and what is left over has none.
+class Options {
+ public:
+  Options(std::string_view function, Arguments arguments, std::size_t index) : function_(function) {
+    if (Given(arguments, index)) fields_ = {arguments[index].as.fields, arguments[index].count};
+  }
+
+  // The option of this name, if it is given and of one of these types; status() says otherwise.
+  const tessera_game_value* Take(std::string_view name, Types types) {
+    names_.push_back(View(name));
+    const auto field = std::ranges::find_if(
+        fields_, [&](const tessera_game_field& one) { return std::string_view(one.name, one.name_bytes) == name; });
+    if (field == fields_.end()) return nullptr;
+    ++taken_;
+    const Function asked{0, Receiver::kWorld, function_, {}, 0, {}};
+    const absl::Status status = CheckOne(asked, {name, types, {}}, field->value);
+    if (status_.ok()) status_ = status;
+    return status.ok() ? &field->value : nullptr;
+  }
+  // Once all have been taken.
+  absl::Status status() const {
+    if (!status_.ok() || taken_ == fields_.size()) return status_;
+    for (const tessera_game_field& field : fields_) {
+      const absl::string_view name(field.name, std::min<std::size_t>(field.name_bytes, 63));
+      if (std::ranges::find(names_, name) != names_.end()) continue;
+      return Fault(function_,
+                   absl::StrCat("there is no option `", name, "`; there are: ", absl::StrJoin(names_, ", ")));
+    }
+    return status_;
+  }
+
+ private:
+  const std::string_view function_;
+  std::span<const tessera_game_field> fields_;
+  std::vector<absl::string_view> names_;
+  std::size_t taken_ = 0;
+  absl::Status status_;
+};
+
 // An argument of a property's type.
 PropertyValue PropertyFrom(const tessera_game_value& value) {
   const GameValue given = *FromInterface(value);
@@ -149,8 +190,86 @@ double Random(tessera_game_call& call) {
   return static_cast<double>(bits >> 11) * 0x1p-53;
 }
 
+absl::Status Outside(std::string_view function, Vec3d place) {
+  return Fault(function, absl::StrCat("(", place.x, ", ", place.y, ", ", place.z, ") is outside the scene's bounds"));
+}
+
+// The tick at which something so many ticks from now is due.
+absl::StatusOr<Tick> TicksAhead(std::string_view function, std::string_view name, Tick now, std::int64_t ticks) {
+  if (ticks >= 1 && ticks <= kMaxTimerTicks) return now + static_cast<std::uint64_t>(ticks);
+  return Fault(function, absl::StrCat("`", View(name), "` must be 1 to ", kMaxTimerTicks, ", got ", ticks));
+}
+
+// Where and how fast, and when it expires; 0: never.
+struct SpawnOrder {
+  SpawnMotion motion;
+  Tick expires;
+};
+
+absl::StatusOr<SpawnOrder> SpawnOrderFrom(const tessera_game_call& call, Arguments arguments) {
+  SpawnOrder order;
+  Options options("spawn", arguments, 2);
+  order.motion.position = VectorOf(arguments[1]);
+  if (!call.transaction.world().scene().bounds.Contains(order.motion.position)) {
+    return Outside("spawn", order.motion.position);
+  }
+  if (const auto* rotation = options.Take("rotation", kRotationType)) {
+    const double* q = rotation->as.rotation;
+    const Quatd given{q[0], q[1], q[2], q[3]};
+    if (std::abs(Length(given) - 1) > kUnitTolerance) return Fault("spawn", "`rotation` is not of length 1");
+    order.motion.rotation = Normalized(given);
+  }
+  if (const auto* velocity = options.Take("velocity", kVectorType)) {
+    order.motion.velocity_m_s = VectorOf(*velocity);
+    if (Length(order.motion.velocity_m_s) > kMaxGameSpeed_m_s) {
+      return Fault("spawn", absl::StrCat("`velocity` is above ", kMaxGameSpeed_m_s, " m/s"));
+    }
+  }
+  if (const auto* spin = options.Take("spin", kVectorType)) {
+    order.motion.spin_rad_s = VectorOf(*spin);
+    if (Length(order.motion.spin_rad_s) > kMaxAngularSpeed_rad_s) {
+      return Fault("spawn", absl::StrCat("`spin` is above ", kMaxAngularSpeed_rad_s, " rad/s"));
+    }
+  }
+  if (const auto* ticks = options.Take("expire_after", kWholeType)) {
+    const auto expires = TicksAhead("spawn", "expire_after", call.tick, ticks->as.whole);
+    if (!expires.ok()) return expires.status();
+    order.expires = *expires;
+  }
+  if (absl::Status status = options.status(); !status.ok()) return status;
+  return order;
+}
+
+std::string PrefabNames(const Scene& scene) {
+  return scene.prefabs.empty() ? "none"
+                               : absl::StrJoin(scene.prefabs, ", ", [](std::string* out, const Prefab& prefab) {
+                                   out->append(prefab.name);
+                                 });
+}
+
+absl::StatusOr<tessera_game_value> Spawn(tessera_game_call& call, Arguments arguments) {
+  const Scene& scene = call.transaction.world().scene();
+  const std::string_view name = TextOf(arguments[0]);
+  const auto prefab = std::ranges::find(scene.prefabs, name, &Prefab::name);
+  if (prefab == scene.prefabs.end()) {
+    return absl::NotFoundError(
+        absl::StrCat("spawn: no prefab \"", View(name.substr(0, 63)), "\"; the scene has: ", PrefabNames(scene)));
+  }
+  const absl::StatusOr<SpawnOrder> order = SpawnOrderFrom(call, arguments);
+  if (!order.ok()) return order.status();
+  const auto place = static_cast<std::size_t>(prefab - scene.prefabs.begin());
+  const absl::StatusOr<BodyId> first = call.transaction.Spawn(place, order->motion);
+  if (!first.ok()) return absl::Status(first.status().code(), absl::StrCat("spawn: ", first.status().message()));
+  for (std::size_t member = 0; member < prefab->bodies.size(); ++member) {
+    call.transaction.Own(WithMember(*first, member))->record.expires = order->expires;
+  }
+  return Of(GameValue(*first));
+}
+
 absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Function& function, Arguments arguments) {
   switch (function.number) {
+    case kWorldSpawn:
+      return Spawn(call, arguments);
     case kWorldTick:
       return Of(GameValue(static_cast<std::int64_t>(call.tick.value())));
     case kWorldTickRate:
@@ -190,9 +309,8 @@ absl::Status Push(std::string_view function, const BodyDef& def, const BodyState
 absl::StatusOr<std::int64_t> After(tessera_game_call& call, GameRecord& record, Arguments arguments) {
   const std::int64_t ticks = arguments[0].as.whole;
   const std::string_view name = TextOf(arguments[1]);
-  if (ticks < 1 || ticks > kMaxTimerTicks) {
-    return Fault("after", absl::StrCat("`ticks` must be 1 to ", kMaxTimerTicks, ", got ", ticks));
-  }
+  const absl::StatusOr<Tick> due = TicksAhead("after", "ticks", call.tick, ticks);
+  if (!due.ok()) return due.status();
   if (name.empty() || name.size() > kMaxTimerNameBytes) return Fault("after", "`name` must have 1 to 32 bytes");
   if (record.timers.size() >= kMaxTimers) {
     return absl::ResourceExhaustedError(absl::StrCat("after: the body has ", kMaxTimers, " timers already"));
@@ -201,7 +319,7 @@ absl::StatusOr<std::int64_t> After(tessera_game_call& call, GameRecord& record, 
     return absl::ResourceExhaustedError("after: the body has used up the numbers of timers");
   }
   GameTimer timer;
-  timer.due = call.tick + static_cast<std::uint64_t>(ticks);
+  timer.due = *due;
   timer.number = record.last_timer + 1;
   timer.name = std::string(name);
   if (Given(arguments, 2)) {
@@ -236,10 +354,11 @@ std::string Declared(const Scene& scene) {
 
 absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function& function, BodyId id,
                                         const BodyDef& def, Arguments arguments) {
-  const GameWorld& world = call.transaction.world();
+  const Transaction& world = call.transaction;
+  const Scene& scene = world.world().scene();
   switch (function.number) {
     case kBodyKind:
-      return OfText(world.scene().kinds[def.kind]);
+      return OfText(scene.kinds[def.kind]);
     case kBodyPosition:
       return Of(GameValue(world.StateOf(id).position));
     case kBodyRotation:
@@ -248,6 +367,12 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
       return Of(GameValue(Vec3d(world.StateOf(id).linear_velocity)));
     case kBodySpin:
       return Of(GameValue(Vec3d(world.StateOf(id).angular_velocity)));
+    case kBodyMember: {
+      const std::int64_t number = arguments[0].as.whole;
+      const std::size_t members = IsSpawned(id) ? scene.prefabs[PartsOf(id).prefab].bodies.size() : 0;
+      if (number < 1 || static_cast<std::uint64_t>(number) > members) return tessera_game_value{};
+      return Of(GameValue(WithMember(id, static_cast<std::size_t>(number) - 1)));
+    }
     case kBodyMass:
       return Of(GameValue(def.mass_kg));
     case kBodyPlayer:
@@ -255,9 +380,8 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
     case kBodyGet: {
       // Its owner alone knows what was changed of them.
       if (def.motion == Motion::kDynamic && !world.Owns(id)) return NotOwned(function, id);
-      const Scene& scene = world.scene();
       const std::optional<PropertyValue> value =
-          ValueOf(scene.properties, def.properties, call.transaction.PropertiesOf(id), TextOf(arguments[0]));
+          ValueOf(scene.properties, def.properties, world.PropertiesOf(id), TextOf(arguments[0]));
       if (value) return Of(*value, call.text);
       return absl::NotFoundError(
           absl::StrCat("get: no property \"", View(TextOf(arguments[0])), "\"; the scene declares: ", Declared(scene)));
@@ -267,27 +391,47 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
   }
 }
 
+// Removes a body, now or later.
+absl::StatusOr<tessera_game_value> Leave(tessera_game_call& call, const Function& function, BodyId id,
+                                         const BodyDef& def, Transaction::Changes& body, Arguments arguments) {
+  const char* const why_not = def.motion != Motion::kDynamic ? " does not move, and stays"
+                              : IsPlayerBody(id)             ? " is a player's, and stays with the player"
+                                                             : nullptr;
+  if (why_not != nullptr) return Fault(function.name, absl::StrCat("body ", id.value(), why_not));
+  if (function.number == kBodyRemove) {
+    call.transaction.Remove(id);
+  } else if (arguments[0].as.whole == 0) {
+    body.record.expires = Tick();
+  } else {
+    const auto expires = TicksAhead("expire_after", "ticks", call.tick, arguments[0].as.whole);
+    if (!expires.ok()) return expires.status();
+    body.record.expires = *expires;
+  }
+  return tessera_game_value{};
+}
+
 absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Function& function, BodyId id,
                                           const BodyDef& def, Transaction::Changes& body, Arguments arguments) {
-  const GameWorld& world = call.transaction.world();
+  const Transaction& world = call.transaction;
+  const Scene& scene = world.world().scene();
   const bool moves = def.motion == Motion::kDynamic;
   switch (function.number) {
     case kBodySet: {
       PropertyValue value = PropertyFrom(arguments[1]);
       const std::string_view name = TextOf(arguments[0]);
       // A whole number is taken for a real one where the property is real.
-      const auto declared = std::ranges::find(world.scene().properties, name, &PropertyDef::name);
-      if (declared != world.scene().properties.end() && std::holds_alternative<double>(declared->initial)) {
+      const auto declared = std::ranges::find(scene.properties, name, &PropertyDef::name);
+      if (declared != scene.properties.end() && std::holds_alternative<double>(declared->initial)) {
         if (const auto* whole = std::get_if<std::int64_t>(&value)) value = static_cast<double>(*whole);
       }
-      const absl::Status status = body.properties.Set(world.scene().properties, name, std::move(value));
+      const absl::Status status = body.properties.Set(scene.properties, name, std::move(value));
       if (!status.ok()) return Fault("set", std::string(status.message()));
       return tessera_game_value{};
     }
     case kBodyImpulse: {
       if (!moves) return Fault("impulse", absl::StrCat("body ", id.value(), " does not move"));
       const Vec3d point = Given(arguments, 1) ? VectorOf(arguments[1]) : Vec3d();
-      const absl::Status status = Push("impulse", def, world.StateOf(id), world.scene().tick_rate_hz, body.record,
+      const absl::Status status = Push("impulse", def, world.StateOf(id), scene.tick_rate_hz, body.record,
                                        VectorOf(arguments[0]), Given(arguments, 1) ? &point : nullptr);
       if (!status.ok()) return status;
       return tessera_game_value{};
@@ -301,7 +445,7 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
       const BodyState state = world.StateOf(id);
       GameRecord pushed = body.record;
       pushed.push_ns = {};
-      const absl::Status status = Push("set_velocity", def, state, world.scene().tick_rate_hz, pushed,
+      const absl::Status status = Push("set_velocity", def, state, scene.tick_rate_hz, pushed,
                                        (velocity - Vec3d(state.linear_velocity)) * def.mass_kg, nullptr);
       if (!status.ok()) return status;
       body.record.push_ns = pushed.push_ns;
@@ -314,6 +458,9 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
     }
     case kBodyCancel:
       return Of(GameValue(Cancel(body.record, arguments[0].as.whole)));
+    case kBodyRemove:
+    case kBodyExpireAfter:
+      return Leave(call, function, id, def, body, arguments);
     default:
       return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
   }
@@ -321,14 +468,14 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
 
 bool Changes(std::uint32_t function) {
   return function == kBodySet || function == kBodyImpulse || function == kBodySetVelocity || function == kBodyAfter ||
-         function == kBodyCancel;
+         function == kBodyCancel || function == kBodyRemove || function == kBodyExpireAfter;
 }
 
 absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Function& function, BodyId id,
                                             Arguments arguments) {
-  const BodyDef* def = call.transaction.world().Find(id);
+  const BodyDef* def = call.transaction.Find(id);
   if (function.number == kBodyIsHere) return Of(GameValue(def != nullptr));
-  if (function.number == kBodyIsOwn) return Of(GameValue(call.transaction.world().Owns(id)));
+  if (function.number == kBodyIsOwn) return Of(GameValue(call.transaction.Owns(id)));
   if (def == nullptr)
     return absl::NotFoundError(absl::StrCat(View(function.name), ": body ", id.value(), " is not here"));
   if (!Changes(function.number)) return Read(call, function, id, *def, arguments);

@@ -74,6 +74,7 @@ GameHost::Handler& GameHost::HandlerOf(std::uint32_t callback, std::uint16_t kin
 void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& world) {
   tick_ = tick;
   used_ = 0;
+  made_ = 0;
   lines_this_tick_ = 0;
   for (const GameEvent& event : events) {
     if (waiting_.size() < kMaxWaitingEvents) {
@@ -101,9 +102,20 @@ void GameHost::RunEvents(GameWorld& world) {
 
 void GameHost::RunTimers(GameWorld& world) {
   for (const BodyId id : world.DueBy(tick_)) {
-    if (Exhausted()) return;
-    RunTimersOf(id, world);
+    // An earlier body's callback may have removed it.
+    if (!world.Owns(id)) continue;
+    const Tick expires = world.RecordOf(id).expires;
+    if (expires != Tick() && expires <= tick_) {
+      world.Remove(id);
+      ++statistics_.expired;
+    } else if (!Exhausted()) {
+      RunTimersOf(id, world);
+    }
   }
+}
+
+Transaction GameHost::Begin(GameWorld& world) const {
+  return Transaction(world, {settings_.spawns_per_tick - made_, settings_.bodies_per_region});
 }
 
 // Timers that were due when it began; one that a callback sets for now is of the next tick.
@@ -111,7 +123,7 @@ void GameHost::RunTimersOf(BodyId id, GameWorld& world) {
   std::vector<GameTimer> due = world.RecordOf(id).timers;
   std::erase_if(due, [this](const GameTimer& timer) { return timer.due > tick_; });
   for (const GameTimer& timer : due) {
-    if (Exhausted()) return;
+    if (Exhausted() || !world.Owns(id)) return;
     const auto values = DecodeFields(timer.values);
     std::vector<tessera_game_field> fields;
     if (values.ok()) {
@@ -147,6 +159,7 @@ void GameHost::RunBodyTicks(GameWorld& world) {
   for (const auto& [id, kind] : ticked) {
     next_ticked_ = id;
     if (Exhausted()) return;
+    if (!world.Owns(id)) continue;  // another one's callback removed it
     const tessera_game_value self = BodyValue(id);
     Call(world, kOnBodyTick, id, kind, {&self, 1});
   }
@@ -161,10 +174,13 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
 template <class Prepare>
 void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::uint16_t kind,
                     std::span<const tessera_game_value> arguments, const Prepare& prepare) {
-  Transaction transaction(world);
+  Transaction transaction = Begin(world);
   if (!prepare(transaction)) return;
   Handler& handler = HandlerOf(callback, kind);
-  if (!handler.there || handler.off) return transaction.Commit();
+  if (!handler.there || handler.off) {
+    transaction.Commit();
+    return;
+  }
   tessera_game_call call(transaction, tick_, self, seed_, settings_.instructions_per_callback);
   const tessera_game_event event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
                                  arguments.data(), static_cast<std::uint32_t>(arguments.size())};
@@ -176,14 +192,16 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   statistics_.instructions += instructions;
   ++statistics_.calls;
   if (failed) {
-    Transaction nothing(world);
+    Transaction nothing = Begin(world);
     prepare(nothing);
     nothing.Commit();
     NoteFailure(handler, callback, self, kind, error.text[0] == '\0' ? "too much work" : TextOf(error));
     return;
   }
   handler.failures = 0;
-  transaction.Commit();
+  const std::size_t made = transaction.Commit();
+  made_ += made;
+  statistics_.spawned += made;
   for (const std::string& line : transaction.lines()) Say({tick_, self, false, line});
 }
 

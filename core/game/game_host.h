@@ -8,10 +8,10 @@
 // Pure: no file, socket or clock. The game's own state is nothing that counts: Renew() loads it again between any two
 // ticks and the results stay the same; what counts is in properties and records, which the region carries along.
 //
-// Order of a tick: on_tick of the world; contacts and overlaps of the step, as they are given; timers that are due, by
-// body and then by when and in which order they were set; on_tick of bodies, by id. Work is counted in instructions.
-// Where a tick's are used up, contacts wait for the next tick in their order, timers stay due, and on_tick of bodies
-// goes on with the next body in the next tick.
+// Order of a tick: on_tick of the world; contacts and overlaps of the step, as they are given; by body, that it
+// expires, or its timers that are due, by when and in which order they were set; on_tick of bodies, by id. Work is
+// counted in instructions. Where a tick's are used up, contacts wait for the next tick in their order, timers stay due,
+// and on_tick of bodies goes on with the next body in the next tick.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -26,6 +26,7 @@
 #include "absl/status/statusor.h"
 #include "core/game/game_world.h"
 #include "core/game/settings.h"
+#include "core/game/transaction.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
@@ -53,7 +54,8 @@ struct GameLine {
 
 struct GameStatistics {
   std::uint64_t calls = 0, errors = 0, instructions = 0;
-  std::uint64_t dropped_events = 0;  // more waited than kMaxWaitingEvents
+  std::uint64_t spawned = 0, expired = 0;  // bodies
+  std::uint64_t dropped_events = 0;        // more waited than kMaxWaitingEvents
   std::uint64_t dropped_lines = 0;
   std::uint32_t callbacks_off = 0;  // failed too often in a row, and are not called any more
 };
@@ -89,6 +91,7 @@ class GameHost {
            std::uint64_t seed);
   void FindHandlers();
   Handler& HandlerOf(std::uint32_t callback, std::uint16_t kind);
+  Transaction Begin(GameWorld& world) const;
   bool Exhausted() const { return used_ >= settings_.instructions_per_tick; }
 
   void RunEvents(GameWorld& world);
@@ -116,6 +119,7 @@ class GameHost {
 
   Tick tick_;
   std::uint64_t used_ = 0;         // instructions in this tick
+  std::size_t made_ = 0;           // bodies in this tick
   std::deque<GameEvent> waiting_;  // events whose turn has not come
   BodyId next_ticked_;             // on_tick of bodies goes on from here; 0: from the first
   std::size_t lines_this_tick_ = 0;

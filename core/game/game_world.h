@@ -3,8 +3,10 @@
 // Thread rule: one thread at a time.
 #pragma once
 
-#include <span>
+#include <cstddef>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "core/game/record.h"
@@ -23,16 +25,23 @@ class GameWorld {
   // After the last step. The body is here.
   virtual BodyState StateOf(BodyId id) const = 0;
   virtual bool Owns(BodyId id) const = 0;
+  virtual std::size_t OwnedCount() const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
-  // Owned bodies with a timer that is due by `tick`, ascending.
+  // Owned bodies with a timer that is due by `tick`, or that expire by then, ascending.
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
   // Properties that were changed of a body that the region owns, or of a static one.
   virtual PropertySet ChangedOf(BodyId id) const = 0;
   virtual GameRecord RecordOf(BodyId id) const = 0;
+  // The id of the first body of a new one of this prefab; nothing when this region has none left to give.
+  virtual std::optional<BodyId> NextId(std::size_t prefab) = 0;
 
   // Replaces both. The region owns the body.
   virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) = 0;
+  // A body of a prefab, with an id that follows from NextId. The region owns it from now on.
+  virtual void Spawn(BodyId id, const BodyState& state) = 0;
+  // The region owns the body, and it is no player's.
+  virtual void Remove(BodyId id) = 0;
 };
 
 }  // namespace tessera::game

@@ -24,6 +24,7 @@ void Write(ByteWriter& out, const GameRecord& record) {
     out.Block(std::string_view(timer.name));
     out.Block(timer.values);
   }
+  out.Varint(record.expires.value());
   out.U8(record.pushes() ? 1 : 0);
   if (!record.pushes()) return;
   out.V(record.push_ns);
@@ -44,6 +45,7 @@ GameRecord ReadRecord(ByteReader& in) {
     const auto values = in.Block(kMaxFieldBytes);
     timer.values.assign(values.begin(), values.end());
   }
+  record.expires = Tick(in.Varint());
   const std::uint8_t pushes = in.U8();
   if (pushes > 1) in.Fail("unknown flags");
   if (pushes != 1) return record;

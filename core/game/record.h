@@ -1,9 +1,10 @@
-// GameRecord: what a game keeps with a body, beside its properties: the timers that are to come, and what the game
-// pushes it with in the next step. It goes wherever the body goes.
+// GameRecord: what a game keeps with a body, beside its properties: the timers that are to come, when the body expires,
+// and what the game pushes it with in the next step. It goes wherever the body goes.
 //
 // Thread rule: plain values.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,11 +28,16 @@ struct GameTimer {
 struct GameRecord {
   std::uint32_t last_timer = 0;   // highest number that a timer of the body ever had
   std::vector<GameTimer> timers;  // ascending by (due, number)
+  Tick expires;                   // the body is removed then; 0: it stays
   Vec3f push_ns, push_nms;        // in the next step, about the centre of mass
 
   bool empty() const { return *this == GameRecord(); }
   bool pushes() const { return push_ns != Vec3f() || push_nms != Vec3f(); }
-  std::optional<Tick> next_due() const { return timers.empty() ? std::nullopt : std::optional(timers.front().due); }
+  // The next tick in which the host has to look at it, for a timer or because it expires.
+  std::optional<Tick> next_due() const {
+    if (timers.empty()) return expires == Tick() ? std::nullopt : std::optional(expires);
+    return expires == Tick() ? timers.front().due : std::min(timers.front().due, expires);
+  }
   friend bool operator==(const GameRecord&, const GameRecord&) = default;
 };
 

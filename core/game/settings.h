@@ -10,6 +10,8 @@ struct GameSettings {
   std::uint64_t instructions_per_callback = 20'000;  // one that needs more fails
   std::uint64_t instructions_per_tick = 100'000;     // in a region; what is left waits for the next tick, in order
   std::uint32_t failures_until_off = 20;             // of one callback in a row
+  std::size_t spawns_per_tick = 256;                 // bodies that a region makes
+  std::size_t bodies_per_region = 20'000;            // with more, nothing is made
 };
 
 inline constexpr std::size_t kMaxWaitingEvents = 65'536;  // of a region; later ones are dropped and counted

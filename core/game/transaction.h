@@ -7,11 +7,15 @@
 // Thread rule: one thread.
 #pragma once
 
+#include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/game/game_world.h"
+#include "core/world/prefab.h"
 
 namespace tessera::game {
 
@@ -22,22 +26,46 @@ class Transaction {
     GameRecord record;
   };
 
-  explicit Transaction(GameWorld& world) : world_(world) {}
+  struct SpawnLimits {
+    std::size_t bodies = 0;     // that this call may make
+    std::size_t in_region = 0;  // that the region may have then
+  };
 
+  explicit Transaction(GameWorld& world, SpawnLimits limits) : world_(world), limits_(limits) {}
+
+  // What does not depend on what the call asked for.
   const GameWorld& world() const { return world_; }
-  // The body as this transaction leaves it, for changing; nullptr if the region does not own it.
-  Changes* Own(BodyId id);
-  // The properties as this transaction leaves them.
+
+  // --- The world as this transaction leaves it.
+  const BodyDef* Find(BodyId id) const;
+  BodyState StateOf(BodyId id) const;  // the body is here
+  bool Owns(BodyId id) const;
   PropertySet PropertiesOf(BodyId id) const;
+
+  // --- Changes.
+  // The body, for changing; nullptr if the region does not own it.
+  Changes* Own(BodyId id);
+  // The first body of a new one of this prefab. RESOURCE_EXHAUSTED: too many in this tick or in this region, or no ids.
+  absl::StatusOr<BodyId> Spawn(std::size_t prefab, const SpawnMotion& motion);
+  // The region owns the body.
+  void Remove(BodyId id);
   void Log(std::string line) { lines_.push_back(std::move(line)); }
   const std::vector<std::string>& lines() const { return lines_; }
 
-  // Does all of it, in the order of ids.
-  void Commit();
+  // Does all of it, in the order of ids. Returns how many bodies were made.
+  std::size_t Commit();
 
  private:
+  struct Made {
+    BodyDef def;
+    BodyState state;
+  };
+
   GameWorld& world_;
   std::map<BodyId, Changes> changes_;
+  std::map<BodyId, Made> made_;
+  std::set<BodyId> removed_;  // none of those in the two above
+  SpawnLimits limits_;        // what is left of it
   std::vector<std::string> lines_;
 };
 

@@ -66,8 +66,8 @@ class JointsTest : public ::testing::Test {
     joints_.Run(loose_.bodies);
     EXPECT_TRUE(joints_.Validate());
   }
-  std::vector<std::uint32_t> Listed() const {
-    std::vector<std::uint32_t> ids;
+  std::vector<std::uint64_t> Listed() const {
+    std::vector<std::uint64_t> ids;
     for (const Joint* joint : joints_.joints()) ids.push_back(joint->id.value());
     return ids;
   }

@@ -82,7 +82,9 @@ void AddStopImpulse(const PairImpulse& impulse, const BodyStore& bodies, std::ve
   } else if constexpr (std::is_same_v<Reported, Contact>) {
     reported->insert(at, Contact{impulse, low->placement().position, {}, 0});
   } else {
-    reported->insert(at, impulse);
+    // Places may have shifted since the step.
+    PairImpulse& added = *reported->insert(at, impulse);
+    added.tag_a = low->tag, added.tag_b = high->tag;
   }
 }
 

@@ -77,6 +77,7 @@ std::vector<std::size_t> Bodies::OwnedAssembly(std::size_t index) const {
 
 void Bodies::OwnedChanged() {
   places_noted_ = false;
+  changed_since_step_ = true;
   ++ownership_revision_;
 }
 
@@ -178,19 +179,20 @@ void Bodies::PlaceGhosts(std::span<const Ghost> reported) {
 }
 
 void Bodies::ConnectJoints() {
-  std::vector<const JointDef*> joints;
-  for (const BodyId id : unconnected_) {
-    for (const JointDef* joint : catalog_.JointsOf(id)) joints.push_back(joint);
+  std::vector<BodyId> assemblies = std::exchange(unconnected_, {});
+  for (BodyId& id : assemblies) id = catalog_.AssemblyOf(id).front();
+  std::ranges::sort(assemblies);
+  assemblies.erase(std::unique(assemblies.begin(), assemblies.end()), assemblies.end());
+  std::vector<JointDef> joints;
+  for (const BodyId id : assemblies) {
+    catalog_.ForEachJoint(id, [&](const JointDef& joint) {
+      const bool a_here = world_.Has(joint.body_a);
+      const bool b_here = joint.body_b == BodyId() || world_.Has(joint.body_b);
+      if (a_here && b_here && !world_.HasJoint(joint.id)) joints.push_back(joint);
+    });
   }
-  unconnected_.clear();
-  const auto by_id = [](const JointDef* a, const JointDef* b) { return a->id < b->id; };
-  std::sort(joints.begin(), joints.end(), by_id);
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
-  for (const JointDef* joint : joints) {
-    const bool a_here = world_.Has(joint->body_a);
-    const bool b_here = joint->body_b == BodyId() || world_.Has(joint->body_b);
-    if (a_here && b_here && !world_.HasJoint(joint->id)) world_.AddJoint(*joint);
-  }
+  std::ranges::sort(joints, {}, &JointDef::id);
+  for (const JointDef& joint : joints) world_.AddJoint(joint);
 }
 
 bool Bodies::Park(BodyId id) {
@@ -208,6 +210,11 @@ void Bodies::Step(double tick_s) {
   world_.Step(tick_s);
   stepped_ = true;
   stepped_places_ = places();
+  changed_since_step_ = false;
+  if (!catalog_.has_game()) return;
+  stepped_ids_.clear();
+  for (const OwnedBody& body : owned_) stepped_ids_.push_back(body.def->id);
+  for (const Ghost& ghost : ghosts_) stepped_ids_.push_back(ghost.record.id);
 }
 
 std::vector<std::pair<BodyId, Epoch>> Bodies::ReadBack() {
@@ -225,6 +232,7 @@ std::vector<std::pair<BodyId, Epoch>> Bodies::ReadBack() {
   std::erase_if(ghosts_, [&](const Ghost& ghost) {
     if (!absurd(ghost.record.id, world_.StateOf(ghost.record.id))) return false;
     places_noted_ = false;
+    changed_since_step_ = true;
     RemoveFromWorld(ghost.record.id);
     return true;
   });
@@ -241,12 +249,23 @@ void Bodies::AddNear(BodyId id, std::vector<std::uint32_t>* near) const {
 
 std::span<const physics::PairImpulse> Bodies::ImpulsesNearBorders(absl::FunctionRef<bool(std::size_t)> near) const {
   enum : std::uint8_t { kOwn = 1, kNear = 2 };
-  // Bodies that were taken out since the step shifted all places: the world has noted the ones of before.
-  if (places() < stepped_places_) {
+  const auto bits_at = [&](std::size_t i) -> std::uint8_t { return near(i) ? kOwn | kNear : kOwn; };
+  if (!changed_since_step_) {
+    std::vector<std::uint8_t> bits(places(), kNear);
+    for (std::size_t i = 0; i < owned_.size(); ++i) bits[i] = bits_at(i);
+    return world_.ImpulsesOf(bits);
+  }
+  // Bodies that came or went since the step shifted places: the world has noted the ones of before. Those that went
+  // are nobody's concern. Without a game they go one in a million, and nobody has kept which they were.
+  if (stepped_ids_.empty()) {
     return world_.ImpulsesOf(std::vector<std::uint8_t>(stepped_places_, kOwn | kNear));
   }
-  std::vector<std::uint8_t> bits(places(), kNear);
-  for (std::size_t i = 0; i < owned_.size(); ++i) bits[i] = near(i) ? kOwn | kNear : kOwn;
+  std::vector<std::uint8_t> bits(stepped_places_, 0);
+  for (std::size_t i = 0; i < stepped_ids_.size(); ++i) {
+    const std::ptrdiff_t place = PlaceOf(stepped_ids_[i]);
+    if (place < 0) continue;
+    bits[i] = place < std::ssize(owned_) ? bits_at(static_cast<std::size_t>(place)) : std::uint8_t{kNear};
+  }
   return world_.ImpulsesOf(bits);
 }
 
@@ -262,10 +281,12 @@ void Bodies::Validate() const {
 }
 
 const BodyDef* Bodies::DefOf(BodyId id) {
-  if (!IsPlayerBody(id)) return catalog_.Find(id);
-  const auto it = player_defs_.find(id);
-  if (it != player_defs_.end()) return &it->second;
-  return &player_defs_.emplace(id, catalog_.MakePlayer(PlayerOf(id))).first->second;
+  const bool player = IsPlayerBody(id);
+  if (!player && !IsSpawned(id)) return catalog_.Find(id);
+  const auto it = made_defs_.find(id);
+  if (it != made_defs_.end()) return &it->second;
+  BodyDef def = player ? catalog_.MakePlayer(PlayerOf(id)) : MakeSpawned(catalog_.scene(), id);
+  return &made_defs_.emplace(id, std::move(def)).first->second;
 }
 
 void Bodies::AddToWorld(const BodyDef& def, const BodyState& state) {
@@ -276,7 +297,7 @@ void Bodies::AddToWorld(const BodyDef& def, const BodyState& state) {
 void Bodies::RemoveFromWorld(BodyId id) {
   world_.Remove(id);
   left_.push_back(id);
-  player_defs_.erase(id);
+  made_defs_.erase(id);
 }
 
 void Bodies::Write(BodyId id, const BodyState& state) {

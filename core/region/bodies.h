@@ -111,12 +111,14 @@ class Bodies {
   absl::flat_hash_map<BodyId, std::uint32_t> places_;  // only looked up
   bool places_noted_ = false;                          // places_ is up to date
   std::uint64_t ownership_revision_ = 0;
-  std::map<BodyId, BodyDef> player_defs_;
-  std::vector<BodyId> left_;  // see TakeLeft
+  std::map<BodyId, BodyDef> made_defs_;  // of players, and of what a game made
+  std::vector<BodyId> left_;             // see TakeLeft
   std::vector<BodyId> unconnected_;
-  bool prime_contacts_ = false;     // before the next step
-  bool stepped_ = false;            // at least once
-  std::size_t stepped_places_ = 0;  // places() in the last step
+  bool prime_contacts_ = false;      // before the next step
+  bool stepped_ = false;             // at least once
+  std::size_t stepped_places_ = 0;   // places() in the last step
+  std::vector<BodyId> stepped_ids_;  // by place in the last step, where a game runs
+  bool changed_since_step_ = false;  // bodies came or went
 };
 
 }  // namespace tessera::region

@@ -29,7 +29,11 @@ class Sets {
 
 }  // namespace
 
-Catalog::Catalog(std::shared_ptr<const Scene> scene, bool game) : scene_(std::move(scene)), has_game_(game) {
+Catalog::Catalog(std::shared_ptr<const Scene> scene, bool game)
+    : scene_(std::move(scene)),
+      has_game_(game),
+      has_joints_(!scene_->joints.empty() ||
+                  std::ranges::any_of(scene_->prefabs, [](const Prefab& prefab) { return !prefab.joints.empty(); })) {
   for (std::size_t i = 0; i < scene_->bodies.size(); ++i) {
     const BodyId id = scene_->bodies[i].id;
     const bool goes_on = i > 0 && id.value() == scene_->bodies[i - 1].id.value() + 1;
@@ -37,14 +41,14 @@ Catalog::Catalog(std::shared_ptr<const Scene> scene, bool game) : scene_(std::mo
     runs_.back().end = i + 1;
   }
   Sets sets;
-  std::map<BodyId, Assembly> by_root;
+  std::map<BodyId, Jointed> by_root;
   for (const JointDef& joint : scene_->joints) {
     if (Dynamic(joint.body_a) && Dynamic(joint.body_b)) sets.Unite(joint.body_a, joint.body_b);
   }
   for (const JointDef& joint : scene_->joints) {
     const BodyId member = Dynamic(joint.body_a) ? joint.body_a : joint.body_b;
     if (!Dynamic(member)) continue;
-    Assembly& assembly = by_root[sets.Find(member)];
+    Jointed& assembly = by_root[sets.Find(member)];
     assembly.joints.push_back(&joint);
     for (const BodyId id : {joint.body_a, joint.body_b}) {
       if (Dynamic(id)) assembly.bodies.push_back(id);
@@ -64,11 +68,12 @@ bool Catalog::Dynamic(BodyId id) const {
 }
 
 bool Catalog::Known(BodyId id) const {
-  if (IsPlayerBody(id)) return scene_->player.has_value() && PlayerBodyId(PlayerOf(id)) == id;
+  if (IsPlayerBody(id)) return scene_->player.has_value();
   return Dynamic(id);
 }
 
 const BodyDef* Catalog::Find(BodyId id) const {
+  if (IsSpawned(id)) return PrefabBodyOf(*scene_, id);
   const auto after = std::upper_bound(runs_.begin(), runs_.end(), id,
                                       [](BodyId wanted, const IdRun& run) { return wanted < run.first; });
   if (after == runs_.begin()) return nullptr;
@@ -91,16 +96,22 @@ BodyDef Catalog::MakePlayer(PlayerNumber player) const {
   return def;
 }
 
-std::span<const BodyId> Catalog::AssemblyOf(const BodyId& id) const {
+Assembly Catalog::AssemblyOf(BodyId id) const {
+  if (IsSpawned(id) && Find(id) != nullptr) {
+    return {WithMember(id, 0), scene_->prefabs[PartsOf(id).prefab].bodies.size()};
+  }
   const auto it = assembly_of_.find(id);
-  if (it == assembly_of_.end()) return {&id, 1};
-  return assemblies_[it->second].bodies;
+  return it == assembly_of_.end() ? Assembly(id, 1) : Assembly(assemblies_[it->second].bodies);
 }
 
-std::span<const JointDef* const> Catalog::JointsOf(BodyId id) const {
+void Catalog::ForEachJoint(BodyId id, absl::FunctionRef<void(const JointDef&)> visit) const {
+  if (IsSpawned(id)) {
+    for (const JointDef& joint : SpawnedJoints(*scene_, id)) visit(joint);
+    return;
+  }
   const auto it = assembly_of_.find(id);
-  if (it == assembly_of_.end()) return {};
-  return assemblies_[it->second].joints;
+  if (it == assembly_of_.end()) return;
+  for (const JointDef* joint : assemblies_[it->second].joints) visit(*joint);
 }
 
 }  // namespace tessera::region

@@ -1,8 +1,8 @@
 // Catalog: a scene as a region looks things up in it: bodies by id, and which bodies joints tie into one assembly.
 //
 // An assembly is a set of dynamic bodies connected by joints; it has one owner and moves as one. Static bodies and the
-// world tie nothing: every region has them. A body without joints is an assembly of itself; so is a player's. Thread
-// rule: immutable after construction.
+// world tie nothing: every region has them. A body without joints is an assembly of itself; so is a player's. Bodies
+// that a game makes are known by their ids alone. Thread rule: immutable after construction.
 #pragma once
 
 #include <memory>
@@ -10,6 +10,9 @@
 #include <unordered_map>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
+#include "core/region/assembly.h"
+#include "core/world/prefab.h"
 #include "core/world/scene.h"
 
 namespace tessera::region {
@@ -21,21 +24,24 @@ class Catalog {
 
   const Scene& scene() const { return *scene_; }
   bool has_game() const { return has_game_; }
-  // A dynamic body of the scene, or a player's if the scene has players.
+  // A dynamic body of the scene, a player's if the scene has players, or one of a prefab's.
   bool Known(BodyId id) const;
-  // The scene's definition; null for players' bodies and unknown ids.
+  // The definition of one of the scene's bodies, or a prefab's of a body that a game makes, which then has another id;
+  // null for players' bodies and unknown ids.
   const BodyDef* Find(BodyId id) const;
   // `Known(id)`. kg.
   double MassOf(BodyId id) const;
   BodyDef MakePlayer(PlayerNumber player) const;  // requires scene().player
 
-  // Bodies of the same assembly, ascending, `id` among them. `id` must outlive the result.
-  std::span<const BodyId> AssemblyOf(const BodyId& id) const;
+  // Whether any two bodies may be jointed.
+  bool has_joints() const { return has_joints_; }
+  // Bodies of the same assembly, `id` among them.
+  Assembly AssemblyOf(BodyId id) const;
   // Joints that hold bodies of its assembly, ascending.
-  std::span<const JointDef* const> JointsOf(BodyId id) const;
+  void ForEachJoint(BodyId id, absl::FunctionRef<void(const JointDef&)> visit) const;
 
  private:
-  struct Assembly {
+  struct Jointed {
     std::vector<BodyId> bodies;
     std::vector<const JointDef*> joints;
   };
@@ -48,9 +54,9 @@ class Catalog {
   bool Dynamic(BodyId id) const;
 
   std::shared_ptr<const Scene> scene_;
-  bool has_game_;
+  bool has_game_, has_joints_;
   std::vector<IdRun> runs_;  // ascending
-  std::vector<Assembly> assemblies_;
+  std::vector<Jointed> assemblies_;
   std::unordered_map<BodyId, std::size_t> assembly_of_;  // for bodies with joints
 };
 

@@ -76,6 +76,7 @@ Inventory TakeInventory(const RegionState& own, MapVersion version, std::span<co
   StandbyCopyInventory held = InventoryOf(own);
   inventory.owned = std::move(held.bodies);
   inventory.grants = std::move(held.grants);
+  inventory.tombstones = std::move(held.tombstones);
   for (const StandbyCopy* primary : primaries) {
     if (primary->whole()) inventory.primaries.push_back(InventoryOf(primary->state()));
   }

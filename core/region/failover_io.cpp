@@ -53,6 +53,7 @@ v1::Inventory ToProto(const Inventory& inventory,
   out.set_tick(inventory.tick.value());
   Put(inventory.owned, *out.mutable_owned());
   Put(inventory.grants, *out.mutable_unacknowledged());
+  Put(inventory.tombstones, *out.mutable_tombstones());
   for (const StandbyCopyInventory& primary : inventory.primaries) {
     v1::StandbyCopyInventory& standby_copy = *out.add_standby_copies();
     standby_copy.set_region(primary.region.value());
@@ -60,6 +61,7 @@ v1::Inventory ToProto(const Inventory& inventory,
     standby_copy.set_tick(primary.tick.value());
     Put(primary.bodies, *standby_copy.mutable_bodies());
     Put(primary.grants, *standby_copy.mutable_unacknowledged());
+    Put(primary.tombstones, *standby_copy.mutable_tombstones());
     standby_copy.set_last_acknowledged_ms(static_cast<std::uint32_t>(
         std::clamp<std::int64_t>(last_acknowledged(primary).count(), 0, std::numeric_limits<std::uint32_t>::max())));
   }
@@ -67,9 +69,10 @@ v1::Inventory ToProto(const Inventory& inventory,
 }
 
 absl::StatusOr<Inventory> FromProto(const v1::Inventory& inventory) {
-  Inventory out{MapVersion(inventory.version()), RegionId(inventory.region()), Tick(inventory.tick()), {}, {}, {}};
+  Inventory out{MapVersion(inventory.version()), RegionId(inventory.region()), Tick(inventory.tick()), {}, {}, {}, {}};
   if (absl::Status status = Take(inventory.owned(), "owned", out.owned); !status.ok()) return status;
   if (absl::Status status = Take(inventory.unacknowledged(), "unacknowledged", out.grants); !status.ok()) return status;
+  if (absl::Status status = Take(inventory.tombstones(), "tombstones", out.tombstones); !status.ok()) return status;
   out.primaries.reserve(static_cast<std::size_t>(inventory.standby_copies_size()));
   for (const v1::StandbyCopyInventory& standby_copy : inventory.standby_copies()) {
     StandbyCopyInventory& primary = out.primaries.emplace_back();
@@ -79,6 +82,10 @@ absl::StatusOr<Inventory> FromProto(const v1::Inventory& inventory) {
     if (absl::Status status = Take(standby_copy.bodies(), "standbys.bodies", primary.bodies); !status.ok())
       return status;
     if (absl::Status status = Take(standby_copy.unacknowledged(), "standbys.unacknowledged", primary.grants);
+        !status.ok()) {
+      return status;
+    }
+    if (absl::Status status = Take(standby_copy.tombstones(), "standbys.tombstones", primary.tombstones);
         !status.ok()) {
       return status;
     }

@@ -70,9 +70,9 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
     if (absl::Status status = CheckRecord(body.id, body.record, catalog); !status.ok()) return status;
     last = body.id;
   }
-  const std::span<const BodyId> assembly = catalog.AssemblyOf(grant.bodies[0].id);
+  const Assembly assembly = catalog.AssemblyOf(grant.bodies[0].id);
   for (const GrantedBody& body : grant.bodies) {
-    if (!std::binary_search(assembly.begin(), assembly.end(), body.id)) return Bad(body.id, " is not of the assembly");
+    if (!assembly.Contains(body.id)) return Bad(body.id, " is not of the assembly");
   }
   return CheckControl(grant.bodies[0].id, grant.control, catalog);
 }

@@ -28,7 +28,9 @@ absl::Status CheckOnce(const std::string& list, const std::vector<BodyClaim>& cl
 }
 
 absl::Status CheckHoldings(const std::string& name, const std::vector<BodyClaim>& bodies,
-                           const std::vector<GrantClaim>& grants) {
+                           const std::vector<GrantClaim>& grants, const std::vector<BodyClaim>& tombstones) {
+  if (absl::Status status = CheckClaims(name + "tombstones", tombstones); !status.ok()) return status;
+  if (absl::Status status = CheckOnce(name + "tombstones", tombstones); !status.ok()) return status;
   if (absl::Status status = CheckClaims(name + "bodies", bodies); !status.ok()) return status;
   if (absl::Status status = CheckOnce(name + "bodies", bodies); !status.ok()) return status;
   return CheckClaims(name + "grants", grants);
@@ -38,20 +40,23 @@ absl::Status CheckHoldings(const std::string& name, const std::vector<BodyClaim>
 
 absl::Status CheckInventory(const Inventory& inventory) {
   if (inventory.region == RegionId()) return Bad("region", "must not be 0");
-  if (absl::Status status = CheckHoldings("", inventory.owned, inventory.grants); !status.ok()) return status;
+  if (absl::Status status = CheckHoldings("", inventory.owned, inventory.grants, inventory.tombstones); !status.ok())
+    return status;
   RegionId last;
   for (const StandbyCopyInventory& primary : inventory.primaries) {
     if (primary.region <= last) return Bad("primaries", "not ascending by region");
     if (primary.region == inventory.region) return Bad("primaries", "the region itself");
     last = primary.region;
     const std::string name = absl::StrCat("primary ", primary.region.value(), ": ");
-    if (absl::Status status = CheckHoldings(name, primary.bodies, primary.grants); !status.ok()) return status;
+    if (absl::Status status = CheckHoldings(name, primary.bodies, primary.grants, primary.tombstones); !status.ok()) {
+      return status;
+    }
   }
   return absl::OkStatus();
 }
 
 StandbyCopyInventory InventoryOf(const RegionState& state) {
-  StandbyCopyInventory primary{state.region, state.incarnation, state.tick, {}, {}};
+  StandbyCopyInventory primary{state.region, state.incarnation, state.tick, {}, {}, state.tombstones};
   primary.bodies.reserve(state.bodies.size());
   for (const StateBody& body : state.bodies) primary.bodies.push_back({body.id, body.epoch});
   primary.grants.reserve(state.grants.size());

@@ -6,16 +6,11 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/region/body_claim.h"
 #include "core/region/region_state.h"
 #include "core/world/ids.h"
 
 namespace tessera::region {
-
-struct BodyClaim {
-  BodyId body;
-  Epoch epoch;
-  friend auto operator<=>(const BodyClaim&, const BodyClaim&) = default;
-};
 
 // Granted, not acknowledged: the granter still has the state.
 struct GrantClaim {
@@ -30,8 +25,9 @@ struct StandbyCopyInventory {
   RegionId region;
   Incarnation incarnation;
   Tick tick;
-  std::vector<BodyClaim> bodies;   // ascending
-  std::vector<GrantClaim> grants;  // ascending
+  std::vector<BodyClaim> bodies;        // ascending
+  std::vector<GrantClaim> grants;       // ascending
+  std::vector<BodyClaim> tombstones{};  // ascending
   friend bool operator==(const StandbyCopyInventory&, const StandbyCopyInventory&) = default;
 };
 
@@ -42,6 +38,7 @@ struct Inventory {
   std::vector<BodyClaim> owned;                 // ascending
   std::vector<GrantClaim> grants;               // ascending
   std::vector<StandbyCopyInventory> primaries;  // ascending by region
+  std::vector<BodyClaim> tombstones{};          // ascending
   friend bool operator==(const Inventory&, const Inventory&) = default;
 };
 

@@ -114,6 +114,20 @@ class MessageReader {
     return absl::OkStatus();
   }
 
+  absl::Status ReadTombstones(std::vector<BodyClaim>& tombstones) {
+    in_.Field("tombstones");
+    std::uint64_t last = 0;
+    tombstones.resize(in_.Count(2));
+    for (BodyClaim& tombstone : tombstones) {
+      if (!in_.Ascend(last)) return Bad("tombstones: ids do not ascend");
+      tombstone.body = BodyId(last);
+      tombstone.epoch = Epoch(in_.Varint32());
+      if (absl::Status status = CheckKnown(tombstone.body, catalog_); !status.ok()) return status;
+      if (tombstone.epoch == Epoch()) return Bad(absl::StrCat("tombstones: body ", last, ": epoch 0"));
+    }
+    return absl::OkStatus();
+  }
+
   absl::Status ReadAllRecords(std::map<BodyId, CarriedRecord>& records) {
     in_.Field("records");
     std::uint64_t last = 0;
@@ -181,6 +195,8 @@ struct Changes {
   KeptGrants granted;
   std::vector<std::pair<BodyId, Epoch>> settled;
   std::map<BodyId, CarriedRecord> records;
+  std::vector<BodyClaim> tombstones;
+  std::vector<BodyId> forgotten;
 };
 
 absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionState& state, Changes& changes) {
@@ -207,6 +223,14 @@ absl::Status ReadChanges(ByteReader& in, const Catalog& catalog, const RegionSta
     if (!state.grants.contains({id, epoch})) return Bad(absl::StrCat("settled: body ", id.value(), " was not granted"));
   }
   if (absl::Status status = reader.ReadAllRecords(changes.records); !status.ok()) return status;
+  if (absl::Status status = reader.ReadTombstones(changes.tombstones); !status.ok()) return status;
+  in.Field("forgotten");
+  last = 0;
+  changes.forgotten.resize(in.Count(1));
+  for (BodyId& id : changes.forgotten) {
+    if (!in.Ascend(last)) return Bad("forgotten: ids do not ascend");
+    id = BodyId(last);
+  }
   if (absl::Status status = Finished(in); !status.ok()) return status;
   // A body that is gone cannot have changed.
   for (const BodyId id : changes.gone) {
@@ -306,6 +330,7 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
   if (absl::Status status = reader.ReadPairs(pairs); !status.ok()) return status;
   if (absl::Status status = reader.ReadGrants(state.grants); !status.ok()) return status;
   if (absl::Status status = reader.ReadAllRecords(state.records); !status.ok()) return status;
+  if (absl::Status status = reader.ReadTombstones(state.tombstones); !status.ok()) return status;
   if (absl::Status status = Finished(in); !status.ok()) return status;
   if (absl::Status status = CheckRegionState(state, catalog); !status.ok()) return status;
   for (const PairChange& change : pairs) {
@@ -318,6 +343,16 @@ absl::StatusOr<RegionState> DecodeState(std::span<const std::uint8_t> bytes, con
 absl::StatusOr<LogHeader> DecodeLogHeader(std::span<const std::uint8_t> bytes) {
   ByteReader in(bytes);
   return ReadLogHeader(in);
+}
+
+// `changes` ascend.
+void ApplyTombstones(const Changes& changes, std::vector<BodyClaim>& tombstones) {
+  std::erase_if(tombstones, [&](const BodyClaim& one) {
+    return std::ranges::binary_search(changes.forgotten, one.body) ||
+           std::ranges::binary_search(changes.tombstones, one.body, {}, &BodyClaim::body);
+  });
+  tombstones.insert(tombstones.end(), changes.tombstones.begin(), changes.tombstones.end());
+  std::ranges::sort(tombstones);
 }
 
 absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& catalog, RegionState& state) {
@@ -349,6 +384,7 @@ absl::Status ApplyChanges(std::span<const std::uint8_t> bytes, const Catalog& ca
   ApplyPairs(changes.pairs, state.touching);
   for (const auto& key : changes.settled) state.grants.erase(key);
   for (auto& [key, grant] : changes.granted) state.grants.insert_or_assign(key, std::move(grant));
+  ApplyTombstones(changes, state.tombstones);
   for (const BodyId id : changes.gone) state.records.erase(id);
   for (auto& [id, record] : changes.records) state.records.insert_or_assign(id, std::move(record));
   return absl::OkStatus();

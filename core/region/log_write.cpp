@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <iterator>
 
 #include "core/region/log.h"
 #include "core/region/log_format.h"
@@ -90,6 +91,30 @@ void WriteGrants(ByteWriter& out, const KeptGrants& grants, const KeptGrants& ba
   }
 }
 
+void WriteClaims(ByteWriter& out, std::span<const BodyClaim> claims) {
+  std::uint64_t last = 0;
+  out.Varint(claims.size());
+  for (const BodyClaim& claim : claims) {
+    out.Varint(claim.body.value() - last);
+    last = claim.body.value();
+    out.Varint(claim.epoch.value());
+  }
+}
+
+// Those of `now` that are not in `base`, then the bodies of `base` that are not in `now`.
+void WriteTombstones(ByteWriter& out, const std::vector<BodyClaim>& now, const std::vector<BodyClaim>& base) {
+  std::vector<BodyClaim> added;
+  std::ranges::set_difference(now, base, std::back_inserter(added));
+  WriteClaims(out, added);
+  std::vector<BodyId> forgotten;
+  auto kept = now.begin();
+  for (const BodyClaim& before : base) {
+    while (kept != now.end() && kept->body < before.body) ++kept;
+    if (kept == now.end() || kept->body != before.body) forgotten.push_back(before.body);
+  }
+  WriteIds(out, forgotten);
+}
+
 Bytes Sealed(ByteWriter& out) {
   out.U64(LogChecksum(out.bytes()));
   return out.Take();
@@ -121,6 +146,7 @@ Bytes EncodeState(const RegionState& state) {
     last = id.value();
     WriteRecord(out, record);
   }
+  WriteClaims(out, state.tombstones);
   return Sealed(out);
 }
 
@@ -140,6 +166,7 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
   for (const KeptRecord& entry : now.records) {
     last_.records[entry.body] = CarriedFrom(entry);
   }
+  last_.tombstones = now.tombstones;
   Bytes bytes = EncodeState(last_);
   last_.touching.clear();
   last_.records.clear();
@@ -199,6 +226,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
     last = entry.body.value();
     WriteRecord(out, CarriedFrom(entry));
   }
+  WriteTombstones(out, now.tombstones, last_.tombstones);
 
   last_.tick = now.tick;
   if (more || !gone.empty()) {
@@ -214,6 +242,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   last_.controls = now.controls;
   last_.spawned = now.spawned;
   if (!(last_.grants.empty() && now.grants->empty())) last_.grants = *now.grants;
+  last_.tombstones = now.tombstones;
   return Sealed(out);
 }
 

@@ -31,6 +31,8 @@ class Ownership {
   // The same for a body of a saved state, whose contacts nobody remembers.
   void Restore(const GrantedBody& body, const PlayerControl& control);
   void Spawn(PlayerNumber player);
+  // One that a game made.
+  void Spawn(BodyId id, const BodyState& state) { bodies_.Own(id, Epoch(1), state); }
 
   // --- A body goes.
   struct HandedOver {

@@ -94,7 +94,7 @@ TEST(FramePropertiesTest, AGrantCarriesThemAndBadOnesAreRefused) {
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_FALSE(Decode(std::span(bytes).first(size), {}).ok()) << size;
   }
-  EXPECT_EQ(Encode(without, {}).size() + 2 + 1 + grant.bodies[0].record.bytes.size() + 3, bytes.size())
+  EXPECT_EQ(Encode(without, {}).size() + 2 + 1 + grant.bodies[0].record.bytes.size() + 4, bytes.size())
       << "a body without any costs nothing";
 
   const auto refusal = [&](CarriedRecord properties) {

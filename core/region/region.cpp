@@ -76,6 +76,10 @@ absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyVal
 }
 const RecordTable& Region::records() const { return parts_->records; }
 
+std::vector<BodyId> Region::removed() const {
+  return parts_->tombstones.SceneBodies(parts_->log.standby_has().value_or(parts_->tick));
+}
+
 void Region::SetStandby(bool on) {
   parts_->log.Switch(on);
   parts_->reports.KeepChanges(on);

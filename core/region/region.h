@@ -133,6 +133,11 @@ class Region {
   // Changed properties of the bodies that are owned here.
   const RecordTable& records() const;
 
+  // --- The game.
+  // Bodies of the scene that the game removed, or some earlier life of this region, ascending; with a standby those
+  // that it knows of too, so that they stay removed.
+  std::vector<BodyId> removed() const;
+
   // --- Standby.
   // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call
   // it when the standby is another or has a gap. While it is on, acknowledgements of what was granted to this region

@@ -42,6 +42,7 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
                             player ? initial.controls.at(PlayerOf(body.id)) : PlayerControl());
   }
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
+  parts.tombstones.Merge(initial.tombstones, parts.tick);
   std::vector<TouchingPair> touching;
   std::ranges::copy_if(initial.touching, std::back_inserter(touching),
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });

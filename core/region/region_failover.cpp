@@ -86,6 +86,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.grants_out.Settle(FindStillNeeded(resolution, id(), parts.grants_out.kept(), primaries));
   Promote(resolution, *promoted, parts, result);
   MarkAllSpawned(resolution, primaries, parts.players);
+  for (const StandbyCopy* primary : primaries) parts.tombstones.Merge(primary->state().tombstones, parts.tick);
   parts.grants_in.StartStep();
   parts.exchange.Clear();
   parts.loads.Clear();

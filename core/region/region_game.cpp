@@ -1,5 +1,7 @@
 #include "core/region/region_game.h"
 
+#include <utility>
+
 #include "game_sdk/api/api.h"
 
 namespace tessera::region {
@@ -12,8 +14,10 @@ std::uint32_t CallbackOf(const physics::PairEvent& event) {
 
 }  // namespace
 
-void RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events) {
-  if (host_ == nullptr) return;
+std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events) {
+  if (host_ == nullptr) return {};
+  tick_ = tick;
+  tombstones_.Forget(tick, scene().tick_rate_hz);
   std::vector<game::GameEvent> called;
   called.reserve(2 * events.size());
   for (const physics::PairEvent& event : events) {
@@ -21,6 +25,13 @@ void RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events) {
     called.push_back({CallbackOf(event), event.body_b, event.body_a});
   }
   host_->Run(tick, called, *this);
+  return std::exchange(removed_, {});
+}
+
+void RegionGame::Remove(BodyId id) {
+  const Departure departure = ownership_.Remove(id);
+  tombstones_.Add(id, departure.epoch, tick_);
+  removed_.push_back(departure);
 }
 
 const BodyDef* RegionGame::Find(BodyId id) const {

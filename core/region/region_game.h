@@ -1,6 +1,8 @@
 // RegionGame: the game of a region: turns what a step reported into events of the game, and lets the game see and
 // change what the region owns.
 //
+// Bodies that the game makes are owned from the end of the tick on, and those that it removes are gone by then.
+//
 // A pair's begin or end is an event for both of its bodies, as far as this region owns them; static bodies are told
 // where the pair is reported. Thread rule: one thread at a time.
 #pragma once
@@ -14,18 +16,28 @@
 #include "core/physics/world.h"
 #include "core/region/bodies.h"
 #include "core/region/catalog.h"
+#include "core/region/ownership.h"
 #include "core/region/record_table.h"
+#include "core/region/tombstones.h"
+#include "core/world/spawned_id.h"
 
 namespace tessera::region {
 
 class RegionGame : private game::GameWorld {
  public:
   // Without a host there is no game, and it does nothing. All others must outlive it.
-  RegionGame(std::shared_ptr<game::GameHost> host, const Catalog& catalog, const Bodies& bodies, RecordTable& records)
-      : host_(std::move(host)), catalog_(catalog), bodies_(bodies), records_(records) {}
+  RegionGame(std::shared_ptr<game::GameHost> host, Incarnation maker, const Catalog& catalog, const Bodies& bodies,
+             RecordTable& records, Ownership& ownership, Tombstones& tombstones)
+      : host_(std::move(host)),
+        catalog_(catalog),
+        bodies_(bodies),
+        records_(records),
+        ownership_(ownership),
+        tombstones_(tombstones),
+        ids_(maker) {}
 
-  // After the step to `tick`, with the events that this region reports.
-  void Run(Tick tick, std::span<const physics::PairEvent> events);
+  // After the step to `tick`, with the events that this region reports. Returns the bodies that it removed.
+  std::vector<Departure> Run(Tick tick, std::span<const physics::PairEvent> events);
   game::GameHost* host() const { return host_.get(); }
 
  private:
@@ -33,18 +45,27 @@ class RegionGame : private game::GameWorld {
   const BodyDef* Find(BodyId id) const override;
   BodyState StateOf(BodyId id) const override { return bodies_.world().StateOf(id); }
   bool Owns(BodyId id) const override { return bodies_.Owns(id); }
+  std::size_t OwnedCount() const override { return bodies_.owned().size(); }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
   PropertySet ChangedOf(BodyId id) const override;
   game::GameRecord RecordOf(BodyId id) const override;
+  std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) override {
     records_.Commit(id, changed, record);
   }
+  void Spawn(BodyId id, const BodyState& state) override { ownership_.Spawn(id, state); }
+  void Remove(BodyId id) override;
 
   const std::shared_ptr<game::GameHost> host_;
   const Catalog& catalog_;
   const Bodies& bodies_;
   RecordTable& records_;
+  Ownership& ownership_;
+  Tombstones& tombstones_;
+  SpawnedIds ids_;
+  Tick tick_;
+  std::vector<Departure> removed_;  // in this tick
 };
 
 }  // namespace tessera::region

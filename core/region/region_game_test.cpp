@@ -7,7 +7,10 @@
 #include "core/region/log.h"
 #include "core/region/region.h"
 #include "core/region/region_state.h"
+#include "core/region/resolve.h"
+#include "core/region/standby_copy.h"
 #include "core/region/testing/small_world.h"
+#include "core/world/partition_change.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::region {
@@ -34,12 +37,34 @@ class RegionGameTest : public ::testing::Test {
     scene.bodies[0].initial.linear_velocity = {static_cast<float>(speed), 0, 0};
     scene.bodies[0].may_sleep = false;
     scene.properties = {{"hits", std::int64_t{0}}};
+    AddPrefabs(scene);
     scene_ = std::make_shared<const Scene>(std::move(scene));
     module_ = game.module();
     one = Make(kOne, nullptr);
     two = Make(kTwo, nullptr);
     Send(kOne, one->Start());
     Send(kTwo, two->Start());
+  }
+  // Single balls, and pairs of them two metres apart.
+  static void AddPrefabs(Scene& scene) {
+    for (const std::uint64_t bodies : {1, 2}) {
+      Prefab& prefab = scene.prefabs.emplace_back();
+      prefab.name = bodies == 1 ? "single" : "pair";
+      for (std::uint64_t i = 0; i < bodies; ++i) {
+        BodyDef& def = prefab.bodies.emplace_back(scene.bodies[0]);
+        def.id = BodyId(i + 1);
+        def.kind = 0;
+        def.initial = {};
+        def.initial.position = {2 * static_cast<double>(i), 0, 0};
+      }
+      if (bodies == 1) continue;
+      JointDef& joint = prefab.joints.emplace_back();
+      joint.id = JointId(1);
+      joint.body_a = BodyId(1);
+      joint.body_b = BodyId(2);
+      joint.frame_a.position = {1, 0, 0};
+      joint.frame_b.position = {-1, 0, 0};
+    }
   }
   std::unique_ptr<Region> Make(RegionId self, std::shared_ptr<const RegionState> initial) {
     auto host = GameHost::Load(module_, {"game.lua", "fine"}, scene_);
@@ -196,6 +221,121 @@ TEST_F(RegionGameTest, TheGamesOwnMemoryIsNothingThatCounts) {
   EXPECT_EQ(again.position, once.position);
   EXPECT_EQ(again.linear_velocity, once.linear_velocity);
   EXPECT_NE(once.linear_velocity.y, 0);
+}
+
+// --- Bodies that the game makes
+
+class RegionSpawnTest : public RegionGameTest {
+ protected:
+  static BodyId MadeByOne(std::uint32_t prefab, std::uint32_t member = 0) {
+    return SpawnedBodyId({prefab, 1, 1, member});
+  }
+  static tessera_game_value Moving(const tessera_game_field& velocity) {
+    tessera_game_value options{};
+    options.type = TESSERA_GAME_FIELDS;
+    options.count = 1;
+    options.as.fields = &velocity;
+    return options;
+  }
+  // At tick 2 of region 1, near the border, with so many m/s towards region 2.
+  void SpawnAtTick2(const std::string& prefab, double x, double speed) {
+    game.On(game::kOnBodyTick, "ball", [=](GameCalls& calls, Arguments) {
+      EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+      if (calls.result().as.whole != 2) return true;
+      const GameValue name(prefab), place(Vec3d{x, 0, 3}), along(Vec3d{speed, 0, 0});
+      const tessera_game_field velocity{"velocity", 8, game::ToInterface(along)};
+      const tessera_game_value arguments[] = {game::ToInterface(name), game::ToInterface(place), Moving(velocity)};
+      return calls.CallRaw(game::kWorldSpawn, arguments);
+    });
+  }
+};
+
+TEST_F(RegionSpawnTest, ABodyCrossesTheBorderAsAnyOtherDoes) {
+  SpawnAtTick2("single", -0.6, 6);
+  Begin(-5, 0);
+  StepTo(2);
+  const BodyId ball = MadeByOne(0);
+  ASSERT_TRUE(one->Owns(ball));
+  EXPECT_EQ(one->world().StateOf(ball).position.x, -0.6) << "it begins to move with the next step";
+  StepTo(3);
+  EXPECT_NEAR(one->world().StateOf(ball).position.x, -0.5, 1e-6);
+  StepTo(5);
+  ASSERT_TRUE(two->world().Has(ball)) << "a ghost there";
+  EXPECT_EQ(two->world().StateOf(ball).position, one->world().StateOf(ball).position);
+  StepTo(32);
+  EXPECT_FALSE(one->Owns(ball));
+  EXPECT_TRUE(two->Owns(ball));
+  EXPECT_NEAR(two->world().StateOf(ball).position.x, 2.4, 1e-6);
+}
+
+TEST_F(RegionSpawnTest, JointedBodiesCrossTogether) {
+  SpawnAtTick2("pair", -2.6, 6);
+  Begin(-5, 0);
+  StepTo(2);
+  const BodyId first = MadeByOne(1), second = MadeByOne(1, 1);
+  ASSERT_TRUE(one->Owns(first) && one->Owns(second));
+  for (std::uint64_t tick = 3; tick < 60; ++tick) {
+    StepTo(tick);
+    ASSERT_EQ(one->Owns(first), one->Owns(second));
+    ASSERT_EQ(two->Owns(first), two->Owns(second));
+  }
+  ASSERT_TRUE(two->Owns(first));
+  EXPECT_TRUE(two->world().HasJoint(SpawnedJointId(first, JointId(1))));
+  EXPECT_NEAR(two->world().StateOf(second).position.x - two->world().StateOf(first).position.x, 2, 1e-4);
+}
+
+TEST_F(RegionSpawnTest, ASavedStateAndTheLogHaveThem) {
+  SpawnAtTick2("pair", -5, 0);
+  Begin(-8, 0);
+  one->SetStandby(true);
+  StandbyCopy copy(kOne, one->catalog());
+  const auto step = [&] {
+    const StepResult first = one->Step(), second = two->Step();
+    Send(kOne, first.frames);
+    Send(kTwo, second.frames);
+    const absl::Status status = copy.Receive(first.log);
+    EXPECT_TRUE(status.ok()) << status;
+    one->LogAcknowledged(copy.tick());
+  };
+  for (int i = 0; i < 3; ++i) step();
+  EXPECT_NE(copy.state().Find(MadeByOne(1, 1)), nullptr);
+  const auto state = DecodeState(one->SaveState(), one->catalog());
+  ASSERT_TRUE(state.ok()) << state.status();
+  one = Make(kOne, std::make_shared<const RegionState>(*state));
+  ASSERT_TRUE(one->Owns(MadeByOne(1)));
+  EXPECT_TRUE(one->world().HasJoint(SpawnedJointId(MadeByOne(1), JointId(1))));
+}
+
+// The ball comes to region 2 and is removed there; region 1 still has its copy of the grant when region 2 dies.
+TEST_F(RegionSpawnTest, ARemovedBodyLeavesATombstoneForTheStandby) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kBodyPosition, {kGameBall}));
+    return calls.result().as.vector[0] < 0.55 || calls.Call(game::kBodyRemove, {kGameBall});
+  });
+  Begin(-0.4, 6);
+  two->SetStandby(true);  // which acknowledges nothing, so neither does region 2
+  StandbyCopy copy(kTwo, two->catalog());
+  for (int i = 0; i < 20; ++i) {
+    const StepResult first = one->Step(), second = two->Step();
+    Send(kOne, first.frames);
+    Send(kTwo, second.frames);
+    EXPECT_TRUE(copy.Receive(second.log).ok());
+  }
+  EXPECT_FALSE(one->Owns(kGameBall) || two->Owns(kGameBall));
+  EXPECT_FALSE(two->world().Has(kGameBall));
+  EXPECT_THAT(copy.state().tombstones, ElementsAre(BodyClaim{kGameBall, Epoch(2)}));
+  const auto map = FailoverMap(one->map(), std::vector{kTwo}, MapVersion(2));
+  ASSERT_TRUE(map.ok()) << map.status();
+  const StandbyCopy* const primaries[] = {&copy};
+  const auto inventory = one->BeginFailover(*map, primaries);
+  ASSERT_TRUE(inventory.ok()) << inventory.status();
+  EXPECT_THAT(inventory->grants, SizeIs(1)) << "the copy that would bring it back";
+  const auto resolution = Resolve(*map, std::vector{kTwo}, std::vector{*inventory}, std::vector{kGameBall, BodyId(2)});
+  ASSERT_TRUE(resolution.ok()) << resolution.status();
+  EXPECT_THAT(resolution->lost, IsEmpty());
+  ASSERT_TRUE(one->Resume(*resolution, primaries).ok());
+  EXPECT_FALSE(one->Owns(kGameBall));
+  EXPECT_TRUE(one->Owns(BodyId(2)));
 }
 
 }  // namespace

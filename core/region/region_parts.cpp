@@ -55,7 +55,7 @@ RegionParts::RegionParts(const Config& config)
       players(*config.scene),
       reports(catalog),
       ownership(catalog, bodies, players, reports, records),
-      game(config.game, catalog, bodies, records),
+      game(config.game, config.incarnation, catalog, bodies, records, ownership, tombstones),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -72,6 +72,7 @@ RegionState StateOf(const RegionParts& parts) {
   state.incarnation = parts.incarnation;
   state.tick = parts.tick;
   parts.ownership.Save(state);
+  state.tombstones = parts.tombstones.All();
   state.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());
   state.grants = parts.grants_out.kept();
   return state;

@@ -22,6 +22,7 @@
 #include "core/region/region_players.h"
 #include "core/region/relevance.h"
 #include "core/region/tick_log.h"
+#include "core/region/tombstones.h"
 
 namespace tessera::region {
 
@@ -45,8 +46,9 @@ struct RegionParts {
   RegionPlayers players;
   PairReports reports;
   RecordTable records;
-  Ownership ownership;  // writes the four tables above
-  RegionGame game;      // changes records
+  Tombstones tombstones;
+  Ownership ownership;  // writes the four tables before the last
+  RegionGame game;      // changes records and, through the ownership, what is owned
 
   Borders borders;
   OutgoingMessages outgoing;

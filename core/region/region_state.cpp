@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/frame_check.h"
+#include "core/region/owned_body.h"
 #include "core/world/state_check.h"
 
 namespace tessera::region {
@@ -14,14 +15,12 @@ absl::Status Bad(const std::string& what) { return absl::InvalidArgumentError(wh
 
 // A player's body has a control, others have none.
 absl::Status CheckControls(const RegionState& state) {
-  std::size_t players = 0;
-  for (auto body = state.bodies.rbegin(); body != state.bodies.rend() && IsPlayerBody(body->id); ++body) {
-    if (!state.controls.contains(PlayerOf(body->id))) {
-      return Bad(absl::StrCat("body ", body->id.value(), " has no control"));
-    }
-    ++players;
+  const std::span<const StateBody> players = PlayersAmong(state.bodies, &StateBody::id);
+  for (const StateBody& body : players) {
+    if (!state.controls.contains(PlayerOf(body.id)))
+      return Bad(absl::StrCat("body ", body.id.value(), " has no control"));
   }
-  return players == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
+  return players.size() == state.controls.size() ? absl::OkStatus() : Bad("controls: a player without a body");
 }
 
 }  // namespace
@@ -50,6 +49,13 @@ absl::Status CheckRegionState(const RegionState& state, const Catalog& catalog) 
     if (state.Find(id) == nullptr) return Bad(absl::StrCat("records: body ", id.value(), " is not there"));
     if (absl::Status status = CheckRecord(id, changed, catalog); !status.ok()) return status;
   }
+  last = BodyId();
+  for (const BodyClaim& tombstone : state.tombstones) {
+    if (tombstone.body <= last) return Bad("tombstones: ids do not ascend");
+    last = tombstone.body;
+    if (absl::Status status = CheckKnown(tombstone.body, catalog); !status.ok()) return status;
+    if (tombstone.epoch == Epoch()) return Bad(absl::StrCat("tombstones: body ", last.value(), ": epoch 0"));
+  }
   return CheckControls(state);
 }
 
@@ -58,6 +64,7 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
   std::map<BodyId, std::pair<StateBody, const RegionState*>> bodies;
   std::set<PlayerNumber> spawned;
   std::set<TouchingPair> touching;
+  std::map<BodyId, Epoch> tombstones;
   for (const RegionState& state : states) {
     if (state.tick != states[0].tick) {
       return Bad(absl::StrCat("region ", state.region.value(), " is of tick ", state.tick.value(), ", region ",
@@ -69,11 +76,18 @@ absl::StatusOr<RegionState> MergeStates(std::span<const RegionState> states) {
     }
     spawned.insert(state.spawned.begin(), state.spawned.end());
     touching.insert(state.touching.begin(), state.touching.end());
+    for (const BodyClaim& tombstone : state.tombstones) {
+      Epoch& epoch = tombstones[tombstone.body];
+      epoch = std::max(epoch, tombstone.epoch);
+    }
   }
   RegionState merged;
   merged.tick = states[0].tick;
+  for (const auto& [id, epoch] : tombstones) merged.tombstones.push_back({id, epoch});
   merged.bodies.reserve(bodies.size());
   for (const auto& [id, entry] : bodies) {
+    const auto tombstone = tombstones.find(id);
+    if (tombstone != tombstones.end() && entry.first.epoch <= tombstone->second) continue;
     merged.bodies.push_back(entry.first);
     CarriedRecord record = entry.second->RecordOf(id);
     if (!record.empty()) merged.records.emplace(id, std::move(record));

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/region/body_claim.h"
 #include "core/region/catalog.h"
 #include "core/region/frame.h"
 #include "core/region/pair_reports.h"
@@ -48,6 +49,7 @@ struct RegionState {
   std::vector<TouchingPair> touching;              // ascending: begun and reported, not ended
   KeptGrants grants;
   std::map<BodyId, CarriedRecord> records;  // for bodies among them, where changed
+  std::vector<BodyClaim> tombstones;        // ascending, none of the bodies among them
   friend bool operator==(const RegionState&, const RegionState&) = default;
 
   const StateBody* Find(BodyId id) const;

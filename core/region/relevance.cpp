@@ -137,7 +137,7 @@ void Relevance::CountStill(const Bodies& bodies) {
 }
 
 void Relevance::MarkAssemblies(const Bodies& bodies) {
-  if (catalog_.scene().joints.empty()) return;
+  if (!catalog_.has_joints()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     if (catalog_.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
     const std::vector<std::size_t> members = bodies.OwnedAssembly(i);

@@ -1,6 +1,7 @@
 #include "core/region/resolve.h"
 
 #include <algorithm>
+#include <map>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
@@ -44,6 +45,24 @@ void AddClaims(const Inventory& inventory, std::span<const RegionId> dead, std::
       claims.push_back({body, epoch, ClaimKind::kStandbyGranted, self, primary.region, primary.tick});
     }
   }
+}
+
+// The epochs up to which bodies were removed: no copy of them counts.
+std::map<BodyId, Epoch> TombstonesOf(std::span<const Inventory> inventories, std::span<const RegionId> dead) {
+  std::map<BodyId, Epoch> removed;
+  const auto add = [&](const std::vector<BodyClaim>& tombstones) {
+    for (const auto& [body, epoch] : tombstones) {
+      Epoch& highest = removed[body];
+      highest = std::max(highest, epoch);
+    }
+  };
+  for (const Inventory& inventory : inventories) {
+    add(inventory.tombstones);
+    for (const StandbyCopyInventory& primary : inventory.primaries) {
+      if (std::find(dead.begin(), dead.end(), primary.region) != dead.end()) add(primary.tombstones);
+    }
+  }
+  return removed;
 }
 
 absl::Status CheckAll(const PartitionMap& map, std::span<const Inventory> inventories) {
@@ -96,11 +115,12 @@ void Settle(std::span<const Claim> claims, const PartitionMap& map, Resolution& 
   if (IsPlayerBody(best.body)) resolution.players.push_back(PlayerOf(best.body));
 }
 
-void FindLost(std::span<const BodyId> expected, std::span<const Claim> claims, Resolution& resolution) {
+void FindLost(std::span<const BodyId> expected, std::span<const Claim> claims, const std::map<BodyId, Epoch>& removed,
+              Resolution& resolution) {
   auto claim = claims.begin();
   for (const BodyId id : expected) {
     while (claim != claims.end() && claim->body < id) ++claim;
-    if (claim == claims.end() || claim->body != id) resolution.lost.push_back(id);
+    if ((claim == claims.end() || claim->body != id) && !removed.contains(id)) resolution.lost.push_back(id);
   }
 }
 
@@ -122,6 +142,11 @@ absl::StatusOr<Resolution> Resolve(const PartitionMap& map, std::span<const Regi
   resolution.resume_tick = NewestTick(inventories) + 2;
   std::vector<Claim> claims;
   for (const Inventory& inventory : inventories) AddClaims(inventory, dead, claims);
+  const std::map<BodyId, Epoch> removed = TombstonesOf(inventories, dead);
+  std::erase_if(claims, [&](const Claim& claim) {
+    const auto tombstone = removed.find(claim.body);
+    return claim.kind != ClaimKind::kOwned && tombstone != removed.end() && claim.epoch <= tombstone->second;
+  });
   std::sort(claims.begin(), claims.end(), Better);
   for (std::size_t i = 0; i < claims.size();) {
     std::size_t end = i + 1;
@@ -131,7 +156,7 @@ absl::StatusOr<Resolution> Resolve(const PartitionMap& map, std::span<const Regi
   }
   std::sort(resolution.pending.begin(), resolution.pending.end());
   resolution.pending.erase(std::unique(resolution.pending.begin(), resolution.pending.end()), resolution.pending.end());
-  FindLost(expected, claims, resolution);
+  FindLost(expected, claims, removed, resolution);
   for (const RegionId region : dead) {
     const bool held = std::any_of(inventories.begin(), inventories.end(), [region](const Inventory& inventory) {
       return std::any_of(inventory.primaries.begin(), inventory.primaries.end(),

@@ -1,8 +1,9 @@
 // Resolve: who goes on with what when regions have died.
 //
 // For each body the highest epoch lives. A live owner keeps what it has. A body that only the standby of a dead region
-// holds is promoted by the standby; one that was granted to a dead region, and that neither the dead region's standby
-// nor anybody else has, is promoted by its granter. Every promoted body gets an epoch that nobody has seen.
+// holds is promoted by the standby, unless somebody has removed it since; one that was granted to a dead region, and
+// that neither the dead region's standby nor anybody else has, is promoted by its granter. Every promoted body gets an
+// epoch that nobody has seen.
 //
 //   absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
 //   send to every live region: region.Resume(*resolution, primaries)

@@ -23,11 +23,11 @@ class ResolveTest : public ::testing::Test {
     dead = std::move(who);
     map = *FailoverMap(*MakeGridMap({0, 0, 8, 8}, 4), dead, MapVersion(2));
     for (const MapRegion& region : map.regions())
-      inventories.push_back({map.version(), region.id, Tick(100), {}, {}, {}});
+      inventories.push_back({map.version(), region.id, Tick(100), {}, {}, {}, {}});
   }
   Inventory& Of(RegionId id) { return *std::ranges::find(inventories, id, &Inventory::region); }
   void Primary(RegionId holder, RegionId region, std::vector<BodyClaim> bodies, std::vector<GrantClaim> grants = {}) {
-    Of(holder).primaries.push_back({region, Incarnation(1), Tick(99), std::move(bodies), std::move(grants)});
+    Of(holder).primaries.push_back({region, Incarnation(1), Tick(99), std::move(bodies), std::move(grants), {}});
   }
   Resolution Result(std::vector<BodyId> expected = {kX}) {
     const absl::StatusOr<Resolution> resolution = Resolve(map, dead, inventories, expected);
@@ -49,6 +49,28 @@ TEST_F(ResolveTest, TheStandbyPromotesWhatOnlyItsStandbyHas) {
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(4), kB, kA, false}));
   EXPECT_EQ(Result().resume_tick, Tick(102));
   EXPECT_THAT(Result().lost, IsEmpty());
+}
+
+// C took the body from B and removed it; B has not heard the acknowledgement, or its standby has not.
+TEST_F(ResolveTest, WhatWasRemovedDoesNotComeBackFromAnOldCopy) {
+  Die({kA});
+  Of(kB).grants = {{kX, Epoch(4), kC}};
+  Of(kC).tombstones = {{kX, Epoch(4)}};
+  Primary(kB, kA, {{kX, Epoch(3)}}, {});
+  EXPECT_THAT(Result().takeovers, IsEmpty());
+  EXPECT_THAT(Result().pending, IsEmpty());
+  EXPECT_THAT(Result().lost, IsEmpty()) << "removed is not lost";
+  Of(kB).grants = {{kX, Epoch(5), kC}};
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(6), kB, RegionId(), true})) << "a later life of it";
+}
+
+TEST_F(ResolveTest, ADeadRegionsTombstonesCountByItsStandby) {
+  Die({kC});
+  Of(kB).grants = {{kX, Epoch(4), kC}};
+  Primary(kD, kC, {});
+  EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, RegionId(), true}));
+  Of(kD).primaries.back().tombstones = {{kX, Epoch(4)}};
+  EXPECT_THAT(Result().takeovers, IsEmpty());
 }
 
 TEST_F(ResolveTest, GrantedAndTakenBeforeTheStandbyHeardOfIt) {

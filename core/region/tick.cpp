@@ -166,7 +166,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   ReadBack(parts, result);
 
   enter(Phase::kPrediction);
-  parts.game.Run(parts.tick, result.events);
+  for (const Departure& departure : parts.game.Run(parts.tick, result.events)) result.departures.push_back(departure);
   CommitInputs(parts);
   AdoptMapIfDue(parts);
   DecideHandovers(parts);

@@ -106,6 +106,7 @@ Bytes WriteLog(RegionParts& parts) {
   LogView view{parts.self(), parts.incarnation,        parts.tick, parts.bodies.owned(), {}, {},
                changes,      &parts.grants_out.kept(), {}};
   view.records = whole ? parts.records.all() : std::span<const KeptRecord>(news);
+  view.tombstones = parts.tombstones.All();
   if (parts.scene().player.has_value()) {
     view.controls = parts.players.Controls();
     view.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());

@@ -56,7 +56,7 @@ void WholeIslands::Search(std::size_t first, const Bodies& bodies, const Relevan
 void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
   const BodyId id = bodies.IdAt(place);
   near_.clear();
-  if (!catalog_.scene().joints.empty()) {
+  if (catalog_.has_joints()) {
     for (const BodyId jointed : catalog_.AssemblyOf(id)) {
       near_.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(jointed)));  // -1: kNoTag
     }
@@ -73,7 +73,7 @@ void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
 void WholeIslands::Validate([[maybe_unused]] const Bodies& bodies) const {
   assert(whole_.size() == bodies.owned().size());
   assert(most_ >= 2 || std::ranges::find(whole_, true) == whole_.end());
-  if (catalog_.scene().joints.empty()) return;
+  if (!catalog_.has_joints()) return;
   for (std::size_t body = 0; body < whole_.size(); ++body) {
     assert(std::ranges::all_of(bodies.OwnedAssembly(body),
                                [&](std::size_t jointed) { return whole_[jointed] == whole_[body]; }));

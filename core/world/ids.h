@@ -30,10 +30,12 @@ class Id {
 };
 
 // A body of the world. 0 means "no body" (a joint's world end). Scene bodies have ids below 2^32; a player's body is
-// `PlayerBodyId(player)`; ids are never used twice in the life of an instance.
+// `PlayerBodyId(player)`; one that a game made is `SpawnedBodyId` (core/world/spawned_id.h). Ids are never used twice
+// in the life of an instance.
 using BodyId = Id<struct BodyTag, std::uint64_t>;
-// A joint of the scene; from 1.
-using JointId = Id<struct JointTag, std::uint32_t>;
+// A joint of the scene; from 1. That of a prefab's bodies has the id of the first of them, with its own number added:
+// `SpawnedJointId` (core/world/prefab.h).
+using JointId = Id<struct JointTag, std::uint64_t>;
 // A worker's part of the world; from 1 in an instance. 0 means "no region".
 using RegionId = Id<struct RegionTag, std::uint32_t>;
 // A player of an instance; from 1, given in the order of joining. 0 means "no player".
@@ -75,7 +77,9 @@ class Tick {
 // Bodies of players live in their own range, so every region knows from an id alone whose body it is.
 inline constexpr std::uint64_t kFirstPlayerBody = std::uint64_t{1} << 32;
 constexpr BodyId PlayerBodyId(PlayerNumber player) { return BodyId(kFirstPlayerBody + player.value()); }
-constexpr bool IsPlayerBody(BodyId body) { return body.value() > kFirstPlayerBody; }
+constexpr bool IsPlayerBody(BodyId body) {
+  return body.value() > kFirstPlayerBody && body.value() < 2 * kFirstPlayerBody;
+}
 constexpr PlayerNumber PlayerOf(BodyId body) {
   return IsPlayerBody(body) ? PlayerNumber(static_cast<std::uint32_t>(body.value() - kFirstPlayerBody))
                             : PlayerNumber();

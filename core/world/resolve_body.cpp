@@ -63,6 +63,17 @@ BodyDef BodyResolver::Template(const std::string& place, const v1::Body& body) {
   return Common(body);
 }
 
+BodyDef BodyResolver::Member(const std::string& place, const v1::Body& body) {
+  faults_.At(body.name().empty() ? place : absl::StrCat(place, " (", Quoted(body.name()), ")"));
+  if (body.id() != 0) faults_.Add(absl::StrCat("id must be left out of a prefab, got ", body.id()));
+  if (body.motion() == v1::MOTION_STATIC) faults_.Add("motion must be MOTION_DYNAMIC in a prefab");
+  BodyDef def = Common(body);
+  const Pose pose = faults_.Normalised("pose", body.pose(), kMaxExtent_m);
+  def.initial.position = pose.position;
+  def.initial.orientation = pose.orientation;
+  return def;
+}
+
 BodyDef BodyResolver::Common(const v1::Body& body) {
   BodyDef def;
   faults_.Name("name", body.name());

@@ -33,6 +33,8 @@ class BodyResolver {
   BodyDef Body(int index, const v1::Body& body);
   // A body without id and pose. `place` is its place in the scene, e.g. "scatters[0].templates[2]".
   BodyDef Template(const std::string& place, const v1::Body& body);
+  // One of a prefab: without id, and posed about the place where a game makes it.
+  BodyDef Member(const std::string& place, const v1::Body& body);
   // The kinds of all bodies so far, as Scene has them.
   const std::vector<std::string>& kinds() const { return kinds_; }
 

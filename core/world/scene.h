@@ -210,6 +210,14 @@ struct ViewRules {
   double bytes_per_s = 1'250'000;  // to one client, from all regions together, overhead of datagrams included
 };
 
+// What a game may make while the world runs: one body, or several that joints connect. Poses are about the place where
+// it is made, and velocities along its axes.
+struct Prefab {
+  std::string name;
+  std::vector<BodyDef> bodies;   // dynamic; ids are 1, 2 and so on
+  std::vector<JointDef> joints;  // between them; ids are 1, 2 and so on
+};
+
 struct Scene {
   std::string name;
   Aabb bounds;  // the world; bodies that leave it belong to the nearest cell
@@ -222,6 +230,7 @@ struct Scene {
   ViewRules view;
   std::vector<PropertyDef> properties;
   std::vector<std::string> kinds{""};  // of bodies; the first is that of bodies without one
+  std::vector<Prefab> prefabs;
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }
 };

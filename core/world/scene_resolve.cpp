@@ -8,6 +8,7 @@
 #include "core/world/resolve_body.h"
 #include "core/world/resolve_field.h"
 #include "core/world/resolve_joint.h"
+#include "core/world/resolve_prefab.h"
 #include "core/world/scatter.h"
 #include "core/world/scene_io.h"
 
@@ -55,6 +56,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveJoints();
   out_->fields = ResolveFields(faults_, in_, out_->tick_rate_hz);
   ResolvePlayer(bodies);
+  out_->prefabs = ResolvePrefabs(faults_, bodies, in_);
   out_->kinds = bodies.kinds();
   ResolveView();
   if (faults_.count() > 0) return faults_.ToStatus();

@@ -16,6 +16,15 @@ constexpr Parameter kVelocityParameters[] = {{"velocity", kVectorType, "of the c
 constexpr Parameter kAfterParameters[] = {{"ticks", kWholeType, "from now until the timer is due, 1 to 1 000 000"},
                                           {"name", kTextType, "what on_timer is told, at most 32 bytes"},
                                           {"values", kFieldsType, "what on_timer gets, at most 256 bytes", true}};
+constexpr Parameter kSpawnParameters[] = {
+    {"prefab", kTextType, "the name of one of the scene's prefabs"},
+    {"position", kVectorType, "where its origin shall be, m in the world"},
+    {"options", kFieldsType,
+     "`rotation`, `velocity` in m/s and `spin` in rad/s of the place, `expire_after` in ticks; each may be left out",
+     true}};
+constexpr Parameter kExpireParameters[] = {
+    {"ticks", kWholeType, "from now until the body is removed, 1 to 1 000 000; 0: it stays"}};
+constexpr Parameter kMemberParameters[] = {{"number", kWholeType, "of the prefab's bodies, from 1"}};
 constexpr Parameter kCancelParameters[] = {{"timer", kWholeType, "as `after` returned it"}};
 
 constexpr Function kFunctions[] = {
@@ -31,6 +40,9 @@ constexpr Function kFunctions[] = {
      "the callback has asked, so it is the same in each run."},
     {kWorldLog, Receiver::kWorld, "log", kLogParameters, kNothingType,
      "Writes a line with tick and body to the log, a few of them a second."},
+    {kWorldSpawn, Receiver::kWorld, "spawn", kSpawnParameters, kBodyType,
+     "Makes a prefab, owned by this region until it is handed over, and returns its first body. All of its bodies are "
+     "there from the next tick on, and their properties may be set at once."},
     {kBodyIsHere,
      Receiver::kBody,
      "is_here",
@@ -65,6 +77,18 @@ constexpr Function kFunctions[] = {
      "no other timer of the body had before it."},
     {kBodyCancel, Receiver::kBody, "cancel", kCancelParameters, kFlagType,
      "Takes a timer back. False if it was due already, or never was."},
+    {kBodyRemove,
+     Receiver::kBody,
+     "remove",
+     {},
+     kNothingType,
+     "Removes a body that this region owns, for good. Of a prefab with several bodies only this one goes. Bodies that "
+     "do "
+     "not move and those of players stay."},
+    {kBodyExpireAfter, Receiver::kBody, "expire_after", kExpireParameters, kNothingType,
+     "Removes a body that this region owns after so many ticks, wherever it is then."},
+    {kBodyMember, Receiver::kBody, "member", kMemberParameters, kBodyType | kNothingType,
+     "Another body of the same prefab, if there was one with that number. It may be gone."},
 };
 
 constexpr Parameter kContactParameters[] = {{"other", kBodyType, "what it touches"}};

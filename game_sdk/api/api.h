@@ -62,6 +62,7 @@ enum FunctionNumber : std::uint32_t {
   kWorldTickRate = 2,
   kWorldRandom = 3,
   kWorldLog = 4,
+  kWorldSpawn = 5,
   kBodyIsHere = 32,
   kBodyIsOwn = 33,
   kBodyKind = 34,
@@ -77,6 +78,9 @@ enum FunctionNumber : std::uint32_t {
   kBodySetVelocity = 44,
   kBodyAfter = 45,
   kBodyCancel = 46,
+  kBodyRemove = 47,
+  kBodyExpireAfter = 48,
+  kBodyMember = 49,
 };
 
 enum CallbackNumber : std::uint32_t {

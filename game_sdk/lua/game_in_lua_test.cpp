@@ -126,6 +126,28 @@ TEST_F(GameInLuaTest, FreshStatesGiveTheSameEffects) {
   EXPECT_THAT(kept, SizeIs(27));
 }
 
+TEST_F(GameInLuaTest, ACrateThrowsABallThatExpires) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(
+    kinds.crate = {
+      on_contact = function(self)
+        local ball = world.spawn("ball", self:position() + vec(0, 2, 0), { velocity = vec(0, 5, 0), expire_after = 2 })
+        ball.health = 3
+        print("made", ball:is_own(), ball:velocity())
+      end,
+    })");
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre("made true (0, 5, 0)"));
+  const BodyId ball = SpawnedBodyId({0, 1, 1, 0});
+  EXPECT_THAT(world.ids(), ElementsAre(BodyId(1), BodyId(2), ball));
+  EXPECT_EQ(world.property(ball.value(), "health"), PropertyValue(std::int64_t{3}));
+  Run();
+  EXPECT_THAT(world.ids(), SizeIs(3));
+  Run();
+  EXPECT_THAT(world.ids(), SizeIs(2));
+}
+
 TEST_F(GameInLuaTest, WhatWouldBeLostIsRefusedAtLoading) {
   const auto refused = [&](const std::string& source) {
     return std::string(GameHost::Load(*LuaGameModule(), {"game.lua", source}, world.shared_scene()).status().message());

@@ -29,9 +29,8 @@ bool IsSane(double c) { return std::isfinite(c) && std::abs(c) <= kMaxStatePosit
 }  // namespace
 
 void PlayerPlaces::Follow(Tick tick, std::span<const region::OwnedBody> owned) {
-  // Players' bodies have the highest ids.
-  for (auto body = owned.rbegin(); body != owned.rend() && IsPlayerBody(body->def->id); ++body) {
-    players_[PlayerOf(body->def->id)].newest = {body->epoch, tick, body->state.position};
+  for (const region::OwnedBody& body : region::PlayersAmong(owned)) {
+    players_[PlayerOf(body.def->id)].newest = {body.epoch, tick, body.state.position};
   }
 }
 

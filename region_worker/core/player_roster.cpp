@@ -36,10 +36,8 @@ bool PlayerRoster::HasLeft(PlayerNumber player) const {
 }
 
 void PlayerRoster::RemoveLeft(region::Region& region) const {
-  const std::span<const region::OwnedBody> owned = region.owned();
-  // Players' bodies have the highest ids.
-  for (auto body = owned.rbegin(); body != owned.rend() && IsPlayerBody(body->def->id); ++body) {
-    if (HasLeft(PlayerOf(body->def->id))) region.RemovePlayer(PlayerOf(body->def->id));
+  for (const region::OwnedBody& body : region::PlayersAmong(region.owned())) {
+    if (HasLeft(PlayerOf(body.def->id))) region.RemovePlayer(PlayerOf(body.def->id));
   }
 }
 

@@ -6,7 +6,20 @@
 namespace tessera::worker {
 namespace {
 
+constexpr int kMaxRemovedRuns = 10'000;   // of ids in a report
 constexpr std::size_t kSpreadParts = 16;  // so that a cut is off by a sixteenth of its region's load at most
+
+void AddRemoved(const region::Region& region, v1::WorkerReport& report) {
+  for (const BodyId body : region.removed()) {
+    const int runs = report.removed_last_size();
+    if (runs > 0 && report.removed_last(runs - 1) + 1 == body.value()) {
+      report.set_removed_last(runs - 1, body.value());
+    } else if (runs < kMaxRemovedRuns) {
+      report.add_removed_first(body.value());
+      report.add_removed_last(body.value());
+    }
+  }
+}
 
 void AddRun(const RegionRun& run, TimePoint now, v1::WorkerReport& report) {
   const region::Region& region = run.region();
@@ -29,6 +42,7 @@ void AddRun(const RegionRun& run, TimePoint now, v1::WorkerReport& report) {
   report.set_spawned_bodies(run.roster().spawned());
   report.set_removed_bodies(counts.removed_bodies);
   for (const BodyId body : statistics.taken_out()) report.add_nonfinite_ids(body.value());
+  AddRemoved(region, report);
   report.set_last_gap_ms(run.failover_figures().last_gap_ms);
   report.set_bodies_outside(region.away_count());
   report.set_acknowledged_tick(run.standby_log().acknowledged().value());

@@ -1,6 +1,7 @@
 // FakeGameWorld: a few bodies without a region, for tests of the game host.
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <string>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "core/game/game_world.h"
+#include "core/world/prefab.h"
 
 namespace tessera::game {
 
@@ -15,6 +17,9 @@ class FakeGameWorld : public GameWorld {
  public:
   FakeGameWorld() : scene_(std::make_shared<Scene>()) {
     scene_->kinds = {"", "crate", "ball"};
+    scene_->bounds = {{-100, -100, -100}, {100, 100, 100}};
+    AddPrefab("ball", 1);
+    AddPrefab("train", 3);
     scene_->properties = {{"health", std::int64_t{100}}, {"name", std::string("none")}, {"heat", 0.5}, {"on", false}};
   }
 
@@ -41,6 +46,10 @@ class FakeGameWorld : public GameWorld {
     const auto found = bodies_.find(id);
     return found == bodies_.end() ? nullptr : &found->second.def;
   }
+  std::size_t OwnedCount() const override {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(bodies_, [](const auto& entry) { return entry.second.owned; }));
+  }
   BodyState StateOf(BodyId id) const override { return bodies_.at(id).state; }
   bool Owns(BodyId id) const override {
     const auto found = bodies_.find(id);
@@ -58,15 +67,40 @@ class FakeGameWorld : public GameWorld {
     }
     return due;
   }
-  PropertySet ChangedOf(BodyId id) const override { return bodies_.at(id).changed; }
-  GameRecord RecordOf(BodyId id) const override { return bodies_.at(id).record; }
+  // Bodies that the transaction made are not here yet.
+  PropertySet ChangedOf(BodyId id) const override {
+    return bodies_.contains(id) ? bodies_.at(id).changed : PropertySet();
+  }
+  GameRecord RecordOf(BodyId id) const override { return bodies_.contains(id) ? bodies_.at(id).record : GameRecord(); }
+  std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) override {
     ++commits_;
     bodies_.at(id).changed = changed;
     bodies_.at(id).record = record;
   }
+  void Spawn(BodyId id, const BodyState& state) override {
+    bodies_[id] = {MakeSpawned(*scene_, id), state, {}, {}, true};
+  }
+  void Remove(BodyId id) override { bodies_.erase(id); }
+  std::vector<BodyId> ids() const {
+    std::vector<BodyId> ids;
+    for (const auto& [id, body] : bodies_) ids.push_back(id);
+    return ids;
+  }
 
  private:
+  void AddPrefab(std::string name, std::size_t bodies) {
+    Prefab& prefab = scene_->prefabs.emplace_back();
+    prefab.name = std::move(name);
+    for (std::size_t i = 0; i < bodies; ++i) {
+      BodyDef& def = prefab.bodies.emplace_back();
+      def.id = BodyId(i + 1);
+      def.kind = 2;
+      def.mass_kg = 2;
+      def.initial.position = {static_cast<double>(i), 0, 0};
+    }
+  }
+
   struct Body {
     BodyDef def;
     BodyState state;
@@ -77,6 +111,7 @@ class FakeGameWorld : public GameWorld {
 
   const std::shared_ptr<Scene> scene_;
   std::map<BodyId, Body> bodies_;
+  SpawnedIds ids_{Incarnation(1)};
   int commits_ = 0;
 };
 

@@ -1,0 +1,46 @@
+#include "core/region/tombstones.h"
+
+#include <algorithm>
+
+namespace tessera::region {
+namespace {
+
+// How long copies of a granted body may be left after its new owner has removed it: until the granter, and then its
+// standby, have heard of the acknowledgement. The control plane gives a region another standby after 5 s.
+constexpr std::uint64_t kTombstone_s = 10;
+
+bool OfScene(BodyId id) { return id.value() < kFirstPlayerBody; }
+
+}  // namespace
+
+void Tombstones::Add(BodyId id, Epoch epoch, Tick now) {
+  Entry& entry = entries_[id];
+  entry = {std::max(entry.epoch, epoch), now};
+}
+
+void Tombstones::Merge(std::span<const BodyClaim> others, Tick now) {
+  for (const BodyClaim& other : others) Add(other.body, other.epoch, now);
+}
+
+void Tombstones::Forget(Tick now, std::uint32_t tick_rate_hz) {
+  std::erase_if(entries_, [&](const auto& entry) {
+    return !OfScene(entry.first) && entry.second.since + kTombstone_s * tick_rate_hz < now;
+  });
+}
+
+std::vector<BodyClaim> Tombstones::All() const {
+  std::vector<BodyClaim> all;
+  all.reserve(entries_.size());
+  for (const auto& [id, entry] : entries_) all.push_back({id, entry.epoch});
+  return all;
+}
+
+std::vector<BodyId> Tombstones::SceneBodies(Tick tick) const {
+  std::vector<BodyId> bodies;
+  for (const auto& [id, entry] : entries_) {
+    if (OfScene(id) && entry.since <= tick) bodies.push_back(id);
+  }
+  return bodies;
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,43 @@
+// Tombstones: bodies that were removed for good, so that no copy of them is promoted.
+//
+// A body that came from a neighbour may have copies elsewhere for a while: the granter keeps one until it hears the
+// acknowledgement, and the granter's standby until it hears of that. Should a region die meanwhile, such a copy would
+// bring the body back. So a removed body leaves its id and last epoch here, and in the log: in a failover they outrank
+// every copy that is not of a higher epoch. They are forgotten once copies cannot be left; those of the scene's own
+// bodies stay, because they also tell that nobody has lost them.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <map>
+#include <span>
+#include <vector>
+
+#include "core/region/body_claim.h"
+
+namespace tessera::region {
+
+class Tombstones {
+ public:
+  // A body that ceased to be in the step to `now`, under the epoch that it had.
+  void Add(BodyId id, Epoch epoch, Tick now);
+  // Those that a dead region, or an earlier life of this one, had; `now` is this region's tick.
+  void Merge(std::span<const BodyClaim> others, Tick now);
+  // Forgets those that have been here long enough.
+  void Forget(Tick now, std::uint32_t tick_rate_hz);
+
+  // Ascending, each body once.
+  std::vector<BodyClaim> All() const;
+  // Those of the scene's bodies that were removed by `tick`, ascending.
+  std::vector<BodyId> SceneBodies(Tick tick) const;
+  bool empty() const { return entries_.empty(); }
+
+ private:
+  struct Entry {
+    Epoch epoch;
+    Tick since;
+  };
+  std::map<BodyId, Entry> entries_;
+};
+
+}  // namespace tessera::region
