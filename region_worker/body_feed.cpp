@@ -15,26 +15,49 @@ const auto kById = [](const auto& body, BodyId id) { return body.id < id; };
 
 }  // namespace
 
-void BodyFeed::Note(std::span<const region::Departure> departures) {
+void BodyFeed::Note(Tick tick, std::span<const region::Departure> departures) {
   for (const region::Departure& departure : departures) {
     const RegionId to = departure.reason == region::DepartureReason::kHandedOver ? departure.to : RegionId();
-    departures_.push_back({departure.body, departure.epoch, to});
+    if (departure.reason == region::DepartureReason::kRemoved) {
+      removals_.push_back({tick, {departure.body, departure.epoch, to}});
+    } else {
+      departures_.push_back({departure.body, departure.epoch, to});
+    }
   }
+}
+
+void BodyFeed::ReleaseRemovals(Tick committed) {
+  std::erase_if(removals_, [&](const Removal& removal) {
+    if (removal.tick > committed) return false;
+    departures_.push_back(removal.departure);
+    return true;
+  });
+}
+
+bool BodyFeed::IsHeldBack(BodyId id) const {
+  return std::ranges::any_of(removals_, [id](const Removal& removal) { return removal.departure.id == id; });
 }
 
 void BodyFeed::Clear() {
   pushed_.clear();
   properties_.clear();
   departures_.clear();
+  removals_.clear();
 }
 
 void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& history) {
   changed_.clear();
   pushing_.clear();
+  ReleaseRemovals(region.committed_tick());
   auto before = pushed_.begin();
   // Bodies do not leave without a departure; if one ever does, its viewers must not keep it.
   const auto drop = [&] {
-    const BodyId id = (before++)->id;
+    const BodyId id = before->id;
+    if (!removals_.empty() && IsHeldBack(id)) {
+      pushing_.push_back(*before++);
+      return;
+    }
+    ++before;
     const auto named = [&](const replication::DepartureRecord& d) { return d.id == id; };
     if (std::any_of(departures_.begin(), departures_.end(), named)) return;
     departures_.push_back({id, (before - 1)->epoch, RegionId()});
@@ -42,6 +65,7 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   for (const region::OwnedBody& body : region.owned()) {
     const BodyId id = body.def->id;
     while (before != pushed_.end() && before->id < id) drop();
+    if (!region.output().empty() && region.output().IsHidden(id)) continue;
     const bool known = before != pushed_.end() && before->id == id;
     if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state)) {
       changed_.push_back({id, body.epoch, body.state});
@@ -51,22 +75,24 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   }
   while (before != pushed_.end()) drop();
   pushed_.swap(pushing_);
-  AddProperties(region.records().all());
+  AddProperties(region);
   history.Push(region.tick(), changed_, departures_);
   departures_.clear();
 }
 
 // Adds properties to each body that is pushed, because it may be new to the history, and pushes bodies of which nothing
 // but the properties changed.
-void BodyFeed::AddProperties(std::span<const region::KeptRecord> properties) {
+void BodyFeed::AddProperties(const region::Region& region) {
+  telling_.clear();
+  for (const region::KeptRecord& record : region.records().all()) {
+    const region::OutputCommit::PropertyBytes& bytes = region.output().PropertiesOf(record);
+    if (bytes != nullptr && !bytes->empty()) telling_.push_back({record.body, bytes});
+  }
   const auto moved = changed_.size();
-  bool changed = properties.size() != properties_.size();
   auto before = properties_.begin();
-  for (const region::KeptRecord& now : properties) {
-    if (now.bytes->empty()) continue;  // a game keeps something with it, and no property was changed
+  for (const Told& now : telling_) {
     while (before != properties_.end() && before->body < now.body) ++before;
     const bool same = before != properties_.end() && before->body == now.body && before->bytes == now.bytes;
-    changed = changed || !same;
     const auto end = changed_.begin() + static_cast<std::ptrdiff_t>(moved);
     if (const auto at = std::lower_bound(changed_.begin(), end, now.body, kById); at != end && at->id == now.body) {
       at->properties = now.bytes;
@@ -76,7 +102,7 @@ void BodyFeed::AddProperties(std::span<const region::KeptRecord> properties) {
       changed_.push_back({body->id, body->epoch, body->state, now.bytes});
     }
   }
-  if (changed) properties_.assign(properties.begin(), properties.end());
+  properties_.swap(telling_);
 }
 
 std::optional<Vec3d> BodyFeed::PlaceOf(BodyId id) const {

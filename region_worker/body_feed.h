@@ -1,16 +1,19 @@
 // BodyFeed: brings a SnapshotHistory up to date with the bodies of a region, by the changes since the last time.
 //
 //   BodyFeed feed;
-//   feed.Note(result.departures);   // after each step
+//   feed.Note(result.tick, result.departures);   // after each step
 //   feed.Push(region, history);     // at each tick of a snapshot
 //
-// A body is pushed only if its pose, velocities, sleep or properties changed. Thread rule: one thread at a time.
+// A body is pushed only if its pose, velocities, sleep or properties changed. Properties, new bodies and removed ones
+// are pushed as of the newest tick that the region's standby has; poses, and handovers, at once. Thread rule: one
+// thread at a time.
 #pragma once
 
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "core/region/output_commit.h"
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
 
@@ -18,8 +21,8 @@ namespace tessera::worker {
 
 class BodyFeed {
  public:
-  // The bodies that left in a step.
-  void Note(std::span<const region::Departure> departures);
+  // The bodies that left in the step to `tick`.
+  void Note(Tick tick, std::span<const region::Departure> departures);
   // `history` must have all that this has pushed since it was made or cleared, and nothing else.
   void Push(const region::Region& region, replication::SnapshotHistory& history);
   // To be called before a new history: it gets everything.
@@ -33,14 +36,26 @@ class BodyFeed {
     Epoch epoch;
     BodyState state;
   };
-  void AddProperties(std::span<const region::KeptRecord> properties);
+  struct Removal {
+    Tick tick;
+    replication::DepartureRecord departure;
+  };
+  struct Told {
+    BodyId body;
+    region::OutputCommit::PropertyBytes bytes;
+  };
+  void ReleaseRemovals(Tick committed);
+  bool IsHeldBack(BodyId id) const;
+  void AddProperties(const region::Region& region);
 
   std::vector<Pushed> pushed_;                            // ascending by id
-  std::vector<region::KeptRecord> properties_;            // as pushed, ascending by body
+  std::vector<Told> properties_;                          // as pushed, ascending by body
   std::vector<replication::DepartureRecord> departures_;  // since the last push
+  std::vector<Removal> removals_;                         // of which nobody may know yet
   // Scratch of Push, kept for its memory.
   std::vector<Pushed> pushing_;
   std::vector<replication::BodyRecord> changed_;
+  std::vector<Told> telling_;
 };
 
 }  // namespace tessera::worker

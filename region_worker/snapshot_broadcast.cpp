@@ -44,7 +44,7 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
     feed_.Clear();
     return;
   }
-  feed_.Note(departures);
+  feed_.Note(region.tick(), departures);
   if (!SnapshotFallsOn(region.tick(), self_, snapshot_rate_hz_, tick_rate_hz_)) return;
   const TimePoint begin = Clock::now();
   if (!history_) history_.emplace(scene_.bounds, settings_);

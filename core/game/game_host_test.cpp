@@ -384,6 +384,24 @@ TEST_F(GameHostTest, CodeThatIsLoadedAnewGoesOnWithWhatRecordsHold) {
   EXPECT_EQ(called, 1);
 }
 
+TEST_F(GameHostTest, TimersAndTicksOfABodyThatIsLeavingAreItsNextOwners) {
+  world.Add(1, kCrate);
+  int ticks = 0, timers = 0, contacts = 0;
+  game.On(kOnBodyTick, "crate", [&](GameCalls& calls, Arguments) {
+    return ++ticks > 1 || calls.Call(kBodyAfter, {BodyId(1), std::int64_t{1}, std::string("soon")});
+  });
+  game.On(kOnBodyTimer, "crate", [&](GameCalls&, Arguments) { return ++timers > 0; });
+  game.On(kOnBodyContact, "crate", [&](GameCalls&, Arguments) { return ++contacts > 0; });
+  Load();
+  Run();
+  world.Leave(1);
+  Run({Contact(1, 2)});
+  EXPECT_EQ(ticks, 1);
+  EXPECT_EQ(timers, 0);
+  EXPECT_EQ(contacts, 1) << "nobody else is told of it";
+  EXPECT_EQ(world.record(1).timers.size(), 1U);
+}
+
 // --- Bodies that a game makes
 
 class SpawnTest : public GameHostTest {

@@ -25,6 +25,8 @@ class GameWorld {
   // After the last step. The body is here.
   virtual BodyState StateOf(BodyId id) const = 0;
   virtual bool Owns(BodyId id) const = 0;
+  // Owned, and about to be handed over: its own callbacks wait for its next owner.
+  virtual bool IsLeaving(BodyId id) const = 0;
   virtual std::size_t OwnedCount() const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;

@@ -32,6 +32,7 @@ Epoch Ownership::EpochOf(BodyId id) const {
 // Returns the inputs that wait for the body.
 std::vector<PlayerInput> Ownership::Release(BodyId id) {
   records_.Release(id);
+  output_.Left(id);
   return IsPlayerBody(id) ? players_.Release(PlayerOf(id)) : std::vector<PlayerInput>();
 }
 

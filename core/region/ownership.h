@@ -1,7 +1,7 @@
 // Ownership: a body that a region owns, together with all that goes with it: the steering of a player's body, the
-// properties that were changed, and the touching pairs whose events its owner reports.
+// properties that were changed, the touching pairs whose events its owner reports, and what of it nobody may know yet.
 //
-// Promise: bodies come to be owned here, and cease to be, through this class alone; so each of the four tables has an
+// Promise: bodies come to be owned here, and cease to be, through this class alone; so each of the five tables has an
 // entry for a body exactly if the body is owned and has something to enter. Thread rule: one thread at a time.
 #pragma once
 
@@ -12,6 +12,7 @@
 #include "core/region/departing_body.h"
 #include "core/region/grants_out.h"
 #include "core/region/handover.h"
+#include "core/region/output_commit.h"
 #include "core/region/pair_reports.h"
 #include "core/region/record_table.h"
 #include "core/region/region_players.h"
@@ -23,8 +24,9 @@ namespace tessera::region {
 class Ownership {
  public:
   // All must outlive it.
-  Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports, RecordTable& records)
-      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), records_(records) {}
+  Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports, RecordTable& records,
+            OutputCommit& output)
+      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), records_(records), output_(output) {}
 
   // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
   void Take(const GrantedBody& body, const PlayerControl& control);
@@ -65,6 +67,7 @@ class Ownership {
   RegionPlayers& players_;
   PairReports& reports_;
   RecordTable& records_;
+  OutputCommit& output_;
 };
 
 }  // namespace tessera::region

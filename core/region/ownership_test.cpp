@@ -54,7 +54,8 @@ class OwnershipTest : public ::testing::Test {
   RegionPlayers players{*world.scene};
   PairReports reports{world.catalog};
   RecordTable properties;
-  Ownership ownership{world.catalog, world.bodies, players, reports, properties};
+  OutputCommit output;
+  Ownership ownership{world.catalog, world.bodies, players, reports, properties, output};
 };
 
 TEST_F(OwnershipTest, AGrantCarriesAllThatGoesWithABody) {

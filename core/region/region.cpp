@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/claims.h"
@@ -72,13 +73,19 @@ absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyVal
   if (FindDeparting(parts.grants_out.departing(), body) != nullptr) {
     return absl::NotFoundError(absl::StrCat("body ", body.value(), " is being handed over"));
   }
-  return parts.records.Set(body, parts.scene().properties, name, std::move(value), change);
+  const KeptRecord* const now = parts.records.Find(body);
+  const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
+  absl::Status status = parts.records.Set(body, parts.scene().properties, name, std::move(value), change);
+  if (!status.ok()) return status;
+  parts.output.Changed(before ? &*before : nullptr, *parts.records.Find(body), parts.tick + 1);
+  return status;
 }
 const RecordTable& Region::records() const { return parts_->records; }
 
-std::vector<BodyId> Region::removed() const {
-  return parts_->tombstones.SceneBodies(parts_->log.standby_has().value_or(parts_->tick));
-}
+std::vector<BodyId> Region::removed() const { return parts_->tombstones.SceneBodies(committed_tick()); }
+
+const OutputCommit& Region::output() const { return parts_->output; }
+Tick Region::committed_tick() const { return parts_->log.standby_has().value_or(parts_->tick); }
 
 void Region::SetStandby(bool on) {
   parts_->log.Switch(on);

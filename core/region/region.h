@@ -46,6 +46,7 @@ class GameHost;  // core/game/game_host.h
 namespace tessera::region {
 
 class Catalog;       // catalog.h
+class OutputCommit;  // output_commit.h
 class StandbyCopy;   // standby_copy.h
 struct Inventory;    // inventory.h
 struct RegionParts;  // region_parts.h
@@ -137,6 +138,13 @@ class Region {
   // Bodies of the scene that the game removed, or some earlier life of this region, ascending; with a standby those
   // that it knows of too, so that they stay removed.
   std::vector<BodyId> removed() const;
+
+  // --- What others may be told.
+  // Of properties and of bodies that came to be. Bodies that went may be told of once committed_tick() has their tick.
+  const OutputCommit& output() const;
+  // The newest tick that no death of this region alone takes back: all that its standby has, or that it has without
+  // one.
+  Tick committed_tick() const;
 
   // --- Standby.
   // Turns the log on (from the next step's result on) or off. Each call with true begins anew with a whole state: call

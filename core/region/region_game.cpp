@@ -1,5 +1,6 @@
 #include "core/region/region_game.h"
 
+#include <optional>
 #include <utility>
 
 #include "game_sdk/api/api.h"
@@ -26,6 +27,19 @@ std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairE
   }
   host_->Run(tick, called, *this);
   return std::exchange(removed_, {});
+}
+
+void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) {
+  const KeptRecord* const now = records_.Find(id);
+  const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
+  records_.Commit(id, changed, record);
+  const KeptRecord* const after = records_.Find(id);
+  if (after != nullptr) output_.Changed(before ? &*before : nullptr, *after, tick_);
+}
+
+void RegionGame::Spawn(BodyId id, const BodyState& state) {
+  ownership_.Spawn(id, state);
+  output_.Spawned(id, tick_);
 }
 
 void RegionGame::Remove(BodyId id) {

@@ -27,13 +27,14 @@ class RegionGame : private game::GameWorld {
  public:
   // Without a host there is no game, and it does nothing. All others must outlive it.
   RegionGame(std::shared_ptr<game::GameHost> host, Incarnation maker, const Catalog& catalog, const Bodies& bodies,
-             RecordTable& records, Ownership& ownership, Tombstones& tombstones)
+             RecordTable& records, Ownership& ownership, Tombstones& tombstones, OutputCommit& output)
       : host_(std::move(host)),
         catalog_(catalog),
         bodies_(bodies),
         records_(records),
         ownership_(ownership),
         tombstones_(tombstones),
+        output_(output),
         ids_(maker) {}
 
   // After the step to `tick`, with the events that this region reports. Returns the bodies that it removed.
@@ -51,10 +52,9 @@ class RegionGame : private game::GameWorld {
   PropertySet ChangedOf(BodyId id) const override;
   game::GameRecord RecordOf(BodyId id) const override;
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
-  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) override {
-    records_.Commit(id, changed, record);
-  }
-  void Spawn(BodyId id, const BodyState& state) override { ownership_.Spawn(id, state); }
+  bool IsLeaving(BodyId id) const override { return output_.Waits(id); }
+  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) override;
+  void Spawn(BodyId id, const BodyState& state) override;
   void Remove(BodyId id) override;
 
   const std::shared_ptr<game::GameHost> host_;
@@ -63,6 +63,7 @@ class RegionGame : private game::GameWorld {
   RecordTable& records_;
   Ownership& ownership_;
   Tombstones& tombstones_;
+  OutputCommit& output_;
   SpawnedIds ids_;
   Tick tick_;
   std::vector<Departure> removed_;  // in this tick

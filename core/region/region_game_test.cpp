@@ -5,6 +5,7 @@
 
 #include "core/game/testing/scripted_game.h"
 #include "core/region/log.h"
+#include "core/region/output_commit.h"
 #include "core/region/region.h"
 #include "core/region/region_state.h"
 #include "core/region/resolve.h"
@@ -221,6 +222,74 @@ TEST_F(RegionGameTest, TheGamesOwnMemoryIsNothingThatCounts) {
   EXPECT_EQ(again.position, once.position);
   EXPECT_EQ(again.linear_velocity, once.linear_velocity);
   EXPECT_NE(once.linear_velocity.y, 0);
+}
+
+// --- What waits for the standby
+
+// Region 1 with a standby that says by `lag` ticks late what it has.
+class RegionCommitTest : public RegionGameTest {
+ protected:
+  void StepWithStandby(std::uint64_t ticks, std::uint64_t lag) {
+    for (std::uint64_t i = 0; i < ticks; ++i) {
+      const StepResult first = one->Step(), second = two->Step();
+      Send(kOne, first.frames);
+      Send(kTwo, second.frames);
+      if (one->tick().value() > lag) one->LogAcknowledged(Tick(one->tick().value() - lag));
+    }
+  }
+  // What clients may be told of the ball's property.
+  PropertyValue Told() const {
+    const KeptRecord* record = one->records().Find(kGameBall);
+    const OutputCommit::PropertyBytes bytes = record == nullptr ? nullptr : one->output().PropertiesOf(*record);
+    const PropertySet set =
+        bytes == nullptr ? PropertySet() : PropertySet::Decode(*bytes, one->catalog().scene().properties).value();
+    return *ValueOf(one->catalog().scene().properties, {}, set, "hits");
+  }
+};
+
+TEST_F(RegionCommitTest, APropertyIsToldWhenTheStandbyHasIt) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), calls.result().as.whole});
+  });
+  Begin(-5, 0);
+  one->SetStandby(true);
+  StepWithStandby(10, 3);
+  EXPECT_EQ(Hits(), PropertyValue(std::int64_t{10}));
+  EXPECT_EQ(Told(), PropertyValue(std::int64_t{6})) << "what the standby had by the beginning of the step";
+  one->SetStandby(false);
+  Step();
+  EXPECT_EQ(Told(), PropertyValue(std::int64_t{11}));
+}
+
+// Were the ball granted at once, and region 1 dead with a standby that lacks the tick, what the callback did to other
+// bodies would be undone and the ball would keep its part of it.
+TEST_F(RegionCommitTest, ABodyWhoseRecordChangedIsHandedOverWhenTheStandbyHasIt) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), calls.result().as.whole});
+  });
+  Begin(-0.1, 6);  // beyond the hysteresis from tick 4 on
+  one->SetStandby(true);
+  StepWithStandby(9, 20);
+  EXPECT_TRUE(one->Owns(kGameBall));
+  EXPECT_TRUE(one->output().Waits(kGameBall));
+  EXPECT_EQ(Hits(), PropertyValue(std::int64_t{4})) << "what waits is not changed any more";
+  one->LogAcknowledged(Tick(9));
+  StepWithStandby(2, 20);
+  EXPECT_TRUE(two->Owns(kGameBall));
+}
+
+TEST_F(RegionCommitTest, AHandoverDoesNotWaitForAStandbyForEver) {
+  game.On(game::kOnBodyTick, "ball", [](GameCalls& calls, Arguments) {
+    return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), std::int64_t{1}});
+  });
+  Begin(-0.1, 1);
+  one->SetStandby(true);
+  StepWithStandby(40, 1000);
+  EXPECT_TRUE(one->Owns(kGameBall));
+  StepWithStandby(40, 1000);
+  EXPECT_TRUE(two->Owns(kGameBall));
 }
 
 // --- Bodies that the game makes

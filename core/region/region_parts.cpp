@@ -54,8 +54,8 @@ RegionParts::RegionParts(const Config& config)
       bodies(catalog, WorldSettingsOf(config)),
       players(*config.scene),
       reports(catalog),
-      ownership(catalog, bodies, players, reports, records),
-      game(config.game, config.incarnation, catalog, bodies, records, ownership, tombstones),
+      ownership(catalog, bodies, players, reports, records, output),
+      game(config.game, config.incarnation, catalog, bodies, records, ownership, tombstones, output),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -88,6 +88,7 @@ void Validate([[maybe_unused]] const RegionParts& parts) {
   parts.players.Validate();
   parts.reports.Validate();
   parts.records.Validate();
+  parts.output.Validate();
   parts.ownership.Validate();
   parts.borders.Validate();
   parts.outgoing.Validate(parts.neighborhood.neighbors());

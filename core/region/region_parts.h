@@ -14,6 +14,7 @@
 #include "core/region/map_change.h"
 #include "core/region/neighborhood.h"
 #include "core/region/outgoing.h"
+#include "core/region/output_commit.h"
 #include "core/region/ownership.h"
 #include "core/region/pair_reports.h"
 #include "core/region/record_table.h"
@@ -47,8 +48,9 @@ struct RegionParts {
   PairReports reports;
   RecordTable records;
   Tombstones tombstones;
-  Ownership ownership;  // writes the four tables before the last
-  RegionGame game;      // changes records and, through the ownership, what is owned
+  OutputCommit output;
+  Ownership ownership;  // writes bodies, players, reports and records, and forgets output
+  RegionGame game;      // changes records and, through the ownership, what is owned; notes it in tombstones and output
 
   Borders borders;
   OutgoingMessages outgoing;

@@ -28,7 +28,27 @@ bool Better(const Claim& a, const Claim& b) {
          std::tuple(b.body, a.epoch, b.kind, a.tick, b.holder, b.from);
 }
 
-void AddClaims(const Inventory& inventory, std::span<const RegionId> dead, std::vector<Claim>& claims) {
+// The copy of each dead region that counts: of its newest life and tick. A region that is standby no more may still
+// have an older one. Among equal ones the lowest holder's.
+using NewestCopies = std::map<RegionId, std::pair<RegionId, const StandbyCopyInventory*>>;  // by the dead: holder, copy
+
+NewestCopies NewestCopiesOf(std::span<const Inventory> inventories, std::span<const RegionId> dead) {
+  NewestCopies newest;
+  for (const Inventory& inventory : inventories) {
+    for (const StandbyCopyInventory& copy : inventory.primaries) {
+      if (std::find(dead.begin(), dead.end(), copy.region) == dead.end()) continue;
+      auto& [holder, best] = newest[copy.region];
+      const auto age = [](const StandbyCopyInventory& one) { return std::pair(one.incarnation, one.tick); };
+      const bool older = best != nullptr && age(copy) < age(*best);
+      if (older || (best != nullptr && age(copy) == age(*best) && holder < inventory.region)) continue;
+      holder = inventory.region;
+      best = &copy;
+    }
+  }
+  return newest;
+}
+
+void AddClaims(const Inventory& inventory, const NewestCopies& newest, std::vector<Claim>& claims) {
   const RegionId self = inventory.region;
   for (const auto& [body, epoch] : inventory.owned) {
     claims.push_back({body, epoch, ClaimKind::kOwned, self, RegionId(), Tick()});
@@ -37,7 +57,8 @@ void AddClaims(const Inventory& inventory, std::span<const RegionId> dead, std::
     claims.push_back({body, epoch, ClaimKind::kGranted, self, RegionId(), Tick()});
   }
   for (const StandbyCopyInventory& primary : inventory.primaries) {
-    if (std::find(dead.begin(), dead.end(), primary.region) == dead.end()) continue;
+    const auto counts = newest.find(primary.region);
+    if (counts == newest.end() || counts->second.second != &primary) continue;
     for (const auto& [body, epoch] : primary.bodies) {
       claims.push_back({body, epoch, ClaimKind::kStandby, self, primary.region, primary.tick});
     }
@@ -141,7 +162,8 @@ absl::StatusOr<Resolution> Resolve(const PartitionMap& map, std::span<const Regi
   resolution.version = map.version();
   resolution.resume_tick = NewestTick(inventories) + 2;
   std::vector<Claim> claims;
-  for (const Inventory& inventory : inventories) AddClaims(inventory, dead, claims);
+  const NewestCopies newest = NewestCopiesOf(inventories, dead);
+  for (const Inventory& inventory : inventories) AddClaims(inventory, newest, claims);
   const std::map<BodyId, Epoch> removed = TombstonesOf(inventories, dead);
   std::erase_if(claims, [&](const Claim& claim) {
     const auto tombstone = removed.find(claim.body);

@@ -12,6 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 constexpr RegionId kA(1), kB(2), kC(3), kD(4);
 constexpr BodyId kX(7);
@@ -71,6 +72,17 @@ TEST_F(ResolveTest, ADeadRegionsTombstonesCountByItsStandby) {
   EXPECT_THAT(Result().takeovers, ElementsAre(Takeover{kX, Epoch(5), kB, RegionId(), true}));
   Of(kD).primaries.back().tombstones = {{kX, Epoch(4)}};
   EXPECT_THAT(Result().takeovers, IsEmpty());
+}
+
+// B was A's standby until C took that over; B's copy has a body that A has removed since.
+TEST_F(ResolveTest, OfTwoCopiesTheNewerOneCounts) {
+  Die({kA});
+  Primary(kB, kA, {{kX, Epoch(3)}, {BodyId(8), Epoch(1)}});
+  Primary(kC, kA, {{BodyId(8), Epoch(1)}});
+  Of(kB).primaries.back().tick = Tick(90);
+  EXPECT_THAT(Result({BodyId(8)}).takeovers, ElementsAre(Takeover{BodyId(8), Epoch(2), kC, kA, false}));
+  Of(kC).primaries.clear();
+  EXPECT_THAT(Result({BodyId(8)}).takeovers, SizeIs(2)) << "an old copy is better than none";
 }
 
 TEST_F(ResolveTest, GrantedAndTakenBeforeTheStandbyHeardOfIt) {

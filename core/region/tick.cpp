@@ -126,6 +126,9 @@ void DecideHandovers(RegionParts& parts) {
   std::vector<PreparedGrant> grants;
   for (const PlannedHandover& planned :
        PlanHandovers(parts.bodies, parts.catalog, parts.neighborhood, parts.settings, may_grant)) {
+    std::vector<BodyId> assembly;
+    for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.owned()[index].def->id);
+    if (parts.output.MustWait(assembly, parts.tick)) continue;
     grants.push_back(parts.ownership.Prepare(planned, parts.tick));
     parts.outgoing.Add(planned.to, std::move(grants.back().grant));
   }
@@ -166,7 +169,9 @@ StepResult Region::Step(const PhaseObserver& observer) {
   ReadBack(parts, result);
 
   enter(Phase::kPrediction);
+  parts.output.Release(parts.log.standby_has(), parts.tick);
   for (const Departure& departure : parts.game.Run(parts.tick, result.events)) result.departures.push_back(departure);
+  if (!parts.log.on()) parts.output.Release(std::nullopt, parts.tick);
   CommitInputs(parts);
   AdoptMapIfDue(parts);
   DecideHandovers(parts);

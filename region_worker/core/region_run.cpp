@@ -37,7 +37,7 @@ absl::Status RegionRun::Follow(const Order& order, TimePoint now, LinkTable& lin
   if (absl::Status status = FollowFailover(order, now, links, actions); !status.ok()) return status;
   if (order.planned && !failovers_.under_way()) maps_.Follow(*order.planned, ticks_.region(), actions);
   if (failovers_.fenced()) return absl::OkStatus();
-  copies_.Set(order.primaries, links, actions);
+  copies_.Set(order.primaries, now, links, actions);
   standby_log_.SetStandby(order.standby, ticks_.region(), actions);
   return absl::OkStatus();
 }
@@ -131,6 +131,7 @@ std::optional<std::uint64_t> RegionRun::AskForLease(TimePoint now, const LinkTab
 
 bool RegionRun::Advance(TimePoint now, LinkTable& links, Actions& actions) {
   standby_log_.Follow(links, now, ticks_.region(), actions);
+  copies_.Expire(now);
   if (MayStep(now, actions)) return true;
   if (!paused_) ticks_.Watch(now, !left_out_, links, actions);
   return false;

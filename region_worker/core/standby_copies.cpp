@@ -14,13 +14,27 @@ constexpr Duration kAskDistance = std::chrono::milliseconds(250);
 
 }  // namespace
 
-void StandbyCopies::Set(std::span<const RegionId> primaries, const LinkTable& links, Actions& actions) {
-  for (auto& [region, primary] : primaries_) primary.wanted = false;
+void StandbyCopies::Set(std::span<const RegionId> primaries, TimePoint now, const LinkTable& links, Actions& actions) {
   for (const RegionId region : primaries) {
+    // What a retired copy missed comes with a whole state.
+    const auto retired = primaries_.find(region);
+    if (retired != primaries_.end() && !retired->second.wanted && !retired->second.dead) primaries_.erase(retired);
     if (!primaries_.contains(region)) Add(region, links, actions);
     primaries_.at(region).wanted = true;
   }
-  std::erase_if(primaries_, [](const auto& entry) { return !entry.second.wanted && !entry.second.dead; });
+  for (auto& [region, primary] : primaries_) {
+    if (!primary.wanted || std::ranges::find(primaries, region) != primaries.end()) continue;
+    primary.wanted = false;
+    primary.retired_at = now;
+    primary.partial.clear();
+  }
+}
+
+void StandbyCopies::Expire(TimePoint now) {
+  std::erase_if(primaries_, [now](const auto& entry) {
+    const Primary& primary = entry.second;
+    return !primary.wanted && !primary.dead && now >= primary.retired_at + kRetiredFor;
+  });
 }
 
 // Its log may have come before this order did, went nowhere, and its sender may have stopped sending.
@@ -33,7 +47,7 @@ void StandbyCopies::Add(RegionId region, const LinkTable& links, Actions& action
 void StandbyCopies::OnLog(RegionId from, const LinkMessage& message, TimePoint now, const LinkTable& links,
                           Actions& actions) {
   const auto found = primaries_.find(from);
-  if (found == primaries_.end() || found->second.dead) return;
+  if (found == primaries_.end() || found->second.dead || !found->second.wanted) return;
   Primary& primary = found->second;
   const LinkTable::LinkNumber link = links.LinkTo(from);
   // A message that was begun over another link is never completed.
@@ -67,7 +81,8 @@ void StandbyCopies::Take(RegionId from, Primary& primary, TimePoint now, const L
 void StandbyCopies::OnLeaseAsk(RegionId from, std::uint64_t number, TimePoint now, const LinkTable& links,
                                Actions& actions) {
   const auto primary = primaries_.find(from);
-  if (primary == primaries_.end() || primary->second.dead || !primary->second.copy.whole()) return;
+  if (primary == primaries_.end() || primary->second.dead || !primary->second.wanted) return;
+  if (!primary->second.copy.whole()) return;
   primary->second.acknowledged_at = now;
   ++primary->second.signs;
   links.Send(from, Numbered(LinkMessageKind::kLeaseGiven, number), actions);
@@ -104,7 +119,7 @@ std::optional<TimePoint> StandbyCopies::AcknowledgedAt(RegionId primary) const {
 
 void StandbyCopies::Report(v1::WorkerReport& report) const {
   for (const auto& [region, primary] : primaries_) {
-    if (!primary.copy.whole()) continue;
+    if (!primary.copy.whole() || !primary.wanted) continue;
     v1::StandbyStatus& copy = *report.add_standby_copies();
     copy.set_region(region.value());
     copy.set_incarnation(primary.copy.incarnation().value());

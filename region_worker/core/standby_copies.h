@@ -33,8 +33,13 @@ class StandbyCopies {
 
   explicit StandbyCopies(const region::Catalog& catalog) : catalog_(catalog) {}
 
-  // Whole state. Copies of dead primaries stay.
-  void Set(std::span<const RegionId> primaries, const LinkTable& links, Actions& actions);
+  // Until a primary's new standby has a whole copy, the old one's may be the only one: it stays so long.
+  static constexpr Duration kRetiredFor = std::chrono::seconds(10);
+
+  // Whole state. Copies of dead primaries stay, and those of regions that are primaries no more for a while.
+  void Set(std::span<const RegionId> primaries, TimePoint now, const LinkTable& links, Actions& actions);
+  // Forgets those whose time is over.
+  void Expire(TimePoint now);
   void OnLog(RegionId from, const LinkMessage& message, TimePoint now, const LinkTable& links, Actions& actions);
   void OnLeaseAsk(RegionId from, std::uint64_t number, TimePoint now, const LinkTable& links, Actions& actions);
 
@@ -60,6 +65,7 @@ class StandbyCopies {
     bool dead = false, wanted = true;
     std::uint64_t signs = 0;  // that it lives
     TimePoint acknowledged_at{};
+    TimePoint retired_at{};  // where it is not wanted
     TimePoint may_ask_at{};
   };
   void Add(RegionId region, const LinkTable& links, Actions& actions);

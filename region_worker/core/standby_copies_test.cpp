@@ -10,6 +10,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 constexpr RegionId kPrimary{2};
 
@@ -28,22 +29,61 @@ class StandbyCopiesTest : public testing::Test {
   const region::Catalog catalog_{SmallWorld()};
   LinkTable links_{kSelf};
   Actions actions_;
+  TimePoint now_;
   StandbyCopies copies_{catalog_};
   const std::vector<RegionId> primaries_ = {kPrimary};
 };
 
 TEST_F(StandbyCopiesTest, AStandbyThatHearsLateOfItsPrimaryAsksForAllThatItMissed) {
-  copies_.Set(primaries_, links_, actions_);
+  copies_.Set(primaries_, now_, links_, actions_);
   EXPECT_THAT(TakeAsked(), ElementsAre(kPrimary));
-  copies_.Set(primaries_, links_, actions_);
+  copies_.Set(primaries_, now_, links_, actions_);
   EXPECT_THAT(TakeAsked(), IsEmpty());
 }
 
+TEST_F(StandbyCopiesTest, ACopyOutlivesItsOrderUntilTheNewStandbyHasOne) {
+  copies_.Set(primaries_, now_, links_, actions_);
+  (void)TakeAsked();
+  region::RegionState state;
+  state.region = kPrimary;
+  state.incarnation = Incarnation(1);
+  state.tick = Tick(5);
+  const auto receive = [&] {
+    const region::Bytes bytes = region::EncodeState(state);
+    copies_.OnLog(kPrimary, {.kind = LinkMessageKind::kLog, .bytes = bytes, .last = true}, now_, links_, actions_);
+  };
+  receive();
+  ASSERT_THAT(copies_.Whole(), SizeIs(1));
+  copies_.Set({}, now_, links_, actions_);
+  state.tick = Tick(6);
+  receive();
+  ASSERT_THAT(copies_.Whole(), SizeIs(1));
+  EXPECT_EQ(copies_.Whole()[0]->tick(), Tick(5)) << "another region follows it from now on";
+  copies_.Expire(now_ + StandbyCopies::kRetiredFor - std::chrono::milliseconds(1));
+  EXPECT_THAT(copies_.Whole(), SizeIs(1));
+  copies_.DeclareDead(kPrimary);
+  copies_.Expire(now_ + StandbyCopies::kRetiredFor);
+  EXPECT_THAT(copies_.Dead(), SizeIs(1)) << "it may be all that there is";
+  copies_.Forget(links_, actions_);
+  EXPECT_THAT(copies_.Whole(), IsEmpty());
+}
+
+TEST_F(StandbyCopiesTest, ARetiredCopyEndsAfterAWhileAndBeginsAnewIfItIsWantedAgain) {
+  copies_.Set(primaries_, now_, links_, actions_);
+  copies_.Set({}, now_, links_, actions_);
+  EXPECT_THAT(TakeAsked(), ElementsAre(kPrimary));
+  copies_.Set(primaries_, now_, links_, actions_);
+  EXPECT_THAT(TakeAsked(), ElementsAre(kPrimary));
+  copies_.Set({}, now_, links_, actions_);
+  copies_.Expire(now_ + StandbyCopies::kRetiredFor);
+  EXPECT_EQ(copies_.AcknowledgedAt(kPrimary), std::nullopt);
+}
+
 TEST_F(StandbyCopiesTest, TheNextLifeOfADeadPrimaryIsAskedOnceTheDeadIsSettled) {
-  copies_.Set(primaries_, links_, actions_);
+  copies_.Set(primaries_, now_, links_, actions_);
   (void)TakeAsked();
   copies_.DeclareDead(kPrimary);
-  copies_.Set(primaries_, links_, actions_);
+  copies_.Set(primaries_, now_, links_, actions_);
   EXPECT_THAT(TakeAsked(), IsEmpty());
   copies_.Forget(links_, actions_);
   EXPECT_THAT(TakeAsked(), ElementsAre(kPrimary));

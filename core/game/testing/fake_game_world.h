@@ -46,6 +46,8 @@ class FakeGameWorld : public GameWorld {
     const auto found = bodies_.find(id);
     return found == bodies_.end() ? nullptr : &found->second.def;
   }
+  bool IsLeaving(BodyId id) const override { return leaving_ == id; }
+  void Leave(std::uint64_t id) { leaving_ = BodyId(id); }
   std::size_t OwnedCount() const override {
     return static_cast<std::size_t>(
         std::ranges::count_if(bodies_, [](const auto& entry) { return entry.second.owned; }));
@@ -112,6 +114,7 @@ class FakeGameWorld : public GameWorld {
   const std::shared_ptr<Scene> scene_;
   std::map<BodyId, Body> bodies_;
   SpawnedIds ids_{Incarnation(1)};
+  BodyId leaving_;
   int commits_ = 0;
 };
 

@@ -1,0 +1,69 @@
+// OutputCommit: which of what a region has decided may be told to others, because its standby has it too.
+//
+// Poses are told at once: a death may set them back. Properties, bodies that come to be, and handovers of bodies whose
+// records changed wait until the standby has the tick that made them, so that nothing that anybody has acted on is
+// undone by a death. Without a standby nothing waits.
+//
+// Thread rule: one thread at a time.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/region/record_table.h"
+#include "core/world/ids.h"
+
+namespace tessera::region {
+
+class OutputCommit {
+ public:
+  using PropertyBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
+
+  // How long a handover may wait, ticks: an eighth of the time in which a fast body leaves what its owner sees.
+  static constexpr std::uint64_t kMaxHandoverWait = 30;
+
+  // What counts of a body's record changed; the log of `tick` is the first that has it. `before` is null where the body
+  // had no record.
+  void Changed(const KeptRecord* before, const KeptRecord& after, Tick tick);
+  // A body came to be in `tick`.
+  void Spawned(BodyId id, Tick tick) { entries_[id].spawned = tick; }
+  // The body is not owned here any more.
+  void Left(BodyId id);
+  // After the step to `now`: the standby has all up to this tick; nothing without a standby.
+  void Release(std::optional<Tick> standby_has, Tick now);
+
+  // Whether one of these bodies, which should be handed over, has to wait in the step to `now`.
+  bool MustWait(std::span<const BodyId> assembly, Tick now);
+  // Whether the body waits for that: nothing may change its record meanwhile.
+  bool Waits(BodyId id) const { return waiting_.contains(id); }
+  // Whether nobody may know of the body yet.
+  bool IsHidden(BodyId id) const;
+  bool empty() const { return entries_.empty(); }
+  // The properties of a body with this record that may be told; null or empty for none.
+  const PropertyBytes& PropertiesOf(const KeptRecord& record) const;
+
+  void Validate() const;
+
+ private:
+  struct Entry {
+    Tick spawned;        // 0: it was there before
+    PropertyBytes told;  // as of the newest tick that the standby has
+    std::deque<std::pair<Tick, PropertyBytes>> later;
+  };
+  std::map<BodyId, Entry> entries_;
+  struct Wait {
+    Tick since, last;
+  };
+  std::map<BodyId, Wait> waiting_;
+};
+
+// Whether records differ in what counts: pushes are motion.
+bool CountsAsChange(const KeptRecord* before, const KeptRecord& after);
+
+}  // namespace tessera::region
