@@ -94,6 +94,7 @@ class alignas(64) RigidBody {
   const Geometry& geometry() const { return *geometry_; }
   const std::shared_ptr<const Geometry>& shared_geometry() const { return geometry_; }
   const Material& material() const { return material_; }
+  const CollisionLayer& layer() const { return layer_; }
   double mass_kg() const { return mass_kg_; }
   Vec3d inertia() const { return inertia_; }
   // Acceleration by gravity and the forces of the next step, m/s^2.
@@ -136,6 +137,7 @@ class alignas(64) RigidBody {
   double mass_kg_;
   Vec3d inertia_;
   Material material_;
+  CollisionLayer layer_;
   Vec3d gravity_;
   Damping linear_damping_, angular_damping_;
   BodyFrame frame_;
