@@ -66,6 +66,13 @@ void Surface::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) co
   }
 }
 
+double Surface::PieceLength() const {
+  // A field's boxes hold a few cells each; a mesh's triangles are of any size, so its boxes are a small share of it.
+  constexpr double kCells = 4, kShare = 1.0 / 64, kLeast_m = 1e-3;
+  const double length = is_field() ? kCells * field().spacing_m : kShare * Length(Vec3d(bounds_.max - bounds_.min));
+  return std::max(length, kLeast_m);
+}
+
 std::array<std::size_t, 3> Surface::VerticesOf(std::uint32_t triangle) const {
   if (is_field()) return grid_.VerticesOf(triangle);
   const auto& c = mesh_.triangles[triangle].corners;

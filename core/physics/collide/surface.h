@@ -30,6 +30,8 @@ class Surface {
 
   bool is_field() const { return tree_ == nullptr; }
   const Bounds& bounds() const { return bounds_; }
+  // Length of a piece of a long way, m, so that a box about it holds few triangles.
+  double PieceLength() const;
 
   // Appends the triangles that may reach into the box, in an order that depends on the surface alone. The box is
   // widened by a little first, so that rounding loses none.
@@ -49,8 +51,6 @@ class Surface {
   // The vertices that edges join to a corner. Returns how many.
   std::size_t Ring(std::uint32_t triangle, std::size_t corner, std::span<Vec3d, kRing> vertices) const;
 
-  // For Bullet's queries.
-  btBvhTriangleMeshShape& mesh_shape() const { return tree_->shape(); }
   const HeightFieldShape& field() const { return grid_.field(); }
 
  private:

@@ -51,6 +51,4 @@ void TriangleTree::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* foun
   impl_->shape->getOptimizedBvh()->reportAabbOverlappingNodex(&append, ToBullet(box.min), ToBullet(box.max));
 }
 
-btBvhTriangleMeshShape& TriangleTree::shape() const { return *impl_->shape; }
-
 }  // namespace tessera::physics
