@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/query_calls.h"
 #include "core/world/state_check.h"
 #include "game_sdk/api/api.h"
 
@@ -160,6 +161,11 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldLog:
       call.transaction.Log(OneLine(TextOf(arguments[0])));
       break;
+    case kWorldRay:
+    case kWorldRayAll:
+    case kWorldSweep:
+    case kWorldOverlap:
+      return CallQuery(call, function, arguments);
     default:
       return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
   }

@@ -9,6 +9,7 @@
 #include "absl/functional/function_ref.h"
 #include "core/game/record.h"
 #include "core/world/properties.h"
+#include "core/world/query.h"
 #include "core/world/scene.h"
 
 namespace tessera::game {
@@ -23,6 +24,8 @@ class GameWorld {
   // After the last step. The body is here.
   virtual BodyState StateOf(BodyId id) const = 0;
   virtual bool Owns(BodyId id) const = 0;
+  // Of all that is here: own bodies, neighbours' and static ones, where the last step left them.
+  virtual QueryResult FindBodies(const BodyQuery& query) const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, ascending.

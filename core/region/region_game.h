@@ -33,6 +33,7 @@ class RegionGame : private game::GameWorld {
   const BodyDef* Find(BodyId id) const override;
   BodyState StateOf(BodyId id) const override { return bodies_.world().StateOf(id); }
   bool Owns(BodyId id) const override { return bodies_.Owns(id); }
+  QueryResult FindBodies(const BodyQuery& query) const override { return bodies_.world().FindBodies(query); }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
   PropertySet ChangedOf(BodyId id) const override;
