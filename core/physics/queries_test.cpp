@@ -96,6 +96,12 @@ TEST(RayTest, CrossesALongHeightFieldAndALongMeshAtItsFirstTriangle) {
     const auto up = world.FindBodies(Ray({-40.3, 0, 71.7}, {-40.3, 1000, 71.7}));
     ASSERT_EQ(up.hits.size(), 1u) << "from below";
     EXPECT_EQ(up.hits[0].normal, (Vec3d{0, -1, 0}));
+    BodyQuery wide = Ray({0, 80, 0}, {0, 0, 0});
+    wide.shape = SphereShape{150};
+    wide.most_work = 20'000;
+    const QueryResult given_up = world.FindBodies(wide);
+    EXPECT_FALSE(given_up.complete) << "100 000 triangles";
+    EXPECT_EQ(given_up.work, wide.most_work);
     EXPECT_THAT(IdsOf(world.FindBodies(Ray({-199, 61, -150}, {199, 61, 150}))), IsEmpty());
   }
 }

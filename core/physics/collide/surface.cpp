@@ -56,13 +56,13 @@ void Surface::MarkSharpCorners(std::size_t vertices, std::uint32_t triangles) {
   }
 }
 
-void Surface::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const {
+void Surface::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const {
   // Bullet's tree and the corners for sweeps are in single precision.
   const Aabb wide = box.Expanded(1e-6 * (1 + Length(box.min) + Length(box.max)));
   if (is_field()) {
-    grid_.TrianglesIn(wide, found);
+    grid_.TrianglesIn(wide, found, most);
   } else {
-    tree_->TrianglesIn(wide, found);
+    tree_->TrianglesIn(wide, found, most);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -24,6 +25,7 @@ class Surface {
  public:
   static constexpr std::size_t kRing = 64;  // most neighbours of a vertex that are looked at
   static constexpr float kSharp = 0.866f;   // cosine of 30 degrees
+  static constexpr std::size_t kAllTriangles = std::numeric_limits<std::size_t>::max();
 
   explicit Surface(const TriangleMeshShape& mesh);
   Surface(const HeightFieldShape& field, const BodyFrame& frame);
@@ -34,8 +36,9 @@ class Surface {
   double PieceLength() const;
 
   // Appends the triangles that may reach into the box, in an order that depends on the surface alone. The box is
-  // widened by a little first, so that rounding loses none.
-  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+  // widened by a little first, so that rounding loses none. Once more than `most` are in `found`, no more are looked
+  // for.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most = kAllTriangles) const;
 
   std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
   // In single precision, for sweeps.

@@ -19,8 +19,8 @@ class TriangleTree {
   ~TriangleTree();
 
   // Appends indices of triangles in an order that depends on the mesh alone: every triangle that reaches into the box,
-  // and some that only come near it.
-  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+  // and some that only come near it. Once more than `most` are found, the rest is left out.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const;
 
  private:
   struct Impl;

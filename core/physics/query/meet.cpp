@@ -83,7 +83,8 @@ class Meeting {
       const Vec3d a = ray_.At(begin), b = ray_.At(end);
       const Aabb box = Aabb{a, a}.United({b, b});
       triangles_.clear();
-      surface.TrianglesIn({box.min - half, box.max + half}, &triangles_);
+      // One more than can be paid for exhausts the meter.
+      surface.TrianglesIn({box.min - half, box.max + half}, &triangles_, meter_.left() / kTriangleWork);
       if (!meter_.Spend(kPieceWork + kTriangleWork * triangles_.size())) return {};
       for (const std::uint32_t triangle : triangles_) {
         const std::optional<SurfaceHit> hit = WithTriangle(surface, triangle);
