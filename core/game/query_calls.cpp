@@ -21,10 +21,10 @@ using QueryArguments = std::span<const tessera_game_value>;
 using QueryFields = std::span<const tessera_game_field>;
 
 absl::string_view Seen(std::string_view text) { return {text.data(), text.size()}; }
-std::string_view NameOf(const tessera_game_field& field) { return {field.name, field.name_bytes}; }
+std::string_view FieldName(const tessera_game_field& field) { return {field.name, field.name_bytes}; }
 std::string_view TextIn(const tessera_game_value& value) { return {value.as.text, value.count}; }
 Vec3d VectorIn(const tessera_game_value& value) { return {value.as.vector[0], value.as.vector[1], value.as.vector[2]}; }
-bool IsNumber(const tessera_game_value& value) {
+bool IsQueryNumber(const tessera_game_value& value) {
   return value.type == TESSERA_GAME_REAL || value.type == TESSERA_GAME_WHOLE;
 }
 double NumberIn(const tessera_game_value& value) {
@@ -81,8 +81,8 @@ class QueryReader {
   }
 
   absl::Status ReadExtent(const tessera_game_field& field, double* extent) const {
-    const std::string argument = absl::StrCat("shape.", Seen(NameOf(field)));
-    if (!IsNumber(field.value)) return Wrong(argument, "must be a number");
+    const std::string argument = absl::StrCat("shape.", Seen(FieldName(field)));
+    if (!IsQueryNumber(field.value)) return Wrong(argument, "must be a number");
     *extent = NumberIn(field.value);
     // Not <: what is not a number fails, too.
     if (!(*extent >= kMinQueryExtent_m && *extent <= kMaxQueryExtent_m)) return Wrong(argument, Range());
@@ -94,7 +94,7 @@ class QueryReader {
     std::optional<double> radius, half_height;
     std::optional<Vec3d> half_extents;
     for (const tessera_game_field& field : fields) {
-      const std::string_view name = NameOf(field);
+      const std::string_view name = FieldName(field);
       if (name == "radius" || name == "half_height") {
         double& extent = (name == "radius" ? radius : half_height).emplace();
         if (absl::Status status = ReadExtent(field, &extent); !status.ok()) return status;
@@ -126,7 +126,7 @@ class QueryReader {
 
   absl::Status ReadFlag(const tessera_game_field& field, bool* flag) const {
     if (field.value.type != TESSERA_GAME_FLAG) {
-      return Wrong(absl::StrCat("options.", Seen(NameOf(field))), "must be true or false");
+      return Wrong(absl::StrCat("options.", Seen(FieldName(field))), "must be true or false");
     }
     *flag = field.value.as.whole != 0;
     return absl::OkStatus();
@@ -175,7 +175,7 @@ class QueryReader {
   }
 
   absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) const {
-    const std::string_view name = NameOf(field);
+    const std::string_view name = FieldName(field);
     const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap;
     if (name == "dynamic") return ReadFlag(field, &query.filter.dynamic_bodies);
     if (name == "static") return ReadFlag(field, &query.filter.static_bodies);
@@ -210,7 +210,7 @@ class QueryReader {
 
 tessera_game_value ValueOfBody(BodyId id) { return ToInterface(GameValue(id)); }
 
-tessera_game_field FieldOf(std::string_view name, tessera_game_value value) {
+tessera_game_field HitField(std::string_view name, tessera_game_value value) {
   return {name.data(), name.size(), value};
 }
 
@@ -218,11 +218,11 @@ constexpr std::size_t kFieldsOfHit = 5;
 
 // Writes the fields of a hit, ascending by name, from `fields` on.
 tessera_game_value ValueOfHit(const QueryHit& hit, double length_m, tessera_game_field* fields) {
-  fields[0] = FieldOf("body", ValueOfBody(hit.body));
-  fields[1] = FieldOf("distance", ToInterface(GameValue(hit.fraction * length_m)));
-  fields[2] = FieldOf("fraction", ToInterface(GameValue(hit.fraction)));
-  fields[3] = FieldOf("normal", ToInterface(GameValue(hit.normal)));
-  fields[4] = FieldOf("point", ToInterface(GameValue(hit.point)));
+  fields[0] = HitField("body", ValueOfBody(hit.body));
+  fields[1] = HitField("distance", ToInterface(GameValue(hit.fraction * length_m)));
+  fields[2] = HitField("fraction", ToInterface(GameValue(hit.fraction)));
+  fields[3] = HitField("normal", ToInterface(GameValue(hit.normal)));
+  fields[4] = HitField("point", ToInterface(GameValue(hit.point)));
   tessera_game_value value{};
   value.type = TESSERA_GAME_FIELDS;
   value.count = kFieldsOfHit;
@@ -230,7 +230,7 @@ tessera_game_value ValueOfHit(const QueryHit& hit, double length_m, tessera_game
   return value;
 }
 
-tessera_game_value ListOf(const std::vector<tessera_game_value>& values) {
+tessera_game_value HitList(const std::vector<tessera_game_value>& values) {
   tessera_game_value value{};
   value.type = TESSERA_GAME_LIST;
   value.count = static_cast<std::uint32_t>(values.size());
@@ -238,19 +238,19 @@ tessera_game_value ListOf(const std::vector<tessera_game_value>& values) {
   return value;
 }
 
-tessera_game_value ResultOf(tessera_game_call& call, const Function& function, const BodyQuery& query,
-                            const std::vector<QueryHit>& hits) {
+tessera_game_value ValueOfHits(tessera_game_call& call, const Function& function, const BodyQuery& query,
+                               const std::vector<QueryHit>& hits) {
   call.values.clear();
   if (function.number == kWorldOverlap) {
     for (const QueryHit& hit : hits) call.values.push_back(ValueOfBody(hit.body));
-    return ListOf(call.values);
+    return HitList(call.values);
   }
   const double length_m = Length(query.to - query.from);
   call.fields.assign(kFieldsOfHit * hits.size(), {});
   for (std::size_t i = 0; i < hits.size(); ++i) {
     call.values.push_back(ValueOfHit(hits[i], length_m, call.fields.data() + kFieldsOfHit * i));
   }
-  if (function.number == kWorldRayAll) return ListOf(call.values);
+  if (function.number == kWorldRayAll) return HitList(call.values);
   return hits.empty() ? tessera_game_value{} : call.values.front();
 }
 
@@ -268,7 +268,7 @@ absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Func
     return absl::ResourceExhaustedError(
         absl::StrCat(Seen(function.name), ": meets more than the callback's instructions can pay for"));
   }
-  return ResultOf(call, function, *query, result.hits);
+  return ValueOfHits(call, function, *query, result.hits);
 }
 
 }  // namespace tessera::game

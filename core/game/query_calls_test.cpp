@@ -12,7 +12,7 @@
 #include "core/game/testing/fake_game_world.h"
 #include "core/game/testing/scripted_game.h"
 
-namespace tessera::game {
+namespace tessera::game::query_calls {
 namespace {
 
 using ::testing::ElementsAre;
@@ -248,4 +248,4 @@ TEST_F(QueryCallsTest, ACallbackThatCannotPayFailsEvenIfItGoesOn) {
 }
 
 }  // namespace
-}  // namespace tessera::game
+}  // namespace tessera::game::query_calls

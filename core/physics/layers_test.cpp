@@ -15,16 +15,16 @@ CollisionLayer LayerOf(std::uint8_t index) {
   return {.index = index, .collides = ~kIgnored[index]};
 }
 
-BodyDef In(std::uint8_t layer, BodyDef def) {
+BodyDef InLayer(std::uint8_t layer, BodyDef def) {
   def.layer = LayerOf(layer);
   return def;
 }
 
 TEST(LayersTest, BodiesOfLayersThatIgnoreEachOtherPassThroughAndOthersRest) {
   World world({});
-  AddAll(world,
-         {In(0, Static(1, Ground())), In(2, Static(2, Box(5, 1, 5), {0, 3, 0})), In(1, Dynamic(3, Cube(), {0, 8, 0})),
-          In(1, Dynamic(4, Cube(), {0.1, 10, 0})), In(0, Dynamic(5, Cube(), {3, 8, 0}))});
+  AddAll(world, {InLayer(0, Static(1, Ground())), InLayer(2, Static(2, Box(5, 1, 5), {0, 3, 0})),
+                 InLayer(1, Dynamic(3, Cube(), {0, 8, 0})), InLayer(1, Dynamic(4, Cube(), {0.1, 10, 0})),
+                 InLayer(0, Dynamic(5, Cube(), {3, 8, 0}))});
   Simulate(world, 4);
   EXPECT_NEAR(world.StateOf(BodyId(3)).position.y, 0.5, 0.01) << "through 2, onto the ground";
   EXPECT_NEAR(world.StateOf(BodyId(4)).position.y, 0.5, 0.01) << "into 3";
@@ -34,9 +34,9 @@ TEST(LayersTest, BodiesOfLayersThatIgnoreEachOtherPassThroughAndOthersRest) {
 TEST(LayersTest, TheSweepOfAFastBodyIgnoresThemToo) {
   for (const std::uint8_t layer : {std::uint8_t{0}, std::uint8_t{1}}) {
     World world({.gravity_m_s2 = {}});
-    BodyDef bullet = In(layer, Dynamic(2, Ball(0.05), {-5, 0, 0}));
+    BodyDef bullet = InLayer(layer, Dynamic(2, Ball(0.05), {-5, 0, 0}));
     bullet.initial.linear_velocity = {900, 0, 0};
-    AddAll(world, {In(2, Static(1, Box(0.01, 5, 5))), bullet});
+    AddAll(world, {InLayer(2, Static(1, Box(0.01, 5, 5))), bullet});
     Simulate(world, 0.1);
     if (layer == 0) {
       EXPECT_LT(world.StateOf(bullet.id).position.x, 0);
@@ -49,9 +49,9 @@ TEST(LayersTest, TheSweepOfAFastBodyIgnoresThemToo) {
 TEST(LayersTest, ATriggerReportsOnlyLayersThatItDoesNotIgnore) {
   for (const std::uint8_t layer : {std::uint8_t{0}, std::uint8_t{1}}) {
     World world({.gravity_m_s2 = {}});
-    BodyDef trigger = In(2, Static(1, Ball(1)));
+    BodyDef trigger = InLayer(2, Static(1, Ball(1)));
     trigger.trigger = true;
-    AddAll(world, {trigger, In(layer, Dynamic(2, Ball(), {0.2, 0, 0}))});
+    AddAll(world, {trigger, InLayer(layer, Dynamic(2, Ball(), {0.2, 0, 0}))});
     world.Step(kDt);
     if (layer == 0) {
       EXPECT_THAT(world.events(), SizeIs(1));
@@ -63,7 +63,7 @@ TEST(LayersTest, ATriggerReportsOnlyLayersThatItDoesNotIgnore) {
 
 TEST(LayersTest, JointsHoldBodiesThatIgnoreEachOther) {
   World world({.gravity_m_s2 = {}});
-  BodyDef pulled = In(1, Dynamic(2, Ball(), {0, 0, 0})), held = In(1, Dynamic(3, Ball(), {0.6, 0, 0}));
+  BodyDef pulled = InLayer(1, Dynamic(2, Ball(), {0, 0, 0})), held = InLayer(1, Dynamic(3, Ball(), {0.6, 0, 0}));
   pulled.initial.linear_velocity = {-5, 0, 0};
   AddAll(world, {pulled, held});
   world.AddJoint({.id = JointId(1),

@@ -11,9 +11,9 @@ namespace tessera::physics {
 namespace {
 
 // One query against one body, in the body's frame.
-class Meeting {
+class BodyMeeting {
  public:
-  Meeting(Quatd frame, const LocalRay& ray, const Probe* probe, WorkMeter& meter) : ray_(ray), meter_(meter) {
+  BodyMeeting(Quatd frame, const LocalRay& ray, const Probe* probe, WorkMeter& meter) : ray_(ray), meter_(meter) {
     if (probe != nullptr) probe_ = probe->In(frame);
   }
 
@@ -115,7 +115,7 @@ class Meeting {
 
 std::optional<SurfaceHit> Meet(const Geometry& geometry, Quatd frame, const LocalRay& ray, const Probe* probe,
                                WorkMeter& meter) {
-  return Meeting(frame, ray, probe, meter).With(geometry);
+  return BodyMeeting(frame, ray, probe, meter).With(geometry);
 }
 
 }  // namespace tessera::physics

@@ -12,7 +12,7 @@ namespace tessera::physics {
 namespace {
 
 // Whether a point lies in a convex shape, straight from its definition.
-bool Holds(const Geometry& g, Vec3d p) {
+bool HoldsPoint(const Geometry& g, Vec3d p) {
   const double across = std::hypot(p.x, p.z);
   switch (g.kind) {
     case GeometryKind::kSphere:
@@ -38,7 +38,7 @@ bool Holds(const Geometry& g, Vec3d p) {
   }
 }
 
-Vec3d Somewhere(std::mt19937& random, double within) {
+Vec3d SomePoint(std::mt19937& random, double within) {
   std::uniform_real_distribution<double> one(-within, within);
   const double x = one(random), y = one(random), z = one(random);
   return {x, y, z};
@@ -49,9 +49,9 @@ double FirstInside(const Geometry& g, const LocalRay& ray) {
   constexpr int kSteps = 2000;
   for (int i = 0; i <= kSteps; ++i) {
     double high = static_cast<double>(i) / kSteps, low = std::max(0.0, high - 1.0 / kSteps);
-    if (!Holds(g, ray.At(high))) continue;
+    if (!HoldsPoint(g, ray.At(high))) continue;
     if (i == 0) return 0;
-    for (int k = 0; k < 60; ++k) (Holds(g, ray.At((low + high) / 2)) ? high : low) = (low + high) / 2;
+    for (int k = 0; k < 60; ++k) (HoldsPoint(g, ray.At((low + high) / 2)) ? high : low) = (low + high) / 2;
     return high;
   }
   return 2;
@@ -62,13 +62,13 @@ TEST(RayAtShapeTest, EntersEveryConvexShapeWhereItsPointsBegin) {
   for (const auto& shape : ConvexShapes()) {
     int hits = 0;
     for (int i = 0; i < 300; ++i) {
-      const LocalRay ray{Somewhere(random, 1.5), Somewhere(random, 3)};
+      const LocalRay ray{SomePoint(random, 1.5), SomePoint(random, 3)};
       const double first = FirstInside(*shape, ray);
       const std::optional<SurfaceHit> hit = HitConvex(*shape, ray);
       if (first > 1) {
         // A ray that only clips a rim may pass between two of the steps.
         if (hit) {
-          EXPECT_FALSE(Holds(*shape, ray.At(hit->fraction + 1.0 / 1000))) << static_cast<int>(shape->kind);
+          EXPECT_FALSE(HoldsPoint(*shape, ray.At(hit->fraction + 1.0 / 1000))) << static_cast<int>(shape->kind);
         }
         continue;
       }
@@ -78,8 +78,8 @@ TEST(RayAtShapeTest, EntersEveryConvexShapeWhereItsPointsBegin) {
       EXPECT_LE(Dot(hit->normal, ray.along), 0);
       if (hit->fraction > 0) {
         // The normal leads out, and what is across it is the surface.
-        EXPECT_FALSE(Holds(*shape, hit->point + hit->normal * 1e-4));
-        EXPECT_TRUE(Holds(*shape, hit->point - hit->normal * 1e-4) || Length(hit->point) > 0.3);
+        EXPECT_FALSE(HoldsPoint(*shape, hit->point + hit->normal * 1e-4));
+        EXPECT_TRUE(HoldsPoint(*shape, hit->point - hit->normal * 1e-4) || Length(hit->point) > 0.3);
       }
       ++hits;
     }
