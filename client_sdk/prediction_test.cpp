@@ -1,6 +1,7 @@
 // Prediction against truth: a real region at the other end of a network with a known delay, all in virtual time.
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
 #include "client_sdk/delay_line.h"
 #include "client_sdk/input_clock.h"
 #include "client_sdk/predictor.h"
@@ -167,6 +168,22 @@ TEST(PredictionTest, HoldsUnderJitterOnceInputsAreEarlyEnough) {
   }
   EXPECT_LT(loop.WorstSince(from), 0.02);
   EXPECT_EQ(loop.refused, 0u);
+}
+
+// A wall that ignores the player's layer is no obstacle, neither to the server nor in the prediction; another one is.
+TEST(PredictionTest, HonoursCollisionLayers) {
+  for (const char* layer : {"glass", "default"}) {
+    Loop loop(absl::StrCat(
+                  R"(layers { name: "glass" ignores: "default" } bodies { id: 2 motion: MOTION_STATIC layer: ")", layer,
+                  R"(" pose { position { x: 3 y: 2 } } shape { box { half_extents { x: 0.2 y: 2 z: 9 } } } })"),
+              {.delay = milliseconds(50)});
+    loop.force = {20, 0, 0};
+    loop.Run(3);
+    const bool through = layer == std::string("glass");
+    EXPECT_EQ(loop.truth.rbegin()->second.x > 4, through) << layer;
+    EXPECT_EQ(loop.predicted.rbegin()->second.x > 4, through) << layer;
+    EXPECT_LT(loop.WorstSince(Tick(60)), 0.05) << layer;
+  }
 }
 
 // A ball that the client could not know of knocks it aside: it glides to where it belongs.

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/query_calls.h"
 #include "core/world/limits.h"
 #include "core/world/prefab.h"
 #include "core/world/state_check.h"
@@ -102,7 +103,8 @@ class Options {
     if (field == fields_.end()) return nullptr;
     ++taken_;
     const Function asked{0, Receiver::kWorld, function_, {}, 0, {}};
-    const absl::Status status = CheckOne(asked, {name, types, {}}, field->value);
+    const std::string full = absl::StrCat("options.", View(name));
+    const absl::Status status = CheckOne(asked, {full, types, {}}, field->value);
     if (status_.ok()) status_ = status;
     return status.ok() ? &field->value : nullptr;
   }
@@ -112,8 +114,7 @@ class Options {
     for (const tessera_game_field& field : fields_) {
       const absl::string_view name(field.name, std::min<std::size_t>(field.name_bytes, 63));
       if (std::ranges::find(names_, name) != names_.end()) continue;
-      return Fault(function_,
-                   absl::StrCat("there is no option `", name, "`; there are: ", absl::StrJoin(names_, ", ")));
+      return Fault(function_, absl::StrCat("`options.", name, "` is none of ", absl::StrJoin(names_, ", ")));
     }
     return status_;
   }
@@ -216,23 +217,23 @@ absl::StatusOr<SpawnOrder> SpawnOrderFrom(const tessera_game_call& call, Argumen
   if (const auto* rotation = options.Take("rotation", kRotationType)) {
     const double* q = rotation->as.rotation;
     const Quatd given{q[0], q[1], q[2], q[3]};
-    if (std::abs(Length(given) - 1) > kUnitTolerance) return Fault("spawn", "`rotation` is not of length 1");
+    if (std::abs(Length(given) - 1) > kUnitTolerance) return Fault("spawn", "`options.rotation` is not of length 1");
     order.motion.rotation = Normalized(given);
   }
   if (const auto* velocity = options.Take("velocity", kVectorType)) {
     order.motion.velocity_m_s = VectorOf(*velocity);
     if (Length(order.motion.velocity_m_s) > kMaxGameSpeed_m_s) {
-      return Fault("spawn", absl::StrCat("`velocity` is above ", kMaxGameSpeed_m_s, " m/s"));
+      return Fault("spawn", absl::StrCat("`options.velocity` is above ", kMaxGameSpeed_m_s, " m/s"));
     }
   }
   if (const auto* spin = options.Take("spin", kVectorType)) {
     order.motion.spin_rad_s = VectorOf(*spin);
     if (Length(order.motion.spin_rad_s) > kMaxAngularSpeed_rad_s) {
-      return Fault("spawn", absl::StrCat("`spin` is above ", kMaxAngularSpeed_rad_s, " rad/s"));
+      return Fault("spawn", absl::StrCat("`options.spin` is above ", kMaxAngularSpeed_rad_s, " rad/s"));
     }
   }
   if (const auto* ticks = options.Take("expire_after", kWholeType)) {
-    const auto expires = TicksAhead("spawn", "expire_after", call.tick, ticks->as.whole);
+    const auto expires = TicksAhead("spawn", "options.expire_after", call.tick, ticks->as.whole);
     if (!expires.ok()) return expires.status();
     order.expires = *expires;
   }
@@ -279,6 +280,11 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldLog:
       call.transaction.Log(OneLine(TextOf(arguments[0])));
       break;
+    case kWorldRay:
+    case kWorldRayAll:
+    case kWorldSweep:
+    case kWorldOverlap:
+      return CallQuery(call, function, arguments);
     default:
       return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
   }

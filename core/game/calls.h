@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
@@ -24,8 +25,10 @@ struct tessera_game_call {
   std::uint64_t instructions = 0;
   std::uint32_t randoms = 0;
   std::string error;
-  // Holds the text that a result points to.
+  // They hold the text, the values and the fields that a result points to.
   std::string text;
+  std::vector<tessera_game_value> values;
+  std::vector<tessera_game_field> fields;
 };
 
 namespace tessera::game {

@@ -530,12 +530,11 @@ TEST_F(SpawnTest, WhatCannotBeMadeIsRefusedByName) {
       EXPECT_FALSE(calls.CallRaw(kWorldSpawn, arguments));
       return calls.error();
     };
-    EXPECT_EQ(with("velocity", Vec3d{0, 0, 2000}), "spawn: `velocity` is above 1000 m/s");
+    EXPECT_EQ(with("velocity", Vec3d{0, 0, 2000}), "spawn: `options.velocity` is above 1000 m/s");
     EXPECT_EQ(with("velocity", Vec3d{0, 0, std::numeric_limits<double>::quiet_NaN()}),
-              "spawn: `velocity` is not finite");
-    EXPECT_EQ(with("speed", Vec3d{}),
-              "spawn: there is no option `speed`; there are: rotation, velocity, spin, expire_after");
-    EXPECT_EQ(with("expire_after", std::int64_t{0}), "spawn: `expire_after` must be 1 to 1000000, got 0");
+              "spawn: `options.velocity` is not finite");
+    EXPECT_EQ(with("speed", Vec3d{}), "spawn: `options.speed` is none of rotation, velocity, spin, expire_after");
+    EXPECT_EQ(with("expire_after", std::int64_t{0}), "spawn: `options.expire_after` must be 1 to 1000000, got 0");
     return true;
   });
   Load();

@@ -11,6 +11,7 @@
 #include "absl/functional/function_ref.h"
 #include "core/game/record.h"
 #include "core/world/properties.h"
+#include "core/world/query.h"
 #include "core/world/scene.h"
 
 namespace tessera::game {
@@ -28,6 +29,8 @@ class GameWorld {
   // Owned, and about to be handed over: its own callbacks wait for its next owner.
   virtual bool IsLeaving(BodyId id) const = 0;
   virtual std::size_t OwnedCount() const = 0;
+  // Of all that is here: own bodies, neighbours' and static ones, where the last step left them.
+  virtual QueryResult FindBodies(const BodyQuery& query) const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, or that expire by then, ascending.

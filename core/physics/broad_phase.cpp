@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/physics/bullet_math.h"
+#include "core/physics/query/tuning.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
@@ -25,9 +26,7 @@ btBroadphasePair* BroadPhase::Sink::addOverlappingPair(btBroadphaseProxy* a, btB
   return nullptr;
 }
 
-RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) {
-  return RigidBody::Of(*static_cast<const btCollisionObject*>(proxy.m_clientObject));
-}
+RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) { return *static_cast<RigidBody*>(proxy.m_clientObject); }
 
 BroadPhase::BroadPhase(Vec3d origin) : origin_(origin), trees_(&sink_) {
   // Bullet would rebuild a share of the fixed bodies' tree in every step.
@@ -39,23 +38,23 @@ void BroadPhase::Add(RigidBody& body) {
   const int group = body.dynamic() ? btBroadphaseProxy::DefaultFilter : btBroadphaseProxy::StaticFilter;
   const std::size_t met = sink_.met.size();
   btBroadphaseProxy* proxy = trees_.createProxy(ToBullet(body.fat.min), ToBullet(body.fat.max), INVALID_SHAPE_PROXYTYPE,
-                                                &body.object, group, btBroadphaseProxy::AllFilter, nullptr);
+                                                &body, group, btBroadphaseProxy::AllFilter, nullptr);
   sink_.met.resize(met);  // `UpdateTrees` reports all of them again.
   // Serials name pairs, so that a known pair is recognised by its proxies alone.
   proxy->m_uniqueId = static_cast<int>(body.serial);
-  body.object.setBroadphaseHandle(proxy);
+  body.proxy = proxy;
   UpdateTrees(body);
 }
 
 void BroadPhase::Remove(RigidBody& body) {
-  trees_.destroyProxy(body.object.getBroadphaseHandle(), nullptr);
-  body.object.setBroadphaseHandle(nullptr);
+  trees_.destroyProxy(body.proxy, nullptr);
+  body.proxy = nullptr;
 }
 
 void BroadPhase::Move(RigidBody& body) { SetReach(body, TightBounds(body)); }
 
 void BroadPhase::UpdateTrees(RigidBody& body) {
-  trees_.setAabbForceUpdate(body.object.getBroadphaseHandle(), ToBullet(body.fat.min), ToBullet(body.fat.max), nullptr);
+  trees_.setAabbForceUpdate(body.proxy, ToBullet(body.fat.min), ToBullet(body.fat.max), nullptr);
 }
 
 // The trees hear of it only when it leaves the bounds that they hold.
@@ -112,6 +111,30 @@ void BroadPhase::Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodi
   } collect;
   collect.bodies = bodies;
   trees_.aabbTest(ToBullet(bounds.min), ToBullet(bounds.max), collect);
+}
+
+// Bullet's own walk along a ray is in single precision, and cannot be ended.
+void BroadPhase::Along(const Way& way, Vec3d half_m, absl::FunctionRef<bool(RigidBody&)> visit) const {
+  const auto crosses = [&](const btDbvtVolume& volume) {
+    const Vec3d min(FromBullet(volume.Mins())), max(FromBullet(volume.Maxs()));
+    const double margin = kQueryMargin_m + kQueryMarginShare * std::max(Length(min), Length(max));
+    return way.PartIn(Aabb{min - half_m, max + half_m}.Expanded(margin)).has_value();
+  };
+  std::vector<const btDbvtNode*> open;
+  for (const btDbvt& tree : trees_.m_sets) {
+    if (tree.m_root != nullptr) open.push_back(tree.m_root);
+  }
+  while (!open.empty()) {
+    const btDbvtNode& node = *open.back();
+    open.pop_back();
+    if (!crosses(node.volume)) continue;
+    if (node.isinternal()) {
+      open.push_back(node.childs[0]);
+      open.push_back(node.childs[1]);
+    } else if (!visit(BodyOf(*static_cast<const btDbvtProxy*>(node.data)))) {
+      return;
+    }
+  }
 }
 
 bool BroadPhase::Validate(std::span<RigidBody* const> awake) {

@@ -12,8 +12,10 @@
 #include <span>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "core/physics/motion/sweep.h"
 #include "core/physics/pair_table.h"
+#include "core/physics/query/way.h"
 #include "core/physics/rigid_body.h"
 
 namespace tessera::physics {
@@ -46,8 +48,11 @@ class BroadPhase {
   // Appends the bodies whose fat bounds overlap these.
   void Overlapping(const Bounds& bounds, std::vector<RigidBody*>* bodies);
 
-  // Bullet's trees for queries, and the body of a proxy in them.
-  btBroadphaseInterface& trees() { return trees_; }
+  // Visits the bodies whose fat bounds a box of half extents `half_m` crosses on its way, about the origin, until a
+  // visit returns false; in no order.
+  void Along(const Way& way, Vec3d half_m, absl::FunctionRef<bool(RigidBody&)> visit) const;
+
+  // The body of a proxy in the trees.
   static RigidBody& BodyOf(const btBroadphaseProxy& proxy);
 
   // The trees hold all that each awake body can touch. For assertions; linear in awake bodies.

@@ -71,7 +71,7 @@ TEST_F(BroadPhaseTest, ABodyThatWasPutElsewhereMeetsWhatIsThere) {
   ASSERT_EQ(loose_.pairs.Find(ball, other), nullptr);
   BodyState state = ball.state();
   state.position.x += 19.5;
-  ball.Set(state, kOrigin);
+  ball.Set(state);
   broad_phase_.Move(ball);
   broad_phase_.BeginPairs(&loose_.pairs);
   EXPECT_NE(loose_.pairs.Find(ball, other), nullptr);

@@ -39,6 +39,7 @@ float InnerRadiusOf(const Pair& pair) {
 }  // namespace
 
 void PairTable::Begin(RigidBody& a, RigidBody& b) {
+  if (!a.layer().CollidesWith(b.layer())) return;
   const auto [it, inserted] = pairs_.try_emplace(KeyOf(a.serial, b.serial), nullptr);
   if (!inserted) return;
   if (free_.empty()) {

@@ -1,19 +1,23 @@
 #include "core/physics/queries.h"
 
 #include <algorithm>
+#include <cassert>
+#include <optional>
 
-#include "core/physics/bullet_math.h"
-#include "core/physics/rigid_body.h"
-#include "core/physics/tuning.h"
+#include "core/physics/query/tuning.h"
 
 namespace tessera::physics {
 namespace {
 
-btDefaultCollisionConstructionInfo SmallPools() {
-  btDefaultCollisionConstructionInfo info;
-  info.m_defaultMaxPersistentManifoldPoolSize = kQueryPool;
-  info.m_defaultMaxCollisionAlgorithmPoolSize = kQueryPool;
-  return info;
+// The order of hits, whoever found them.
+bool Precedes(double fraction_a, BodyId a, double fraction_b, BodyId b) {
+  return fraction_a != fraction_b ? fraction_a < fraction_b : a < b;
+}
+
+bool Passes(const QueryFilter& filter, const std::vector<BodyId>& ignored, const RigidBody& body) {
+  return !body.isolated && (filter.layers >> body.layer().index & 1) != 0 &&
+         (body.dynamic() ? filter.dynamic_bodies : filter.static_bodies) && (filter.triggers || !body.trigger()) &&
+         !std::binary_search(ignored.begin(), ignored.end(), body.id());
 }
 
 void SortUnique(std::vector<BodyId>* ids) {
@@ -21,88 +25,98 @@ void SortUnique(std::vector<BodyId>* ids) {
   ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
 }
 
-// Bullet asks `needsCollision` about every body whose bounds a query meets, before it looks at the body's shape.
-RigidBody& WithBulletShape(const btBroadphaseProxy& proxy, BulletShapes& shapes) {
-  RigidBody& body = BroadPhase::BodyOf(proxy);
-  if (body.object.getCollisionShape() == nullptr) body.object.setCollisionShape(shapes.Of(body.shared_geometry()));
-  return body;
+std::optional<QueryHit> HitOn(const RigidBody& body, const BodyQuery& query, const Probe* probe, WorkMeter& meter) {
+  const Placement& placement = body.placement();
+  const Quatd into = Conjugate(placement.orientation);
+  const LocalRay ray{Rotate(into, query.from - placement.position), Rotate(into, query.to - query.from)};
+  const std::optional<SurfaceHit> hit = Meet(body.geometry(), placement.orientation, ray, probe, meter);
+  if (!hit) return {};
+  return QueryHit{.body = body.id(),
+                  .fraction = hit->fraction,
+                  .point = placement.position + Rotate(placement.orientation, hit->point),
+                  .normal = Rotate(placement.orientation, hit->normal)};
 }
-
-// A trigger is no obstacle to a ray.
-class NearestHit : public btCollisionWorld::ClosestRayResultCallback {
- public:
-  NearestHit(const btVector3& from, const btVector3& to, BulletShapes& shapes)
-      : ClosestRayResultCallback(from, to), shapes_(shapes) {}
-  bool needsCollision(btBroadphaseProxy* proxy) const override { return !WithBulletShape(*proxy, shapes_).trigger(); }
-
- private:
-  BulletShapes& shapes_;
-};
-
-// Bodies that have a point in common with the shape of the query.
-class TouchingBodies : public btCollisionWorld::ContactResultCallback {
- public:
-  TouchingBodies(const btCollisionObject* query, BulletShapes& shapes) : query_(query), shapes_(shapes) {}
-  bool needsCollision(btBroadphaseProxy* proxy) const override {
-    WithBulletShape(*proxy, shapes_);
-    return true;
-  }
-  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper* a, int, int,
-                           const btCollisionObjectWrapper* b, int, int) override {
-    if (point.getDistance() > 0) return 0;
-    const btCollisionObject* other =
-        a->getCollisionObject() == query_ ? b->getCollisionObject() : a->getCollisionObject();
-    ids.push_back(RigidBody::Of(*other).id());
-    return 0;
-  }
-  std::vector<BodyId> ids;
-
- private:
-  const btCollisionObject* query_;
-  BulletShapes& shapes_;
-};
 
 }  // namespace
 
-Queries::Queries(BroadPhase& broad_phase, Vec3d origin)
-    : broad_phase_(broad_phase),
-      origin_(origin),
-      configuration_(SmallPools()),
-      dispatcher_(&configuration_),
-      world_(&dispatcher_, &broad_phase.trees(), &configuration_) {}
-
-std::optional<RayHit> Queries::CastRay(Vec3d from, Vec3d to) {
-  const btVector3 start = ToBullet(from - origin_), end = ToBullet(to - origin_);
-  NearestHit nearest(start, end, shapes_);
-  world_.rayTest(start, end, nearest);
-  if (!nearest.hasHit()) return std::nullopt;
-  const double fraction = nearest.m_closestHitFraction;
-  return RayHit{.body = RigidBody::Of(*nearest.m_collisionObject).id(),
-                .point = from + (to - from) * fraction,
-                .normal = Normalized(FromBullet(nearest.m_hitNormalWorld)),
-                .fraction = fraction};
+QueryResult Queries::Find(const BodyQuery& query) {
+  assert(IsFinite(query.from) && IsFinite(query.to) && query.most_hits > 0);
+  WorkMeter meter(query.most_work);
+  meter.Spend(kQueryWork);
+  std::optional<Probe> probe;
+  if (!std::holds_alternative<PointProbe>(query.shape)) probe.emplace(query.shape, query.orientation);
+  const Vec3d half = probe ? probe->In({}).half_m : Vec3d();
+  std::vector<Candidate> candidates = CandidatesOf(query, {query.from - origin_, query.to - query.from}, half, meter);
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return Precedes(a.entry, a.body->id(), b.entry, b.body->id());
+  });
+  QueryResult result;
+  std::vector<QueryHit>& hits = result.hits;
+  const auto earlier = [](const QueryHit& a, const QueryHit& b) {
+    return Precedes(a.fraction, a.body, b.fraction, b.body);
+  };
+  for (const Candidate& candidate : candidates) {
+    if (meter.exhausted()) break;
+    const bool full = hits.size() == query.most_hits;
+    if (full && !Precedes(candidate.entry, candidate.body->id(), hits.back().fraction, hits.back().body)) break;
+    const std::optional<QueryHit> hit = HitOn(*candidate.body, query, probe ? &*probe : nullptr, meter);
+    if (!hit) continue;
+    hits.insert(std::upper_bound(hits.begin(), hits.end(), *hit, earlier), *hit);
+    if (hits.size() > query.most_hits) hits.pop_back();
+  }
+  result.complete = !meter.exhausted();
+  if (!result.complete) hits.clear();
+  result.work = query.most_work - meter.left();
+  return result;
 }
 
-std::vector<BodyId> Queries::Overlapping(const Shape& convex, const Pose& pose) {
-  const std::shared_ptr<const Geometry> geometry = MakeGeometry(convex, {});
-  const std::shared_ptr<btCollisionShape> shape = MakeBulletShape(*geometry);
-  btCollisionObject query;
-  query.setCollisionShape(shape.get());
-  query.setWorldTransform(ToBullet(Pose{pose.position - origin_, pose.orientation}));
-  TouchingBodies touching(&query, shapes_);
-  world_.contactTest(&query, touching);
-  SortUnique(&touching.ids);
-  return touching.ids;
+std::vector<Queries::Candidate> Queries::CandidatesOf(const BodyQuery& query, const Way& way, Vec3d half_m,
+                                                      WorkMeter& meter) {
+  FindStrays();
+  std::vector<BodyId> ignored = query.filter.ignored;
+  SortUnique(&ignored);
+  std::vector<Candidate> candidates;
+  const auto visit = [&](RigidBody& body) {
+    if (!Passes(query.filter, ignored, body)) return true;
+    const Bounds bounds = broad_phase_.TightBounds(body);
+    const Vec3d min(bounds.min), max(bounds.max);
+    const double margin = kQueryMargin_m + kQueryMarginShare * std::max(Length(min), Length(max));
+    const std::optional<WayPart> part = way.PartIn(Aabb{min - half_m, max + half_m}.Expanded(margin));
+    if (!part) return true;
+    candidates.push_back({part->begin, &body});
+    return meter.Spend(kCandidateWork);
+  };
+  // A stray may be in the trees' bounds all the same.
+  for (RigidBody* body : strays_) {
+    if (!visit(*body)) return candidates;
+  }
+  broad_phase_.Along(way, half_m, [&](RigidBody& body) {
+    return std::binary_search(strays_.begin(), strays_.end(), &body) || visit(body);
+  });
+  return candidates;
+}
+
+void Queries::FindStrays() {
+  if (strays_known_) return;
+  strays_.clear();
+  for (RigidBody* body : bodies_.awake()) {
+    if (!body->isolated && !body->fat.Contains(broad_phase_.TightBounds(*body))) strays_.push_back(body);
+  }
+  std::sort(strays_.begin(), strays_.end());
+  strays_known_ = true;
 }
 
 std::vector<BodyId> Queries::Overlapping(const Aabb& box) {
+  FindStrays();
   const Bounds bounds{Vec3f(box.min - origin_), Vec3f(box.max - origin_)};
-  std::vector<RigidBody*> near;
-  broad_phase_.Overlapping(bounds, &near);
   std::vector<BodyId> ids;
-  for (const RigidBody* body : near) {
-    if (broad_phase_.TightBounds(*body).Overlaps(bounds)) ids.push_back(body->id());
-  }
+  const auto visit = [&](const RigidBody& body) {
+    if (!body.isolated && broad_phase_.TightBounds(body).Overlaps(bounds)) ids.push_back(body.id());
+    return true;
+  };
+  for (const RigidBody* body : strays_) visit(*body);
+  const Vec3d min(bounds.min), max(bounds.max);
+  broad_phase_.Along({(min + max) / 2.0, {}}, (max - min) / 2.0, visit);
   SortUnique(&ids);
   return ids;
 }

@@ -1,45 +1,54 @@
-// Queries: rays and overlaps with the bodies of a world, answered by Bullet.
+// Queries: which bodies of a world a ray or a shape meets, nearest first.
 //
-//   Queries queries(broad_phase, origin);
-//   std::optional<RayHit> hit = queries.CastRay(from, to);
+//   Queries queries(broad_phase, bodies, origin);
+//   const QueryResult seen = queries.Find({.from = eye, .to = eye + look * 100.0});
 //
-// Bodies count as standing where `RigidBody::ShowToBullet` last put them, and are found by their bounds in the broad
-// phase. A body gets a Bullet shape when a ray or a shape first comes near its bounds.
-// Thread rule: one thread at a time.
+// Bodies are found by their bounds in the broad phase, and met in closed form or by GJK in doubles
+// (core/physics/query). A query changes nothing. Thread rule: one thread at a time.
 #pragma once
 
-#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
-#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
-#include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
-
-#include <optional>
 #include <vector>
 
+#include "core/physics/body_store.h"
 #include "core/physics/broad_phase.h"
-#include "core/physics/bullet_shapes.h"
-#include "core/physics/world.h"
+#include "core/physics/query/meet.h"
+#include "core/world/query.h"
 
 namespace tessera::physics {
 
 class Queries {
  public:
-  // `broad_phase` outlives it. `origin`: the world position of the broad phase's origin.
-  Queries(BroadPhase& broad_phase, Vec3d origin);
+  // The two outlive it. `origin`: the world position of the broad phase's origin.
+  Queries(const BroadPhase& broad_phase, const BodyStore& bodies, Vec3d origin)
+      : broad_phase_(broad_phase), bodies_(bodies), origin_(origin) {}
   Queries(const Queries&) = delete;
   Queries& operator=(const Queries&) = delete;
 
   // The contracts are those of World's methods of the same names.
-  std::optional<RayHit> CastRay(Vec3d from, Vec3d to);
-  std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose);
+  QueryResult Find(const BodyQuery& query);
   std::vector<BodyId> Overlapping(const Aabb& box);
 
+  // Takes note that a step moves bodies, or that one left the broad phase.
+  void Moved() { strays_known_ = false; }
+
  private:
-  BroadPhase& broad_phase_;
+  struct Candidate {
+    double entry;  // share of the way at which it enters the body's bounds: no hit is earlier
+    RigidBody* body;
+  };
+
+  // Bodies whose own bounds a box of half extents `half_m` crosses on its way, about the origin; in no order. Ends
+  // early where the meter is exhausted.
+  std::vector<Candidate> CandidatesOf(const BodyQuery& query, const Way& way, Vec3d half_m, WorkMeter& meter);
+  void FindStrays();
+
+  const BroadPhase& broad_phase_;
+  const BodyStore& bodies_;
   Vec3d origin_;
-  BulletShapes shapes_;
-  btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_;
-  btCollisionWorld world_;  // holds no bodies: it finds them through the broad phase
+  // Awake bodies that the last step put outside of the bounds that the trees hold. The trees hear of it in the next
+  // step, not by a query.
+  std::vector<RigidBody*> strays_;
+  bool strays_known_ = false;
 };
 
 }  // namespace tessera::physics

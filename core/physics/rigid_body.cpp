@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/physics/bullet_math.h"
 #include "core/physics/motion/free_flight.h"
 #include "core/physics/tuning.h"
 
@@ -17,7 +16,7 @@ bool IsRound(Vec3d inertia) {
 
 }  // namespace
 
-RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity)
+RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d gravity)
     : id_(def.id),
       dynamic_(def.motion == Motion::kDynamic),
       trigger_(def.trigger),
@@ -27,13 +26,12 @@ RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, 
       mass_kg_(dynamic_ ? def.mass_kg : 0),
       inertia_(dynamic_ ? form.inertia : Vec3d()),
       material_(def.material),
+      layer_(def.layer),
       gravity_(gravity * def.gravity_scale),
       linear_damping_(def.linear_damping),
       angular_damping_(def.angular_damping),
       frame_(form.frame) {
-  object.setUserPointer(this);
-  if (!dynamic_) object.setCollisionFlags(btCollisionObject::CF_STATIC_OBJECT);
-  Set(state, origin);
+  Set(state);
 }
 
 Pose RigidBody::LocalFrame(const Pose& in_shape) const { return frame_.FromShape(in_shape); }
@@ -56,7 +54,7 @@ RigidBody::Change RigidBody::Compare(const BodyState& state) const {
   return creeps ? Change::kSilent : Change::kMoves;
 }
 
-void RigidBody::Set(const BodyState& state, Vec3d origin) {
+void RigidBody::Set(const BodyState& state) {
   const bool stays_asleep = state_.asleep && !state.asleep && Compare(state) != Change::kMoves;
   state_ = state;
   if (!dynamic_) {
@@ -65,7 +63,6 @@ void RigidBody::Set(const BodyState& state, Vec3d origin) {
     state_.still_s = 0;
   }
   placement_ = PlacementOf(state_);
-  query_pose_current = false;
   if (dynamic_) {
     const Quatd& axes = placement_.orientation;
     if (AngularVelocityOf(inertia_, axes, state_.angular_momentum) != state_.angular_velocity) {
@@ -73,8 +70,6 @@ void RigidBody::Set(const BodyState& state, Vec3d origin) {
     }
     state_.asleep = (state.asleep || stays_asleep) && may_sleep_;
     if (state_.asleep && !stays_asleep) NoteRest();
-  } else {
-    ShowToBullet(origin);
   }
 }
 
@@ -92,7 +87,6 @@ void RigidBody::Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f an
   state_.position = position;
   state_.orientation = Normalized(frame_.turned() ? orientation * Conjugate(frame_.axes) : orientation);
   placement_ = PlacementOf(state_);  // as another world computes it from this state
-  query_pose_current = false;
   SetMotion(velocity, angular_momentum);
 }
 
@@ -118,12 +112,6 @@ void RigidBody::Wake() {
 void RigidBody::NoteRest() {
   rest_position_ = state_.position;
   rest_orientation_ = state_.orientation;
-}
-
-void RigidBody::ShowToBullet(Vec3d origin) {
-  if (query_pose_current) return;
-  query_pose_current = true;
-  object.setWorldTransform(ToBullet(Pose{placement_.position - origin, placement_.orientation}));
 }
 
 }  // namespace tessera::physics

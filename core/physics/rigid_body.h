@@ -7,8 +7,6 @@
 // Public fields belong to the parts of a world; each group names the one part that writes it.
 #pragma once
 
-#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
-
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -23,6 +21,8 @@
 #include "core/physics/support_hint.h"
 #include "core/physics/tuning.h"
 #include "core/world/scene.h"
+
+struct btBroadphaseProxy;
 
 namespace tessera::physics {
 
@@ -63,8 +63,6 @@ class alignas(64) RigidBody {
   std::uint32_t awake_index = 0;  // in the list of awake bodies, while it is in there
   // --- Callers add forces; the integration pass clears them once they have acted.
   Vec3d force_n, torque_nm;
-  // --- The body itself.
-  bool query_pose_current = false;  // queries see the body where it is now
   // --- The world.
   bool isolated = false;  // It takes no part, because it went non-finite or is parked.
   bool parked = false;
@@ -80,8 +78,8 @@ class alignas(64) RigidBody {
   // --- The pair table.
   std::vector<PairEnd> pairs;  // all whose bounds overlap its own, in no order
 
-  // `gravity` is that of a gravity scale of 1; `origin` is that of the broad phase's coordinates.
-  RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d origin, Vec3d gravity);
+  // `gravity` is that of a gravity scale of 1.
+  RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d gravity);
 
   BodyId id() const { return id_; }
   bool dynamic() const { return dynamic_; }
@@ -94,6 +92,7 @@ class alignas(64) RigidBody {
   const Geometry& geometry() const { return *geometry_; }
   const std::shared_ptr<const Geometry>& shared_geometry() const { return geometry_; }
   const Material& material() const { return material_; }
+  const CollisionLayer& layer() const { return layer_; }
   double mass_kg() const { return mass_kg_; }
   Vec3d inertia() const { return inertia_; }
   // Acceleration by gravity and the forces of the next step, m/s^2.
@@ -113,7 +112,7 @@ class alignas(64) RigidBody {
   enum class Change { kNone, kSilent, kMoves };
   Change Compare(const BodyState& state) const;
   // Takes over a state, and sleeps if the state is asleep. A silent change leaves a sleeper asleep.
-  void Set(const BodyState& state, Vec3d origin);
+  void Set(const BodyState& state);
 
   // Puts a body that is awake where a step has moved it.
   void Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f angular_momentum);
@@ -124,11 +123,6 @@ class alignas(64) RigidBody {
   void FallAsleep();
   void Wake();
 
-  // Brings Bullet's copy, which queries look at, up to date.
-  void ShowToBullet(Vec3d origin);
-
-  static RigidBody& Of(const btCollisionObject& object) { return *static_cast<RigidBody*>(object.getUserPointer()); }
-
  private:
   Placement PlacementOf(const BodyState& state) const;
   void NoteRest();
@@ -136,6 +130,7 @@ class alignas(64) RigidBody {
   double mass_kg_;
   Vec3d inertia_;
   Material material_;
+  CollisionLayer layer_;
   Vec3d gravity_;
   Damping linear_damping_, angular_damping_;
   BodyFrame frame_;
@@ -143,7 +138,8 @@ class alignas(64) RigidBody {
   Quatd rest_orientation_;
 
  public:
-  btCollisionObject object;  // for Bullet's broad phase and queries
+  // --- The broad phase.
+  btBroadphaseProxy* proxy = nullptr;  // the body's place in Bullet's trees; none while it is not in them
 };
 
 }  // namespace tessera::physics

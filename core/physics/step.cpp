@@ -22,6 +22,7 @@ void World::Impl::Step(double dt_s) {
     report.RunIdle();
     return;
   }
+  queries.Moved();
   IsolateInsane();
   FindIslands(dt_s);
 

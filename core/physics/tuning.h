@@ -7,12 +7,6 @@
 
 namespace tessera::physics {
 
-// Rounding of a convex hull, m, and its share of the hull's inner radius where that is smaller. A hull is shrunk by it
-// and padded again, so faces lie where they were given and only edges are rounded. Larger spares Bullet's slow
-// deep-penetration search; smaller keeps corners sharp.
-inline constexpr float kHullMargin_m = 0.01f, kHullMarginShare = 0.1f;
-inline constexpr float kConeMargin_m = 0.01f, kConeMarginShare = 0.1f;
-
 // A pair touches when it is at most this far apart, and has parted when it is further than that. The gap between the
 // two keeps a resting body, which breathes by a fraction of a millimetre, from touching and parting again and again.
 inline constexpr float kTouchBegin_m = 0.0f, kTouchEnd_m = 0.005f;
@@ -99,9 +93,6 @@ inline constexpr std::int64_t kWorkBudget = 250'000;
 // All bodies of an island must have been slow for this long before it sleeps, s. Shorter, and a ball at the top of its
 // flight hangs there; longer costs work.
 inline constexpr float kSleepAfter_s = 0.5f;
-
-// Algorithms and manifolds that Bullet keeps for overlap queries without going to the heap.
-inline constexpr int kQueryPool = 64;
 
 // --- Contact search (collide/).
 

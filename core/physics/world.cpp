@@ -103,18 +103,8 @@ std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 
 // --- Queries
 
-std::optional<RayHit> World::CastRay(Vec3d from, Vec3d to) const {
-  impl_->ShowToQueries();
-  return impl_->queries.CastRay(from, to);
-}
-std::vector<BodyId> World::Overlapping(const Shape& convex, const Pose& pose) const {
-  impl_->ShowToQueries();
-  return impl_->queries.Overlapping(convex, pose);
-}
-std::vector<BodyId> World::Overlapping(const Aabb& box) const {
-  impl_->ShowToQueries();
-  return impl_->queries.Overlapping(box);
-}
+QueryResult World::FindBodies(const BodyQuery& query) const { return impl_->queries.Find(query); }
+std::vector<BodyId> World::Overlapping(const Aabb& box) const { return impl_->queries.Overlapping(box); }
 
 float World::IslandLoadOf(BodyId id) const {
   return std::clamp(impl_->bodies.At(id).load.island_load, 0.0f, kMostIslandLoad);

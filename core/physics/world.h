@@ -2,8 +2,8 @@
 //
 // Positions and orientations are doubles in world space, and contacts are found from relative poses, so errors far from
 // home are those at home. The result does not depend on the order of calls that add and remove, nor on what else is in
-// the world: the same bodies do the same, to the bit, on every host. Broad phase, shapes and queries are Bullet's;
-// contacts, solver, integrator and sweeps are our own (docs/architecture.md).
+// the world: the same bodies do the same, to the bit, on every host. The trees of the broad phase and of meshes are
+// Bullet's; all else is our own (docs/architecture.md).
 //
 //   World world({.origin = {500, 0, 500}, .gravity_m_s2 = scene.gravity_m_s2});
 //   world.Add(def, def.initial);
@@ -15,29 +15,22 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/physics/contact_report.h"
 #include "core/physics/support_hint.h"
+#include "core/world/query.h"
 #include "core/world/scene.h"
 
 namespace tessera::physics {
 
 struct WorldSettings {
-  Vec3d origin{};  // Bounds and queries are in single precision about this point, m.
+  Vec3d origin{};  // Bounds are in single precision about this point, m.
   Vec3d gravity_m_s2{0, -9.81, 0};
   int substeps = 0;       // Every island that is solved gets so many; 0: as many as it needs.
   bool sleep = true;      // Bodies that are still fall asleep.
   bool portable = false;  // Solve with what every processor has, rather than with the widest it has; the same bits.
-};
-
-struct RayHit {
-  BodyId body;
-  Vec3d point;
-  Vec3f normal;
-  double fraction = 0;  // share of the ray before the hit, 0 to 1
 };
 
 class World {
@@ -110,9 +103,9 @@ class World {
   std::span<const BodyId> isolated() const;
 
   // --- Queries.
-  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle
-  std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
-  std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds
+  // They change nothing, and see bodies where the last step or call left them.
+  QueryResult FindBodies(const BodyQuery& query) const;
+  std::vector<BodyId> Overlapping(const Aabb& box) const;  // ascending; by bounds, triggers among them
 
   // --- The last step that a body was awake in.
   // The largest load that a body of its island had to bear, in weights of the lighter of two that touch, scaled to

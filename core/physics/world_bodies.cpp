@@ -21,8 +21,7 @@ World::Impl::~Impl() {
 }
 
 void World::Impl::Add(const BodyDef& def, const BodyState& state) {
-  RigidBody& body =
-      bodies.Add(std::make_unique<RigidBody>(def, forms.Of(def), state, settings.origin, settings.gravity_m_s2));
+  RigidBody& body = bodies.Add(std::make_unique<RigidBody>(def, forms.Of(def), state, settings.gravity_m_s2));
   broad_phase.Add(body);
   if (body.awake()) waking.Activate(body);
 }
@@ -39,6 +38,7 @@ void World::Impl::Withdraw(RigidBody& body) {
   while (!body.pairs.empty()) pairs.End(*body.pairs.back().pair);
   broad_phase.Remove(body);
   if (body.awake()) bodies.UnlistAwake(body);
+  queries.Moved();
 }
 
 void World::Impl::AddJoint(const JointDef& def) {
@@ -67,7 +67,7 @@ void World::Impl::SetState(RigidBody& body, const BodyState& state) {
   }
   if (change == RigidBody::Change::kMoves && !body.awake()) WakeNeighbours(body);
   const bool listed = body.awake();  // A body wakes with the bodies that joints connect to it.
-  body.Set(state, settings.origin);
+  body.Set(state);
   if (body.awake() && !listed) {
     waking.Activate(body);
   } else if (!body.awake() && listed) {
@@ -79,14 +79,6 @@ void World::Impl::SetState(RigidBody& body, const BodyState& state) {
 void World::Impl::WakeNeighbours(const RigidBody& body) {
   broad_phase.BeginPairs(&pairs);
   waking.WakeNeighbours(body);
-}
-
-void World::Impl::ShowToQueries() {
-  for (const auto& [id, body] : bodies.all()) {
-    if (body->query_pose_current || body->isolated) continue;
-    broad_phase.Move(*body);
-    body->ShowToBullet(settings.origin);
-  }
 }
 
 void World::Impl::Isolate(RigidBody& body) {

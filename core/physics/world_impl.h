@@ -44,8 +44,6 @@ struct World::Impl {
   // Ends all that a body has to do with others, and takes it out of the broad phase. What it touched wakes.
   void Withdraw(RigidBody& body);
   void WakeNeighbours(const RigidBody& body);
-  // Lets queries see every body where it is now.
-  void ShowToQueries();
 
   // --- A step (step.cpp).
   void Step(double dt_s);
@@ -64,7 +62,7 @@ struct World::Impl {
   BodyStore bodies;
   PairTable pairs;
   BroadPhase broad_phase;
-  Queries queries{broad_phase, settings.origin};
+  Queries queries{broad_phase, bodies, settings.origin};
   Waking waking{bodies, pairs};
   std::vector<BodyId> isolated;  // in the last step; Isolate writes it
 

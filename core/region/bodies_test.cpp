@@ -92,6 +92,21 @@ TEST(BodiesTest, ContactsOfTheInteriorAreNoConcernOfBorders) {
   EXPECT_THAT(pairs(true), ElementsAre(std::pair(1, 2), std::pair(3, 4)));
 }
 
+TEST(BodiesTest, AGhostOfALayerThatIsIgnoredPassesThrough) {
+  for (const bool ignored : {false, true}) {
+    Scene scene = Balls({{-1, 0, 0}, {1, 0, 0}});
+    scene.layers = {"default", "dust"};
+    for (BodyDef& body : scene.bodies) body.layer = {.index = 1, .collides = ignored ? ~2u : ~0u};
+    scene.bodies[1].initial.linear_velocity = {-6, 0, 0};
+    SmallWorld world(std::move(scene));
+    world.Own(1);
+    world.AddGhost(2, 2);
+    for (int i = 0; i < 20; ++i) world.Step();
+    EXPECT_EQ(world.bodies.world().StateOf(BodyId(1)).linear_velocity == Vec3f(), ignored);
+    world.bodies.Validate();
+  }
+}
+
 TEST(BodiesTest, NearBodiesAreFoundBeforeTheFirstStepToo) {
   SmallWorld world(Balls({{-1, 0, 0}, {-2, 0, 0}, {-5, 0, 0}}));
   for (const std::uint64_t id : {1, 2, 3}) world.Own(id);

@@ -47,6 +47,7 @@ class RegionGame : private game::GameWorld {
   BodyState StateOf(BodyId id) const override { return bodies_.world().StateOf(id); }
   bool Owns(BodyId id) const override { return bodies_.Owns(id); }
   std::size_t OwnedCount() const override { return bodies_.owned().size(); }
+  QueryResult FindBodies(const BodyQuery& query) const override { return bodies_.world().FindBodies(query); }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
   PropertySet ChangedOf(BodyId id) const override;

@@ -224,6 +224,28 @@ TEST_F(RegionGameTest, TheGamesOwnMemoryIsNothingThatCounts) {
   EXPECT_NE(once.linear_velocity.y, 0);
 }
 
+TEST_F(RegionGameTest, AQuerySeesANeighboursBodyWhereItsOwnerHasIt) {
+  std::vector<std::pair<bool, double>> seen;  // whether the region owns the ball, and where the ray met it
+  game.On(game::kOnTick, "", [&](GameCalls& calls, Arguments) {
+    if (!calls.Call(game::kWorldRay, {Vec3d{-0.6, 5, 0}, Vec3d{-0.6, -5, 0}})) return false;
+    if (calls.result().type != TESSERA_GAME_FIELDS) return true;
+    EXPECT_EQ(calls.result().as.fields[0].value.as.id, kGameBall.value());
+    const double y = calls.result().as.fields[4].value.as.vector[1];
+    EXPECT_TRUE(calls.Call(game::kBodyIsOwn, {kGameBall}));
+    seen.emplace_back(calls.result().as.whole != 0, y);
+    return true;
+  });
+  Begin(-0.6, 0);
+  StepTo(5);
+  int ghosts = 0;
+  for (const auto& [own, y] : seen) {
+    EXPECT_NEAR(y, 0.5, 1e-9);
+    ghosts += own ? 0 : 1;
+  }
+  EXPECT_GE(ghosts, 3) << "the neighbour sees it as well";
+  EXPECT_GE(static_cast<int>(seen.size()) - ghosts, 4);
+}
+
 // --- What waits for the standby
 
 // Region 1 with a standby that says by `lag` ticks late what it has.

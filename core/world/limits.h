@@ -15,6 +15,8 @@ inline constexpr std::size_t kMaxBodies = 1'000'000;
 inline constexpr std::size_t kMaxJoints = 1'000'000;
 // Kinds of a scene's bodies, and the bytes of a kind's name. A game has callbacks for each.
 inline constexpr std::size_t kMaxKinds = 256, kMaxKindLength = 32;
+// Collision layers of a scene, and the bytes of a layer's name. A set of layers is a mask of 32 bits.
+inline constexpr std::size_t kMaxLayers = 32, kMaxLayerLength = 32;
 // Players of one instance; one ENet host serves at most 4095 peers.
 inline constexpr std::uint32_t kMaxPlayers = 1024;
 // Steps a second. Below 10 stacks fall; above 240 float positions lose the increments of slow bodies.

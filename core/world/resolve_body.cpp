@@ -99,6 +99,7 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
   }
   def.trigger = body.trigger();
   def.kind = Kind(body.kind());
+  def.layer = Layer(body.layer());
   for (const v1::Property& property : body.properties()) {
     const std::optional<PropertyValue> value = FromProto(property);
     const absl::Status status =
@@ -125,6 +126,14 @@ std::uint16_t BodyResolver::Kind(const std::string& name) {
   const auto kind = static_cast<std::uint16_t>(known - kinds_.begin());
   if (known == kinds_.end()) kinds_.push_back(name);
   return kind;
+}
+
+CollisionLayer BodyResolver::Layer(const std::string& name) {
+  if (name.empty()) return layers_.layers.front();
+  const auto named = std::ranges::find(layers_.names, name);
+  if (named != layers_.names.end()) return layers_.layers[static_cast<std::size_t>(named - layers_.names.begin())];
+  faults_.Add(absl::StrCat("layer ", Quoted(name), " is not among the scene's layers"));
+  return {};
 }
 
 void BodyResolver::CheckStatic(const v1::Body& body) {

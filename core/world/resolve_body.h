@@ -9,6 +9,7 @@
 
 #include "core/world/bounds.h"
 #include "core/world/faults.h"
+#include "core/world/resolve_layers.h"
 #include "core/world/resolve_shape.h"
 #include "core/world/scene.h"
 #include "tessera/v1/scene.pb.h"
@@ -20,12 +21,14 @@ inline constexpr std::uint64_t kMaxSceneBody = kFirstPlayerBody - 1;
 
 class BodyResolver {
  public:
-  // For a scene with these bounds, this gravity and these properties, which must outlive the resolver.
-  BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2, std::span<const PropertyDef> properties)
+  // For a scene with these bounds, this gravity, these properties and these layers, which must outlive the resolver.
+  BodyResolver(Faults& faults, const Aabb& bounds, Vec3d gravity_m_s2, std::span<const PropertyDef> properties,
+               NamedLayers layers)
       : faults_(faults),
         bounds_(bounds),
         gravity_m_s2_(Length(gravity_m_s2)),
         properties_(properties),
+        layers_(layers),
         shapes_(faults) {}
 
   // Materials come before the bodies that name them.
@@ -40,6 +43,7 @@ class BodyResolver {
 
  private:
   std::uint16_t Kind(const std::string& name);
+  CollisionLayer Layer(const std::string& name);
   BodyDef Common(const v1::Body& body);
   void CheckStatic(const v1::Body& body);
   void CheckDynamic(const v1::Body& body, BodyDef& def);
@@ -49,6 +53,7 @@ class BodyResolver {
   Aabb bounds_;
   double gravity_m_s2_;
   std::span<const PropertyDef> properties_;
+  NamedLayers layers_;
   ShapeResolver shapes_;
   std::unordered_map<std::string, Material> materials_;
   std::vector<std::string> kinds_{""};

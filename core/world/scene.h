@@ -84,6 +84,15 @@ struct Material {
 
 enum class Motion : std::uint8_t { kStatic, kDynamic };
 
+// The collision layer of a body. `collides` is symmetric over the layers of a scene, so one of two bodies answers for
+// both.
+struct CollisionLayer {
+  std::uint8_t index = 0;        // place in the scene's layers, below kMaxLayers
+  std::uint32_t collides = ~0u;  // bit i: with the bodies of layer i
+  bool CollidesWith(const CollisionLayer& other) const { return (collides >> other.index & 1) != 0; }
+  friend bool operator==(const CollisionLayer&, const CollisionLayer&) = default;
+};
+
 // The part of a body that changes from tick to tick: an owner sends all of it, and a handover must keep all of it.
 struct BodyState {
   Vec3d position;          // centre of mass, world space, m
@@ -111,6 +120,7 @@ struct BodyDef {
   double gravity_scale = 1;
   bool trigger = false;  // reports overlaps and pushes nothing
   bool may_sleep = true;
+  CollisionLayer layer;
   std::uint16_t kind = 0;  // place in the scene's kinds: whose callbacks of a game are called for it
   PropertySet properties;  // those that differ from the scene's declaration
   BodyState initial;
@@ -229,7 +239,8 @@ struct Scene {
   std::optional<PlayerRules> player;
   ViewRules view;
   std::vector<PropertyDef> properties;
-  std::vector<std::string> kinds{""};  // of bodies; the first is that of bodies without one
+  std::vector<std::string> kinds{""};          // of bodies; the first is that of bodies without one
+  std::vector<std::string> layers{"default"};  // of bodies, at most kMaxLayers; the first is that of bodies without one
   std::vector<Prefab> prefabs;
 
   Rect ground() const { return {bounds.min.x, bounds.min.z, bounds.max.x, bounds.max.z}; }

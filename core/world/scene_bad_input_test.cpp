@@ -112,6 +112,41 @@ TEST(BadSceneTest, DuplicateIds) {
             "joints[1] (id 1): id 1 is also that of joints[0]");
 }
 
+TEST(BadSceneTest, Layers) {
+  EXPECT_EQ(CrateError([](v1::Body& b) { b.set_layer("debris"); }), "layer \"debris\" is not among the scene's layers");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->mutable_body()->set_layer("players"); }),
+            "player.body: layer \"players\" is not among the scene's layers");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.add_layers()->set_name("de bris"); }),
+            "layers[0]: name must be of 1 to 32 letters, digits and underscores, got \"de bris\"");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.add_layers(); }),
+            "layers[0]: name must be of 1 to 32 letters, digits and underscores, got \"\"");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.add_layers()->set_name(std::string(33, 'x')); }).substr(0, 16),
+            "layers[0]: name ");
+  for (const char* name : {"debris", "default"}) {
+    EXPECT_EQ(Error([&](v1::Scene& s) {
+                s.add_layers()->set_name(name);
+                s.add_layers()->set_name(name);
+              }),
+              "layers[1]: name \"" + std::string(name) + "\" is used twice");
+  }
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              s.add_layers()->set_name("debris");
+              s.mutable_layers(0)->add_ignores("default");
+              s.mutable_layers(0)->add_ignores("dust");
+            }),
+            "layers[0] (\"debris\"): ignores[1] \"dust\" is not among the scene's layers");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              s.add_layers()->set_name("debris");
+              s.mutable_layers(0)->add_ignores("debris");
+              s.mutable_layers(0)->add_ignores("debris");
+            }),
+            "layers[0] (\"debris\"): ignores[1] \"debris\" is named twice");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              for (int i = 0; i < 32; ++i) s.add_layers()->set_name("l" + std::to_string(i));
+            }),
+            "layers[31]: is one layer too many: with \"default\" there may be 32");
+}
+
 TEST(BadSceneTest, IdOutOfRange) {
   EXPECT_EQ(Error([](v1::Scene& s) {
               s.clear_joints();

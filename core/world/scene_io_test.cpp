@@ -60,6 +60,34 @@ TEST(ResolveSceneTest, BodiesOfOneKindShareItsPlace) {
   EXPECT_EQ(scene->bodies[3].kind, 1);
 }
 
+TEST(ResolveSceneTest, LayersIgnoreEachOtherFromBothSides) {
+  const auto scene = Resolved(Parsed(
+      absl::StrCat(kBounds,
+                   "layers { name: \"debris\" ignores: \"debris\" ignores: \"players\" } layers { name: \"players\" }"
+                   "layers { name: \"default\" ignores: \"players\" }"
+                   "bodies { id: 1 mass: 2 shape { sphere { radius: 1 } } layer: \"debris\" }"
+                   "bodies { id: 2 mass: 2 shape { sphere { radius: 1 } } layer: \"default\" }"
+                   "bodies { id: 3 mass: 2 shape { sphere { radius: 1 } } }"
+                   "player { body { mass: 1 layer: \"players\" shape { sphere { radius: 1 } } } spawn_points {}"
+                   " max_force: 1 max_speed: 1 }")));
+  EXPECT_EQ(scene->layers, (std::vector<std::string>{"default", "debris", "players"}));
+  const CollisionLayer debris = scene->bodies[0].layer, given = scene->bodies[1].layer, none = scene->bodies[2].layer;
+  const CollisionLayer players = scene->player->body.layer;
+  EXPECT_EQ(given, none);
+  EXPECT_FALSE(debris.CollidesWith(debris));
+  EXPECT_FALSE(debris.CollidesWith(players) || players.CollidesWith(debris));
+  EXPECT_FALSE(none.CollidesWith(players) || players.CollidesWith(none));
+  EXPECT_TRUE(debris.CollidesWith(none) && none.CollidesWith(debris));
+  EXPECT_TRUE(none.CollidesWith(none) && players.CollidesWith(players));
+}
+
+TEST(ResolveSceneTest, WithoutLayersAllBodiesCollide) {
+  const auto scene = Resolved(Parsed(absl::StrCat(kBounds, "bodies { id: 1 mass: 2 shape { sphere { radius: 1 } } }")));
+  EXPECT_EQ(scene->layers, (std::vector<std::string>{"default"}));
+  EXPECT_EQ(scene->bodies[0].layer, CollisionLayer());
+  EXPECT_EQ(scene->bodies[0].layer.collides, ~0u);
+}
+
 TEST(ResolveSceneTest, FillsInDefaults) {
   const auto scene = Resolved(Parsed(absl::StrCat(kBounds, "bodies { id: 1 mass: 2 shape { sphere { radius: 1 } } }")));
   EXPECT_EQ(scene->gravity_m_s2, Vec3d(0, -9.81, 0));

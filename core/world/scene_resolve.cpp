@@ -9,6 +9,7 @@
 #include "core/world/resolve_field.h"
 #include "core/world/resolve_joint.h"
 #include "core/world/resolve_prefab.h"
+#include "core/world/resolve_layers.h"
 #include "core/world/scatter.h"
 #include "core/world/scene_io.h"
 
@@ -48,7 +49,8 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   // A scene that is too big is not examined any further.
   if (!CheckCounts()) return faults_.ToStatus();
   ResolveProperties();
-  BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties);
+  const std::vector<CollisionLayer> layers = ResolveLayers(faults_, in_, &out_->layers);
+  BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties, {out_->layers, layers});
   for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
   ResolveBodies(bodies);
   ResolveScatters(bodies);

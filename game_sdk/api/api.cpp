@@ -6,6 +6,30 @@ namespace tessera::game {
 namespace {
 
 constexpr Parameter kLogParameters[] = {{"text", kTextType, "the line, at most 200 bytes of it"}};
+constexpr std::string_view kHitOptions =
+    "which bodies are met: `layers`, a layer's name or a list of names; `ignore`, a body or a list of at most 64; "
+    "`static` or `dynamic` = false leaves those out; `triggers` = true takes triggers in; `self` = true takes in the "
+    "body that the callback is about, which is left out otherwise";
+constexpr std::string_view kListOptions =
+    "which bodies are met, as for `ray`, and `limit`, how many at most, 1 to 64; without it 16 for `ray_all` and 64 "
+    "for "
+    "`overlap`";
+constexpr std::string_view kShapeDoc =
+    "`radius` of a ball; `radius` and `half_height` (of the part between the caps) of a capsule along y; or "
+    "`half_extents`, a vector, of a box; each .001 to 1000 m. `rotation` turns it";
+constexpr Parameter kRayParameters[] = {{"from", kVectorType, "m in the world"},
+                                        {"to", kVectorType, "another point, at most 10 km away"},
+                                        {"options", kFieldsType, kHitOptions, true, true}};
+constexpr Parameter kRayAllParameters[] = {{"from", kVectorType, "m in the world"},
+                                           {"to", kVectorType, "another point, at most 10 km away"},
+                                           {"options", kFieldsType, kListOptions, true, true}};
+constexpr Parameter kSweepParameters[] = {{"shape", kFieldsType, kShapeDoc, false, true},
+                                          {"from", kVectorType, "where the shape's middle begins, m in the world"},
+                                          {"to", kVectorType, "where it would end, at most 10 km away"},
+                                          {"options", kFieldsType, kHitOptions, true, true}};
+constexpr Parameter kOverlapParameters[] = {{"shape", kFieldsType, kShapeDoc, false, true},
+                                            {"at", kVectorType, "where the shape's middle is, m in the world"},
+                                            {"options", kFieldsType, kListOptions, true, true}};
 constexpr Parameter kNameParameters[] = {{"name", kTextType, "a property that the scene declares"}};
 constexpr Parameter kSetParameters[] = {{"name", kTextType, "a property that the scene declares"},
                                         {"value", kPropertyType, "of the property's type"}};
@@ -43,6 +67,20 @@ constexpr Function kFunctions[] = {
     {kWorldSpawn, Receiver::kWorld, "spawn", kSpawnParameters, kBodyType,
      "Makes a prefab, owned by this region until it is handed over, and returns its first body. All of its bodies are "
      "there from the next tick on, and their properties may be set at once."},
+    {kWorldRay, Receiver::kWorld, "ray", kRayParameters, kFieldsType | kNothingType,
+     "The first body that a ray meets, of those that this region sees: `body`, `point` and `normal` of its surface, "
+     "`fraction` of the ray before it and `distance` in m; nothing if there is none. A ray that begins inside of a "
+     "body "
+     "meets it at once; a mesh and a height field have no inside. Bodies are where the last tick left them. The more a "
+     "query meets, the more instructions it costs; a short ray takes some hundred."},
+    {kWorldRayAll, Receiver::kWorld, "ray_all", kRayAllParameters, kListType,
+     "The bodies that a ray meets, each once, as a list of what `ray` returns, nearest first; of equally near ones the "
+     "one with the lower id first."},
+    {kWorldSweep, Receiver::kWorld, "sweep", kSweepParameters, kFieldsType | kNothingType,
+     "What a shape that moves straight, without turning, meets first: as `ray` returns it, with the point where they "
+     "touch. A shape that overlaps a body from the beginning has fraction 0, and `from` as the point."},
+    {kWorldOverlap, Receiver::kWorld, "overlap", kOverlapParameters, kListType,
+     "The bodies that this region sees which have a point in common with a shape, as a list, by id."},
     {kBodyIsHere,
      Receiver::kBody,
      "is_here",

@@ -25,7 +25,8 @@ inline constexpr Types kNothingType = TypeBit(TESSERA_GAME_NOTHING), kFlagType =
                        kWholeType = TypeBit(TESSERA_GAME_WHOLE), kRealType = TypeBit(TESSERA_GAME_REAL),
                        kTextType = TypeBit(TESSERA_GAME_TEXT), kVectorType = TypeBit(TESSERA_GAME_VECTOR),
                        kRotationType = TypeBit(TESSERA_GAME_ROTATION), kBodyType = TypeBit(TESSERA_GAME_BODY),
-                       kPlayerType = TypeBit(TESSERA_GAME_PLAYER), kFieldsType = TypeBit(TESSERA_GAME_FIELDS);
+                       kPlayerType = TypeBit(TESSERA_GAME_PLAYER), kListType = TypeBit(TESSERA_GAME_LIST),
+                       kFieldsType = TypeBit(TESSERA_GAME_FIELDS);
 // The types of properties.
 inline constexpr Types kPropertyType = kFlagType | kWholeType | kRealType | kTextType;
 
@@ -34,6 +35,9 @@ struct Parameter {
   Types types;  // a whole number is taken where a real one is asked for
   std::string_view doc;
   bool optional = false;  // optional ones come last
+  // Named values that are used by the call alone: lists and rotations may be among them, which values that are kept may
+  // not hold.
+  bool options = false;
 };
 
 // The one that has a function, or that a callback is about: for bodies and players it is the first argument, which
@@ -63,6 +67,10 @@ enum FunctionNumber : std::uint32_t {
   kWorldRandom = 3,
   kWorldLog = 4,
   kWorldSpawn = 5,
+  kWorldRay = 10,
+  kWorldRayAll = 11,
+  kWorldSweep = 12,
+  kWorldOverlap = 13,
   kBodyIsHere = 32,
   kBodyIsOwn = 33,
   kBodyKind = 34,

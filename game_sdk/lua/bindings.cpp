@@ -50,7 +50,7 @@ std::uint32_t ToArguments(lua_State* L, const Function& function, int first, tes
     const int index = first + static_cast<int>(count);
     if (parameter.optional && index > last) break;
     const Types types = parameter.types | (parameter.optional ? kNothingType : 0);
-    ToValue(L, index, types, {function.name, parameter.name}, arguments[count++]);
+    ToValue(L, index, types, {function.name, parameter.name, parameter.options}, arguments[count++]);
   }
   return count;
 }

@@ -157,5 +157,76 @@ TEST_F(GameInLuaTest, WhatWouldBeLostIsRefusedAtLoading) {
   EXPECT_THAT(refused("function on_tick("), HasSubstr("game.lua:1: "));
 }
 
+TEST_F(GameInLuaTest, ARayGivesItsHitAsATableOrNothing) {
+  world.Add(1, 1);
+  Load(R"(kinds.crate = { on_contact = function(self, other)
+      local hit = world.ray(vec(0, 1, 0), vec(0, 1, 10), { ignore = other, layers = { "default" } })
+      if not hit then return print("nothing") end
+      print(hit.body, hit.point, hit.normal, hit.fraction, hit.distance, hit.body == other)
+    end })");
+  world.Add(2, 2);
+  Touch();
+  world.answer = {.hits = {{BodyId(2), 0.25, {0, 1, 2.5}, {0, 0, -1}}}};
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre("nothing", "body 2 (0, 1, 2.5) (0, 0, -1) 0.25 2.5 true"));
+  ASSERT_THAT(world.asked, SizeIs(2));
+  EXPECT_THAT(world.asked[0].filter.ignored, ElementsAre(BodyId(1), BodyId(2)));
+  EXPECT_EQ(world.asked[0].filter.layers, 1u);
+}
+
+TEST_F(GameInLuaTest, ManyHitsAreAListInTheirOrder) {
+  world.Add(1, 1);
+  world.answer.hits = {{BodyId(4), 0.1, {1, 0, 0}, {-1, 0, 0}}, {BodyId(3), 0.2, {2, 0, 0}, {-1, 0, 0}}};
+  Load(R"(kinds.crate = { on_contact = function(self, other)
+      for i, hit in ipairs(world.ray_all(vec(0, 0, 0), vec(10, 0, 0), { ignore = { self, other }, limit = 2 })) do
+        print(i, hit.body, hit.distance)
+      end
+      for i, body in ipairs(world.overlap({ radius = 3 }, self:position(), { triggers = true })) do print(i, body) end
+      local hit = world.sweep({ half_extents = vec(1, 2, 3), rotation = self:rotation() }, vec(0, 0, 0), vec(10, 0, 0))
+      print(hit.body)
+    end })");
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre("1 body 4 1.0", "2 body 3 2.0", "1 body 4", "2 body 3", "body 4"));
+  ASSERT_THAT(world.asked, SizeIs(3));
+  EXPECT_EQ(world.asked[0].most_hits, 2u);
+  EXPECT_THAT(world.asked[0].filter.ignored, ElementsAre(BodyId(1), BodyId(1), BodyId(2)));
+  EXPECT_TRUE(world.asked[1].filter.triggers);
+  EXPECT_EQ(std::get<SphereShape>(world.asked[1].shape).radius_m, 3);
+  EXPECT_EQ(std::get<BoxShape>(world.asked[2].shape).half_extents_m, (Vec3d{1, 2, 3}));
+}
+
+TEST_F(GameInLuaTest, OptionsMayBeAConstantOfTheFile) {
+  world.Add(1, 1);
+  Load(R"(local SHAPE, OPTIONS = { radius = 2 }, { layers = { "default" }, limit = 3 }
+    kinds.crate = { on_contact = function(self) print(#world.overlap(SHAPE, self:position(), OPTIONS)) end })");
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre("0"));
+  ASSERT_THAT(world.asked, SizeIs(1));
+  EXPECT_EQ(world.asked[0].filter.layers, 1u);
+  EXPECT_EQ(world.asked[0].most_hits, 3u);
+}
+
+TEST_F(GameInLuaTest, AWrongOptionIsNamedWithItsLine) {
+  world.Add(1, 1);
+  const auto error = [&](const std::string& call) {
+    Load("kinds.crate = { on_contact = function(self)\n" + call + " end }");
+    Touch();
+    const std::vector<std::string> lines = Lines();
+    return lines.empty() ? "no error" : lines[0];
+  };
+  EXPECT_EQ(error("world.ray(vec(0, 0, 0), vec(0, 0, 0))"), "error: game.lua:2: ray: `to` is the same point as `from`");
+  EXPECT_EQ(error("world.ray(vec(0, 0, 0), vec(0, 0, 1), { layers = { 'dust' } })"),
+            "error: game.lua:2: ray: `options.layers` names \"dust\", which the scene does not; its layers: default");
+  EXPECT_EQ(error("world.ray(vec(0, 0, 0), vec(0, 0, 1), { layers = { a = 'default' } })"),
+            "error: game.lua:2: ray: `options.layers` must be a list of at most 64");
+  EXPECT_THAT(error("world.ray(vec(0, 0, 0), vec(0, 0, 1), { ignore = { {} } })"),
+              HasSubstr("error: game.lua:2: ray: `options.ignore` must be "));
+  EXPECT_EQ(error("world.ray(vec(0, 0, 0), vec(0, 0, 0 / 0))"), "error: game.lua:2: ray: `to` must be finite");
+  EXPECT_THAT(error("world.overlap(3, vec(0, 0, 0))"),
+              HasSubstr("overlap: `shape` must be a table of named values, got a whole number"));
+  EXPECT_THAT(error("self:after(3, 'x', { list = { 1 } })"), HasSubstr("after: `values.list` must be "))
+      << "what is kept may hold no lists";
+}
+
 }  // namespace
 }  // namespace tessera::game

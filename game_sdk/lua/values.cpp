@@ -148,10 +148,44 @@ std::size_t CountFields(lua_State* L, int contents, const ParameterName& name) {
   return count;
 }
 
+// Converts the list at `index` within a table of options. Pushes nothing; what the list needs is put into the table at
+// `held`, which keeps it alive.
+void ToListOption(lua_State* L, int index, int held, const ParameterName& name, std::string_view key,
+                  tessera_game_value& value) {
+  luaL_checkstack(L, 8, nullptr);
+  PushContents(L, index);
+  const int contents = lua_gettop(L);
+  const lua_Unsigned count = lua_rawlen(L, contents);
+  lua_Unsigned entries = 0;
+  for (lua_pushnil(L); lua_next(L, contents) != 0; lua_pop(L, 1)) {
+    if (++entries > count || entries > kMaxFields) break;
+  }
+  if (entries != count || count > kMaxFields) {
+    Raise(L, "%.*s: `%.*s.%.*s` must be a list of at most %d", static_cast<int>(name.function.size()),
+          name.function.data(), static_cast<int>(name.parameter.size()), name.parameter.data(),
+          static_cast<int>(std::min<std::size_t>(key.size(), 60)), key.data(), kMaxFields);
+  }
+  auto* const list = static_cast<tessera_game_value*>(
+      lua_newuserdatauv(L, std::max<std::size_t>(1, count) * sizeof(tessera_game_value), 0));
+  lua_rawseti(L, held, static_cast<lua_Integer>(lua_rawlen(L, held)) + 1);
+  for (lua_Unsigned i = 0; i < count; ++i) {
+    lua_rawgeti(L, contents, static_cast<lua_Integer>(i) + 1);
+    const Fit fit = ToPlainValue(L, -1, kNamedValue, list[i]);
+    if (fit != Fit::kFits) RaiseMisfit(L, -1, kNamedValue, name, key, fit);
+    lua_pop(L, 1);  // its table keeps a text alive
+  }
+  lua_pop(L, 1);
+  value.type = TESSERA_GAME_LIST;
+  value.count = static_cast<std::uint32_t>(count);
+  value.as.list = list;
+}
+
 void ToFields(lua_State* L, int table, const ParameterName& name, tessera_game_value& value) {
   PushContents(L, table);
   const int contents = lua_gettop(L);
   const std::size_t count = CountFields(L, contents, name);
+  if (name.options) lua_newtable(L);  // keeps what lists need
+  const int held = lua_gettop(L);
   auto* const fields = static_cast<tessera_game_field*>(
       lua_newuserdatauv(L, std::max<std::size_t>(1, count) * sizeof(tessera_game_field), 0));
   std::size_t filled = 0;
@@ -160,8 +194,14 @@ void ToFields(lua_State* L, int table, const ParameterName& name, tessera_game_v
     field.name = lua_tolstring(L, -2, &field.name_bytes);
     // 3.0 stays a real number here: no declared type says what it will be.
     const bool real = lua_type(L, -1) == LUA_TNUMBER && lua_isinteger(L, -1) == 0;
-    const Fit fit = ToPlainValue(L, -1, real ? kNamedValue & ~kWholeType : kNamedValue, field.value);
-    if (fit != Fit::kFits) RaiseMisfit(L, -1, kNamedValue, name, {field.name, field.name_bytes}, fit);
+    const std::string_view key(field.name, field.name_bytes);
+    if (name.options && lua_istable(L, -1)) {
+      ToListOption(L, lua_gettop(L), held, name, key, field.value);
+      continue;
+    }
+    const Types types = name.options ? kNamedValue | kRotationType : kNamedValue;
+    const Fit fit = ToPlainValue(L, -1, real ? types & ~kWholeType : types, field.value);
+    if (fit != Fit::kFits) RaiseMisfit(L, -1, types, name, key, fit);
   }
   std::sort(fields, fields + count, [](const tessera_game_field& a, const tessera_game_field& b) {
     return std::string_view(a.name, a.name_bytes) < std::string_view(b.name, b.name_bytes);

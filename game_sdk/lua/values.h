@@ -13,6 +13,7 @@ namespace tessera::game {
 // A parameter of a function, as errors name it.
 struct ParameterName {
   std::string_view function, parameter;
+  bool options = false;  // Parameter::options: lists and rotations may be among named values
 };
 
 // Converts the value at `index` to one of `types`, or raises an error that names the parameter. Where whole and real

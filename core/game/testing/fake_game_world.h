@@ -32,6 +32,7 @@ class FakeGameWorld : public GameWorld {
     body.owned = owned;
   }
   void Lose(std::uint64_t id) { bodies_.at(BodyId(id)).owned = false; }
+  void SetLayers(std::vector<std::string> names) { scene_->layers = std::move(names); }
   std::shared_ptr<const Scene> shared_scene() const { return scene_; }
   BodyState& state(std::uint64_t id) { return bodies_.at(BodyId(id)).state; }
   const GameRecord& record(std::uint64_t id) const { return bodies_.at(BodyId(id)).record; }
@@ -40,6 +41,9 @@ class FakeGameWorld : public GameWorld {
     return *ValueOf(scene_->properties, body.def.properties, body.changed, name);
   }
   int commits() const { return commits_; }
+
+  mutable std::vector<BodyQuery> asked;
+  QueryResult answer;  // to every query
 
   const Scene& scene() const override { return *scene_; }
   const BodyDef* Find(BodyId id) const override {
@@ -56,6 +60,11 @@ class FakeGameWorld : public GameWorld {
   bool Owns(BodyId id) const override {
     const auto found = bodies_.find(id);
     return found != bodies_.end() && found->second.owned;
+  }
+  // Notes the question, and returns `answer`.
+  QueryResult FindBodies(const BodyQuery& query) const override {
+    asked.push_back(query);
+    return answer;
   }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override {
     for (const auto& [id, body] : bodies_) {

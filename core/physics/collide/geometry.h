@@ -3,8 +3,7 @@
 //   const auto geometry = MakeGeometry(*def.shape, frame);
 //   const Bounds bounds = BoundsOf(*geometry, rotation);
 //
-// Immutable, and shared by bodies that look alike. Nothing here depends on Bullet; bullet_shapes.h makes the Bullet
-// shape of a geometry for the queries that need one.
+// Immutable, and shared by bodies that look alike. Nothing here depends on Bullet.
 #pragma once
 
 #include <cstdint>

@@ -46,7 +46,7 @@ std::size_t HeightGrid::Ring(std::uint32_t triangle, std::size_t corner, std::sp
   return count;
 }
 
-void HeightGrid::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const {
+void HeightGrid::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const {
   const auto cell = [&](double p, std::uint32_t samples) {
     const double i = std::floor(p / field_.spacing_m + (samples - 1) / 2.0);
     return static_cast<std::int64_t>(std::clamp(i, -1.0, static_cast<double>(samples)));
@@ -69,6 +69,7 @@ void HeightGrid::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found)
       const auto first = static_cast<std::uint32_t>(2 * (z * (columns - 1) + x));
       found->push_back(first);
       found->push_back(first + 1);
+      if (found->size() > most) return;
     }
   }
 }

@@ -45,8 +45,8 @@ class HeightGrid {
   // The samples that edges join to a corner; at most six. Returns how many.
   std::size_t Ring(std::uint32_t triangle, std::size_t corner, std::span<Vec3d> samples) const;
 
-  // Appends the triangles of cells that may reach into the box, ascending.
-  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+  // Appends the triangles of cells that may reach into the box, ascending, until more than `most` are found.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const;
 
  private:
   struct GridCell {

@@ -56,14 +56,21 @@ void Surface::MarkSharpCorners(std::size_t vertices, std::uint32_t triangles) {
   }
 }
 
-void Surface::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const {
+void Surface::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const {
   // Bullet's tree and the corners for sweeps are in single precision.
   const Aabb wide = box.Expanded(1e-6 * (1 + Length(box.min) + Length(box.max)));
   if (is_field()) {
-    grid_.TrianglesIn(wide, found);
+    grid_.TrianglesIn(wide, found, most);
   } else {
-    tree_->TrianglesIn(wide, found);
+    tree_->TrianglesIn(wide, found, most);
   }
+}
+
+double Surface::PieceLength() const {
+  // A field's boxes hold a few cells each; a mesh's triangles are of any size, so its boxes are a small share of it.
+  constexpr double kCells = 4, kShare = 1.0 / 64, kLeast_m = 1e-3;
+  const double length = is_field() ? kCells * field().spacing_m : kShare * Length(Vec3d(bounds_.max - bounds_.min));
+  return std::max(length, kLeast_m);
 }
 
 std::array<std::size_t, 3> Surface::VerticesOf(std::uint32_t triangle) const {

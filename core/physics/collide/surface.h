@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -24,16 +25,20 @@ class Surface {
  public:
   static constexpr std::size_t kRing = 64;  // most neighbours of a vertex that are looked at
   static constexpr float kSharp = 0.866f;   // cosine of 30 degrees
+  static constexpr std::size_t kAllTriangles = std::numeric_limits<std::size_t>::max();
 
   explicit Surface(const TriangleMeshShape& mesh);
   Surface(const HeightFieldShape& field, const BodyFrame& frame);
 
   bool is_field() const { return tree_ == nullptr; }
   const Bounds& bounds() const { return bounds_; }
+  // Length of a piece of a long way, m, so that a box about it holds few triangles.
+  double PieceLength() const;
 
   // Appends the triangles that may reach into the box, in an order that depends on the surface alone. The box is
-  // widened by a little first, so that rounding loses none.
-  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
+  // widened by a little first, so that rounding loses none. Once more than `most` are in `found`, no more are looked
+  // for.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most = kAllTriangles) const;
 
   std::array<Vec3d, 3> Corners(std::uint32_t triangle) const;
   // In single precision, for sweeps.
@@ -49,8 +54,6 @@ class Surface {
   // The vertices that edges join to a corner. Returns how many.
   std::size_t Ring(std::uint32_t triangle, std::size_t corner, std::span<Vec3d, kRing> vertices) const;
 
-  // For Bullet's queries.
-  btBvhTriangleMeshShape& mesh_shape() const { return tree_->shape(); }
   const HeightFieldShape& field() const { return grid_.field(); }
 
  private:

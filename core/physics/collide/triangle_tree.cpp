@@ -21,11 +21,14 @@ btIndexedMesh IndexedMesh(const TriangleMeshShape& mesh) {
 
 class AppendTriangle : public btNodeOverlapCallback {
  public:
-  explicit AppendTriangle(std::vector<std::uint32_t>* found) : found_(found) {}
-  void processNode(int, int triangle) override { found_->push_back(static_cast<std::uint32_t>(triangle)); }
+  AppendTriangle(std::vector<std::uint32_t>* found, std::size_t most) : found_(found), most_(most) {}
+  void processNode(int, int triangle) override {
+    if (found_->size() <= most_) found_->push_back(static_cast<std::uint32_t>(triangle));
+  }
 
  private:
   std::vector<std::uint32_t>* found_;
+  std::size_t most_;
 };
 
 }  // namespace
@@ -46,11 +49,9 @@ struct TriangleTree::Impl {
 TriangleTree::TriangleTree(const TriangleMeshShape& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
 TriangleTree::~TriangleTree() = default;
 
-void TriangleTree::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const {
-  AppendTriangle append(found);
+void TriangleTree::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const {
+  AppendTriangle append(found, most);
   impl_->shape->getOptimizedBvh()->reportAabbOverlappingNodex(&append, ToBullet(box.min), ToBullet(box.max));
 }
-
-btBvhTriangleMeshShape& TriangleTree::shape() const { return *impl_->shape; }
 
 }  // namespace tessera::physics

@@ -11,8 +11,6 @@
 #include "core/world/bounds.h"
 #include "core/world/scene.h"
 
-class btBvhTriangleMeshShape;
-
 namespace tessera::physics {
 
 class TriangleTree {
@@ -21,10 +19,8 @@ class TriangleTree {
   ~TriangleTree();
 
   // Appends indices of triangles in an order that depends on the mesh alone: every triangle that reaches into the box,
-  // and some that only come near it.
-  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found) const;
-  // The mesh for Bullet's queries; it lives as long as the tree.
-  btBvhTriangleMeshShape& shape() const;
+  // and some that only come near it. Once more than `most` are found, the rest is left out.
+  void TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const;
 
  private:
   struct Impl;

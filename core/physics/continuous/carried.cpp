@@ -18,6 +18,7 @@ double FreeShare(const RigidBody& body, const SweptMotion& motion, BroadPhase& b
   double share = 1;
   for (const RigidBody* other : candidates) {
     if (other->awake() || other->trigger() || other->isolated || JointForbidsContact(body, *other)) continue;
+    if (!body.layer().CollidesWith(other->layer())) continue;
     const bool low = body.id() < other->id();
     const SweptMotion still = SweptMotionOf(*other, {});
     const std::optional<Impact> impact = FirstImpact(low ? motion : still, low ? still : motion, kImpactDistance_m);

@@ -24,7 +24,7 @@ class LooseBodies {
 
   // Takes a body in, and lists it as awake if its first state is.
   RigidBody& Add(const BodyDef& def) {
-    RigidBody& body = bodies.Add(std::make_unique<RigidBody>(def, forms_.Of(def), def.initial, Vec3d(), gravity_m_s2_));
+    RigidBody& body = bodies.Add(std::make_unique<RigidBody>(def, forms_.Of(def), def.initial, gravity_m_s2_));
     body.PrepareDamping(kDt);
     if (body.awake()) waking.Activate(body);
     return body;

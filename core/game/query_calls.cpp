@@ -1,0 +1,274 @@
+#include "core/game/query_calls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "core/world/limits.h"
+#include "core/world/query.h"
+
+namespace tessera::game {
+namespace {
+
+using QueryArguments = std::span<const tessera_game_value>;
+using QueryFields = std::span<const tessera_game_field>;
+
+absl::string_view Seen(std::string_view text) { return {text.data(), text.size()}; }
+std::string_view FieldName(const tessera_game_field& field) { return {field.name, field.name_bytes}; }
+std::string_view TextIn(const tessera_game_value& value) { return {value.as.text, value.count}; }
+Vec3d VectorIn(const tessera_game_value& value) { return {value.as.vector[0], value.as.vector[1], value.as.vector[2]}; }
+bool IsQueryNumber(const tessera_game_value& value) {
+  return value.type == TESSERA_GAME_REAL || value.type == TESSERA_GAME_WHOLE;
+}
+double NumberIn(const tessera_game_value& value) {
+  return value.type == TESSERA_GAME_REAL ? value.as.real : static_cast<double>(value.as.whole);
+}
+
+// Reads the arguments of one query; what is wrong is named as game code wrote it: "ray: `options.layers` must be ...".
+class QueryReader {
+ public:
+  QueryReader(const Function& function, const tessera_game_call& call) : function_(function), call_(call) {}
+
+  absl::StatusOr<BodyQuery> Read(QueryArguments arguments) {
+    BodyQuery query;
+    const bool shaped = function_.number == kWorldSweep || function_.number == kWorldOverlap;
+    const bool still = function_.number == kWorldOverlap;
+    if (shaped) {
+      if (absl::Status status = ReadShape(FieldsIn(arguments[0]), query); !status.ok()) return status;
+    }
+    const QueryArguments rest = arguments.subspan(shaped ? 1 : 0);
+    query.from = VectorIn(rest[0]);
+    query.to = still ? query.from : VectorIn(rest[1]);
+    if (absl::Status status = CheckWay(query, still); !status.ok()) return status;
+    query.most_hits = function_.number == kWorldOverlap  ? kMaxQueryHits
+                      : function_.number == kWorldRayAll ? kUsualQueryHits
+                                                         : 1;
+    if (call_.self != BodyId()) query.filter.ignored.push_back(call_.self);
+    const std::size_t options = still ? 1 : 2;
+    if (rest.size() > options && rest[options].type == TESSERA_GAME_FIELDS) {
+      if (absl::Status status = ReadOptions(FieldsIn(rest[options]), query); !status.ok()) return status;
+    }
+    return query;
+  }
+
+ private:
+  static QueryFields FieldsIn(const tessera_game_value& value) { return {value.as.fields, value.count}; }
+
+  absl::Status Wrong(std::string_view argument, std::string_view what) const {
+    return absl::InvalidArgumentError(absl::StrCat(Seen(function_.name), ": `", Seen(argument), "` ", Seen(what)));
+  }
+
+  absl::Status CheckWay(const BodyQuery& query, bool still) const {
+    const auto near = [](Vec3d p) {
+      return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kMaxStatePosition_m;
+    };
+    if (!near(query.from)) return Wrong(still ? "at" : "from", absl::StrCat("is beyond ", kMaxStatePosition_m, " m"));
+    if (still) return absl::OkStatus();
+    if (!near(query.to)) return Wrong("to", absl::StrCat("is beyond ", kMaxStatePosition_m, " m"));
+    const double length = Length(query.to - query.from);
+    if (length == 0) return Wrong("to", "is the same point as `from`");
+    if (length > kMaxQueryLength_m) {
+      return Wrong("to", absl::StrCat("must be within ", kMaxQueryLength_m, " m of `from`, got ", length));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadExtent(const tessera_game_field& field, double* extent) const {
+    const std::string argument = absl::StrCat("shape.", Seen(FieldName(field)));
+    if (!IsQueryNumber(field.value)) return Wrong(argument, "must be a number");
+    *extent = NumberIn(field.value);
+    // Not <: what is not a number fails, too.
+    if (!(*extent >= kMinQueryExtent_m && *extent <= kMaxQueryExtent_m)) return Wrong(argument, Range());
+    return absl::OkStatus();
+  }
+  static std::string Range() { return absl::StrCat("must be ", kMinQueryExtent_m, " to ", kMaxQueryExtent_m, " m"); }
+
+  absl::Status ReadShape(QueryFields fields, BodyQuery& query) const {
+    std::optional<double> radius, half_height;
+    std::optional<Vec3d> half_extents;
+    for (const tessera_game_field& field : fields) {
+      const std::string_view name = FieldName(field);
+      if (name == "radius" || name == "half_height") {
+        double& extent = (name == "radius" ? radius : half_height).emplace();
+        if (absl::Status status = ReadExtent(field, &extent); !status.ok()) return status;
+      } else if (name == "half_extents") {
+        if (field.value.type != TESSERA_GAME_VECTOR) return Wrong("shape.half_extents", "must be a vector");
+        const Vec3d half = half_extents.emplace(VectorIn(field.value));
+        for (const double axis : {half.x, half.y, half.z}) {
+          if (!(axis >= kMinQueryExtent_m && axis <= kMaxQueryExtent_m)) return Wrong("shape.half_extents", Range());
+        }
+      } else if (name == "rotation") {
+        if (field.value.type != TESSERA_GAME_ROTATION) return Wrong("shape.rotation", "must be a rotation");
+        const double* axes = field.value.as.rotation;
+        query.orientation = {axes[0], axes[1], axes[2], axes[3]};
+        if (!(std::abs(Length(query.orientation) - 1) <= kUnitTolerance)) return Wrong("shape.rotation", "is not unit");
+        query.orientation = Normalized(query.orientation);
+      } else {
+        return Wrong(absl::StrCat("shape.", Seen(name)), kShapes);
+      }
+    }
+    if (half_extents && !radius && !half_height) {
+      query.shape = BoxShape{*half_extents};
+    } else if (radius && !half_extents) {
+      query.shape = half_height ? QueryShape(CapsuleShape{*radius, *half_height}) : QueryShape(SphereShape{*radius});
+    } else {
+      return Wrong("shape", kShapes);
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadFlag(const tessera_game_field& field, bool* flag) const {
+    if (field.value.type != TESSERA_GAME_FLAG) {
+      return Wrong(absl::StrCat("options.", Seen(FieldName(field))), "must be true or false");
+    }
+    *flag = field.value.as.whole != 0;
+    return absl::OkStatus();
+  }
+
+  // A value by itself counts as a list of one.
+  static std::span<const tessera_game_value> ListIn(const tessera_game_value& value) {
+    if (value.type == TESSERA_GAME_LIST) return {value.as.list, value.count};
+    return {&value, 1};
+  }
+
+  absl::Status ReadLayers(const tessera_game_value& value, std::uint32_t* mask) const {
+    const std::vector<std::string>& layers = call_.transaction.world().scene().layers;
+    *mask = 0;
+    for (const tessera_game_value& one : ListIn(value)) {
+      if (one.type != TESSERA_GAME_TEXT) return Wrong("options.layers", "must be a layer's name or a list of names");
+      const auto named = std::ranges::find(layers, TextIn(one));
+      if (named == layers.end()) {
+        return Wrong("options.layers",
+                     absl::StrCat("names \"", Seen(TextIn(one).substr(0, kMaxLayerLength)),
+                                  "\", which the scene does not; its layers: ", absl::StrJoin(layers, ", ")));
+      }
+      *mask |= 1u << static_cast<unsigned>(named - layers.begin());
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadIgnored(const tessera_game_value& value, std::vector<BodyId>* ignored) const {
+    const auto bodies = ListIn(value);
+    if (bodies.size() > static_cast<std::size_t>(kMaxQueryHits)) {
+      return Wrong("options.ignore", absl::StrCat("must be at most ", kMaxQueryHits, " bodies"));
+    }
+    for (const tessera_game_value& one : bodies) {
+      if (one.type != TESSERA_GAME_BODY) return Wrong("options.ignore", "must be a body or a list of bodies");
+      ignored->push_back(BodyId(one.as.id));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadLimit(const tessera_game_value& value, std::size_t* limit) const {
+    if (value.type != TESSERA_GAME_WHOLE || value.as.whole < 1 || value.as.whole > kMaxQueryHits) {
+      return Wrong("options.limit", absl::StrCat("must be a whole number, 1 to ", kMaxQueryHits));
+    }
+    *limit = static_cast<std::size_t>(value.as.whole);
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) const {
+    const std::string_view name = FieldName(field);
+    const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap;
+    if (name == "dynamic") return ReadFlag(field, &query.filter.dynamic_bodies);
+    if (name == "static") return ReadFlag(field, &query.filter.static_bodies);
+    if (name == "triggers") return ReadFlag(field, &query.filter.triggers);
+    if (name == "self") return ReadFlag(field, self);
+    if (name == "layers") return ReadLayers(field.value, &query.filter.layers);
+    if (name == "ignore") return ReadIgnored(field.value, &query.filter.ignored);
+    if (name == "limit" && lists) return ReadLimit(field.value, &query.most_hits);
+    return Wrong(absl::StrCat("options.", Seen(name.substr(0, kMaxLayerLength))),
+                 absl::StrCat("is no option; there are: dynamic, ignore, layers", lists ? ", limit" : "",
+                              ", self, static, triggers"));
+  }
+
+  absl::Status ReadOptions(QueryFields options, BodyQuery& query) const {
+    bool self = false;
+    for (const tessera_game_field& option : options) {
+      if (absl::Status status = ReadOption(option, query, &self); !status.ok()) return status;
+    }
+    // The body that the callback is about was taken in first.
+    if (self && call_.self != BodyId()) query.filter.ignored.erase(query.filter.ignored.begin());
+    return absl::OkStatus();
+  }
+
+  static constexpr std::string_view kShapes =
+      "must have radius (a ball), radius and half_height (a capsule along y), or half_extents (a box), and may have "
+      "rotation";
+  const Function& function_;
+  const tessera_game_call& call_;
+};
+
+// --- Results
+
+tessera_game_value ValueOfBody(BodyId id) { return ToInterface(GameValue(id)); }
+
+tessera_game_field HitField(std::string_view name, tessera_game_value value) {
+  return {name.data(), name.size(), value};
+}
+
+constexpr std::size_t kFieldsOfHit = 5;
+
+// Writes the fields of a hit, ascending by name, from `fields` on.
+tessera_game_value ValueOfHit(const QueryHit& hit, double length_m, tessera_game_field* fields) {
+  fields[0] = HitField("body", ValueOfBody(hit.body));
+  fields[1] = HitField("distance", ToInterface(GameValue(hit.fraction * length_m)));
+  fields[2] = HitField("fraction", ToInterface(GameValue(hit.fraction)));
+  fields[3] = HitField("normal", ToInterface(GameValue(hit.normal)));
+  fields[4] = HitField("point", ToInterface(GameValue(hit.point)));
+  tessera_game_value value{};
+  value.type = TESSERA_GAME_FIELDS;
+  value.count = kFieldsOfHit;
+  value.as.fields = fields;
+  return value;
+}
+
+tessera_game_value HitList(const std::vector<tessera_game_value>& values) {
+  tessera_game_value value{};
+  value.type = TESSERA_GAME_LIST;
+  value.count = static_cast<std::uint32_t>(values.size());
+  value.as.list = values.data();
+  return value;
+}
+
+tessera_game_value ValueOfHits(tessera_game_call& call, const Function& function, const BodyQuery& query,
+                               const std::vector<QueryHit>& hits) {
+  call.values.clear();
+  if (function.number == kWorldOverlap) {
+    for (const QueryHit& hit : hits) call.values.push_back(ValueOfBody(hit.body));
+    return HitList(call.values);
+  }
+  const double length_m = Length(query.to - query.from);
+  call.fields.assign(kFieldsOfHit * hits.size(), {});
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    call.values.push_back(ValueOfHit(hits[i], length_m, call.fields.data() + kFieldsOfHit * i));
+  }
+  if (function.number == kWorldRayAll) return HitList(call.values);
+  return hits.empty() ? tessera_game_value{} : call.values.front();
+}
+
+}  // namespace
+
+absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Function& function,
+                                             QueryArguments arguments) {
+  absl::StatusOr<BodyQuery> query = QueryReader(function, call).Read(arguments);
+  if (!query.ok()) return query.status();
+  query->most_work = call.budget - std::min(call.budget, call.instructions);
+  const QueryResult result = call.transaction.world().FindBodies(*query);
+  call.instructions += result.work;
+  if (!result.complete) {
+    call.instructions = std::max(call.instructions, call.budget + 1);  // the callback fails, whatever it does now
+    return absl::ResourceExhaustedError(
+        absl::StrCat(Seen(function.name), ": meets more than the callback's instructions can pay for"));
+  }
+  return ValueOfHits(call, function, *query, result.hits);
+}
+
+}  // namespace tessera::game
