@@ -51,6 +51,12 @@ absl::Status GameHost::Renew() {
   return absl::OkStatus();
 }
 
+void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
+  Transaction transaction(world);
+  tessera_game_call call(transaction, tick, BodyId(), seed_, settings_.instructions_per_callback);
+  act(GameFunctions(), &call);
+}
+
 // Those that failed too often stay off.
 void GameHost::FindHandlers() {
   handlers_.resize(Callbacks().size() * scene_->kinds.size());

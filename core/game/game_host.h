@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "core/game/game_world.h"
 #include "core/game/settings.h"
@@ -73,6 +74,10 @@ class GameHost {
   void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world);
   // Loads the game's code anew.
   absl::Status Renew();
+  // Lets `act` call the functions of the interface as a callback of the world would right after `tick`, and discards
+  // what it asked for. For tools that look at a game from outside.
+  using Inspection = absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)>;
+  void Inspect(Tick tick, GameWorld& world, Inspection act) const;
 
   // Whether any body's kind has on_tick, so that a tick costs something without events.
   bool ticks() const { return ticks_; }

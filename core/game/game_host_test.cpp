@@ -43,6 +43,23 @@ class GameHostTest : public ::testing::Test {
   tessera_game_module module_{};
 };
 
+TEST_F(GameHostTest, AnInspectionReadsAndChangesNothing) {
+  world.Add(1, kCrate);
+  Load();
+  Run();
+  host->Inspect(tick, world, [&](const tessera_game_host& functions, tessera_game_call* call) {
+    GameCalls calls(functions, call);
+    ASSERT_TRUE(calls.Call(kWorldTick, {}));
+    EXPECT_EQ(calls.result().as.whole, 1);
+    ASSERT_TRUE(calls.Call(kBodySet, {BodyId(1), std::string("health"), std::int64_t{7}}));
+    ASSERT_TRUE(calls.Call(kBodyGet, {BodyId(1), std::string("health")}));
+    EXPECT_EQ(calls.result().as.whole, 7) << "within itself";
+    EXPECT_FALSE(calls.Call(kBodyGet, {BodyId(1), std::string("mana")}));
+  });
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{100}));
+  EXPECT_EQ(world.commits(), 0);
+}
+
 TEST_F(GameHostTest, CallsWhatTheKindHasAndNothingElse) {
   world.Add(1, kCrate);
   world.Add(2, kBallKind);

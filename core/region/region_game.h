@@ -27,6 +27,8 @@ class RegionGame : private game::GameWorld {
   // After the step to `tick`, with the events that this region reports.
   void Run(Tick tick, std::span<const physics::PairEvent> events);
   game::GameHost* host() const { return host_.get(); }
+  // GameHost::Inspect in this region, right after `tick`. Requires a game.
+  void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 
  private:
   const Scene& scene() const override { return catalog_.scene(); }
