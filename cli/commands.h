@@ -15,6 +15,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals);
 // To `tessera instance`.
 void AddInstanceChangeCommands(CLI::App& instance, Globals& globals);
 void AddSceneCommands(CLI::App& app, Globals& globals);
+void AddGameCommands(CLI::App& app, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);
 void AddDemoCommand(CLI::App& app, Globals& globals);

@@ -41,6 +41,7 @@ int Main(int argc, char** argv) {
   AddHostCommands(app, globals);
   AddInstanceCommands(app, globals);
   AddSceneCommands(app, globals);
+  AddGameCommands(app, globals);
   AddClientCommand(app, globals);
   AddDemoCommand(app, globals);
   try {
