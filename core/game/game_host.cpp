@@ -197,11 +197,13 @@ void GameHost::NoteFailure(Handler& handler, std::uint32_t callback, BodyId self
   const std::string name(FindCallback(callback)->name);
   Say({tick_, self, true,
        absl::StrCat(kind == 0 ? "" : absl::StrCat("kinds.", scene_->kinds[kind], "."), name, " failed ",
-                    handler.failures, " times in a row and is off")});
+                    handler.failures, " times in a row and is off"),
+       true});
 }
 
 void GameHost::Say(GameLine line) {
-  if (lines_this_tick_ >= kMaxLogLinesPerTick) {
+  // That a callback is off is said once, so it is never left out.
+  if (lines_this_tick_ >= kMaxLogLinesPerTick && !line.off) {
     ++statistics_.dropped_lines;
     return;
   }

@@ -24,16 +24,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/game/game_file.h"
 #include "core/game/game_world.h"
 #include "core/game/settings.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
-
-struct GameFile {
-  std::string name;  // as errors shall name it
-  std::string bytes;
-};
 
 // Two bodies that began or ended to touch or to overlap: `callback` is one of kOnBodyContact to kOnBodyLeft, called for
 // `self`.
@@ -49,6 +45,7 @@ struct GameLine {
   BodyId self;  // 0: the world
   bool error = false;
   std::string text;
+  bool off = false;  // the error says that a callback is not called any more
 };
 
 struct GameStatistics {
