@@ -41,6 +41,8 @@ int Main(int argc, char** argv) {
   AddHostCommands(app, globals);
   AddInstanceCommands(app, globals);
   AddSceneCommands(app, globals);
+  CLI::App* game = app.add_subcommand("game", "Code that runs in worlds")->require_subcommand(1);
+  AddGameLogCommand(*game, globals);
   AddClientCommand(app, globals);
   AddDemoCommand(app, globals);
   try {
