@@ -7,8 +7,8 @@
 
 namespace tessera::local {
 
-// Reads the file; what is in it is checked by the control plane. CommandError names a file that cannot be read or is
-// larger than a game may be.
+// Reads the file; what is in it is checked by the control plane. CommandError names a file that cannot be read, is
+// empty or larger than a game may be, or has a name that cannot be sent.
 v1::GameSource LoadGame(const std::string& path);
 
 }  // namespace tessera::local

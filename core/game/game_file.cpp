@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/world/sha256.h"
+#include "core/world/utf8.h"
 
 namespace tessera::game {
 namespace {
@@ -16,9 +17,10 @@ bool IsControl(char c) {
 }  // namespace
 
 absl::Status CheckGameFile(const GameFile& file) {
-  if (file.name.empty() || file.name.size() > kMaxGameNameBytes || std::ranges::any_of(file.name, IsControl)) {
+  if (file.name.empty() || file.name.size() > kMaxGameNameBytes || std::ranges::any_of(file.name, IsControl) ||
+      !IsUtf8(file.name)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("name: must be 1 to ", kMaxGameNameBytes, " bytes without control characters"));
+        absl::StrCat("name: must be 1 to ", kMaxGameNameBytes, " bytes of UTF-8 without control characters"));
   }
   if (file.bytes.empty()) return absl::InvalidArgumentError("content: is empty");
   if (file.bytes.size() > kMaxGameFileBytes) {

@@ -25,8 +25,8 @@ struct GameFile {
   std::string bytes;
 };
 
-// INVALID_ARGUMENT: "name: must be 1 to 64 bytes without control characters", "content: is empty", "content: has
-// 2097152 bytes, more than 1048576".
+// INVALID_ARGUMENT: "name: must be 1 to 64 bytes of UTF-8 without control characters", "content: is empty", "content:
+// has 2097152 bytes, more than 1048576".
 absl::Status CheckGameFile(const GameFile& file);
 
 // SHA-256 of the content, in hexadecimal digits.

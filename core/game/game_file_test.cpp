@@ -16,6 +16,7 @@ TEST(GameFileTest, NameAndSizeAreBounded) {
   EXPECT_THAT(Refusal({std::string(kMaxGameNameBytes + 1, 'g'), "x"}), HasSubstr("name: "));
   EXPECT_THAT(Refusal({"game\n.lua", "x"}), HasSubstr("name: "));
   EXPECT_THAT(Refusal({std::string("game\0lua", 8), "x"}), HasSubstr("name: "));
+  EXPECT_THAT(Refusal({"game\xFF.lua", "x"}), HasSubstr("name: "));
   EXPECT_EQ(Refusal({"game.lua", ""}), "content: is empty");
   EXPECT_EQ(Refusal({"game.lua", std::string(kMaxGameFileBytes + 1, ' ')}),
             "content: has 1048577 bytes, more than 1048576");

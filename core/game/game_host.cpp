@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/game/calls.h"
+#include "core/world/utf8.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::game {
@@ -15,7 +16,7 @@ tessera_game_value BodyValue(BodyId id) { return ToInterface(GameValue(id)); }
 
 std::string TextOf(const tessera_game_error& error) {
   const auto end = std::ranges::find(error.text, '\0');
-  return {std::begin(error.text), end};
+  return ValidUtf8({std::begin(error.text), end});
 }
 
 }  // namespace
@@ -208,6 +209,7 @@ void GameHost::Say(GameLine line) {
     return;
   }
   ++lines_this_tick_;
+  line.text = ValidUtf8(line.text);
   lines_.push_back(std::move(line));
 }
 

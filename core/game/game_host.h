@@ -39,7 +39,7 @@ struct GameEvent {
   friend auto operator<=>(const GameEvent&, const GameEvent&) = default;
 };
 
-// For the log: what the game wrote, or why a call of it failed.
+// For the log: what the game wrote, or why a call of it failed. The text is UTF-8, whatever the game made of it.
 struct GameLine {
   Tick tick;
   BodyId self;  // 0: the world

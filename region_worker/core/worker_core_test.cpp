@@ -130,6 +130,21 @@ TEST_F(WorkerCoreTest, AGameIsLoadedBeforeTheRegionBegins) {
   EXPECT_EQ(report.game_lines(0).text(), "tick 1");
 }
 
+// Else one line of a game would cut the worker off from its agent.
+TEST_F(WorkerCoreTest, NoLineOfAGameMakesAReportThatCannotBeRead) {
+  OrderGame("function on_tick() print('\\xFF\\xC3') error('\\xFF') end");
+  order.set_run(true);
+  TakeOrder();
+  Load();
+  LoadGame();
+  Advance();
+  Advance();
+  now += ReportGate::kInterval;
+  const v1::WorkerReport report = ReportIn(Advance());
+  ASSERT_FALSE(report.game_lines().empty());
+  EXPECT_TRUE(v1::WorkerReport().ParseFromString(report.SerializeAsString()));
+}
+
 TEST_F(WorkerCoreTest, AGameWaitsForItsFile) {
   OrderGame("x = 1");
   order.clear_game_path();
