@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
+#include "core/physics/sphere_sweep.h"
 #include "core/physics/world_impl.h"
 
 namespace tessera::physics {
@@ -106,6 +107,9 @@ std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 std::optional<RayHit> World::CastRay(Vec3d from, Vec3d to) const {
   impl_->ShowToQueries();
   return impl_->queries.CastRay(from, to);
+}
+std::optional<SphereHit> World::SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const {
+  return physics::SweepSphere(impl_->broad_phase, impl_->settings.origin, {from, to, radius_m, ignored});
 }
 std::vector<BodyId> World::Overlapping(const Shape& convex, const Pose& pose) const {
   impl_->ShowToQueries();

@@ -40,6 +40,14 @@ struct RayHit {
   double fraction = 0;  // share of the ray before the hit, 0 to 1
 };
 
+struct SphereHit {
+  BodyId body;
+  Vec3d center;         // of the sphere, where it stops short of the body by kSweptGap_m or less
+  Vec3d normal;         // from the body to the sphere, unit
+  double fraction = 0;  // share of the way before the hit, 0 to 1
+};
+inline constexpr double kSweptGap_m = 0.001;
+
 class World {
  public:
   explicit World(const WorldSettings& settings);
@@ -110,7 +118,11 @@ class World {
   std::span<const BodyId> isolated() const;
 
   // --- Queries.
-  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;                     // nearest; triggers are no obstacle
+  std::optional<RayHit> CastRay(Vec3d from, Vec3d to) const;  // nearest; triggers are no obstacle
+  // The first body that a sphere meets on a straight way, which it may touch or overlap at the start: only what it
+  // comes nearer to counts. Triggers and `ignored` are no obstacle. In doubles from relative positions: the same bits
+  // in every world that holds the bodies on the way.
+  std::optional<SphereHit> SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const;
   std::vector<BodyId> Overlapping(const Shape& convex, const Pose& pose) const;  // ascending; exact, not by bounds
   std::vector<BodyId> Overlapping(const Aabb& box) const;                        // ascending; by bounds
 
