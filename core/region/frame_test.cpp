@@ -109,8 +109,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 9, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{9,    0,    1,    1,    0,    0,    0,    0,    0x80,
+  // Format 10, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{10,   0,    1,    1,    0,    0,    0,    0,    0x80,
                                         0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "ghosts: truncated");
 }
