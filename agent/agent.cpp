@@ -47,17 +47,17 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
       notify_(loop_),
       supervisor_(options_.ports,
                   [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, first); }),
-      scenes_(loop_, *state_,
-              {.on_ready =
-                   [this](const std::string& hash, const std::string& path) {
-                     supervisor_.SceneReady(hash, path);
-                     Settle();
-                   },
-               .on_failed =
-                   [this](const std::string& hash, const std::string& reason) {
-                     supervisor_.SceneFailed(hash, reason);
-                     Settle();
-                   }}),
+      contents_(loop_, *state_,
+                {.on_ready =
+                     [this](const Content& content, const std::string& path) {
+                       supervisor_.ContentReady(content, path);
+                       Settle();
+                     },
+                 .on_failed =
+                     [this](const Content& content, const std::string& reason) {
+                       supervisor_.ContentFailed(content, reason);
+                       Settle();
+                     }}),
       states_(loop_, {.on_ready =
                           [this](const WorkerKey& key, const std::string& path) {
                             supervisor_.StateReady(key, path);
@@ -158,7 +158,7 @@ int Agent::Run() {
   callbacks.on_lease = [this](const v1::LeaseRenewal& renewal) { OnLease(renewal); };
   callbacks.on_refused = [this](const absl::Status& status) { OnRefused(status); };
   callbacks.on_away = [this] {
-    scenes_.Away();
+    contents_.Away();
     states_.Away();
     metrics_.SetConnected(false);
     Settle();

@@ -17,10 +17,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "agent/agent_metrics.h"
+#include "agent/content_cache.h"
 #include "agent/control_session.h"
 #include "agent/event_loop.h"
 #include "agent/options.h"
-#include "agent/scene_cache.h"
 #include "agent/service_notify.h"
 #include "agent/state_dir.h"
 #include "agent/state_files.h"
@@ -73,7 +73,7 @@ class Agent {
   void Do(const SpawnWorker& action);
   void Do(const SignalWorker& action);
   void Do(const SendOrder& action);
-  void Do(const FetchScene& action);
+  void Do(const FetchContent& action);
   void Do(const FetchState& action);
   void Do(const UploadState& action);
   void Do(const ForwardReport& action);
@@ -94,7 +94,7 @@ class Agent {
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;
-  SceneCache scenes_;
+  ContentCache contents_;
   StateFiles states_;
   std::map<WorkerKey, RunningProcess> processes_;
   std::map<WorkerKey, ConnectionId> connections_;

@@ -52,7 +52,7 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
   metrics_.SetConnected(true);
   notify_.Ready();
   WriteReadyFile();
-  scenes_.Connected(session_->link(), *identity_);
+  contents_.Connected(session_->link(), *identity_);
   states_.Connected(session_->link(), *identity_);
   for (const v1::WorkerExited& exited : supervisor_.Exits()) SendExited(exited);
   for (const auto& [key, inventory] : inventories_) {

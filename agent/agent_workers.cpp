@@ -192,7 +192,7 @@ void Agent::Do(const SendOrder& action) {
   socket_->Send(found->second, action.order);
 }
 
-void Agent::Do(const FetchScene& action) { scenes_.Want(action.hash); }
+void Agent::Do(const FetchContent& action) { contents_.Want(action.content); }
 
 void Agent::Do(const FetchState& action) { states_.Want(action); }
 

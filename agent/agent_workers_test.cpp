@@ -7,6 +7,7 @@
 
 #include "agent/limits.h"
 #include "agent/testing/agent_fixture.h"
+#include "core/game/game_file.h"
 #include "gmock/gmock.h"
 #include "host/files.h"
 #include "tessera/v1/scene.pb.h"
@@ -175,6 +176,34 @@ TEST_F(AgentWorkersTest, UnknownSceneIsReportedAndTheCacheServesAKnownOneTwice) 
   control_.SetDesired({Order(3)});
   ASSERT_TRUE(WaitForPhase(3, v1::WORKER_PHASE_RUNNING));
   EXPECT_EQ(control_.record().scene_fetches, 2);  // one refused, one served
+}
+
+TEST_F(AgentWorkersTest, AGameIsFetchedOnceCheckedAndGivenToItsWorkers) {
+  const std::string game = "function on_tick() end", hash = game::GameHash(game);
+  control_.Change([&](ControlRecord& record) { record.games[hash] = game; });
+  const auto with_game = [&](std::uint32_t region) {
+    v1::WorkerOrder order = Order(region);
+    order.set_game_hash(hash);
+    order.set_game_name("game.lua");
+    return order;
+  };
+  const auto agent = StartAdmitted({"--stop-workers"});
+  control_.SetDesired({with_game(1), with_game(2)});
+  ASSERT_TRUE(WaitForPhase(1, v1::WORKER_PHASE_RUNNING));
+  ASSERT_TRUE(WaitForPhase(2, v1::WORKER_PHASE_RUNNING));
+  EXPECT_EQ(control_.record().reports.at(1).failure(), "");
+  EXPECT_EQ(control_.record().game_fetches, 1);
+  const std::string path = state_dir_ + "/games/" + hash + ".game";
+  EXPECT_EQ(host::ReadFile(path, game::kMaxGameFileBytes).value(), game);
+
+  control_.SetDesired({});
+  ASSERT_TRUE(WaitForExits(2));
+  ASSERT_TRUE(host::WriteFile(path, "rust", host::Durability::kSurvivesProcess).ok());
+  control_.Change([&](ControlRecord& record) { record.games[hash] = "another game"; });
+  control_.SetDesired({with_game(3)});
+  ASSERT_TRUE(WaitForExits(3));
+  EXPECT_THAT(control_.record().exits[2].reason(),
+              HasSubstr("game " + hash + ": what the control plane sent has hash " + game::GameHash("another game")));
 }
 
 TEST_F(AgentWorkersTest, SigtermLeavesWorkersAndTheNextAgentAdoptsThem) {

@@ -175,21 +175,34 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
     StateUpload::Begin(*stub_, request, std::move(bytes), std::move(done));
   }
 
-  void FetchScene(const v1::FetchSceneRequest& request,
-                  std::function<void(absl::StatusOr<std::string>)> done) override {
+  void FetchContent(const Content& content, const HostIdentity& identity,
+                    std::function<void(absl::StatusOr<std::string>)> done) override {
     struct Call {
       grpc::ClientContext context;
-      v1::FetchSceneRequest request;
-      v1::FetchSceneResponse response;
+      v1::FetchSceneRequest scene;
+      v1::FetchSceneResponse got_scene;
+      v1::FetchGameRequest game;
+      v1::FetchGameResponse got_game;
     };
     auto call = std::make_shared<Call>();
-    call->request = request;
     call->context.set_deadline(std::chrono::system_clock::now() + kFetchTimeout);
-    stub_->async()->FetchScene(&call->context, &call->request, &call->response,
-                               [call, done = std::move(done)](const grpc::Status& status) {
-                                 if (!status.ok()) return done(FromGrpc(status));
-                                 done(std::move(*call->response.mutable_scene()));
-                               });
+    const auto answer = [call, kind = content.kind, done = std::move(done)](const grpc::Status& status) {
+      if (!status.ok()) return done(FromGrpc(status));
+      done(std::move(kind == ContentKind::kScene ? *call->got_scene.mutable_scene() : *call->got_game.mutable_game()));
+    };
+    const auto sign = [&](auto& request) {
+      request.set_host_id(identity.host_id());
+      request.set_host_secret(identity.host_secret());
+    };
+    if (content.kind == ContentKind::kScene) {
+      call->scene.set_scene_hash(content.hash);
+      sign(call->scene);
+      stub_->async()->FetchScene(&call->context, &call->scene, &call->got_scene, answer);
+    } else {
+      call->game.set_game_hash(content.hash);
+      sign(call->game);
+      stub_->async()->FetchGame(&call->context, &call->game, &call->got_game, answer);
+    }
   }
 
   void OnReadDone(bool ok) override {

@@ -17,6 +17,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "agent/agent_state.pb.h"
+#include "agent/content.h"
 #include "tessera/v1/agent_link.pb.h"
 
 namespace tessera::agent {
@@ -39,9 +41,9 @@ class ControlLink {
                           std::function<void(absl::StatusOr<std::string>)> done) = 0;
   virtual void UploadCheckpoint(const v1::UploadCheckpointRequest& request, std::string bytes,
                                 std::function<void(absl::Status)> done) = 0;
-  // The same with the serialised scene.
-  virtual void FetchScene(const v1::FetchSceneRequest& request,
-                          std::function<void(absl::StatusOr<std::string>)> done) = 0;
+  // The same, as the host that `identity` says.
+  virtual void FetchContent(const Content& content, const HostIdentity& identity,
+                            std::function<void(absl::StatusOr<std::string>)> done) = 0;
 };
 
 }  // namespace tessera::agent

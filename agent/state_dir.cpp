@@ -51,7 +51,7 @@ absl::StatusOr<std::unique_ptr<StateDir>> StateDir::Open(const std::string& path
                                                    " bytes, the kernel takes ", kMaxSocketPath,
                                                    "; choose a shorter --state-dir"));
   }
-  for (const char* folder : {"", "/logs", "/scenes"}) {
+  for (const char* folder : {"", "/logs", "/scenes", "/games"}) {
     if (absl::Status status = host::MakePrivateFolder(full + folder); !status.ok()) return status;
   }
   const std::string lock_path = full + "/lock";
@@ -99,6 +99,11 @@ absl::Status StateDir::SaveWorkers(const WorkersFile& workers) const {
 
 std::string StateDir::LogPath(const v1::WorkerIdentity& worker) const {
   return absl::StrCat(path_, "/logs/", worker.instance_id(), "-r", worker.region(), "-i", worker.incarnation(), ".log");
+}
+
+std::string StateDir::ContentPath(const Content& content) const {
+  const bool scene = content.kind == ContentKind::kScene;
+  return absl::StrCat(path_, scene ? "/scenes/" : "/games/", content.hash, scene ? ".pb" : ".game");
 }
 
 void StateDir::PruneLogs(const std::set<std::string>& in_use) const {

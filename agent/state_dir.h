@@ -5,9 +5,10 @@
 //   agent.sock     where workers attach
 //   logs/          one file a worker
 //   scenes/        <hash>.pb
+//   games/         <hash>.game
 //   lock           held while an agent runs
 //
-// Files appear whole or not at all. Thread rule: `ScenePath` from any thread; all else one owner.
+// Files appear whole or not at all. Thread rule: `ContentPath` from any thread; all else one owner.
 #pragma once
 
 #include <cstddef>
@@ -20,6 +21,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "agent/agent_state.pb.h"
+#include "agent/content.h"
 
 namespace tessera::agent {
 
@@ -42,7 +44,7 @@ class StateDir {
   std::string SocketPath() const { return path_ + "/agent.sock"; }
   std::string StatesPath() const { return path_ + "/states"; }
   std::string LogPath(const v1::WorkerIdentity& worker) const;
-  std::string ScenePath(const std::string& hash) const { return path_ + "/scenes/" + hash + ".pb"; }
+  std::string ContentPath(const Content& content) const;
 
   // Removes the oldest logs beyond kKeptLogs, but none of `in_use`.
   void PruneLogs(const std::set<std::string>& in_use) const;

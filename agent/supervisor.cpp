@@ -16,11 +16,26 @@ namespace tessera::agent {
 namespace {
 
 constexpr std::size_t kMaxInstanceId = 64;  // becomes part of a file name
-constexpr std::size_t kSceneHashDigits = 64;
+constexpr std::size_t kHashDigits = 64;
 
 bool IsHex(char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); }
 bool IsIdCharacter(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+}
+
+bool IsHash(const std::string& text) {
+  return text.size() == kHashDigits && std::all_of(text.begin(), text.end(), IsHex);
+}
+
+// The scene first.
+std::vector<Content> ContentsOf(const v1::WorkerOrder& order) {
+  std::vector<Content> contents{{ContentKind::kScene, order.scene_hash()}};
+  if (!order.game_hash().empty()) contents.push_back({ContentKind::kGame, order.game_hash()});
+  return contents;
+}
+
+bool Uses(const std::optional<v1::WorkerOrder>& order, const Content& content) {
+  return order && std::ranges::count(ContentsOf(*order), content) > 0;
 }
 
 v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
@@ -70,9 +85,11 @@ absl::Status CheckOrder(const v1::WorkerOrder& order) {
         absl::StrCat("order: region must be from 1 to ", kMaxRegions, ", got ", order.region()));
   }
   if (order.incarnation() == 0) return absl::InvalidArgumentError("order: incarnation must not be 0");
-  const std::string& hash = order.scene_hash();
-  if (hash.size() != kSceneHashDigits || !std::all_of(hash.begin(), hash.end(), IsHex)) {
+  if (!IsHash(order.scene_hash())) {
     return absl::InvalidArgumentError("order: scene_hash must be 64 hexadecimal digits");
+  }
+  if (!order.game_hash().empty() && !IsHash(order.game_hash())) {
+    return absl::InvalidArgumentError("order: game_hash must be 64 hexadecimal digits");
   }
   return absl::OkStatus();
 }
@@ -157,7 +174,7 @@ OrderOutcome Supervisor::Apply(const WorkerKey& key, const v1::WorkerOrder& orde
   }
   if (absl::Status status = CheckOrder(order); !status.ok())
     return outcome(absl::StrCat("ignored: ", status.message()));
-  WantScene(order.scene_hash());
+  WantContents(order);
   PushOrder(key, worker);
   return outcome(worker.attached ? "passed on" : "kept until the worker attaches");
 }
@@ -174,7 +191,7 @@ std::string Supervisor::Start(const WorkerKey& key, const v1::WorkerOrder& order
     Finish(place, NeverStarted(key, reason), ExitResult::kError);
     return "refused: " + reason;
   }
-  WantScene(order.scene_hash());
+  WantContents(order);
   return absl::StrCat("starting on ports from ", worker.record.first_port());
 }
 
@@ -188,21 +205,23 @@ bool Supervisor::Spawn(const WorkerKey& key, Worker& worker) {
   return true;
 }
 
-void Supervisor::WantScene(const std::string& hash) {
-  if (scene_paths_.try_emplace(hash).second) actions_.push_back(FetchScene{hash});
+void Supervisor::WantContents(const v1::WorkerOrder& order) {
+  for (Content& content : ContentsOf(order)) {
+    if (content_paths_.try_emplace(content).second) actions_.push_back(FetchContent{std::move(content)});
+  }
 }
 
-void Supervisor::SceneReady(const std::string& hash, const std::string& path) {
-  const auto wanted = scene_paths_.find(hash);
-  if (wanted == scene_paths_.end()) return;
+void Supervisor::ContentReady(const Content& content, const std::string& path) {
+  const auto wanted = content_paths_.find(content);
+  if (wanted == content_paths_.end()) return;
   wanted->second = path;
   for (auto& [key, worker] : workers_) PushOrder(key, worker);
 }
 
-void Supervisor::SceneFailed(const std::string& hash, const std::string& reason) {
-  scene_paths_.erase(hash);
+void Supervisor::ContentFailed(const Content& content, const std::string& reason) {
+  content_paths_.erase(content);
   for (auto& [key, worker] : workers_) {
-    if (worker.order && worker.order->scene_hash() == hash) Kill(key, worker, reason);
+    if (Uses(worker.order, content)) Kill(key, worker, reason);
   }
 }
 
@@ -221,18 +240,25 @@ std::string Supervisor::StatePath(const WorkerKey& key, const char* what, std::u
   return absl::StrCat(state_folder_, "/", key.instance_id, "-", key.region, "-", key.incarnation, "-", tick, ".", what);
 }
 
-// False: the state to begin with is not here yet. A worker that is past its beginning needs none.
+// False: a file that it needs is not here yet. A worker that is past its beginning needs no state to begin with.
 bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order) {
+  const auto path_of = [this](ContentKind kind, const std::string& hash) {
+    const auto found = content_paths_.find({kind, hash});
+    return found == content_paths_.end() ? std::string() : found->second;
+  };
+  order.set_scene_path(path_of(ContentKind::kScene, order.scene_hash()));
+  if (!order.game_hash().empty()) order.set_game_path(path_of(ContentKind::kGame, order.game_hash()));
+  const bool has_contents = !order.scene_path().empty() && order.game_path().empty() == order.game_hash().empty();
   if (order.has_checkpoint()) {
     order.mutable_checkpoint()->set_path(StatePath(key, "checkpoint", order.checkpoint().tick()));
   }
-  if (!order.has_initial_state() || worker.report.phase() >= v1::WORKER_PHASE_BOUND) return true;
+  if (!order.has_initial_state() || worker.report.phase() >= v1::WORKER_PHASE_BOUND) return has_contents;
   const v1::InitialState& state = order.initial_state();
   if (!std::exchange(worker.state_wanted, true)) {
     actions_.push_back(FetchState{key, state.tick(), state.hash(), StatePath(key, "state", state.tick())});
   }
   order.mutable_initial_state()->set_path(worker.state_path);
-  return !worker.state_path.empty();
+  return has_contents && !worker.state_path.empty();
 }
 
 // --- Of processes
@@ -293,13 +319,12 @@ void Supervisor::Ended(const WorkerKey& key, const host::ExitStatus& status, std
 void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitResult result) {
   const WorkerKey key = worker->first;
   if (const auto port = worker->second.record.first_port(); port != 0) ports_.Return(static_cast<std::uint16_t>(port));
-  const std::string hash = worker->second.order ? worker->second.order->scene_hash() : std::string();
   workers_.erase(worker);
   // Who wants it next asks anew, for by then the file may be gone or damaged.
-  const bool used = std::any_of(workers_.begin(), workers_.end(), [&](const auto& other) {
-    return other.second.order && other.second.order->scene_hash() == hash;
+  std::erase_if(content_paths_, [this](const auto& entry) {
+    return std::none_of(workers_.begin(), workers_.end(),
+                        [&](const auto& other) { return Uses(other.second.order, entry.first); });
   });
-  if (!used) scene_paths_.erase(hash);
   KeepExit(key, std::move(exited), result);
 }
 
@@ -358,10 +383,8 @@ void Supervisor::PushOrder(const WorkerKey& key, Worker& worker) {
     order.set_region(key.region);
     order.set_incarnation(key.incarnation);
   }
-  const auto scene = scene_paths_.find(order.scene_hash());
-  if (scene != scene_paths_.end()) order.set_scene_path(scene->second);
   const bool whole = SetPaths(key, worker, order);
-  if ((order.scene_path().empty() || !whole) && !stop) return;
+  if (!whole && !stop) return;
   if (stop && !order.stop()) {  // our own decision: it must fence every order before it
     order.set_revision(std::max(order.revision(), worker.report.order_revision()) + 1);
     order.set_stop(true);

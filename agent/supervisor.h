@@ -26,6 +26,7 @@
 
 #include "absl/status/statusor.h"
 #include "agent/agent_state.pb.h"
+#include "agent/content.h"
 #include "agent/limits.h"
 #include "agent/ports.h"
 #include "host/process.h"
@@ -57,8 +58,8 @@ struct SendOrder {
   WorkerKey key;
   v1::WorkerOrder order;
 };
-struct FetchScene {  // answered, some time, by SceneReady or SceneFailed
-  std::string hash;
+struct FetchContent {  // answered, some time, by ContentReady or ContentFailed
+  Content content;
 };
 // Answered, some time, by StateReady or StateFailed.
 struct FetchState {
@@ -79,8 +80,8 @@ struct ReportExit {
   v1::WorkerExited exited;
   ExitResult result = ExitResult::kError;
 };
-using Action =
-    std::variant<SpawnWorker, SignalWorker, SendOrder, FetchScene, FetchState, UploadState, ForwardReport, ReportExit>;
+using Action = std::variant<SpawnWorker, SignalWorker, SendOrder, FetchContent, FetchState, UploadState, ForwardReport,
+                            ReportExit>;
 
 // The outcome of one order, for the log.
 struct OrderOutcome {
@@ -106,8 +107,8 @@ class Supervisor {
 
   // From the control plane.
   std::vector<OrderOutcome> Desired(const v1::DesiredSet& set, TimePoint now);
-  void SceneReady(const std::string& hash, const std::string& path);
-  void SceneFailed(const std::string& hash, const std::string& reason);
+  void ContentReady(const Content& content, const std::string& path);
+  void ContentFailed(const Content& content, const std::string& reason);
   void StateReady(const WorkerKey& key, const std::string& path);
   void StateFailed(const WorkerKey& key, const std::string& reason);
 
@@ -159,7 +160,7 @@ class Supervisor {
   OrderOutcome Apply(const WorkerKey& key, const v1::WorkerOrder& order, TimePoint now);
   std::string Start(const WorkerKey& key, const v1::WorkerOrder& order);
   bool Spawn(const WorkerKey& key, Worker& worker);
-  void WantScene(const std::string& hash);
+  void WantContents(const v1::WorkerOrder& order);
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
   void PushOrder(const WorkerKey& key, Worker& worker);
@@ -172,8 +173,8 @@ class Supervisor {
   PortRange ports_;
   std::function<bool(std::uint16_t)> ports_free_;
   Workers workers_;
-  std::map<WorkerKey, v1::WorkerExited> exits_;     // still in the desired set
-  std::map<std::string, std::string> scene_paths_;  // by hash; empty: asked for
+  std::map<WorkerKey, v1::WorkerExited> exits_;   // still in the desired set
+  std::map<Content, std::string> content_paths_;  // empty: asked for
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false;
   std::string state_folder_;

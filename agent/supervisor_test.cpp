@@ -16,7 +16,8 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr auto kStart = TimePoint(std::chrono::hours(1));
-const std::string kHash(64, 'a');
+const std::string kHash(64, 'a'), kGameHash(64, 'b');
+const Content kScene{ContentKind::kScene, kHash}, kGame{ContentKind::kGame, kGameHash};
 
 // Carries actions out against a world of its own: processes are numbers, time is what the test says.
 class SupervisorTest : public ::testing::Test {
@@ -28,6 +29,11 @@ class SupervisorTest : public ::testing::Test {
     order.set_region(region);
     order.set_incarnation(region + 10);
     order.set_scene_hash(kHash);
+    return order;
+  }
+  static v1::WorkerOrder OrderWithGame(std::uint32_t region) {
+    v1::WorkerOrder order = Order(region);
+    order.set_game_hash(kGameHash);
     return order;
   }
   static WorkerKey Key(std::uint32_t region) { return {"inst-1", region, region + 10}; }
@@ -79,7 +85,7 @@ class SupervisorTest : public ::testing::Test {
   }
   void Do(const SignalWorker& a) { signals_.push_back(a.signal); }
   void Do(const SendOrder& a) { orders_.push_back(a.order); }
-  void Do(const FetchScene& a) { fetches_.push_back(a.hash); }
+  void Do(const FetchContent& a) { fetches_.push_back(a.content.hash); }
   void Do(const FetchState& a) { states_.push_back(a); }
   void Do(const UploadState& a) { uploads_.push_back(a); }
   void Do(const ForwardReport& a) { reports_.push_back(a.report); }
@@ -116,7 +122,7 @@ TEST_F(SupervisorTest, StartsAllMissingWorkersAtOnceEachWithPortsOfItsOwn) {
 
 TEST_F(SupervisorTest, AsksForASceneAnewWhenNoWorkerUsesItAnyMore) {
   Want({Order(1), Order(2)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   Attach(2);
   End(1, {.known = true});
@@ -132,7 +138,7 @@ TEST_F(SupervisorTest, SendsTheOrderOnceWorkerAndSceneAreThereInEitherOrder) {
   Want({Order(1), Order(2)});
   Attach(1);
   EXPECT_THAT(orders_, IsEmpty());
-  supervisor_.SceneReady(kHash, "/scenes/a.pb");
+  supervisor_.ContentReady(kScene, "/scenes/a.pb");
   Carry();
   ASSERT_THAT(orders_, SizeIs(1));
   EXPECT_EQ(orders_[0].scene_path(), "/scenes/a.pb");
@@ -141,9 +147,28 @@ TEST_F(SupervisorTest, SendsTheOrderOnceWorkerAndSceneAreThereInEitherOrder) {
   EXPECT_EQ(orders_[1].region(), 2U);
 }
 
+TEST_F(SupervisorTest, SendsTheOrderOfAWorldWithAGameOnceSceneAndGameAreThere) {
+  Want({OrderWithGame(1), OrderWithGame(2)});
+  EXPECT_THAT(fetches_, ElementsAre(kHash, kGameHash));
+  supervisor_.ContentReady(kScene, "/scenes/a.pb");
+  Attach(1);
+  EXPECT_THAT(orders_, IsEmpty()) << "without its game a region would run another world";
+  supervisor_.ContentReady(kGame, "/games/b.game");
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(1));
+  EXPECT_EQ(orders_[0].game_path(), "/games/b.game");
+}
+
+TEST_F(SupervisorTest, AGameThatCannotBeHadEndsTheWorkersThatRunItAlone) {
+  Want({OrderWithGame(1), Order(2)});
+  supervisor_.ContentFailed(kGame, "game bbb: no instance runs it");
+  Carry();
+  EXPECT_THAT(signals_, ElementsAre(SIGKILL));
+}
+
 TEST_F(SupervisorTest, PassesOnOnlyOrdersThatChanged) {
   Want({Order(1)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   ASSERT_THAT(orders_, SizeIs(1));
   EXPECT_FALSE(Want({Order(1)})[0].changed);
@@ -157,7 +182,7 @@ TEST_F(SupervisorTest, PassesOnOnlyOrdersThatChanged) {
 
 TEST_F(SupervisorTest, WholeOrderIsSentAgainToAWorkerThatAttachesAnew) {
   Want({Order(1)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   supervisor_.Detached(Key(1));
   Pass(std::chrono::hours(1));  // a worker that ran is not ended because its connection broke
@@ -259,7 +284,7 @@ TEST_F(SupervisorTest, WorkerThatNeverAttachesIsKilledAndReported) {
 
 TEST_F(SupervisorTest, WorkerNoLongerWantedIsToldToStopThenTerminatedThenKilled) {
   Want({Order(1, 5)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   Want({});
   ASSERT_THAT(orders_, SizeIs(2));
@@ -275,7 +300,7 @@ TEST_F(SupervisorTest, WorkerNoLongerWantedIsToldToStopThenTerminatedThenKilled)
 
 TEST_F(SupervisorTest, StopOrderOfTheControlPlaneEndsAWorkerInOrder) {
   Want({Order(1)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   v1::WorkerOrder stop = Order(1, 2);
   stop.set_stop(true);
@@ -299,7 +324,7 @@ TEST_F(SupervisorTest, StopOrderForAWorkerThatNeverWasIsAnsweredWithItsEnd) {
 
 TEST_F(SupervisorTest, SceneThatCannotBeHadEndsItsWorkersWithTheReason) {
   Want({Order(1)});
-  supervisor_.SceneFailed(kHash, "scene aaa: no instance uses it");
+  supervisor_.ContentFailed(kScene, "scene aaa: no instance uses it");
   Carry();
   EXPECT_THAT(signals_, ElementsAre(SIGKILL));
   End(1, {.known = true, .signal = SIGKILL});
@@ -334,6 +359,7 @@ TEST_F(SupervisorTest, BadOrdersAreReportedByFieldAndStartNothing) {
       {with([](auto& o) { o.set_incarnation(0); }), "incarnation"},
       {with([](auto& o) { o.set_scene_hash("../x"); }), "scene_hash"},
       {with([](auto& o) { o.set_scene_hash(std::string(64, 'G')); }), "scene_hash"},
+      {with([](auto& o) { o.set_game_hash("../x"); }), "game_hash"},
   };
   for (const auto& [order, field] : bad) {
     Want({});
@@ -358,7 +384,7 @@ TEST_F(SupervisorTest, AWorkerThatBeginsWithAStateGetsItsOrderWhenTheFileIsThere
   order.mutable_initial_state()->set_hash("abc");
   Want({order});
   Attach(1);
-  supervisor_.SceneReady(kHash, "/scene");
+  supervisor_.ContentReady(kScene, "/scene");
   Carry();
   EXPECT_THAT(orders_, SizeIs(0));
   ASSERT_THAT(states_, SizeIs(1));
@@ -375,7 +401,7 @@ TEST_F(SupervisorTest, PassesOnAWrittenCheckpointOnce) {
   order.mutable_checkpoint()->set_tick(600);
   Want({order});
   Attach(1);
-  supervisor_.SceneReady(kHash, "/scene");
+  supervisor_.ContentReady(kScene, "/scene");
   Carry();
   ASSERT_THAT(orders_, SizeIs(1));
   v1::WorkerReport report = Report(1, v1::WORKER_PHASE_RUNNING);
@@ -454,7 +480,7 @@ TEST_F(SupervisorTest, EndOfAnAdoptedWorkerSaysThatItsStatusIsUnknown) {
 
 TEST_F(SupervisorTest, StopAllEndsAttachedOnesByOrderAndOthersBySignalAndStartsNoMore) {
   Want({Order(1), Order(2)});
-  supervisor_.SceneReady(kHash, "/s");
+  supervisor_.ContentReady(kScene, "/s");
   Attach(1);
   supervisor_.StopAll(now_);
   Carry();

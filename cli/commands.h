@@ -15,6 +15,9 @@ void AddInstanceCommands(CLI::App& app, Globals& globals);
 // To `tessera instance`.
 void AddInstanceChangeCommands(CLI::App& instance, Globals& globals);
 void AddSceneCommands(CLI::App& app, Globals& globals);
+// To `tessera game`.
+void AddGameCommands(CLI::App& game, Globals& globals);
+void AddGameLogCommand(CLI::App& game, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);
 void AddDemoCommand(CLI::App& app, Globals& globals);

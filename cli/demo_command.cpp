@@ -24,6 +24,7 @@ using Clock = std::chrono::steady_clock;
 
 struct DemoOptions {
   std::string scene = "plaza";
+  std::string game;
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies;
   std::uint32_t bots = 2;
@@ -131,7 +132,11 @@ void Demo(const DemoOptions& options) {
   }
   const std::string scene =
       options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
-  local::WorldRun run({.scene = scene, .regions = options.regions, .bodies = options.bodies, .bots = options.bots});
+  local::WorldRun run({.scene = scene,
+                       .game = options.game,
+                       .regions = options.regions,
+                       .bodies = options.bodies,
+                       .bots = options.bots});
   LiveTable table;
   bool running = true;
   while (running && run.running_s() < options.seconds && !stop.Wait(kFrameTime)) {
@@ -154,6 +159,7 @@ void AddDemoCommand(CLI::App& app, Globals& globals) {
   CLI::App* demo = app.add_subcommand("demo", "Run one world on several workers on this machine and show it live");
   demo->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")
       ->capture_default_str();
+  demo->add_option("--game", options->game, "Lua file that the world's regions run; left out: none");
   demo->add_option("--regions", options->regions, "Number of region workers")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));

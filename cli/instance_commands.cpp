@@ -11,6 +11,7 @@
 #include "cli/instance_view.h"
 #include "cli/table.h"
 #include "local_cluster/connection.h"
+#include "local_cluster/game_file.h"
 #include "local_cluster/scene_file.h"
 
 namespace tessera::cli {
@@ -19,6 +20,7 @@ namespace {
 struct InstanceOptions {
   std::string id;
   std::string scene;
+  std::string game;
   std::uint32_t regions = 1;
   std::uint32_t players = 0;
   std::uint32_t snapshot_rate_hz = 0;
@@ -47,6 +49,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   const std::string path =
       options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
   *spec.mutable_scene() = local::LoadScene(path, options.bodies).message;
+  if (!options.game.empty()) *spec.mutable_game() = local::LoadGame(options.game);
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);
   spec.set_snapshot_rate_hz(options.snapshot_rate_hz);
@@ -98,11 +101,11 @@ void ListInstances(const Globals& globals) {
     return;
   }
   const bool wide = globals.format == Format::kWide;  // a reason holds spaces and log lines
-  std::vector<TableRow> rows{{"NAME", "STATE", "SCENE", "REGIONS", "PLAYERS", "AGE"}};
+  std::vector<TableRow> rows{{"NAME", "STATE", "SCENE", "GAME", "REGIONS", "PLAYERS", "AGE"}};
   if (wide) rows.front().push_back("REASON");
   for (const v1::Instance& instance : all.instances()) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
-    rows.push_back({instance.id(), local::InstanceStateName(instance), instance.scene_name(),
+    rows.push_back({instance.id(), local::InstanceStateName(instance), instance.scene_name(), GameOf(instance),
                     std::to_string(instance.regions()), std::to_string(instance.players()),
                     FormatAge(AgeSeconds(instance.create_time()))});
     if (wide) rows.back().push_back(instance.reason().empty() ? "-" : instance.reason());
@@ -168,6 +171,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
 
   CLI::App* create = instance->add_subcommand("create", "Start a world");
   create->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")->required();
+  create->add_option("--game", options->game, "Lua file that the world's regions run; left out: none");
   create->add_option("--regions", options->regions, "Number of region workers, 1 to 1000")->capture_default_str();
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();

@@ -16,6 +16,11 @@ v1::Instance GetInstance(local::Connection& connection, const std::string& comma
   return connection.Call(command, connection.instances(), &v1::InstanceService::Stub::GetInstance, request).instance();
 }
 
+std::string GameOf(const v1::Instance& instance) {
+  if (instance.game_hash().empty()) return "-";
+  return fmt::format("{} ({})", instance.game_name(), instance.game_hash().substr(0, 12));
+}
+
 std::string SummaryLine(const v1::Instance& instance) {
   std::uint64_t tick = 0;
   int running = 0;
@@ -78,11 +83,12 @@ std::string DescribeInstance(const v1::Instance& instance) {
   std::string out = fmt::format("Name:     {}\nState:    {}\n", instance.id(), local::InstanceStateName(instance));
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
   out += fmt::format(
-      "Scene:    {} ({})\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n"
+      "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n"
       "Ghosts:   {} deep, whole up to {}\n\n",
-      instance.scene_name(), instance.scene_hash().substr(0, 12), instance.regions(), instance.players(),
-      instance.expected_players(), instance.map().version(), FormatAge(AgeSeconds(instance.create_time())),
-      instance.borders().ghost_depth(), instance.borders().whole_up_to());
+      instance.scene_name(), instance.scene_hash().substr(0, 12), GameOf(instance), instance.regions(),
+      instance.players(), instance.expected_players(), instance.map().version(),
+      FormatAge(AgeSeconds(instance.create_time())), instance.borders().ghost_depth(),
+      instance.borders().whole_up_to());
   return out + RegionTable(instance) + Health(instance);
 }
 

@@ -16,6 +16,8 @@ inline std::chrono::milliseconds Seconds(double seconds) {
 
 // Its errors name `command`.
 v1::Instance GetInstance(local::Connection& connection, const std::string& command, const std::string& id);
+// "game.lua (0123456789ab)", by name and the beginning of its hash; "-" without a game.
+std::string GameOf(const v1::Instance& instance);
 // "inst-3 RUNNING tick 1200, 4 of 4 regions, 2 players\n"
 std::string SummaryLine(const v1::Instance& instance);
 // One table row a region: rate, step times, owned, ghosts, asleep, handovers.

@@ -27,6 +27,7 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
       world(session.tick_rate_hz, SnapshotTicks(session), BodiesAtMost(*session.scene)),
       playout(session.tick_rate_hz, session.snapshot_rate_hz) {
   network.Simulate(options.network);
+  steering.body = PlayerBodyId(session.player);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);

@@ -108,6 +108,14 @@ struct ShownBody {
   bool predicted = false;     // as it will be when the inputs already made act
 };
 
+// What a player asks for (core/world/player_input.h): all of it goes to the region, with every input.
+struct Steering {
+  Vec3f force_n, torque_nm;          // world frame
+  Vec2f move;                        // x right, y forward, at most 1 long
+  float yaw_rad = 0, pitch_rad = 0;  // yaw about +y, 0 along -z, to the left; pitch up
+  std::uint32_t buttons = 0;
+};
+
 class Client {
  public:
   // Errors: NOT_FOUND "instance plaza-9: no such instance", UNAVAILABLE "control plane at ...", DEADLINE_EXCEEDED,
@@ -154,6 +162,11 @@ class Client {
   std::vector<ShownBody> Interpolated(TimePoint now);
   static constexpr std::chrono::milliseconds kMaxExtrapolation{250};
 
+  // What inputs ask for from now on, until the next call of this or Move: each tick's worth is sent with the Polls that
+  // follow. The scene decides what moves the body: a force, or, in a scene of characters, move vector, look and
+  // buttons. What is not finite counts as 0, a longer move vector as one of length 1. Returns the number that the next
+  // input will have.
+  std::uint32_t Steer(const Steering& steering);
   // Force and torque on the own body, world frame, N and N m, from now until the next Move: each tick's worth is sent
   // with the Polls that follow. The scene limits it. Returns the number that the next input will have.
   std::uint32_t Move(Vec3f force_n, Vec3f torque_nm);

@@ -74,7 +74,8 @@ struct Client::Impl {
   void Correct();
   void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
   void SendInputs(TimePoint now);
-  void Push(BodyId body, Vec3f force_n, Vec3f torque_nm);
+  void Push(const PlayerInput& asked);
+  bool IsSteering() const;
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }
   void MeasureRates(TimePoint now);
@@ -104,7 +105,9 @@ struct Client::Impl {
   Tick newest_tick;
   std::uint32_t last_applied_input = 0;
 
-  Vec3f steering_force_n, steering_torque_nm;
+  PlayerInput steering;                   // what the next inputs ask for
+  bool look_changed = false;              // since the last input
+  std::uint32_t last_steering_input = 0;  // the last that asked for anything
   std::uint32_t next_input = 1;
   InputQueue inputs;
   InputClock input_clock;

@@ -6,29 +6,46 @@
 
 namespace tessera::client {
 
+namespace {
+
+// A region lets a character go on by its last input when it has none, so the end of steering is sent this often.
+constexpr std::uint32_t kEndingInputs = 30;
+
+}  // namespace
+
 // The tick that an input is meant for: inputs act one a tick, after those that the region had not applied yet.
-void Client::Impl::Push(BodyId body, Vec3f force_n, Vec3f torque_nm) {
-  PlayerInput input{
-      .number = next_input++, .player = session.player, .body = body, .force_n = force_n, .torque_nm = torque_nm};
-  const bool own = body == PlayerBodyId(session.player);
+void Client::Impl::Push(const PlayerInput& asked) {
+  PlayerInput input = AsSent(asked);
+  input.number = next_input++;
+  input.player = session.player;
+  const bool own = input.body == PlayerBodyId(session.player);
   if (own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
   inputs.Push(input);
   if (own && predictor) predictor->Add(input);
 }
 
+bool Client::Impl::IsSteering() const {
+  return steering.force_n != Vec3f() || steering.torque_nm != Vec3f() || steering.move != Vec2f() ||
+         steering.buttons != 0;
+}
+
 // While the player steers, one input a tick. A predicted body that moves needs them too: they give the tick that is
-// shown.
+// shown. A character needs some that say that steering has ended, or that the player looks elsewhere.
 void Client::Impl::MakeInputs(TimePoint now) {
-  const bool steering = steering_force_n != Vec3f() || steering_torque_nm != Vec3f();
+  if (IsSteering() || look_changed) last_steering_input = next_input;
+  look_changed = false;
+  const bool character = session.scene->player.has_value() && session.scene->player->character.has_value();
+  const bool ending = character && last_steering_input != 0 && next_input - last_steering_input < kEndingInputs;
+  const bool steers = IsSteering() || ending;
   const auto own = world.bodies().find(PlayerBodyId(session.player));
   const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
-  if (!started || (!steering && !predicted)) {
+  if (!started || (!steers && !predicted)) {
     input_clock.Stop();
     return;
   }
   for (int due = input_clock.Due(now, playout.tick_rate_hz()); due > 0; --due) {
     input_clock.Made(next_input);
-    Push(PlayerBodyId(session.player), steering_force_n, steering_torque_nm);
+    Push(steering);
   }
 }
 
@@ -77,13 +94,30 @@ void Client::Impl::SendInputs(TimePoint now) {
 }
 
 std::uint32_t Client::Move(Vec3f force_n, Vec3f torque_nm) {
-  impl_->steering_force_n = force_n;
-  impl_->steering_torque_nm = torque_nm;
+  impl_->steering.force_n = force_n;
+  impl_->steering.torque_nm = torque_nm;
+  return impl_->next_input;
+}
+
+std::uint32_t Client::Steer(const Steering& steering) {
+  PlayerInput& asked = impl_->steering;
+  const bool looked = asked.yaw_rad != steering.yaw_rad || asked.pitch_rad != steering.pitch_rad;
+  impl_->look_changed = impl_->look_changed || looked;
+  asked.force_n = steering.force_n;
+  asked.torque_nm = steering.torque_nm;
+  asked.move = steering.move;
+  asked.yaw_rad = steering.yaw_rad;
+  asked.pitch_rad = steering.pitch_rad;
+  asked.buttons = steering.buttons;
   return impl_->next_input;
 }
 
 std::uint32_t Client::MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm) {
-  impl_->Push(body, force_n, torque_nm);
+  PlayerInput asked;
+  asked.body = body;
+  asked.force_n = force_n;
+  asked.torque_nm = torque_nm;
+  impl_->Push(asked);
   return impl_->next_input - 1;
 }
 

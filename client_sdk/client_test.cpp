@@ -210,6 +210,21 @@ TEST_F(ClientTest, InterpolationFollowsTheTruthSmoothly) {
   EXPECT_EQ(client->Stats().playout_jumps, 0u);
 }
 
+TEST_F(ClientTest, InputsCarryMoveLookAndButtons) {
+  Make(1);
+  Join();
+  Play();
+  client->Steer({.force_n = {}, .torque_nm = {}, .move = {3, 4}, .yaw_rad = 7, .pitch_rad = -1, .buttons = 0x80000001});
+  ASSERT_TRUE(Until([&] { return !instance->regions[0]->inputs.empty(); }, true));
+  const PlayerInput& input = instance->regions[0]->inputs[0];
+  EXPECT_NEAR(input.move.x, 0.6, 1e-4);  // cut down to a length of 1
+  EXPECT_NEAR(input.move.y, 0.8, 1e-4);
+  EXPECT_NEAR(input.yaw_rad, 7 - 2 * 3.14159265, 1e-4);
+  EXPECT_NEAR(input.pitch_rad, -1, 1e-4);
+  EXPECT_EQ(input.buttons, 0x80000001U);
+  EXPECT_EQ(input, AsSent(input));  // predicted as it is read
+}
+
 TEST_F(ClientTest, InputsGoToTheOwnerOfTheOwnBody) {
   Make(2);
   Join();

@@ -49,6 +49,27 @@ struct Radius {
 
 double RadiusOf(const Shape& shape) { return std::visit(Radius{}, shape.form); }
 
+// The wire rounds orientations; a character that leans by that would stand elsewhere.
+void StandUpright(BodyState& state) {
+  state.orientation.x = state.orientation.z = 0;
+  state.orientation = Normalized(state.orientation);
+  state.angular_velocity.x = state.angular_velocity.z = 0;
+}
+
+// The input of another player who keeps walking as they do: their own is not known here.
+PlayerInput GoingOn(const CharacterRules& rules, const BodyState& state) {
+  const Vec3d velocity(state.linear_velocity);
+  const Quatd q = state.orientation;
+  const double speed = std::hypot(velocity.x, velocity.z), walk = rules.walk_speed_m_s;
+  PlayerInput input;
+  input.yaw_rad = static_cast<float>(2 * std::atan2(q.y, q.w));
+  const bool runs = speed > walk && rules.run_speed_m_s > walk;
+  if (runs) input.buttons = kRunButton;
+  const Vec3d local = Rotate(Conjugate(q), Vec3d(velocity.x, 0, velocity.z)) / (runs ? rules.run_speed_m_s : walk);
+  input.move = {static_cast<float>(local.x), static_cast<float>(-local.z)};
+  return input;
+}
+
 double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity)); }
 
 }  // namespace
@@ -143,6 +164,7 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
   for (auto& [id, body] : bodies_) {
     const SeenBody& seen = bodies.at(id);
     BodyState state = seen.state;
+    if (IsPlayerBody(id) && catalog_.scene().player->character.has_value()) StandUpright(state);
     // A state of another region, or an older one, is brought to the same tick along its velocity.
     if (!AtRest(state)) {
       const auto ticks = std::clamp<std::int64_t>(tick - seen.tick, -std::int64_t{kMaxTicks}, std::int64_t{kMaxTicks});
@@ -182,18 +204,28 @@ void Predictor::Add(const PlayerInput& input) {
   if (running() && simulated_ + 1 == inputs_.size() && simulated_ < kMaxTicks) Step(input);
 }
 
-void Predictor::Step(const PlayerInput& input) {
+// What pushes a body in the next step: fields, and a player's input.
+physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const PlayerInput& input) const {
   const Scene& scene = catalog_.scene();
-  const Body& own = bodies_.at(own_def_.id);
-  Vec3f force = region::LimitedForce(*scene.player, input.force_n, own.now.linear_velocity);
-  const Vec3f torque = region::LimitedTorque(*scene.player, own_radius_m_, input.torque_nm, own.now.angular_velocity);
-  for (const auto& [id, body] : bodies_) {
-    Vec3f push;
-    if (!scene.fields.empty() && !body.now.asleep) {
-      push = Vec3f(region::FieldAcceleration(scene.fields, body.now) * world_->MassOf(id));
-    }
-    world_->ApplyForce(id, id == own_def_.id ? force + push : push, id == own_def_.id ? torque : Vec3f());
+  const PlayerRules& rules = *scene.player;
+  physics::CharacterDrive drive;
+  if (rules.character.has_value() && IsPlayerBody(id)) {
+    const PlayerInput does = id == own_def_.id ? input : GoingOn(*rules.character, body.now);
+    drive = physics::DriveCharacter(*world_, id, rules, scene.gravity_m_s2, does, tick_s_);
+  } else if (id == own_def_.id) {
+    drive.force_n = region::LimitedForce(rules, input.force_n, body.now.linear_velocity);
+    drive.torque_nm = region::LimitedTorque(rules, own_radius_m_, input.torque_nm, body.now.angular_velocity);
   }
+  if (!scene.fields.empty() && !body.now.asleep) {
+    drive.force_n += Vec3f(region::FieldAcceleration(scene.fields, body.now) * world_->MassOf(id));
+  }
+  return drive;
+}
+
+void Predictor::Step(const PlayerInput& input) {
+  std::map<BodyId, physics::CharacterDrive> drives;
+  for (const auto& [id, body] : bodies_) drives.emplace(id, DriveOf(id, body, input));
+  for (const auto& [id, drive] : drives) world_->ApplyForce(id, drive.force_n, drive.torque_nm);
   world_->Step(tick_s_);
   for (auto& [id, body] : bodies_) {
     body.before = body.now;

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "client_sdk/client.h"
+#include "core/physics/character.h"
 #include "core/physics/world.h"
 #include "core/region/catalog.h"
 #include "core/replication/input.h"
@@ -69,6 +70,7 @@ class Predictor {
   void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
   void Simulate();
   void Step(const PlayerInput& input);
+  physics::CharacterDrive DriveOf(BodyId id, const Body& body, const PlayerInput& input) const;
   void NoteTouched();
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;

@@ -152,11 +152,12 @@ absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {
   if (!plain.ok()) return absl::DataLossError(absl::StrCat("file: ", plain.status().message()));
   records::Bundle bundle;
   if (!bundle.ParseFromString(*plain)) return absl::DataLossError("file: is no checkpoint");
-  std::set<std::string> names = {"scene"}, given;
+  std::set<std::string> names = {kSceneFile}, given;
+  if (!bundle.manifest().game_hash().empty()) names.insert(kGameFile);
   for (const v1::MapRegion& region : bundle.manifest().map().regions()) names.insert(RegionFileName(region.id()));
   for (const records::ManifestFile& file : bundle.manifest().files()) given.insert(file.name());
   if (given != names || bundle.manifest().files_size() != static_cast<int>(names.size())) {
-    return absl::InvalidArgumentError("file: its files are not the scene and one for each region of its map");
+    return absl::InvalidArgumentError("file: its files are not the scene, the game and one for each region of its map");
   }
   for (const records::ManifestFile& file : bundle.manifest().files()) {
     const std::string* content = FindContent(bundle, file.name());

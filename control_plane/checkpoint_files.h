@@ -1,8 +1,9 @@
 // CheckpointFiles: checkpoints on the control plane's disk.
 //
-// Each checkpoint is a folder, <folder>/<instance>/<tick>/: "scene", "region-<n>" for each region, and "manifest",
-// which has their sizes and SHA-256 and its own. It is made under another name and renamed when all is on the disk, so
-// one that is there is whole, or was damaged since, which its sums show. `Open` removes those that were left half made.
+// Each checkpoint is a folder, <folder>/<instance>/<tick>/: "scene", "game" where it runs one, "region-<n>" for each
+// region, and "manifest", which has their sizes and SHA-256 and its own. It is made under another name and renamed when
+// all is on the disk, so one that is there is whole, or was damaged since, which its sums show. `Open` removes those
+// that were left half made.
 //
 //   files.Put("inst-7", 1200, "region-1", bytes);       // as they come
 //   files.Complete("inst-7", manifest);
@@ -48,6 +49,7 @@ class CheckpointFiles {
   std::string folder_;
 };
 
+inline constexpr char kSceneFile[] = "scene", kGameFile[] = "game";
 std::string RegionFileName(std::uint32_t region);  // "region-3"
 
 // One checkpoint as one file, for another cluster, and back. DATA_LOSS or INVALID_ARGUMENT: "file: ...".

@@ -94,6 +94,10 @@ TEST(BundleTest, HoldsTheSceneAndOneFileForEachRegionAndNothingElse) {
   EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
   add("region-2");
   EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
+  bundle.mutable_manifest()->set_game_hash("feed");
+  EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument) << "its game is missing";
+  add("game");
+  EXPECT_TRUE(Unbundle(Bundle(bundle)).ok());
   add("../../control.db");
   EXPECT_EQ(Unbundle(Bundle(bundle)).status().code(), absl::StatusCode::kInvalidArgument);
 }

@@ -171,15 +171,24 @@ absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, co
   return *outcome;
 }
 
-absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
-  const bool used = Call([&](Cluster& cluster, Now) { return cluster.state().SceneInUse(hash); });
+absl::StatusOr<std::string> ControlPlane::ContentBytes(const std::string& key) {
+  const bool used = Call([&](Cluster& cluster, Now) { return cluster.state().ContentInUse(key); });
   // It is read outside the lock because it can be large.
-  const auto entry = used ? store_.Get(SceneKey(hash)) : absl::NotFoundError("");
-  if (absl::IsNotFound(entry.status())) {
-    return absl::NotFoundError(absl::StrCat("scene_hash: no instance uses scene ", OneLine(hash, kMaxNameBytes + 1)));
-  }
+  const auto entry = used ? store_.Get(key) : absl::NotFoundError("");
   if (!entry.ok()) return entry.status();
   return entry->value;
+}
+
+absl::StatusOr<std::string> ControlPlane::SceneBytes(const std::string& hash) {
+  auto bytes = ContentBytes(SceneKey(hash));
+  if (!absl::IsNotFound(bytes.status())) return bytes;
+  return absl::NotFoundError(absl::StrCat("scene_hash: no instance uses scene ", OneLine(hash, kMaxNameBytes + 1)));
+}
+
+absl::StatusOr<std::string> ControlPlane::GameBytes(const std::string& hash) {
+  auto bytes = ContentBytes(GameKey(hash));
+  if (!absl::IsNotFound(bytes.status())) return bytes;
+  return absl::NotFoundError(absl::StrCat("game_hash: no instance runs game ", OneLine(hash, kMaxNameBytes + 1)));
 }
 
 // --- Players.

@@ -60,8 +60,9 @@ class ControlPlane {
   // Waits until all workers are bound, then until they know of the player.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
                                                 const std::function<bool()>& given_up);
-  // The serialised scene. kNotFound unless a live instance uses it.
+  // The serialised scene, and a game's file. kNotFound unless a live instance uses it.
   absl::StatusOr<std::string> SceneBytes(const std::string& hash);
+  absl::StatusOr<std::string> GameBytes(const std::string& hash);
 
   absl::StatusOr<std::shared_ptr<AgentStream>> Attach(const v1::AgentHello& hello, std::function<void()> cancel);
   void Detach(AgentStream& stream);
@@ -115,6 +116,9 @@ class ControlPlane {
     std::set<std::string> restore;
   };
   void DoPendingWork(PendingWork work);
+  absl::StatusOr<std::string> ContentBytes(const std::string& key);
+  // The scene and game of a checkpoint.
+  absl::StatusOr<Contents> KeptContents(const std::string& id, const records::Manifest& manifest) const;
   absl::Status CompleteCheckpoint(const std::string& id, records::Manifest manifest);
   absl::StatusOr<records::Manifest> FindWhole(const std::string& id, std::uint64_t tick,
                                               std::vector<std::string>& damaged);

@@ -14,7 +14,12 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr char kSceneFile[] = "scene";
+void AddFile(const char* name, const std::string& bytes, records::Manifest& manifest) {
+  records::ManifestFile& file = *manifest.add_files();
+  file.set_name(name);
+  file.set_size(bytes.size());
+  file.set_hash(Sha256Hex(bytes));
+}
 
 absl::Status NoFiles() { return absl::FailedPreconditionError("this control plane keeps no checkpoints"); }
 
@@ -40,10 +45,13 @@ absl::Status ControlPlane::CompleteCheckpoint(const std::string& id, records::Ma
   const auto scene = SceneBytes(manifest.scene_hash());
   if (!scene.ok()) return scene.status();
   if (absl::Status status = files_->Put(id, manifest.tick(), kSceneFile, *scene); !status.ok()) return status;
-  records::ManifestFile& file = *manifest.add_files();
-  file.set_name(kSceneFile);
-  file.set_size(scene->size());
-  file.set_hash(Sha256Hex(*scene));
+  AddFile(kSceneFile, *scene, manifest);
+  if (!manifest.game_hash().empty()) {
+    const auto game = GameBytes(manifest.game_hash());
+    if (!game.ok()) return game.status();
+    if (absl::Status status = files_->Put(id, manifest.tick(), kGameFile, *game); !status.ok()) return status;
+    AddFile(kGameFile, *game, manifest);
+  }
   const auto size = files_->Complete(id, manifest);
   if (!size.ok()) return size.status();
   spdlog::info("checkpoint made id={} tick={} bytes={}", id, manifest.tick(), *size);
@@ -101,19 +109,31 @@ absl::StatusOr<records::Manifest> ControlPlane::FindWhole(const std::string& id,
                                        : absl::StrCat("tick: ", id, " has no checkpoint of tick ", tick));
 }
 
+absl::StatusOr<Contents> ControlPlane::KeptContents(const std::string& id, const records::Manifest& manifest) const {
+  Contents contents;
+  auto scene = files_->Read(id, manifest.tick(), kSceneFile);
+  if (!scene.ok()) return scene.status();
+  contents.scene = *std::move(scene);
+  if (manifest.game_hash().empty()) return contents;
+  auto game = files_->Read(id, manifest.tick(), kGameFile);
+  if (!game.ok()) return game.status();
+  contents.game = *std::move(game);
+  return contents;
+}
+
 absl::StatusOr<v1::RestoreInstanceResponse> ControlPlane::RestoreInstance(const v1::RestoreInstanceRequest& request) {
   v1::RestoreInstanceResponse response;
   std::vector<std::string> damaged;
   const auto manifest = FindWhole(request.id(), request.tick(), damaged);
   if (!manifest.ok()) return manifest.status();
-  const auto scene = files_->Read(request.id(), manifest->tick(), kSceneFile);
-  if (!scene.ok()) return scene.status();
+  const auto contents = KeptContents(request.id(), *manifest);
+  if (!contents.ok()) return contents.status();
   for (const std::string& what : damaged) {
     spdlog::warn("checkpoint passed over: {}", what);
     response.add_damaged(what);
   }
   auto restored = Call([&](Cluster& cluster, Now now) {
-    return cluster.Restore(now, request.id(), *manifest, *scene, request.validate_only());
+    return cluster.Restore(now, request.id(), *manifest, *contents, request.validate_only());
   });
   if (!restored.ok()) return restored.status();
   *response.mutable_instance() = *std::move(restored);
@@ -156,6 +176,12 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   const std::string* scene = FindContent(*bundle, kSceneFile);
   if (scene == nullptr || !create.mutable_spec()->mutable_scene()->ParseFromString(*scene)) {
     return absl::InvalidArgumentError("file: has no scene");
+  }
+  if (!manifest.game_hash().empty()) {
+    const std::string* game = FindContent(*bundle, kGameFile);
+    if (game == nullptr) return absl::InvalidArgumentError("file: has no game");
+    create.mutable_spec()->mutable_game()->set_name(manifest.game_name());
+    create.mutable_spec()->mutable_game()->set_content(*game);
   }
   create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
   create.mutable_spec()->set_snapshot_rate_hz(manifest.snapshot_rate_hz());

@@ -102,6 +102,14 @@ inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 
+// Lines of an instance's game that are kept in memory, and bytes of one. More cost memory in each instance that logs.
+inline constexpr std::size_t kMaxGameLines = 1000, kMaxGameLineBytes = 600;
+// How long a game must not have failed for its next error to be an event of the instance. Shorter, and a game that
+// fails now and then drives all other events out.
+inline constexpr std::chrono::milliseconds kGameErrorSilence{60'000};
+// Callbacks that are off and become events, of an instance while this process runs; a host that reports more is broken.
+inline constexpr int kMaxCallbacksOff = 100;
+
 inline constexpr std::uint32_t kMaxPort = 65535;
 
 }  // namespace tessera::control

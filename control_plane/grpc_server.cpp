@@ -189,6 +189,12 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
     return Answer(context, "InstanceService/SetProperty", CallKind::kCommand, subject,
                   [&] { return plane_.SetProperty(*request, [context] { return context->IsCancelled(); }); });
   }
+  grpc::Status ListGameLines(grpc::ServerContext* context, const v1::ListGameLinesRequest* request,
+                             v1::ListGameLinesResponse* response) override {
+    return Answer(context, "InstanceService/ListGameLines", CallKind::kRead, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now) { return cluster.ListGameLines(*request); }), response);
+    });
+  }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
     return Answer(context, "InstanceService/DeleteInstance", CallKind::kCommand, request->id(), [&] {
@@ -290,6 +296,15 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
           });
           return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
         });
+  }
+  grpc::Status FetchGame(grpc::ServerContext* context, const v1::FetchGameRequest* request,
+                         v1::FetchGameResponse* response) override {
+    return Answer(context, "AgentLinkService/FetchGame", CallKind::kRead, request->game_hash(), [&]() -> absl::Status {
+      const absl::Status known = plane_.Call([&](Cluster& cluster, Now) {
+        return CheckHostSecret(cluster.state(), request->host_id(), request->host_secret());
+      });
+      return known.ok() ? Take(plane_.GameBytes(request->game_hash()), response->mutable_game()) : known;
+    });
   }
   grpc::Status FetchState(grpc::ServerContext* context, const v1::FetchStateRequest* request,
                           grpc::ServerWriter<v1::FetchStateResponse>* writer) override {

@@ -231,6 +231,44 @@ TEST_F(GrpcServerTest, AnAgentFetchesScenesWithItsSecretOnly) {
   EXPECT_EQ(link->FetchScene(&Context(), request, &response).error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
+TEST_F(GrpcServerTest, AnAgentFetchesTheGameOfAnInstanceWithItsSecretOnly) {
+  AddAgent();
+  v1::CreateInstanceRequest create = CreateRequest(1);
+  create.mutable_spec()->mutable_game()->set_name("game.lua");
+  create.mutable_spec()->mutable_game()->set_content("function on_tick() end");
+  v1::CreateInstanceResponse created;
+  ASSERT_TRUE(instances_->CreateInstance(&Context(), create, &created).ok());
+  EXPECT_EQ(created.instance().game_name(), "game.lua");
+  const auto link = v1::AgentLinkService::NewStub(channel_);
+  v1::FetchGameRequest request;
+  request.set_game_hash(created.instance().game_hash());
+  request.set_host_id(agent_->admitted.host_id());
+  v1::FetchGameResponse response;
+  EXPECT_EQ(link->FetchGame(&Context(), request, &response).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  request.set_host_secret(agent_->admitted.host_secret());
+  EXPECT_TRUE(link->FetchGame(&Context(), request, &response).ok());
+  EXPECT_EQ(response.game(), "function on_tick() end");
+}
+
+TEST_F(GrpcServerTest, LinesOfAGameAreListedForInstancesThatRunOne) {
+  AddAgent();
+  v1::CreateInstanceRequest create = CreateRequest(1);
+  v1::CreateInstanceResponse without, with;
+  ASSERT_TRUE(instances_->CreateInstance(&Context(), create, &without).ok());
+  create.mutable_spec()->mutable_game()->set_name("game.lua");
+  create.mutable_spec()->mutable_game()->set_content("function on_tick() end");
+  ASSERT_TRUE(instances_->CreateInstance(&Context(), create, &with).ok());
+  v1::ListGameLinesRequest request;
+  v1::ListGameLinesResponse response;
+  const auto list = [&](const std::string& id) {
+    request.set_id(id);
+    return instances_->ListGameLines(&Context(), request, &response).error_code();
+  };
+  EXPECT_EQ(list("inst-404"), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(list(without.instance().id()), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(list(with.instance().id()), grpc::StatusCode::OK);
+}
+
 TEST_F(GrpcServerTest, AUsedTokenIsRefusedOnTheStream) {
   AddAgent();
   StreamAgent second(channel_, hello_);

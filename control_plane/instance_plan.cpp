@@ -4,9 +4,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
+#include "core/game/game_file.h"
+#include "core/game/game_host.h"
 #include "core/region/settings.h"
 #include "core/world/limits.h"
 #include "core/world/scene_load.h"
+#include "game_sdk/lua/lua_module.h"
 
 namespace tessera::control {
 namespace {
@@ -84,6 +87,21 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
   return absl::OkStatus();
 }
 
+// The game itself is thrown away: what the workers load is checked there again.
+absl::Status PlanGame(const v1::InstanceSpec& spec, const std::shared_ptr<const Scene>& scene, InstancePlan& plan) {
+  if (!spec.has_game()) return absl::OkStatus();
+  const game::GameFile file{spec.game().name(), spec.game().content()};
+  if (absl::Status status = game::CheckGameFile(file); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("spec.game.", status.message()));
+  }
+  const auto loaded = game::GameHost::Load(*game::LuaGameModule(), file, scene);
+  if (!loaded.ok()) return absl::InvalidArgumentError(loaded.status().message());
+  plan.game_name = file.name;
+  plan.game_hash = game::GameHash(file.bytes);
+  plan.contents.game = file.bytes;
+  return absl::OkStatus();
+}
+
 absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
   const v1::InstanceSpec& spec = request.spec();
   if (request.request_id().size() > kMaxRequestIdBytes) {
@@ -122,10 +140,11 @@ absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& reque
   InstancePlan plan;
   if (absl::Status status = PlanLife(spec, plan); !status.ok()) return status;
   if (absl::Status status = PlanBorders(spec.borders(), plan); !status.ok()) return status;
+  if (absl::Status status = PlanGame(spec, loaded->scene, plan); !status.ok()) return status;
   plan.request_id = request.request_id();
   plan.scene_name = scene.name;
   plan.scene_hash = loaded->hash;
-  plan.scene_bytes = spec.scene().SerializeAsString();
+  plan.contents.scene = spec.scene().SerializeAsString();
   plan.tick_rate_hz = scene.tick_rate_hz;
   plan.snapshot_rate_hz =
       spec.snapshot_rate_hz() > 0 ? spec.snapshot_rate_hz() : std::min(kDefaultSnapshotRateHz, plan.tick_rate_hz);

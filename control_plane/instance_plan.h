@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "control_plane/control_records.pb.h"
+#include "control_plane/stored_records.h"
 #include "core/world/partition_map.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -18,7 +19,9 @@ struct InstancePlan {
   std::string request_id;
   std::string scene_name;
   std::string scene_hash;
-  std::string scene_bytes;  // serialised tessera.v1.Scene
+  std::string game_name;  // empty: it runs none
+  std::string game_hash;
+  Contents contents;
   std::uint32_t tick_rate_hz = 0;
   std::uint32_t snapshot_rate_hz = 0;
   std::uint32_t expected_players = 0;
@@ -37,7 +40,8 @@ struct InstancePlan {
   std::vector<BodyId> bodies;                 // dynamic, of the scene; ascending
 };
 
-// kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000".
+// kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded
+// once, within the limits of the Lua host, and one that does not load is refused by file and line: "game.lua:12: ...".
 absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request);
 
 }  // namespace tessera::control

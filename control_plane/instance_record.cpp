@@ -31,6 +31,8 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_state(plan.lazy ? v1::INSTANCE_STATE_PENDING : v1::INSTANCE_STATE_STARTING);
   record.set_scene_name(plan.scene_name);
   record.set_scene_hash(plan.scene_hash);
+  record.set_game_name(plan.game_name);
+  record.set_game_hash(plan.game_hash);
   record.set_tick_rate_hz(plan.tick_rate_hz);
   record.set_expected_players(plan.expected_players);
   record.set_start_deadline_ms(plan.start_deadline.count());

@@ -9,7 +9,7 @@ namespace {
 
 constexpr char kHostPrefix[] = "host/";
 constexpr char kInstancePrefix[] = "instance/";
-constexpr char kScenePrefix[] = "scene/";
+constexpr char kScenePrefix[] = "scene/", kGamePrefix[] = "game/";
 
 absl::Status Damaged(const std::string& key) {
   return absl::DataLossError(absl::StrCat("store: ", key, ": cannot be read"));
@@ -52,6 +52,14 @@ std::uint64_t NumberOf(std::string_view id, std::string_view prefix) {
 std::string HostKey(std::uint64_t number) { return absl::StrCat(kHostPrefix, number); }
 std::string InstanceKey(std::uint64_t number) { return absl::StrCat(kInstancePrefix, number); }
 std::string SceneKey(std::string_view hash) { return kScenePrefix + std::string(hash); }
+std::string GameKey(std::string_view hash) { return kGamePrefix + std::string(hash); }
+bool IsSceneKey(std::string_view key) { return key.starts_with(kScenePrefix); }
+
+std::vector<std::string> ContentKeys(const records::Instance& record) {
+  std::vector<std::string> keys{SceneKey(record.scene_hash())};
+  if (!record.game_hash().empty()) keys.push_back(GameKey(record.game_hash()));
+  return keys;
+}
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
   StoredRecords stored;
@@ -65,10 +73,10 @@ absl::StatusOr<StoredRecords> ReadRecords(const Store& store) {
   for (const auto& instance : stored.instances) {
     if (!FromProto(instance.record.map()).ok()) return Damaged(InstanceKey(instance.number));
   }
-  auto scenes = store.List(kScenePrefix);
-  if (!scenes.ok()) return scenes.status();
-  for (StoreEntry& entry : *scenes) {
-    stored.scenes[entry.key.substr(sizeof(kScenePrefix) - 1)] = {std::move(entry.value), entry.revision};
+  for (const char* prefix : {kScenePrefix, kGamePrefix}) {
+    auto contents = store.List(prefix);
+    if (!contents.ok()) return contents.status();
+    for (StoreEntry& entry : *contents) stored.contents[entry.key] = {std::move(entry.value), entry.revision};
   }
   return stored;
 }

@@ -26,6 +26,16 @@ std::uint64_t NumberOf(std::string_view id, std::string_view prefix);
 std::string HostKey(std::uint64_t number);
 std::string InstanceKey(std::uint64_t number);
 std::string SceneKey(std::string_view hash);
+std::string GameKey(std::string_view hash);
+bool IsSceneKey(std::string_view key);
+
+// The files that an instance uses. Each lies in the store once, however many instances use it.
+struct Contents {
+  std::string scene;  // serialised tessera.v1.Scene
+  std::string game;   // empty: it runs none
+};
+// The keys of the scene and, where it runs one, of the game.
+std::vector<std::string> ContentKeys(const records::Instance& record);
 
 template <class Record>
 struct StoredRecord {
@@ -34,7 +44,7 @@ struct StoredRecord {
   Revision revision = kAbsent;
 };
 
-struct StoredScene {
+struct StoredContent {
   std::string bytes;
   Revision revision = kAbsent;
 };
@@ -43,7 +53,7 @@ struct StoredRecords {
   StoredRecord<records::Counters> counters;  // revision kAbsent before the first start
   std::vector<StoredRecord<records::Host>> hosts;
   std::vector<StoredRecord<records::Instance>> instances;  // each with a map that can be read
-  std::map<std::string, StoredScene> scenes;               // by hash
+  std::map<std::string, StoredContent> contents;           // by key
 };
 
 absl::StatusOr<StoredRecords> ReadRecords(const Store& store);

@@ -54,8 +54,16 @@ void Bot::Steer(const client::SeenBody& self) {
     waypoint_ = Vec3d(pick(ground.min_x, ground.max_x), self.state.position.y, pick(ground.min_z, ground.max_z));
     return;
   }
-  const double force = client_->scene().player ? client_->scene().player->max_force_n : 0;
-  client_->Move(Vec3f(Normalized(flat) * force), {});
+  const auto& player = client_->scene().player;
+  const Vec3d way = Normalized(flat);
+  // A character walks where it looks.
+  const auto yaw = static_cast<float>(std::atan2(-way.x, -way.z));
+  client_->Steer({.force_n = Vec3f(way * (player ? player->max_force_n : 0)),
+                  .torque_nm = {},
+                  .move = player && player->character ? Vec2f{0, 1} : Vec2f{},
+                  .yaw_rad = player && player->character ? yaw : 0,
+                  .pitch_rad = 0,
+                  .buttons = 0});
 }
 
 double Bot::Random() {  // xorshift64* (Vigna 2016)

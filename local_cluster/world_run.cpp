@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "local_cluster/connection.h"
+#include "local_cluster/game_file.h"
 #include "local_cluster/instance_state.h"
 
 namespace tessera::local {
@@ -57,6 +58,7 @@ WorldRun::~WorldRun() {
 void WorldRun::CreateInstance(const RunOptions& options) {
   v1::CreateInstanceRequest request;
   *request.mutable_spec()->mutable_scene() = scene_.message;
+  if (!options.game.empty()) *request.mutable_spec()->mutable_game() = LoadGame(options.game);
   request.mutable_spec()->set_regions(options.regions);
   request.mutable_spec()->set_expected_players(options.bots);
   if (options.adjust) options.adjust(*request.mutable_spec());

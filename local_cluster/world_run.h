@@ -32,7 +32,8 @@ namespace tessera::local {
 class Connection;
 
 struct RunOptions {
-  std::string scene;  // path
+  std::string scene;      // path
+  std::string game = {};  // likewise; empty: it runs none
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;

@@ -35,6 +35,7 @@ void Declare(CLI::App& app, RawFlags& raw) {
 
   const char* alone = "Standalone, without a control plane";
   app.add_option("--scene", raw.standalone.scene_path, "scene file, textproto or JSON")->group(alone);
+  app.add_option("--game", raw.standalone.game_path, "Lua file that the region runs; left out: none")->group(alone);
   app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into")
       ->capture_default_str()
       ->group(alone);
@@ -85,6 +86,9 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   if (std::error_code error; !std::filesystem::is_regular_file(alone.scene_path, error)) {
     return absl::InvalidArgumentError(absl::StrCat("--scene ", alone.scene_path, ": no such file"));
   }
+  if (std::error_code error; !alone.game_path.empty() && !std::filesystem::is_regular_file(alone.game_path, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--game ", alone.game_path, ": no such file"));
+  }
   if (alone.regions == 0 || alone.regions > kMaxRegions) {
     return absl::InvalidArgumentError(absl::StrCat("--regions ", alone.regions, ": must be 1 to ", kMaxRegions));
   }
@@ -124,7 +128,7 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   raw.options.link_port = static_cast<std::uint16_t>(first + 1);
   raw.options.metrics_port = static_cast<std::uint16_t>(first + 2);
   raw.options.identity.instance_id = kStandaloneInstanceId;
-  raw.options.identity.incarnation = Incarnation(1);
+  raw.options.identity.incarnation = Incarnation(raw.region);  // unique in the world
   raw.options.standalone = alone;
   return absl::OkStatus();
 }
@@ -151,6 +155,8 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
   absl::Status status = absl::OkStatus();
   if (under_agent && !raw.standalone.scene_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --scene: the agent gives the scene; use one of them");
+  } else if (under_agent && !raw.standalone.game_path.empty()) {
+    status = absl::InvalidArgumentError("--agent-socket and --game: the agent gives the game; use one of them");
   } else {
     status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }

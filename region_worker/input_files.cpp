@@ -1,5 +1,6 @@
 #include "region_worker/input_files.h"
 
+#include "core/game/game_file.h"
 #include "core/world/scene_load.h"
 #include "host/files.h"
 
@@ -17,6 +18,10 @@ absl::StatusOr<std::shared_ptr<const Scene>> LoadSceneFile(const std::string& pa
       LoadScene(SceneFormOf(path), *content, path, {.scatter_count = {}, .hash = hash});
   if (!loaded.ok()) return loaded.status();
   return std::move(loaded->scene);
+}
+
+absl::StatusOr<std::string> ReadGameFile(const std::string& path) {
+  return host::ReadFile(path, game::kMaxGameFileBytes);
 }
 
 absl::StatusOr<region::Bytes> ReadStateFile(const std::string& path) {

@@ -3,6 +3,7 @@
 #include <sodium.h>
 
 #include <chrono>
+#include <filesystem>
 #include <string_view>
 #include <utility>
 
@@ -43,9 +44,13 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
   order.key = StandaloneKey();
   order.snapshot_rate_hz = flags.snapshot_rate_hz;
   order.borders = flags.borders;
+  if (!flags.game_path.empty()) {
+    const std::string name = std::filesystem::path(flags.game_path).filename().string();
+    order.game = {.path = flags.game_path, .hash = {}, .name = name};
+  }
   for (std::uint32_t region = 1; region <= flags.regions; ++region) {
     const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);
-    order.peers.push_back({RegionId(region), Incarnation(1), "127.0.0.1", link_port});
+    order.peers.push_back({RegionId(region), Incarnation(region), "127.0.0.1", link_port});
   }
   return world;
 }

@@ -117,6 +117,15 @@ WorkerMetrics::WorkerMetrics()
       failovers(Counter(*registry_, "tessera_region_failovers_total", "Failovers that this region went through.")),
       links_down(Counter(*registry_, "tessera_region_links_down_total",
                          "Times that a neighbour was silent for so long that the link was down.")),
+      game_calls(Counter(*registry_, "tessera_game_calls_total", "Calls of the game's callbacks.")),
+      game_errors(Counter(*registry_, "tessera_game_errors_total", "Calls of the game that failed.")),
+      game_instructions(Counter(*registry_, "tessera_game_instructions_total", "Instructions that the game ran.")),
+      game_dropped_events(Counter(*registry_, "tessera_game_dropped_events_total",
+                                  "Events that the game never saw, because too many waited.")),
+      game_dropped_lines(Counter(*registry_, "tessera_game_dropped_lines_total",
+                                 "Lines of the game that were left out of the log, because there were too many.")),
+      game_callbacks_off(Gauge(*registry_, "tessera_game_callbacks_off",
+                               "Callbacks of the game that failed too often in a row and are not called any more.")),
       game_acceptor(*registry_, "game"),
       link_acceptor(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
@@ -152,6 +161,15 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   Follow(standby_gaps, run.copies().gaps());
   Follow(failovers, run.failover_figures().failovers);
   Follow(links_down, run.ticks().links_down());
+  if (const game::GameHost* game = run.game()) {
+    const game::GameStatistics& played = game->statistics();
+    Follow(game_calls, played.calls);
+    Follow(game_errors, played.errors);
+    Follow(game_instructions, played.instructions);
+    Follow(game_dropped_events, played.dropped_events);
+    Follow(game_dropped_lines, played.dropped_lines + run.game_log().left_out());
+    game_callbacks_off.Set(played.callbacks_off);
+  }
   for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);
 }
 

@@ -59,6 +59,8 @@ class WorkerMetrics {
   prometheus::Counter& nonfinite_bodies;
   prometheus::Gauge &unprotected, &paused, &failover_gap, &promotion_age, &longest_tick, &longest_tick_cpu;
   prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &links_down;
+  prometheus::Counter &game_calls, &game_errors, &game_instructions, &game_dropped_events, &game_dropped_lines;
+  prometheus::Gauge& game_callbacks_off;
   AcceptorMetrics game_acceptor, link_acceptor;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }

@@ -226,6 +226,8 @@ void WorkerShell::Do(const RequestScene& action) {
   malloc_trim(0);  // gives back the memory that parsing took
 }
 
+void WorkerShell::Do(const RequestGame& action) { core_->GameLoaded(ReadGameFile(action.path), Clock::now()); }
+
 void WorkerShell::Do(const RequestState& action) { core_->StateLoaded(ReadStateFile(action.path), Clock::now()); }
 
 void WorkerShell::Do(WriteCheckpoint& action) {

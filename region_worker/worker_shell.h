@@ -56,6 +56,7 @@ class WorkerShell {
   void Do(const FlushLinks& action);
   void Do(const CutLink& action);
   void Do(const RequestScene& action);
+  void Do(const RequestGame& action);
   void Do(const RequestState& action);
   void Do(WriteCheckpoint& action);
   void Do(const OpenPorts& action);

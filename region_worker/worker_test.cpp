@@ -41,6 +41,8 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
       {{"--scene", scene, "--region", "1", "--seconds", "nan"}, "--seconds nan"},
       {{"--scene", scene, "--region", "1", "--log-level", "loud"}, "--log-level: loud"},
       {{"--scene", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --scene"},
+      {{"--game", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --game"},
+      {{"--scene", scene, "--game", "/nowhere/x.lua", "--region", "1"}, "--game /nowhere/x.lua: no such file"},
       {{"--agent-socket", "/tmp/x", "--region", "1"}, "--instance is required"},
       {{"--agent-socket", "/tmp/x", "--region", "1", "--instance", "i"}, "--incarnation is required"},
       {{"--scene", scene, "--region", "1", "--what"}, "--what"},
@@ -50,6 +52,36 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
     EXPECT_EQ(worker.Wait(), kExitUsage) << test.says;
     EXPECT_NE(worker.said().find(test.says), std::string::npos) << worker.said();
     EXPECT_EQ(Lines(worker.said()), 1u) << worker.said();
+  }
+}
+
+TEST(WorkerGameTest, BadGameGivesStatus1NamingFileAndLine) {
+  const std::string game = WriteTestFile("bad.lua", "function on_tick()\n  local x = = 1\nend\n");
+  std::vector<std::string> arguments = Alone(FreeBasePort(1));
+  arguments.insert(arguments.end(), {"--game", game});
+  WorkerProcess worker(arguments);
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  EXPECT_NE(worker.said().find("bad.lua:2: "), std::string::npos) << worker.said();
+}
+
+TEST(WorkerGameTest, AGameRunsAndItsLinesAndCostAreShown) {
+  const std::string game = WriteTestFile("good.lua", R"(
+    function on_tick()
+      if world.tick() == 5 then print("tick five") end
+      if world.tick() > 5 then error("no more") end
+    end)");
+  const std::uint16_t base = FreeBasePort(1);
+  std::vector<std::string> arguments = Alone(base);
+  arguments.insert(arguments.end(), {"--game", game});
+  WorkerProcess worker(arguments);
+  ASSERT_TRUE(worker.WaitForLine("is off")) << worker.said();
+  EXPECT_NE(worker.said().find("game tick=5 text=\"tick five\""), std::string::npos) << worker.said();
+  EXPECT_NE(worker.said().find("game error tick=6 text="), std::string::npos) << worker.said();
+  ASSERT_TRUE(worker.WaitForLine("RUNNING tick=")) << worker.said();
+  const std::string metrics = ReadMetrics(static_cast<std::uint16_t>(base + 2));
+  for (const char* line : {"\ntessera_game_calls_total 25\n", "\ntessera_game_errors_total 20\n",
+                           "\ntessera_game_callbacks_off 1\n", "\ntessera_game_dropped_events_total 0\n"}) {
+    EXPECT_NE(metrics.find(line), std::string::npos) << line << metrics;
   }
 }
 

@@ -55,6 +55,17 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
     return grpc::Status::OK;
   }
 
+  grpc::Status FetchGame(grpc::ServerContext*, const v1::FetchGameRequest* request,
+                         v1::FetchGameResponse* response) override {
+    const std::lock_guard lock(mutex);
+    ++record.game_fetches;
+    if (request->host_secret() != record.secret) return {grpc::StatusCode::UNAUTHENTICATED, "wrong secret"};
+    const auto game = record.games.find(request->game_hash());
+    if (game == record.games.end()) return {grpc::StatusCode::NOT_FOUND, "no instance runs it"};
+    response->set_game(game->second);
+    return grpc::Status::OK;
+  }
+
   mutable std::mutex mutex;  // guards all below
   mutable std::condition_variable changed;
   ControlRecord record;

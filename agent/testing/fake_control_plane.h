@@ -20,7 +20,8 @@ struct ControlRecord {
   bool token_used = false;
   std::string secret = "host-secret-of-the-test";
   std::map<std::string, std::string> scenes;  // by hash, serialised
-  int scene_fetches = 0;
+  std::map<std::string, std::string> games;   // by hash
+  int scene_fetches = 0, game_fetches = 0;
 
   std::vector<v1::AgentHello> hellos;
   int streams = 0;  // that stand now

@@ -111,6 +111,9 @@ class Worker {
     }
     report_.set_order_revision(order.revision());
     if (!std::ifstream(order.scene_path())) report_.set_failure("no scene at " + order.scene_path());
+    if (!order.game_hash().empty() && !std::ifstream(order.game_path())) {
+      report_.set_failure("no game at " + order.game_path());
+    }
     if (order.instance_key().size() != 32) report_.set_failure("no key");
     v1::RegionAddress& address = *report_.mutable_address();
     address.set_region(report_.identity().region());

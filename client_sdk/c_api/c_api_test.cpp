@@ -259,6 +259,8 @@ TEST(CApi, RefusesWhatMakesNoSense) {
   EXPECT_EQ(tessera_poll(nullptr, 0), TESSERA_INVALID_ARGUMENT);
   EXPECT_EQ(tessera_bodies(nullptr, 0, nullptr, 0, 0), 0u);
   EXPECT_EQ(tessera_move(nullptr, nullptr, nullptr), 0u);
+  EXPECT_EQ(tessera_steer(nullptr, nullptr), 0u);
+  EXPECT_STREQ(tessera_last_error(), "client or steering: is NULL or has no size");
   EXPECT_EQ(tessera_get_state(nullptr), TESSERA_ENDED);
   tessera_close(nullptr);
 }

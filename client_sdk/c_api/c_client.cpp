@@ -187,6 +187,19 @@ uint64_t tessera_map_version(const tessera_client* handle) {
 uint32_t tessera_move(tessera_client* handle, const float force[3], const float torque[3]) {
   return handle == nullptr ? 0 : handle->client->Move(VectorFrom(force), VectorFrom(torque));
 }
+uint32_t tessera_steer(tessera_client* handle, const tessera_steering* given) {
+  if (handle == nullptr || given == nullptr || given->size < sizeof(uint32_t)) {
+    Refuse("client or steering: is NULL or has no size");
+    return 0;
+  }
+  const tessera_steering from = TakeIn(given, tessera_steering TESSERA_STEERING);
+  return handle->client->Steer({.force_n = VectorFrom(from.force),
+                                .torque_nm = VectorFrom(from.torque),
+                                .move = {from.move[0], from.move[1]},
+                                .yaw_rad = from.yaw,
+                                .pitch_rad = from.pitch,
+                                .buttons = from.buttons});
+}
 uint32_t tessera_last_applied_input(const tessera_client* handle) {
   return handle == nullptr ? 0 : handle->client->last_applied_input();
 }

@@ -91,6 +91,10 @@ tessera_code tessera_get_scene(const tessera_client* handle, tessera_scene_info*
   if (scene.player) {
     info.player_max_force_n = scene.player->max_force_n;
     info.player_max_speed_m_s = scene.player->max_speed_m_s;
+    if (const auto& character = scene.player->character; character.has_value()) {
+      info.character_walk_speed_m_s = character->walk_speed_m_s;
+      info.character_run_speed_m_s = character->run_speed_m_s;
+    }
   }
   GiveOut(info, out);
   return TESSERA_OK;

@@ -32,6 +32,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       checkpoints_(*state_),
       players_(*state_, settings),
       properties_(*state_),
+      game_logs_(*state_),
       reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
       desired_sets_(*state_, [this](const InstanceEntry& instance) {
         return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance)};
@@ -51,6 +52,7 @@ void Cluster::Forget(std::uint64_t number) {
   checkpoints_.Forget(number);
   players_.Forget(number);
   properties_.Forget(number);
+  game_logs_.Forget(number);
 }
 
 // --- Time.
@@ -157,6 +159,7 @@ void Cluster::TakeReport(Now now, const HostEntry& host, const v1::WorkerReport&
   if (!taken) return;
   Failovers::Witness(*taken->instance, taken->before, report, now);
   properties_.TakeAnswers(*taken->instance, report);
+  game_logs_.Take(*taken->instance, report, now);
 }
 
 void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
@@ -179,11 +182,12 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
     return ViewOf(*state_, draft);
   }
   record.set_key(random_(net::kKeyBytes));
-  const auto added = state_->AddInstance(std::move(record), plan.scene_bytes);
+  const auto added = state_->AddInstance(std::move(record), plan.contents);
   if (!added.ok()) return added.status();
   InstanceEntry& instance = **added;
   Adopt(now, instance);
   state_->Log(absl::StrCat("instance made id=", instance.record.id(), " scene=", plan.scene_name,
+                           plan.game_name.empty() ? "" : absl::StrCat(" game=", plan.game_name),
                            " regions=", instance.workers.size(), " state=", NameOf(instance.record.state())));
   state_->MarkOrders(instance);
   state_->MarkChanged(instance);
@@ -249,6 +253,19 @@ void Cluster::ForgetProperty(const std::string& id, std::uint64_t change) {
   if (InstanceEntry* instance = state_->FindInstance(id)) properties_.Remove(*instance, change);
 }
 
+// --- Games.
+
+absl::StatusOr<v1::ListGameLinesResponse> Cluster::ListGameLines(const v1::ListGameLinesRequest& request) const {
+  const InstanceEntry* instance = state().FindInstance(request.id());
+  if (instance == nullptr) return NoInstance("id", request.id());
+  if (instance->record.game_hash().empty()) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", instance->record.id(), " runs no game"));
+  }
+  v1::ListGameLinesResponse response;
+  for (v1::GameLogLine& line : game_logs_.After(*instance, request.after())) *response.add_lines() = std::move(line);
+  return response;
+}
+
 // --- Checkpoints.
 
 absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Now now, const std::string& id) {
@@ -280,7 +297,7 @@ absl::Status Cluster::CheckFetch(const v1::FetchStateRequest& request) const {
 
 // The workers of before are in no desired set any more, and end.
 absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, const records::Manifest& manifest,
-                                              const std::string& scene, bool validate_only) {
+                                              const Contents& contents, bool validate_only) {
   InstanceEntry* instance = state_->FindInstance(id);
   if (instance == nullptr) return NoInstance("id", id);
   const v1::InstanceState state = instance->record.state();
@@ -294,7 +311,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   if (validate_only) return ViewOf(*state_, *instance);
   const records::Instance next = checkpoints_.Restored(*instance, manifest, *placed, now);
   if (IsFinal(state)) {
-    if (absl::Status status = state_->ReuseScene(next.scene_hash(), scene); !status.ok()) return status;
+    if (absl::Status status = state_->ReuseContents(next, contents); !status.ok()) return status;
   }
   if (absl::Status status = state_->StoreInstance(*instance, next); !status.ok()) return status;
   instances_.Restarted(*instance);

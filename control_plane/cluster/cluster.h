@@ -26,6 +26,7 @@
 #include "control_plane/cluster/desired_sets.h"
 #include "control_plane/cluster/effects.h"
 #include "control_plane/cluster/failovers.h"
+#include "control_plane/cluster/game_logs.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_checkpoints.h"
 #include "control_plane/cluster/instance_players.h"
@@ -85,6 +86,9 @@ class Cluster {
   std::optional<absl::Status> PropertyOutcome(const std::string& id, std::uint64_t change) const;
   void ForgetProperty(const std::string& id, std::uint64_t change);
 
+  // --- Games: see game_logs.h.
+  absl::StatusOr<v1::ListGameLinesResponse> ListGameLines(const v1::ListGameLinesRequest& request) const;
+
   // --- Checkpoints: see instance_checkpoints.h. The caller keeps the files.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Now now, const std::string& id);
   std::uint64_t CheckpointUnderWay(const std::string& id) const;
@@ -94,7 +98,7 @@ class Cluster {
   absl::Status CheckFetch(const v1::FetchStateRequest& request) const;
   // All workers start again, from the checkpoint.
   absl::StatusOr<v1::Instance> Restore(Now now, const std::string& id, const records::Manifest& manifest,
-                                       const std::string& scene, bool validate_only);
+                                       const Contents& contents, bool validate_only);
   // No checkpoint is whole: the instance has FAILED.
   void CannotRestore(Now now, const std::string& id, const std::string& why);
 
@@ -126,6 +130,7 @@ class Cluster {
   InstanceCheckpoints checkpoints_;
   InstancePlayers players_;
   PropertyChanges properties_;
+  GameLogs game_logs_;
   Reconciler reconciler_;
   DesiredSets desired_sets_;
 };

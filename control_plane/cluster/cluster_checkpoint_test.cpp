@@ -133,7 +133,7 @@ TEST(CheckpointTest, ARegionAndItsStandbyLostTogetherComeBackWithALossOfTime) {
   harness.Run(seconds(10));
   world.KillAll();
   EXPECT_EQ(harness.cluster().TakeEffects().restore.count(world.id), 1u);
-  const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, "scene", false);
+  const auto restored = harness.cluster().Restore(harness.now, world.id, world.last, {"scene", ""}, false);
   ASSERT_TRUE(restored.ok()) << restored.status();
   harness.Run(seconds(2));
   const v1::Instance instance = harness.Get(world.id);
@@ -188,10 +188,10 @@ TEST(CheckpointTest, WithoutAWholeOneTheInstanceFailsAndSaysWhy) {
   harness.cluster().HandleTimer(harness.now);
   ASSERT_TRUE(StateOf(harness.cluster().state(), world.id).has_value()) << "forgotten with its checkpoints";
   // An operator who finds a good one brings it back, scene and all.
-  ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, "scene", false).ok());
+  ASSERT_TRUE(harness.cluster().Restore(harness.now, world.id, world.last, {"scene", ""}, false).ok());
   harness.Run(seconds(2));
   EXPECT_EQ(harness.Get(world.id).state(), v1::INSTANCE_STATE_RUNNING);
-  EXPECT_TRUE(harness.cluster().state().SceneInUse("0123"));
+  EXPECT_TRUE(harness.cluster().state().ContentInUse(SceneKey("0123")));
 }
 
 }  // namespace

@@ -233,13 +233,13 @@ TEST(InstanceLifeTest, DeleteEndsTheWorkersInOrder) {
   auto& agent = harness.AddHost("alpha", 8);
   const std::string id = Create(harness, TestPlan(4));
   harness.Pump();
-  EXPECT_TRUE(harness.cluster().state().SceneInUse("0123"));
+  EXPECT_TRUE(harness.cluster().state().ContentInUse(SceneKey("0123")));
   Delete(harness, id);
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_STOPPING);
   harness.Pump();
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_ENDED);
   EXPECT_EQ(agent.fake.workers.size(), 0u);
-  EXPECT_FALSE(harness.cluster().state().SceneInUse("0123"));
+  EXPECT_FALSE(harness.cluster().state().ContentInUse(SceneKey("0123")));
   EXPECT_TRUE(harness.store.List("scene/")->empty());
   Delete(harness, id);  // again: as it is
   EXPECT_EQ(harness.Get(id).state(), v1::INSTANCE_STATE_ENDED);

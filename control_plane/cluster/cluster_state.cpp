@@ -41,8 +41,8 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
     entry.revision = host.revision;
   }
   for (const auto& instance : stored->instances) state->Adopt(instance);
-  for (const auto& [hash, scene] : stored->scenes) {
-    if (absl::Status status = state->AdoptScene(hash, scene); !status.ok()) return status;
+  for (const auto& [key, content] : stored->contents) {
+    if (absl::Status status = state->AdoptContent(key, content); !status.ok()) return status;
   }
   state->Log(absl::StrCat("loaded hosts=", state->hosts_.size(), " instances=", state->instances_.size(),
                           " life=", state->counters_.record.lives()));
@@ -65,19 +65,21 @@ void ClusterState::Adopt(const StoredRecord<records::Instance>& stored) {
   instance.revision = stored.revision;
   FollowPlacements(instance);
   if (!stored.record.request_id().empty()) request_ids_[stored.record.request_id()] = stored.number;
-  if (!IsFinal(stored.record.state())) ++scenes_[stored.record.scene_hash()].instances;
+  if (IsFinal(stored.record.state())) return;
+  for (const std::string& key : ContentKeys(stored.record)) ++contents_[key].instances;
 }
 
 // A control plane that knew of no properties kept the scene's, unread; its workers may be replaced by some that know
 // them.
-absl::Status ClusterState::AdoptScene(const std::string& hash, const StoredScene& scene) {
-  const auto use = scenes_.find(hash);
-  if (use == scenes_.end()) return absl::OkStatus();
-  use->second.revision = scene.revision;
+absl::Status ClusterState::AdoptContent(const std::string& key, const StoredContent& content) {
+  const auto use = contents_.find(key);
+  if (use == contents_.end()) return absl::OkStatus();
+  use->second.revision = content.revision;
+  if (!IsSceneKey(key)) return absl::OkStatus();
   for (InstanceEntry& instance : EachInstance()) {
-    if (instance.record.properties_taken() || instance.record.scene_hash() != hash) continue;
+    if (instance.record.properties_taken() || SceneKey(instance.record.scene_hash()) != key) continue;
     records::Instance next = instance.record;
-    if (v1::Scene read; read.ParseFromString(scene.bytes)) *next.mutable_properties() = read.properties();
+    if (v1::Scene read; read.ParseFromString(content.bytes)) *next.mutable_properties() = read.properties();
     next.set_properties_taken(true);
     if (absl::Status status = StoreInstance(instance, next); !status.ok()) return status;
   }
@@ -150,20 +152,29 @@ absl::Status ClusterState::RemoveHost(HostEntry& host, const absl::Status& why) 
   return absl::OkStatus();
 }
 
-absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance record, const std::string& scene_bytes) {
+std::vector<StoreOp> ClusterState::PutMissing(const records::Instance& record, const Contents& contents) const {
+  std::vector<StoreOp> ops;
+  for (const std::string& key : ContentKeys(record)) {
+    if (contents_.contains(key)) continue;
+    ops.push_back(PutOp(key, IsSceneKey(key) ? contents.scene : contents.game, kAbsent));
+  }
+  return ops;
+}
+
+absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance record, const Contents& contents) {
   records::Counters counters = counters_.record;
   const std::uint64_t number = counters.last_instance() + 1;
   counters.set_last_instance(number);
   record.set_id(absl::StrCat(kInstanceId, number));
   std::vector<StoreOp> ops{PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
                            PutOp(InstanceKey(number), record.SerializeAsString(), kAbsent)};
-  const bool new_scene = !scenes_.contains(record.scene_hash());
-  if (new_scene) ops.push_back(PutOp(SceneKey(record.scene_hash()), scene_bytes, kAbsent));
+  const std::vector<StoreOp> missing = PutMissing(record, contents);
+  ops.insert(ops.end(), missing.begin(), missing.end());
   const auto written = store_.Txn(ops);
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = counters;
   counters_.revision = *written;
-  if (new_scene) scenes_[record.scene_hash()].revision = *written;
+  for (const StoreOp& put : missing) contents_[put.key].revision = *written;
   Adopt({number, std::move(record), *written});
   return &instances_.at(number);
 }
@@ -171,15 +182,16 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
 absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records::Instance& next) {
   std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
   const bool ends = IsFinal(next.state()) && !IsFinal(instance.record.state());
-  const auto scene = scenes_.find(next.scene_hash());
-  const bool last_use = ends && scene != scenes_.end() && scene->second.instances == 1;
-  if (last_use) ops.push_back(DeleteOp(SceneKey(next.scene_hash()), scene->second.revision));
+  const std::vector<std::string> released = ends ? ContentKeys(next) : std::vector<std::string>();
+  for (const std::string& key : released) {
+    const auto use = contents_.find(key);
+    if (use != contents_.end() && use->second.instances == 1) ops.push_back(DeleteOp(key, use->second.revision));
+  }
   const auto written = store_.Txn(ops);
   if (!written.ok()) return NotWritten(written.status());
-  if (last_use) {
-    scenes_.erase(scene);
-  } else if (ends && scene != scenes_.end()) {
-    --scene->second.instances;
+  for (const std::string& key : released) {
+    const auto use = contents_.find(key);
+    if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
   }
   const bool placed_anew = !SamePlaces(instance.record, next);
   instance.record = next;
@@ -196,13 +208,13 @@ absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
   return absl::OkStatus();
 }
 
-absl::Status ClusterState::ReuseScene(const std::string& hash, const std::string& scene_bytes) {
-  if (!scenes_.contains(hash)) {
-    const auto written = store_.Put(SceneKey(hash), scene_bytes, kAbsent);
+absl::Status ClusterState::ReuseContents(const records::Instance& record, const Contents& contents) {
+  if (const std::vector<StoreOp> missing = PutMissing(record, contents); !missing.empty()) {
+    const auto written = store_.Txn(missing);
     if (!written.ok()) return NotWritten(written.status());
-    scenes_[hash].revision = *written;
+    for (const StoreOp& put : missing) contents_[put.key].revision = *written;
   }
-  ++scenes_[hash].instances;
+  for (const std::string& key : ContentKeys(record)) ++contents_[key].instances;
   return absl::OkStatus();
 }
 

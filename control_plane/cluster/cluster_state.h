@@ -126,19 +126,19 @@ class ClusterState {
   InstanceEntry* FindInstance(std::string_view id);
   InstanceEntry& instance(std::uint64_t number) { return instances_.at(number); }
   const InstanceEntry* FindByRequestId(const std::string& request_id) const;
-  // True if an instance that has not ended uses the scene, which then lies in the store under SceneKey(hash).
-  bool SceneInUse(const std::string& hash) const { return scenes_.contains(hash); }
+  // True if an instance that has not ended uses the scene or game, which then lies in the store under this key.
+  bool ContentInUse(const std::string& key) const { return contents_.contains(key); }
   bool WasHost(std::uint64_t number) const { return number > 0 && number <= counters_.record.last_host(); }
 
   // --- Writing. UNAVAILABLE: nothing was written, and nothing has changed.
   absl::StatusOr<HostEntry*> AddHost(records::Host record);  // gives it its id
   absl::Status StoreHost(HostEntry& host, const records::Host& next);
   absl::Status RemoveHost(HostEntry& host, const absl::Status& why);  // closes its agent's stream with `why`
-  absl::StatusOr<InstanceEntry*> AddInstance(records::Instance record, const std::string& scene_bytes);  // likewise
+  absl::StatusOr<InstanceEntry*> AddInstance(records::Instance record, const Contents& contents);  // likewise
   absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next);
   absl::Status RemoveInstance(const InstanceEntry& instance);
-  // An instance that had ended needs its scene again.
-  absl::Status ReuseScene(const std::string& hash, const std::string& scene_bytes);
+  // An instance that had ended needs its scene and game again. `contents` has all that it uses.
+  absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
 
   // --- Agents' streams. An earlier stream of the host is closed with `why`.
   StreamId OpenStream(HostEntry& host, const absl::Status& why);
@@ -158,7 +158,7 @@ class ClusterState {
   std::uint64_t last_revision() const { return last_revision_; }
 
  private:
-  struct SceneUse {
+  struct ContentUse {
     int instances = 0;
     Revision revision = kAbsent;
   };
@@ -166,7 +166,9 @@ class ClusterState {
   explicit ClusterState(Store& store) : store_(store) {}
   absl::Status BeginLife();
   void Adopt(const StoredRecord<records::Instance>& stored);
-  absl::Status AdoptScene(const std::string& hash, const StoredScene& scene);
+  absl::Status AdoptContent(const std::string& key, const StoredContent& content);
+  // The writes of those of `contents` that the store lacks.
+  std::vector<StoreOp> PutMissing(const records::Instance& record, const Contents& contents) const;
   void FollowPlacements(InstanceEntry& instance);
 
   Store& store_;
@@ -175,7 +177,7 @@ class ClusterState {
   std::map<std::uint64_t, InstanceEntry> instances_;
   std::map<std::string, std::uint64_t> request_ids_;  // to the instance's number
   std::map<StreamId, std::uint64_t> streams_;         // to the host's number
-  std::map<std::string, SceneUse> scenes_;            // by hash, of instances that have not ended
+  std::map<std::string, ContentUse> contents_;        // by key, of instances that have not ended
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
   Effects effects_;

@@ -21,7 +21,7 @@ TEST(ClusterStateTest, AnotherLifeFindsEverythingAgainAndGivesNothingTwice) {
   EXPECT_EQ(again->workers.size(), 2U);
   EXPECT_EQ(HostAt(*rig.state, *again, 1)->record.name(), "alpha");
   EXPECT_THAT(rig.state->FindHost("host-1")->workers, ElementsAre(Pair(1, 0), Pair(1, 1)));
-  EXPECT_TRUE(rig.state->SceneInUse(again->record.scene_hash()));
+  EXPECT_TRUE(rig.state->ContentInUse(SceneKey(again->record.scene_hash())));
   EXPECT_GT(rig.state->NextRevision(), revision);
   EXPECT_EQ(rig.AddHost("beta").record.id(), "host-2");
 }
@@ -70,7 +70,40 @@ TEST(ClusterStateTest, ASceneGoesWithTheLastInstanceThatUsesIt) {
   EXPECT_EQ(rig.store.List("scene/")->size(), 1U);
   end(second);
   EXPECT_TRUE(rig.store.List("scene/")->empty());
-  EXPECT_FALSE(rig.state->SceneInUse(first.record.scene_hash()));
+  EXPECT_FALSE(rig.state->ContentInUse(SceneKey(first.record.scene_hash())));
+}
+
+TEST(ClusterStateTest, AGameIsStoredOnceSurvivesAnotherLifeAndGoesWithTheLastInstanceThatRunsIt) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  const records::Instance like = rig.AddRunning({&alpha}).record;
+  const auto add = [&] {
+    records::Instance record = like;
+    record.set_game_name("game.lua");
+    record.set_game_hash("feed");
+    return (*rig.state->AddInstance(record, {"scene", "x = 1"}))->record.id();
+  };
+  const auto end = [&](const std::string& id) {
+    InstanceEntry& instance = *rig.state->FindInstance(id);
+    records::Instance next = instance.record;
+    next.set_state(v1::INSTANCE_STATE_ENDED);
+    ASSERT_TRUE(rig.state->StoreInstance(instance, next).ok());
+  };
+  const std::string first = add(), second = add();
+  ASSERT_EQ(rig.store.List("game/")->size(), 1U);
+  EXPECT_EQ(rig.store.Get(GameKey("feed"))->value, "x = 1");
+  rig.state = *ClusterState::Load(rig.store);
+  EXPECT_EQ(rig.state->FindInstance(first)->record.game_name(), "game.lua");
+  end(first);
+  EXPECT_TRUE(rig.state->ContentInUse(GameKey("feed")));
+  end(second);
+  EXPECT_FALSE(rig.state->ContentInUse(GameKey("feed")));
+  EXPECT_TRUE(rig.store.List("game/")->empty());
+  EXPECT_TRUE(rig.state->ContentInUse(SceneKey(like.scene_hash()))) << "another instance uses the scene";
+
+  InstanceEntry& again = *rig.state->FindInstance(second);  // as a restoration does
+  ASSERT_TRUE(rig.state->ReuseContents(again.record, {"scene", "x = 1"}).ok());
+  EXPECT_EQ(rig.store.Get(GameKey("feed"))->value, "x = 1");
 }
 
 TEST(ClusterStateTest, TheLatestStreamOfAHostCounts) {

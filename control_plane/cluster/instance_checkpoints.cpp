@@ -88,6 +88,8 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   manifest.set_tick(request.tick());
   *manifest.mutable_map() = record.map();
   manifest.set_scene_hash(record.scene_hash());
+  manifest.set_game_name(record.game_name());
+  manifest.set_game_hash(record.game_hash());
   manifest.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *manifest.mutable_borders() = record.borders();
   for (const auto& [region, entry] : draft.files) *manifest.add_files() = entry;

@@ -52,6 +52,8 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_region(placement.region());
   order.set_incarnation(placement.incarnation());
   order.set_scene_hash(record.scene_hash());
+  order.set_game_hash(record.game_hash());
+  order.set_game_name(record.game_name());
   *order.mutable_map() = record.map();
   order.set_instance_key(record.key());
   for (const WorkerEntry& peer : instance.workers) {

@@ -62,7 +62,9 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
     v1::RegionStatus& status = *view.add_region_status();
     status.set_region(record.placements(i).region());
     if (const HostEntry* host = HostAt(state, instance, index)) status.set_host(host->record.name());
-    if (has_worker && instance.workers[index].reported) *status.mutable_report() = instance.workers[index].report;
+    if (!has_worker || !instance.workers[index].reported) continue;
+    *status.mutable_report() = instance.workers[index].report;
+    status.mutable_report()->clear_game_lines();  // ListGameLines has them
   }
 }
 
@@ -81,6 +83,8 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_reason(instance.degraded.empty() ? record.reason() : instance.degraded);
   view.set_scene_name(record.scene_name());
   view.set_scene_hash(record.scene_hash());
+  view.set_game_name(record.game_name());
+  view.set_game_hash(record.game_hash());
   view.set_regions(static_cast<std::uint32_t>(record.placements_size()));
   view.set_expected_players(record.expected_players());
   view.set_players(static_cast<std::uint32_t>(PlayersPresent(record)));

@@ -42,7 +42,10 @@ std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport&
   } else {
     absl::StrAppend(&text, "exited with code ", exited.exit_code());
   }
-  if (!last_report.failure().empty()) absl::StrAppend(&text, ": ", last_report.failure());
+  // An agent that heard it too has put it into its reason.
+  if (const std::string& failure = last_report.failure(); text.find(failure) == std::string::npos) {
+    absl::StrAppend(&text, ": ", failure);
+  }
   const auto& lines = exited.last_log_lines();
   if (!lines.empty()) {
     const auto kept = std::min<std::ptrdiff_t>(lines.size(), kReasonLogLines);

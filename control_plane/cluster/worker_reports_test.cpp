@@ -65,6 +65,23 @@ TEST_F(WorkerReportsTest, MessagesAboutOthersWorkersAreIgnored) {
   EXPECT_TRUE(instance_.workers[0].gone);
 }
 
+TEST_F(WorkerReportsTest, WhyAWorkerFailedIsSaidOnce) {
+  const auto end = [&](std::uint32_t region, const std::string& reason) {
+    v1::WorkerReport report = ReportOf(region);
+    report.set_failure("game.lua:2: no");
+    Take(report);
+    v1::WorkerExited exited;
+    *exited.mutable_identity() = report.identity();
+    exited.set_started(true);
+    exited.set_reason(reason);
+    InstanceNumbers touched;
+    EXPECT_TRUE(reports_.TakeExit(alpha_, exited, touched));
+    return StateRig::WorkerOf(instance_, region).ending;
+  };
+  EXPECT_EQ(end(1, "exited with code 1: game.lua:2: no"), "worker exited with code 1: game.lua:2: no");
+  EXPECT_EQ(end(2, "exited with code 1"), "worker exited with code 1: game.lua:2: no");
+}
+
 TEST_F(WorkerReportsTest, AWorkerThatIsNamedNoLongerHasDiedUnseen) {
   ReportList named;
   *named.Add() = ReportOf(2);

@@ -32,7 +32,7 @@ InstanceEntry& StateRig::AddRunning(const std::vector<HostEntry*>& hosts) {
   record.set_state(v1::INSTANCE_STATE_RUNNING);
   record.set_run(true);
   record.set_key(std::string(32, 'k'));
-  InstanceEntry& instance = **state->AddInstance(record, plan.scene_bytes);
+  InstanceEntry& instance = **state->AddInstance(record, plan.contents);
   for (WorkerEntry& worker : instance.workers) {
     worker.reported = true;
     worker.reported_at = now.steady;

@@ -10,7 +10,7 @@ inline InstancePlan TestPlan(std::uint32_t regions, std::uint32_t expected_playe
   InstancePlan plan;
   plan.scene_name = "test";
   plan.scene_hash = "0123";
-  plan.scene_bytes = "scene";
+  plan.contents.scene = "scene";
   plan.tick_rate_hz = 60;
   plan.snapshot_rate_hz = 30;
   plan.expected_players = expected_players;

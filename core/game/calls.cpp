@@ -185,9 +185,12 @@ std::string OneLine(std::string_view text) {
   return line;
 }
 
+// A callback of the world is called in each region, which shall not all do the same.
 double Random(tessera_game_call& call) {
-  const std::uint64_t bits =
-      Mixed(Mixed(Mixed(Mixed(call.seed) ^ call.self.value()) ^ call.tick.value()) ^ call.randoms++);
+  const bool of_world = call.self == BodyId();
+  const std::uint64_t about = of_world ? call.transaction.world().region().value() : call.self.value();
+  const std::uint64_t seed = of_world ? Mixed(~call.seed) : Mixed(call.seed);
+  const std::uint64_t bits = Mixed(Mixed(Mixed(seed ^ about) ^ call.tick.value()) ^ call.randoms++);
   return static_cast<double>(bits >> 11) * 0x1p-53;
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/game/calls.h"
+#include "core/world/utf8.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::game {
@@ -15,7 +16,7 @@ tessera_game_value BodyValue(BodyId id) { return ToInterface(GameValue(id)); }
 
 std::string TextOf(const tessera_game_error& error) {
   const auto end = std::ranges::find(error.text, '\0');
-  return {std::begin(error.text), end};
+  return ValidUtf8({std::begin(error.text), end});
 }
 
 }  // namespace
@@ -49,6 +50,12 @@ absl::Status GameHost::Renew() {
   game_ = game;
   FindHandlers();
   return absl::OkStatus();
+}
+
+void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
+  Transaction transaction = Begin(world);
+  tessera_game_call call(transaction, tick, BodyId(), seed_, settings_.instructions_per_callback);
+  act(GameFunctions(), &call);
 }
 
 // Those that failed too often stay off.
@@ -215,15 +222,18 @@ void GameHost::NoteFailure(Handler& handler, std::uint32_t callback, BodyId self
   const std::string name(FindCallback(callback)->name);
   Say({tick_, self, true,
        absl::StrCat(kind == 0 ? "" : absl::StrCat("kinds.", scene_->kinds[kind], "."), name, " failed ",
-                    handler.failures, " times in a row and is off")});
+                    handler.failures, " times in a row and is off"),
+       true});
 }
 
 void GameHost::Say(GameLine line) {
-  if (lines_this_tick_ >= kMaxLogLinesPerTick) {
+  // That a callback is off is said once, so it is never left out.
+  if (lines_this_tick_ >= kMaxLogLinesPerTick && !line.off) {
     ++statistics_.dropped_lines;
     return;
   }
   ++lines_this_tick_;
+  line.text = ValidUtf8(line.text);
   lines_.push_back(std::move(line));
 }
 

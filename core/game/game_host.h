@@ -23,18 +23,15 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
+#include "core/game/game_file.h"
 #include "core/game/game_world.h"
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
-
-struct GameFile {
-  std::string name;  // as errors shall name it
-  std::string bytes;
-};
 
 // Two bodies that began or ended to touch or to overlap: `callback` is one of kOnBodyContact to kOnBodyLeft, called for
 // `self`.
@@ -44,12 +41,13 @@ struct GameEvent {
   friend auto operator<=>(const GameEvent&, const GameEvent&) = default;
 };
 
-// For the log: what the game wrote, or why a call of it failed.
+// For the log: what the game wrote, or why a call of it failed. The text is UTF-8, whatever the game made of it.
 struct GameLine {
   Tick tick;
   BodyId self;  // 0: the world
   bool error = false;
   std::string text;
+  bool off = false;  // the error says that a callback is not called any more
 };
 
 struct GameStatistics {
@@ -75,6 +73,10 @@ class GameHost {
   void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world);
   // Loads the game's code anew.
   absl::Status Renew();
+  // Lets `act` call the functions of the interface as a callback of the world would right after `tick`, and discards
+  // what it asked for. For tools that look at a game from outside.
+  using Inspection = absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)>;
+  void Inspect(Tick tick, GameWorld& world, Inspection act) const;
 
   // Whether any body's kind has on_tick, so that a tick costs something without events.
   bool ticks() const { return ticks_; }

@@ -43,6 +43,23 @@ class GameHostTest : public ::testing::Test {
   tessera_game_module module_{};
 };
 
+TEST_F(GameHostTest, AnInspectionReadsAndChangesNothing) {
+  world.Add(1, kCrate);
+  Load();
+  Run();
+  host->Inspect(tick, world, [&](const tessera_game_host& functions, tessera_game_call* call) {
+    GameCalls calls(functions, call);
+    ASSERT_TRUE(calls.Call(kWorldTick, {}));
+    EXPECT_EQ(calls.result().as.whole, 1);
+    ASSERT_TRUE(calls.Call(kBodySet, {BodyId(1), std::string("health"), std::int64_t{7}}));
+    ASSERT_TRUE(calls.Call(kBodyGet, {BodyId(1), std::string("health")}));
+    EXPECT_EQ(calls.result().as.whole, 7) << "within itself";
+    EXPECT_FALSE(calls.Call(kBodyGet, {BodyId(1), std::string("mana")}));
+  });
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{100}));
+  EXPECT_EQ(world.commits(), 0);
+}
+
 TEST_F(GameHostTest, CallsWhatTheKindHasAndNothingElse) {
   world.Add(1, kCrate);
   world.Add(2, kBallKind);
@@ -400,6 +417,30 @@ TEST_F(GameHostTest, TimersAndTicksOfABodyThatIsLeavingAreItsNextOwners) {
   EXPECT_EQ(timers, 0);
   EXPECT_EQ(contacts, 1) << "nobody else is told of it";
   EXPECT_EQ(world.record(1).timers.size(), 1U);
+}
+
+TEST_F(GameHostTest, RegionsDrawOtherNumbersForTheWorldAndTheSameForABody) {
+  std::vector<double> of_world, of_body;
+  const auto draw = [](std::vector<double>& numbers) {
+    return [&numbers](GameCalls& calls, Arguments) {
+      EXPECT_TRUE(calls.Call(kWorldRandom, {}));
+      numbers.push_back(calls.result().as.real);
+      return true;
+    };
+  };
+  game.On(kOnTick, "", draw(of_world));
+  game.On(kOnBodyTick, "crate", draw(of_body));
+  world.Add(1, kCrate);
+  Load();
+  for (const std::uint32_t region : {1, 2, 1}) {
+    world.set_region(region);
+    tick = Tick(4);
+    Run();
+  }
+  ASSERT_EQ(of_world.size(), 3U);
+  EXPECT_NE(of_world[0], of_world[1]);
+  EXPECT_EQ(of_world[0], of_world[2]);
+  EXPECT_EQ(of_body[0], of_body[1]);
 }
 
 // --- Bodies that a game makes

@@ -21,6 +21,7 @@ class GameWorld {
   virtual ~GameWorld() = default;
 
   virtual const Scene& scene() const = 0;
+  virtual RegionId region() const = 0;
   // Definition of a body that is here, static ones included; nullptr without one.
   virtual const BodyDef* Find(BodyId id) const = 0;
   // After the last step. The body is here.

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
+#include "core/physics/sphere_sweep.h"
 #include "core/physics/world_impl.h"
 
 namespace tessera::physics {
@@ -105,6 +106,9 @@ std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 
 QueryResult World::FindBodies(const BodyQuery& query) const { return impl_->queries.Find(query); }
 std::vector<BodyId> World::Overlapping(const Aabb& box) const { return impl_->queries.Overlapping(box); }
+std::optional<SphereHit> World::SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const {
+  return physics::SweepSphere(impl_->broad_phase, impl_->settings.origin, {from, to, radius_m, ignored});
+}
 
 float World::IslandLoadOf(BodyId id) const {
   return std::clamp(impl_->bodies.At(id).load.island_load, 0.0f, kMostIslandLoad);

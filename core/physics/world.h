@@ -33,6 +33,14 @@ struct WorldSettings {
   bool portable = false;  // Solve with what every processor has, rather than with the widest it has; the same bits.
 };
 
+struct SphereHit {
+  BodyId body;
+  Vec3d center;         // of the sphere, where it stops short of the body by kSweptGap_m or less
+  Vec3d normal;         // from the body to the sphere, unit
+  double fraction = 0;  // share of the way before the hit, 0 to 1
+};
+inline constexpr double kSweptGap_m = 0.001;
+
 class World {
  public:
   explicit World(const WorldSettings& settings);
@@ -106,6 +114,10 @@ class World {
   // They change nothing, and see bodies where the last step or call left them.
   QueryResult FindBodies(const BodyQuery& query) const;
   std::vector<BodyId> Overlapping(const Aabb& box) const;  // ascending; by bounds, triggers among them
+  // The first body that a sphere meets on a straight way, which it may touch or overlap at the start: only what it
+  // comes nearer to counts. Triggers and `ignored` are no obstacle. In doubles from relative positions: the same bits
+  // in every world that holds the bodies on the way.
+  std::optional<SphereHit> SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const;
 
   // --- The last step that a body was awake in.
   // The largest load that a body of its island had to bear, in weights of the lighter of two that touch, scaled to

@@ -19,7 +19,7 @@ constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // on a
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
 constexpr std::size_t kImpulseBytes = 2 + 36;
-constexpr std::size_t kMinInputBytes = 1 + 24;
+constexpr std::size_t kMinInputBytes = 1 + kMinSteeringBytes;
 constexpr std::size_t kLateBytes = 1 + 24;
 
 bool Zero(Vec3f v) {
@@ -163,16 +163,14 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
 
 void WriteInput(ByteWriter& out, const PlayerInput& input) {
   out.Varint(input.number);
-  out.V(input.force_n);
-  out.V(input.torque_nm);
+  WriteSteering(out, input);
 }
 
 void ReadInput(ByteReader& in, BodyId body, PlayerInput& input) {
   input.body = body;
   if (IsPlayerBody(body)) input.player = PlayerOf(body);
   input.number = in.Varint32();
-  input.force_n = in.V3f();
-  input.torque_nm = in.V3f();
+  ReadSteering(in, input);
 }
 
 void WriteGrant(ByteWriter& out, const Grant& grant) {
@@ -239,6 +237,7 @@ absl::StatusOr<BorderFrameHeader> ReadHeader(ByteReader& in) {
 void WriteControl(ByteWriter& out, const PlayerControl& control) {
   out.Varint(control.last_input);
   out.U8(control.committed ? 1 : 0);
+  out.U8(control.held);
   WriteInput(out, control.next);
   out.Varint(control.queue.size());
   for (const PlayerInput& input : control.queue) WriteInput(out, input);
@@ -248,6 +247,7 @@ void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control) {
   const BodyId body = PlayerBodyId(player);
   control.last_input = in.Varint32();
   control.committed = in.U8() != 0;
+  control.held = in.U8();
   ReadInput(in, body, control.next);
   control.queue.resize(in.Count(kMinInputBytes));
   for (PlayerInput& input : control.queue) ReadInput(in, body, input);

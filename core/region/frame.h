@@ -58,9 +58,12 @@ struct ImpulseRecord {
 
 // All that a region knows about the steering of a player's body.
 struct PlayerControl {
-  std::uint32_t last_input = 0;      // number of the last one that moved the body
-  bool committed = false;            // an input is chosen for the next step
-  PlayerInput next{};                // that input with the scene's limits applied; pushes nothing while none is chosen
+  std::uint32_t last_input = 0;  // number of the last one that moved the body
+  bool committed = false;        // an input is chosen for the next step
+  // That input; its force and torque are those of the next step: what the input asks for within the scene's limits, or
+  // what moves a character, which is moved while none is chosen, too. Its other fields stay until another is chosen.
+  PlayerInput next{};
+  std::uint8_t held = 0;             // ticks for which a character's last input has stood in for a missing one
   std::vector<PlayerInput> queue{};  // ascending by number
   friend bool operator==(const PlayerControl&, const PlayerControl&) = default;
 };
@@ -130,7 +133,8 @@ struct BorderFrame {
   std::vector<PlayerInput> inputs;  // reached the granter after it had sent the grant
 };
 
-// The parts of a grant that the log has too.
+// The parts of a grant that the log has too. A control has its last input, two bytes, its next input and a count.
+inline constexpr std::size_t kMinControlBytes = 1 + 2 + 1 + kMinSteeringBytes + 1;
 void WriteControl(ByteWriter& out, const PlayerControl& control);
 void ReadControl(ByteReader& in, PlayerNumber player, PlayerControl& control);
 void WriteRecord(ByteWriter& out, const CarriedRecord& record);

@@ -11,8 +11,13 @@
 namespace tessera::region {
 namespace {
 
-absl::Status Bad(BodyId id, const char* what) {
+absl::Status Bad(BodyId id, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("body ", id.value(), what));
+}
+
+// The largest force that moves a player's body, N.
+double MostForceOf(const PlayerRules& player) {
+  return player.character.has_value() ? kMaxAcceleration_m_s2 * player.body.mass_kg : player.max_force_n;
 }
 
 // A player's body may be pushed by an input within the scene's limits; others are pushed by fields alone, or by a game.
@@ -20,7 +25,7 @@ absl::Status CheckPush(BodyId id, Vec3f force_n, Vec3f torque_nm, const Catalog&
   if (force_n == Vec3f() && torque_nm == Vec3f()) return absl::OkStatus();
   if (!IsPlayerBody(id) && !catalog.has_game()) return Bad(id, " is pushed and is no player's");
   if (absl::Status status = CheckForce(id, force_n, torque_nm); !status.ok() || catalog.has_game()) return status;
-  const double most = catalog.scene().player->max_force_n * (1 + kUnitTolerance);
+  const double most = MostForceOf(*catalog.scene().player) * (1 + kUnitTolerance);
   return Length(Vec3d(force_n)) <= most ? absl::OkStatus() : Bad(id, ": force_n is more than a player's");
 }
 
@@ -55,8 +60,8 @@ absl::Status CheckImpulses(const BorderFrame& frame, const Catalog& catalog) {
 }
 
 absl::Status CheckInput(const PlayerInput& input) {
-  if (!IsFinite(input.force_n)) return Bad(input.body, ": an input's force_n is not finite");
-  return IsFinite(input.torque_nm) ? absl::OkStatus() : Bad(input.body, ": an input's torque_nm is not finite");
+  const char* wrong = WrongField(input);
+  return wrong == nullptr ? absl::OkStatus() : Bad(input.body, absl::StrCat(": an input's ", wrong));
 }
 
 absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
@@ -91,6 +96,7 @@ absl::Status CheckKnown(BodyId id, const Catalog& catalog) {
 
 absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog& catalog) {
   if (absl::Status push = CheckPush(id, control.next.force_n, control.next.torque_nm, catalog); !push.ok()) return push;
+  if (absl::Status status = CheckInput(control.next); !status.ok()) return status;
   if (control.queue.size() > kMaxGrantedInputs) return Bad(id, ": too many queued inputs");
   std::uint32_t last = std::max(control.last_input, control.committed ? control.next.number : 0);
   for (const PlayerInput& input : control.queue) {

@@ -50,7 +50,7 @@ class MessageReader {
 
   absl::Status ReadControls(std::map<PlayerNumber, PlayerControl>& controls) {
     in_.Field("controls");
-    const std::size_t count = in_.Count(28);
+    const std::size_t count = in_.Count(kMinControlBytes);
     for (std::size_t i = 0; i < count; ++i) {
       const PlayerNumber player(in_.Varint32());
       const BodyId id = PlayerBodyId(player);

@@ -3,6 +3,17 @@
 #include <algorithm>
 
 namespace tessera::region {
+namespace {
+
+// A character comes to its greatest speed within a tick where it jumps, and gets no faster then.
+double MostAcceleration(const PlayerRules& player, double tick_s, double horizon_s) {
+  if (!player.character.has_value()) return player.max_force_n / player.body.mass_kg;
+  const CharacterRules& rules = *player.character;
+  const double most_m_s = std::max({rules.walk_speed_m_s, rules.run_speed_m_s, rules.jump_speed_m_s});
+  return rules.acceleration_m_s2 + 2 * most_m_s * (horizon_s + tick_s) / (horizon_s * horizon_s);
+}
+
+}  // namespace
 
 std::uint32_t LookaheadPromise::For(RegionId to, const BorderFrame& frame) {
   const std::uint32_t ticks = in_.settings.promise_ticks;
@@ -40,8 +51,8 @@ void LookaheadPromise::AddUnrest(BodyId id, const BodyState& state, double radiu
   const bool steered = IsPlayerBody(id);
   if (state.asleep && !steered) return;
   unrest.any = true;
-  if (steered) acceleration_m_s2 += in_.catalog.scene().player->max_force_n / in_.catalog.MassOf(id);
   const double horizon_s = (in_.settings.promise_ticks + in_.settings.lookahead_ticks) * in_.tick_s;
+  if (steered) acceleration_m_s2 += MostAcceleration(*in_.catalog.scene().player, in_.tick_s, horizon_s);
   const double far = radius_m + in_.settings.aura_m +
                      horizon_s * (Length(Vec3d(state.linear_velocity)) + 0.5 * acceleration_m_s2 * horizon_s);
   const Vec3d at = state.position;

@@ -97,6 +97,10 @@ void Region::LogAcknowledged(Tick tick) { parts_->log.Acknowledged(tick, parts_-
 Tick Region::acknowledged() const { return parts_->log.acknowledged(); }
 Bytes Region::SaveState() const { return EncodeState(StateOf(*parts_)); }
 
+void Region::InspectGame(absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)> act) const {
+  parts_->game.Inspect(parts_->tick, act);
+}
+
 MapVersion Region::announced() const { return parts_->map_change.announced(); }
 bool Region::committed() const { return parts_->map_change.committed(); }
 bool Region::halted() const { return parts_->failover.under_way(); }

@@ -27,6 +27,7 @@
 #include <string_view>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/physics/world.h"
@@ -38,6 +39,7 @@
 #include "core/world/partition_map.h"
 #include "core/world/player_input.h"
 #include "core/world/scene.h"
+#include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
 class GameHost;  // core/game/game_host.h
@@ -183,6 +185,10 @@ class Region {
   // frames, departures and log as if that tick had been stepped. Nothing in the world changes but the promoted bodies.
   // FAILED_PRECONDITION: it is the resolution of another failover, or a body is to be promoted that is not here.
   absl::StatusOr<StepResult> Resume(const Resolution& resolution, std::span<const StandbyCopy* const> primaries);
+
+  // --- The game.
+  // Lets `act` call what game code may call, and discards what it asked for (GameHost::Inspect). Requires Config::game.
+  void InspectGame(absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)> act) const;
 
   // --- What is here.
   // All bodies that this region owns, ascending by id; valid until the next call that changes the region.

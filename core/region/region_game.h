@@ -26,9 +26,11 @@ namespace tessera::region {
 class RegionGame : private game::GameWorld {
  public:
   // Without a host there is no game, and it does nothing. All others must outlive it.
-  RegionGame(std::shared_ptr<game::GameHost> host, Incarnation maker, const Catalog& catalog, const Bodies& bodies,
-             RecordTable& records, Ownership& ownership, Tombstones& tombstones, OutputCommit& output)
+  RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
+             const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
+             OutputCommit& output)
       : host_(std::move(host)),
+        self_(self),
         catalog_(catalog),
         bodies_(bodies),
         records_(records),
@@ -40,9 +42,12 @@ class RegionGame : private game::GameWorld {
   // After the step to `tick`, with the events that this region reports. Returns the bodies that it removed.
   std::vector<Departure> Run(Tick tick, std::span<const physics::PairEvent> events);
   game::GameHost* host() const { return host_.get(); }
+  // GameHost::Inspect in this region, right after `tick`. Requires a game.
+  void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 
  private:
   const Scene& scene() const override { return catalog_.scene(); }
+  RegionId region() const override { return self_; }
   const BodyDef* Find(BodyId id) const override;
   BodyState StateOf(BodyId id) const override { return bodies_.world().StateOf(id); }
   bool Owns(BodyId id) const override { return bodies_.Owns(id); }
@@ -59,6 +64,7 @@ class RegionGame : private game::GameWorld {
   void Remove(BodyId id) override;
 
   const std::shared_ptr<game::GameHost> host_;
+  const RegionId self_;
   const Catalog& catalog_;
   const Bodies& bodies_;
   RecordTable& records_;

@@ -55,7 +55,7 @@ RegionParts::RegionParts(const Config& config)
       players(*config.scene),
       reports(catalog),
       ownership(catalog, bodies, players, reports, records, output),
-      game(config.game, config.incarnation, catalog, bodies, records, ownership, tombstones, output),
+      game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),

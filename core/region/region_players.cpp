@@ -29,7 +29,11 @@ Vec3d Faded(Vec3d push, Vec3d motion, double most) {
 }  // namespace
 
 Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s) {
-  return Vec3f(Faded(Clamped(Vec3d(asked_n), rules.max_force_n), Vec3d(velocity_m_s), rules.max_speed_m_s));
+  Vec3d force = Clamped(Vec3d(asked_n), rules.max_force_n);
+  if (const double lift = Dot(force, rules.up); lift > rules.max_force_up_n) {
+    force -= rules.up * (lift - rules.max_force_up_n);
+  }
+  return Vec3f(Faded(force, Vec3d(velocity_m_s), rules.max_speed_m_s));
 }
 
 Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, Vec3f angular_velocity_rad_s) {
@@ -95,8 +99,7 @@ absl::Status RegionPlayers::Queue(const PlayerInput& input) {
     return absl::PermissionDeniedError(
         absl::StrCat("body ", input.body.value(), " is not player ", input.player.value(), "'s"));
   }
-  if (!IsFinite(input.force_n)) return absl::InvalidArgumentError("force_n is not finite");
-  if (!IsFinite(input.torque_nm)) return absl::InvalidArgumentError("torque_nm is not finite");
+  if (const char* wrong = WrongField(input); wrong != nullptr) return absl::InvalidArgumentError(wrong);
   if (it == controlled_.end()) {
     return absl::NotFoundError(absl::StrCat("body ", input.body.value(), " is not owned here"));
   }
@@ -121,12 +124,34 @@ void RegionPlayers::QueueForwarded(const PlayerInput& input) {
   control.queue.insert(at, input);
 }
 
-void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
-  PlayerControl& control = controlled_.at(player).control;
-  if (control.queue.empty()) return;
+// False if there is none.
+bool RegionPlayers::TakeNext(PlayerControl& control) {
+  if (control.queue.empty()) return false;
   control.committed = true;
   control.next = control.queue.front();
   control.queue.erase(control.queue.begin());
+  return true;
+}
+
+void RegionPlayers::CommitCharacter(PlayerNumber player,
+                                    absl::FunctionRef<physics::CharacterDrive(const PlayerInput&)> drive) {
+  PlayerControl& control = controlled_.at(player).control;
+  if (TakeNext(control)) {
+    control.held = 0;
+  } else if (control.held < kMaxHeldTicks) {
+    ++control.held;
+  } else {
+    control.next.move = {};
+    control.next.buttons = 0;
+  }
+  const physics::CharacterDrive found = drive(control.next);
+  control.next.force_n = found.force_n;
+  control.next.torque_nm = found.torque_nm;
+}
+
+void RegionPlayers::Commit(PlayerNumber player, const BodyState& state, double radius_m) {
+  PlayerControl& control = controlled_.at(player).control;
+  if (!TakeNext(control)) return;
   control.next.force_n = LimitedForce(*scene_.player, control.next.force_n, state.linear_velocity);
   control.next.torque_nm = LimitedTorque(*scene_.player, radius_m, control.next.torque_nm, state.angular_velocity);
 }

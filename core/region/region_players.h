@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/physics/character.h"
 #include "core/region/frame.h"
 #include "core/region/input_sequence.h"
 #include "core/region/region.h"
@@ -45,6 +47,9 @@ class RegionPlayers {
   void QueueForwarded(const PlayerInput& input);
   // Chooses the input of the next step and applies the scene's limits to it, given the body's state now.
   void Commit(PlayerNumber player, const BodyState& state, double radius_m);
+  // The same in a scene of characters: `drive` finds what an input does to the body. Where no input is there the last
+  // one goes on for kMaxHeldTicks, so that a late one is not felt as a stumble, and then nothing is asked.
+  void CommitCharacter(PlayerNumber player, absl::FunctionRef<physics::CharacterDrive(const PlayerInput&)> drive);
   // The committed input is acting: its number becomes the last one.
   void Applied(PlayerNumber player);
   // All that the new owner must know. What is queued after this comes out of `Release` and has to be sent after it.
@@ -59,12 +64,15 @@ class RegionPlayers {
     InputSequence sequence;
     std::size_t granted = 0;  // inputs that went with a grant already
   };
+  static bool TakeNext(PlayerControl& control);
+
   const Scene& scene_;
   std::set<PlayerNumber> asked_, spawned_, left_, parked_, unparked_;
   std::map<PlayerNumber, Controlled> controlled_;  // players whose bodies are owned here
 };
 
-// Scaled down to `max_force_n`; then the part along the velocity fades to 0 as the body nears `max_speed_m_s` that way.
+// Scaled down to `max_force_n`; its part against gravity is cut down to `max_force_up_n`; then the part along the
+// velocity fades to 0 as the body nears `max_speed_m_s` that way.
 Vec3f LimitedForce(const PlayerRules& rules, Vec3f asked_n, Vec3f velocity_m_s);
 // The same at the surface of a body of this radius: no more than the largest force does there, and none beyond the
 // speed at which the surface moves by `max_speed_m_s`. So a player cannot spin a body until it is taken out as absurd.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "core/region/settings.h"
+
 namespace tessera::region {
 namespace {
 
@@ -40,6 +42,16 @@ TEST(PlayerLimitsTest, ForceIsScaledDownAndKeepsItsDirection) {
   EXPECT_FLOAT_EQ(force.x, force.y);
 }
 
+TEST(PlayerLimitsTest, NobodyIsLiftedByMoreThanTheSceneAllows) {
+  PlayerRules rules = Rules();
+  rules.max_force_up_n = 10;
+  EXPECT_EQ(LimitedForce(rules, {30, 9, 0}, {}), Vec3f(30, 9, 0));
+  EXPECT_EQ(LimitedForce(rules, {30, 40, 0}, {}), Vec3f(30, 10, 0));
+  EXPECT_EQ(LimitedForce(rules, {30, -40, 0}, {}), Vec3f(30, -40, 0));
+  rules.up = {1, 0, 0};
+  EXPECT_EQ(LimitedForce(rules, {30, 40, 0}, {}), Vec3f(10, 40, 0));
+}
+
 TEST(PlayerLimitsTest, ForceFadesAlongTheWayItGoesAndNeverBrakesLess) {
   EXPECT_FLOAT_EQ(LimitedForce(Rules(), {100, 0, 0}, {4, 0, 0}).x, 50);
   EXPECT_FLOAT_EQ(LimitedForce(Rules(), {100, 0, 0}, {9, 0, 0}).x, 0);
@@ -53,6 +65,34 @@ TEST(PlayerLimitsTest, TorqueIsWhatTheForceDoesAtTheSurface) {
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 8, 0}).y, 10);  // the surface moves by half the speed
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, 20, 0}, {0, 17, 0}).y, 0);
   EXPECT_FLOAT_EQ(LimitedTorque(Rules(), 0.5, {0, -20, 0}, {0, 17, 0}).y, -20);
+}
+
+// What is asked of a character goes on for a while when inputs are late, and then nothing is asked.
+TEST(PlayersTest, ACharactersLastInputIsHeldForAWhile) {
+  Scene scene;
+  scene.player = Rules();
+  RegionPlayers players(scene);
+  players.Adopt(kMember, {});
+  PlayerInput walk = InputOf(1);
+  walk.move = {0, 1};
+  walk.yaw_rad = 1;
+  ASSERT_TRUE(players.Queue(walk).ok());
+  int asked = 0;
+  const auto drive = [&](const PlayerInput& input) {
+    asked += input.move == walk.move ? 1 : 0;
+    EXPECT_EQ(input.yaw_rad, 1);  // it looks where it looked
+    return physics::CharacterDrive{{5, 0, 0}, {}};
+  };
+  for (int tick = 0; tick < 100; ++tick) {
+    players.CommitCharacter(kMember, drive);
+    EXPECT_EQ(players.Find(kMember)->committed, tick == 0);
+    EXPECT_EQ(players.Find(kMember)->next.force_n, Vec3f(5, 0, 0));  // driven in every tick
+    players.Applied(kMember);
+    EXPECT_EQ(players.Find(kMember)->last_input, 1U);
+    EXPECT_EQ(players.Find(kMember)->next.force_n, Vec3f());
+  }
+  EXPECT_EQ(asked, 1 + kMaxHeldTicks);
+  players.Validate();
 }
 
 TEST(PlayersTest, AreAsTheyShouldBeWhateverIsAskedOfThem) {

@@ -78,4 +78,8 @@ inline constexpr std::size_t kMaxQueuedInputs = 8;
 // A new owner may get a full queue with the grant and as many that reached the old owner just after it.
 inline constexpr std::size_t kMaxGrantedInputs = 2 * kMaxQueuedInputs;
 
+// Ticks for which a character goes on by its last input where none is there. More, and a player whose connection is
+// gone runs on; fewer, and a late input is felt as a stumble.
+inline constexpr std::uint8_t kMaxHeldTicks = 15;
+
 }  // namespace tessera::region

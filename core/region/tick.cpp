@@ -113,11 +113,19 @@ void ReadBack(RegionParts& parts, StepResult& result) {
 
 // Chooses each player's input of the next step: neighbours that have the body as a ghost apply the same force.
 void CommitInputs(RegionParts& parts) {
-  if (!parts.scene().player.has_value()) return;
+  const Scene& scene = parts.scene();
+  if (!scene.player.has_value()) return;
   for (std::size_t i = 0; i < parts.bodies.owned().size(); ++i) {
     const OwnedBody& body = parts.bodies.owned()[i];
-    if (!IsPlayerBody(body.def->id)) continue;
-    parts.players.Commit(PlayerOf(body.def->id), body.state, parts.bodies.radius_m(i));
+    const BodyId id = body.def->id;
+    if (!IsPlayerBody(id)) continue;
+    if (!scene.player->character.has_value()) {
+      parts.players.Commit(PlayerOf(id), body.state, parts.bodies.radius_m(i));
+      continue;
+    }
+    parts.players.CommitCharacter(PlayerOf(id), [&](const PlayerInput& input) {
+      return physics::DriveCharacter(parts.bodies.world(), id, *scene.player, scene.gravity_m_s2, input, parts.tick_s);
+    });
   }
 }
 

@@ -15,16 +15,13 @@ const char* ReadInput(ByteReader& in, std::uint32_t previous_number, PlayerInput
   const std::uint64_t number = in.Varint();
   input.body = BodyId(in.Varint());
   const std::uint64_t target = in.Varint();
-  input.force_n = in.V3f();
-  input.torque_nm = in.V3f();
+  ReadSteering(in, input);
   if (number > std::numeric_limits<std::uint32_t>::max()) return "number is out of range";
   if (number <= previous_number) return "number does not ascend";
   if (target > kMaxTick) return "target is out of range";
-  if (!IsFinite(input.force_n)) return "force_n is not finite";
-  if (!IsFinite(input.torque_nm)) return "torque_nm is not finite";
   input.number = static_cast<std::uint32_t>(number);
   input.target = Tick(target);
-  return nullptr;
+  return WrongField(input);
 }
 
 }  // namespace
@@ -40,8 +37,7 @@ std::vector<std::uint8_t> EncodeInput(const InputMessage& message) {
     out.Varint(input.number);
     out.Varint(input.body.value());
     out.Varint(input.target.value());
-    out.V(input.force_n);
-    out.V(input.torque_nm);
+    WriteSteering(out, input);
   }
   return out.Take();
 }

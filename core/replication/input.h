@@ -5,7 +5,8 @@
 // wire: the receiver knows it from the connection.
 //
 // Layout, little-endian: kind (1) | ack length (1) | ack | count (1) | per input: number, body, target tick as varints,
-// then force and torque as six floats. Thread rule: free functions; any thread.
+// then the fields from force to
+// buttons (core/world/player_input.h). Thread rule: free functions; any thread.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +27,7 @@ struct InputMessage {
 inline constexpr std::size_t kMaxInputs = 8;
 inline constexpr std::size_t kMaxInputAckBytes = 64;
 
-// Requires at most kMaxInputs and kMaxInputAckBytes; at most 400 bytes.
+// Requires at most kMaxInputs and kMaxInputAckBytes; at most 600 bytes.
 std::vector<std::uint8_t> EncodeInput(const InputMessage& message);
 // Errors: INVALID_ARGUMENT "input: truncated", "input: inputs[1].force_n is not finite", "input: inputs[1].number does
 // not ascend", ...

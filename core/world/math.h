@@ -34,6 +34,11 @@ struct Vec3 {
   }
 };
 
+struct Vec2f {
+  float x = 0, y = 0;
+  friend constexpr bool operator==(const Vec2f&, const Vec2f&) = default;
+};
+
 template <class T>
 constexpr T Dot(Vec3<T> a, Vec3<T> b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;

@@ -7,6 +7,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/resolve_joint.h"
+#include "core/world/spawned_id.h"
 
 namespace tessera {
 namespace {

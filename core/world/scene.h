@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -204,14 +205,33 @@ using Field = std::variant<VortexField, UniformField>;
 
 // --- The scene -------------------------------------------------------------------------------------------------------
 
+// How an engine's character moves a player's body, a capsule that stays upright (core/physics/character.h). Speeds are
+// in m/s.
+struct CharacterRules {
+  double walk_speed_m_s = 4, run_speed_m_s = 4;  // the second while button kRunButton is held
+  double acceleration_m_s2 = 40;                 // on the ground, to speed up and to brake
+  double air_control = 0.2;                      // share of that acceleration in the air
+  double jump_speed_m_s = 0;                     // up, while button kJumpButton is held; 0: it cannot jump
+  double step_height_m = 0.3;
+  double max_slope_rad = 0.8;  // it stands and walks on ground up to this slope, and slides on steeper ground
+  double push_mass_kg = 0;     // it does not push heavier bodies than this
+};
+inline constexpr std::uint32_t kJumpButton = 1, kRunButton = 2;  // buttons 0 and 1
+
 // The body of a player in this scene, and the limits of a client's input.
 struct PlayerRules {
   BodyDef body;                     // template: id and initial position come with the player
   std::vector<Vec3d> spawn_points;  // player n starts at spawn_points[(n - 1) % size]
   double max_force_n = 0;           // an input that asks for more is scaled down to it
+  // The part of the force against gravity is cut down to this: less than the weight, and nobody flies.
+  double max_force_up_n = std::numeric_limits<double>::infinity();
+  Vec3d up{0, 1, 0};  // against the body's gravity, unit
   // The input's force fades to 0 along the direction in which the body is this fast; a torque is limited by the force
   // and the speed that it means at the body's surface.
   double max_speed_m_s = 0;
+  // Where given, inputs steer a character, and their force and torque count for nothing. The body is then a capsule
+  // without friction that nothing tilts.
+  std::optional<CharacterRules> character;
 };
 
 // The part of the world that clients see, and its cost.

@@ -324,6 +324,50 @@ TEST(BadSceneTest, Player) {
             "player: max_force must be at most 10000 m/s^2 times the body's mass, 800000, got 1e+06");
   EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->set_max_speed(kNan); }),
             "player: max_speed must be a finite number, got nan");
+  EXPECT_EQ(Error([](v1::Scene& s) { s.mutable_player()->set_max_force_up(-1); }),
+            "player: max_force_up must be >= 0, got -1");
+}
+
+// The sound scene's player as a character.
+v1::Character& CharacterOf(v1::Scene& scene) {
+  v1::PlayerRules& player = *scene.mutable_player();
+  player.clear_max_force();
+  player.clear_max_speed();
+  v1::Shape::Capsule& capsule = *player.mutable_body()->mutable_shape()->mutable_capsule();
+  capsule.set_radius(0.4);
+  capsule.set_half_height(0.5);
+  return *player.mutable_character();
+}
+
+TEST(BadSceneTest, Characters) {
+  v1::Scene sound = Sound();
+  CharacterOf(sound);
+  EXPECT_TRUE(ResolveScene(sound, kFile).ok());
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              CharacterOf(s);
+              s.mutable_player()->mutable_body()->mutable_shape()->mutable_sphere()->set_radius(1);
+            }),
+            "player: character needs a body.shape that is a capsule");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              CharacterOf(s);
+              s.mutable_player()->set_max_force(5);
+            }),
+            "player: max_force, max_force_up and max_speed must be left out beside character: forces do not move it");
+  EXPECT_EQ(Error([](v1::Scene& s) {
+              CharacterOf(s);
+              s.mutable_gravity()->set_y(0);
+            }),
+            "player: character needs gravity that points along -y");
+  EXPECT_EQ(Error([](v1::Scene& s) { CharacterOf(s).set_walk_speed(51); }),
+            "player: character.walk_speed must be 0.001 to 50, got 51");
+  EXPECT_EQ(Error([](v1::Scene& s) { CharacterOf(s).set_jump_speed(1); }),
+            "player: character.jump_speed must be 2 to 50, got 1");
+  EXPECT_EQ(Error([](v1::Scene& s) { CharacterOf(s).set_step_height(0.95); }),
+            "player: character.step_height must be 0 to 0.9, got 0.95");
+  EXPECT_EQ(Error([](v1::Scene& s) { CharacterOf(s).set_max_slope(1.5); }),
+            "player: character.max_slope must be 0.1 to 1.3, got 1.5");
+  EXPECT_EQ(Error([](v1::Scene& s) { CharacterOf(s).set_push_mass(kNan); }),
+            "player: character.push_mass must be a finite number, got nan");
 }
 
 }  // namespace

@@ -162,6 +162,41 @@ TEST(ResolveSceneTest, KeepsWhatIsWritten) {
   EXPECT_EQ(scene->player->body.mass_kg, 80);
 }
 
+// A force of more than the weight would lift a body for ever.
+TEST(ResolveSceneTest, NobodyFliesUnlessTheSceneSaysSo) {
+  const auto rules = [](const std::string& gravity, const std::string& more) {
+    const auto scene = Resolved(*
+        ParseScene(absl::StrCat(R"(name: "s" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } })", gravity,
+                                "player { body { mass: 2 shape { sphere { radius: 0.4 } } } spawn_points {} ",
+                                "max_force: 800 max_speed: 4 ", more, "}"),
+                   "s.textproto"));
+    return *scene->player;
+  };
+  EXPECT_NEAR(rules("", "").max_force_up_n, 9.81, 1e-9);
+  EXPECT_EQ(rules("", "max_force_up: 50").max_force_up_n, 50);
+  EXPECT_EQ(rules("", "max_force_up: 0").max_force_up_n, 0);
+  EXPECT_GT(rules("gravity {}", "").max_force_up_n, 1e100);
+  EXPECT_EQ(rules("gravity { x: 5 }", "").up, Vec3d(-1, 0, 0));
+  EXPECT_EQ(rules("gravity { x: 5 }", "").max_force_up_n, 5);
+}
+
+TEST(ResolveSceneTest, ACharacterStandsUprightAndHasDefaults) {
+  const auto scene = Resolved(*ParseScene(R"(name: "s" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }
+      player { body { mass: 70 shape { capsule { radius: 0.4 half_height: 0.5 } } } spawn_points {}
+               character { walk_speed: 3 air_control: 0 } })",
+                                        "s.textproto"));
+  const PlayerRules& player = *scene->player;
+  ASSERT_TRUE(player.character.has_value());
+  EXPECT_EQ(player.character->walk_speed_m_s, 3);
+  EXPECT_EQ(player.character->run_speed_m_s, 3);
+  EXPECT_EQ(player.character->air_control, 0);
+  EXPECT_EQ(player.character->jump_speed_m_s, 0);
+  EXPECT_EQ(player.character->step_height_m, 0.3);
+  EXPECT_EQ(player.character->push_mass_kg, 70);
+  EXPECT_EQ(player.body.material.friction, 0);
+  EXPECT_GT(player.body.inertia_kg_m2->x, 1e6 * player.body.inertia_kg_m2->y);
+}
+
 TEST(ResolveSceneTest, NormalisesQuaternions) {
   const auto scene = Resolved(Parsed(absl::StrCat(
       kBounds,

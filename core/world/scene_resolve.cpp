@@ -6,6 +6,7 @@
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
 #include "core/world/resolve_body.h"
+#include "core/world/resolve_character.h"
 #include "core/world/resolve_field.h"
 #include "core/world/resolve_joint.h"
 #include "core/world/resolve_prefab.h"
@@ -15,6 +16,10 @@
 
 namespace tessera {
 namespace {
+
+// The part of its weight that a player's body may lift unless the scene says more: a push up makes it lighter, and
+// never lets it rise.
+constexpr double kDefaultLift = 0.5;
 
 // Builds one scene. The steps stand in the order in which they need each other; each adds to `faults_` and goes on, so
 // that all faults are counted.
@@ -35,6 +40,7 @@ class SceneResolver {
   void CheckJointEnds(const v1::Joint& joint);
   const BodyDef* Find(std::uint64_t id) const;
   void ResolvePlayer(BodyResolver& bodies);
+  void ResolveForce(const v1::PlayerRules& in, PlayerRules& out);
   void ResolveView();
   void ResolveProperties();
 
@@ -235,6 +241,14 @@ void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
     out.spawn_points.push_back(FromProto(in.spawn_points(i)));
     if (!out_->bounds.Contains(out.spawn_points.back())) faults_.Add(field + " is outside the scene's bounds");
   }
+  if (in.has_character()) {
+    out.character = ResolveCharacter(faults_, in, out_->gravity_m_s2, out.body);
+  } else {
+    ResolveForce(in, out);
+  }
+}
+
+void SceneResolver::ResolveForce(const v1::PlayerRules& in, PlayerRules& out) {
   const double most_force = kMaxAcceleration_m_s2 * out.body.mass_kg;
   if (faults_.NotNegative("max_force", in.max_force(), kMaxForce) && most_force > 0 && in.max_force() > most_force) {
     faults_.Add(absl::StrCat("max_force must be at most ", kMaxAcceleration_m_s2, " m/s^2 times the body's mass, ",
@@ -243,6 +257,13 @@ void SceneResolver::ResolvePlayer(BodyResolver& bodies) {
   faults_.Positive("max_speed", in.max_speed(), 1e-3, kMaxSpeed_m_s);
   out.max_force_n = in.max_force();
   out.max_speed_m_s = in.max_speed();
+  const Vec3d weight_n = out_->gravity_m_s2 * (out.body.gravity_scale * out.body.mass_kg);
+  out.up = Normalized(-weight_n);
+  if (in.has_max_force_up()) {
+    if (faults_.NotNegative("max_force_up", in.max_force_up(), kMaxForce)) out.max_force_up_n = in.max_force_up();
+  } else if (weight_n != Vec3d()) {
+    out.max_force_up_n = kDefaultLift * Length(weight_n);
+  }
 }
 
 void SceneResolver::ResolveProperties() {

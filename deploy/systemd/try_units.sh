@@ -14,7 +14,7 @@ set -euo pipefail
 BUILD=$(realpath -- "$1")
 ROOT=$(realpath -m -- "$2")
 readonly BUILD ROOT
-readonly PACKAGES=systemd,systemd-sysv,dbus,procps,libgrpc++1.51,libprotobuf32,libbullet3.24,libenet7,libsodium23,libsqlite3-0,libspdlog1.10,libfmt9,libcivetweb1,libprometheus-cpp-core1.0
+readonly PACKAGES=systemd,systemd-sysv,dbus,procps,libgrpc++1.51,libprotobuf32,libbullet3.24,libenet7,liblua5.4-0,libsodium23,libsqlite3-0,libspdlog1.10,libfmt9,libcivetweb1,libprometheus-cpp-core1.0
 
 fail() {
   printf 'FAILED: %s\n' "$*" >&2

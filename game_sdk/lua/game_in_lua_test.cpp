@@ -3,6 +3,7 @@
 
 #include "core/game/game_host.h"
 #include "core/game/testing/fake_game_world.h"
+#include "core/world/utf8.h"
 #include "game_sdk/api/api.h"
 #include "game_sdk/lua/lua_module.h"
 
@@ -146,6 +147,21 @@ TEST_F(GameInLuaTest, ACrateThrowsABallThatExpires) {
   EXPECT_THAT(world.ids(), SizeIs(3));
   Run();
   EXPECT_THAT(world.ids(), SizeIs(2));
+}
+
+// A message with a text field that is not UTF-8 is refused as a whole by whoever parses it.
+TEST_F(GameInLuaTest, LinesAreUtf8WhateverTheGameMakesOfThem) {
+  Load(R"(
+    function on_tick()
+      print("a\xFF", "\xF0\x9F\x8E\xB2")
+      if world.tick() > 1 then error("no \xC3") end
+    end)");
+  Run();
+  EXPECT_THAT(Lines(), ElementsAre("a? \xF0\x9F\x8E\xB2"));
+  Run();
+  EXPECT_THAT(Lines(), ElementsAre("error: game.lua:4: no ?"));
+  const auto bad = GameHost::Load(*LuaGameModule(), {"game.lua", "x = \xFF"}, world.shared_scene());
+  EXPECT_TRUE(IsUtf8(std::string(bad.status().message()))) << bad.status();
 }
 
 TEST_F(GameInLuaTest, WhatWouldBeLostIsRefusedAtLoading) {

@@ -39,6 +39,9 @@ struct CutLink {
 struct RequestScene {  // answered by SceneLoaded
   std::string path, hash;
 };
+struct RequestGame {  // answered by GameLoaded
+  std::string path;
+};
 struct RequestState {  // answered by StateLoaded
   std::string path;
 };
@@ -101,9 +104,9 @@ struct PrintFailure {
   std::string reason;
 };
 
-using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestState, WriteCheckpoint, OpenPorts,
-                            PublishMap, PublishStart, PublishStep, ExpelPlayer, SendReport, SendInventory, AskForLease,
-                            RaisePriority, Log, PrintFailure>;
+using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestState, WriteCheckpoint,
+                            OpenPorts, PublishMap, PublishStart, PublishStep, ExpelPlayer, SendReport, SendInventory,
+                            AskForLease, RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

@@ -158,6 +158,9 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   order.revision = message.revision();
   order.scene_path = message.scene_path();
   order.scene_hash = message.scene_hash();
+  if (!message.game_hash().empty()) {
+    order.game = {.path = message.game_path(), .hash = message.game_hash(), .name = message.game_name()};
+  }
   order.run = message.run();
   order.stop = message.stop();
   order.snapshot_rate_hz = message.snapshot_rate_hz() == 0 ? kDefaultSnapshotRateHz : message.snapshot_rate_hz();

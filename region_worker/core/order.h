@@ -53,9 +53,17 @@ struct StateFile {
   std::string hash;  // SHA-256, hexadecimal, of a state that is to be read
 };
 
+// A game in a file of this host.
+struct OrderedGame {
+  std::string path;  // empty: it is not here yet
+  std::string hash;  // SHA-256, hexadecimal; empty: any
+  std::string name;  // as its errors name it
+};
+
 struct Order {
   std::uint64_t revision = 0;
   std::string scene_path, scene_hash;
+  std::optional<OrderedGame> game;
   std::optional<PartitionMap> map;
   std::optional<net::InstanceKey> key;
   std::vector<PeerAddress> peers;

@@ -14,7 +14,8 @@ RegionRun::RegionRun(const Identity& self, region::Config config, bool views_hav
       copies_(ticks_.region().catalog()),
       maps_(ticks_.region()),
       failovers_(self),
-      roster_(config.scene->player.has_value()) {
+      roster_(config.scene->player.has_value()),
+      game_(config.game) {
   if (config.scene->player && views_have_a_radius) places_.emplace(tick_rate_hz_);
 }
 
@@ -180,6 +181,7 @@ void RegionRun::Publish(region::StepResult result, TimePoint now, const LinkTabl
   for (const BodyId body : result.nonfinite) {
     LogError(actions, absl::StrCat("body not finite, taken out body=", body.value()));
   }
+  if (game_ != nullptr) game_log_.Take(game_->TakeLines(), now, actions);
   actions.emplace_back(PublishStep{std::move(result)});
 }
 

@@ -20,6 +20,7 @@
 #include "region_worker/core/actions.h"
 #include "region_worker/core/drop_log.h"
 #include "region_worker/core/failover_follower.h"
+#include "region_worker/core/game_log.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/link_message.h"
 #include "region_worker/core/link_table.h"
@@ -85,6 +86,8 @@ class RegionRun {
   const PlayerPlaces* places() const { return places_ ? &*places_ : nullptr; }
   const PlayerRoster& roster() const { return roster_; }
   const RunStatistics& statistics() const { return statistics_; }
+  const game::GameHost* game() const { return game_.get(); }  // null without a game
+  const GameLog& game_log() const { return game_log_; }
   const FailoverFigures& failover_figures() const { return failover_figures_; }
   const DropCounts& drops() const { return drops_.counts(); }
   std::vector<PropertyAnswer> PropertyAnswers() const;
@@ -111,6 +114,8 @@ class RegionRun {
   PropertyOrders properties_;
   std::optional<PlayerPlaces> places_;
   RunStatistics statistics_;
+  const std::shared_ptr<game::GameHost> game_;  // the region runs it; here its lines are taken
+  GameLog game_log_;
   DropLog drops_;
   FailoverFigures failover_figures_;
   bool paused_ = false;

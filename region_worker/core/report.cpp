@@ -54,6 +54,7 @@ void AddRun(const RegionRun& run, TimePoint now, v1::WorkerReport& report) {
     out.set_id_checksum(census.id_checksum);
   }
   run.copies().Report(report);
+  run.game_log().Report(report);
 }
 
 // Positions that part `values` into equal numbers.

@@ -7,6 +7,7 @@
 #include "core/region/rules.h"
 #include "core/replication/snapshot_settings.h"
 #include "core/world/limits.h"
+#include "game_sdk/lua/lua_module.h"
 #include "region_worker/core/client_map.h"
 #include "region_worker/core/initial_state.h"
 #include "region_worker/core/reason.h"
@@ -101,7 +102,7 @@ void WorkerCore::Progress(TimePoint now) {
 
 bool WorkerCore::CanBuild() const {
   return order_.map && order_.key && (scene_ || !order_.scene_path.empty()) &&
-         (!order_.joins_running || order_.planned);
+         (!order_.game || game_ || !order_.game->path.empty()) && (!order_.joins_running || order_.planned);
 }
 
 // Asks for the files that are still needed, one after the other.
@@ -110,6 +111,9 @@ void WorkerCore::Load() {
   const bool restores = order_.initial_state && !order_.joins_running;
   if (!scene_) {
     actions_.emplace_back(RequestScene{order_.scene_path, order_.scene_hash});
+    loading_ = true;
+  } else if (order_.game && !game_) {
+    actions_.emplace_back(RequestGame{order_.game->path});
     loading_ = true;
   } else if (restores && !initial_) {
     actions_.emplace_back(RequestState{order_.initial_state->path});
@@ -125,11 +129,28 @@ void WorkerCore::SceneLoaded(absl::StatusOr<std::shared_ptr<const Scene>> scene,
   Progress(now);
 }
 
+void WorkerCore::GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now) {
+  loading_ = false;
+  if (stopping() || !order_.game) return;
+  if (!bytes.ok()) return Fail(bytes.status());
+  game::GameFile file{order_.game->name, *bytes};
+  if (const absl::Status status = game::CheckGameFile(file); !status.ok()) {
+    return Fail(absl::InvalidArgumentError(absl::StrCat("game ", order_.game->path, ": ", status.message())));
+  }
+  if (const std::string hash = game::GameHash(file.bytes); !order_.game->hash.empty() && hash != order_.game->hash) {
+    return Fail(absl::InvalidArgumentError(
+        absl::StrCat("game ", order_.game->path, ": has hash ", hash, ", not ", order_.game->hash)));
+  }
+  game_ = std::move(file);
+  Progress(now);
+}
+
 void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoint now) {
   loading_ = false;
   if (stopping() || !order_.initial_state) return;
   if (!bytes.ok()) return Fail(bytes.status());
-  absl::StatusOr<region::RegionState> state = ReadInitialState(*order_.initial_state, *bytes, region::Catalog(scene_));
+  absl::StatusOr<region::RegionState> state =
+      ReadInitialState(*order_.initial_state, *bytes, region::Catalog(scene_, game_.has_value()));
   if (!state.ok()) return Fail(state.status());
   initial_ = std::make_shared<const region::RegionState>(*std::move(state));
   Progress(now);
@@ -148,6 +169,15 @@ absl::Status WorkerCore::Build() {
   return absl::OkStatus();
 }
 
+// Null without a game. All regions give their games the same seed.
+absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame() const {
+  if (!game_) return std::shared_ptr<game::GameHost>();
+  auto host =
+      game::GameHost::Load(*game::LuaGameModule(), *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id));
+  if (!host.ok()) return host.status();
+  return std::shared_ptr<game::GameHost>(*std::move(host));
+}
+
 absl::StatusOr<region::Config> WorkerCore::MakeConfig() const {
   const Identity& self = setup_.identity;
   region::Config config = {.self = self.region,
@@ -159,6 +189,9 @@ absl::StatusOr<region::Config> WorkerCore::MakeConfig() const {
   if (!config.map.HasRegion(self.region)) {
     return absl::InvalidArgumentError(absl::StrCat("region ", self.region.value(), " is not in the map"));
   }
+  absl::StatusOr<std::shared_ptr<game::GameHost>> game = MakeGame();
+  if (!game.ok()) return game.status();
+  config.game = *std::move(game);
   if (order_.joins_running) {
     region::RegionState nothing;
     nothing.region = self.region;

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/game/game_host.h"
 #include "core/world/scene.h"
 #include "region_worker/core/actions.h"
 #include "region_worker/core/admission.h"
@@ -65,6 +66,8 @@ class WorkerCore {
 
   // --- Answers to actions.
   void SceneLoaded(absl::StatusOr<std::shared_ptr<const Scene>> scene, TimePoint now);
+  // The file, as it is; the game in it is loaded before the region begins, and one that does not load is a failure.
+  void GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now);
   void StateLoaded(const absl::StatusOr<region::Bytes>& state, TimePoint now);
   void CheckpointWritten(Tick tick, const absl::Status& status) { checkpoints_.Written(tick, status, actions_); }
 
@@ -111,6 +114,7 @@ class WorkerCore {
   void Load();
   absl::Status Build();
   absl::StatusOr<region::Config> MakeConfig() const;
+  absl::StatusOr<std::shared_ptr<game::GameHost>> MakeGame() const;
   bool MustRebuild() const;
   void Progress(TimePoint now);
   bool StartIsDue() const;
@@ -126,6 +130,7 @@ class WorkerCore {
   WorkerSetup setup_;
   LinkTable links_;
   std::shared_ptr<const Scene> scene_;
+  std::optional<game::GameFile> game_;                  // checked
   std::shared_ptr<const region::RegionState> initial_;  // as the order names it
   bool loading_ = false;                                // a file is asked for
   std::optional<RegionRun> run_;

@@ -36,6 +36,16 @@ class WorkerCoreTest : public ::testing::Test {
     core.SceneLoaded(scene, now);
     return core.TakeActions();
   }
+  void OrderGame(const std::string& content) {
+    game = content;
+    order.set_game_path("b.game");
+    order.set_game_hash(game::GameHash(content));
+    order.set_game_name("arena.lua");
+  }
+  Actions LoadGame() {
+    core.GameLoaded(game, now);
+    return core.TakeActions();
+  }
   Actions Advance() {
     now += std::chrono::milliseconds(20);
     if (core.Advance(now)) {
@@ -51,6 +61,7 @@ class WorkerCoreTest : public ::testing::Test {
 
   const std::shared_ptr<const Scene> scene = WorldWithPlayers();
   v1::WorkerOrder order;
+  std::string game;
   WorkerCore core{{{"instance", kSelf, Incarnation(1)}, 77, {}, {}, {}}};
   TimePoint now{std::chrono::hours(1)};
 };
@@ -97,6 +108,76 @@ TEST_F(WorkerCoreTest, ASceneThatCannotBeReadEndsItWithAReason) {
   const v1::WorkerReport last = ReportIn(Advance());
   EXPECT_EQ(last.phase(), v1::WORKER_PHASE_STOPPING);
   EXPECT_EQ(last.failure(), core.failure());
+}
+
+TEST_F(WorkerCoreTest, AGameIsLoadedBeforeTheRegionBegins) {
+  OrderGame("function on_tick() print('tick', world.tick()) end");
+  EXPECT_THAT(AllOf<RequestGame>(TakeOrder()), IsEmpty()) << "the scene comes first";
+  const Actions after_scene = Load();
+  ASSERT_THAT(AllOf<RequestGame>(after_scene), SizeIs(1));
+  EXPECT_EQ(AllOf<RequestGame>(after_scene)[0].path, "b.game");
+  EXPECT_THAT(AllOf<OpenPorts>(after_scene), IsEmpty());
+  order.set_run(true);
+  TakeOrder();
+  EXPECT_THAT(AllOf<OpenPorts>(LoadGame()), SizeIs(1));
+  Advance();
+  Advance();
+  ASSERT_NE(core.run()->game(), nullptr);
+  EXPECT_GT(core.run()->game()->statistics().calls, 0u);
+  now += ReportGate::kInterval;
+  const v1::WorkerReport report = ReportIn(Advance());
+  ASSERT_FALSE(report.game_lines().empty());
+  EXPECT_EQ(report.game_lines(0).text(), "tick 1");
+}
+
+// Else one line of a game would cut the worker off from its agent.
+TEST_F(WorkerCoreTest, NoLineOfAGameMakesAReportThatCannotBeRead) {
+  OrderGame("function on_tick() print('\\xFF\\xC3') error('\\xFF') end");
+  order.set_run(true);
+  TakeOrder();
+  Load();
+  LoadGame();
+  Advance();
+  Advance();
+  now += ReportGate::kInterval;
+  const v1::WorkerReport report = ReportIn(Advance());
+  ASSERT_FALSE(report.game_lines().empty());
+  EXPECT_TRUE(v1::WorkerReport().ParseFromString(report.SerializeAsString()));
+}
+
+TEST_F(WorkerCoreTest, AGameWaitsForItsFile) {
+  OrderGame("x = 1");
+  order.clear_game_path();
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), IsEmpty());
+  order.set_game_path("b.game");
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), SizeIs(1));
+}
+
+TEST_F(WorkerCoreTest, AGameThatDoesNotLoadEndsItWithFileAndLine) {
+  OrderGame("local n = 1\nfunction on_tick(\n");
+  TakeOrder();
+  Load();
+  EXPECT_THAT(AllOf<OpenPorts>(LoadGame()), IsEmpty());
+  EXPECT_TRUE(core.stopping());
+  EXPECT_THAT(core.failure(), ::testing::StartsWith("arena.lua:3: "));
+  EXPECT_EQ(ReportIn(Advance()).failure(), core.failure());
+}
+
+TEST_F(WorkerCoreTest, AGameThatIsNotTheOrderedOneIsAFailure) {
+  OrderGame("x = 1");
+  game = "x = 2";
+  TakeOrder();
+  Load();
+  LoadGame();
+  EXPECT_THAT(core.failure(), HasSubstr("game b.game: has hash " + game::GameHash("x = 2")));
+}
+
+TEST_F(WorkerCoreTest, AGameThatCannotBeReadOrIsTooLargeIsAFailure) {
+  OrderGame(std::string(game::kMaxGameFileBytes + 1, ' '));
+  TakeOrder();
+  Load();
+  LoadGame();
+  EXPECT_THAT(core.failure(), HasSubstr("game b.game: content: has 1048577 bytes"));
 }
 
 TEST_F(WorkerCoreTest, AMapWithoutItsRegionIsAFailure) {

@@ -42,6 +42,11 @@ class BadInputTest : public testing::Test {
     std::ofstream(path) << text;
     return path;
   }
+  static std::string GameFile(const std::string& name, const std::string& text) {
+    const std::string path = folder_->path() + "/" + name + ".lua";
+    std::ofstream(path, std::ios::binary) << text;
+    return path;
+  }
   // No instance but the ended ones, no place taken.
   static void ExpectNothingLeftBehind() {
     const support::RunResult hosts = Tessera({"host", "list"});
@@ -103,6 +108,45 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"outside", "bodies { id: 1 mass: 1 shape { sphere { radius: 1 } } pose { position { x: 50 } } }",
                  "bodies[0] (id 1): pose.position"}),
     NameOf);
+
+struct BadGame {
+  const char *name, *text, *part;
+};
+class BadGameTest : public BadInputTest, public testing::WithParamInterface<BadGame> {};
+
+TEST_P(BadGameTest, IsRefusedByFileAndLineAndMakesNothing) {
+  const std::string file = GameFile(GetParam().name, GetParam().text);
+  const std::string before = Tessera({"-o", "name", "instance", "list"}).out;
+  for (const bool dry_run : {true, false}) {
+    std::vector<std::string> command{"instance", "create", "--scene", "minimal", "--game", file};
+    if (dry_run) command.push_back("--dry-run");
+    const support::RunResult result = Tessera(command);
+    ExpectOneLine(result, 1, GetParam().part);
+    EXPECT_THAT(result.err, HasSubstr(std::string(GetParam().name) + ".lua"));
+  }
+  EXPECT_EQ(Tessera({"-o", "name", "instance", "list"}).out, before);
+  ExpectNothingLeftBehind();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, BadGameTest,
+    testing::Values(BadGame{"syntax", "local n = 1\nfunction on_tick(\n", "syntax.lua:3: "},
+                    BadGame{"endless", "local n = 1\nwhile true do end\n", "endless.lua:2: too much work"},
+                    BadGame{"bomb", "local t = {}\nfor i = 1, 1e9 do t[i] = ('x'):rep(60000) .. i end\n",
+                            "bomb.lua:2: too much memory"},
+                    BadGame{"binary", "\x1bLuaT", "binary chunk"},
+                    BadGame{"kept", "local n = 0\nfunction on_tick() n = n + 1 end\n", "kept.lua:2: `n`"}),
+    [](const auto& game) { return std::string(game.param.name); });
+
+TEST_F(BadInputTest, AGameFileThatIsMissingOrTooLargeIsNamed) {
+  const auto create = [](const std::string& file) {
+    return Tessera({"instance", "create", "--scene", "minimal", "--game", file});
+  };
+  ExpectOneLine(create("/nowhere/x.lua"), 1, "game /nowhere/x.lua: ");
+  const std::string large = GameFile("large", std::string(2 << 20, ' '));
+  ExpectOneLine(create(large), 1, large + ": holds more than 1048576 bytes");
+  ExpectNothingLeftBehind();
+}
 
 TEST_F(BadInputTest, ASceneFileThatIsNotThereIsNamed) {
   ExpectOneLine(Tessera({"scene", "validate", "/nowhere/x.textproto"}), 1, "/nowhere/x.textproto: ");

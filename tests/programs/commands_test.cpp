@@ -79,7 +79,8 @@ constexpr std::array<std::string_view, 1> kEndless = {"tessera instance watch"};
 struct Preparation {
   std::string_view word, maker, command;
 };
-constexpr std::array<Preparation, 2> kPreparations = {{
+constexpr std::array<Preparation, 3> kPreparations = {{
+    {"game.lua", "echo", "echo 'function on_tick() end' > game.lua"},
     {"inst-1", "tessera instance create", "tessera instance create --scene plaza --regions 2 --wait"},
     {"alpha", "tessera host add", "tessera host add alpha"},
 }};

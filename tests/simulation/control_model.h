@@ -20,6 +20,7 @@
 
 #include "core/region/resolve.h"
 #include "core/region/standby_copy.h"
+#include "core/world/limits.h"
 #include "tests/simulation/simulation.h"
 
 namespace tessera::simulation {
@@ -95,7 +96,7 @@ class ControlModel {
   ControlOptions options_;
   PartitionMap map_;  // the newest that was ordered
   ControlTotals totals_;
-  std::uint64_t versions_ = 0, incarnations_ = 1;
+  std::uint64_t versions_ = 0, incarnations_ = kMaxRegions;  // the first ones have those of their regions
   std::map<RegionId, std::map<RegionId, region::StandbyCopy>> standby_copies_;  // by holder, by whose they are
   std::map<RegionId, Tick> asked_;                                              // for a whole state, by whose
   std::map<RegionId, Tick> last_tick_;

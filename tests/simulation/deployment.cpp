@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
+#include "core/game/game_file.h"
 #include "core/region/testing/kept_bodies.h"
 #include "core/world/partition_change.h"
 
@@ -32,6 +33,8 @@ Deployment::Deployment(std::shared_ptr<const Scene> scene, const DeploymentOptio
       invariants_(std::make_unique<InvariantChecker>(*around_.scene)),
       regions_(options.regions) {
   around_.settings = options.settings;
+  around_.game = options.game;
+  around_.damaged_games = options.damaged_games;
   around_.on_step = [this](SimulatedWorker& worker, const region::StepResult& result) { Stepped(worker, result); };
   around_.on_takeover = [this](SimulatedWorker& worker, const worker::OrderedFailover& failover) {
     TakenOver(worker, failover);
@@ -59,7 +62,12 @@ void Deployment::Begin(const DeploymentOptions& options) {
   control::InstancePlan plan;
   plan.scene_name = "simulated";
   plan.scene_hash = std::string(64, '0');
-  plan.scene_bytes = "scene";
+  plan.contents.scene = "scene";
+  if (!options.game.empty()) {
+    plan.game_name = "game.lua";
+    plan.game_hash = game::GameHash(options.game);
+    plan.contents.game = options.game;
+  }
   plan.tick_rate_hz = around_.scene->tick_rate_hz;
   plan.snapshot_rate_hz = 30;
   plan.start_deadline = std::chrono::seconds(30);

@@ -34,6 +34,8 @@ struct DeploymentOptions {
   std::uint32_t capacity = 16;  // workers a host
   region::RegionSettings settings = {};
   std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
+  std::string game = {};                             // Lua; empty: the world runs none
+  std::set<RegionId> damaged_games = {};             // regions on whose hosts it is not what it was
 };
 
 struct DeploymentTotals {

@@ -5,6 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/census.h"
+#include "core/region/output_commit.h"
+#include "core/world/spawned_id.h"
 #include "core/world/state_check.h"
 
 namespace tessera::simulation {
@@ -41,6 +43,9 @@ InvariantChecker::InvariantChecker(const Scene& scene) : scene_(scene) {
 // Nobody may have heard of its last steps: others may go on from before them, at the same ticks and epochs. Two that
 // die together may even have handed a body to and fro, and come to epochs that nobody else knows.
 void InvariantChecker::Died(RegionId region) {
+  // Its standby does not know that they were removed.
+  for (const auto& [tick, id] : untold_[region].removed) expected_.insert(id);
+  untold_.erase(region);
   for (auto& [id, life] : lives_) {
     const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),
                                             [](const Reign& a, const Reign& b) { return a.epoch < b.epoch; });
@@ -57,7 +62,12 @@ void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const regio
     if (departure.reason != region::DepartureReason::kRemoved) continue;
     const bool not_finite =
         std::find(result.nonfinite.begin(), result.nonfinite.end(), departure.body) != result.nonfinite.end();
-    if (!not_finite && !leaving_.contains(departure.body)) {
+    // What nobody knew of may go as it came.
+    const bool by_game = IsSpawned(departure.body);
+    if (by_game && untold_[region].made.erase(departure.body) == 0) {
+      untold_[region].removed.emplace_back(tick, departure.body);
+    }
+    if (!not_finite && !by_game && !leaving_.contains(departure.body)) {
       Problem(tick, absl::StrCat("body ", departure.body.value(), " was removed unasked"));
     }
     Life& life = lives_[departure.body];
@@ -86,7 +96,13 @@ void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const regio
 
 void InvariantChecker::Reigns(RegionId region, Tick tick, const region::OwnedBody& body) {
   const BodyId id = body.def->id;
-  if (!expected_.contains(id) && !lives_.contains(id)) {
+  if (told_removed_.contains(id)) {
+    ++made_.came_back;
+    Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came back after it was removed"));
+  }
+  if (IsSpawned(id) && body.epoch == Epoch(1) && !lives_.contains(id)) {
+    untold_[region].made.insert(id);
+  } else if (!expected_.contains(id) && !lives_.contains(id)) {
     Problem(tick, absl::StrCat("body ", id.value(), " of region ", region.value(), " came from nowhere"));
   }
   Life& life = lives_[id];
@@ -126,6 +142,26 @@ void InvariantChecker::Overlap(BodyId id, const Reign& lower, const Reign& highe
           absl::StrCat("body ", id.value(), " has two owners: region ", lower.region.value(), " by epoch ",
                        lower.epoch.value(), " until tick ", lower.last.value(), ", region ", higher.region.value(),
                        " by epoch ", higher.epoch.value(), " from tick ", higher.first.value()));
+}
+
+void InvariantChecker::Told(const region::Region& region) {
+  Untold& untold = untold_[region.id()];
+  for (auto id = untold.made.begin(); id != untold.made.end();) {
+    const bool here = region.Owns(*id);
+    if (here && region.output().IsHidden(*id)) {
+      ++id;
+      continue;
+    }
+    expected_.insert(*id);
+    ++made_.made;
+    id = untold.made.erase(id);
+  }
+  std::erase_if(untold.removed, [&](const std::pair<Tick, BodyId>& one) {
+    if (one.first > region.committed_tick()) return false;
+    told_removed_.insert(one.second);
+    ++made_.removed;
+    return true;
+  });
 }
 
 void InvariantChecker::CheckCopies(Tick tick, std::span<const BodyId> held) {

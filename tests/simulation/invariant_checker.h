@@ -3,6 +3,7 @@
 //   - an epoch of a body has one owner ever, and owns it at later ticks than the epoch before: at most one owner
 //   - a body is owned, or kept by whoever granted it, or excused as dead with its last region: never no copy
 //   - nobody owns what was not in the scene, was not spawned, or was removed
+//   - what a game made is there once clients may know of it, and what it removed is not, whoever dies
 //   - all is finite
 //   - momentum of a scene that nothing acts on from outside is kept, and its energy does not grow
 //
@@ -48,6 +49,14 @@ class InvariantChecker {
   // At a moment when all regions stand at the same tick and all borders are open: each body has exactly one owner.
   void CheckOwners(Tick tick, std::span<const BodyId> owned);
 
+  // After a step of a region that runs a game: what clients may know by now.
+  void Told(const region::Region& region);
+  struct Made {
+    std::uint64_t made = 0, removed = 0;  // by a game, and told
+    std::uint64_t came_back = 0;          // of those that were told to be removed
+  };
+  const Made& made() const { return made_; }
+
   // Order of steps does not matter to it.
   std::uint64_t hash() const { return hash_; }
   // Sums by tick, for ticks at which all `regions` have stepped; the caller forgets those before.
@@ -75,7 +84,15 @@ class InvariantChecker {
   void Reigns(RegionId region, Tick tick, const region::OwnedBody& body);
   void Overlap(BodyId id, const Reign& a, const Reign& b);
 
+  // What a region has decided and nobody may know yet.
+  struct Untold {
+    std::set<BodyId> made;
+    std::vector<std::pair<Tick, BodyId>> removed;
+  };
   const Scene& scene_;
+  std::map<RegionId, Untold> untold_;
+  std::set<BodyId> told_removed_;
+  Made made_;
   std::set<BodyId> expected_, leaving_, excused_, lost_, doubled_;
   std::unordered_map<BodyId, Life> lives_;
   std::map<Tick, Motions> motions_;

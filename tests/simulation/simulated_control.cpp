@@ -184,7 +184,7 @@ void SimulatedControl::Restore(const std::string& id) {
   }
   (void)Call([&](control::Cluster& cluster, control::Now now) {
     if (newest != nullptr) {
-      const auto restored = cluster.Restore(now, id, newest->manifest, "scene", false);
+      const auto restored = cluster.Restore(now, id, newest->manifest, {"scene", ""}, false);
       if (restored.ok() || absl::IsUnavailable(restored.status())) return 0;
       cluster.CannotRestore(now, id, std::string(restored.status().message()));
     } else {

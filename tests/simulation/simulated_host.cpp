@@ -61,7 +61,7 @@ void SimulatedHost::KillAgent() {
   if (!agent_alive()) return;
   supervisor_.reset();
   admitted_ = false;
-  scenes_.clear();
+  contents_.clear();
   states_.clear();
   inventories_.clear();
   if (!around_.network.IsCut(node(), kControlNode)) around_.network.Break(node(), kControlNode);
@@ -203,8 +203,8 @@ void SimulatedHost::Do(const agent::SendOrder& action) {
   ToWorker(action.key, [order = action.order](SimulatedWorker& worker) { worker.Take(order); });
 }
 
-void SimulatedHost::Do(const agent::FetchScene& action) {
-  scenes_.insert(action.hash);
+void SimulatedHost::Do(const agent::FetchContent& action) {
+  contents_.insert(action.content);
   Fetch();
 }
 
@@ -217,7 +217,9 @@ void SimulatedHost::Do(const agent::FetchState& action) {
 void SimulatedHost::Fetch() {
   around_.timeline.In(kFetching, [this, life = life_] {
     if (!agent_alive() || life != life_ || !admitted_ || !control_.alive()) return;
-    for (const std::string& hash : std::exchange(scenes_, {})) supervisor_->SceneReady(hash, "scene");
+    for (const agent::Content& content : std::exchange(contents_, {})) {
+      supervisor_->ContentReady(content, agent::NameOf(content.kind));
+    }
     for (const agent::FetchState& state : std::exchange(states_, {})) {
       v1::FetchStateRequest request;
       request.set_host_id(host_id_);

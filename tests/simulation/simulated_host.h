@@ -62,7 +62,7 @@ class SimulatedHost {
   void Do(const agent::SpawnWorker& action);
   void Do(const agent::SignalWorker& action);
   void Do(const agent::SendOrder& action);
-  void Do(const agent::FetchScene& action);
+  void Do(const agent::FetchContent& action);
   void Do(const agent::FetchState& action);
   void Do(const agent::UploadState& action);
   void Do(const agent::ForwardReport& action);
@@ -83,7 +83,7 @@ class SimulatedHost {
   std::uint64_t boot_ = 1;
   bool admitted_ = false;
   agent::WorkersFile saved_;
-  std::set<std::string> scenes_;
+  std::set<agent::Content> contents_;
   std::vector<agent::FetchState> states_;
   std::map<agent::WorkerKey, v1::InventoryReport> inventories_;
   std::map<agent::WorkerKey, Process> processes_;

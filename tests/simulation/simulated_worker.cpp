@@ -86,6 +86,11 @@ void SimulatedWorker::Do(const worker::CutLink& action) { links_.Cut(action.regi
 
 void SimulatedWorker::Do(const worker::RequestScene&) { core_.SceneLoaded(around_.scene, around_.Now()); }
 
+void SimulatedWorker::Do(const worker::RequestGame&) {
+  const bool damaged = around_.damaged_games.contains(identity().region);
+  core_.GameLoaded(around_.game + (damaged ? " rust" : ""), around_.Now());
+}
+
 void SimulatedWorker::Do(const worker::RequestState& action) {
   const auto file = around_.files.find(action.path);
   if (file == around_.files.end()) return core_.StateLoaded(absl::NotFoundError(action.path), around_.Now());

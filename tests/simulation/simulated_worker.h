@@ -60,6 +60,7 @@ class SimulatedWorker {
   void Do(const worker::SendMessage& action);
   void Do(const worker::CutLink& action);
   void Do(const worker::RequestScene& action);
+  void Do(const worker::RequestGame& action);
   void Do(const worker::RequestState& action);
   void Do(const worker::WriteCheckpoint& action);
   void Do(const worker::OpenPorts& action);

@@ -54,7 +54,7 @@ Simulation::Simulation(std::shared_ptr<const Scene> scene, const PartitionMap& m
   }
   if (options_.attach) options_.attach(*this);
   for (const MapRegion& region : map.regions()) {
-    StartWorker({region.id, Incarnation(1), scene_, map, options.settings});
+    StartWorker({region.id, Incarnation(region.id.value()), scene_, map, options.settings});
   }
 }
 
@@ -62,6 +62,7 @@ Simulation::~Simulation() = default;
 
 SimulatedRegion& Simulation::StartWorker(region::Config config) {
   auto& worker = workers_[config.self];
+  if (options_.game) config.game = options_.game(scene_);
   worker = std::make_unique<SimulatedRegion>(timeline_, network_, std::move(config));
   worker->on_step = [this](SimulatedRegion& of, const region::StepResult& result) { Stepped(of, result); };
   worker->on_other = [this](SimulatedRegion& of, Node from, std::uint8_t kind, std::span<const std::uint8_t> bytes) {
@@ -196,6 +197,7 @@ void Simulation::Stepped(SimulatedRegion& worker, const region::StepResult& resu
   ++totals_.steps;
   totals_.nonfinite += result.nonfinite.size();
   invariants_.Stepped(worker.id(), result.tick, worker.region().owned(), result);
+  if (options_.game) invariants_.Told(worker.region());
   CountHandovers(worker, result);
   if (on_step) on_step(worker, result);
   if (totals_.steps % kStepsBetweenChecks == 0) CheckCopies();

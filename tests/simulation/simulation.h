@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "core/game/game_host.h"
 #include "tests/simulation/invariant_checker.h"
 #include "tests/simulation/simulated_region.h"
 
@@ -38,6 +39,8 @@ struct SimulationOptions {
   region::RegionSettings settings = {};
   PacketConditions conditions = {};
   bool weigh = false;  // the invariant checker adds up momentum and energy
+  // Makes the game of one region; bodies that it makes and removes are followed. Null: no game.
+  std::function<std::shared_ptr<game::GameHost>(std::shared_ptr<const Scene>)> game = nullptr;
   // Called before the first worker starts: the place to hang something in.
   std::function<void(Simulation&)> attach = nullptr;
 };

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -25,6 +26,8 @@ struct Surroundings {
   std::shared_ptr<const Scene> scene;
   region::RegionSettings settings;
   std::map<std::string, Bytes> files;  // by path, on all hosts
+  std::string game;                    // Lua, as all hosts have it; empty: the world runs none
+  std::set<RegionId> damaged_games;    // regions on whose hosts it is not what it was
 
   // The checks: a step, a resumption included; a failover that is carried out now declares those lives dead.
   std::function<void(SimulatedWorker&, const region::StepResult&)> on_step;

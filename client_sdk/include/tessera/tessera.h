@@ -222,6 +222,23 @@ TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
 /* Force (N) and torque (N m) on the own body, world frame, from now until the next call; NULL: none. The scene limits
  * them. Gives the number of the next input. */
 TESSERA_API uint32_t tessera_move(tessera_client* client, const float force[3], const float torque[3]);
+
+/* All that a player can ask for. In a scene of characters the move vector, the look angles and the buttons count: the
+ * body walks by `move` as the player looks, jumps while button 0 is held, and runs while button 1 is; otherwise force
+ * and torque do. Every field goes to the server with every input. */
+typedef struct tessera_steering {
+  uint32_t size;
+  uint32_t buttons; /* bit i: button i is held down */
+  float force[3], torque[3];
+  float move[2]; /* right, forward; a longer vector counts as one of length 1 */
+  float yaw;     /* radians about +y, to the left; 0 looks along -z */
+  float pitch;   /* radians, up, -pi/2 to pi/2 */
+} tessera_steering;
+#define TESSERA_STEERING \
+  { sizeof(tessera_steering), 0, {0, 0, 0}, {0, 0, 0}, {0, 0}, 0, 0 }
+/* From now until the next call of this or of tessera_move, which replaces force and torque alone. Gives the number of
+ * the next input; 0: an argument is wrong. */
+TESSERA_API uint32_t tessera_steer(tessera_client* client, const tessera_steering* steering);
 /* Number of the last input that moved the own body. */
 TESSERA_API uint32_t tessera_last_applied_input(const tessera_client* client);
 
@@ -280,11 +297,13 @@ typedef struct tessera_scene_info {
   double bounds_min[3], bounds_max[3];
   double gravity[3];
   size_t body_count;
-  double player_max_force_n; /* 0: nobody has a body */
+  double player_max_force_n; /* 0: nobody has a body, or a character has it */
   double player_max_speed_m_s;
+  double character_walk_speed_m_s; /* 0: forces move the player's body */
+  double character_run_speed_m_s;
 } tessera_scene_info;
 #define TESSERA_SCENE_INFO \
-  { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0 }
+  { sizeof(tessera_scene_info), 0, NULL, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, 0, 0, 0, 0 }
 
 /* These pointers are valid as long as the client. */
 TESSERA_API tessera_code tessera_get_scene(const tessera_client* client, tessera_scene_info* scene);

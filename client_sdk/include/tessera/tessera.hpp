@@ -58,6 +58,7 @@ using Property = std::variant<bool, std::int64_t, double, std::string>;
 
 using Body = tessera_body;
 using Stats = tessera_stats;
+using Steering = tessera_steering;  // begins as TESSERA_STEERING
 using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
@@ -151,6 +152,8 @@ class Client {
   std::uint64_t tick() const { return tessera_tick(get()); }
 
   std::uint32_t Move(Vector force, Vector torque = {}) { return tessera_move(get(), force.data(), torque.data()); }
+
+  std::uint32_t Steer(const Steering& steering) { return tessera_steer(get(), &steering); }
 
   SceneInfo Scene() const {
     SceneInfo scene = TESSERA_SCENE_INFO;

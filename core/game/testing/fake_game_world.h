@@ -46,6 +46,8 @@ class FakeGameWorld : public GameWorld {
   QueryResult answer;  // to every query
 
   const Scene& scene() const override { return *scene_; }
+  RegionId region() const override { return region_; }
+  void set_region(std::uint32_t region) { region_ = RegionId(region); }
   const BodyDef* Find(BodyId id) const override {
     const auto found = bodies_.find(id);
     return found == bodies_.end() ? nullptr : &found->second.def;
@@ -123,6 +125,7 @@ class FakeGameWorld : public GameWorld {
   const std::shared_ptr<Scene> scene_;
   std::map<BodyId, Body> bodies_;
   SpawnedIds ids_{Incarnation(1)};
+  RegionId region_{1};
   BodyId leaving_;
   int commits_ = 0;
 };

@@ -1,0 +1,32 @@
+// Content: a file that all workers of an instance need, known by its hash: its scene, or its game.
+//
+//   CheckContent({ContentKind::kGame, hash}, bytes)     // OK, or "has hash ..."
+//
+// Thread rule: plain values and free functions.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "absl/status/status.h"
+
+namespace tessera::agent {
+
+enum class ContentKind : std::uint8_t { kScene, kGame };
+
+struct Content {
+  ContentKind kind = ContentKind::kScene;
+  std::string hash;
+  friend auto operator<=>(const Content&, const Content&) = default;
+};
+
+const char* NameOf(ContentKind kind);           // "scene", "game"
+std::size_t MaxContentBytes(ContentKind kind);  // above, it is not what it claims to be
+
+// INVALID_ARGUMENT unless `bytes` are the content: "is no scene", "has 2097152 bytes, more than 1048576", "has hash
+// ...".
+absl::Status CheckContent(const Content& content, const std::string& bytes);
+
+}  // namespace tessera::agent

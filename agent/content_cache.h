@@ -1,0 +1,51 @@
+// ContentCache: scenes and games by hash, from the state folder or, once, from the control plane.
+//
+// What was fetched is kept only if it hashes to what was asked for; the file appears whole or not at all. A stored file
+// is checked when it is wanted, and fetched anew if it was damaged since. While the control plane is away, requests for
+// what is missing wait. Thread rule: the event loop's thread, which also runs the callbacks; checking and writing of
+// what was fetched happens on gRPC's.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "agent/content.h"
+#include "agent/control_link.h"
+#include "agent/event_loop.h"
+#include "agent/state_dir.h"
+
+namespace tessera::agent {
+
+class ContentCache {
+ public:
+  struct Callbacks {
+    std::function<void(const Content& content, const std::string& path)> on_ready;
+    std::function<void(const Content& content, const std::string& reason)> on_failed;  // asking again will not help
+  };
+  // `state` outlives it.
+  ContentCache(std::shared_ptr<EventLoop> loop, const StateDir& state, Callbacks callbacks);
+
+  void Want(const Content& content);
+  // As admitted by the control plane; asks for all that is missing.
+  void Connected(std::shared_ptr<ControlLink> link, const HostIdentity& identity);
+  void Away() { link_.reset(); }
+
+ private:
+  void Fetch(const Content& content);
+  void Fetched(const Content& content, const absl::Status& status);
+
+  std::shared_ptr<EventLoop> loop_;
+  const StateDir& state_;
+  Callbacks callbacks_;
+  std::shared_ptr<ControlLink> link_;
+  HostIdentity identity_;
+  std::map<Content, bool> missing_;  // whether a call is under way
+};
+
+// Checks what the control plane sent and writes it to `path`. INTERNAL if the file cannot be written. Any thread.
+absl::Status KeepContent(const Content& content, const std::string& bytes, const std::string& path);
+
+}  // namespace tessera::agent

@@ -1,0 +1,14 @@
+// Game files as commands take them.
+#pragma once
+
+#include <string>
+
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::local {
+
+// Reads the file; what is in it is checked by the control plane. CommandError names a file that cannot be read, is
+// empty or larger than a game may be, or has a name that cannot be sent.
+v1::GameSource LoadGame(const std::string& path);
+
+}  // namespace tessera::local
