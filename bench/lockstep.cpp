@@ -8,11 +8,12 @@
 namespace tessera::bench {
 
 Lockstep::Lockstep(const std::shared_ptr<const Scene>& scene, const PartitionMap& map,
-                   const region::RegionSettings& settings, Observer observer)
+                   const region::RegionSettings& settings, Observer observer, const GameMaker& game)
     : observer_(std::move(observer)) {
   for (const MapRegion& region : map.regions()) {
-    regions_.push_back(std::make_unique<region::Region>(
-        region::Config{region.id, Incarnation(region.id.value()), scene, map, settings}));
+    region::Config config{region.id, Incarnation(region.id.value()), scene, map, settings};
+    if (game) config.game = game(region.id);
+    regions_.push_back(std::make_unique<region::Region>(std::move(config)));
   }
   for (const auto& region : regions_) Send(region->id(), region->Start());
 }

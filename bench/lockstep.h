@@ -20,9 +20,12 @@ class Lockstep {
     std::function<void(RegionId from, region::OutgoingFrame& frame, double cpu_s)> received;
   };
 
+  // Makes the game of a region.
+  using GameMaker = std::function<std::shared_ptr<game::GameHost>(RegionId)>;
+
   // Region n of the map has incarnation n. The frames of tick 0 have arrived when the constructor returns.
   Lockstep(const std::shared_ptr<const Scene>& scene, const PartitionMap& map, const region::RegionSettings& settings,
-           Observer observer = {});
+           Observer observer = {}, const GameMaker& game = {});
 
   // Steps all regions once. Throws if a frame is refused.
   void Tick(const region::PhaseObserver& phases = {});

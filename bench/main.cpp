@@ -11,6 +11,7 @@
 #include "bench/borders.h"
 #include "bench/dissertation.h"
 #include "bench/failover.h"
+#include "bench/games.h"
 #include "bench/lean.h"
 #include "bench/report.h"
 #include "bench/snapshots.h"
@@ -40,6 +41,7 @@ constexpr Suite kSuites[] = {
     {"lean", "What a scene does not need: its cost where it is present but unneeded", RunLean},
     {"borders", "1, 2, 4, 9 regions against one world: errors, momentum, outcomes, prediction, and what they cost",
      RunBorders},
+    {"games", "Game code: a callback against bare Lua and against a step, and bodies that come and go", RunGames},
     {"snapshots", "Bits and time to show 901 cubes: a bit packer step by step, the fast and the dense coder",
      RunSnapshots},
     {"failover",

@@ -1,7 +1,6 @@
 #include "core/physics/sphere_sweep.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "core/physics/motion/sweep.h"
 
@@ -21,15 +20,16 @@ Geometry SphereOf(double radius_m) {
 
 }  // namespace
 
-std::optional<SphereHit> SweepSphere(BroadPhase& broad_phase, Vec3d origin, const SphereWay& way) {
+Aabb BoundsOf(const SphereWay& way) {
+  return Aabb{way.from, way.from}.United({way.to, way.to}).Expanded(way.radius_m + kBoundsSlack_m);
+}
+
+std::optional<SphereHit> SweepSphere(std::span<const RigidBody* const> near, const SphereWay& way) {
   const Geometry sphere = SphereOf(way.radius_m);
-  const Aabb path = Aabb{way.from, way.from}.United({way.to, way.to}).Expanded(way.radius_m + kBoundsSlack_m);
-  std::vector<RigidBody*> near;
-  broad_phase.Overlapping({Vec3f(path.min - origin), Vec3f(path.max - origin)}, &near);
   const SweptMotion motion{sphere, way.from, way.to, Quatd(), Vec3d()};
   std::optional<SphereHit> first;
   for (const RigidBody* body : near) {
-    if (body->id() == way.ignored || body->trigger()) continue;
+    if (body->id() == way.ignored || body->trigger() || !body->layer().CollidesWith(way.layer)) continue;
     const Vec3d at = body->placement().position;
     const SweptMotion still{body->geometry(), at, at, body->placement().orientation, Vec3d()};
     const std::optional<Impact> impact = FirstImpact(still, motion, static_cast<float>(kSweptGap_m));

@@ -1,13 +1,13 @@
 // SweepSphere: the first body that a sphere meets on a straight way, for movements that feel their surroundings.
 //
-// Bodies are found by the bounds that the broad phase holds, which contain every body that has not left its predicted
-// motion since the last step; the way to each is tested as continuous collision tests it (motion/sweep.h).
-// Thread rule: one thread at a time.
+// The way to each body is tested as continuous collision tests it (motion/sweep.h). Thread rule: free functions on
+// values.
 #pragma once
 
 #include <optional>
+#include <span>
 
-#include "core/physics/broad_phase.h"
+#include "core/physics/rigid_body.h"
 #include "core/physics/world.h"
 
 namespace tessera::physics {
@@ -16,9 +16,13 @@ struct SphereWay {
   Vec3d from, to;  // of the centre, world space
   double radius_m = 0;
   BodyId ignored;
+  CollisionLayer layer;  // of who moves so: layers that ignore it are no obstacle
 };
 
-// `origin`: the world position of the broad phase's origin. The contract is that of World::SweepSphere.
-std::optional<SphereHit> SweepSphere(BroadPhase& broad_phase, Vec3d origin, const SphereWay& way);
+// What of the world may be met on the way.
+Aabb BoundsOf(const SphereWay& way);
+
+// `near`: all bodies within these bounds, in any order. The contract is that of World::SweepSphere.
+std::optional<SphereHit> SweepSphere(std::span<const RigidBody* const> near, const SphereWay& way);
 
 }  // namespace tessera::physics

@@ -107,7 +107,11 @@ std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 QueryResult World::FindBodies(const BodyQuery& query) const { return impl_->queries.Find(query); }
 std::vector<BodyId> World::Overlapping(const Aabb& box) const { return impl_->queries.Overlapping(box); }
 std::optional<SphereHit> World::SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const {
-  return physics::SweepSphere(impl_->broad_phase, impl_->settings.origin, {from, to, radius_m, ignored});
+  SphereWay way{from, to, radius_m, ignored, {}};
+  if (const RigidBody* who = impl_->bodies.Find(ignored); who != nullptr) way.layer = who->layer();
+  std::vector<const RigidBody*> near;
+  for (const BodyId id : impl_->queries.Overlapping(physics::BoundsOf(way))) near.push_back(&impl_->bodies.At(id));
+  return physics::SweepSphere(near, way);
 }
 
 float World::IslandLoadOf(BodyId id) const {

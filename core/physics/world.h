@@ -115,7 +115,8 @@ class World {
   QueryResult FindBodies(const BodyQuery& query) const;
   std::vector<BodyId> Overlapping(const Aabb& box) const;  // ascending; by bounds, triggers among them
   // The first body that a sphere meets on a straight way, which it may touch or overlap at the start: only what it
-  // comes nearer to counts. Triggers and `ignored` are no obstacle. In doubles from relative positions: the same bits
+  // comes nearer to counts. Triggers, `ignored` and layers that ignore its are no obstacle. In
+  // doubles from relative positions: the same bits
   // in every world that holds the bodies on the way.
   std::optional<SphereHit> SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const;
 
