@@ -250,7 +250,7 @@ TEST(WorkerClientTest, InputThatIsNotFiniteOrNotAnInputHarmsNothing) {
   auto bytes = replication::EncodeInput(
       {.ack = {}, .inputs = {{.number = 1, .body = own, .target = Tick(), .force_n = {1, 2, 3}, .torque_nm = {}}}});
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(bytes.data() + bytes.size() - 24, &nan, sizeof nan);
+  std::memcpy(bytes.data() + bytes.size() - 12, &nan, sizeof nan);  // the force stands last: there is no torque
   ASSERT_TRUE(client->Until([&] {
     client->SendDatagram(bytes);
     return client->input_refused.has_value();

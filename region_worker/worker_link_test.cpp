@@ -45,7 +45,7 @@ constexpr char kCrowd[] = R"(
 v1::LinkHello HelloOf(std::uint32_t region) {
   v1::LinkHello hello;
   hello.set_region(region);
-  hello.set_incarnation(1);
+  hello.set_incarnation(region);
   hello.set_map_version(1);
   hello.set_rules(region::RulesOf(region::RegionSettings()));
   return hello;
@@ -54,7 +54,7 @@ v1::LinkHello HelloOf(std::uint32_t region) {
 net::EndpointIdentity IdentityOf(std::uint32_t region, const net::InstanceKey& key) {
   return {.instance_id = kStandaloneInstanceId,
           .region = RegionId(region),
-          .incarnation = Incarnation(1),
+          .incarnation = Incarnation(region),
           .key = key,
           .for_regions = true};
 }
@@ -63,7 +63,7 @@ net::Credentials PassOf(std::uint32_t region, const net::InstanceKey& key) {
   return net::Issue({.instance_id = kStandaloneInstanceId,
                      .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60,
                      .region = RegionId(region),
-                     .incarnation = Incarnation(1)},
+                     .incarnation = Incarnation(region)},
                     key);
 }
 
@@ -143,7 +143,7 @@ class NeighborTest : public WorkerLinkTest {
     line_.endpoint->Open(IdentityOf(2, StandaloneKey()));
     scene_ = *LoadSceneFile(scene_file_);
     region_.emplace(region::Config{.self = RegionId(2),
-                                   .incarnation = Incarnation(1),
+                                   .incarnation = Incarnation(2),
                                    .scene = scene_,
                                    .map = *MakeGridMap(scene_->ground(), 2),
                                    .settings = {}});

@@ -110,7 +110,7 @@ void GameHost::RunEvents(GameWorld& world) {
 void GameHost::RunTimers(GameWorld& world) {
   for (const BodyId id : world.DueBy(tick_)) {
     // An earlier body's callback may have removed it.
-    if (!world.Owns(id) || world.IsLeaving(id)) continue;
+    if (!world.Owns(id)) continue;
     const Tick expires = world.RecordOf(id).expires;
     if (expires != Tick() && expires <= tick_) {
       world.Remove(id);
@@ -166,7 +166,7 @@ void GameHost::RunBodyTicks(GameWorld& world) {
   for (const auto& [id, kind] : ticked) {
     next_ticked_ = id;
     if (Exhausted()) return;
-    if (!world.Owns(id) || world.IsLeaving(id)) continue;
+    if (!world.Owns(id)) continue;  // another one's callback removed it
     const tessera_game_value self = BodyValue(id);
     Call(world, kOnBodyTick, id, kind, {&self, 1});
   }

@@ -401,22 +401,22 @@ TEST_F(GameHostTest, CodeThatIsLoadedAnewGoesOnWithWhatRecordsHold) {
   EXPECT_EQ(called, 1);
 }
 
-TEST_F(GameHostTest, TimersAndTicksOfABodyThatIsLeavingAreItsNextOwners) {
+TEST_F(GameHostTest, WhatOneCallDoesToSeveralBodiesGoesTogether) {
   world.Add(1, kCrate);
-  int ticks = 0, timers = 0, contacts = 0;
-  game.On(kOnBodyTick, "crate", [&](GameCalls& calls, Arguments) {
-    return ++ticks > 1 || calls.Call(kBodyAfter, {BodyId(1), std::int64_t{1}, std::string("soon")});
-  });
-  game.On(kOnBodyTimer, "crate", [&](GameCalls&, Arguments) { return ++timers > 0; });
-  game.On(kOnBodyContact, "crate", [&](GameCalls&, Arguments) { return ++contacts > 0; });
+  world.Add(2, kBallKind);
+  const auto hurt = [](GameCalls& calls, std::uint64_t id) {
+    return calls.Call(kBodySet, {BodyId(id), std::string("health"), std::int64_t{7}});
+  };
+  bool both = true;
+  game.On(kOnBodyContact, "crate",
+          [&](GameCalls& calls, Arguments) { return hurt(calls, 1) && (!both || hurt(calls, 2)); });
   Load();
-  Run();
-  world.Leave(1);
   Run({Contact(1, 2)});
-  EXPECT_EQ(ticks, 1);
-  EXPECT_EQ(timers, 0);
-  EXPECT_EQ(contacts, 1) << "nobody else is told of it";
-  EXPECT_EQ(world.record(1).timers.size(), 1U);
+  EXPECT_TRUE(world.together(1));
+  EXPECT_TRUE(world.together(2));
+  both = false;
+  Run({Contact(1, 2)});
+  EXPECT_FALSE(world.together(1));
 }
 
 TEST_F(GameHostTest, RegionsDrawOtherNumbersForTheWorldAndTheSameForABody) {

@@ -27,8 +27,6 @@ class GameWorld {
   // After the last step. The body is here.
   virtual BodyState StateOf(BodyId id) const = 0;
   virtual bool Owns(BodyId id) const = 0;
-  // Owned, and about to be handed over: its own callbacks wait for its next owner.
-  virtual bool IsLeaving(BodyId id) const = 0;
   virtual std::size_t OwnedCount() const = 0;
   // Of all that is here: own bodies, neighbours' and static ones, where the last step left them.
   virtual QueryResult FindBodies(const BodyQuery& query) const = 0;
@@ -42,8 +40,9 @@ class GameWorld {
   // The id of the first body of a new one of this prefab; nothing when this region has none left to give.
   virtual std::optional<BodyId> NextId(std::size_t prefab) = 0;
 
-  // Replaces both. The region owns the body.
-  virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) = 0;
+  // Replaces both. The region owns the body. `together`: the same call changed other bodies as well, and what it did to
+  // them and to this one may not be parted.
+  virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) = 0;
   // A body of a prefab, with an id that follows from NextId. The region owns it from now on.
   virtual void Spawn(BodyId id, const BodyState& state) = 0;
   // The region owns the body, and it is no player's.

@@ -60,7 +60,8 @@ void Transaction::Remove(BodyId id) {
 
 std::size_t Transaction::Commit() {
   for (const auto& [id, made] : made_) world_.Spawn(id, made.state);
-  for (const auto& [id, changes] : changes_) world_.Commit(id, changes.properties, changes.record);
+  const bool together = changes_.size() + removed_.size() > 1;
+  for (const auto& [id, changes] : changes_) world_.Commit(id, changes.properties, changes.record, together);
   for (const BodyId id : removed_) world_.Remove(id);
   changes_.clear();
   removed_.clear();

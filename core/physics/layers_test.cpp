@@ -79,5 +79,14 @@ TEST(LayersTest, JointsHoldBodiesThatIgnoreEachOther) {
   EXPECT_THAT(world.contacts(), IsEmpty());
 }
 
+TEST(LayersTest, AWalkersSweepGoesThroughThemToo) {
+  for (const std::uint8_t layer : {std::uint8_t{0}, std::uint8_t{1}}) {
+    World world({});
+    AddAll(world, {InLayer(2, Static(1, Box(0.5, 5, 5), {3, 0, 0})), InLayer(layer, Dynamic(2, Ball(0.3), {}))});
+    const auto hit = world.SweepSphere({0, 0, 0}, {6, 0, 0}, 0.3, BodyId(2));
+    EXPECT_EQ(hit.has_value(), layer == 0);
+  }
+}
+
 }  // namespace
 }  // namespace tessera::physics

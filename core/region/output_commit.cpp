@@ -42,13 +42,20 @@ void OutputCommit::Release(std::optional<Tick> standby_has, Tick now) {
       entry.later.pop_front();
     }
     if (entry.spawned <= *standby_has) entry.spawned = Tick();
+    if (entry.bound <= *standby_has) entry.bound = Tick();
   }
-  std::erase_if(entries_, [](const auto& one) { return one.second.later.empty() && one.second.spawned == Tick(); });
+  std::erase_if(entries_, [](const auto& one) {
+    const Entry& entry = one.second;
+    return entry.later.empty() && entry.spawned == Tick() && entry.bound == Tick();
+  });
 }
 
 bool OutputCommit::MustWait(std::span<const BodyId> assembly, Tick now) {
   if (entries_.empty() && waiting_.empty()) return false;
-  const bool held = std::ranges::any_of(assembly, [this](BodyId id) { return entries_.contains(id); });
+  const bool held = std::ranges::any_of(assembly, [this](BodyId id) {
+    const auto entry = entries_.find(id);
+    return entry != entries_.end() && entry->second.bound != Tick();
+  });
   bool wait = held;
   for (const BodyId id : assembly) {
     if (!held) {

@@ -1,8 +1,9 @@
 // OutputCommit: which of what a region has decided may be told to others, because its standby has it too.
 //
-// Poses are told at once: a death may set them back. Properties, bodies that come to be, and handovers of bodies whose
-// records changed wait until the standby has the tick that made them, so that nothing that anybody has acted on is
-// undone by a death. Without a standby nothing waits.
+// Poses are told at once: a death may set them back. Properties and bodies that come to be are told when the standby
+// has the tick that made them, so that nothing that anybody has acted on is undone by a death. A body that one call of
+// a game changed together with others is handed over no sooner: should its region die, the others would be set back,
+// and it would not. Without a standby nothing waits.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -25,12 +26,14 @@ class OutputCommit {
  public:
   using PropertyBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-  // How long a handover may wait, ticks: an eighth of the time in which a fast body leaves what its owner sees.
+  // How long a handover may wait, ticks. Longer, and a fast body is far from what its owner sees.
   static constexpr std::uint64_t kMaxHandoverWait = 30;
 
   // What counts of a body's record changed; the log of `tick` is the first that has it. `before` is null where the body
   // had no record.
   void Changed(const KeptRecord* before, const KeptRecord& after, Tick tick);
+  // One call changed the body together with others in `tick`.
+  void Bound(BodyId id, Tick tick) { entries_[id].bound = tick; }
   // A body came to be in `tick`.
   void Spawned(BodyId id, Tick tick) { entries_[id].spawned = tick; }
   // The body is not owned here any more.
@@ -38,10 +41,9 @@ class OutputCommit {
   // After the step to `now`: the standby has all up to this tick; nothing without a standby.
   void Release(std::optional<Tick> standby_has, Tick now);
 
-  // Whether one of these bodies, which should be handed over, has to wait in the step to `now`.
+  // Whether one of these bodies, which should be handed over, has to wait in the step to `now`. What is changed
+  // together with others in every tick waits no longer than kMaxHandoverWait.
   bool MustWait(std::span<const BodyId> assembly, Tick now);
-  // Whether the body waits for that: nothing may change its record meanwhile.
-  bool Waits(BodyId id) const { return waiting_.contains(id); }
   // Whether nobody may know of the body yet.
   bool IsHidden(BodyId id) const;
   bool empty() const { return entries_.empty(); }
@@ -53,6 +55,7 @@ class OutputCommit {
  private:
   struct Entry {
     Tick spawned;        // 0: it was there before
+    Tick bound;          // 0: it was not changed together with others
     PropertyBytes told;  // as of the newest tick that the standby has
     std::deque<std::pair<Tick, PropertyBytes>> later;
   };

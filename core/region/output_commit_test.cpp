@@ -55,30 +55,31 @@ TEST_F(OutputCommitTest, ABodyIsHiddenUntilTheStandbyHasIt) {
   EXPECT_FALSE(output.IsHidden(kCounted));
 }
 
-TEST_F(OutputCommitTest, AHandoverWaitsForTheStandbyWithTheWholeAssembly) {
-  EXPECT_FALSE(output.MustWait(kAssembly, Tick(4)));
+TEST_F(OutputCommitTest, WhatWasChangedTogetherIsHandedOverWhenTheStandbyHasIt) {
   output.Changed(nullptr, RecordWith(1), Tick(5));
+  EXPECT_FALSE(output.MustWait(kAssembly, Tick(5))) << "it takes its own change along";
+  output.Bound(kCounted, Tick(5));
   EXPECT_TRUE(output.MustWait(kAssembly, Tick(5)));
-  EXPECT_TRUE(output.Waits(BodyId(8)));
   output.Release(Tick(5), Tick(6));
   EXPECT_FALSE(output.MustWait(kAssembly, Tick(6)));
-  EXPECT_FALSE(output.Waits(BodyId(8)));
-}
-
-TEST_F(OutputCommitTest, ABodyThatGoesBackWaitsNoMore) {
-  output.Changed(nullptr, RecordWith(1), Tick(5));
-  EXPECT_TRUE(output.MustWait(kAssembly, Tick(5)));
-  output.Release(Tick(4), Tick(6));
-  EXPECT_TRUE(output.Waits(kCounted)) << "it may be asked again in this step";
-  output.Release(Tick(4), Tick(7));
-  EXPECT_FALSE(output.Waits(kCounted));
 }
 
 TEST_F(OutputCommitTest, AHandoverDoesNotWaitForEver) {
-  output.Changed(nullptr, RecordWith(1), Tick(5));
-  EXPECT_TRUE(output.MustWait(kAssembly, Tick(10)));
-  EXPECT_TRUE(output.MustWait(kAssembly, Tick(10 + OutputCommit::kMaxHandoverWait - 1)));
+  output.Bound(kCounted, Tick(5));
+  for (std::uint64_t tick = 10; tick < 10 + OutputCommit::kMaxHandoverWait; ++tick) {
+    output.Release(Tick(4), Tick(tick));
+    EXPECT_TRUE(output.MustWait(kAssembly, Tick(tick)));
+  }
   EXPECT_FALSE(output.MustWait(kAssembly, Tick(10 + OutputCommit::kMaxHandoverWait)));
+}
+
+TEST_F(OutputCommitTest, ABodyThatWentBackBeginsToWaitAnew) {
+  output.Bound(kCounted, Tick(5));
+  EXPECT_TRUE(output.MustWait(kAssembly, Tick(5)));
+  output.Release(Tick(4), Tick(20));  // it has not been asked for since
+  EXPECT_TRUE(output.MustWait(kAssembly, Tick(20)));
+  output.Release(Tick(4), Tick(21));
+  EXPECT_TRUE(output.MustWait(kAssembly, Tick(5 + OutputCommit::kMaxHandoverWait)));
 }
 
 TEST_F(OutputCommitTest, APushIsMotionAndWaitsForNobody) {
@@ -94,10 +95,9 @@ TEST_F(OutputCommitTest, APushIsMotionAndWaitsForNobody) {
 
 TEST_F(OutputCommitTest, WhatIsOwnedElsewhereIsForgotten) {
   output.Changed(nullptr, RecordWith(1), Tick(5));
-  EXPECT_TRUE(output.MustWait(kAssembly, Tick(5)));
+  output.Bound(kCounted, Tick(5));
   output.Left(kCounted);
   EXPECT_TRUE(output.empty());
-  EXPECT_FALSE(output.Waits(kCounted));
 }
 
 }  // namespace

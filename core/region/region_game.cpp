@@ -29,12 +29,13 @@ std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairE
   return std::exchange(removed_, {});
 }
 
-void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) {
+void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) {
   const KeptRecord* const now = records_.Find(id);
   const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
   records_.Commit(id, changed, record);
   const KeptRecord* const after = records_.Find(id);
   if (after != nullptr) output_.Changed(before ? &*before : nullptr, *after, tick_);
+  if (together) output_.Bound(id, tick_);
 }
 
 void RegionGame::Spawn(BodyId id, const BodyState& state) {

@@ -58,8 +58,7 @@ class RegionGame : private game::GameWorld {
   PropertySet ChangedOf(BodyId id) const override;
   game::GameRecord RecordOf(BodyId id) const override;
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
-  bool IsLeaving(BodyId id) const override { return output_.Waits(id); }
-  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record) override;
+  void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) override;
   void Spawn(BodyId id, const BodyState& state) override;
   void Remove(BodyId id) override;
 

@@ -165,11 +165,11 @@ TEST(ResolveSceneTest, KeepsWhatIsWritten) {
 // A force of more than the weight would lift a body for ever.
 TEST(ResolveSceneTest, NobodyFliesUnlessTheSceneSaysSo) {
   const auto rules = [](const std::string& gravity, const std::string& more) {
-    const auto scene = Resolved(*
-        ParseScene(absl::StrCat(R"(name: "s" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } })", gravity,
-                                "player { body { mass: 2 shape { sphere { radius: 0.4 } } } spawn_points {} ",
-                                "max_force: 800 max_speed: 4 ", more, "}"),
-                   "s.textproto"));
+    const auto scene = Resolved(
+        *ParseScene(absl::StrCat(R"(name: "s" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } })", gravity,
+                                 "player { body { mass: 2 shape { sphere { radius: 0.4 } } } spawn_points {} ",
+                                 "max_force: 800 max_speed: 4 ", more, "}"),
+                    "s.textproto"));
     return *scene->player;
   };
   EXPECT_NEAR(rules("", "").max_force_up_n, 9.81, 1e-9);
@@ -184,7 +184,7 @@ TEST(ResolveSceneTest, ACharacterStandsUprightAndHasDefaults) {
   const auto scene = Resolved(*ParseScene(R"(name: "s" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }
       player { body { mass: 70 shape { capsule { radius: 0.4 half_height: 0.5 } } } spawn_points {}
                character { walk_speed: 3 air_control: 0 } })",
-                                        "s.textproto"));
+                                          "s.textproto"));
   const PlayerRules& player = *scene->player;
   ASSERT_TRUE(player.character.has_value());
   EXPECT_EQ(player.character->walk_speed_m_s, 3);

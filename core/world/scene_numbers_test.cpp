@@ -85,8 +85,20 @@ constexpr char kEverything[] = R"(
   properties { name: "health" number: 100 }
   properties { name: "speed" real: 1.5 }
   view { radius: 50 bytes_per_second: 100000 }
-  player { body { mass: 80 shape { sphere { radius: 1 } } } spawn_points { y: 1 } max_force: 1 max_speed: 1 }
+  player { body { mass: 80 shape { sphere { radius: 1 } } } spawn_points { y: 1 } max_force: 1 max_speed: 1 max_force_up: 1 }
 )";
+
+// The same with players that walk, which are given no forces.
+std::string WithWalkers() {
+  const std::string everything = kEverything;
+  return everything.substr(0, everything.find("  player {")) + R"(
+  player {
+    body { mass: 80 shape { capsule { radius: 0.3 half_height: 0.6 } } }
+    spawn_points { y: 1 }
+    character { walk_speed: 4 run_speed: 7 acceleration: 40 air_control: 0.2 jump_speed: 4 step_height: 0.3 max_slope: 0.8 push_mass: 50 }
+  }
+)";
+}
 
 bool IsNumber(const FieldDescriptor& field) {
   return field.cpp_type() == FieldDescriptor::CPPTYPE_DOUBLE || field.cpp_type() == FieldDescriptor::CPPTYPE_FLOAT;
@@ -121,8 +133,8 @@ void ForEachNumber(Message& message, const std::string& name,
   }
 }
 
-TEST(SceneNumbersTest, WhatIsAbsurdIsRefusedByName) {
-  auto scene = ParseScene(kEverything, "x.textproto");
+void ExpectAbsurdNumbersToBeRefused(const std::string& text) {
+  auto scene = ParseScene(text, "x.textproto");
   ASSERT_TRUE(scene.ok()) << scene.status();
   ASSERT_TRUE(ResolveScene(*scene, "x.textproto").ok()) << ResolveScene(*scene, "x.textproto").status();
   ForEachNumber(*scene, "", [&](Message& message, const FieldDescriptor& field, const std::string& name) {
@@ -139,6 +151,11 @@ TEST(SceneNumbersTest, WhatIsAbsurdIsRefusedByName) {
   });
 }
 
+TEST(SceneNumbersTest, WhatIsAbsurdIsRefusedByName) {
+  ExpectAbsurdNumbersToBeRefused(kEverything);
+  ExpectAbsurdNumbersToBeRefused(WithWalkers());
+}
+
 void NumbersOf(const Descriptor& type, std::set<std::string>& names) {
   for (int i = 0; i < type.field_count(); ++i) {
     if (IsNumber(*type.field(i))) names.insert(type.field(i)->full_name());
@@ -151,10 +168,12 @@ TEST(SceneNumbersTest, NoneIsLeftOut) {
   std::set<std::string> all, seen;
   const auto& file = *v1::Scene::descriptor()->file();
   for (int i = 0; i < file.message_type_count(); ++i) NumbersOf(*file.message_type(i), all);
-  auto scene = ParseScene(kEverything, "x.textproto");
-  ASSERT_TRUE(scene.ok()) << scene.status();
-  ForEachNumber(*scene, "",
-                [&](Message&, const FieldDescriptor& field, const std::string&) { seen.insert(field.full_name()); });
+  for (const std::string& text : {std::string(kEverything), WithWalkers()}) {
+    auto scene = ParseScene(text, "x.textproto");
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    ForEachNumber(*scene, "",
+                  [&](Message&, const FieldDescriptor& field, const std::string&) { seen.insert(field.full_name()); });
+  }
   EXPECT_EQ(seen, all);
 }
 

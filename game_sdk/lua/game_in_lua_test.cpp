@@ -116,7 +116,7 @@ TEST_F(GameInLuaTest, FreshStatesGiveTheSameEffects) {
         const Vec3f push = world.record(id).push_ns;
         seen.push_back(std::to_string(push.x) + " " + std::to_string(push.y) + " " + std::to_string(push.z) + " " +
                        std::to_string(std::get<double>(world.property(id, "heat"))));
-        world.Commit(BodyId(id), world.ChangedOf(BodyId(id)), {});
+        world.Commit(BodyId(id), world.ChangedOf(BodyId(id)), {}, false);
       }
       for (const std::string& line : Lines()) seen.push_back(line);
     }

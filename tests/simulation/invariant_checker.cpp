@@ -43,8 +43,7 @@ InvariantChecker::InvariantChecker(const Scene& scene) : scene_(scene) {
 // Nobody may have heard of its last steps: others may go on from before them, at the same ticks and epochs. Two that
 // die together may even have handed a body to and fro, and come to epochs that nobody else knows.
 void InvariantChecker::Died(RegionId region) {
-  // Its standby does not know that they were removed.
-  for (const auto& [tick, id] : untold_[region].removed) expected_.insert(id);
+  // Whether its standby knows what it removed last, nobody can tell.
   untold_.erase(region);
   for (auto& [id, life] : lives_) {
     const Reign& newest = *std::max_element(life.reigns.begin(), life.reigns.end(),

@@ -128,7 +128,7 @@ class Changing {
       const auto settings = replication::SnapshotSettingsFor(*instance.scene);
       shell.history = std::make_unique<replication::SnapshotHistory>(instance.scene->bounds, settings);
     }
-    shell.feed.Note(result.departures);
+    shell.feed.Note(result.tick, result.departures);
     if (result.tick.value() % kSnapshotTicks == 0) {
       shell.feed.Push(worker.region(), *shell.history);
       for (PropertyViewer& viewer : viewers) viewer.Take(worker.id(), *shell.history);

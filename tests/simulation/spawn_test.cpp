@@ -13,8 +13,8 @@ using ::testing::IsEmpty;
 
 constexpr double kArena_m = 40;  // half the ground's side
 
-// In each region and second 125 balls for half a minute, anywhere in the world, which live for a second or two: half of them expire, the
-// others are removed by a timer, wherever they are then.
+// In each region and second 125 balls for half a minute, anywhere in the world, which live for a second or two: half of
+// them expire, the others are removed by a timer, wherever they are then.
 constexpr char kFountain[] = R"(
   local function anywhere() return (world.random() - 0.5) * 76 end
   function on_tick()

@@ -52,8 +52,6 @@ class FakeGameWorld : public GameWorld {
     const auto found = bodies_.find(id);
     return found == bodies_.end() ? nullptr : &found->second.def;
   }
-  bool IsLeaving(BodyId id) const override { return leaving_ == id; }
-  void Leave(std::uint64_t id) { leaving_ = BodyId(id); }
   std::size_t OwnedCount() const override {
     return static_cast<std::size_t>(
         std::ranges::count_if(bodies_, [](const auto& entry) { return entry.second.owned; }));
@@ -86,11 +84,14 @@ class FakeGameWorld : public GameWorld {
   }
   GameRecord RecordOf(BodyId id) const override { return bodies_.contains(id) ? bodies_.at(id).record : GameRecord(); }
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
-  void Commit(BodyId id, const PropertySet& changed, const GameRecord& record) override {
+  void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) override {
     ++commits_;
     bodies_.at(id).changed = changed;
     bodies_.at(id).record = record;
+    bodies_.at(id).together = together;
   }
+  // Whether the body's last change came with those of others.
+  bool together(std::uint64_t id) const { return bodies_.at(BodyId(id)).together; }
   void Spawn(BodyId id, const BodyState& state) override {
     bodies_[id] = {MakeSpawned(*scene_, id), state, {}, {}, true};
   }
@@ -119,14 +120,13 @@ class FakeGameWorld : public GameWorld {
     BodyState state;
     PropertySet changed;
     GameRecord record;
-    bool owned = true;
+    bool owned = true, together = false;
   };
 
   const std::shared_ptr<Scene> scene_;
   std::map<BodyId, Body> bodies_;
   SpawnedIds ids_{Incarnation(1)};
   RegionId region_{1};
-  BodyId leaving_;
   int commits_ = 0;
 };
 
