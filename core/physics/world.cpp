@@ -99,6 +99,12 @@ void World::AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const {
   }
 }
 
+bool World::AreTouching(BodyId a, BodyId b) const {
+  const RigidBody* body = impl_->bodies.Find(a);
+  return body != nullptr && std::any_of(body->pairs.begin(), body->pairs.end(),
+                                        [b](const PairEnd& end) { return end.other->id() == b && end.pair->touching; });
+}
+
 std::span<const PairEvent> World::events() const { return impl_->report.events(); }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 

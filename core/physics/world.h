@@ -105,6 +105,8 @@ class World {
   void AddNear(BodyId id, std::vector<std::uint32_t>* near) const;
   // Adds the tags of the bodies that touched this one; in no order.
   void AddTouching(BodyId id, std::vector<std::uint32_t>* touching) const;
+  // Whether two bodies touched, or a trigger and a body overlapped; false where one of them is not here.
+  bool AreTouching(BodyId a, BodyId b) const;
   std::span<const PairEvent> events() const;  // those of the last step, ascending by ids
   // Bodies that came to be non-finite, or absurdly fast, in the last step: they take no part any more, and wait to be
   // removed. In no order.

@@ -33,6 +33,11 @@ void PairReports::Adopt(std::span<const TouchingPair> pairs) {
   }
 }
 
+void PairReports::Restore(std::span<const TouchingPair> pairs) {
+  Adopt(pairs);
+  restored_.insert(restored_.end(), pairs.begin(), pairs.end());
+}
+
 bool PairReports::Begin(const TouchingPair& pair) {
   const BodyId reporter = ReporterOf(pair);
   if (!by_reporter_.emplace(reporter, pair).second) return false;
@@ -49,9 +54,10 @@ bool PairReports::End(const TouchingPair& pair) {
   return true;
 }
 
-std::vector<physics::PairEvent> PairReports::Report(std::span<const physics::PairEvent> events,
-                                                    const std::function<bool(BodyId)>& owned,
-                                                    const std::function<bool(BodyId)>& present) {
+std::vector<physics::PairEvent> PairReports::Report(
+    std::span<const physics::PairEvent> events, const std::function<bool(BodyId)>& owned,
+    const std::function<bool(BodyId)>& present,
+    const std::function<std::optional<bool>(const TouchingPair&)>& touching) {
   std::vector<physics::PairEvent> reports;
   for (const physics::PairEvent& event : events) {
     if (!owned(ReporterOf(event.body_a, event.body_b))) continue;
@@ -59,6 +65,13 @@ std::vector<physics::PairEvent> PairReports::Report(std::span<const physics::Pai
     if (event.begin ? !Begin(pair) : !End(pair)) continue;
     reports.push_back(event);
   }
+  std::erase_if(restored_, [&](const TouchingPair& pair) {
+    if (!by_reporter_.contains({ReporterOf(pair), pair})) return true;
+    const std::optional<bool> touches = touching(pair);
+    if (!touches) return false;
+    if (!*touches && End(pair)) reports.push_back({pair.body_a, pair.body_b, pair.trigger, false});
+    return true;
+  });
   std::sort(left_.begin(), left_.end());
   left_.erase(std::unique(left_.begin(), left_.end()), left_.end());
   for (const BodyId id : std::exchange(left_, {})) {

@@ -7,6 +7,7 @@
 
 #include <cassert>
 #include <functional>
+#include <optional>
 #include <set>
 #include <span>
 #include <utility>
@@ -32,6 +33,9 @@ class PairReports {
   std::vector<TouchingPair> Pairs(BodyId reporter) const;
   void Release(BodyId reporter);
   void Adopt(std::span<const TouchingPair> pairs);
+  // Those of a body of a saved state. The world has not seen them touch: those that do not once one of the two is awake
+  // end with the next `Report`.
+  void Restore(std::span<const TouchingPair> pairs);
   // All that are begun and not ended, ascending; and what begun or ended since the last call, in order.
   std::vector<TouchingPair> All() const;
   std::vector<PairChange> TakeChanges() { return std::exchange(changes_, {}); }
@@ -40,10 +44,12 @@ class PairReports {
   // A body left the world: its pairs end with the next `Report`, unless it is back by then.
   void BodyLeft(BodyId id) { left_.push_back(id); }
 
-  // The events of a step that are to be reported, ascending by pair.
+  // The events of a step that are to be reported, ascending by pair. `touching` is nothing while both sleep: the world
+  // does not look at them then.
   std::vector<physics::PairEvent> Report(std::span<const physics::PairEvent> events,
                                          const std::function<bool(BodyId)>& owned,
-                                         const std::function<bool(BodyId)>& present);
+                                         const std::function<bool(BodyId)>& present,
+                                         const std::function<std::optional<bool>(const TouchingPair&)>& touching);
 
   void Validate() const { assert(by_reporter_.size() == by_other_.size()); }
 
@@ -65,7 +71,8 @@ class PairReports {
   using ByBody = std::set<std::pair<BodyId, TouchingPair>>;
   static std::vector<TouchingPair> Of(const ByBody& pairs, BodyId id);
   ByBody by_reporter_, by_other_;
-  std::vector<BodyId> left_;  // since the last report; who came with an adopted pair may be missing too
+  std::vector<TouchingPair> restored_;  // of which the world has not told yet
+  std::vector<BodyId> left_;            // since the last report; who came with an adopted pair may be missing too
 };
 
 }  // namespace tessera::region

@@ -23,11 +23,13 @@ class PairReportsTest : public ::testing::Test {
   }
   std::vector<PairEvent> Report(PairReports& reports, std::vector<PairEvent> events) {
     return reports.Report(
-        events, [this](BodyId id) { return owned.contains(id); }, [this](BodyId id) { return present.contains(id); });
+        events, [this](BodyId id) { return owned.contains(id); }, [this](BodyId id) { return present.contains(id); },
+        [this](const TouchingPair&) { return touching; });
   }
 
   std::unique_ptr<Catalog> catalog;
   std::set<BodyId> owned{BodyId(2), BodyId(3)};
+  std::optional<bool> touching;  // whether restored pairs do; nothing: they sleep
   std::set<BodyId> present{BodyId(1), BodyId(2), BodyId(3), BodyId(4)};
 };
 
@@ -73,6 +75,25 @@ TEST_F(PairReportsTest, AnAdoptedPairEndsAtOnceIfItsOtherBodyIsNotHere) {
   reports.Adopt(std::vector{TouchingPair{BodyId(2), BodyId(4)}, TouchingPair{BodyId(2), BodyId(3)}});
   EXPECT_THAT(Report(reports, {}), ElementsAre(kEnd));
   EXPECT_THAT(reports.Pairs(BodyId(2)), ElementsAre(TouchingPair{BodyId(2), BodyId(3)}));
+}
+
+TEST_F(PairReportsTest, ARestoredPairThatDoesNotTouchEndsOnceItIsAwake) {
+  PairReports reports(*catalog);
+  reports.Restore(std::vector{TouchingPair{BodyId(2), BodyId(4)}});
+  EXPECT_THAT(Report(reports, {}), IsEmpty());
+  touching = false;
+  EXPECT_THAT(Report(reports, {}), ElementsAre(kEnd));
+  EXPECT_THAT(Report(reports, {kBegin}), ElementsAre(kBegin)) << "it may begin again";
+}
+
+TEST_F(PairReportsTest, ARestoredPairThatTouchesGoesOnWithoutAnEvent) {
+  PairReports reports(*catalog);
+  reports.Restore(std::vector{TouchingPair{BodyId(2), BodyId(4)}});
+  touching = true;
+  EXPECT_THAT(Report(reports, {kBegin}), IsEmpty());
+  touching = false;
+  EXPECT_THAT(Report(reports, {}), IsEmpty()) << "from now on the world tells";
+  EXPECT_THAT(Report(reports, {kEnd}), ElementsAre(kEnd));
 }
 
 TEST_F(PairReportsTest, AllAreAscendingWhoeverReportsThem) {

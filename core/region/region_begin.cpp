@@ -46,7 +46,7 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
   std::vector<TouchingPair> touching;
   std::ranges::copy_if(initial.touching, std::back_inserter(touching),
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });
-  parts.reports.Adopt(touching);
+  parts.reports.Restore(touching);
   parts.bodies.ConnectJoints();
 }
 

@@ -41,7 +41,7 @@ void Promote(const Resolution& resolution, const Copies& promoted, RegionParts& 
     if (IsPlayerBody(id) && parts.players.HasLeft(PlayerOf(id))) continue;
     const KeptGrant& copy = promoted.at(id);
     parts.ownership.Restore({id, takeover.epoch, copy.state, copy.record}, copy.control);
-    parts.reports.Adopt(copy.touching);
+    parts.reports.Restore(copy.touching);
   }
 }
 

@@ -1,5 +1,6 @@
 // One tick of a region: the order in which its parts are put to work, as docs/architecture.md describes it.
 #include <cassert>
+#include <optional>
 #include <utility>
 
 #include "core/region/ghosts.h"
@@ -99,12 +100,21 @@ void ApplyForces(RegionParts& parts) {
   }
 }
 
+// Nothing while both sleep, or one is not here.
+std::optional<bool> Touch(const TouchingPair& pair, const physics::World& world) {
+  const auto moves = [&](BodyId id) { return world.MassOf(id) > 0 && !world.StateOf(id).asleep; };
+  if (!world.Has(pair.body_a) || !world.Has(pair.body_b)) return std::nullopt;
+  if (!moves(pair.body_a) && !moves(pair.body_b)) return std::nullopt;
+  return world.AreTouching(pair.body_a, pair.body_b);
+}
+
 // States and events of the step. A body whose state is absurd is taken out.
 void ReadBack(RegionParts& parts, StepResult& result) {
   for (const BodyId id : parts.bodies.TakeLeft()) parts.reports.BodyLeft(id);
   result.events = parts.reports.Report(
       parts.bodies.world().events(), [&](BodyId id) { return parts.bodies.Owns(id); },
-      [&](BodyId id) { return parts.bodies.world().Has(id); });
+      [&](BodyId id) { return parts.bodies.world().Has(id); },
+      [&](const TouchingPair& pair) { return Touch(pair, parts.bodies.world()); });
   for (const Departure& departure : parts.ownership.ReadBack()) {
     result.departures.push_back(departure);
     result.nonfinite.push_back(departure.body);

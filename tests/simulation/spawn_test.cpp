@@ -117,5 +117,44 @@ TEST_F(SpawnSimulationTest, OnAnyNetworkTheSameBodiesAreMade) {
   EXPECT_EQ(play(1, 0), play(9, Milliseconds(8)));
 }
 
+// A ball that a game throws up again whenever it comes down; its region dies at each tick of a throw.
+TEST(BouncingGameTest, TheStandbyGoesOnWithTheGame) {
+  constexpr char kBounce[] = R"(
+    kinds.ball = {
+      on_contact = function(self)
+        self.hits = self.hits + 1
+        self:impulse(vec(0, 3, 0))
+      end,
+    }
+  )";
+  for (std::uint64_t death = 100; death < 140; ++death) {
+    SceneBuilder builder(12);
+    builder.Gravity().Floor();
+    builder.scene().kinds = {"", "ball"};
+    builder.scene().properties = {{"hits", std::int64_t{0}}};
+    builder.Add(Ball(0.5), {-6, 1, -6}).kind = 1;
+    SimulationOptions options;
+    options.game = [](std::shared_ptr<const Scene> scene) -> std::shared_ptr<game::GameHost> {
+      return *game::GameHost::Load(*game::LuaGameModule(), {"bounce.lua", kBounce}, std::move(scene));
+    };
+    Instance instance(builder, 4, options);
+    const auto hits = [&] {
+      for (const auto& [id, worker] : instance.simulation->workers()) {
+        const region::KeptRecord* record = worker->region().records().Find(BodyId(2));
+        if (record == nullptr) continue;
+        const PropertySet set = PropertySet::Decode(*record->bytes, instance.scene->properties).value();
+        return std::get<std::int64_t>(*ValueOf(instance.scene->properties, {}, set, "hits"));
+      }
+      return std::int64_t{-1};
+    };
+    instance.simulation->RunTo(Tick(death));
+    const std::int64_t before = hits();
+    instance.simulation->Kill(RegionId(1));
+    instance.simulation->RunTo(Tick(death + 180));
+    EXPECT_GE(hits(), before + 2) << "death at tick " << death;
+    EXPECT_THAT(instance.simulation->problems(), IsEmpty());
+  }
+}
+
 }  // namespace
 }  // namespace tessera::simulation
