@@ -41,7 +41,8 @@ int Main(int argc, char** argv) {
   AddHostCommands(app, globals);
   AddInstanceCommands(app, globals);
   AddSceneCommands(app, globals);
-  CLI::App* game = app.add_subcommand("game", "Write, check and test games, and see what they log")->require_subcommand(1);
+  CLI::App* game =
+      app.add_subcommand("game", "Write, check and test games, and see what they log")->require_subcommand(1);
   AddGameCommands(*game, globals);
   AddGameLogCommand(*game, globals);
   AddClientCommand(app, globals);

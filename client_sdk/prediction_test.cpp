@@ -19,7 +19,7 @@ constexpr int kHz = 60;
 constexpr PlayerNumber kPlayer{1};
 constexpr BodyId kOwn = PlayerBodyId(kPlayer);
 
-constexpr const char* kBall =
+constexpr const char* kRolledBall =
     "player { body { mass: 2 shape { sphere { radius: 0.5 } } } spawn_points { y: 0.5 } max_force: 30 max_speed: 8 }";
 constexpr const char* kCharacter = R"(
     player { body { mass: 80 shape { capsule { radius: 0.35 half_height: 0.55 } } } spawn_points { y: 0.9 }
@@ -44,7 +44,7 @@ struct Loop {
     std::vector<SeenBody> bodies;
   };
 
-  Loop(const std::string& more, const NetworkConditions& conditions_in, const char* player = kBall)
+  Loop(const std::string& more, const NetworkConditions& conditions_in, const char* player = kRolledBall)
       : conditions(conditions_in),
         scene(SceneOf(more, player)),
         quantizer(scene->bounds, replication::SnapshotSettingsFor(*scene)),

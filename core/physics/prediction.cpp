@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/physics/linear.h"
+
 namespace tessera::physics {
 namespace {
 

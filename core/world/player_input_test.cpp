@@ -63,7 +63,7 @@ TEST(PlayerInputTest, WhatNoPlayerMayAskIsCutDown) {
   EXPECT_NEAR(sent.move.y, -0.8, 1e-4);
   EXPECT_EQ(sent.yaw_rad, 0);
   EXPECT_NEAR(sent.pitch_rad, std::numbers::pi / 2, 1e-4);
-  EXPECT_EQ(AsSent(Steering({kNan, 1}, 0, 0, 0)).move, Vec2f(0, 1));
+  EXPECT_EQ(AsSent(Steering({kNan, 1}, 0, 0, 0)).move, (Vec2f{0, 1}));
 }
 
 TEST(PlayerInputTest, NamesTheFieldThatIsWrong) {

@@ -9,8 +9,8 @@
 #include "core/world/resolve_character.h"
 #include "core/world/resolve_field.h"
 #include "core/world/resolve_joint.h"
-#include "core/world/resolve_prefab.h"
 #include "core/world/resolve_layers.h"
+#include "core/world/resolve_prefab.h"
 #include "core/world/scatter.h"
 #include "core/world/scene_io.h"
 

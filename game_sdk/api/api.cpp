@@ -59,7 +59,8 @@ constexpr Function kFunctions[] = {
      "random",
      {},
      kRealType,
-     "A number from 0 to below 1. It follows from the world, the body that the callback is about or else the region, the tick and how "
+     "A number from 0 to below 1. It follows from the world, the body that the callback is about or else the region, "
+     "the tick and how "
      "often "
      "the callback has asked, so it is the same in each run."},
     {kWorldLog, Receiver::kWorld, "log", kLogParameters, kNothingType,

@@ -1,7 +1,7 @@
 #include "game_sdk/testing/game_tests.h"
 
 #include <algorithm>
-#include <optional>
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -81,7 +81,7 @@ void AddFailure(std::string text, const std::string& condition, GameTestResult& 
 
 absl::Status RunOne(const GameUnderTest& tested, const GameFile& script, std::size_t index,
                     std::span<const Condition> conditions, GameTestResult& result) {
-  std::optional<Trace> kept;
+  std::unique_ptr<const Trace> kept;
   for (const Condition& condition : conditions) {
     auto world = LockstepWorld::Create(tested.module, tested.game, tested.scene, condition.options);
     if (!world.ok()) return world.status();
@@ -96,8 +96,8 @@ absl::Status RunOne(const GameUnderTest& tested, const GameFile& script, std::si
     if (!condition.options.fresh_states) kept.reset();  // of another number of regions
     if (condition.options.deaths || failed) continue;
     if (!condition.options.fresh_states) {
-      kept.emplace(run);
-    } else if (kept) {
+      kept = std::make_unique<const Trace>(run);
+    } else if (kept != nullptr) {
       std::string difference = Difference(tested.game, *kept, Trace(run));
       if (!difference.empty()) AddFailure(std::move(difference), condition.name, result);
     }

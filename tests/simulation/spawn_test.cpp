@@ -119,7 +119,7 @@ TEST_F(SpawnSimulationTest, OnAnyNetworkTheSameBodiesAreMade) {
 
 // A ball that a game throws up again whenever it comes down; its region dies at each tick of a throw.
 TEST(BouncingGameTest, TheStandbyGoesOnWithTheGame) {
-  constexpr char kBounce[] = R"(
+  static constexpr char kBounce[] = R"(
     kinds.ball = {
       on_contact = function(self)
         self.hits = self.hits + 1
