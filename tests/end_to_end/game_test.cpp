@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <csignal>
-#include <filesystem>
 #include <fstream>
 #include <set>
 
