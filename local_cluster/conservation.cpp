@@ -54,7 +54,7 @@ void Conservation::NoteTakenOut(const v1::Instance& instance) {
   if (changed) CountFromNow(instance);
 }
 
-// What the game removed is as if it had never been.
+// Bodies that the game removed are as if they had never been.
 bool Conservation::NoteRemoved(const v1::WorkerReport& report) {
   bool changed = false;
   const int runs = std::min(report.removed_first_size(), report.removed_last_size());

@@ -1,4 +1,4 @@
-// What clients are told of bodies while the region's standby is behind.
+// Clients are told less than the region knows while its standby is behind.
 #include "region_worker/body_feed.h"
 
 #include <gmock/gmock.h>

@@ -54,7 +54,7 @@ std::string DescribeExit(const v1::WorkerExited& exited, const v1::WorkerReport&
   return OneLine(text, kMaxReasonBytes);
 }
 
-// Of what a worker says to have removed; nothing if it does not ascend.
+// The bodies that a worker says to have removed; none if they do not ascend.
 IdRanges RemovedBy(const v1::WorkerReport& report) {
   IdRanges ranges;
   if (report.removed_first_size() != report.removed_last_size()) return ranges;

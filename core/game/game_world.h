@@ -28,7 +28,7 @@ class GameWorld {
   virtual BodyState StateOf(BodyId id) const = 0;
   virtual bool Owns(BodyId id) const = 0;
   virtual std::size_t OwnedCount() const = 0;
-  // Of all that is here: own bodies, neighbours' and static ones, where the last step left them.
+  // Looks at all that is here: own bodies, neighbours' and static ones, where the last step left them.
   virtual QueryResult FindBodies(const BodyQuery& query) const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;

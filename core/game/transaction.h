@@ -33,7 +33,7 @@ class Transaction {
 
   explicit Transaction(GameWorld& world, SpawnLimits limits) : world_(world), limits_(limits) {}
 
-  // What does not depend on what the call asked for.
+  // The world before the call: only for what the call cannot change.
   const GameWorld& world() const { return world_; }
 
   // --- The world as this transaction leaves it.

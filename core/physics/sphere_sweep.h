@@ -19,7 +19,7 @@ struct SphereWay {
   CollisionLayer layer;  // of who moves so: layers that ignore it are no obstacle
 };
 
-// What of the world may be met on the way.
+// Nothing outside of these bounds can be met on the way.
 Aabb BoundsOf(const SphereWay& way);
 
 // `near`: all bodies within these bounds, in any order. The contract is that of World::SweepSphere.

@@ -29,8 +29,8 @@ class OutputCommit {
   // How long a handover may wait, ticks. Longer, and a fast body is far from what its owner sees.
   static constexpr std::uint64_t kMaxHandoverWait = 30;
 
-  // What counts of a body's record changed; the log of `tick` is the first that has it. `before` is null where the body
-  // had no record.
+  // A body's record changed in something that counts; the log of `tick` is the first that has it. `before` is null
+  // where the body had no record.
   void Changed(const KeptRecord* before, const KeptRecord& after, Tick tick);
   // One call changed the body together with others in `tick`.
   void Bound(BodyId id, Tick tick) { entries_[id].bound = tick; }

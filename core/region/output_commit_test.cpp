@@ -14,7 +14,7 @@ KeptRecord RecordWith(std::uint8_t value) {
 
 class OutputCommitTest : public ::testing::Test {
  protected:
-  // What clients are told of a body whose record is this one.
+  // Clients are told this of a body with this record.
   int Told(const KeptRecord& now) const {
     const auto& bytes = output.PropertiesOf(now);
     return bytes == nullptr || bytes->empty() ? 0 : bytes->front();

@@ -142,7 +142,8 @@ class Region {
   std::vector<BodyId> removed() const;
 
   // --- What others may be told.
-  // Of properties and of bodies that came to be. Bodies that went may be told of once committed_tick() has their tick.
+  // It holds back properties and bodies that came to be. Bodies that went may be told of once committed_tick() has
+  // their tick.
   const OutputCommit& output() const;
   // The newest tick that no death of this region alone takes back: all that its standby has, or that it has without
   // one.

@@ -259,7 +259,7 @@ class RegionCommitTest : public RegionGameTest {
       if (one->tick().value() > lag) one->LogAcknowledged(Tick(one->tick().value() - lag));
     }
   }
-  // What clients may be told of the ball's property.
+  // The ball's property as clients may be told.
   PropertyValue Told() const {
     const KeptRecord* record = one->records().Find(kGameBall);
     const OutputCommit::PropertyBytes bytes = record == nullptr ? nullptr : one->output().PropertiesOf(*record);

@@ -30,7 +30,6 @@ class Tombstones {
   std::vector<BodyClaim> All() const;
   // Those of the scene's bodies that were removed by `tick`, ascending.
   std::vector<BodyId> SceneBodies(Tick tick) const;
-  bool empty() const { return entries_.empty(); }
 
  private:
   struct Entry {

@@ -240,8 +240,8 @@ struct ViewRules {
   double bytes_per_s = 1'250'000;  // to one client, from all regions together, overhead of datagrams included
 };
 
-// What a game may make while the world runs: one body, or several that joints connect. Poses are about the place where
-// it is made, and velocities along its axes.
+// A thing that a game may make while the world runs: one body, or several that joints connect. Poses are about the
+// place where it is made, and velocities along its axes.
 struct Prefab {
   std::string name;
   std::vector<BodyDef> bodies;   // dynamic; ids are 1, 2 and so on

@@ -47,7 +47,8 @@ class SpawnedIds {
  public:
   explicit SpawnedIds(Incarnation maker) : maker_(maker) {}
 
-  // Of the first body of a new one; nothing when the worker has given all its ids, or is too late a life to have any.
+  // The id of the first body of a new one; nothing when the worker has given all its ids, or is too late a life to have
+  // any.
   std::optional<BodyId> Next(std::size_t prefab) {
     if (maker_.value() > kMaxMaker || made_ == kMaxMade) return std::nullopt;
     ++made_;

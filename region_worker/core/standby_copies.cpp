@@ -16,7 +16,7 @@ constexpr Duration kAskDistance = std::chrono::milliseconds(250);
 
 void StandbyCopies::Set(std::span<const RegionId> primaries, TimePoint now, const LinkTable& links, Actions& actions) {
   for (const RegionId region : primaries) {
-    // What a retired copy missed comes with a whole state.
+    // A retired copy missed something: it begins anew with a whole state.
     const auto retired = primaries_.find(region);
     if (retired != primaries_.end() && !retired->second.wanted && !retired->second.dead) primaries_.erase(retired);
     if (!primaries_.contains(region)) Add(region, links, actions);

@@ -61,7 +61,7 @@ void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const regio
     if (departure.reason != region::DepartureReason::kRemoved) continue;
     const bool not_finite =
         std::find(result.nonfinite.begin(), result.nonfinite.end(), departure.body) != result.nonfinite.end();
-    // What nobody knew of may go as it came.
+    // A body that nobody knew of may go as it came.
     const bool by_game = IsSpawned(departure.body);
     if (by_game && untold_[region].made.erase(departure.body) == 0) {
       untold_[region].removed.emplace_back(tick, departure.body);

@@ -84,7 +84,7 @@ class InvariantChecker {
   void Reigns(RegionId region, Tick tick, const region::OwnedBody& body);
   void Overlap(BodyId id, const Reign& a, const Reign& b);
 
-  // What a region has decided and nobody may know yet.
+  // A region has decided these, and nobody may know yet.
   struct Untold {
     std::set<BodyId> made;
     std::vector<std::pair<Tick, BodyId>> removed;
