@@ -31,12 +31,21 @@ bool IsHash(const std::string& text) {
 std::vector<Content> ContentsOf(const v1::WorkerOrder& order) {
   std::vector<Content> contents{{ContentKind::kScene, order.scene_hash()}};
   if (!order.game_hash().empty()) contents.push_back({ContentKind::kGame, order.game_hash()});
+  if (order.has_next_game()) contents.push_back({ContentKind::kGame, order.next_game().hash()});
   return contents;
 }
 
 bool Uses(const std::optional<v1::WorkerOrder>& order, const Content& content) {
   return order && std::ranges::count(ContentsOf(*order), content) > 0;
 }
+
+// Without a game that is to be the next one a worker goes on.
+bool NeedsNow(const v1::WorkerOrder& order, const Content& content) {
+  return content.kind == ContentKind::kScene || content.hash == order.game_hash();
+}
+
+// What it began with is in its memory.
+bool HasBegun(const v1::WorkerReport& report) { return report.phase() >= v1::WORKER_PHASE_BOUND; }
 
 v1::WorkerExited NeverStarted(const WorkerKey& key, const std::string& reason) {
   v1::WorkerExited exited;
@@ -90,6 +99,9 @@ absl::Status CheckOrder(const v1::WorkerOrder& order) {
   }
   if (!order.game_hash().empty() && !IsHash(order.game_hash())) {
     return absl::InvalidArgumentError("order: game_hash must be 64 hexadecimal digits");
+  }
+  if (order.has_next_game() && !IsHash(order.next_game().hash())) {
+    return absl::InvalidArgumentError("order: next_game.hash must be 64 hexadecimal digits");
   }
   return absl::OkStatus();
 }
@@ -191,7 +203,8 @@ std::string Supervisor::Start(const WorkerKey& key, const v1::WorkerOrder& order
     Finish(place, NeverStarted(key, reason), ExitResult::kError);
     return "refused: " + reason;
   }
-  WantContents(order);
+  // Anew, though others have it: since they began the file may have been removed or damaged.
+  for (const Content& content : ContentsOf(order)) Ask(content, contents_[content]);
   return absl::StrCat("starting on ports from ", worker.record.first_port());
 }
 
@@ -206,22 +219,40 @@ bool Supervisor::Spawn(const WorkerKey& key, Worker& worker) {
 }
 
 void Supervisor::WantContents(const v1::WorkerOrder& order) {
-  for (Content& content : ContentsOf(order)) {
-    if (content_paths_.try_emplace(content).second) actions_.push_back(FetchContent{std::move(content)});
+  for (const Content& content : ContentsOf(order)) {
+    if (const auto [entry, is_new] = contents_.try_emplace(content); is_new) Ask(content, entry->second);
   }
 }
 
+void Supervisor::Ask(const Content& content, KeptContent& kept) {
+  if (!std::exchange(kept.asked, true)) actions_.push_back(FetchContent{content});
+}
+
 void Supervisor::ContentReady(const Content& content, const std::string& path) {
-  const auto wanted = content_paths_.find(content);
-  if (wanted == content_paths_.end()) return;
-  wanted->second = path;
+  const auto wanted = contents_.find(content);
+  if (wanted == contents_.end()) return;
+  wanted->second = {path};
+  next_failures_.erase(content.hash);
   for (auto& [key, worker] : workers_) PushOrder(key, worker);
 }
 
 void Supervisor::ContentFailed(const Content& content, const std::string& reason) {
-  content_paths_.erase(content);
+  bool in_use = false;
   for (auto& [key, worker] : workers_) {
-    if (Uses(worker.order, content)) Kill(key, worker, reason);
+    if (!Uses(worker.order, content)) continue;
+    if (!NeedsNow(*worker.order, content)) {
+      next_failures_[content.hash] = reason;
+      PushOrder(key, worker);
+    } else if (HasBegun(worker.report)) {
+      in_use = true;
+    } else {
+      Kill(key, worker, reason);
+    }
+  }
+  if (in_use) {
+    contents_[content].asked = false;
+  } else {
+    contents_.erase(content);
   }
 }
 
@@ -240,19 +271,28 @@ std::string Supervisor::StatePath(const WorkerKey& key, const char* what, std::u
   return absl::StrCat(state_folder_, "/", key.instance_id, "-", key.region, "-", key.incarnation, "-", tick, ".", what);
 }
 
+// Empty: not here yet. A worker that has begun has read it, whether or not it is being looked for once more.
+std::string Supervisor::PathOf(const Content& content, const Worker& worker) const {
+  const auto found = contents_.find(content);
+  return found == contents_.end() || (found->second.asked && !HasBegun(worker.report)) ? "" : found->second.path;
+}
+
 // False: a file that it needs is not here yet. A worker that is past its beginning needs no state to begin with.
 bool Supervisor::SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order) {
-  const auto path_of = [this](ContentKind kind, const std::string& hash) {
-    const auto found = content_paths_.find({kind, hash});
-    return found == content_paths_.end() ? std::string() : found->second;
-  };
+  const auto path_of = [&](ContentKind kind, const std::string& hash) { return PathOf({kind, hash}, worker); };
   order.set_scene_path(path_of(ContentKind::kScene, order.scene_hash()));
   if (!order.game_hash().empty()) order.set_game_path(path_of(ContentKind::kGame, order.game_hash()));
+  if (order.has_next_game()) {
+    v1::NextGame& next = *order.mutable_next_game();
+    next.set_path(path_of(ContentKind::kGame, next.hash()));
+    const auto failed = next_failures_.find(next.hash());
+    if (next.path().empty() && failed != next_failures_.end()) next.set_failure(failed->second);
+  }
   const bool has_contents = !order.scene_path().empty() && order.game_path().empty() == order.game_hash().empty();
   if (order.has_checkpoint()) {
     order.mutable_checkpoint()->set_path(StatePath(key, "checkpoint", order.checkpoint().tick()));
   }
-  if (!order.has_initial_state() || worker.report.phase() >= v1::WORKER_PHASE_BOUND) return has_contents;
+  if (!order.has_initial_state() || HasBegun(worker.report)) return has_contents;
   const v1::InitialState& state = order.initial_state();
   if (!std::exchange(worker.state_wanted, true)) {
     actions_.push_back(FetchState{key, state.tick(), state.hash(), StatePath(key, "state", state.tick())});
@@ -320,8 +360,7 @@ void Supervisor::Finish(Workers::iterator worker, v1::WorkerExited exited, ExitR
   const WorkerKey key = worker->first;
   if (const auto port = worker->second.record.first_port(); port != 0) ports_.Return(static_cast<std::uint16_t>(port));
   workers_.erase(worker);
-  // Who wants it next asks anew, for by then the file may be gone or damaged.
-  std::erase_if(content_paths_, [this](const auto& entry) {
+  std::erase_if(contents_, [this](const auto& entry) {
     return std::none_of(workers_.begin(), workers_.end(),
                         [&](const auto& other) { return Uses(other.second.order, entry.first); });
   });

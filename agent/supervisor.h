@@ -156,11 +156,17 @@ class Supervisor {
     std::string why;                  // we ended it, if not in order
   };
   using Workers = std::map<WorkerKey, Worker>;
+  struct KeptContent {
+    std::string path;    // where it was last found; empty: not yet
+    bool asked = false;  // is being looked for: by hand it may have been removed since
+  };
 
   OrderOutcome Apply(const WorkerKey& key, const v1::WorkerOrder& order, TimePoint now);
   std::string Start(const WorkerKey& key, const v1::WorkerOrder& order);
   bool Spawn(const WorkerKey& key, Worker& worker);
   void WantContents(const v1::WorkerOrder& order);
+  void Ask(const Content& content, KeptContent& kept);
+  std::string PathOf(const Content& content, const Worker& worker) const;
   bool SetPaths(const WorkerKey& key, Worker& worker, v1::WorkerOrder& order);
   std::string StatePath(const WorkerKey& key, const char* what, std::uint64_t tick) const;
   void PushOrder(const WorkerKey& key, Worker& worker);
@@ -173,8 +179,9 @@ class Supervisor {
   PortRange ports_;
   std::function<bool(std::uint16_t)> ports_free_;
   Workers workers_;
-  std::map<WorkerKey, v1::WorkerExited> exits_;   // still in the desired set
-  std::map<Content, std::string> content_paths_;  // empty: asked for
+  std::map<WorkerKey, v1::WorkerExited> exits_;       // still in the desired set
+  std::map<Content, KeptContent> contents_;
+  std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;
   bool stopping_all_ = false, dirty_ = false;
   std::string state_folder_;

@@ -120,18 +120,34 @@ TEST_F(SupervisorTest, StartsAllMissingWorkersAtOnceEachWithPortsOfItsOwn) {
   EXPECT_EQ(supervisor_.desired_revision(), 2U);
 }
 
-TEST_F(SupervisorTest, AsksForASceneAnewWhenNoWorkerUsesItAnyMore) {
-  Want({Order(1), Order(2)});
+TEST_F(SupervisorTest, AsksForASceneAnewWheneverAWorkerIsToBeginWithIt) {
+  Want({Order(1)});
   supervisor_.ContentReady(kScene, "/s");
   Attach(1);
+  supervisor_.Reported(Key(1), Report(1, v1::WORKER_PHASE_RUNNING));
+  EXPECT_THAT(orders_, SizeIs(1));
+  Want({Order(1, 2), Order(2)});
+  EXPECT_THAT(orders_, SizeIs(2)) << "who runs does not wait";
   Attach(2);
-  End(1, {.known = true});
-  Want({Order(2), Order(3)});
-  EXPECT_THAT(fetches_, SizeIs(1));  // 2 still uses it
-  End(2, {.known = true});
-  End(3, {.known = true});
-  Want({Order(4)});
-  EXPECT_THAT(fetches_, ElementsAre(kHash, kHash));
+  EXPECT_THAT(fetches_, ElementsAre(kHash, kHash)) << "by hand its file may have been removed";
+  EXPECT_THAT(orders_, SizeIs(2));
+  supervisor_.ContentReady(kScene, "/s");
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(3));
+  EXPECT_EQ(orders_[2].region(), 2U);
+}
+
+TEST_F(SupervisorTest, ASceneThatCannotBeHadAnyMoreEndsOnlyThoseThatAreToBegin) {
+  Want({Order(1)});
+  supervisor_.ContentReady(kScene, "/s");
+  Attach(1);
+  supervisor_.Reported(Key(1), Report(1, v1::WORKER_PHASE_RUNNING));
+  Want({Order(1), Order(2)});
+  supervisor_.ContentFailed(kScene, "scene aaa: no instance uses it");
+  Carry();
+  EXPECT_THAT(signals_, ElementsAre(SIGKILL));
+  Want({Order(1, 2), Order(2)});
+  EXPECT_THAT(orders_, SizeIs(2)) << "who runs goes on";
 }
 
 TEST_F(SupervisorTest, SendsTheOrderOnceWorkerAndSceneAreThereInEitherOrder) {
@@ -164,6 +180,28 @@ TEST_F(SupervisorTest, AGameThatCannotBeHadEndsTheWorkersThatRunItAlone) {
   supervisor_.ContentFailed(kGame, "game bbb: no instance runs it");
   Carry();
   EXPECT_THAT(signals_, ElementsAre(SIGKILL));
+}
+
+TEST_F(SupervisorTest, AGameThatIsToBeNextHoldsUpNoOrderAndItsFailureEndsNobody) {
+  v1::WorkerOrder order = Order(1);
+  order.mutable_next_game()->set_hash(kGameHash);
+  Want({order});
+  EXPECT_THAT(fetches_, ElementsAre(kHash, kGameHash));
+  supervisor_.ContentReady(kScene, "/scenes/a.pb");
+  Attach(1);
+  ASSERT_THAT(orders_, SizeIs(1));
+  EXPECT_EQ(orders_[0].next_game().path(), "") << "it is on its way";
+  supervisor_.ContentFailed(kGame, "game bbb: is not what it claims to be");
+  Carry();
+  ASSERT_THAT(orders_, SizeIs(2));
+  EXPECT_EQ(orders_[1].next_game().failure(), "game bbb: is not what it claims to be");
+  EXPECT_THAT(signals_, IsEmpty());
+  order.set_revision(2);
+  Want({order});
+  supervisor_.ContentReady(kGame, "/games/b.game");
+  Carry();
+  EXPECT_EQ(orders_.back().next_game().path(), "/games/b.game");
+  EXPECT_EQ(orders_.back().next_game().failure(), "");
 }
 
 TEST_F(SupervisorTest, PassesOnOnlyOrdersThatChanged) {

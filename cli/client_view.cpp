@@ -35,16 +35,17 @@ std::string BodyName(const client::Client& client, BodyId id) {
   return named ? fmt::format("body {} ({})", id.value(), found->name) : fmt::format("body {}", id.value());
 }
 
-// ": health 80, team red", of all that the scene declares.
-std::string PropertiesText(const client::Client& client, BodyId body) {
-  std::string text;
-  for (const PropertyDef& def : client.scene().properties) {
-    const std::optional<PropertyValue> value = client.PropertyOf(body, def.name);
-    if (!value) continue;
-    text += text.empty() ? ": " : ", ";
-    text += std::visit([&](const auto& is) { return fmt::format("{} {}", def.name, is); }, *value);
-  }
-  return text;
+// ": health 80".
+std::string PropertyChangeText(const client::Client& client, const client::ClientEvent& event) {
+  const std::optional<PropertyValue> value = client.PropertyOf(event.body, event.property);
+  if (!value) return "";
+  const auto* words = std::get_if<std::string>(&*value);
+  return fmt::format(": {} {}", event.property, words != nullptr ? *words : PropertyText(*value));
+}
+
+std::string ClockText(const client::WorldClock& clock) {
+  return clock.paused ? std::string("the world is paused")
+                      : fmt::format("the world makes {} ticks a second", clock.ticks_per_second);
 }
 
 }  // namespace
@@ -95,8 +96,12 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
         return pair + " do not overlap any more: trigger left";
       case Kind::kRecordingEnded:
         return "recording ended: " + event.detail;
-      case Kind::kPropertiesChanged:
-        return body + PropertiesText(client, event.body);
+      case Kind::kPropertyChanged:
+        return body + PropertyChangeText(client, event);
+      case Kind::kClockChanged:
+        return ClockText(client.clock());
+      case Kind::kCommandRefused:
+        return fmt::format("command {} refused: {}", event.input_number, event.detail);
     }
     return "?";
   };
@@ -106,10 +111,10 @@ std::string EventLine(const client::Client& client, const client::ClientEvent& e
 
 std::string ClientLine(local::Bot& bot) {
   const ClientStats stats = bot.client().Stats();
-  return fmt::format("{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated, {} pairs begun, {} ended\n",
-                     StateName(bot.client().state()), bot.client().tick().value(), stats.bodies,
-                     FormatBytes(stats.bytes_in_per_s), FormatMillis(stats.snapshot_delay_s), stats.extrapolations,
-                     bot.pairs_begun(), bot.pairs_ended());
+  return fmt::format("{}{} tick {}, {} bodies, {}/s in, {} behind, {} extrapolated, {} pairs begun, {} ended\n",
+                     StateName(bot.client().state()), bot.client().clock().paused ? ", world paused," : "",
+                     bot.client().tick().value(), stats.bodies, FormatBytes(stats.bytes_in_per_s),
+                     FormatMillis(stats.snapshot_delay_s), stats.extrapolations, bot.pairs_begun(), bot.pairs_ended());
 }
 
 std::string ClientTable(const std::vector<local::Bot*>& bots) {

@@ -14,6 +14,7 @@ void AddHostCommands(CLI::App& app, Globals& globals);
 void AddInstanceCommands(CLI::App& app, Globals& globals);
 // To `tessera instance`.
 void AddInstanceChangeCommands(CLI::App& instance, Globals& globals);
+void AddInstanceClockCommands(CLI::App& instance, Globals& globals);
 void AddSceneCommands(CLI::App& app, Globals& globals);
 // To `tessera game`.
 void AddGameCommands(CLI::App& game, Globals& globals);

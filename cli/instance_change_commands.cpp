@@ -6,10 +6,14 @@
 #include <iostream>
 #include <memory>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/escaping.h"
 #include "absl/strings/numbers.h"
+#include "absl/strings/str_split.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
+#include "core/world/proto_math.h"
 #include "local_cluster/checkpoint_file.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
@@ -112,6 +116,21 @@ v1::Property ReadProperty(const v1::Instance& instance, const std::string& name,
     double real = 0;
     if (!absl::SimpleAtod(value, &real)) throw wrong("a number");
     property.set_real(real);
+  } else if (found->has_vector()) {
+    const std::vector<std::string> parts = absl::StrSplit(value, ',');
+    double xyz[3] = {};
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (parts.size() != 3 || !absl::SimpleAtod(parts[i], &xyz[i])) throw wrong("three numbers x,y,z");
+    }
+    *property.mutable_vector() = ToProto(Vec3d{xyz[0], xyz[1], xyz[2]});
+  } else if (found->has_body()) {
+    std::uint64_t body = 0;
+    if (!absl::SimpleAtoi(value, &body)) throw wrong("the id of a body");
+    property.set_body(body);
+  } else if (found->has_bytes()) {
+    if (value.size() % 2 != 0 || !std::ranges::all_of(value, absl::ascii_isxdigit))
+      throw wrong("bytes, two hexadecimal digits each");
+    property.set_bytes(absl::HexStringToBytes(value));
   } else if (value == "true" || value == "false") {
     property.set_flag(value == "true");
   } else {

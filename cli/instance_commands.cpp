@@ -216,6 +216,7 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   AddWaitOptions(remove, *options, "ENDED");
   remove->callback([&globals, options] { Delete(globals, *options); });
   AddInstanceChangeCommands(*instance, globals);
+  AddInstanceClockCommands(*instance, globals);
 }
 
 }  // namespace tessera::cli

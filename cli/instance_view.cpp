@@ -51,6 +51,21 @@ std::string RegionTable(const v1::Instance& instance) {
 
 namespace {
 
+// With the tick from which on it runs, where it took another one's place.
+std::string GameLine(const v1::Instance& instance) {
+  std::string line = GameOf(instance);
+  if (instance.game_number() > 0) {
+    line +=
+        fmt::format(", the {}. since the first, from tick {} on", instance.game_number(), instance.game_since_tick());
+  }
+  if (!instance.game_refused().empty()) line += fmt::format("; another was refused: {}", instance.game_refused());
+  return line;
+}
+
+std::string PaceLine(const v1::Instance& instance) {
+  return instance.ticks_per_second() > 0 ? fmt::format("{} ticks a second", instance.ticks_per_second()) : "paused";
+}
+
 // Lists changes under way, risks and past events.
 std::string Health(const v1::Instance& instance) {
   std::string out;
@@ -84,10 +99,10 @@ std::string DescribeInstance(const v1::Instance& instance) {
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
   out += fmt::format(
       "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n"
-      "Ghosts:   {} deep, whole up to {}\n\n",
-      instance.scene_name(), instance.scene_hash().substr(0, 12), GameOf(instance), instance.regions(),
+      "Pace:     {}\nGhosts:   {} deep, whole up to {}\n\n",
+      instance.scene_name(), instance.scene_hash().substr(0, 12), GameLine(instance), instance.regions(),
       instance.players(), instance.expected_players(), instance.map().version(),
-      FormatAge(AgeSeconds(instance.create_time())), instance.borders().ghost_depth(),
+      FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance), instance.borders().ghost_depth(),
       instance.borders().whole_up_to());
   return out + RegionTable(instance) + Health(instance);
 }

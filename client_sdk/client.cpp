@@ -24,8 +24,9 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
       session(std::move(session_in)),
       network(std::move(endpoint)),
       interest_radius_m(replication::SnapshotSettingsFor(*session.scene).interest_radius_m),
-      world(session.tick_rate_hz, SnapshotTicks(session), BodiesAtMost(*session.scene)),
-      playout(session.tick_rate_hz, session.snapshot_rate_hz) {
+      world(session.tick_rate_hz, SnapshotTicks(session), session.scene->properties, BodiesAtMost(*session.scene)),
+      playout(session.tick_rate_hz, session.snapshot_rate_hz),
+      clock{.paused = false, .ticks_per_second = static_cast<double>(session.tick_rate_hz)} {
   network.Simulate(options.network);
   steering.body = PlayerBodyId(session.player);
   if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
@@ -77,6 +78,7 @@ std::vector<ClientEvent> Client::Poll(TimePoint now) {
     for (RegionConnection& connection : me.connections) connection.DialIfDue(now, me.network, me.session.credentials);
     me.MakeInputs(now);
     me.SendInputs(now);
+    me.SendCommands(now);
   }
   me.network.Flush();
   me.RecordEvents(now);
@@ -95,6 +97,7 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   const TimePoint begin = Clock::now();
   const double tick = impl_->playout.Advance(now);
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
+  impl_->ShowOnPaths(tick, shown);
   impl_->ShowPredicted(now, shown);
   impl_->update_time.Add(Clock::now() - begin);
   return shown;
@@ -123,6 +126,7 @@ std::vector<std::uint8_t> Client::return_token() const {
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }
 const PartitionMap& Client::map() const { return impl_->session.map; }
+WorldClock Client::clock() const { return impl_->clock; }
 Tick Client::tick() const { return impl_->newest_tick; }
 std::uint32_t Client::last_applied_input() const { return impl_->last_applied_input; }
 const std::map<BodyId, SeenBody>& Client::World() const { return impl_->world.bodies(); }

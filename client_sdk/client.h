@@ -24,12 +24,15 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client_sdk/network_conditions.h"
 #include "client_sdk/stats.h"
+#include "core/world/body_tuning.h"
 #include "core/world/partition_map.h"
 #include "core/world/properties.h"
 #include "core/world/scene.h"
@@ -42,7 +45,7 @@ using TimePoint = Clock::time_point;
 struct JoinOptions {
   std::string control_address;  // host:port
   std::string instance_id;
-  std::string player_name;  // shown to others; at most 63 bytes
+  std::string player_name;  // shown to others; at most 32 bytes of UTF-8 without control characters
   // Client::return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
   // body is where the world left it. Empty: a new player.
   std::vector<std::uint8_t> returning{};
@@ -63,6 +66,14 @@ enum class ClientState : std::uint8_t {
   kEnded,    // for good; see Client::reason()
 };
 
+// Where and how hard two bodies met.
+struct MeetingPoint {
+  Vec3d point;        // m in the world
+  Vec3f normal;       // unit, from `body` to `other`; 0 where it is not known
+  float impulse = 0;  // N s, in the step in which they met
+  friend bool operator==(const MeetingPoint&, const MeetingPoint&) = default;
+};
+
 struct ClientEvent {
   enum class Kind : std::uint8_t {
     kAppeared,      // body, region
@@ -72,21 +83,39 @@ struct ClientEvent {
     kRegionLost,    // region: the connection is gone, it is dialled again; its bodies stand still
     kRegionBack,    // region
     kMapChanged,
-    kEnded,              // detail
-    kContactBegan,       // body, other, region: one of them is a player's
-    kContactEnded,       // body, other, region
-    kTriggerEntered,     // body, other, region: one of them is a trigger
-    kTriggerLeft,        // body, other, region
-    kRecordingEnded,     // detail: why it could not go on; nothing after StopRecording
-    kPropertiesChanged,  // body, region: a body that has appeared before; PropertyOf gives the new values
+    kEnded,            // detail
+    kContactBegan,     // body, other, region, contact: one of them is a player's
+    kContactEnded,     // body, other, region
+    kTriggerEntered,   // body, other, region: one of them is a trigger
+    kTriggerLeft,      // body, other, region
+    kRecordingEnded,   // detail: why it could not go on; nothing after StopRecording
+    kPropertyChanged,  // body, region, property: of one that has appeared before; PropertyOf gives the new value
+    kClockChanged,     // the world pauses, goes on, or goes at another pace: see Client::clock
+    kCommandRefused,   // region, input_number: of the command, detail. It is sent again unless it can never be taken
   };
-  static constexpr Kind kLastKind = Kind::kPropertiesChanged;
+  static constexpr Kind kLastKind = Kind::kCommandRefused;
   Kind kind = Kind::kEnded;
   BodyId body{};
   BodyId other{};  // higher than `body`
   RegionId region{};
   std::uint32_t input_number = 0;
   std::string detail{};
+  std::string property{};                 // its name
+  std::optional<MeetingPoint> contact{};  // nothing for a pair that met before this client came
+};
+
+// How the world's time goes. A tick is as long in the world's own time at each pace, so fewer of them are slow motion.
+struct WorldClock {
+  bool paused = false;          // nothing moves, and inputs are not taken
+  double ticks_per_second = 0;  // while it moves
+  friend bool operator==(const WorldClock&, const WorldClock&) = default;
+};
+
+// An event that the game sent this player, with its values by name, ascending.
+struct GameEvent {
+  using Value = std::variant<bool, std::int64_t, double, std::string, Vec3d, BodyId, PlayerNumber>;
+  std::string name;
+  std::vector<std::pair<std::string, Value>> values{};
 };
 
 // The newest known state of a body.
@@ -98,6 +127,8 @@ struct SeenBody {
   BodyState state;
   // PropertySet::Encode of the properties that differ from the scene's; null where none does.
   std::shared_ptr<const std::vector<std::uint8_t>> properties = nullptr;
+  std::uint8_t jumps = 0;  // how often a game put it elsewhere; after 255 comes 0
+  BodyTuning tuning = {};  // what a game changed of its definition
 };
 
 // A body as it is to be drawn.
@@ -134,7 +165,8 @@ class Client {
   // Takes in what has come, sends what is due. Call at least 30 times a second.
   std::vector<ClientEvent> Poll(TimePoint now);
   ClientState state() const;
-  // Why it ended: OK after Leave and when the instance ended in order. OK while it has not.
+  // Why it ended: OK after Leave and when the instance ended in order; ABORTED with the game's own words when the game
+  // refused or kicked the player. OK while it has not.
   absl::Status reason() const;
 
   PlayerNumber player() const;
@@ -148,6 +180,7 @@ class Client {
   const PartitionMap& map() const;
   // The newest tick in any region's snapshots.
   Tick tick() const;
+  WorldClock clock() const;
   // Number of the last input that a region has applied to the own body.
   std::uint32_t last_applied_input() const;
 
@@ -173,6 +206,17 @@ class Client {
   // The same, once, for any body: regions refuse what is not the player's own, and say so by an event. For tools and
   // tests.
   std::uint32_t MoveBody(BodyId body, Vec3f force_n, Vec3f torque_nm);
+
+  // Asks something of the game: at most 1 KiB, in whatever form the game reads. It is sent until the game's region has
+  // taken it for good: exactly once, and in the order of calls. Errors: INVALID_ARGUMENT, RESOURCE_EXHAUSTED (64 wait
+  // already), FAILED_PRECONDITION (it has ended, or is a recording).
+  absl::Status Send(std::string_view bytes);
+  // The events that the game sent this player since the last call, each once and in order.
+  std::vector<GameEvent> TakeGameEvents();
+  // Where the player looks from while its body is out of the world; nothing while it plays.
+  std::optional<Vec3d> spectator_view() const;
+  // The name of a player whose body is in sight; empty for others, and for those without one.
+  std::string NameOf(PlayerNumber player) const;
 
   // Leaves at the control plane, which has the body removed, and ends. Waits up to `deadline`.
   absl::Status Leave(std::chrono::milliseconds deadline = std::chrono::milliseconds(2000));

@@ -125,6 +125,7 @@ bool Client::Impl::Touches(RegionId region, double more_m) const {
 std::optional<Vec3d> Client::Impl::OwnPosition() const {
   const auto own = world.bodies().find(PlayerBodyId(session.player));
   if (own != world.bodies().end()) return own->second.state.position;
+  if (spectator_view) return spectator_view;
   if (!session.scene->player) return std::nullopt;
   const std::vector<Vec3d>& spawns = session.scene->player->spawn_points;
   if (spawns.empty()) return std::nullopt;

@@ -9,6 +9,8 @@
 
 #include "client_sdk/client.h"
 #include "client_sdk/client_endpoint.h"
+#include "client_sdk/command_queue.h"
+#include "client_sdk/event_inbox.h"
 #include "client_sdk/input_clock.h"
 #include "client_sdk/input_queue.h"
 #include "client_sdk/pair_book.h"
@@ -38,6 +40,7 @@ struct Client::Impl {
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
   void OnRenewedToken(RegionConnection& connection, const v1::RenewedToken& renewed);
   void OnPairEvents(TimePoint now, RegionConnection& connection, const v1::PairEvents& message);
+  void OnSessionEnded(const std::string& why);
   bool IsStatic(BodyId body) const;
   void SettlePairs(TimePoint now);
   void Start();
@@ -57,6 +60,7 @@ struct Client::Impl {
   bool Touches(RegionId region, double more_m) const;
   std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
+  void OnClock(TimePoint now, RegionConnection& connection, const v1::WorldClock& message);
   void CheckProgress(TimePoint now);
   void End(absl::Status why, std::string detail);
 
@@ -72,10 +76,17 @@ struct Client::Impl {
   void MakeInputs(TimePoint now);
   void NoteApplied(TimePoint now, const RegionConnection& connection, const replication::ReceivedSnapshot& snapshot);
   void Correct();
+  // Adds the bodies with paths, which no region sends, where they are at `tick`.
+  void ShowOnPaths(double tick, std::vector<ShownBody>& shown) const;
   void ShowPredicted(TimePoint now, std::vector<ShownBody>& shown);
   void SendInputs(TimePoint now);
   void Push(const PlayerInput& asked);
   bool IsSteering() const;
+
+  // Talks with the game (client_talk.cpp).
+  void OnPlayerNews(RegionConnection& connection, const v1::PlayerNews& news);
+  void OnCommandRefused(const RegionConnection& connection, const v1::CommandRefused& refused);
+  void SendCommands(TimePoint now);
 
   void Sent(std::size_t bytes) { bytes_out += bytes; }
   void MeasureRates(TimePoint now);
@@ -102,6 +113,8 @@ struct Client::Impl {
   WorldView world;
   PairBook pairs;
   PlayoutClock playout;
+  WorldClock clock;
+  std::uint64_t clock_tick = 0;  // of the message that it is from
   Tick newest_tick;
   std::uint32_t last_applied_input = 0;
 
@@ -118,6 +131,10 @@ struct Client::Impl {
   };
   std::optional<Applied> applied, correct_to;
   std::optional<Predictor> predictor;
+
+  CommandQueue commands;
+  EventInbox inbox;
+  std::optional<Vec3d> spectator_view;  // while the own body is out of the world
 
   std::optional<Recorder> recorder;
   std::optional<Replay> replay;  // instead of regions

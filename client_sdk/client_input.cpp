@@ -3,6 +3,7 @@
 
 #include "client_sdk/blend.h"
 #include "client_sdk/client_impl.h"
+#include "core/physics/body_path.h"
 
 namespace tessera::client {
 
@@ -39,7 +40,7 @@ void Client::Impl::MakeInputs(TimePoint now) {
   const bool steers = IsSteering() || ending;
   const auto own = world.bodies().find(PlayerBodyId(session.player));
   const bool predicted = predictor && own != world.bodies().end() && !AtRest(own->second.state);
-  if (!started || (!steers && !predicted)) {
+  if (!started || clock.paused || (!steers && !predicted)) {
     input_clock.Stop();
     return;
   }
@@ -67,6 +68,15 @@ void Client::Impl::Correct() {
   if (!world.bodies().contains(PlayerBodyId(session.player))) predictor->Forget();
   if (correct_to) predictor->Correct(correct_to->tick, correct_to->input, world.bodies());
   correct_to.reset();
+}
+
+void Client::Impl::ShowOnPaths(double tick, std::vector<ShownBody>& shown) const {
+  const auto of_regions = std::ssize(shown);
+  const double time_s = std::max(tick, 0.0) / session.tick_rate_hz;
+  for (const BodyDef& def : session.scene->bodies) {
+    if (def.path != nullptr) shown.push_back({def.id, physics::PoseOn(*def.path, time_s)});
+  }
+  std::ranges::inplace_merge(shown, shown.begin() + of_regions, {}, &ShownBody::id);
 }
 
 void Client::Impl::ShowPredicted(TimePoint now, std::vector<ShownBody>& shown) {

@@ -1,9 +1,11 @@
 // Receiving: connections, control messages and snapshots of the regions.
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "client_sdk/client_impl.h"
+#include "core/world/proto_math.h"
 
 namespace tessera::client {
 namespace {
@@ -39,6 +41,16 @@ absl::StatusCode CodeOf(v1::RefusalReason reason) {
     default:
       return absl::StatusCode::kFailedPrecondition;
   }
+}
+
+// Nothing where the region says nothing, or nothing that makes sense.
+std::optional<MeetingPoint> MeetingPointOf(const v1::PairEvent& event) {
+  if (!event.has_contact()) return std::nullopt;
+  const v1::PairContact& contact = event.contact();
+  const MeetingPoint met{FromProto(contact.point()), Vec3f(FromProto(contact.normal())),
+                         static_cast<float>(contact.impulse())};
+  const bool finite = IsFinite(met.point) && IsFinite(Vec3d(met.normal)) && std::isfinite(met.impulse);
+  return finite ? std::optional(met) : std::nullopt;
 }
 
 }  // namespace
@@ -113,6 +125,14 @@ void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const 
       return OnRenewedToken(connection, control.renewed_token());
     case v1::RegionControl::kPairEvents:
       return OnPairEvents(now, connection, control.pair_events());
+    case v1::RegionControl::kClock:
+      return OnClock(now, connection, control.clock());
+    case v1::RegionControl::kPlayerNews:
+      return OnPlayerNews(connection, control.player_news());
+    case v1::RegionControl::kSessionEnded:
+      return OnSessionEnded(control.session_ended().reason());
+    case v1::RegionControl::kCommandRefused:
+      return OnCommandRefused(connection, control.command_refused());
     case v1::RegionControl::KIND_NOT_SET:
       return connection.CountError();
   }
@@ -131,7 +151,21 @@ void Client::Impl::OnWelcome(TimePoint now, RegionConnection& connection, const 
   if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
   AdoptEndpoints(connection, welcome.endpoints());
   AdoptMap(connection, welcome.map());
+  if (welcome.has_clock()) OnClock(now, connection, welcome.clock());
   if (welcome.started()) Start();
+}
+
+// Every region reports a change, at the same tick; a report from before another one counts no more.
+void Client::Impl::OnClock(TimePoint now, RegionConnection& connection, const v1::WorldClock& message) {
+  const double pace = message.ticks_per_second();
+  if (!(pace > 0 && pace <= session.tick_rate_hz)) return connection.CountError();
+  if (message.tick() < clock_tick) return;
+  clock_tick = message.tick();
+  const WorldClock changed{.paused = message.paused(), .ticks_per_second = pace};
+  if (changed == clock) return;
+  clock = changed;
+  playout.SetPace(now, pace, clock.paused);
+  events.push_back({.kind = ClientEvent::Kind::kClockChanged});
 }
 
 void Client::Impl::Start() {
@@ -141,8 +175,12 @@ void Client::Impl::Start() {
   events.push_back({.kind = ClientEvent::Kind::kStarted});
 }
 
+// In the game's own words, which the player is to read.
+void Client::Impl::OnSessionEnded(const std::string& why) { End(absl::AbortedError(why), why); }
+
 void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const v1::RegionRefusal& refusal) {
   if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, connection, refusal.detail());
+  if (refusal.reason() == v1::REFUSAL_REASON_SESSION_ENDED) return OnSessionEnded(refusal.detail());
   const absl::string_view reason_name = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
   End(absl::Status(CodeOf(refusal.reason()),
                    absl::StrCat(connection.Where(), " refuses: ", reason_name, ": ", refusal.detail())),
@@ -168,7 +206,7 @@ void Client::Impl::OnPairEvents(TimePoint now, RegionConnection& connection, con
     if (message.whole()) {
       whole.push_back(pair);
     } else {
-      pairs.Take(now, connection.region(), tick, pair, event.begin());
+      pairs.Take(now, connection.region(), tick, pair, event.begin(), MeetingPointOf(event));
     }
   }
   if (!message.whole()) return;

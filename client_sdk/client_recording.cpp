@@ -11,8 +11,8 @@ namespace {
 // Whether the event is not recorded: the view makes it again when it is played back, or it is not about the world.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
   using Kind = ClientEvent::Kind;
-  return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertiesChanged ||
-         kind == Kind::kEnded || kind == Kind::kRecordingEnded;
+  return kind == Kind::kAppeared || kind == Kind::kVanished || kind == Kind::kPropertyChanged || kind == Kind::kEnded ||
+         kind == Kind::kRecordingEnded;
 }
 
 }  // namespace

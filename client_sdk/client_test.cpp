@@ -312,6 +312,24 @@ TEST_F(ClientTest, AnAddressThatIsAnothersByNowIsTriedAgain) {
   EXPECT_TRUE(Until([&] { return Count(ClientEvent::Kind::kRegionBack) == 1; }, true));
 }
 
+TEST_F(ClientTest, LearnsThatTheWorldIsPausedAndMakesNoInputsThen) {
+  Make(2);
+  Join();
+  Play();
+  const auto tell = [&](bool paused, double pace, std::uint64_t at) {
+    for (const auto& region : instance->regions) region->TellClock(paused, pace, Tick(at));
+  };
+  EXPECT_EQ(client->clock(), (WorldClock{.paused = false, .ticks_per_second = kTickRate}));
+  tell(true, kTickRate, 50);
+  ASSERT_TRUE(Until([&] { return client->clock().paused; }));
+  tell(false, 10, 40);  // from before the pause
+  tell(false, 0, 60);   // no pace at all
+  tell(false, 20, 60);
+  ASSERT_TRUE(Until([&] { return !client->clock().paused; }));
+  EXPECT_EQ(client->clock().ticks_per_second, 20);
+  EXPECT_EQ(Count(ClientEvent::Kind::kClockChanged), 2) << "all regions say it, and it is one event";
+}
+
 TEST_F(ClientTest, FollowsANewMapAndIgnoresAnOlderOne) {
   Make(2);
   Join();

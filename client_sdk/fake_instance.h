@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/replication/command.h"
 #include "core/replication/input.h"
 #include "core/replication/snapshot.h"
 #include "core/world/partition_io.h"
@@ -56,9 +57,11 @@ class FakeRegion {
 
   bool started = false;
   std::optional<v1::RegionRefusal> refuse_all;
-  PlayerNumber welcome_as;          // somebody else, where set
-  std::vector<PlayerInput> inputs;  // new ones, as they came
-  double drop_share = 0;            // share of snapshot datagrams; every n-th
+  PlayerNumber welcome_as;                        // somebody else, where set
+  std::vector<PlayerInput> inputs;                // new ones, as they came
+  std::map<std::uint32_t, std::string> commands;  // by number
+  std::uint32_t last_event = 0;                   // that the client says to have
+  double drop_share = 0;                          // share of snapshot datagrams; every n-th
 
   void Service() {
     for (const net::Event& event : endpoint_->Service(std::chrono::milliseconds(0))) {
@@ -92,10 +95,34 @@ class FakeRegion {
     message.mutable_map()->mutable_endpoints()->Assign(endpoints.begin(), endpoints.end());
     TellAll(message);
   }
+  void TellClock(bool paused, double ticks_per_second, Tick tick) {
+    v1::RegionControl message;
+    message.mutable_clock()->set_paused(paused);
+    message.mutable_clock()->set_ticks_per_second(ticks_per_second);
+    message.mutable_clock()->set_tick(tick.value());
+    TellAll(message);
+  }
   void SendRenewedToken(const net::Credentials& credentials) {
     v1::RegionControl message;
     message.mutable_renewed_token()->set_connect_token(credentials.token.data(), credentials.token.size());
     message.mutable_renewed_token()->set_session_key(credentials.key.data(), credentials.key.size());
+    TellAll(message);
+  }
+  void TellNews(const v1::PlayerNews& news) {
+    v1::RegionControl message;
+    *message.mutable_player_news() = news;
+    TellAll(message);
+  }
+  void TellEnded(const std::string& why) {
+    v1::RegionControl message;
+    message.mutable_session_ended()->set_reason(why);
+    TellAll(message);
+  }
+  void RefuseCommand(std::uint32_t number, const std::string& why, bool for_good) {
+    v1::RegionControl message;
+    message.mutable_command_refused()->set_number(number);
+    message.mutable_command_refused()->set_detail(why);
+    message.mutable_command_refused()->set_for_good(for_good);
     TellAll(message);
   }
   struct Pair {
@@ -177,6 +204,12 @@ class FakeRegion {
 
   void OnInput(const net::Event& event) {
     const auto sender = senders_.find(event.peer);
+    if (const auto message = replication::DecodeCommands(event.bytes); message.ok()) {
+      last_event = message->last_event;
+      std::uint32_t number = message->base;
+      for (const std::string_view command : message->commands) commands[number++] = command;
+      return;
+    }
     const auto message = replication::DecodeInput(event.bytes);
     if (sender == senders_.end() || !message.ok()) return;
     EXPECT_TRUE(sender->second.Acknowledge(message->ack).ok());
@@ -215,6 +248,8 @@ class FakeInstance : public v1::SessionService::Service {
     const auto loaded = LoadScene(
         SceneForm::kText, more + R"(name: "plaza" bounds { min { x: -50 y: -5 z: -50 } max { x: 50 y: 50 z: 50 } }
       properties { name: "health" number: 100 } properties { name: "team" text: "none" }
+      properties { name: "home" vector { x: 1 y: 2 z: 3 } } properties { name: "target" body: 0 }
+      properties { name: "secret" bytes: "\001\000\377" }
       bodies { id: 1 mass: 1 shape { sphere { radius: 0.5 } } properties { name: "team" text: "red" } }
       player { body { mass: 1 shape { sphere { radius: 0.5 } } } spawn_points { y: 1 } max_force: 10 max_speed: 5 })",
         "plaza.textproto");

@@ -2,13 +2,14 @@
 
 namespace tessera::client {
 
-void PairBook::Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin) {
+void PairBook::Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin,
+                    const std::optional<MeetingPoint>& contact) {
   const auto [at, fresh] = pairs_.try_emplace(pair);
   Entry& entry = at->second;
   if (fresh) entry.idle_since = now;
   // Ignore an update that is known already, or older than the present state.
   if (!fresh && (tick < entry.tick || (tick == entry.tick && begin == entry.touches))) return;
-  entry.waiting.insert({tick, begin, from, now + kHold});
+  entry.waiting.insert({tick, begin, from, now + kHold, contact});
 }
 
 void PairBook::TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
@@ -18,7 +19,7 @@ void PairBook::TakeAll(TimePoint now, RegionId from, Tick tick, const std::vecto
     if (entry.from != from || named.contains(pair) || elsewhere(pair)) continue;
     if (entry.tick > tick) entry.tick = tick;  // the world has gone back to an earlier state
     entry.waiting.clear();
-    if (entry.touches) entry.waiting.insert({tick, false, from, now});
+    if (entry.touches) entry.waiting.insert({tick, false, from, now, {}});
   }
   for (const BodyPair& pair : named) {
     const auto known = pairs_.find(pair);
@@ -38,6 +39,7 @@ void PairBook::Report(const BodyPair& pair, Entry& entry, bool begin, std::vecto
   const Kind trigger = begin ? Kind::kTriggerEntered : Kind::kTriggerLeft;
   entry.reported = begin;
   events.push_back({.kind = pair.trigger ? trigger : contact, .body = pair.a, .other = pair.b, .region = entry.from});
+  if (begin) events.back().contact = entry.contact;
 }
 
 void PairBook::Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEvent>& events) {
@@ -55,6 +57,7 @@ void PairBook::Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEve
       entry.touches = update.begin;
       entry.tick = update.tick;
       entry.from = update.from;
+      entry.contact = update.contact;
       if (seen && update.begin != entry.reported) Report(pair, entry, update.begin, events);
     }
     if (seen && entry.touches && !entry.reported) Report(pair, entry, true, events);

@@ -16,6 +16,7 @@
 #include <compare>
 #include <functional>
 #include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -38,7 +39,8 @@ class PairBook {
   // How long a pair out of sight is remembered: it may come into sight still touching.
   static constexpr std::chrono::milliseconds kUnseen{10'000};
 
-  void Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin);
+  void Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin,
+            const std::optional<MeetingPoint>& contact = std::nullopt);
   // `from` begins anew: at `tick` these are all its pairs. Others that it had sent before are over, but for those that
   // another region has by now, as `elsewhere` says.
   void TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
@@ -52,6 +54,7 @@ class PairBook {
     bool begin = false;
     RegionId from;
     TimePoint until;
+    std::optional<MeetingPoint> contact;
     friend bool operator<(const Update& x, const Update& y) {
       return x.tick != y.tick ? x.tick < y.tick : x.begin < y.begin;
     }
@@ -61,6 +64,7 @@ class PairBook {
     bool reported = false;  // to the game
     Tick tick;              // time of the known state
     RegionId from;
+    std::optional<MeetingPoint> contact;  // of the last begin
     std::set<Update> waiting;
     TimePoint idle_since{};  // since when nothing waits and nothing is reported
   };

@@ -48,6 +48,20 @@ struct PairBookTest : testing::Test {
   std::set<std::pair<BodyId, BodyId>> touching;
 };
 
+TEST_F(PairBookTest, ABeginSaysWhereTheTwoMet) {
+  const MeetingPoint met{{1, 2, 3}, {0, 1, 0}, 5};
+  book.Take(now, kLeft, Tick(10), kPair, true, met);
+  std::vector<ClientEvent> events;
+  book.Settle(
+      now, [](BodyId) { return true; }, events);
+  book.Take(now, kLeft, Tick(12), kPair, false);
+  book.Settle(
+      now, [](BodyId) { return true; }, events);
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[0].contact, met);
+  EXPECT_FALSE(events[1].contact.has_value());
+}
+
 TEST_F(PairBookTest, TellsWhatItIsToldAtOnce) {
   Told(kLeft, 10, true);
   EXPECT_EQ(Settle(), "+");

@@ -17,6 +17,8 @@ constexpr double kJumpBeyond_s = 0.5;  // behind by what gliding would take 5 s 
 constexpr double kBrakeBeyond_s = 0.08, kBrakePer_s = 10;  // ahead by that much it brakes, fully .09 s further on
 // After the last arrival the line goes on for this long: then the world stands.
 constexpr double kMaxSilence_s = 0.25;
+// Silence and jumps in intervals between snapshots, where those are longer.
+constexpr double kIntervalsSilent = 2, kIntervalsJumped = 4;
 
 double Seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
@@ -24,6 +26,21 @@ double Seconds(std::chrono::steady_clock::duration d) { return std::chrono::dura
 
 PlayoutClock::PlayoutClock(double tick_rate_hz, double snapshot_rate_hz)
     : nominal_rate_hz_(tick_rate_hz), interval_ticks_(tick_rate_hz / snapshot_rate_hz), rate_hz_(tick_rate_hz) {}
+
+// Where a world in slow motion has long intervals between snapshots.
+double PlayoutClock::AtLeastIntervals(double time_s, double intervals) const {
+  return std::max(time_s, intervals * interval_ticks_ / rate_hz_);
+}
+
+void PlayoutClock::SetPace(TimePoint now, double ticks_per_second, bool paused) {
+  if (paused == paused_ && ticks_per_second == nominal_rate_hz_) return;
+  head_tick_ = paused || paused_ ? newest_tick_ : HeadAt(now);
+  head_time_ = now;
+  arrivals_.clear();
+  paused_ = paused;
+  nominal_rate_hz_ = rate_hz_ = ticks_per_second;
+  if (started_) arrivals_.push_back({now, head_tick_});
+}
 
 void PlayoutClock::MeasureRate(TimePoint now, double tick) {
   arrivals_.push_back({now, tick});
@@ -46,7 +63,7 @@ void PlayoutClock::Arrived(TimePoint now, Tick arrived) {
   }
   const double expected = HeadAt(now);
   const double error = tick - expected;
-  if (std::abs(error) > kJumpBeyond_s * rate_hz_) {
+  if (std::abs(error) > AtLeastIntervals(kJumpBeyond_s, kIntervalsJumped) * rate_hz_) {
     if (error < 0) return;  // long overdue: says nothing about the rhythm
     arrivals_.clear();      // the connection, or the world, has stood
     head_tick_ = tick;
@@ -61,20 +78,27 @@ void PlayoutClock::Arrived(TimePoint now, Tick arrived) {
 }
 
 double PlayoutClock::HeadAt(TimePoint now) const {
-  return head_tick_ + std::min(Seconds(now - head_time_), kMaxSilence_s) * rate_hz_;
+  if (paused_) return newest_tick_;
+  return head_tick_ + std::min(Seconds(now - head_time_), AtLeastIntervals(kMaxSilence_s, kIntervalsSilent)) * rate_hz_;
 }
 
 double PlayoutClock::delay_ticks() const {
-  return std::min(kIntervalsBehind * interval_ticks_ + kJittersBehind * jitter_ticks_, kMaxDelay_s * rate_hz_);
+  return std::min(kIntervalsBehind * interval_ticks_ + kJittersBehind * jitter_ticks_,
+                  AtLeastIntervals(kMaxDelay_s, kIntervalsBehind) * rate_hz_);
 }
 
 double PlayoutClock::Advance(TimePoint now) {
   if (!started_) return 0;
+  if (paused_) {
+    shown_tick_ += std::clamp(newest_tick_ - shown_tick_, 0.0, std::max(0.0, Seconds(now - shown_time_)) * rate_hz_);
+    shown_time_ = now;
+    return shown_tick_;
+  }
   const double target = std::max(0.0, HeadAt(now) - delay_ticks());
   const double passed = std::max(0.0, Seconds(now - shown_time_)) * rate_hz_;
   shown_time_ = now;
   const double ahead_s = (shown_tick_ + passed - target) / rate_hz_;
-  if (ahead_s < -kJumpBeyond_s) {
+  if (ahead_s < -AtLeastIntervals(kJumpBeyond_s, kIntervalsJumped)) {
     ++jumps_;
     return shown_tick_ = target;
   }

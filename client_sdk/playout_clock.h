@@ -27,6 +27,8 @@ class PlayoutClock {
   PlayoutClock(double tick_rate_hz, double snapshot_rate_hz);
 
   void Arrived(TimePoint now, Tick tick);
+  // The world makes so many ticks a second from now on; or it stands, and is shown as the newest snapshot has it.
+  void SetPace(TimePoint now, double ticks_per_second, bool paused);
   // The moment to show, in ticks and parts of one; 0 before the first arrival.
   double Advance(TimePoint now);
 
@@ -45,8 +47,11 @@ class PlayoutClock {
   double HeadAt(TimePoint now) const;  // the newest tick, by the line
   double delay_ticks() const;
   void MeasureRate(TimePoint now, double tick);
+  double AtLeastIntervals(double time_s, double intervals) const;
 
-  const double nominal_rate_hz_, interval_ticks_;
+  double nominal_rate_hz_;
+  const double interval_ticks_;
+  bool paused_ = false;
   double rate_hz_;
   std::deque<Arrival> arrivals_;  // those with a tick newer than all before, over the last second
   bool started_ = false;

@@ -111,5 +111,47 @@ TEST(PlayoutClockTest, BeforeAnythingCameThereIsNoMoment) {
   EXPECT_EQ(clock.Advance(std::chrono::steady_clock::time_point()), 0);
 }
 
+TEST(PlayoutClockTest, APausedWorldIsShownAsItsNewestSnapshotHasItAndGoesOnFromThere) {
+  PlayoutClock clock(60, 30);
+  const std::chrono::steady_clock::time_point zero{std::chrono::hours(5)};
+  const auto at = [&](int ms) { return zero + std::chrono::milliseconds(ms); };
+  for (int i = 0; i < 60; ++i) {
+    clock.Arrived(at(i * 33), Tick(static_cast<std::uint64_t>(100 + 2 * i)));
+    (void)clock.Advance(at(i * 33));
+  }
+  clock.SetPace(at(2000), 60, true);
+  for (int ms = 2000; ms < 4000; ms += 16) EXPECT_LE(clock.Advance(at(ms)), 218) << "nothing is extrapolated";
+  EXPECT_EQ(clock.Advance(at(4000)), 218);
+  clock.SetPace(at(60'000), 60, false);
+  double last = 218;
+  for (int i = 0; i < 90; ++i) {
+    clock.Arrived(at(60'000 + i * 33), Tick(static_cast<std::uint64_t>(220 + 2 * i)));
+    const double shown = clock.Advance(at(60'000 + i * 33));
+    EXPECT_GE(shown, last);
+    last = shown;
+  }
+  EXPECT_NEAR(last, 398 - 6, 4);
+  EXPECT_EQ(clock.jumps(), 0u);
+}
+
+TEST(PlayoutClockTest, SlowMotionIsShownSteadily) {
+  PlayoutClock clock(60, 30);
+  const std::chrono::steady_clock::time_point zero{std::chrono::hours(5)};
+  const auto at = [&](int ms) { return zero + std::chrono::milliseconds(ms); };
+  clock.SetPace(zero, 2, false);
+  double last = 0, fastest = 0;
+  for (int ms = 0; ms < 30'000; ms += 10) {
+    if (ms % 1000 == 0) clock.Arrived(at(ms), Tick(static_cast<std::uint64_t>(100 + 2 * ms / 1000)));
+    const double shown = clock.Advance(at(ms));
+    if (ms > 10'000) {
+      EXPECT_GE(shown, last);
+      fastest = std::max(fastest, shown - last);
+    }
+    last = shown;
+  }
+  EXPECT_LT(fastest, 0.02 * 1.2) << "2 ticks a second, at most a tenth faster";
+  EXPECT_EQ(clock.jumps(), 0u);
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -364,5 +364,73 @@ TEST(CharacterPredictionTest, IsOffFiveTimesInTenSecondsAtMostAmongCratesAndPlay
   EXPECT_LE(figures.off, 30);
 }
 
+// A ferry to and fro, a turntable and a lift, which the client computes by itself.
+TEST(CharacterPredictionTest, RidesPlatformsOnPaths) {
+  const char* kPlatforms[] = {
+      "path { repeat: REPEAT_PING_PONG points { position { x: 8 y: -0.08 } time: 4 } }", "path { spin { y: 0.5 } }",
+      "path { repeat: REPEAT_PING_PONG points { position { y: 3 } time: 3 } points { position { y: 3 } time: 4 } }"};
+  for (const char* path : kPlatforms) {
+    Loop loop(absl::StrCat(
+                  "bodies { id: 2 pose { position { y: -0.08 } } shape { box { half_extents { x: 3 y: 0.1 z: 3 } } } "
+                  "kinematic { ",
+                  path, " } }"),
+              kBadNetwork, kCharacter);
+    loop.rounds = true;
+    loop.Run(3);
+    const Tick from = loop.region.tick();
+    for (int step = 0; step < 40; ++step) {
+      // A step this way and one back.
+      loop.steering.move = {0, step % 4 == 0 ? 0.3F : step % 4 == 2 ? -0.3F : 0.0F};
+      loop.Run(0.5, [&] { loop.ShownOwn(); });
+    }
+    const Figures figures{20, loop.TimesOff(from + 12), loop.predictor.corrections(), loop.WorstSince(from + 12)};
+    Print(path, figures);
+    EXPECT_LE(figures.off, 2);
+    bool shown = false;
+    for (const PredictedBody& body : loop.predictor.At(loop.now, 0.5)) shown = shown || body.id == BodyId(2);
+    EXPECT_TRUE(shown) << "the platform is drawn at the time of who rides on it";
+  }
+}
+
+// Put elsewhere by a game: shown there at once, and no correction.
+TEST(PredictionTest, AJumpIsNotBlended) {
+  Predictor predictor(SceneOf("", kRolledBall), kPlayer);
+  const TimePoint now{std::chrono::hours(1)};
+  SeenBody own{kOwn, RegionId(1), Epoch(1), Tick(10), {}};
+  own.state.position = {0, 0.5, 0};
+  predictor.Correct(Tick(10), 0, {{kOwn, own}});
+  PlayerInput input;
+  input.number = 1;
+  input.player = kPlayer;
+  input.body = kOwn;
+  predictor.Add(input);
+  predictor.At(now, 1);
+  const TimePoint later = now + milliseconds(500);  // it is shown as predicted by then
+  ASSERT_NEAR(predictor.At(later, 1).at(0).pose.position.x, 0, 1e-3);
+  own.tick = Tick(12);
+  own.state.position = {1.5, 0.5, 0};
+  own.jumps = 1;
+  predictor.Correct(Tick(12), 0, {{kOwn, own}});
+  EXPECT_EQ(predictor.corrections(), 0u);
+  EXPECT_NEAR(predictor.At(later, 1).at(0).pose.position.x, 1.5, 1e-3);
+}
+
+// A game took the weight off the own body.
+TEST(PredictionTest, KnowsWhatAGameChangedOfTheOwnBody) {
+  Predictor predictor(SceneOf("", kRolledBall), kPlayer);
+  SeenBody own{kOwn, RegionId(1), Epoch(1), Tick(10), {}};
+  own.state.position = {0, 5, 0};
+  own.tuning.gravity_scale = 0.0f;
+  predictor.Correct(Tick(10), 0, {{kOwn, own}});
+  for (std::uint32_t i = 1; i <= 6; ++i) {
+    PlayerInput input;
+    input.number = i;
+    input.player = kPlayer;
+    input.body = kOwn;
+    predictor.Add(input);
+  }
+  EXPECT_EQ(predictor.own().position, Vec3d(0, 5, 0));
+}
+
 }  // namespace
 }  // namespace tessera::client

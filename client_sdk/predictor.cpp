@@ -5,6 +5,7 @@
 #include <set>
 
 #include "client_sdk/blend.h"
+#include "core/physics/body_path.h"
 #include "core/region/fields.h"
 #include "core/region/region_players.h"
 
@@ -75,7 +76,11 @@ double Speed(const BodyState& state) { return Length(Vec3d(state.linear_velocity
 }  // namespace
 
 Predictor::Predictor(std::shared_ptr<const Scene> scene, PlayerNumber player)
-    : catalog_(std::move(scene)), own_def_(catalog_.MakePlayer(player)), tick_s_(1.0 / catalog_.scene().tick_rate_hz) {}
+    : catalog_(std::move(scene)), own_def_(catalog_.MakePlayer(player)), tick_s_(1.0 / catalog_.scene().tick_rate_hz) {
+  for (const BodyDef& def : catalog_.scene().bodies) {
+    if (def.path != nullptr) paths_.push_back(&def);
+  }
+}
 
 const BodyDef* Predictor::DefOf(BodyId id) const {
   return IsPlayerBody(id) ? &own_def_ : catalog_.Find(id);  // players look alike
@@ -88,6 +93,8 @@ void Predictor::Forget() {
   inputs_.clear();
   simulated_ = 0;
   bodies_.clear();
+  on_paths_.clear();
+  jumps_.clear();
   world_.reset();
 }
 
@@ -100,6 +107,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   for (const auto& [id, body] : bodies_) shown.emplace(id, Raw(body));
   std::erase_if(inputs_, [&](const PlayerInput& input) { return input.number <= last_input; });
 
+  const std::map<BodyId, std::uint8_t> jumps = jumps_;
   base_tick_ = tick;
   Choose(bodies);
   Place(tick, bodies);
@@ -113,8 +121,10 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
     const Vec3d gap = before->second.position - raw.position;
     body.offset += gap;
     body.turn = Normalized(body.turn * (before->second.orientation * Conjugate(raw.orientation)));
-    if (Length(body.offset) > kTeleport_m) body.offset = Vec3d(), body.turn = Quatd();
-    if (id != own_def_.id) continue;
+    const auto counted = jumps.find(id);
+    const bool jumped = counted != jumps.end() && counted->second != jumps_.at(id);
+    if (jumped || Length(body.offset) > kTeleport_m) body.offset = Vec3d(), body.turn = Quatd();
+    if (jumped || id != own_def_.id) continue;
     last_correction_m_ = Length(gap);
     if (last_correction_m_ > kNotable_m) ++corrections_;
   }
@@ -141,14 +151,8 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   }
 
   const bool far = Length(own.position - origin_) > kMaxFromOrigin_m;
-  if (world_ == nullptr || far) {
-    origin_ = {std::round(own.position.x), std::round(own.position.y), std::round(own.position.z)};
-    world_ = std::make_unique<physics::World>(
-        physics::WorldSettings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
-    for (const BodyDef& def : catalog_.scene().bodies) {
-      if (def.motion == Motion::kStatic) world_->Add(def, def.initial);
-    }
-  }
+  if (world_ == nullptr || far)
+    Begin({std::round(own.position.x), std::round(own.position.y), std::round(own.position.z)});
   for (auto body = bodies_.begin(); body != bodies_.end();) {
     if (chosen.contains(body->first)) {
       ++body;
@@ -158,6 +162,33 @@ void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
     body = bodies_.erase(body);
   }
   for (const BodyId id : chosen) bodies_.try_emplace(id);
+  jumps_.clear();
+  for (const BodyId id : chosen) jumps_[id] = bodies.at(id).jumps;
+}
+
+void Predictor::Begin(Vec3d origin) {
+  origin_ = origin;
+  world_ = std::make_unique<physics::World>(
+      physics::WorldSettings{.origin = origin_, .gravity_m_s2 = catalog_.scene().gravity_m_s2});
+  for (const BodyDef& def : catalog_.scene().bodies) {
+    if (def.motion == Motion::kStatic) world_->Add(def, def.initial);
+  }
+}
+
+// Bodies with paths are where they are at `tick`, and move from there.
+void Predictor::FollowPaths(Tick tick) {
+  for (const BodyDef* def : paths_) {
+    const BodyState state = physics::StateOn(*def->path, tick, catalog_.scene().tick_rate_hz);
+    world_->SetState(def->id, state);
+    Body& body = on_paths_[def->id];
+    body.before = body.now;
+    body.now = state;
+  }
+}
+
+void Predictor::Tune(const BodyDef& def, const SeenBody& seen) {
+  world_->SetGravityScale(seen.id, GravityScaleOf(def, seen.tuning));
+  world_->SetMaterial(seen.id, MaterialOf(def, seen.tuning));
 }
 
 void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
@@ -177,8 +208,11 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
     } else {
       world_->SetState(id, state);
     }
+    Tune(*DefOf(id), seen);
     body.before = body.now = world_->StateOf(id);
   }
+  FollowPaths(tick);
+  for (auto& [id, body] : on_paths_) body.before = body.now;
   if (own_radius_m_ == 0) {
     const Aabb box = world_->BoundsOf(own_def_.id);
     own_radius_m_ = Length(box.max - box.min) / 2;
@@ -195,6 +229,7 @@ void Predictor::Place(Tick tick, const std::map<BodyId, SeenBody>& bodies) {
 void Predictor::Simulate() {
   simulated_ = 0;
   for (auto& [id, body] : bodies_) body.touched = id == own_def_.id;
+  for (auto& [id, body] : on_paths_) body.touched = false;
   const std::size_t ticks = std::min(inputs_.size(), kMaxTicks);
   for (std::size_t i = 0; i < ticks; ++i) Step(inputs_[i]);
 }
@@ -227,6 +262,7 @@ void Predictor::Step(const PlayerInput& input) {
   for (const auto& [id, body] : bodies_) drives.emplace(id, DriveOf(id, body, input));
   for (const auto& [id, drive] : drives) world_->ApplyForce(id, drive.force_n, drive.torque_nm);
   world_->Step(tick_s_);
+  FollowPaths(*base_tick_ + (simulated_ + 1));
   for (auto& [id, body] : bodies_) {
     body.before = body.now;
     body.now = world_->StateOf(id);
@@ -241,6 +277,9 @@ void Predictor::NoteTouched() {
   for (bool more = true; more;) {
     more = false;
     for (const physics::Contact& contact : world_->contacts()) {
+      for (const BodyId id : {contact.body_a, contact.body_b}) {
+        if (const auto path = on_paths_.find(id); path != on_paths_.end()) path->second.touched |= IsOwn(contact);
+      }
       const auto a = bodies_.find(contact.body_a), b = bodies_.find(contact.body_b);
       if (a == bodies_.end() || b == bodies_.end() || a->second.touched == b->second.touched) continue;
       if (contact.depth_m < 0 && contact.impulse_on_b == Vec3f()) continue;
@@ -262,15 +301,18 @@ std::vector<PredictedBody> Predictor::At(TimePoint now, double phase) {
       shown_at_.has_value() ? std::max(0.0, std::chrono::duration<double>(now - *shown_at_).count()) : 0;
   shown_at_ = now;
   const double kept = std::exp(-passed_s / kBlend_s);
-  for (auto& [id, body] : bodies_) {
+  const auto show = [&](BodyId id, Body& body) {
     body.offset *= kept;
     body.turn = Share(body.turn, kept);
     const double change = passed_s / kChange_s;
     body.weight = std::clamp(body.weight + (body.touched ? change : -change), 0.0, 1.0);
-    if (body.weight <= 0) continue;
+    if (body.weight <= 0) return;
     const Pose raw = Raw(body);
     shown.push_back({id, {raw.position + body.offset, Normalized(body.turn * raw.orientation)}, body.weight});
-  }
+  };
+  for (auto& [id, body] : bodies_) show(id, body);
+  for (auto& [id, body] : on_paths_) show(id, body);
+  std::ranges::sort(shown, {}, &PredictedBody::id);
   return shown;
 }
 

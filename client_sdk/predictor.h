@@ -66,14 +66,20 @@ class Predictor {
     bool touched = false;  // by the own body, itself or through others, in the last simulation
   };
 
+  void Begin(Vec3d origin);
   void Choose(const std::map<BodyId, SeenBody>& bodies);
   void Place(Tick tick, const std::map<BodyId, SeenBody>& bodies);
   void Simulate();
   void Step(const PlayerInput& input);
   physics::CharacterDrive DriveOf(BodyId id, const Body& body, const PlayerInput& input) const;
+  void FollowPaths(Tick tick);
+  void Tune(const BodyDef& def, const SeenBody& seen);
   void NoteTouched();
   Pose Raw(const Body& body) const;
   const BodyDef* DefOf(BodyId id) const;
+  bool IsOwn(const physics::Contact& contact) const {
+    return contact.body_a == own_def_.id || contact.body_b == own_def_.id;
+  }
 
   region::Catalog catalog_;
   BodyDef own_def_;
@@ -81,7 +87,10 @@ class Predictor {
   std::unique_ptr<physics::World> world_;
   Vec3d origin_;
   double own_radius_m_ = 0;
-  std::map<BodyId, Body> bodies_;   // in the world, but for static ones; ascending
+  std::map<BodyId, Body> bodies_;         // in the world, but for static ones; ascending
+  std::map<BodyId, Body> on_paths_;       // static ones with paths; without offsets
+  std::map<BodyId, std::uint8_t> jumps_;  // of bodies_, as the server counted them last
+  std::vector<const BodyDef*> paths_;
   std::deque<PlayerInput> inputs_;  // not applied at the base
   std::size_t simulated_ = 0;       // so many of them have been simulated
   std::optional<Tick> base_tick_;

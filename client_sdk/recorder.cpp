@@ -37,7 +37,7 @@ void Recorder::Snapshot(TimePoint now, RegionId region, const replication::Recei
   OpenFrame& frame = FrameOf(now, region, snapshot.tick);
   frame.last_input = std::max(frame.last_input, snapshot.last_input);
   for (const replication::BodyRecord& body : snapshot.bodies) {
-    const RecordedBody recorded{snapshot.tick, body.epoch, quantizer_.Quantize(body.state)};
+    const RecordedBody recorded{snapshot.tick, body.epoch, quantizer_.Quantize(body.state), body.traits.jumps};
     const auto [at, fresh] = frame.bodies.try_emplace(body.id, recorded);
     if (!fresh && recorded.epoch > at->second.epoch) at->second = recorded;
     if (body.properties != nullptr) frame.properties[body.id] = {snapshot.tick, body.properties};
@@ -140,7 +140,10 @@ FrameEntry Recorder::Encode(OpenFrame frame) {
   stream.written = std::max(frame.tick, stream.written + 1);
   replication::DenseFrame dense{.tick = stream.written, .bodies = {}, .departures = {}};
   dense.bodies.reserve(stream.bodies.size());
-  for (const auto& [id, body] : stream.bodies) dense.bodies.push_back({id, body.epoch, body.state});
+  for (const auto& [id, body] : stream.bodies) {
+    dense.bodies.push_back({id, body.epoch, body.state});
+    if (body.jumps != 0) entry.jumps.emplace_back(id, body.jumps);
+  }
   auto encoded = codec_.Encode(std::move(dense), stream.frames);
   entry.frame = std::move(encoded.bytes);
   stream.frames = {.base = std::move(encoded.kept),

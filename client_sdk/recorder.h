@@ -45,6 +45,7 @@ class Recorder {
     Tick tick;
     Epoch epoch;
     replication::QuantizedState state;
+    std::uint8_t jumps = 0;
   };
   struct Departed {
     Tick tick;

@@ -51,6 +51,8 @@ struct FrameEntry {
   // By body: properties that were sent in this tick.
   std::vector<std::pair<BodyId, std::shared_ptr<const replication::Bytes>>> properties{};
   replication::Bytes frame{};  // DenseCodec's, against the region's frames before it
+  // Bodies of the frame that a game put elsewhere, ascending, and how often: SeenBody::jumps.
+  std::vector<std::pair<BodyId, std::uint8_t>> jumps{};
 };
 
 struct RegionEntry {

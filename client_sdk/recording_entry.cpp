@@ -45,6 +45,12 @@ void Put(ByteWriter& out, const FrameEntry& entry) {
     out.Block(*bytes);
   }
   out.Block(entry.frame);
+  if (entry.jumps.empty()) return;  // as in all files before there were any
+  out.Varint(entry.jumps.size());
+  for (const auto& [id, jumps] : entry.jumps) {
+    out.Varint(id.value());
+    out.U8(jumps);
+  }
 }
 
 absl::StatusOr<Payload> TakeFrame(ByteReader& in) {
@@ -76,6 +82,12 @@ absl::StatusOr<Payload> TakeFrame(ByteReader& in) {
   in.Field("frame");
   const std::span<const std::uint8_t> frame = in.Block(kMaxEntryBytes);
   entry.frame.assign(frame.begin(), frame.end());
+  in.Field("jumps");
+  for (std::size_t n = in.remaining() > 0 ? in.Count(2) : 0; n > 0 && in.ok(); --n) {
+    const BodyId id(in.Varint());
+    if (!entry.jumps.empty() && entry.jumps.back().first >= id) return Bad("jumps: ids do not ascend");
+    entry.jumps.emplace_back(id, in.U8());
+  }
   if (in.ok() && entry.region == RegionId()) return Bad("region: is 0");
   return entry;
 }

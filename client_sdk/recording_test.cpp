@@ -56,9 +56,12 @@ class RecordingTest : public ClientFixture {
     EXPECT_TRUE(client->recording());
     Play();
     for (int step = 1; step <= 90; ++step) {
-      const double x = -6 + step * 0.1331;
+      // At step 25 a game puts it a metre further.
+      const bool jumped = step >= 25;
+      const double x = -6 + step * 0.1331 + (jumped ? 1 : 0);
       const bool east = x > 0;
-      const std::vector<BodyRecord> ball = {{kBall, Epoch(east ? 2 : 1), Moving(x, 4)}};
+      const replication::BodyTraits traits{.jumps = static_cast<std::uint8_t>(jumped ? 1 : 0), .tuning = {}};
+      const std::vector<BodyRecord> ball = {{kBall, Epoch(east ? 2 : 1), Moving(x, 4), nullptr, traits}};
       std::vector<BodyRecord> west_has = east ? std::vector<BodyRecord>() : ball;
       if (step >= 20 && step < 60) west_has.push_back({BodyId(2), Epoch(1), Moving(-20, 0)});
       std::vector<DepartureRecord> leaves;

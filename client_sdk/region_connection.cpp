@@ -90,6 +90,10 @@ std::size_t RegionConnection::Send(TimePoint now, ClientEndpoint& endpoint, std:
   return endpoint.Send(now, peer_, std::move(bytes)) ? size : 0;
 }
 
+std::size_t RegionConnection::SendCommands(TimePoint now, ClientEndpoint& endpoint, const net::Bytes& bytes) {
+  return welcomed() && endpoint.Send(now, peer_, bytes) ? bytes.size() : 0;
+}
+
 RegionStats RegionConnection::Stats(const ClientEndpoint& endpoint) const {
   RegionStats stats = stats_;
   stats.connected = welcomed();

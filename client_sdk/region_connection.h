@@ -54,6 +54,8 @@ class RegionConnection {
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to send.
   std::size_t Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs);
+  // Sends a datagram of commands (core/replication/command.h); the bytes sent.
+  std::size_t SendCommands(TimePoint now, ClientEndpoint& endpoint, const net::Bytes& bytes);
   // True when so many datagrams came since the last acknowledgement that its mask would soon not cover them.
   bool AcknowledgementUrgent() const { return unacknowledged_ >= 32; }
 

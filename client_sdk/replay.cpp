@@ -117,15 +117,19 @@ absl::StatusOr<Replay::Snapshot> Replay::Decode(const FrameEntry& entry) {
   const auto& before = known.base != nullptr ? known.base->frame.bodies : none;
   auto old = before.begin();
   auto properties = entry.properties.begin();
+  auto jumps = entry.jumps.begin();
   for (const DenseBody& body : frame.bodies) {
     while (old != before.end() && old->id < body.id) ++old;
     while (properties != entry.properties.end() && properties->first < body.id) ++properties;
+    while (jumps != entry.jumps.end() && jumps->first < body.id) ++jumps;
     const bool same = old != before.end() && *old == body;
     const bool has_properties = properties != entry.properties.end() && properties->first == body.id;
     if (same && !has_properties) continue;
     if (old == before.end() || old->id != body.id) ++snapshot.received.full_records;
     snapshot.received.bodies.push_back(
         {body.id, body.epoch, quantizer_.Dequantize(body.state), has_properties ? properties->second : nullptr});
+    if (jumps != entry.jumps.end() && jumps->first == body.id)
+      snapshot.received.bodies.back().traits.jumps = jumps->second;
   }
   known = {.base = *std::move(kept), .older = std::move(known.base), .oldest = std::move(known.older)};
   return snapshot;

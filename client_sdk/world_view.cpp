@@ -24,18 +24,22 @@ Pose Ahead(const BodyState& state, double seconds) {
   return {state.position + Vec3d(state.linear_velocity) * seconds, Normalized(rotation * state.orientation)};
 }
 
-// Whether the record changes the body's properties.
-bool PropertiesDiffer(const SeenBody& seen, const replication::BodyRecord& record) {
-  if (record.properties == nullptr) return record.epoch > seen.epoch && seen.properties != nullptr;
-  return seen.properties == nullptr || *seen.properties != *record.properties;
+// Bytes that nobody can have set say nothing.
+PropertySet SetFrom(const std::shared_ptr<const replication::Bytes>& bytes, std::span<const PropertyDef> defs) {
+  if (bytes == nullptr || bytes->empty()) return {};
+  return PropertySet::Decode(*bytes, defs).value_or(PropertySet());
 }
 
 double AsDouble(Tick tick) { return static_cast<double>(tick.value()); }
 
 }  // namespace
 
-WorldView::WorldView(double tick_rate_hz, double snapshot_ticks, std::size_t max_bodies)
-    : tick_rate_hz_(tick_rate_hz), snapshot_ticks_(snapshot_ticks), max_bodies_(max_bodies) {}
+WorldView::WorldView(double tick_rate_hz, double snapshot_ticks, std::vector<PropertyDef> properties,
+                     std::size_t max_bodies)
+    : tick_rate_hz_(tick_rate_hz),
+      snapshot_ticks_(snapshot_ticks),
+      properties_(std::move(properties)),
+      max_bodies_(max_bodies) {}
 
 void WorldView::Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
                      std::vector<ClientEvent>& events) {
@@ -59,37 +63,46 @@ void WorldView::TakeBody(RegionId from, Tick tick, const replication::BodyRecord
   SeenBody& seen = *track.seen;
   if (!fresh && body.epoch < seen.epoch) return;
   const bool new_owner = !fresh && body.epoch > seen.epoch;
-  AddSample(track, tick, body.state, new_owner);
+  AddSample(track, {tick, body.state, body.traits.jumps}, new_owner);
   track.expires.reset();
-  const bool changed = !fresh && PropertiesDiffer(seen, body);
   // The first record of an ownership has all properties; later ones have them where they are new.
   auto properties = body.properties;
-  if (properties == nullptr && !new_owner) properties = std::move(seen.properties);
-  if (fresh || new_owner || tick > seen.tick) seen = {body.id, from, body.epoch, tick, body.state};
+  if (properties == nullptr && !new_owner) properties = seen.properties;
+  const auto before = std::move(seen.properties);
+  if (fresh || new_owner || tick > seen.tick) {
+    seen = {body.id, from, body.epoch, tick, body.state, nullptr, body.traits.jumps, body.traits.tuning};
+  }
   seen.properties = std::move(properties);
   if (fresh) {
     events.push_back({.kind = ClientEvent::Kind::kAppeared, .body = body.id, .region = from});
-  } else if (changed) {
-    events.push_back({.kind = ClientEvent::Kind::kPropertiesChanged, .body = body.id, .region = from});
+  } else if (before != seen.properties) {
+    const PropertySet was = SetFrom(before, properties_), is = SetFrom(seen.properties, properties_);
+    for (const std::string_view name : ChangedProperties(properties_, was, is)) {
+      events.push_back({.kind = ClientEvent::Kind::kPropertyChanged,
+                        .body = body.id,
+                        .region = from,
+                        .property = std::string(name)});
+    }
   }
 }
 
-void WorldView::AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const {
+void WorldView::AddSample(Track& track, const Sample& fresh, bool new_owner) const {
+  const Tick tick = fresh.tick;
   std::vector<Sample>& samples = track.samples;
   // States of an earlier owner from the new one's time do not count.
   while (new_owner && !samples.empty() && samples.back().tick >= tick) samples.pop_back();
   if (!samples.empty() && samples.back().tick >= tick) {
     const auto at = std::lower_bound(samples.begin(), samples.end(), tick,
                                      [](const Sample& sample, Tick t) { return sample.tick < t; });
-    if (at->tick != tick) samples.insert(at, {tick, state});
+    if (at->tick != tick) samples.insert(at, fresh);
     return;
   }
   // A body at rest is not sent, so it stood until the snapshot before this one: it must not glide through its rest.
   const auto interval = static_cast<std::uint64_t>(std::ceil(snapshot_ticks_));
   if (!samples.empty() && AtRest(samples.back().state) && samples.back().tick + interval < tick) {
-    samples.push_back({Tick(tick.value() - interval), samples.back().state});
+    samples.push_back({Tick(tick.value() - interval), samples.back().state, samples.back().jumps});
   }
-  samples.push_back({tick, state});
+  samples.push_back(fresh);
   if (samples.size() > kMaxSamples) samples.erase(samples.begin(), samples.end() - kMaxSamples);
 }
 
@@ -185,6 +198,8 @@ ShownBody WorldView::Show(BodyId id, Track& track, double tick, double rate_hz) 
   if (past <= 0 || (samples.size() == 1 && AtRest(before.state))) return {id, PoseOf(before.state), false};
   if (samples.size() > 1) {
     const Sample& after = samples[1];
+    // It was put elsewhere: it is not shown on a way that it did not go.
+    if (after.jumps != before.jumps) return {id, PoseOf(before.state), false};
     const double share = past / AsDouble(Tick(static_cast<std::uint64_t>(after.tick - before.tick)));
     return {id, Between(PoseOf(before.state), PoseOf(after.state), share), false};
   }

@@ -22,7 +22,9 @@ namespace tessera::client {
 class WorldView {
  public:
   // `snapshot_ticks`: between two snapshots of a region. `max_bodies`: further bodies are ignored.
-  WorldView(double tick_rate_hz, double snapshot_ticks, std::size_t max_bodies = kMaxBodies + kMaxPlayers);
+  // `properties`: as the scene declares them.
+  WorldView(double tick_rate_hz, double snapshot_ticks, std::vector<PropertyDef> properties = {},
+            std::size_t max_bodies = kMaxBodies + kMaxPlayers);
 
   void Take(TimePoint now, RegionId from, const replication::ReceivedSnapshot& snapshot,
             std::vector<ClientEvent>& events);
@@ -52,6 +54,7 @@ class WorldView {
   struct Sample {
     Tick tick;
     BodyState state;
+    std::uint8_t jumps = 0;
   };
   struct Track {
     SeenBody* seen = nullptr;     // among `seen_`
@@ -61,11 +64,12 @@ class WorldView {
 
   void TakeBody(RegionId from, Tick tick, const replication::BodyRecord& body, std::vector<ClientEvent>& events);
   void TakeDeparture(TimePoint now, const replication::DepartureRecord& departure, std::vector<ClientEvent>& events);
-  void AddSample(Track& track, Tick tick, const BodyState& state, bool new_owner) const;
+  void AddSample(Track& track, const Sample& sample, bool new_owner) const;
   void Vanish(BodyId body, std::vector<ClientEvent>& events);
   ShownBody Show(BodyId id, Track& track, double tick, double rate_hz);
 
   const double tick_rate_hz_, snapshot_ticks_;
+  std::vector<PropertyDef> properties_;
   const std::size_t max_bodies_;
   std::map<BodyId, SeenBody> seen_;
   absl::btree_map<BodyId, Track> tracks_;      // the same bodies as seen_

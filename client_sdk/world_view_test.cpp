@@ -40,7 +40,7 @@ struct WorldViewTest : testing::Test {
   }
   int Changes() const {
     return static_cast<int>(std::count_if(events.begin(), events.end(), [](const ClientEvent& event) {
-      return event.kind == ClientEvent::Kind::kPropertiesChanged;
+      return event.kind == ClientEvent::Kind::kPropertyChanged;
     }));
   }
   void Departs(RegionId from, std::uint64_t tick, std::uint32_t epoch, RegionId to) {
@@ -59,9 +59,24 @@ struct WorldViewTest : testing::Test {
   }
   double ShownAt(double tick) { return view.At(tick, 60).at(0).pose.position.x; }
 
-  WorldView view{60, 2};
+  WorldView view{60, 2, {{"lives", std::int64_t{3}}}};
   std::vector<ClientEvent> events;
 };
+
+// Between two states with another count of jumps it did not move.
+TEST_F(WorldViewTest, AJumpIsNotShownAsMotion) {
+  Body(kWest, 10, 1, StateAt(0, 60));
+  Body(kWest, 12, 1, StateAt(2, 60));
+  ReceivedSnapshot snapshot;
+  snapshot.tick = Tick(14);
+  snapshot.bodies.push_back({kSeenBall, Epoch(1), StateAt(100, 60), nullptr, {.jumps = 1, .tuning = {}}});
+  view.Take(kNow, kWest, snapshot, events);
+  EXPECT_DOUBLE_EQ(ShownAt(11), 1);
+  EXPECT_DOUBLE_EQ(ShownAt(13), 2);
+  EXPECT_DOUBLE_EQ(ShownAt(13.99), 2);
+  EXPECT_DOUBLE_EQ(ShownAt(14), 100);
+  EXPECT_EQ(Ball()->jumps, 1);
+}
 
 TEST_F(WorldViewTest, PropertiesStayUntilOthersAreTold) {
   Body(kWest, 10, 1, StateAt(0));
@@ -70,6 +85,7 @@ TEST_F(WorldViewTest, PropertiesStayUntilOthersAreTold) {
   Body(kWest, 14, 1, StateAt(1));
   EXPECT_EQ(Value(), 5);
   EXPECT_EQ(Changes(), 1);
+  EXPECT_EQ(events.back().property, "lives");
   Properties(kEast, 16, 2, 5);
   EXPECT_EQ(Changes(), 1) << "the next owner sends the same";
   Properties(kWest, 18, 1, 9);
@@ -152,7 +168,7 @@ TEST_F(WorldViewTest, ABodyHandedToWhomAConnectionIsBrokenStays) {
 }
 
 TEST_F(WorldViewTest, NoMoreBodiesAreKeptThanThereAre) {
-  WorldView small(60, 2, 2);
+  WorldView small(60, 2, {}, 2);
   ReceivedSnapshot snapshot;
   snapshot.tick = Tick(1);
   for (std::uint64_t id = 1; id <= 3; ++id) snapshot.bodies.push_back({BodyId(id), Epoch(1), {}});

@@ -4,8 +4,8 @@
 #     build/dev/compile_commands.json -
 #
 # For the sources on the standard input, paths from `root`, it prints lines "flags<TAB>source<TAB>source...": up to 32 sources
-# and the compiler flags of all of them. A source with a using-declaration or an alias that it seems not to need stands alone,
-# for another source of its batch might use it.
+# of one language standard, and the compiler flags of all of them. A source with a using-declaration or an alias that it seems
+# not to need stands alone, for another source of its batch might use it.
 
 FNR == 1 { input++ }
 
@@ -29,11 +29,20 @@ input == 2 {
 
 END { for (batch = 1; batch <= batches; batch++) print flags_in[batch] list[batch] }
 
+# The language standard that a source is compiled with.
+function standard(source,    flags) {
+  flags = flags_of[root source]
+  return match(flags, /-std=[^ ]*/) ? substr(flags, RSTART, RLENGTH) : ""
+}
+
 function place(source,    batch, n, i, flags) {
-  for (batch = 1; batch <= batches; batch++) if (!alone && !closed[batch] && size[batch] < 32 && fits(batch)) break
+  for (batch = 1; batch <= batches; batch++) {
+    if (!alone && !closed[batch] && size[batch] < 32 && standard_of[batch] == standard(source) && fits(batch)) break
+  }
   if (batch > batches) {
     batches = batch
     closed[batch] = alone
+    standard_of[batch] = standard(source)
   }
   size[batch]++
   list[batch] = list[batch] "\t" source

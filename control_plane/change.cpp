@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/standbys.h"
+#include "control_plane/world_terms.h"
 #include "core/world/limits.h"
 #include "core/world/partition_change.h"
 #include "core/world/partition_io.h"
@@ -52,6 +53,7 @@ records::Instance PutOff(const records::Instance& record) {
 
 records::Instance InForce(const records::Instance& record) {
   records::Instance next = record;
+  AdoptTerms(record.planned().map(), record.planned().effective_tick(), next);
   next.mutable_map()->Swap(next.mutable_planned()->mutable_map());
   next.clear_planned();
   auto& placements = *next.mutable_placements();
@@ -76,6 +78,7 @@ CutBetween CutsIn(std::span<const RegionFacts> facts) {
 void SetPlanned(const PartitionMap& map, records::Instance& next) {
   next.set_last_map_version(map.version().value());
   *next.mutable_planned()->mutable_map() = ToProto(map);
+  SetTerms(TermsOf(next), *next.mutable_planned()->mutable_map());
   next.mutable_planned()->set_effective_tick(0);
   next.mutable_planned()->set_committed(false);
 }

@@ -29,6 +29,10 @@ constexpr const char* kMethods[] = {"HostService/AddHost",
                                     "AgentLinkService/FetchGame",
                                     "InstanceService/ScaleInstance",
                                     "InstanceService/RestartWorkers",
+                                    "InstanceService/PauseInstance",
+                                    "InstanceService/ResumeInstance",
+                                    "InstanceService/SetPace",
+                                    "InstanceService/SetGame",
                                     "InstanceService/ListGameLines",
                                     "InstanceService/CheckpointInstance",
                                     "InstanceService/ListCheckpoints",
@@ -134,7 +138,7 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
   }
   prometheus::MetricFamily instances{
       "tessera_control_instances", "instances by state", prometheus::MetricType::Gauge, {}};
-  for (int state = v1::INSTANCE_STATE_PENDING; state <= v1::INSTANCE_STATE_FAILED; ++state) {
+  for (int state = v1::INSTANCE_STATE_PENDING; state <= v1::InstanceState_MAX; ++state) {
     const auto found = summary.instances.find(static_cast<v1::InstanceState>(state));
     AddGauge(instances, Label(v1::InstanceState_Name(state), sizeof("INSTANCE_STATE_") - 1),
              found == summary.instances.end() ? 0 : found->second);

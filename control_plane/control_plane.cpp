@@ -4,7 +4,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
+#include "control_plane/instance_plan.h"
 #include "control_plane/one_line.h"
+#include "core/world/scene_load.h"
+#include "game_sdk/tools/check.h"
 
 namespace tessera::control {
 namespace {
@@ -169,6 +172,32 @@ absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, co
   cluster_->ForgetProperty(request.id(), *number);
   Publish();
   return *outcome;
+}
+
+absl::StatusOr<v1::SetGameResponse> ControlPlane::SetGame(const v1::SetGameRequest& request) {
+  const auto instance =
+      Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request.id()); });
+  if (!instance.ok()) return instance.status();
+  const auto bytes = SceneBytes(instance->scene_hash());
+  if (!bytes.ok()) return bytes.status();
+  const auto scene = LoadScene(SceneForm::kSerialised, *bytes, "scene");
+  if (!scene.ok()) return scene.status();
+  const auto hash = CheckGame(request.game(), "game", scene->scene);
+  if (!hash.ok()) return hash.status();
+  // A game of another scene loads, and fails callback by callback: names that this scene lacks are refused here.
+  const std::vector<game::GameFault> faults =
+      game::CheckGame({request.game().name(), request.game().content()}, *scene->scene);
+  if (!faults.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(request.game().name(), ":", faults.front().line, ": ", faults.front().text,
+                     faults.size() > 1 ? absl::StrCat(" (and ", faults.size() - 1, " more)") : ""));
+  }
+  auto changed = Call([&](Cluster& cluster, Now now) { return cluster.SetGame(now, request, *hash); });
+  if (!changed.ok()) return changed.status();
+  v1::SetGameResponse response;
+  *response.mutable_instance() = *std::move(changed);
+  response.set_game_hash(*hash);
+  return response;
 }
 
 absl::StatusOr<std::string> ControlPlane::ContentBytes(const std::string& key) {

@@ -57,6 +57,8 @@ class ControlPlane {
   // Waits until the body's owner has made the change and its standby knows of it. kDeadlineExceeded: nobody has said so
   // in kPropertyTimeout; it may come about still.
   absl::Status SetProperty(const v1::SetPropertyRequest& request, const std::function<bool()>& given_up);
+  // Checks the game with the instance's scene, outside the lock: it loads, and uses no name that the scene lacks.
+  absl::StatusOr<v1::SetGameResponse> SetGame(const v1::SetGameRequest& request);
   // Waits until all workers are bound, then until they know of the player.
   absl::StatusOr<v1::JoinInstanceResponse> Join(const v1::JoinInstanceRequest& request,
                                                 const std::function<bool()>& given_up);

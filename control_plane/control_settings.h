@@ -82,7 +82,8 @@ inline constexpr std::chrono::seconds kConnectTokenLifetime{24 * 3600};
 // More than one: an agent that has just started names its workers as it finds them.
 inline constexpr int kMissedBeforeVanished = 3;
 
-inline constexpr std::size_t kMaxNameBytes = 63;  // hosts and players: a DNS label
+inline constexpr std::size_t kMaxNameBytes = 63;        // of hosts: a DNS label
+inline constexpr std::size_t kMaxEndReasonBytes = 200;  // why a game refused or kicked a player
 inline constexpr std::size_t kMaxRequestIdBytes = 128;
 inline constexpr std::size_t kMaxAddressBytes = 253;  // a DNS name
 inline constexpr std::int32_t kDefaultPageSize = 100, kMaxPageSize = 1000;

@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/instance_record.h"
+#include "control_plane/world_terms.h"
 #include "core/region/failover_io.h"
 #include "core/world/partition_change.h"
 #include "core/world/partition_io.h"
@@ -139,7 +140,11 @@ absl::StatusOr<records::Instance> BeginFailover(const records::Instance& record,
   if (!map.ok()) return map.status();
   const auto with_standbys = WithStandbys(*map, HostsOf(record), cut);
   if (!with_standbys.ok()) return with_standbys.status();
+  // Whoever had the planned map in force goes by its terms already.
+  const v1::WorldTerms terms = record.planned().committed() ? record.planned().map().terms() : TermsOf(record);
+  AdoptTerms(BaseMap(record), record.planned().effective_tick(), next);
   *next.mutable_map() = ToProto(*with_standbys);
+  SetTerms(terms, *next.mutable_map());
   next.set_last_map_version(version);
   next.clear_planned();
   DropUnmapped(next);

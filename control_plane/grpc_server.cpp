@@ -183,6 +183,33 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
                   response->mutable_instance());
     });
   }
+  grpc::Status PauseInstance(grpc::ServerContext* context, const v1::PauseInstanceRequest* request,
+                             v1::PauseInstanceResponse* response) override {
+    return Answer(context, "InstanceService/PauseInstance", CallKind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.PauseInstance(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
+  grpc::Status ResumeInstance(grpc::ServerContext* context, const v1::ResumeInstanceRequest* request,
+                              v1::ResumeInstanceResponse* response) override {
+    return Answer(context, "InstanceService/ResumeInstance", CallKind::kCommand, request->id(), [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.ResumeInstance(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
+  grpc::Status SetPace(grpc::ServerContext* context, const v1::SetPaceRequest* request,
+                       v1::SetPaceResponse* response) override {
+    const std::string subject = absl::StrCat(request->id(), " to ", request->ticks_per_second());
+    return Answer(context, "InstanceService/SetPace", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.SetPace(now, *request); }),
+                  response->mutable_instance());
+    });
+  }
+  grpc::Status SetGame(grpc::ServerContext* context, const v1::SetGameRequest* request,
+                       v1::SetGameResponse* response) override {
+    return Answer(context, "InstanceService/SetGame", CallKind::kCommand, request->id(),
+                  [&] { return Take(plane_.SetGame(*request), response); });
+  }
   grpc::Status SetProperty(grpc::ServerContext* context, const v1::SetPropertyRequest* request,
                            v1::SetPropertyResponse*) override {
     const std::string subject = absl::StrCat(request->id(), " body ", request->body(), " ", request->property().name());

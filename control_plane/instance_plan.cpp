@@ -90,15 +90,11 @@ absl::Status PlanBorders(const v1::BorderSettings& asked, InstancePlan& plan) {
 // The game itself is thrown away: what the workers load is checked there again.
 absl::Status PlanGame(const v1::InstanceSpec& spec, const std::shared_ptr<const Scene>& scene, InstancePlan& plan) {
   if (!spec.has_game()) return absl::OkStatus();
-  const game::GameFile file{spec.game().name(), spec.game().content()};
-  if (absl::Status status = game::CheckGameFile(file); !status.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat("spec.game.", status.message()));
-  }
-  const auto loaded = game::GameHost::Load(*game::LuaGameModule(), file, scene);
-  if (!loaded.ok()) return absl::InvalidArgumentError(loaded.status().message());
-  plan.game_name = file.name;
-  plan.game_hash = game::GameHash(file.bytes);
-  plan.contents.game = file.bytes;
+  auto hash = CheckGame(spec.game(), "spec.game", scene);
+  if (!hash.ok()) return hash.status();
+  plan.game_name = spec.game().name();
+  plan.game_hash = *std::move(hash);
+  plan.contents.game = spec.game().content();
   return absl::OkStatus();
 }
 
@@ -115,6 +111,17 @@ absl::Status CheckNumbers(const v1::CreateInstanceRequest& request) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* field,
+                                      const std::shared_ptr<const Scene>& scene) {
+  const game::GameFile file{game.name(), game.content()};
+  if (absl::Status status = game::CheckGameFile(file); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(field, ".", status.message()));
+  }
+  const auto loaded = game::GameHost::Load(*game::LuaGameModule(), file, scene);
+  if (!loaded.ok()) return absl::InvalidArgumentError(loaded.status().message());
+  return game::GameHash(file.bytes);
+}
 
 absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request) {
   if (absl::Status status = CheckNumbers(request); !status.ok()) return status;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "control_plane/control_records.pb.h"
 #include "control_plane/stored_records.h"
 #include "core/world/partition_map.h"
+#include "core/world/scene.h"
 #include "tessera/v1/instance.pb.h"
 
 namespace tessera::control {
@@ -43,5 +45,8 @@ struct InstancePlan {
 // kInvalidArgument in one line that begins with the field: "spec.regions: 0 is not in 1 to 1000". A game is loaded
 // once, within the limits of the Lua host, and one that does not load is refused by file and line: "game.lua:12: ...".
 absl::StatusOr<InstancePlan> PlanInstance(const v1::CreateInstanceRequest& request);
+// The hash of a game that loads with this scene. Errors are as above, with `field` before those of the file itself.
+absl::StatusOr<std::string> CheckGame(const v1::GameSource& game, const char* field,
+                                      const std::shared_ptr<const Scene>& scene);
 
 }  // namespace tessera::control

@@ -6,6 +6,7 @@
 #include "control_plane/control_settings.h"
 #include "control_plane/id_ranges.h"
 #include "control_plane/one_line.h"
+#include "control_plane/world_terms.h"
 #include "core/world/partition_io.h"
 
 namespace tessera::control {
@@ -72,6 +73,16 @@ records::Instance RestoredFrom(const records::Instance& record, const records::M
   SetPlacements(placed, next);
   next.mutable_map()->set_version(version);
   next.set_last_map_version(version);
+  // The world is as it was, with its game; whether it stands still, and how fast it goes, is as it is wanted now.
+  v1::WorldTerms terms = manifest.map().terms();
+  terms.set_paused(record.clock().paused());
+  terms.set_ticks_per_second(record.clock().ticks_per_second());
+  SetTerms(terms, *next.mutable_map());
+  if (!manifest.game_hash().empty()) {
+    next.set_game_name(manifest.game_name());
+    next.set_game_hash(manifest.game_hash());
+  }
+  next.clear_games();
   next.set_state(v1::INSTANCE_STATE_STARTING);
   next.set_run(false);
   next.clear_failover();

@@ -1,5 +1,7 @@
 #include "control_plane/stored_records.h"
 
+#include <algorithm>
+
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "core/world/partition_io.h"
@@ -57,7 +59,12 @@ bool IsSceneKey(std::string_view key) { return key.starts_with(kScenePrefix); }
 
 std::vector<std::string> ContentKeys(const records::Instance& record) {
   std::vector<std::string> keys{SceneKey(record.scene_hash())};
-  if (!record.game_hash().empty()) keys.push_back(GameKey(record.game_hash()));
+  const records::Games& games = record.games();
+  for (const std::string& hash : {record.game_hash(), games.next().hash(), games.previous().hash()}) {
+    if (!hash.empty()) keys.push_back(GameKey(hash));
+  }
+  std::sort(keys.begin() + 1, keys.end());
+  keys.erase(std::unique(keys.begin() + 1, keys.end()), keys.end());
   return keys;
 }
 

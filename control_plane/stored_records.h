@@ -32,9 +32,10 @@ bool IsSceneKey(std::string_view key);
 // The files that an instance uses. Each lies in the store once, however many instances use it.
 struct Contents {
   std::string scene;  // serialised tessera.v1.Scene
-  std::string game;   // empty: it runs none
+  std::string game;   // empty: it runs none; the only one that the store may lack
 };
-// The keys of the scene and, where it runs one, of the game.
+// The keys of the scene and, where it runs one, of the game, the one before it and the one that is to be next. Each
+// once.
 std::vector<std::string> ContentKeys(const records::Instance& record);
 
 template <class Record>

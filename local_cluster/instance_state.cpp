@@ -47,7 +47,8 @@ std::string InstanceStateName(const v1::Instance& instance) {
 
 v1::Instance WaitUntilSettled(Connection& connection, const std::string& id, std::chrono::milliseconds timeout) {
   return WatchUntil(connection, id, timeout, [](v1::InstanceState state) {
-    return Over(state) || state == v1::INSTANCE_STATE_RUNNING || state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS;
+    return Over(state) || state == v1::INSTANCE_STATE_RUNNING || state == v1::INSTANCE_STATE_PAUSED ||
+           state == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS;
   });
 }
 

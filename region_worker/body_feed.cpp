@@ -1,6 +1,11 @@
 #include "region_worker/body_feed.h"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
+
+#include "core/region/catalog.h"
+#include "core/world/properties.h"
 
 namespace tessera::worker {
 namespace {
@@ -62,16 +67,29 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
     if (std::any_of(departures_.begin(), departures_.end(), named)) return;
     departures_.push_back({id, (before - 1)->epoch, RegionId()});
   };
+  auto record = region.records().all().begin();
+  const auto traits_of = [&](BodyId id) -> replication::BodyTraits {
+    while (record != region.records().all().end() && record->body < id) ++record;
+    if (record == region.records().all().end() || record->body != id) return {};
+    return {record->game.jumps, record->game.tuning};
+  };
   for (const region::OwnedBody& body : region.owned()) {
     const BodyId id = body.def->id;
     while (before != pushed_.end() && before->id < id) drop();
-    if (!region.output().empty() && region.output().IsHidden(id)) continue;
     const bool known = before != pushed_.end() && before->id == id;
-    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state)) {
-      changed_.push_back({id, body.epoch, body.state});
+    if (region.IsHidden(id)) {
+      // It is there still, and may be shown again under the same epoch.
+      if (known) departures_.push_back({id, body.epoch, RegionId(), replication::DepartureRecord::Why::kOutOfInterest});
+      if (known) ++before;
+      continue;
+    }
+    const replication::BodyTraits traits = traits_of(id);
+    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state) ||
+        before->traits != traits) {
+      changed_.push_back({id, body.epoch, body.state, nullptr, traits});
     }
     if (known) ++before;
-    pushing_.push_back({id, body.epoch, body.state});
+    pushing_.push_back({id, body.epoch, body.state, traits});
   }
   while (before != pushed_.end()) drop();
   pushed_.swap(pushing_);
@@ -80,26 +98,44 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   departures_.clear();
 }
 
+void BodyFeed::Show(Told& told, std::span<const PropertyDef> defs) {
+  told.shown = told.bytes;
+  const auto restricted = [](const PropertyDef& def) { return def.visible_to != PropertyVisibility::kEveryone; };
+  if (std::ranges::none_of(defs, restricted)) return;
+  // A region's own bytes are sound; of others nobody sees anything.
+  const PropertySet all = PropertySet::Decode(*told.bytes, defs).value_or(PropertySet());
+  told.shown = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, false));
+  if (!IsPlayerBody(told.body)) return;
+  auto own = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, true));
+  if (*own != *told.shown) told.own = std::move(own);
+}
+
 // Adds properties to each body that is pushed, because it may be new to the history, and pushes bodies of which nothing
 // but the properties changed.
 void BodyFeed::AddProperties(const region::Region& region) {
   telling_.clear();
   for (const region::KeptRecord& record : region.records().all()) {
     const region::OutputCommit::PropertyBytes& bytes = region.output().PropertiesOf(record);
-    if (bytes != nullptr && !bytes->empty()) telling_.push_back({record.body, bytes});
+    if (bytes != nullptr && !bytes->empty()) telling_.push_back({record.body, bytes, {}, {}});
   }
   const auto moved = changed_.size();
   auto before = properties_.begin();
-  for (const Told& now : telling_) {
+  for (Told& now : telling_) {
     while (before != properties_.end() && before->body < now.body) ++before;
     const bool same = before != properties_.end() && before->body == now.body && before->bytes == now.bytes;
+    if (same) {
+      now = *before;
+    } else {
+      Show(now, region.catalog().scene().properties);
+    }
     const auto end = changed_.begin() + static_cast<std::ptrdiff_t>(moved);
     if (const auto at = std::lower_bound(changed_.begin(), end, now.body, kById); at != end && at->id == now.body) {
-      at->properties = now.bytes;
+      at->properties = now.shown;
+      at->own_properties = now.own;
     } else if (!same) {
       const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), now.body, kById);
       if (body == pushed_.end() || body->id != now.body) continue;  // not owned; should not happen
-      changed_.push_back({body->id, body->epoch, body->state, now.bytes});
+      changed_.push_back({body->id, body->epoch, body->state, now.shown, body->traits, now.own});
     }
   }
   properties_.swap(telling_);

@@ -16,6 +16,7 @@
 #include "core/region/output_commit.h"
 #include "core/region/region.h"
 #include "core/replication/snapshot.h"
+#include "core/world/properties.h"
 
 namespace tessera::worker {
 
@@ -35,15 +36,18 @@ class BodyFeed {
     BodyId id;
     Epoch epoch;
     BodyState state;
+    replication::BodyTraits traits;
   };
   struct Removal {
     Tick tick;
     replication::DepartureRecord departure;
   };
+  // The properties of a body, as they are and as clients see them: `own` as its player does, where that is more.
   struct Told {
     BodyId body;
-    region::OutputCommit::PropertyBytes bytes;
+    region::OutputCommit::PropertyBytes bytes, shown, own;
   };
+  static void Show(Told& told, std::span<const PropertyDef> defs);
   void ReleaseRemovals(Tick committed);
   bool IsHeldBack(BodyId id) const;
   void AddProperties(const region::Region& region);

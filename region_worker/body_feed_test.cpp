@@ -21,7 +21,9 @@ std::shared_ptr<const Scene> StoneAndGuest() {
   auto scene = std::make_shared<Scene>();
   scene->bounds = {{-50, -50, -50}, {50, 50, 50}};
   scene->gravity_m_s2 = {};
-  scene->properties = {{"health", std::int64_t{100}}};
+  scene->properties = {{"health", std::int64_t{100}},
+                       {"ammunition", std::int64_t{0}, PropertyVisibility::kPlayer},
+                       {"suspicion", std::int64_t{0}, PropertyVisibility::kServers}};
   BodyDef& def = scene->bodies.emplace_back();
   def.id = kStone;
   def.shape = std::make_shared<const Shape>(Shape{SphereShape{0.5}});
@@ -46,7 +48,7 @@ class BodyFeedTest : public ::testing::Test {
     const region::StepResult result = region_.Step();
     feed_.Note(result.tick, result.departures);
     feed_.Push(region_, history_);
-    for (const replication::Bytes& datagram : sender_.Write(history_, 0, 0).datagrams) {
+    for (const replication::Bytes& datagram : sender_.Write(history_, {.own = viewer_}, 0, 0).datagrams) {
       const auto read = receiver_.Read(datagram);
       ASSERT_TRUE(read.ok()) << read.status();
       for (const replication::BodyRecord& body : read->bodies) {
@@ -61,10 +63,11 @@ class BodyFeedTest : public ::testing::Test {
     Tick();
     region_.LogAcknowledged(region_.tick());
   }
-  PropertyValue Health(BodyId id) {
+  PropertyValue Told(BodyId id, std::string_view name) {
     const PropertySet told = PropertySet::Decode(told_[id], scene_->properties).value();
-    return *ValueOf(scene_->properties, {}, told, "health");
+    return *ValueOf(scene_->properties, {}, told, name);
   }
+  PropertyValue Health(BodyId id) { return Told(id, "health"); }
 
   const std::shared_ptr<const Scene> scene_ = StoneAndGuest();
   region::Region region_{{.self = RegionId(1),
@@ -76,6 +79,7 @@ class BodyFeedTest : public ::testing::Test {
   replication::SnapshotHistory history_{scene_->bounds, {}};
   replication::SnapshotSender sender_{{}};
   replication::SnapshotReceiver receiver_{scene_->bounds, {}};
+  BodyId viewer_;  // the client's own body
   std::set<BodyId> seen_;
   std::map<BodyId, std::vector<std::uint8_t>> told_;
 };
@@ -112,6 +116,31 @@ TEST_F(BodyFeedTest, WithoutAStandbyAllIsToldAtOnce) {
   region_.RemovePlayer(kGuest);
   Tick();
   EXPECT_THAT(seen_, ElementsAre(kStone));
+}
+
+TEST_F(BodyFeedTest, APlayerAloneSeesWhatIsForThePlayerAndNobodyWhatIsForServers) {
+  const BodyId guest = PlayerBodyId(kGuest);
+  region_.SetStandby(false);
+  const auto set = [&](BodyId body, const char* name, std::uint64_t change) {
+    ASSERT_TRUE(region_.SetProperty(body, name, std::int64_t{3}, change).ok());
+  };
+  Tick();
+  set(guest, "ammunition", 1);
+  set(guest, "suspicion", 2);
+  set(kStone, "ammunition", 3);
+  Tick();
+  Tick();
+  EXPECT_EQ(Told(guest, "ammunition"), PropertyValue(std::int64_t{0})) << "another player looks";
+  EXPECT_EQ(Told(guest, "suspicion"), PropertyValue(std::int64_t{0}));
+  viewer_ = guest;
+  sender_ = replication::SnapshotSender{{}};  // the guest itself joins
+  receiver_ = replication::SnapshotReceiver(scene_->bounds, {});
+  set(guest, "health", 4);
+  Tick();
+  EXPECT_EQ(Told(guest, "health"), PropertyValue(std::int64_t{3}));
+  EXPECT_EQ(Told(guest, "ammunition"), PropertyValue(std::int64_t{3}));
+  EXPECT_EQ(Told(guest, "suspicion"), PropertyValue(std::int64_t{0}));
+  EXPECT_EQ(Told(kStone, "ammunition"), PropertyValue(std::int64_t{0})) << "a stone is no player's";
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "core/replication/command.h"
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
 #include "core/world/byte_view.h"
@@ -31,13 +32,14 @@ void NoteMargin(ConnectedClient& client, const PlayerInput& input, Tick tick) {
 GamePort::GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics)
     : endpoint_(std::move(endpoint)), metrics_(metrics) {}
 
-void GamePort::Open(GameRules rules, Admit admit) {
+void GamePort::Open(GameRules rules, Admit admit, EndedBecause ended_because) {
   endpoint_->Open({.instance_id = rules.self.instance_id,
                    .region = rules.self.region,
                    .incarnation = rules.self.incarnation,
                    .key = rules.key});
   rules_ = std::move(rules);
   admit_ = std::move(admit);
+  ended_because_ = std::move(ended_because);
 }
 
 ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
@@ -74,6 +76,9 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
   const auto found = clients_.find(event.peer);
   if (found == clients_.end()) return;  // it overtook its hello, or its client was dropped
   ConnectedClient& client = found->second;
+  if (replication::KindOf(event.bytes) == replication::DatagramKind::kCommands) {
+    return OnCommands(event, client, now, received);
+  }
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
   absl::StatusOr<replication::InputMessage> message = replication::DecodeInput(event.bytes);
   if (!message.ok()) {
@@ -87,6 +92,29 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
     input.player = client.player;
     if (input.number > client.newest_input) NoteMargin(client, input, tick);
     received.inputs.push_back(input);
+  }
+}
+
+// A command beyond the limit is not taken, nor is any after it; its client sends them again.
+void GamePort::OnCommands(const net::Event& event, ConnectedClient& client, TimePoint now,
+                          ReceivedFromClients& received) {
+  const absl::StatusOr<replication::CommandMessage> message = replication::DecodeCommands(event.bytes);
+  if (!message.ok()) {
+    metrics_.commands_refused.Increment();
+    return ReportRefused(event.peer, client, 0, message.status().message(), true, now);
+  }
+  if (message->last_event > 0) received.event_acknowledgements.push_back({client.player, message->last_event});
+  std::uint32_t number = message->base;
+  for (const std::string_view command : message->commands) {
+    if (number > client.newest_command) {
+      if (!client.commands.Take(now, command.size())) {
+        metrics_.commands_limited.Increment();
+        return ReportRefused(event.peer, client, number, "more commands than a region takes in a second", false, now);
+      }
+      client.newest_command = number;
+    }
+    received.commands.push_back({client.player, message->base, number, std::string(command)});
+    ++number;
   }
 }
 
@@ -110,6 +138,10 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
              absl::StrCat("player ", number, " is not known to this instance"));
       return true;
     case Admission::kLeft:
+      if (const std::string why = ended_because_ ? ended_because_(pending.player) : ""; !why.empty()) {
+        Refuse(peer, v1::REFUSAL_REASON_SESSION_ENDED, why);
+        return true;
+      }
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", number, " has left"));
       return true;
     case Admission::kWelcome:
@@ -133,6 +165,7 @@ void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, boo
   welcome.set_started(started);
   *welcome.mutable_map() = rules_->map.map();
   *welcome.mutable_endpoints() = rules_->map.endpoints();
+  if (clock_) *welcome.mutable_clock() = *clock_;
   Send(peer, message);
   spdlog::info("client welcome player={} from={}", player.value(), endpoint_->AddressOf(peer));
 }
@@ -215,6 +248,14 @@ void GamePort::SendStarted(Tick tick) {
   endpoint_->Flush();
 }
 
+void GamePort::SetClock(const v1::WorldClock& clock) {
+  clock_ = clock;
+  v1::RegionControl message;
+  *message.mutable_clock() = clock;
+  for (const auto& [peer, client] : clients_) Send(peer, message);
+  endpoint_->Flush();
+}
+
 void GamePort::ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now) {
   for (auto& [peer, client] : clients_) {
     if (client.player == input.player) return ReportRefused(peer, client, input, why, now);
@@ -233,15 +274,39 @@ void GamePort::ReportRefused(net::PeerHandle peer, ConnectedClient& client, cons
   Send(peer, message);
 }
 
-void GamePort::Expel(PlayerNumber player) {
+void GamePort::Expel(PlayerNumber player, const std::string& ended_because) {
   for (auto it = clients_.begin(); it != clients_.end();) {
     if (it->second.player != player) {
       ++it;
       continue;
     }
+    if (!ended_because.empty()) {
+      v1::RegionControl message;
+      message.mutable_session_ended()->set_reason(ended_because);
+      Send(it->first, message);
+    }
     endpoint_->Disconnect(it->first);
     it = clients_.erase(it);
   }
+}
+
+void GamePort::ReportRefused(PlayerNumber player, std::uint32_t command, absl::string_view why, bool for_good,
+                             TimePoint now) {
+  for (auto& [peer, client] : clients_) {
+    if (client.player == player) return ReportRefused(peer, client, command, why, for_good, now);
+  }
+}
+
+void GamePort::ReportRefused(net::PeerHandle peer, ConnectedClient& client, std::uint32_t command,
+                             absl::string_view why, bool for_good, TimePoint now) {
+  if (now < client.may_refuse_command_at) return;
+  client.may_refuse_command_at = now + kRefusalDistance;
+  v1::RegionControl message;
+  v1::CommandRefused& refused = *message.mutable_command_refused();
+  refused.set_number(command);
+  refused.set_detail(std::string(why));
+  refused.set_for_good(for_good);
+  Send(peer, message);
 }
 
 void GamePort::Close(const std::string& reason) {

@@ -29,6 +29,7 @@
 #include "core/world/player_input.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
+#include "region_worker/command_limit.h"
 #include "region_worker/core/admission.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/time.h"
@@ -52,6 +53,9 @@ struct ConnectedClient {
   std::int32_t input_margin_ticks = 0;          // how many ticks before its target that input came
   TimePoint may_refuse_at{};                    // earliest time of the next InputRefused
   TimePoint renew_at{};                         // when its token is renewed
+  std::uint32_t newest_command = 0;             // number of the newest one that was within the limit
+  CommandLimit commands{};
+  TimePoint may_refuse_command_at{};  // earliest time of the next CommandRefused
 };
 
 // Everything that came in one call of GamePort::Service.
@@ -60,14 +64,27 @@ struct ReceivedFromClients {
     net::PeerHandle from;
     net::Bytes bytes;  // for SnapshotSender::Acknowledge
   };
+  struct Command {
+    PlayerNumber player;
+    std::uint32_t base = 0, number = 0;
+    std::string bytes;
+  };
+  struct EventAcknowledgement {
+    PlayerNumber player;
+    std::uint32_t last_event = 0;
+  };
   bool any = false;                 // whether anything came, a connection included
   std::vector<PlayerInput> inputs;  // as the clients sent them, copies included
   std::vector<Acknowledgement> acknowledgements;
+  std::vector<Command> commands;  // within the limits, copies included, in order
+  std::vector<EventAcknowledgement> event_acknowledgements;
 };
 
 class GamePort {
  public:
   using Admit = std::function<Admission(PlayerNumber)>;
+  // Why the game ended the session of a player that has left; empty where it did not.
+  using EndedBecause = std::function<std::string(PlayerNumber)>;
 
   static constexpr Duration kOrderTimeout = std::chrono::seconds(3);
   static constexpr Duration kSilence = std::chrono::seconds(10);
@@ -82,7 +99,7 @@ class GamePort {
   int socket() const { return endpoint_->socket(); }
 
   // From now on clients may come in. Once.
-  void Open(GameRules rules, Admit admit);
+  void Open(GameRules rules, Admit admit, EndedBecause ended_because = nullptr);
   // Takes in what has come, without waiting; `tick` and `started` go into welcomes.
   ReceivedFromClients Service(TimePoint now, Tick tick, bool started);
 
@@ -96,12 +113,16 @@ class GamePort {
   // Sends what is queued; Service does so too.
   void Flush() { endpoint_->Flush(); }
   void SendStarted(Tick tick);
+  // The world pauses, goes on or goes at another pace: sent to all, and with welcomes from now on.
+  void SetClock(const v1::WorldClock& clock);
   // The map in force and the endpoints; sent to all if it is new.
   void SetMap(const v1::RegionMap& map);
   // Reports to its player that the region refused an input; no more often than each kRefusalDistance.
   void ReportRefused(const PlayerInput& input, absl::string_view why, TimePoint now);
-  // The player has left: its connection is closed.
-  void Expel(PlayerNumber player);
+  // The same of a command that the region did not take, `for_good` or not now.
+  void ReportRefused(PlayerNumber player, std::uint32_t command, absl::string_view why, bool for_good, TimePoint now);
+  // The player has left: its connection is closed. `ended_because`: the game's reason; empty if it left by itself.
+  void Expel(PlayerNumber player, const std::string& ended_because = "");
   // Announces that the region ends, and ends all connections in order.
   void Close(const std::string& reason);
   // True while farewells are under way; Service carries them on.
@@ -115,6 +136,9 @@ class GamePort {
   };
 
   void OnDatagram(const net::Event& event, TimePoint now, Tick tick, ReceivedFromClients& received);
+  void OnCommands(const net::Event& event, ConnectedClient& client, TimePoint now, ReceivedFromClients& received);
+  void ReportRefused(net::PeerHandle peer, ConnectedClient& client, std::uint32_t command, absl::string_view why,
+                     bool for_good, TimePoint now);
   // False: the peer has to wait.
   bool Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started);
   void AnswerPending(TimePoint now, Tick tick, bool started);
@@ -129,8 +153,10 @@ class GamePort {
   std::unique_ptr<net::Endpoint> endpoint_;
   WorkerMetrics& metrics_;
   std::optional<GameRules> rules_;
+  std::optional<v1::WorldClock> clock_;  // if it ever changed
   std::optional<std::string> closed_because_;
   Admit admit_;
+  EndedBecause ended_because_;
   std::map<net::PeerHandle, PendingClient> pending_;
   std::map<net::PeerHandle, ConnectedClient> clients_;
 };

@@ -4,8 +4,10 @@
 #include <optional>
 #include <vector>
 
+#include "core/physics/world.h"
 #include "core/world/ids.h"
 #include "core/world/math.h"
+#include "core/world/proto_math.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::worker {
@@ -14,6 +16,7 @@ namespace {
 struct PlacedPair {
   physics::PairEvent event;
   std::optional<Vec3d> place;  // nothing: its body has just gone
+  std::optional<physics::Contact> contact;
 };
 
 std::optional<Vec3d> PlaceOf(const region::Region& region, BodyId id) {
@@ -24,25 +27,34 @@ std::optional<Vec3d> PlaceOf(const region::Region& region, BodyId id) {
   return at->state.position;
 }
 
-// The pairs that concern clients: those of triggers and of players' bodies.
-std::vector<PlacedPair> Placed(const region::Region& region, std::span<const physics::PairEvent> events) {
+// The pairs that concern clients: those of triggers and of players' bodies. `whole`: all that touch, not those that
+// have just begun.
+std::vector<PlacedPair> Placed(const region::Region& region, std::span<const physics::PairEvent> events, bool whole) {
   std::vector<PlacedPair> placed;
   placed.reserve(events.size());
   for (const physics::PairEvent& event : events) {
     // Players have the highest ids.
     if (!event.trigger && !IsPlayerBody(event.body_b)) continue;
     const std::optional<Vec3d> place = PlaceOf(region, event.body_a);
-    placed.push_back({event, place ? place : PlaceOf(region, event.body_b)});
+    std::optional<physics::Contact> contact;
+    if (!whole && event.begin) contact = region.world().ContactBetween(event.body_a, event.body_b);
+    placed.push_back({event, place ? place : PlaceOf(region, event.body_b), contact});
   }
   return placed;
 }
 
-void PutPair(const physics::PairEvent& event, v1::PairEvents& pairs) {
+void PutPair(const PlacedPair& placed, v1::PairEvents& pairs) {
+  const physics::PairEvent& event = placed.event;
   v1::PairEvent& pair = *pairs.add_events();
   pair.set_body_a(event.body_a.value());
   pair.set_body_b(event.body_b.value());
   pair.set_trigger(event.trigger);
   pair.set_begin(event.begin);
+  if (!placed.contact) return;
+  v1::PairContact& contact = *pair.mutable_contact();
+  *contact.mutable_point() = ToProto(placed.contact->point);
+  *contact.mutable_normal() = ToProto(Vec3d(placed.contact->normal));
+  contact.set_impulse(Length(Vec3d(placed.contact->impulse_on_b)));
 }
 
 }  // namespace
@@ -53,7 +65,7 @@ void PairBroadcast::AfterTick(const region::Region& region, std::span<const phys
   for (const auto& [peer, client] : port.clients()) {
     const bool whole = informed_.insert(peer).second;
     std::optional<std::vector<PlacedPair>>& pairs = whole ? touching : changed;
-    if (!pairs) pairs = Placed(region, whole ? region.touching() : events);
+    if (!pairs) pairs = Placed(region, whole ? region.touching() : events, whole);
     const BodyId own = PlayerBodyId(client.player);
     const std::optional<Vec3d> centre = reach_m_ > 0 ? PlaceOf(region, own) : std::nullopt;
     v1::RegionControl message;
@@ -61,7 +73,7 @@ void PairBroadcast::AfterTick(const region::Region& region, std::span<const phys
     for (const PlacedPair& pair : *pairs) {
       const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
                             Length(*pair.place - *centre) <= reach_m_;
-      if (concerns) PutPair(pair.event, sent);
+      if (concerns) PutPair(pair, sent);
     }
     if (sent.events().empty() && !whole) continue;
     sent.set_tick(region.tick().value());

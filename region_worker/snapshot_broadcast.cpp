@@ -47,8 +47,7 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   feed_.Note(region.tick(), departures);
   if (!SnapshotFallsOn(region.tick(), self_, snapshot_rate_hz_, tick_rate_hz_)) return;
   const TimePoint begin = Clock::now();
-  if (!history_) history_.emplace(scene_.bounds, settings_);
-  feed_.Push(region, *history_);
+  Push(region);
   const std::vector<Recipient> recipients = Recipients(port);
   std::vector<replication::ClientView> views;
   std::vector<std::optional<Vec3d>> centres;
@@ -73,6 +72,31 @@ void SnapshotBroadcast::AfterTick(const region::Region& region, std::span<const 
   metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
   const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
   (full ? metrics_.snapshot_full : metrics_.snapshot_delta).Observe(took_s);
+}
+
+void SnapshotBroadcast::Push(const region::Region& region) {
+  if (!history_) history_.emplace(scene_.bounds, settings_);
+  feed_.Push(region, *history_);
+  pushed_ = region.tick();
+}
+
+void SnapshotBroadcast::ShowStanding(const region::Region& region, const PlayerPlaces* places, GamePort& port) {
+  std::vector<net::PeerHandle> fresh;
+  for (const auto& [peer, client] : port.clients()) {
+    if (!senders_.contains(peer)) fresh.push_back(peer);
+  }
+  // No snapshot may have fallen on the tick: clients would go on by the velocities of the one before.
+  const bool to_all = history_.has_value() && pushed_ != region.tick();
+  if (fresh.empty() && !to_all) return;
+  if (!history_ || to_all) Push(region);
+  for (const auto& [peer, client, sender] : Recipients(port)) {
+    if (!to_all && !std::binary_search(fresh.begin(), fresh.end(), peer)) continue;
+    const replication::WrittenSnapshot written = sender->Write(
+        *history_, ViewOf(region, places, *client), region.LastInput(client->player), client->input_margin_ticks);
+    const std::uint64_t bytes = port.SendDatagrams(peer, written.datagrams, Clock::now());
+    metrics_.snapshot_bytes.Increment(static_cast<double>(bytes));
+  }
+  port.Flush();
 }
 
 std::vector<SnapshotBroadcast::Recipient> SnapshotBroadcast::Recipients(const GamePort& port) {

@@ -40,6 +40,9 @@ class SnapshotBroadcast {
   // other regions own; null where there is only this region.
   void AfterTick(const region::Region& region, std::span<const region::Departure> departures,
                  const PlayerPlaces* places, GamePort& port);
+  // For a region that does not step: sends all clients a snapshot of its tick, if none fell on it, and clients that are
+  // new what there is, once and as far as one snapshot holds it.
+  void ShowStanding(const region::Region& region, const PlayerPlaces* places, GamePort& port);
 
  private:
   // A client that a snapshot is written for.
@@ -49,6 +52,7 @@ class SnapshotBroadcast {
     replication::SnapshotSender* sender;
   };
 
+  void Push(const region::Region& region);
   // Makes senders for clients that are new and drops those of clients that have left.
   std::vector<Recipient> Recipients(const GamePort& port);
   replication::ClientView ViewOf(const region::Region& region, const PlayerPlaces* places,
@@ -62,6 +66,7 @@ class SnapshotBroadcast {
   std::optional<replication::SnapshotHistory> history_;  // while there are clients
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
   BodyFeed feed_;
+  Tick pushed_;  // the newest in the history
 };
 
 }  // namespace tessera::worker

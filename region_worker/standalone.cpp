@@ -46,7 +46,7 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
   order.borders = flags.borders;
   if (!flags.game_path.empty()) {
     const std::string name = std::filesystem::path(flags.game_path).filename().string();
-    order.game = {.path = flags.game_path, .hash = {}, .name = name};
+    order.game = {.path = flags.game_path, .hash = {}, .name = name, .number = 0, .failure = {}};
   }
   for (std::uint32_t region = 1; region <= flags.regions; ++region) {
     const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);

@@ -31,6 +31,8 @@ constexpr char kFrameBytes[] = "tessera_region_frame_bytes_total";
 constexpr char kFrameBytesHelp[] = "Bytes of frames to and from neighbours.";
 constexpr char kLinksRefused[] = "tessera_region_links_refused_total",
                kLinksRefusedHelp[] = "Hellos of regions that were refused.";
+constexpr char kCommands[] = "tessera_region_commands_total",
+               kCommandsHelp[] = "Commands of clients by what came of them.";
 constexpr char kInputs[] = "tessera_region_inputs_total", kInputsHelp[] = "Inputs of clients by what came of them.";
 
 }  // namespace
@@ -96,6 +98,11 @@ WorkerMetrics::WorkerMetrics()
       inputs_refused(Counter(*registry_, kInputs, kInputsHelp, {{"result", "refused"}})),
       inputs_late(Counter(*registry_, kInputs, kInputsHelp, {{"result", "late"}})),
       inputs_not_owner(Counter(*registry_, kInputs, kInputsHelp, {{"result", "not_owner"}})),
+      commands_taken(Counter(*registry_, kCommands, kCommandsHelp, {{"result", "taken"}})),
+      commands_refused(Counter(*registry_, kCommands, kCommandsHelp, {{"result", "refused"}})),
+      commands_limited(Counter(*registry_, kCommands, kCommandsHelp, {{"result", "limited"}})),
+      game_events(
+          Counter(*registry_, "tessera_region_game_events_total", "Events of the game that were sent to clients.")),
       links_of_other_rules(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "rules"}})),
       links_refused(Counter(*registry_, kLinksRefused, kLinksRefusedHelp, {{"reason", "unknown"}})),
       nonfinite_bodies(Counter(*registry_, "tessera_region_nonfinite_bodies_total",
@@ -124,20 +131,79 @@ WorkerMetrics::WorkerMetrics()
                                   "Events that the game never saw, because too many waited.")),
       game_dropped_lines(Counter(*registry_, "tessera_game_dropped_lines_total",
                                  "Lines of the game that were left out of the log, because there were too many.")),
+      game_dropped_counts(
+          Counter(*registry_, "tessera_game_dropped_counts_total",
+                  "Calls of world.count that came to nothing, because the game has too many counters.")),
       game_callbacks_off(Gauge(*registry_, "tessera_game_callbacks_off",
                                "Callbacks of the game that failed too often in a row and are not called any more.")),
+      world_paused(Gauge(*registry_, "tessera_region_world_paused", "1 while the world is paused, by its operator.")),
+      world_pace(Gauge(*registry_, "tessera_region_world_ticks_per_second",
+                       "Ticks a second that the world is to make; 0 while it is paused.")),
+      messages_sent(Counter(*registry_, "tessera_game_messages_sent_total", "Messages that the game sent.")),
+      messages_applied(
+          Counter(*registry_, "tessera_game_messages_applied_total", "Messages that came to their targets here.")),
+      messages_late(Counter(*registry_, "tessera_game_messages_late_total",
+                            "Messages that were applied after the tick that they were due in.")),
+      messages_repeated(Counter(*registry_, "tessera_game_messages_repeated_total",
+                                "Messages that were sent again, because no acknowledgement had come.")),
+      messages_copies(
+          Counter(*registry_, "tessera_game_messages_copies_total", "Messages that came and were here already.")),
+      messages_refused(Counter(*registry_, "tessera_game_messages_refused_total",
+                               "Messages that were dropped because their target is gone.")),
+      messages_failed(Counter(*registry_, "tessera_game_messages_failed_total",
+                              "Functions of bodies that failed when they were carried out for another region.")),
+      message_ticks(Counter(*registry_, "tessera_game_messages_ticks_total",
+                            "Ticks from when messages were made until they were applied, in all.")),
+      message_ticks_max(Gauge(*registry_, "tessera_game_messages_ticks_max",
+                              "The most ticks from when a message was made until it was applied.")),
       game_acceptor(*registry_, "game"),
       link_acceptor(*registry_, "links") {
   for (std::size_t i = 0; i < kDropReasonNames.size(); ++i) {
     frames_dropped[i] = &Counter(*registry_, "tessera_region_frames_dropped_total", "Frames that were not used.",
                                  {{"reason", std::string(kDropReasonNames[i])}});
   }
+  for (std::size_t i = 0; i < messages_by_hops.size(); ++i) {
+    messages_by_hops[i] =
+        &Counter(*registry_, "tessera_game_messages_by_hops_total",
+                 "Messages that were applied, by the borders between both ends.", {{"hops", std::to_string(i)}});
+  }
+}
+
+void WorkerMetrics::ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed) {
+  Follow(messages_sent, messages.sent);
+  Follow(messages_applied, messages.applied);
+  Follow(messages_late, messages.late);
+  Follow(messages_failed, messages.failed);
+  Follow(message_ticks, messages.ticks);
+  message_ticks_max.Set(static_cast<double>(messages.most_ticks));
+  Follow(messages_repeated, relayed.repeated);
+  Follow(messages_copies, relayed.copies);
+  Follow(messages_refused, relayed.refused);
+  for (std::size_t i = 0; i < messages_by_hops.size(); ++i) Follow(*messages_by_hops[i], messages.by_hops[i]);
 }
 
 void WorkerMetrics::Follow(prometheus::Counter& counter, std::uint64_t total) {
   const std::uint64_t before = std::exchange(totals_[&counter], total);
   const std::uint64_t more = total < before ? total : total - before;  // a region that is built anew counts anew
   if (more > 0) counter.Increment(static_cast<double>(more));
+}
+
+void WorkerMetrics::FollowNamed(const char* family, const char* help, const char* label, const std::string& name,
+                                std::uint64_t total) {
+  Follow(Counter(*registry_, family, help, {{label, name}}), total);
+}
+
+void WorkerMetrics::ShowGame(const game::GameHost& game) {
+  for (const auto& [name, count] : game.counters()) {
+    FollowNamed("tessera_game_counter_total", "What the game counts.", "name", name, count);
+  }
+  for (const auto& [name, cost] : game.costs()) {
+    FollowNamed("tessera_game_callback_calls_total", "Calls of a callback.", "callback", name, cost.calls);
+    FollowNamed("tessera_game_callback_errors_total", "Calls of a callback that failed.", "callback", name,
+                cost.errors);
+    FollowNamed("tessera_game_callback_instructions_total", "Instructions that a callback ran.", "callback", name,
+                cost.instructions);
+  }
 }
 
 void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
@@ -149,6 +215,9 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
   asleep.Set(static_cast<double>(region.asleep_count()));
   unprotected.Set(run.standby_log().unprotected() ? 1 : 0);
   paused.Set(run.paused() ? 1 : 0);
+  const ClockState& clock = run.clock().state();
+  world_paused.Set(clock.paused ? 1 : 0);
+  world_pace.Set(clock.paused ? 0 : clock.ticks_per_second);
   failover_gap.Set(static_cast<double>(run.failover_figures().last_gap_ms) * 1e-3);
   promotion_age.Set(static_cast<double>(run.failover_figures().promotion_age_ticks));
   Follow(ticks, counts.ticks);
@@ -168,7 +237,9 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
     Follow(game_instructions, played.instructions);
     Follow(game_dropped_events, played.dropped_events);
     Follow(game_dropped_lines, played.dropped_lines + run.game_log().left_out());
+    Follow(game_dropped_counts, played.dropped_counts);
     game_callbacks_off.Set(played.callbacks_off);
+    ShowMessages(played.messages, region.messages());
   }
   for (std::size_t i = 0; i < frames_dropped.size(); ++i) Follow(*frames_dropped[i], run.drops()[i]);
 }

@@ -9,6 +9,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/game/game_host.h"
+#include "core/region/message_relay.h"
 #include "net/acceptor.h"
 #include "prometheus/counter.h"
 #include "prometheus/gauge.h"
@@ -54,22 +56,35 @@ class WorkerMetrics {
   prometheus::Counter& snapshot_bytes;
   prometheus::Gauge& clients;
   prometheus::Counter &inputs_applied, &inputs_refused, &inputs_late, &inputs_not_owner;
+  prometheus::Counter &commands_taken, &commands_refused, &commands_limited, &game_events;
   prometheus::Counter &links_of_other_rules, &links_refused;
   std::array<prometheus::Counter*, kDropReasonNames.size()> frames_dropped{};
   prometheus::Counter& nonfinite_bodies;
   prometheus::Gauge &unprotected, &paused, &failover_gap, &promotion_age, &longest_tick, &longest_tick_cpu;
   prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &links_down;
   prometheus::Counter &game_calls, &game_errors, &game_instructions, &game_dropped_events, &game_dropped_lines;
+  prometheus::Counter& game_dropped_counts;
   prometheus::Gauge& game_callbacks_off;
+  prometheus::Gauge &world_paused, &world_pace;
+  prometheus::Counter &messages_sent, &messages_applied, &messages_late, &messages_repeated, &messages_copies,
+      &messages_refused, &messages_failed, &message_ticks;
+  prometheus::Gauge& message_ticks_max;
+  std::array<prometheus::Counter*, game::MessageStatistics::kHops> messages_by_hops{};
   AcceptorMetrics game_acceptor, link_acceptor;
 
   void CountDropped(DropReason reason) { frames_dropped[static_cast<std::size_t>(reason)]->Increment(); }
   // Brings the series of a region's state up to date.
   void Show(const RegionRun& run, const LinkTable& links);
+  // The same for the game's own counters and what each callback cost: not in every tick.
+  void ShowGame(const game::GameHost& game);
 
  private:
+  void ShowMessages(const game::MessageStatistics& messages, const region::RelayStatistics& relayed);
   // Adds what `total`, a sum that is kept elsewhere, has grown by.
   void Follow(prometheus::Counter& counter, std::uint64_t total);
+
+  void FollowNamed(const char* family, const char* help, const char* label, const std::string& name,
+                   std::uint64_t total);
 
   std::map<const prometheus::Counter*, std::uint64_t> totals_;
 };

@@ -65,6 +65,7 @@ int WorkerShell::Run() {
     const bool steps = core_->Advance(now);
     CarryOut();
     if (steps) Step(now);
+    GreetInPause();
     PrintStatus(Clock::now());
     Wait(steps);
   }
@@ -141,6 +142,8 @@ void WorkerShell::ServiceNetwork() {
   const ReceivedFromClients from_clients = game_->Service(begin, tick, started);
   for (const auto& [from, bytes] : from_clients.acknowledgements) snapshots_->Acknowledge(from, bytes);
   for (const PlayerInput& input : from_clients.inputs) TakeInput(input, begin);
+  for (const auto& command : from_clients.commands) TakeCommand(command, begin);
+  for (const auto& [player, event] : from_clients.event_acknowledgements) core_->AcknowledgeEvents(player, event);
   core_->SetConnected(game_->players());
   if (run != nullptr && (from_links || from_clients.any)) meter_.AddReceiveTime(Clock::now() - begin);
 }
@@ -163,6 +166,21 @@ void WorkerShell::TakeInput(const PlayerInput& input, TimePoint now) {
   }
 }
 
+void WorkerShell::TakeCommand(const ReceivedFromClients::Command& command, TimePoint now) {
+  const absl::Status status = core_->TakeCommand(command.player, {command.base, command.number, command.bytes});
+  switch (status.code()) {
+    case absl::StatusCode::kOk:
+      return metrics_.commands_taken.Increment();
+    case absl::StatusCode::kAlreadyExists:
+    case absl::StatusCode::kNotFound:
+    case absl::StatusCode::kOutOfRange:
+      return;  // a copy, or one that comes again
+    default:
+      metrics_.commands_refused.Increment();
+      game_->ReportRefused(command.player, command.number, status.message(), !absl::IsResourceExhausted(status), now);
+  }
+}
+
 void WorkerShell::Step(TimePoint now) {
   meter_.Begin(now);
   core_->Step(now, meter_.observer());
@@ -174,11 +192,20 @@ void WorkerShell::Step(TimePoint now) {
   metrics_.Show(*core_->run(), core_->links());
 }
 
+// No tick shows the world to who comes while it is paused.
+void WorkerShell::GreetInPause() {
+  const RegionRun* run = core_->run();
+  if (run == nullptr || !snapshots_ || !run->clock().paused() || !run->ticks().running()) return;
+  snapshots_->ShowStanding(run->region(), run->places(), *game_);
+  pairs_->AfterTick(run->region(), {}, *game_);
+}
+
 // An agent's reports say the same.
 void WorkerShell::PrintStatus(TimePoint now) {
   const RegionRun* run = core_->run();
   if (agent_ != nullptr || run == nullptr || now < next_status_) return;
   next_status_ = now + kStatusInterval;
+  if (run->game() != nullptr) metrics_.ShowGame(*run->game());
   const region::Region& region = run->region();
   const TimeSummary step = run->statistics().step_times();
   const TickCounts& counts = run->statistics().counts();
@@ -237,12 +264,14 @@ void WorkerShell::Do(WriteCheckpoint& action) {
 void WorkerShell::Do(const OpenPorts& action) {
   const Scene& scene = *core_->scene();
   links_->Open({options_.identity, action.key, action.rules});
-  game_->Open({.self = options_.identity,
-               .key = action.key,
-               .tick_rate_hz = scene.tick_rate_hz,
-               .snapshot_rate_hz = action.snapshot_rate_hz,
-               .map = action.map},
-              [this](PlayerNumber player) { return core_->Admit(player); });
+  game_->Open(
+      {.self = options_.identity,
+       .key = action.key,
+       .tick_rate_hz = scene.tick_rate_hz,
+       .snapshot_rate_hz = action.snapshot_rate_hz,
+       .map = action.map},
+      [this](PlayerNumber player) { return core_->Admit(player); },
+      [this](PlayerNumber player) { return core_->EndedBecause(player); });
   snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SnapshotSettingsFor(scene),
                      metrics_);
   pairs_.emplace(scene.view.radius_m);
@@ -252,16 +281,28 @@ void WorkerShell::Do(const OpenPorts& action) {
 void WorkerShell::Do(const PublishMap& action) { game_->SetMap(action.map); }
 void WorkerShell::Do(const PublishStart& action) { game_->SendStarted(action.tick); }
 
+void WorkerShell::Do(const PublishClock& action) {
+  v1::WorldClock clock;
+  clock.set_paused(action.clock.paused);
+  clock.set_ticks_per_second(action.clock.ticks_per_second);
+  clock.set_tick(action.tick.value());
+  game_->SetClock(clock);
+}
+
 void WorkerShell::Do(const PublishStep& action) {
   const RegionRun& run = *core_->run();
   snapshots_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
   pairs_->AfterTick(run.region(), action.result.events, *game_);
+  news_.AfterTick(run.region(), *game_);
 }
 
-void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player); }
+void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player, action.ended_because); }
 
 void WorkerShell::Do(SendReport& action) {
-  if (const RegionRun* run = core_->run()) metrics_.Show(*run, core_->links());
+  if (const RegionRun* run = core_->run()) {
+    metrics_.Show(*run, core_->links());
+    if (run->game() != nullptr) metrics_.ShowGame(*run->game());
+  }
   if (agent_ == nullptr) return;
   action.report.set_resident_bytes(telemetry::ReadMemory().process_physical_bytes);
   agent_->Report(action.report);

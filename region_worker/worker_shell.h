@@ -20,6 +20,7 @@
 #include "region_worker/core/worker_core.h"
 #include "region_worker/game_port.h"
 #include "region_worker/pair_broadcast.h"
+#include "region_worker/player_news.h"
 #include "region_worker/region_links.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "region_worker/standalone.h"
@@ -46,7 +47,9 @@ class WorkerShell {
   void TakeFromAgent(TimePoint now);
   void ServiceNetwork();
   void TakeInput(const PlayerInput& input, TimePoint now);
+  void TakeCommand(const ReceivedFromClients::Command& command, TimePoint now);
   void Step(TimePoint now);
+  void GreetInPause();
   void PrintStatus(TimePoint now);
   void Wait(bool stepped);
 
@@ -62,6 +65,7 @@ class WorkerShell {
   void Do(const OpenPorts& action);
   void Do(const PublishMap& action);
   void Do(const PublishStart& action);
+  void Do(const PublishClock& action);
   void Do(const PublishStep& action);
   void Do(const ExpelPlayer& action);
   void Do(SendReport& action);
@@ -83,6 +87,7 @@ class WorkerShell {
   std::optional<WorkerCore> core_;              // once the ports are bound
   std::optional<SnapshotBroadcast> snapshots_;  // once the world is built
   std::optional<PairBroadcast> pairs_;          // likewise
+  PlayerNewsFeed news_{metrics_};
   TickMeter meter_{metrics_};
   CheckpointWriter checkpoint_writer_;
   TimePoint next_status_{};

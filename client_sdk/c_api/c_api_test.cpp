@@ -63,6 +63,13 @@ TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
   EXPECT_EQ(read(1, "health").integer, 100);
   EXPECT_STREQ(read(1, "team").text, "red");
   EXPECT_STREQ(read(tessera_own_body(client), "team").text, "none");
+  EXPECT_EQ(read(1, "home").type, TESSERA_PROPERTY_VECTOR);
+  EXPECT_EQ(read(1, "home").vector[2], 3);
+  EXPECT_EQ(read(1, "target").type, TESSERA_PROPERTY_BODY);
+  EXPECT_EQ(read(1, "target").body, 0u);
+  EXPECT_EQ(read(1, "secret").type, TESSERA_PROPERTY_BYTES);
+  ASSERT_EQ(read(1, "secret").byte_count, 3u);
+  EXPECT_EQ(read(1, "secret").bytes[2], 255);
 
   tessera_event event = TESSERA_EVENT;
   while (tessera_next_event(client, &event) != 0) {
@@ -76,7 +83,8 @@ TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
   ASSERT_TRUE(Until([&] { return tessera_tick(client) == 4; }));
   bool told = false;
   while (tessera_next_event(client, &event) != 0) {
-    told = told || (event.kind == TESSERA_EVENT_PROPERTIES_CHANGED && event.body == 1 && event.region == 1);
+    told = told || (event.kind == TESSERA_EVENT_PROPERTY_CHANGED && event.body == 1 && event.region == 1 &&
+                    std::string(event.property) == "health");
   }
   EXPECT_TRUE(told);
   EXPECT_EQ(read(1, "health").integer, -5);

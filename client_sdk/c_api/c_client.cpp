@@ -26,8 +26,8 @@ static_assert(TESSERA_EVENT_CONTACT_ENDED == static_cast<int>(ClientEvent::Kind:
 static_assert(TESSERA_EVENT_TRIGGER_ENTERED == static_cast<int>(ClientEvent::Kind::kTriggerEntered));
 static_assert(TESSERA_EVENT_TRIGGER_LEFT == static_cast<int>(ClientEvent::Kind::kTriggerLeft));
 static_assert(TESSERA_EVENT_RECORDING_ENDED == static_cast<int>(ClientEvent::Kind::kRecordingEnded));
-static_assert(TESSERA_EVENT_PROPERTIES_CHANGED == static_cast<int>(ClientEvent::Kind::kPropertiesChanged));
-static_assert(TESSERA_EVENT_PROPERTIES_CHANGED == static_cast<int>(ClientEvent::kLastKind));
+static_assert(TESSERA_EVENT_PROPERTY_CHANGED == static_cast<int>(ClientEvent::Kind::kPropertyChanged));
+static_assert(TESSERA_EVENT_CLOCK_CHANGED == static_cast<int>(ClientEvent::Kind::kClockChanged));
 static_assert(TESSERA_JOINING == static_cast<int>(client::ClientState::kJoining));
 static_assert(TESSERA_WAITING == static_cast<int>(client::ClientState::kWaiting));
 static_assert(TESSERA_PLAYING == static_cast<int>(client::ClientState::kPlaying));
@@ -98,7 +98,7 @@ tessera_code tessera_join(const tessera_join_options* given, tessera_client** ou
     }
     auto joined = client::Client::Join(join);
     if (!joined.ok()) return Report(joined.status());
-    *out = new tessera_client{.client = *std::move(joined), .events = {}, .detail = {}};
+    *out = new tessera_client{.client = *std::move(joined), .events = {}, .detail = {}, .property = {}};
     return tessera_code{TESSERA_OK};
   });
 }
@@ -136,6 +136,7 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
   ClientEvent event = std::move(handle->events.front());
   handle->events.pop_front();
   handle->detail = std::move(event.detail);
+  handle->property = std::move(event.property);
   tessera_event given = TESSERA_EVENT;
   given.kind = static_cast<tessera_event_kind>(event.kind);
   given.body = event.body.value();
@@ -143,6 +144,14 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
   given.other = event.other.value();
   given.input = event.input_number;
   given.detail = handle->detail.c_str();
+  given.property = handle->property.c_str();
+  if (event.contact) {
+    const client::MeetingPoint& met = *event.contact;
+    given.contact_point[0] = met.point.x, given.contact_point[1] = met.point.y, given.contact_point[2] = met.point.z;
+    given.contact_normal[0] = met.normal.x, given.contact_normal[1] = met.normal.y,
+    given.contact_normal[2] = met.normal.z;
+    given.contact_impulse = met.impulse;
+  }
   GiveOut(given, out);
   return 1;
 }
@@ -154,7 +163,12 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
     const std::vector<client::ShownBody> shown = client.Interpolated(At(now_ns));
     auto* at = reinterpret_cast<char*>(bodies);
     for (size_t i = 0; i < std::min(shown.size(), capacity); ++i, at += stride) {
-      tessera_body body = BodyFrom(client.World().at(shown[i].id), shown[i].pose, client.own_body());
+      const auto seen = client.World().find(shown[i].id);
+      // One with a path is no region's.
+      client::SeenBody on_path{};
+      on_path.id = shown[i].id;
+      tessera_body body =
+          BodyFrom(seen == client.World().end() ? on_path : seen->second, shown[i].pose, client.own_body());
       if (shown[i].extrapolated) body.flags |= TESSERA_BODY_EXTRAPOLATED;
       if (shown[i].predicted) body.flags |= TESSERA_BODY_PREDICTED;
       body.size = static_cast<uint32_t>(stride);
@@ -182,6 +196,16 @@ uint64_t tessera_own_body(const tessera_client* handle) {
 uint64_t tessera_tick(const tessera_client* handle) { return handle == nullptr ? 0 : handle->client->tick().value(); }
 uint64_t tessera_map_version(const tessera_client* handle) {
   return handle == nullptr ? 0 : handle->client->map().version().value();
+}
+
+tessera_code tessera_get_clock(const tessera_client* handle, tessera_clock* out) {
+  if (handle == nullptr || out == nullptr) return Refuse("client or clock: is NULL");
+  const client::WorldClock from = handle->client->clock();
+  tessera_clock clock = TESSERA_CLOCK;
+  clock.paused = from.paused ? 1 : 0;
+  clock.ticks_per_second = from.ticks_per_second;
+  GiveOut(clock, out);
+  return TESSERA_OK;
 }
 
 uint32_t tessera_move(tessera_client* handle, const float force[3], const float torque[3]) {

@@ -23,7 +23,7 @@ tessera_code tessera_play(const char* file, tessera_client** out) {
   return Guarded([&] {
     auto playing = client::Client::Play(file);
     if (!playing.ok()) return Report(playing.status());
-    *out = new tessera_client{.client = *std::move(playing), .events = {}, .detail = {}};
+    *out = new tessera_client{.client = *std::move(playing), .events = {}, .detail = {}, .property = {}};
     return tessera_code{TESSERA_OK};
   });
 }

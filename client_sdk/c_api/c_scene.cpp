@@ -1,4 +1,6 @@
 // The C interface: the scene and its shapes.
+#include <algorithm>
+
 #include "client_sdk/c_api/handle.h"
 
 using namespace tessera;
@@ -8,7 +10,8 @@ namespace tessera::c_api {
 namespace {
 
 static_assert(kMaxPropertyText == TESSERA_MAX_PROPERTY_TEXT);
-static_assert(std::variant_size_v<PropertyValue> == TESSERA_PROPERTY_TEXT + 1);
+static_assert(kMaxPropertyBlob == TESSERA_MAX_PROPERTY_BYTES);
+static_assert(std::variant_size_v<PropertyValue> == TESSERA_PROPERTY_BYTES + 1);
 
 const tessera_shape* HandleOf(const Shape& shape) { return reinterpret_cast<const tessera_shape*>(&shape); }
 const Shape& ShapeOf(const tessera_shape* handle) { return *reinterpret_cast<const Shape*>(handle); }
@@ -65,7 +68,7 @@ struct Describe {
 tessera_body_info InfoOf(const BodyDef& def) {
   tessera_body_info info = TESSERA_BODY_INFO;
   info.id = def.id.value();
-  info.dynamic = def.motion == Motion::kDynamic ? 1 : 0;
+  info.dynamic = def.motion == Motion::kDynamic || def.path != nullptr ? 1 : 0;
   info.name = def.name.c_str();
   info.shape = HandleOf(*def.shape);
   info.mass_kg = def.mass_kg;
@@ -131,6 +134,14 @@ tessera_code tessera_get_property(const tessera_client* handle, uint64_t id, con
     if (const std::int64_t* number = std::get_if<std::int64_t>(&*value)) property.integer = *number;
     if (const double* number = std::get_if<double>(&*value)) property.real = *number;
     if (const std::string* text = std::get_if<std::string>(&*value)) text->copy(property.text, kMaxPropertyText);
+    if (const Vec3d* vector = std::get_if<Vec3d>(&*value)) {
+      property.vector[0] = vector->x, property.vector[1] = vector->y, property.vector[2] = vector->z;
+    }
+    if (const BodyId* body = std::get_if<BodyId>(&*value)) property.body = body->value();
+    if (const PropertyBytes* blob = std::get_if<PropertyBytes>(&*value)) {
+      property.byte_count = static_cast<std::uint32_t>(blob->bytes.size());
+      std::ranges::copy(blob->bytes, property.bytes);
+    }
     GiveOut(property, out);
     return tessera_code{TESSERA_OK};
   });

@@ -16,7 +16,9 @@
 struct tessera_client {
   std::unique_ptr<tessera::client::Client> client;
   std::deque<tessera::client::ClientEvent> events;
-  std::string detail;  // the one of the event that was given out last
+  std::string detail, property;  // those of the event that was given out last
+  std::deque<tessera::client::GameEvent> game_events{};
+  tessera::client::GameEvent game_event{};  // the one that was given out last
 };
 
 namespace tessera::c_api {

@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
     if (const auto error = client.Poll()) return Fail(error);
     for (const tessera::Event& event : client.TakeEvents()) {
       if (!event.detail.empty()) std::printf("%s\n", event.detail.c_str());
-      if (event.kind == TESSERA_EVENT_PROPERTIES_CHANGED) ShowHealth(client, event.body);
+      if (event.kind == TESSERA_EVENT_PROPERTY_CHANGED) ShowHealth(client, event.body);
     }
     const double angle = static_cast<double>(tessera_now() - start) / kSecond;
     const double force = scene.player_max_force_n;

@@ -7,6 +7,7 @@
 #include "control_plane/cluster/views.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
+#include "control_plane/world_terms.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
 #include "net/connect_token.h"
@@ -160,6 +161,7 @@ void Cluster::TakeReport(Now now, const HostEntry& host, const v1::WorkerReport&
   Failovers::Witness(*taken->instance, taken->before, report, now);
   properties_.TakeAnswers(*taken->instance, report);
   game_logs_.Take(*taken->instance, report, now);
+  players_.TakeEnded(*taken->instance, report, now);
 }
 
 void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
@@ -223,14 +225,41 @@ absl::StatusOr<v1::Instance> Cluster::RestartWorkers(Now now, const v1::RestartW
   return Ask(now, **found, changes_.Restart(**found, now), request.validate_only());
 }
 
+absl::StatusOr<v1::Instance> Cluster::PauseInstance(Now now, const v1::PauseInstanceRequest& request) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return Ask(now, **found, PlannedChanges::Pause(**found, true, now), request.validate_only());
+}
+
+absl::StatusOr<v1::Instance> Cluster::ResumeInstance(Now now, const v1::ResumeInstanceRequest& request) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return Ask(now, **found, PlannedChanges::Pause(**found, false, now), request.validate_only());
+}
+
+absl::StatusOr<v1::Instance> Cluster::SetPace(Now now, const v1::SetPaceRequest& request) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  return Ask(now, **found, PlannedChanges::SetPace(**found, request.ticks_per_second(), now), request.validate_only());
+}
+
+absl::StatusOr<v1::Instance> Cluster::SetGame(Now now, const v1::SetGameRequest& request, const std::string& hash) {
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  const Contents contents{.scene = {}, .game = request.game().content()};
+  return Ask(now, **found, PlannedChanges::SetGame(**found, request.game().name(), hash, now), request.validate_only(),
+             contents);
+}
+
 // Stores what was asked for of a running instance, if it is anything new.
 absl::StatusOr<v1::Instance> Cluster::Ask(Now now, InstanceEntry& instance,
                                           const absl::StatusOr<std::optional<records::Instance>>& next,
-                                          bool validate_only) {
+                                          bool validate_only, const Contents& contents) {
   if (!next.ok()) return next.status();
   if (!validate_only && next->has_value()) {
-    if (absl::Status status = state_->StoreInstance(instance, **next); !status.ok()) return status;
+    if (absl::Status status = state_->StoreInstance(instance, **next, contents); !status.ok()) return status;
     changes_.Hasten(instance.number);
+    state_->MarkOrders(instance);
     state_->MarkChanged(instance);
     reconciler_.Reconcile(now, instance);
   }
@@ -242,6 +271,10 @@ absl::StatusOr<v1::Instance> Cluster::Ask(Now now, InstanceEntry& instance,
 absl::StatusOr<std::uint64_t> Cluster::SetProperty(const v1::SetPropertyRequest& request) {
   const auto found = FindRunning(*state_, request.id());
   if (!found.ok()) return found.status();
+  if (IsPaused((*found)->record)) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("id: ", request.id(), " is paused, and properties change with ticks"));
+  }
   return properties_.Add(**found, request);
 }
 
@@ -313,7 +346,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   if (IsFinal(state)) {
     if (absl::Status status = state_->ReuseContents(next, contents); !status.ok()) return status;
   }
-  if (absl::Status status = state_->StoreInstance(*instance, next); !status.ok()) return status;
+  if (absl::Status status = state_->StoreInstance(*instance, next, contents); !status.ok()) return status;
   instances_.Restarted(*instance);
   checkpoints_.Restarted(*instance);
   properties_.Forget(instance->number);  // they were for the world before

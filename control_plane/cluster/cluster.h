@@ -80,6 +80,11 @@ class Cluster {
   // The work follows. FAILED_PRECONDITION unless the instance runs.
   absl::StatusOr<v1::Instance> ScaleInstance(Now now, const v1::ScaleInstanceRequest& request);
   absl::StatusOr<v1::Instance> RestartWorkers(Now now, const v1::RestartWorkersRequest& request);
+  absl::StatusOr<v1::Instance> PauseInstance(Now now, const v1::PauseInstanceRequest& request);
+  absl::StatusOr<v1::Instance> ResumeInstance(Now now, const v1::ResumeInstanceRequest& request);
+  absl::StatusOr<v1::Instance> SetPace(Now now, const v1::SetPaceRequest& request);
+  // `hash`: that of the game in the request, which was checked with the instance's scene.
+  absl::StatusOr<v1::Instance> SetGame(Now now, const v1::SetGameRequest& request, const std::string& hash);
 
   // --- Properties: see property_changes.h.
   absl::StatusOr<std::uint64_t> SetProperty(const v1::SetPropertyRequest& request);
@@ -118,7 +123,8 @@ class Cluster {
   void TakeReports(Now now, HostEntry& host, const ReportList& reports, std::optional<std::uint64_t> acted_revision,
                    InstanceNumbers& touched);
   absl::StatusOr<v1::Instance> Ask(Now now, InstanceEntry& instance,
-                                   const absl::StatusOr<std::optional<records::Instance>>& next, bool validate_only);
+                                   const absl::StatusOr<std::optional<records::Instance>>& next, bool validate_only,
+                                   const Contents& contents = {});
   std::unique_ptr<ClusterState> state_;
   ControlSettings settings_;
   RandomBytes random_;

@@ -22,6 +22,12 @@ bool SamePlaces(const records::Instance& a, const records::Instance& b) {
                     });
 }
 
+std::vector<std::string> Without(std::vector<std::string> keys, const std::vector<std::string>& those) {
+  std::erase_if(keys,
+                [&](const std::string& key) { return std::find(those.begin(), those.end(), key) != those.end(); });
+  return keys;
+}
+
 absl::Status NotWritten(const absl::Status& status) { return absl::UnavailableError(status.message()); }
 
 }  // namespace
@@ -179,16 +185,25 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
   return &instances_.at(number);
 }
 
-absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records::Instance& next) {
+absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records::Instance& next,
+                                         const Contents& contents) {
   std::vector<StoreOp> ops{PutOp(InstanceKey(instance.number), next.SerializeAsString(), instance.revision)};
-  const bool ends = IsFinal(next.state()) && !IsFinal(instance.record.state());
-  const std::vector<std::string> released = ends ? ContentKeys(next) : std::vector<std::string>();
+  // An instance that had ended uses none; ReuseContents counts what it needs again.
+  const bool used = !IsFinal(instance.record.state()), uses = !IsFinal(next.state());
+  const std::vector<std::string> before = used ? ContentKeys(instance.record) : std::vector<std::string>();
+  const std::vector<std::string> after = used && uses ? ContentKeys(next) : std::vector<std::string>();
+  const std::vector<std::string> released = Without(before, after), added = Without(after, before);
+  std::vector<StoreOp> missing;
+  if (!added.empty()) missing = PutMissing(next, contents);
+  ops.insert(ops.end(), missing.begin(), missing.end());
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
     if (use != contents_.end() && use->second.instances == 1) ops.push_back(DeleteOp(key, use->second.revision));
   }
   const auto written = store_.Txn(ops);
   if (!written.ok()) return NotWritten(written.status());
+  for (const StoreOp& put : missing) contents_[put.key].revision = *written;
+  for (const std::string& key : added) ++contents_[key].instances;
   for (const std::string& key : released) {
     const auto use = contents_.find(key);
     if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);

@@ -79,6 +79,10 @@ struct InstanceEntry {
   PartitionMap map;                  // as in the record
   std::vector<WorkerEntry> workers;  // as record.placements
 
+  // Written by WorkerReports; the newest tick that any worker told since the world last began, also of workers that are
+  // gone.
+  std::uint64_t newest_tick = 0;
+
   // Written by Instances.
   std::string degraded;  // why; empty in good health
   Steady start_deadline{0};
@@ -135,7 +139,8 @@ class ClusterState {
   absl::Status StoreHost(HostEntry& host, const records::Host& next);
   absl::Status RemoveHost(HostEntry& host, const absl::Status& why);  // closes its agent's stream with `why`
   absl::StatusOr<InstanceEntry*> AddInstance(records::Instance record, const Contents& contents);  // likewise
-  absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next);
+  // `contents`: files that `next` uses and the record before did not.
+  absl::Status StoreInstance(InstanceEntry& instance, const records::Instance& next, const Contents& contents = {});
   absl::Status RemoveInstance(const InstanceEntry& instance);
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);

@@ -125,5 +125,42 @@ TEST(ClusterStateTest, AnIdHasOneSpelling) {
   }
 }
 
+TEST(ClusterStateTest, AGameThatIsToBeNextIsStoredWithTheRecordThatNamesItAndGoesWithTheLastOne) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  InstanceEntry& instance = rig.AddRunning({&alpha});
+  const auto names = [&](const char* running, const char* next_game, const char* previous) {
+    records::Instance next = instance.record;
+    next.set_game_hash(running);
+    next.clear_games();
+    if (*next_game != 0) next.mutable_games()->mutable_next()->set_hash(next_game);
+    if (*previous != 0) next.mutable_games()->mutable_previous()->set_hash(previous);
+    return next;
+  };
+  const auto stored = [&] {
+    std::vector<std::string> keys;
+    const auto entries = rig.store.List("game/");
+    for (const StoreEntry& entry : *entries) keys.push_back(entry.key + "=" + entry.value);
+    return keys;
+  };
+  ASSERT_TRUE(rig.state->StoreInstance(instance, names("a", "", ""), {"", "one"}).ok());
+  ASSERT_TRUE(rig.state->StoreInstance(instance, names("a", "b", ""), {"", "two"}).ok());
+  EXPECT_EQ(stored(), (std::vector<std::string>{"game/a=one", "game/b=two"}));
+  ASSERT_TRUE(rig.state->StoreInstance(instance, names("b", "", "a")).ok());
+  EXPECT_EQ(stored().size(), 2U) << "a checkpoint of before may still be completed";
+  rig.state = *ClusterState::Load(rig.store);
+  InstanceEntry& again = *rig.state->FindInstance("inst-1");
+  records::Instance next = again.record;
+  next.mutable_games()->mutable_next()->set_hash("a");  // the one before again
+  ASSERT_TRUE(rig.state->StoreInstance(again, next).ok());
+  EXPECT_EQ(stored().size(), 2U);
+  next.clear_games();
+  ASSERT_TRUE(rig.state->StoreInstance(again, next).ok());
+  EXPECT_EQ(stored(), (std::vector<std::string>{"game/b=two"}));
+  next.set_state(v1::INSTANCE_STATE_ENDED);
+  ASSERT_TRUE(rig.state->StoreInstance(again, next).ok());
+  EXPECT_TRUE(stored().empty());
+}
+
 }  // namespace
 }  // namespace tessera::control

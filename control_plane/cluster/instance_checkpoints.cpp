@@ -11,12 +11,13 @@
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
+#include "control_plane/world_terms.h"
 
 namespace tessera::control {
 namespace {
 
 std::uint64_t NewestTick(const InstanceEntry& instance) {
-  std::uint64_t newest = 0;
+  std::uint64_t newest = instance.newest_tick;
   for (const WorkerEntry& worker : instance.workers) newest = std::max(newest, worker.report.tick());
   return newest;
 }
@@ -35,12 +36,26 @@ absl::StatusOr<std::uint64_t> InstanceCheckpoints::Begin(InstanceEntry& instance
     return absl::FailedPreconditionError(
         absl::StrCat("id: ", instance.record.id(), ": who runs what is being changed; try again"));
   }
+  if (IsPaused(instance.record)) return BeginStanding(instance, now);
   std::uint64_t newest = 0;
   for (const WorkerEntry& worker : instance.workers) newest = std::max(newest, TickOf(instance, worker, now));
   const auto lead = static_cast<std::uint64_t>(kPlanLead.count()) * instance.record.tick_rate_hz() / 1000;
   work_[instance.number].draft = Draft{newest + lead + 1, now.steady, instance.record.map().version(), {}};
   state_.MarkOrders(instance);
   return newest + lead + 1;
+}
+
+// All regions stand after the same tick.
+absl::StatusOr<std::uint64_t> InstanceCheckpoints::BeginStanding(InstanceEntry& instance, Now now) {
+  const std::uint64_t tick = NewestTick(instance);
+  const auto& made = instance.record.checkpoints();
+  if (!made.empty() && made.rbegin()->tick() == tick) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("id: ", instance.record.id(), " is paused, and the checkpoint of tick ", tick, " is made"));
+  }
+  work_[instance.number].draft = Draft{tick, now.steady, instance.record.map().version(), {}};
+  state_.MarkOrders(instance);
+  return tick;
 }
 
 std::uint64_t InstanceCheckpoints::UnderWay(const InstanceEntry& instance) const {
@@ -88,8 +103,12 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   manifest.set_tick(request.tick());
   *manifest.mutable_map() = record.map();
   manifest.set_scene_hash(record.scene_hash());
-  manifest.set_game_name(record.game_name());
-  manifest.set_game_hash(record.game_hash());
+  const GameName game = GameAfter(record, request.tick());
+  manifest.set_game_name(game.name);
+  manifest.set_game_hash(game.hash);
+  v1::WorldTerms terms = TermsOf(record);
+  terms.set_game(game.number);
+  SetTerms(terms, *manifest.mutable_map());
   manifest.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *manifest.mutable_borders() = record.borders();
   for (const auto& [region, entry] : draft.files) *manifest.add_files() = entry;
@@ -193,7 +212,8 @@ records::Instance InstanceCheckpoints::Restored(const InstanceEntry& instance, c
   return next;
 }
 
-void InstanceCheckpoints::Restarted(const InstanceEntry& instance) {
+void InstanceCheckpoints::Restarted(InstanceEntry& instance) {
+  instance.newest_tick = 0;
   Work& work = work_[instance.number];
   work.restore_why.clear();
   work.draft.reset();

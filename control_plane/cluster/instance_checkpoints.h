@@ -54,7 +54,7 @@ class InstanceCheckpoints {
   records::Instance Restored(const InstanceEntry& instance, const records::Manifest& manifest,
                              const PlacementPlan& placed, Now now) const;
   // The world starts again, or has failed: nothing is under way any more.
-  void Restarted(const InstanceEntry& instance);
+  void Restarted(InstanceEntry& instance);
   // An instance that has failed lets its checkpoints go: it is forgotten in time like all that have ended.
   absl::Status Drop(InstanceEntry& instance);
 
@@ -76,6 +76,7 @@ class InstanceCheckpoints {
     Steady restore_again_at{0};
   };
 
+  absl::StatusOr<std::uint64_t> BeginStanding(InstanceEntry& instance, Now now);
   const Draft* DraftOf(const InstanceEntry& instance, std::uint64_t tick) const;
   void Abandon(InstanceEntry& instance, const std::string& why, Now now);
 

@@ -117,6 +117,12 @@ TEST_F(CheckpointsTest, AWorldThatIsLostFailsWithoutACheckpointAndIsRestoredWith
   EXPECT_EQ(next.lost_ticks(), 50U);
   EXPECT_THAT(next.reason(), HasSubstr("50 ticks lost: all are dead"));
   EXPECT_GT(next.placements(0).incarnation(), instance_.record.last_incarnation());
+
+  instance_.newest_tick = tick + 60;
+  EXPECT_EQ(checkpoints_.Restored(instance_, manifest, placed, rig_.now).lost_ticks(), 60U)
+      << "told by a worker whose entry begins anew";
+  checkpoints_.Restarted(instance_);
+  EXPECT_EQ(instance_.newest_tick, 0U);
 }
 
 }  // namespace

@@ -6,7 +6,10 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
+#include "control_plane/one_line.h"
 #include "core/world/limits.h"
+#include "core/world/player_name.h"
+#include "core/world/utf8.h"
 #include "net/connect_token.h"
 
 namespace tessera::control {
@@ -59,6 +62,9 @@ absl::StatusOr<std::uint32_t> FindReturning(const records::Instance& record, con
   const auto& players = record.players();
   const auto player =
       std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
+  if (player != players.end() && !player->ended_because().empty()) {
+    return absl::AbortedError(player->ended_because());
+  }
   if (player == players.end() || player->left()) {
     return absl::FailedPreconditionError(absl::StrCat("connect_token: player ", *number, " has left for good"));
   }
@@ -107,10 +113,7 @@ std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
 // --- Joining.
 
 absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstanceRequest& request) {
-  if (request.player_name().size() > kMaxNameBytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("player_name: ", request.player_name().size(), " bytes are more than ", kMaxNameBytes));
-  }
+  if (absl::Status status = CheckPlayerName(request.player_name()); !status.ok()) return status;
   InstanceEntry* instance = state_.FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
   if (absl::Status status = CheckOpen(instance->record); !status.ok()) return status;
@@ -176,6 +179,29 @@ absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now
   state_.MarkOrders(*instance);
   state_.MarkChanged(*instance);
   return absl::OkStatus();
+}
+
+void InstancePlayers::TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now) {
+  if (report.ended_players().empty()) return;
+  std::optional<records::Instance> next;
+  for (const v1::EndedPlayer& ended : report.ended_players()) {
+    const auto& players = instance.record.players();
+    const auto known =
+        std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == ended.player(); });
+    if (known == players.end() || known->left()) continue;
+    if (!next) next = instance.record;
+    v1::Player& player = *next->mutable_players(static_cast<int>(known - players.begin()));
+    player.set_left(true);
+    player.set_ended_because(ValidUtf8(OneLine(ended.reason(), kMaxEndReasonBytes)));
+    state_.Log(absl::StrCat("player ended by the game id=", instance.record.id(), " player=", ended.player(),
+                            " reason=", player.ended_because()));
+  }
+  if (!next || !state_.StoreInstance(instance, *next).ok()) return;  // the next report says it again
+  for (const v1::EndedPlayer& ended : report.ended_players()) {
+    known_[instance.number].left.try_emplace(ended.player(), Left{state_.last_revision(), now.steady});
+  }
+  state_.MarkOrders(instance);
+  state_.MarkChanged(instance);
 }
 
 std::optional<records::Instance> InstancePlayers::NextVanished(const InstanceEntry& instance, Now now) {

@@ -40,6 +40,9 @@ class InstancePlayers {
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
 
+  // A worker reports whom the game has refused or kicked: they have left. Repeating it is fine.
+  void TakeEnded(InstanceEntry& instance, const v1::WorkerReport& report, Now now);
+
   // The next record of a RUNNING instance whose players vanished or came back, by its policy; nothing if nobody did.
   // A grace counts from when the last connection was seen; in a new life of the control plane, from its beginning.
   std::optional<records::Instance> NextVanished(const InstanceEntry& instance, Now now);

@@ -57,6 +57,44 @@ TEST_F(PlayersTest, AJoinIsStoredBeforeAnyOrderNamesThePlayer) {
   EXPECT_EQ(instance_.record.players_size(), 2);
 }
 
+TEST_F(PlayersTest, ABadNameIsRefusedByItsField) {
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(instance_.record.id());
+  const auto why_not = [&](const std::string& name) {
+    request.set_player_name(name);
+    return std::string(players_.BeginWait(request).status().message());
+  };
+  EXPECT_EQ(why_not(std::string(33, 'x')), "player_name: 33 bytes are more than 32");
+  EXPECT_EQ(why_not("a\nb"), "player_name: has a control character");
+  EXPECT_EQ(why_not("\xff"), "player_name: is not UTF-8");
+}
+
+TEST_F(PlayersTest, WhoIsSentAwayByTheGameHasLeftAndReadsWhy) {
+  const v1::JoinInstanceResponse joined = Join();
+  Join();
+  v1::WorkerReport report;
+  const auto ended = [&](std::uint32_t player, const std::string& why) {
+    v1::EndedPlayer& out = *report.add_ended_players();
+    out.set_player(player);
+    out.set_reason(why);
+  };
+  ended(1, "you were idle");
+  ended(99, "nobody");
+  rig_.store.FailNext(1);
+  players_.TakeEnded(instance_, report, rig_.now);
+  EXPECT_FALSE(instance_.record.players(0).left()) << "the next report says it again";
+  players_.TakeEnded(instance_, report, rig_.now);
+  players_.TakeEnded(instance_, report, rig_.now);
+  EXPECT_TRUE(instance_.record.players(0).left());
+  EXPECT_EQ(instance_.record.players(0).ended_because(), "you were idle");
+  EXPECT_FALSE(instance_.record.players(1).left());
+  v1::JoinInstanceRequest back;
+  back.set_instance_id(instance_.record.id());
+  back.set_connect_token(joined.connect_token());
+  back.set_session_key(joined.session_key());
+  EXPECT_EQ(players_.Join(back, rig_.now).status(), absl::AbortedError("you were idle"));
+}
+
 TEST_F(PlayersTest, WhoHasLeftIsKeptUntilAllWorkersKnowAndThenForgotten) {
   const auto joined = Join();
   ASSERT_TRUE(Leave(joined).ok());

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "control_plane/world_terms.h"
+
 namespace tessera::control {
 
 bool Silent(const ClusterState& state, const InstanceEntry& instance, std::size_t index, Steady after, Now now) {
@@ -22,7 +24,7 @@ std::uint64_t TickOf(const InstanceEntry& instance, const WorkerEntry& worker, N
   const std::uint64_t reported = worker.report.tick();
   if (reported == 0) return 0;
   const double age_s = std::chrono::duration<double>(now.steady - worker.reported_at).count();
-  return reported + static_cast<std::uint64_t>(age_s * instance.record.tick_rate_hz());
+  return reported + static_cast<std::uint64_t>(age_s * PaceOf(instance.record));
 }
 
 bool HoldsCopyOf(const WorkerEntry& worker, std::uint64_t incarnation) {

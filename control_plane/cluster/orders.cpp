@@ -18,6 +18,13 @@ void SetFailover(const records::Instance& record, v1::WorkerOrder& order) {
   if (record.failover().has_resolution()) *order.mutable_resolution() = record.failover().resolution();
 }
 
+void SetNextGame(const records::Instance& record, v1::WorkerOrder& order) {
+  if (!record.games().has_next()) return;
+  order.mutable_next_game()->set_hash(record.games().next().hash());
+  order.mutable_next_game()->set_name(record.games().next().name());
+  order.mutable_next_game()->set_number(record.games().next().number());
+}
+
 void SetStandbys(const records::Instance& record, v1::WorkerOrder& order) {
   order.set_standby(StandbyOf(record, order.region()));
   for (const v1::MapRegion& region : record.map().regions()) {
@@ -71,6 +78,8 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
     // A newcomer makes ready before there is a tick, and again when there is.
     if (record.planned().effective_tick() == 0) order.mutable_planned()->set_effective_tick(1);
   }
+  order.set_resumed_version(record.clock().resumed_version());
+  SetNextGame(record, order);
   SetFailover(record, order);
   SetStandbys(record, order);
   if (requests.checkpoint_tick != 0) order.mutable_checkpoint()->set_tick(requests.checkpoint_tick);

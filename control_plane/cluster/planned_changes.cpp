@@ -9,8 +9,11 @@
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/liveness.h"
 #include "control_plane/instance_record.h"
+#include "control_plane/one_line.h"
 #include "control_plane/standbys.h"
+#include "control_plane/world_terms.h"
 #include "core/world/limits.h"
+#include "core/world/world_terms.h"
 
 namespace tessera::control {
 namespace {
@@ -104,18 +107,97 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Restart(const I
   return next;
 }
 
+std::optional<records::Instance> PlannedChanges::Pause(const InstanceEntry& instance, bool paused, Now now) {
+  if (instance.record.clock().paused() == paused) return std::nullopt;
+  records::Instance next = instance.record;
+  next.mutable_clock()->set_paused(paused);
+  AddEvent(next, now, paused ? "to be paused" : "to go on");
+  return next;
+}
+
+absl::StatusOr<std::optional<records::Instance>> PlannedChanges::SetPace(const InstanceEntry& instance,
+                                                                         double ticks_per_second, Now now) {
+  const std::uint32_t rate = instance.record.tick_rate_hz();
+  if (!(ticks_per_second >= kMinTicksPerSecond && ticks_per_second <= rate)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("ticks_per_second: ", ticks_per_second, " is not in ", kMinTicksPerSecond, " to ", rate));
+  }
+  const double wanted = ticks_per_second == rate ? 0 : ticks_per_second;
+  if (instance.record.clock().ticks_per_second() == wanted) return std::nullopt;
+  records::Instance next = instance.record;
+  next.mutable_clock()->set_ticks_per_second(wanted);
+  AddEvent(next, now, absl::StrCat("to make ", ticks_per_second, " ticks a second"));
+  return next;
+}
+
+absl::StatusOr<std::optional<records::Instance>> PlannedChanges::SetGame(const InstanceEntry& instance,
+                                                                         const std::string& name,
+                                                                         const std::string& hash, Now now) {
+  const records::Instance& record = instance.record;
+  if (record.game_hash().empty()) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", record.id(), " runs no game that could be replaced"));
+  }
+  if (record.games().has_next() && record.games().next().hash() != hash) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("id: ", record.id(), " is about to run game ", record.games().next().name(), "; try again"));
+  }
+  if (record.games().has_next() || record.game_hash() == hash) return std::nullopt;
+  records::Instance next = record;
+  records::Game& game = *next.mutable_games()->mutable_next();
+  game.set_name(name);
+  game.set_hash(hash);
+  game.set_number(record.map().terms().game() + 1);
+  next.mutable_games()->clear_refused();
+  AddEvent(next, now,
+           absl::StrCat("game ", name, " (", hash.substr(0, 12), ") to take the place of the one that runs"));
+  return next;
+}
+
 // --- What follows from it, and from drains, deaths and loads.
 
 std::optional<records::Instance> PlannedChanges::Next(InstanceEntry& instance, Now now) {
   NoteCuts(instance, now);
+  if (auto next = NextTerms(instance, now)) return next;
+  // Until it goes on nothing can come into force.
+  if (IsPaused(instance.record)) return std::nullopt;
   std::vector<RegionFacts> facts = Facts(instance, now);
   auto next = StepPlan(instance.record, facts);
   if (!next) return Plan(instance, std::move(facts), now);
-  if (AtRest(*next)) {
+  const bool in_force = instance.record.has_planned() && !next->has_planned();
+  const std::string terms =
+      in_force ? DescribeTerms(instance.record, *next, instance.record.planned().effective_tick()) : "";
+  if (!terms.empty()) {
+    changes_[instance.number].not_before = now.steady + UntilNextChange(instance);
+    AddEvent(*next, now, terms);
+  } else if (AtRest(*next)) {
     changes_[instance.number].not_before = now.steady + UntilNextChange(instance);
     AddEvent(*next, now,
              absl::StrCat("map ", next->map().version(), " in force: ", next->map().regions_size(), " regions"));
   }
+  return next;
+}
+
+// Steps towards the terms that are wanted, once nothing else is under way. One worker that cannot run the next game is
+// enough to keep the one that runs.
+std::optional<records::Instance> PlannedChanges::NextTerms(const InstanceEntry& instance, Now now) {
+  const records::Instance& record = instance.record;
+  if (record.has_planned()) return std::nullopt;
+  const std::string& hash = record.games().next().hash();
+  bool loaded = !hash.empty();
+  for (const WorkerEntry& worker : instance.workers) {
+    const v1::NextGameStatus& status = worker.report.next_game();
+    loaded = loaded && status.hash() == hash && status.failure().empty();
+    if (hash.empty() || status.hash() != hash || status.failure().empty()) continue;
+    records::Instance next = record;
+    records::Games& games = *next.mutable_games();
+    games.set_refused(OneLine(absl::StrCat("region ", worker.region, ": ", status.failure()), kMaxReasonBytes));
+    AddEvent(next, now, absl::StrCat("game ", games.next().name(), " refused by ", games.refused()));
+    games.clear_next();
+    return next;
+  }
+  if (!AllRunByMap(instance)) return std::nullopt;
+  auto next = StepTerms(record, loaded);
+  if (next && !next->has_planned()) AddEvent(*next, now, DescribeTerms(record, *next, 0));
   return next;
 }
 

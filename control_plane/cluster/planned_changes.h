@@ -33,6 +33,15 @@ class PlannedChanges {
   absl::StatusOr<std::optional<records::Instance>> Scale(const InstanceEntry& instance, std::uint32_t regions,
                                                          Now now) const;
   absl::StatusOr<std::optional<records::Instance>> Restart(const InstanceEntry& instance, Now now) const;
+  // What is wanted of the world's time: nothing if it is so already.
+  static std::optional<records::Instance> Pause(const InstanceEntry& instance, bool paused, Now now);
+  // INVALID_ARGUMENT: not 1 to the scene's tick rate.
+  static absl::StatusOr<std::optional<records::Instance>> SetPace(const InstanceEntry& instance,
+                                                                  double ticks_per_second, Now now);
+  // Another game, which is a sound one for the scene. FAILED_PRECONDITION: it runs none, or another is under way.
+  static absl::StatusOr<std::optional<records::Instance>> SetGame(const InstanceEntry& instance,
+                                                                  const std::string& name, const std::string& hash,
+                                                                  Now now);
   // A request is stored: the next change waits for nothing.
   void Hasten(std::uint64_t number) { changes_[number].not_before = Steady(0); }
   // The last change came to nothing: the next one waits for a while.
@@ -58,6 +67,7 @@ class PlannedChanges {
     std::map<std::uint64_t, WorkerLoad> workers;  // by incarnation
   };
 
+  std::optional<records::Instance> NextTerms(const InstanceEntry& instance, Now now);
   std::vector<RegionFacts> Facts(const InstanceEntry& instance, Now now) const;
   std::optional<records::Instance> Plan(InstanceEntry& instance, std::vector<RegionFacts> facts, Now now);
   void NoteCuts(const InstanceEntry& instance, Now now);

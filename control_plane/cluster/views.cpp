@@ -8,6 +8,7 @@
 #include "control_plane/instance_record.h"
 #include "control_plane/region_tree.h"
 #include "control_plane/standbys.h"
+#include "control_plane/world_terms.h"
 #include "core/region/settings.h"
 
 namespace tessera::control {
@@ -72,7 +73,9 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
 
 v1::InstanceState StateOf(const InstanceEntry& instance) {
   const bool degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();
-  return degraded ? v1::INSTANCE_STATE_DEGRADED : instance.record.state();
+  if (degraded) return v1::INSTANCE_STATE_DEGRADED;
+  const bool paused = instance.record.state() == v1::INSTANCE_STATE_RUNNING && IsPaused(instance.record);
+  return paused ? v1::INSTANCE_STATE_PAUSED : instance.record.state();
 }
 
 v1::Instance SummaryOf(const InstanceEntry& instance) {
@@ -85,6 +88,11 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_scene_hash(record.scene_hash());
   view.set_game_name(record.game_name());
   view.set_game_hash(record.game_hash());
+  view.set_game_number(record.map().terms().game());
+  view.set_game_since_tick(record.games().since_tick());
+  view.set_next_game_hash(record.games().next().hash());
+  view.set_game_refused(record.games().refused());
+  view.set_ticks_per_second(PaceOf(record));
   view.set_regions(static_cast<std::uint32_t>(record.placements_size()));
   view.set_expected_players(record.expected_players());
   view.set_players(static_cast<std::uint32_t>(PlayersPresent(record)));

@@ -79,6 +79,7 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->reported = true;
   worker->reported_at = now.steady;
   worker->missed = 0;
+  instance->newest_tick = std::max(instance->newest_tick, report.tick());
   StoreTakenOut(*instance, report);
   v1::RegionAddress& address = *worker->report.mutable_address();
   if (!ValidPorts(address)) address.Clear();

@@ -51,6 +51,16 @@ TEST_F(WorkerReportsTest, AnAddressThatIsNewGoesIntoAllOrders) {
   EXPECT_FALSE(instance_.workers[0].bound()) << "that is no port";
 }
 
+TEST_F(WorkerReportsTest, TheNewestTickIsKeptWhenTheWorkerThatToldItIsGone) {
+  v1::WorkerReport report = ReportOf(1);
+  report.set_tick(184);
+  Take(report);
+  report = ReportOf(2);
+  report.set_tick(183);
+  Take(report);
+  EXPECT_EQ(instance_.newest_tick, 184U);
+}
+
 TEST_F(WorkerReportsTest, MessagesAboutOthersWorkersAreIgnored) {
   v1::WorkerReport report = ReportOf(1);
   report.mutable_identity()->set_incarnation(99);

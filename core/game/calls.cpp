@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/clock_calls.h"
+#include "core/game/message_calls.h"
+#include "core/game/motion_calls.h"
+#include "core/game/player_calls.h"
 #include "core/game/query_calls.h"
+#include "core/game/record_calls.h"
 #include "core/world/limits.h"
 #include "core/world/prefab.h"
 #include "core/world/state_check.h"
@@ -65,6 +69,7 @@ absl::Status CheckOne(const Function& function, const Parameter& parameter, cons
 
 // The arguments after the receiver, by the table.
 absl::Status Check(const Function& function, Arguments arguments) {
+  if (function.parameters.empty() && arguments.empty()) return absl::OkStatus();
   const std::size_t most = function.parameters.size();
   const auto least = static_cast<std::size_t>(
       std::ranges::count_if(function.parameters, [](const Parameter& parameter) { return !parameter.optional; }));
@@ -127,28 +132,7 @@ class Options {
   absl::Status status_;
 };
 
-// An argument of a property's type.
-PropertyValue PropertyFrom(const tessera_game_value& value) {
-  const GameValue given = *FromInterface(value);
-  if (const auto* flag = std::get_if<bool>(&given)) return *flag;
-  if (const auto* whole = std::get_if<std::int64_t>(&given)) return *whole;
-  if (const auto* real = std::get_if<double>(&given)) return *real;
-  return std::get<std::string>(given);
-}
-
 // --- Results
-
-tessera_game_value Of(const PropertyValue& value, std::string& text) {
-  if (const auto* flag = std::get_if<bool>(&value)) return ToInterface(GameValue(*flag));
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return ToInterface(GameValue(*whole));
-  if (const auto* real = std::get_if<double>(&value)) return ToInterface(GameValue(*real));
-  text = std::get<std::string>(value);
-  tessera_game_value result{};
-  result.type = TESSERA_GAME_TEXT;
-  result.count = static_cast<std::uint32_t>(text.size());
-  result.as.text = text.data();
-  return result;
-}
 
 tessera_game_value OfText(std::string_view text) {
   tessera_game_value result{};
@@ -166,6 +150,26 @@ tessera_game_value Of(Quatd q) {
 }
 
 tessera_game_value Of(GameValue value) { return ToInterface(value); }
+
+// The quick ones: without a GameValue in between.
+tessera_game_value OfFlag(bool flag) {
+  tessera_game_value result;
+  result.type = TESSERA_GAME_FLAG, result.count = 0, result.as.whole = flag ? 1 : 0;
+  return result;
+}
+
+tessera_game_value OfReal(double real) {
+  tessera_game_value result;
+  result.type = TESSERA_GAME_REAL, result.count = 0, result.as.real = real;
+  return result;
+}
+
+tessera_game_value OfVector(Vec3d v) {
+  tessera_game_value result;
+  result.type = TESSERA_GAME_VECTOR, result.count = 0;
+  result.as.vector[0] = v.x, result.as.vector[1] = v.y, result.as.vector[2] = v.z;
+  return result;
+}
 
 // --- The world
 
@@ -196,12 +200,6 @@ double Random(tessera_game_call& call) {
 
 absl::Status Outside(std::string_view function, Vec3d place) {
   return Fault(function, absl::StrCat("(", place.x, ", ", place.y, ", ", place.z, ") is outside the scene's bounds"));
-}
-
-// The tick at which something so many ticks from now is due.
-absl::StatusOr<Tick> TicksAhead(std::string_view function, std::string_view name, Tick now, std::int64_t ticks) {
-  if (ticks >= 1 && ticks <= kMaxTimerTicks) return now + static_cast<std::uint64_t>(ticks);
-  return Fault(function, absl::StrCat("`", View(name), "` must be 1 to ", kMaxTimerTicks, ", got ", ticks));
 }
 
 // Where and how fast, and when it expires; 0: never.
@@ -288,6 +286,19 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldSweep:
     case kWorldOverlap:
       return CallQuery(call, function, arguments);
+    case kWorldTime:
+    case kWorldCount:
+      return CallClock(call, function, arguments);
+    case kWorldGet:
+    case kWorldSet:
+    case kWorldAfter:
+    case kWorldCancel:
+    case kWorldSend:
+    case kWorldIsOwn:
+      return CallInstance(call, function, arguments);
+    case kWorldPlayers:
+    case kWorldBroadcast:
+      return CallPlayers(call, function, arguments);
     default:
       return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
   }
@@ -315,50 +326,9 @@ absl::Status Push(std::string_view function, const BodyDef& def, const BodyState
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::int64_t> After(tessera_game_call& call, GameRecord& record, Arguments arguments) {
-  const std::int64_t ticks = arguments[0].as.whole;
-  const std::string_view name = TextOf(arguments[1]);
-  const absl::StatusOr<Tick> due = TicksAhead("after", "ticks", call.tick, ticks);
-  if (!due.ok()) return due.status();
-  if (name.empty() || name.size() > kMaxTimerNameBytes) return Fault("after", "`name` must have 1 to 32 bytes");
-  if (record.timers.size() >= kMaxTimers) {
-    return absl::ResourceExhaustedError(absl::StrCat("after: the body has ", kMaxTimers, " timers already"));
-  }
-  if (record.last_timer == std::numeric_limits<std::uint32_t>::max()) {
-    return absl::ResourceExhaustedError("after: the body has used up the numbers of timers");
-  }
-  GameTimer timer;
-  timer.due = *due;
-  timer.number = record.last_timer + 1;
-  timer.name = std::string(name);
-  if (Given(arguments, 2)) {
-    const auto fields = FieldsFrom(arguments[2]);
-    if (!fields.ok()) return Fault("after", std::string(fields.status().message()));
-    auto bytes = EncodeFields(*fields);
-    if (!bytes.ok()) return Fault("after", std::string(bytes.status().message()));
-    timer.values = *std::move(bytes);
-  }
-  ++record.last_timer;
-  const auto at = std::ranges::upper_bound(record.timers, timer.due, {}, &GameTimer::due);
-  record.timers.insert(at, std::move(timer));
-  return record.last_timer;
-}
-
-// Whether there was one.
-bool Cancel(GameRecord& record, std::int64_t number) {
-  return std::erase_if(record.timers, [&](const GameTimer& timer) { return timer.number == number; }) > 0;
-}
-
 absl::Status NotOwned(const Function& function, BodyId id) {
   return absl::FailedPreconditionError(
       absl::StrCat(View(function.name), ": body ", id.value(), " is not owned by this region"));
-}
-
-std::string Declared(const Scene& scene) {
-  return scene.properties.empty() ? "none"
-                                  : absl::StrJoin(scene.properties, ", ", [](std::string* out, const PropertyDef& def) {
-                                      out->append(def.name);
-                                    });
 }
 
 absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function& function, BodyId id,
@@ -366,37 +336,58 @@ absl::StatusOr<tessera_game_value> Read(tessera_game_call& call, const Function&
   const Transaction& world = call.transaction;
   const Scene& scene = world.world().scene();
   switch (function.number) {
-    case kBodyKind:
-      return OfText(scene.kinds[def.kind]);
-    case kBodyPosition:
-      return Of(GameValue(world.StateOf(id).position));
-    case kBodyRotation:
-      return Of(Quatd(world.StateOf(id).orientation));
-    case kBodyVelocity:
-      return Of(GameValue(Vec3d(world.StateOf(id).linear_velocity)));
-    case kBodySpin:
-      return Of(GameValue(Vec3d(world.StateOf(id).angular_velocity)));
     case kBodyMember: {
       const std::int64_t number = arguments[0].as.whole;
       const std::size_t members = IsSpawned(id) ? scene.prefabs[PartsOf(id).prefab].bodies.size() : 0;
       if (number < 1 || static_cast<std::uint64_t>(number) > members) return tessera_game_value{};
       return Of(GameValue(WithMember(id, static_cast<std::size_t>(number) - 1)));
     }
-    case kBodyMass:
-      return Of(GameValue(def.mass_kg));
-    case kBodyPlayer:
-      return IsPlayerBody(id) ? Of(GameValue(PlayerOf(id))) : tessera_game_value{};
     case kBodyGet: {
-      // Its owner alone knows what was changed of them.
-      if (def.motion == Motion::kDynamic && !world.Owns(id)) return NotOwned(function, id);
-      const std::optional<PropertyValue> value =
-          ValueOf(scene.properties, def.properties, world.PropertiesOf(id), TextOf(arguments[0]));
-      if (value) return Of(*value, call.text);
-      return absl::NotFoundError(
-          absl::StrCat("get: no property \"", View(TextOf(arguments[0])), "\"; the scene declares: ", Declared(scene)));
+      return GetProperty(call, scene.properties, def.properties, world.PropertiesOf(id), TextOf(arguments[0]));
     }
     default:
       return absl::InternalError(absl::StrCat(View(function.name), ": is not there yet"));
+  }
+}
+
+// Functions of a body without arguments that cannot fail where the body is here: those that games call most. False, and
+// no result, for all others.
+bool ReadAtOnce(const tessera_game_call& call, std::uint32_t function, BodyId id, tessera_game_value& result) {
+  const Transaction& world = call.transaction;
+  const BodyDef* def = world.Find(id);
+  if (function == kBodyIsHere) {
+    result = OfFlag(def != nullptr);
+    return true;
+  }
+  if (function == kBodyIsOwn) {
+    result = OfFlag(world.Owns(id));
+    return true;
+  }
+  if (def == nullptr) return false;
+  switch (function) {
+    case kBodyKind:
+      result = OfText(world.world().scene().kinds[def->kind]);
+      return true;
+    case kBodyPosition:
+      result = OfVector(world.StateOf(id).position);
+      return true;
+    case kBodyRotation:
+      result = Of(Quatd(world.StateOf(id).orientation));
+      return true;
+    case kBodyVelocity:
+      result = OfVector(Vec3d(world.StateOf(id).linear_velocity));
+      return true;
+    case kBodySpin:
+      result = OfVector(Vec3d(world.StateOf(id).angular_velocity));
+      return true;
+    case kBodyMass:
+      result = OfReal(def->mass_kg);
+      return true;
+    case kBodyPlayer:
+      result = IsPlayerBody(id) ? Of(GameValue(PlayerOf(id))) : tessera_game_value{};
+      return true;
+    default:
+      return false;
   }
 }
 
@@ -423,18 +414,12 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
                                           const BodyDef& def, Transaction::Changes& body, Arguments arguments) {
   const Transaction& world = call.transaction;
   const Scene& scene = world.world().scene();
-  const bool moves = def.motion == Motion::kDynamic;
+  const bool moves = def.motion == Motion::kDynamic && !def.kinematic;
+  if (IsMotionCall(function.number)) return CallMotion(call, function, id, def, body, arguments);
   switch (function.number) {
     case kBodySet: {
-      PropertyValue value = PropertyFrom(arguments[1]);
-      const std::string_view name = TextOf(arguments[0]);
-      // A whole number is taken for a real one where the property is real.
-      const auto declared = std::ranges::find(scene.properties, name, &PropertyDef::name);
-      if (declared != scene.properties.end() && std::holds_alternative<double>(declared->initial)) {
-        if (const auto* whole = std::get_if<std::int64_t>(&value)) value = static_cast<double>(*whole);
-      }
-      const absl::Status status = body.properties.Set(scene.properties, name, std::move(value));
-      if (!status.ok()) return Fault("set", std::string(status.message()));
+      const absl::Status status = SetProperty(scene.properties, TextOf(arguments[0]), arguments[1], body.properties);
+      if (!status.ok()) return status;
       return tessera_game_value{};
     }
     case kBodyImpulse: {
@@ -458,15 +443,17 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
                                        (velocity - Vec3d(state.linear_velocity)) * def.mass_kg, nullptr);
       if (!status.ok()) return status;
       body.record.push_ns = pushed.push_ns;
+      if (body.record.teleport) body.record.teleport->velocity_m_s = Vec3f(velocity);
+      if (body.record.teleport) body.record.push_ns = {};
       return tessera_game_value{};
     }
     case kBodyAfter: {
-      const absl::StatusOr<std::int64_t> timer = After(call, body.record, arguments);
+      const absl::StatusOr<std::int64_t> timer = SetTimer(call.tick, arguments, body.record);
       if (!timer.ok()) return timer.status();
       return Of(GameValue(*timer));
     }
     case kBodyCancel:
-      return Of(GameValue(Cancel(body.record, arguments[0].as.whole)));
+      return Of(GameValue(CancelTimer(body.record, arguments[0].as.whole)));
     case kBodyRemove:
     case kBodyExpireAfter:
       return Leave(call, function, id, def, body, arguments);
@@ -477,14 +464,18 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
 
 bool Changes(std::uint32_t function) {
   return function == kBodySet || function == kBodyImpulse || function == kBodySetVelocity || function == kBodyAfter ||
-         function == kBodyCancel || function == kBodyRemove || function == kBodyExpireAfter;
+         function == kBodyCancel || function == kBodyRemove || function == kBodyExpireAfter || IsMotionCall(function);
 }
 
 absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Function& function, BodyId id,
                                             Arguments arguments) {
   const BodyDef* def = call.transaction.Find(id);
-  if (function.number == kBodyIsHere) return Of(GameValue(def != nullptr));
-  if (function.number == kBodyIsOwn) return Of(GameValue(call.transaction.Owns(id)));
+  if (function.number == kBodySend) return CallSend(call, function, id, arguments);
+  const bool foreign = !call.transaction.Owns(id) && !call.transaction.Removed(id) &&
+                       (def == nullptr || def->motion == Motion::kDynamic);
+  if (foreign && IsVerb(function.number)) {
+    return SendVerb(call, function, id, arguments);
+  }
   if (def == nullptr)
     return absl::NotFoundError(absl::StrCat(View(function.name), ": body ", id.value(), " is not here"));
   if (!Changes(function.number)) return Read(call, function, id, *def, arguments);
@@ -502,6 +493,17 @@ absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::ui
     if (absl::Status status = Check(*function, arguments); !status.ok()) return status;
     return CallWorld(call, *function, arguments);
   }
+  if (function->receiver == Receiver::kPlayer) {
+    if (arguments.empty() || arguments[0].type != TESSERA_GAME_PLAYER) {
+      return Fault(function->name, "is called for a player");
+    }
+    if (absl::Status status = Check(*function, arguments.subspan(1)); !status.ok()) return status;
+    if (arguments[0].as.id == 0 || arguments[0].as.id > UINT32_MAX) {
+      return absl::NotFoundError(absl::StrCat(View(function->name), ": there is no player ", arguments[0].as.id));
+    }
+    return CallPlayer(call, *function, PlayerNumber(static_cast<std::uint32_t>(arguments[0].as.id)),
+                      arguments.subspan(1));
+  }
   if (arguments.empty() || arguments[0].type != TESSERA_GAME_BODY) return Fault(function->name, "is called for a body");
   if (absl::Status status = Check(*function, arguments.subspan(1)); !status.ok()) return status;
   return CallBody(call, *function, BodyId(arguments[0].as.id), arguments.subspan(1));
@@ -509,15 +511,26 @@ absl::StatusOr<tessera_game_value> CallFunction(tessera_game_call& call, std::ui
 
 // --- The interface
 
-int Call(tessera_game_call* call, std::uint32_t function, const tessera_game_value* arguments, std::uint32_t count,
-         tessera_game_value* result) {
-  const auto returned = CallFunction(*call, function, {arguments, count});
+[[gnu::noinline]] int CallAny(tessera_game_call* call, std::uint32_t function, Arguments arguments,
+                              tessera_game_value* result) {
+  const auto returned = CallFunction(*call, function, arguments);
   if (!returned.ok()) {
     call->error = std::string(returned.status().message());
     return 1;
   }
-  if (result != nullptr) *result = *returned;
+  *result = *returned;
   return 0;
+}
+
+int Call(tessera_game_call* call, std::uint32_t function, const tessera_game_value* arguments, std::uint32_t count,
+         tessera_game_value* result) {
+  tessera_game_value unwanted;
+  if (result == nullptr) result = &unwanted;
+  if (count == 1 && arguments[0].type == TESSERA_GAME_BODY &&
+      ReadAtOnce(*call, function, BodyId(arguments[0].as.id), *result)) {
+    return 0;
+  }
+  return CallAny(call, function, {arguments, count}, result);
 }
 
 const char* Error(const tessera_game_call* call) { return call->error.c_str(); }
@@ -532,5 +545,10 @@ constexpr tessera_game_host kHost{sizeof(tessera_game_host), Call, Error, Charge
 }  // namespace
 
 const tessera_game_host& GameFunctions() { return kHost; }
+
+absl::Status CarryOut(tessera_game_call& call, BodyId target, const Message& message) {
+  const absl::StatusOr<VerbArguments> verb = VerbArgumentsFrom(target, message);
+  return verb.ok() ? CallFunction(call, message.verb, verb->values).status() : verb.status();
+}
 
 }  // namespace tessera::game

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "core/game/settings.h"
 #include "core/game/transaction.h"
 #include "core/game/value.h"
@@ -18,10 +19,12 @@ struct tessera_game_call {
 
   tessera::game::Transaction& transaction;
   const tessera::Tick tick;
-  const tessera::BodyId self;  // whom the callback is about; 0 for the world
+  const tessera::BodyId self;  // whom the callback is about; 0 for the world, kInstanceBody for its record
+  tessera::BodyId other;       // whom else, if anyone
   const std::uint64_t seed;
   const std::uint64_t budget;  // instructions
 
+  std::uint32_t callback = 0;  // that is called
   std::uint64_t instructions = 0;
   std::uint32_t randoms = 0;
   std::string error;
@@ -35,5 +38,7 @@ namespace tessera::game {
 
 // The host's side of the interface; for all games.
 const tessera_game_host& GameFunctions();
+// Carries out a message with a verb, for a body that the region owns.
+absl::Status CarryOut(tessera_game_call& call, BodyId target, const Message& message);
 
 }  // namespace tessera::game

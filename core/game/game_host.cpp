@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -12,7 +13,40 @@
 namespace tessera::game {
 namespace {
 
-tessera_game_value BodyValue(BodyId id) { return ToInterface(GameValue(id)); }
+tessera_game_value BodyValue(BodyId id) {
+  tessera_game_value value;
+  value.type = TESSERA_GAME_BODY, value.count = 0, value.as.id = id.value();
+  return value;
+}
+
+tessera_game_value TextValue(const std::string& text) {
+  tessera_game_value value{};
+  value.type = TESSERA_GAME_TEXT;
+  value.count = static_cast<std::uint32_t>(text.size());
+  value.as.text = text.data();
+  return value;
+}
+
+// Named values as a record keeps them, for an argument.
+class KeptFields {
+ public:
+  explicit KeptFields(std::span<const std::uint8_t> bytes) : kept_(DecodeFields(bytes, kMaxMessageBytes)) {
+    if (!kept_.ok()) return;
+    fields_.reserve(kept_->size());
+    for (const auto& [name, value] : *kept_) fields_.push_back({name.data(), name.size(), ToInterface(value)});
+  }
+  tessera_game_value value() const {
+    tessera_game_value value{};
+    value.type = TESSERA_GAME_FIELDS;
+    value.count = static_cast<std::uint32_t>(fields_.size());
+    value.as.fields = fields_.data();
+    return value;
+  }
+
+ private:
+  const absl::StatusOr<GameFields> kept_;
+  std::vector<tessera_game_field> fields_;
+};
 
 std::string TextOf(const tessera_game_error& error) {
   const auto end = std::ranges::find(error.text, '\0');
@@ -23,19 +57,25 @@ std::string TextOf(const tessera_game_error& error) {
 
 absl::StatusOr<std::unique_ptr<GameHost>> GameHost::Load(const tessera_game_module& module, GameFile file,
                                                          std::shared_ptr<const Scene> scene, GameSettings settings,
-                                                         std::uint64_t seed) {
+                                                         std::uint64_t seed, std::uint32_t number) {
   if (module.abi != TESSERA_GAME_ABI || module.size < sizeof(tessera_game_module)) {
     return absl::InvalidArgumentError(absl::StrCat(file.name, ": is made for version ", module.abi,
                                                    " of the interface, and this is version ", TESSERA_GAME_ABI));
   }
-  auto host = std::unique_ptr<GameHost>(new GameHost(module, std::move(file), std::move(scene), settings, seed));
+  auto host =
+      std::unique_ptr<GameHost>(new GameHost(module, std::move(file), std::move(scene), settings, seed, number));
   if (absl::Status status = host->Renew(); !status.ok()) return status;
   return host;
 }
 
 GameHost::GameHost(const tessera_game_module& module, GameFile file, std::shared_ptr<const Scene> scene,
-                   GameSettings settings, std::uint64_t seed)
-    : module_(module), file_(std::move(file)), scene_(std::move(scene)), settings_(settings), seed_(seed) {}
+                   GameSettings settings, std::uint64_t seed, std::uint32_t number)
+    : module_(module),
+      file_(std::move(file)),
+      scene_(std::move(scene)),
+      settings_(settings),
+      seed_(seed),
+      number_(number) {}
 
 GameHost::~GameHost() {
   if (game_ != nullptr) module_.unload(game_);
@@ -52,6 +92,14 @@ absl::Status GameHost::Renew() {
   return absl::OkStatus();
 }
 
+void GameHost::TakeOver(GameHost& other) {
+  waiting_ = std::exchange(other.waiting_, {});
+  lines_ = other.TakeLines();
+  statistics_ = other.statistics_;
+  statistics_.callbacks_off = 0;
+  counters_ = other.counters_;
+}
+
 void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
   Transaction transaction = Begin(world);
   tessera_game_call call(transaction, tick, BodyId(), seed_, settings_.instructions_per_callback);
@@ -61,7 +109,7 @@ void GameHost::Inspect(Tick tick, GameWorld& world, Inspection act) const {
 // Those that failed too often stay off.
 void GameHost::FindHandlers() {
   handlers_.resize(Callbacks().size() * scene_->kinds.size());
-  ticks_ = false;
+  ticks_ = migrates_ = false;
   for (const Callback& callback : Callbacks()) {
     for (std::size_t kind = 0; kind < scene_->kinds.size(); ++kind) {
       const bool world = callback.receiver == Receiver::kWorld;
@@ -69,6 +117,7 @@ void GameHost::FindHandlers() {
       Handler& handler = HandlerOf(callback.number, static_cast<std::uint16_t>(kind));
       handler.there = module_.handles(game_, callback.number, world ? nullptr : scene_->kinds[kind].c_str()) != 0;
       if (callback.number == kOnBodyTick) ticks_ = ticks_ || handler.there;
+      if (callback.number == kOnBodyMigrate) migrates_ = migrates_ || handler.there;
     }
   }
 }
@@ -78,10 +127,16 @@ GameHost::Handler& GameHost::HandlerOf(std::uint32_t callback, std::uint16_t kin
   return handlers_[index * scene_->kinds.size() + kind];
 }
 
-void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& world) {
+bool GameHost::Has(std::uint32_t world_callback) const {
+  const auto index = static_cast<std::size_t>(FindCallback(world_callback) - Callbacks().data());
+  return handlers_[index * scene_->kinds.size()].there;
+}
+
+void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& world, const PlayerChanges& players) {
   tick_ = tick;
   used_ = 0;
   made_ = 0;
+  sent_ = 0;
   lines_this_tick_ = 0;
   for (const GameEvent& event : events) {
     if (waiting_.size() < kMaxWaitingEvents) {
@@ -90,10 +145,74 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
       ++statistics_.dropped_events;
     }
   }
+  if (number_ > 0 && migrates_) RunMigrations(world);
   Call(world, kOnTick, BodyId(), 0, {});
+  RunJoins(players.joined, world);
+  RunCommands(world);
+  RunLeaves(players.leaving, world);
   RunEvents(world);
+  RunMessages(world);
   RunTimers(world);
   if (ticks_) RunBodyTicks(world);
+}
+
+// Also of bodies that come later with an older record: from a region that was cut off, or from a copy of a dead one.
+void GameHost::RunMigrations(GameWorld& world) {
+  std::vector<std::pair<BodyId, std::uint16_t>> older;
+  world.ForEachOwned([&](BodyId id, const BodyDef& def) {
+    if (def.kind == 0 || !HandlerOf(kOnBodyMigrate, def.kind).there) return;
+    if (world.RecordOf(id).game < number_) older.emplace_back(id, def.kind);
+  });
+  for (const auto& [id, kind] : older) {
+    if (Exhausted()) return;
+    if (!world.Owns(id)) continue;  // another one's callback removed it
+    const std::array<tessera_game_value, 2> arguments{
+        BodyValue(id), ToInterface(GameValue(static_cast<std::int64_t>(world.RecordOf(id).game)))};
+    // The record is this game's from now on whether the callback fails or not: it keeps its values then.
+    const auto adopt = [&, body = id](Transaction& transaction) {
+      transaction.Own(body)->record.game = number_;
+      return true;
+    };
+    Call(world, kOnBodyMigrate, id, kind, arguments, adopt);
+  }
+}
+
+void GameHost::RunJoins(std::span<const PlayerNumber> joined, GameWorld& world) {
+  for (const PlayerNumber player : joined) {
+    const tessera_game_value argument = ToInterface(GameValue(player));
+    Call(world, kOnJoin, PlayerBodyId(player), 0, {&argument, 1});
+  }
+}
+
+// A command is over whether its callback fails or not.
+void GameHost::RunCommands(GameWorld& world) {
+  for (const BodyId id : world.Commanded()) {
+    const std::vector<std::string> commands = world.RecordOf(id).player->commands;
+    for (const std::string& command : commands) {
+      if (Exhausted()) return;
+      std::array<tessera_game_value, 2> arguments{ToInterface(GameValue(PlayerOf(id)))};
+      arguments[1].type = TESSERA_GAME_TEXT;
+      arguments[1].count = static_cast<std::uint32_t>(command.size());
+      arguments[1].as.text = command.data();
+      // One that came before it may have sent the player away, and its commands with it.
+      Call(world, kOnCommand, id, 0, arguments, [&](Transaction& transaction) {
+        std::vector<std::string>& waiting = transaction.Own(id)->record.player.Change().commands;
+        if (waiting.empty()) return false;
+        waiting.erase(waiting.begin());
+        return true;
+      });
+    }
+  }
+}
+
+// Those that were refused never came.
+void GameHost::RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world) {
+  for (const PlayerNumber player : leaving) {
+    const BodyId id = PlayerBodyId(player);
+    const tessera_game_value argument = ToInterface(GameValue(player));
+    if (world.RecordOf(id).player->stage != PlayerStage::kRefused) Call(world, kOnLeave, id, 0, {&argument, 1});
+    world.Remove(id);
+  }
 }
 
 void GameHost::RunEvents(GameWorld& world) {
@@ -102,9 +221,85 @@ void GameHost::RunEvents(GameWorld& world) {
     waiting_.pop_front();
     const BodyDef* def = world.Find(event.self);
     if (def == nullptr || (def->motion == Motion::kDynamic && !world.Owns(event.self))) continue;
-    const std::array<tessera_game_value, 2> arguments{BodyValue(event.self), BodyValue(event.other)};
-    Call(world, event.callback, event.self, def->kind, arguments);
+    std::array<tessera_game_value, 3> arguments{BodyValue(event.self), BodyValue(event.other)};
+    const std::size_t count = event.callback == kOnBodyContact ? 3 : 2;
+    std::array<tessera_game_field, 3> fields;
+    if (event.contact) {
+      const auto field = [](std::string_view name, const GameValue& value) {
+        return tessera_game_field{name.data(), name.size(), ToInterface(value)};
+      };
+      fields = {field("impulse", event.contact->impulse), field("normal", event.contact->normal),
+                field("point", event.contact->point)};
+      arguments[2].type = TESSERA_GAME_FIELDS;
+      arguments[2].count = static_cast<std::uint32_t>(fields.size());
+      arguments[2].as.fields = fields.data();
+    }
+    Call(world, event.callback, event.self, def->kind, std::span(arguments).first(count));
   }
+}
+
+void GameHost::RunMessages(GameWorld& world) {
+  std::vector<std::pair<BodyId, HeldMessage>> due;
+  for (const BodyId id : world.DueBy(tick_)) {
+    for (HeldMessage& message : world.RecordOf(id).mail.Due(tick_)) due.emplace_back(id, std::move(message));
+  }
+  std::ranges::sort(due, {}, [](const auto& one) {
+    const HeldMessage& message = one.second;
+    return std::tuple(message.due, message.sender, message.number);
+  });
+  for (const auto& [target, message] : due) {
+    if (Exhausted()) return;
+    // An earlier callback may have removed it.
+    if (world.Owns(target)) RunMessage(target, message, world);
+  }
+}
+
+void GameHost::RunMessage(BodyId target, const HeldMessage& message, GameWorld& world) {
+  if (message.what.verb != 0) return RunVerb(target, message, world);
+  const KeptFields values(message.what.values);
+  const bool from_world = message.what.speaker == BodyId();
+  const std::array<tessera_game_value, 4> arguments{
+      BodyValue(target), TextValue(message.what.name), values.value(),
+      from_world ? tessera_game_value{} : BodyValue(message.what.speaker)};
+  const auto take = [&](Transaction& transaction) {
+    return transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
+  };
+  NoteApplied(message);
+  if (target == kInstanceBody) {
+    Call(world, kOnWorldMessage, target, 0, std::span(arguments).subspan(1), take);
+  } else {
+    Call(world, kOnBodyMessage, target, world.Find(target)->kind, arguments, take);
+  }
+}
+
+void GameHost::RunVerb(BodyId target, const HeldMessage& message, GameWorld& world) {
+  NoteApplied(message);
+  Transaction transaction = Begin(world);
+  transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
+  tessera_game_call call(transaction, tick_, target, seed_, settings_.instructions_per_callback);
+  const absl::Status status = CarryOut(call, target, message.what);
+  ++used_;
+  ++statistics_.instructions;
+  if (status.ok()) {
+    transaction.Commit();
+    return;
+  }
+  Transaction nothing = Begin(world);
+  nothing.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
+  nothing.Commit();
+  ++statistics_.errors;
+  ++statistics_.messages.failed;
+  Say({tick_, target, true, absl::StrCat("asked for by body ", message.what.speaker.value(), ": ", status.message())});
+}
+
+void GameHost::NoteApplied(const HeldMessage& message) {
+  MessageStatistics& messages = statistics_.messages;
+  ++messages.applied;
+  if (tick_ > message.due) ++messages.late;
+  ++messages.by_hops[std::min<std::size_t>(message.hops, MessageStatistics::kHops - 1)];
+  const auto ticks = static_cast<std::uint64_t>(tick_ - message.made);
+  messages.ticks += ticks;
+  messages.most_ticks = std::max(messages.most_ticks, ticks);
 }
 
 void GameHost::RunTimers(GameWorld& world) {
@@ -122,7 +317,9 @@ void GameHost::RunTimers(GameWorld& world) {
 }
 
 Transaction GameHost::Begin(GameWorld& world) const {
-  return Transaction(world, {settings_.spawns_per_tick - made_, settings_.bodies_per_region});
+  return Transaction(
+      world, {settings_.spawns_per_tick - made_, settings_.bodies_per_region, settings_.messages_per_tick - sent_},
+      number_);
 }
 
 // Timers that were due when it began; one that a callback sets for now is of the next tick.
@@ -131,19 +328,8 @@ void GameHost::RunTimersOf(BodyId id, GameWorld& world) {
   std::erase_if(due, [this](const GameTimer& timer) { return timer.due > tick_; });
   for (const GameTimer& timer : due) {
     if (Exhausted() || !world.Owns(id)) return;
-    const auto values = DecodeFields(timer.values);
-    std::vector<tessera_game_field> fields;
-    if (values.ok()) {
-      fields.reserve(values->size());
-      for (const auto& [name, value] : *values) fields.push_back({name.data(), name.size(), ToInterface(value)});
-    }
-    std::array<tessera_game_value, 3> arguments{BodyValue(id)};
-    arguments[1].type = TESSERA_GAME_TEXT;
-    arguments[1].count = static_cast<std::uint32_t>(timer.name.size());
-    arguments[1].as.text = timer.name.data();
-    arguments[2].type = TESSERA_GAME_FIELDS;
-    arguments[2].count = static_cast<std::uint32_t>(fields.size());
-    arguments[2].as.fields = fields.data();
+    const KeptFields values(timer.values);
+    const std::array<tessera_game_value, 3> arguments{BodyValue(id), TextValue(timer.name), values.value()};
     // It is over whether the callback fails or not, and an earlier callback may have taken it back.
     bool there = false;
     const auto take = [&](Transaction& transaction) {
@@ -151,24 +337,33 @@ void GameHost::RunTimersOf(BodyId id, GameWorld& world) {
       there = std::erase_if(timers, [&](const GameTimer& other) { return other.number == timer.number; }) > 0;
       return there;
     };
-    Call(world, kOnBodyTimer, id, world.Find(id)->kind, arguments, take);
+    if (id == kInstanceBody) {
+      Call(world, kOnWorldTimer, id, 0, std::span(arguments).subspan(1), take);
+    } else {
+      Call(world, kOnBodyTimer, id, world.Find(id)->kind, arguments, take);
+    }
   }
 }
 
 // As many as the tick's budget lets; the next tick goes on where this one ended.
 void GameHost::RunBodyTicks(GameWorld& world) {
-  std::vector<std::pair<BodyId, std::uint16_t>> ticked;
+  std::vector<std::pair<BodyId, const BodyDef*>> ticked;
+  const Handler* const handlers = &HandlerOf(kOnBodyTick, 0);
   world.ForEachOwned([&](BodyId id, const BodyDef& def) {
-    if (def.kind != 0 && HandlerOf(kOnBodyTick, def.kind).there) ticked.emplace_back(id, def.kind);
+    if (handlers[def.kind].there) ticked.emplace_back(id, &def);
   });
   const auto from = std::ranges::lower_bound(ticked, next_ticked_, {}, [](const auto& entry) { return entry.first; });
   std::rotate(ticked.begin(), from, ticked.end());
-  for (const auto& [id, kind] : ticked) {
+  removed_ = false;
+  for (const auto& [id, def] : ticked) {
     next_ticked_ = id;
     if (Exhausted()) return;
-    if (!world.Owns(id)) continue;  // another one's callback removed it
+    if (removed_ && !world.Owns(id)) continue;  // by another one's callback
     const tessera_game_value self = BodyValue(id);
-    Call(world, kOnBodyTick, id, kind, {&self, 1});
+    Call(world, kOnBodyTick, id, def->kind, {&self, 1}, [about = id, known = def](Transaction& transaction) {
+      transaction.Know(about, *known, true);
+      return true;
+    });
   }
   next_ticked_ = BodyId();
 }
@@ -189,15 +384,19 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
     return;
   }
   tessera_game_call call(transaction, tick_, self, seed_, settings_.instructions_per_callback);
+  if (arguments.size() >= 2 && arguments[1].type == TESSERA_GAME_BODY) call.other = BodyId(arguments[1].as.id);
+  call.callback = callback;
   const tessera_game_event event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
                                  arguments.data(), static_cast<std::uint32_t>(arguments.size())};
-  tessera_game_error error{};
+  tessera_game_error error;
+  error.text[0] = '\0';
   const bool failed = module_.run(game_, &call, &event, &error) != 0 || call.instructions > call.budget;
   // A call costs something even where the module counts nothing.
   const std::uint64_t instructions = std::min(call.instructions, call.budget) + 1;
   used_ += instructions;
   statistics_.instructions += instructions;
   ++statistics_.calls;
+  NoteCost(handler, callback, kind, instructions, failed);
   if (failed) {
     Transaction nothing = Begin(world);
     prepare(nothing);
@@ -206,10 +405,33 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
     return;
   }
   handler.failures = 0;
+  removed_ = removed_ || transaction.removes();
   const std::size_t made = transaction.Commit();
   made_ += made;
   statistics_.spawned += made;
+  sent_ += transaction.sent();
+  statistics_.messages.sent += transaction.sent();
   for (const std::string& line : transaction.lines()) Say({tick_, self, false, line});
+  for (const auto& [name, more] : transaction.counts()) {
+    if (counters_.size() >= kMaxCounters && !counters_.contains(name)) {
+      ++statistics_.dropped_counts;
+    } else {
+      counters_[name] += more;
+    }
+  }
+}
+
+void GameHost::NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t kind, std::uint64_t instructions,
+                        bool failed) {
+  if (handler.cost == nullptr) handler.cost = &costs_[NameOf(callback, kind)];
+  ++handler.cost->calls;
+  handler.cost->errors += failed ? 1 : 0;
+  handler.cost->instructions += instructions;
+}
+
+std::string GameHost::NameOf(std::uint32_t callback, std::uint16_t kind) const {
+  return absl::StrCat(kind == 0 ? "" : absl::StrCat("kinds.", scene_->kinds[kind], "."),
+                      std::string(FindCallback(callback)->name));
 }
 
 void GameHost::NoteFailure(Handler& handler, std::uint32_t callback, BodyId self, std::uint16_t kind,
@@ -219,11 +441,8 @@ void GameHost::NoteFailure(Handler& handler, std::uint32_t callback, BodyId self
   if (++handler.failures < settings_.failures_until_off) return;
   handler.off = true;
   ++statistics_.callbacks_off;
-  const std::string name(FindCallback(callback)->name);
   Say({tick_, self, true,
-       absl::StrCat(kind == 0 ? "" : absl::StrCat("kinds.", scene_->kinds[kind], "."), name, " failed ",
-                    handler.failures, " times in a row and is off"),
-       true});
+       absl::StrCat(NameOf(callback, kind), " failed ", handler.failures, " times in a row and is off"), true});
 }
 
 void GameHost::Say(GameLine line) {
@@ -233,6 +452,7 @@ void GameHost::Say(GameLine line) {
     return;
   }
   ++lines_this_tick_;
+  if (line.self == kInstanceBody) line.self = BodyId();
   line.text = ValidUtf8(line.text);
   lines_.push_back(std::move(line));
 }

@@ -8,17 +8,21 @@
 // Pure: no file, socket or clock. The game's own state is nothing that counts: Renew() loads it again between any two
 // ticks and the results stay the same; what counts is in properties and records, which the region carries along.
 //
-// Order of a tick: on_tick of the world; contacts and overlaps of the step, as they are given; by body, that it
-// expires, or its timers that are due, by when and in which order they were set; on_tick of bodies, by id. Work is
-// counted in instructions. Where a tick's are used up, contacts wait for the next tick in their order, timers stay due,
-// and on_tick of bodies goes on with the next body in the next tick.
+// Order of a tick: on_migrate of bodies that an older game left, by id; on_tick of the world; on_join, on_command and
+// on_leave of players, by their numbers; contacts and overlaps of the step, as they are given; messages, by when they
+// are due and by their senders; by body, that it expires, or its timers that are due, by when and in which order they
+// were set; on_tick of bodies, by id. Work is counted in instructions. Where a tick's are used up, commands wait in
+// their records, contacts wait for the next tick in their order, messages and timers stay due, and on_tick of bodies
+// goes on with the next body in the next tick.
 //
 // Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,9 +40,20 @@ namespace tessera::game {
 // Two bodies that began or ended to touch or to overlap: `callback` is one of kOnBodyContact to kOnBodyLeft, called for
 // `self`.
 struct GameEvent {
+  // The place where two bodies met.
+  struct Contact {
+    Vec3d point;         // m in the world
+    Vec3d normal;        // unit, from the other body towards `self`; 0 where it is not known
+    double impulse = 0;  // N s, in the step in which they met
+  };
   std::uint32_t callback = 0;
   BodyId self, other;
-  friend auto operator<=>(const GameEvent&, const GameEvent&) = default;
+  std::optional<Contact> contact = std::nullopt;
+};
+
+// Players who came and who go in this tick, each ascending. Their bodies are owned here.
+struct PlayerChanges {
+  std::vector<PlayerNumber> joined, leaving;
 };
 
 // For the log: what the game wrote, or why a call of it failed. The text is UTF-8, whatever the game made of it.
@@ -50,12 +65,28 @@ struct GameLine {
   bool off = false;  // the error says that a callback is not called any more
 };
 
+// Messages that this region's bodies sent and got.
+struct MessageStatistics {
+  static constexpr std::size_t kHops = 8;  // the last stands for more as well
+  std::uint64_t sent = 0, applied = 0;
+  std::uint64_t late = 0;                   // applied after the tick that they were due in
+  std::uint64_t failed = 0;                 // functions of bodies that were carried out for another region, and failed
+  std::uint64_t by_hops[kHops] = {};        // applied; 0: within a region
+  std::uint64_t ticks = 0, most_ticks = 0;  // from when they were made until they were applied: the sum, the longest
+};
+
 struct GameStatistics {
   std::uint64_t calls = 0, errors = 0, instructions = 0;
   std::uint64_t spawned = 0, expired = 0;  // bodies
   std::uint64_t dropped_events = 0;        // more waited than kMaxWaitingEvents
   std::uint64_t dropped_lines = 0;
-  std::uint32_t callbacks_off = 0;  // failed too often in a row, and are not called any more
+  std::uint64_t dropped_counts = 0;  // the game had kMaxCounters counters already
+  std::uint32_t callbacks_off = 0;   // failed too often in a row, and are not called any more
+  MessageStatistics messages;
+};
+
+struct CallbackCost {
+  std::uint64_t calls = 0, errors = 0, instructions = 0;
 };
 
 class GameHost {
@@ -64,39 +95,58 @@ class GameHost {
   // with file and line.
   static absl::StatusOr<std::unique_ptr<GameHost>> Load(const tessera_game_module& module, GameFile file,
                                                         std::shared_ptr<const Scene> scene, GameSettings settings = {},
-                                                        std::uint64_t seed = 0);
+                                                        std::uint64_t seed = 0, std::uint32_t number = 0);
   ~GameHost();
   GameHost(const GameHost&) = delete;
   GameHost& operator=(const GameHost&) = delete;
 
   // After the step to `tick`. `events` of bodies that the region does not own are left out; their owner calls them.
-  void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world);
+  // Bodies of players that leave are removed.
+  void Run(Tick tick, std::span<const GameEvent> events, GameWorld& world, const PlayerChanges& players = {});
   // Loads the game's code anew.
   absl::Status Renew();
+  // Takes the place of another game of the same world: events that wait and lines are this one's now, and its figures
+  // go on.
+  void TakeOver(GameHost& other);
+  // 0 for the game that the world began with, one more for each that took its place.
+  std::uint32_t number() const { return number_; }
   // Lets `act` call the functions of the interface as a callback of the world would right after `tick`, and discards
   // what it asked for. For tools that look at a game from outside.
   using Inspection = absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)>;
   void Inspect(Tick tick, GameWorld& world, Inspection act) const;
 
+  // Whether the game has this callback of the world, off or not.
+  bool Has(std::uint32_t world_callback) const;
   // Whether any body's kind has on_tick, so that a tick costs something without events.
   bool ticks() const { return ticks_; }
   std::vector<GameLine> TakeLines();
   const GameStatistics& statistics() const { return statistics_; }
+  // The game's own counters, at most kMaxCounters.
+  const std::map<std::string, std::uint64_t>& counters() const { return counters_; }
+  // What each callback has cost, by its name: "on_tick", "kinds.gate.on_entered".
+  const std::map<std::string, CallbackCost>& costs() const { return costs_; }
 
  private:
   struct Handler {
     bool there = false, off = false;
-    std::uint32_t failures = 0;  // in a row
+    std::uint32_t failures = 0;    // in a row
+    CallbackCost* cost = nullptr;  // in costs_; null before the first call
   };
 
   GameHost(const tessera_game_module& module, GameFile file, std::shared_ptr<const Scene> scene, GameSettings settings,
-           std::uint64_t seed);
+           std::uint64_t seed, std::uint32_t number);
   void FindHandlers();
   Handler& HandlerOf(std::uint32_t callback, std::uint16_t kind);
   Transaction Begin(GameWorld& world) const;
   bool Exhausted() const { return used_ >= settings_.instructions_per_tick; }
 
+  void RunMigrations(GameWorld& world);
+  void RunJoins(std::span<const PlayerNumber> joined, GameWorld& world);
+  void RunCommands(GameWorld& world);
+  void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);
   void RunEvents(GameWorld& world);
+  void RunMessages(GameWorld& world);
+  void RunMessage(BodyId target, const HeldMessage& message, GameWorld& world);
   void RunTimers(GameWorld& world);
   void RunBodyTicks(GameWorld& world);
   void RunTimersOf(BodyId id, GameWorld& world);
@@ -107,7 +157,12 @@ class GameHost {
             std::span<const tessera_game_value> arguments, const Prepare& prepare);
   void Call(GameWorld& world, std::uint32_t callback, BodyId self, std::uint16_t kind,
             std::span<const tessera_game_value> arguments);
+  void NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t kind, std::uint64_t instructions, bool failed);
+  // Carries out a message with a verb, for a body that the region owns.
+  void RunVerb(BodyId target, const HeldMessage& message, GameWorld& world);
+  void NoteApplied(const HeldMessage& message);
   void NoteFailure(Handler& handler, std::uint32_t callback, BodyId self, std::uint16_t kind, std::string text);
+  std::string NameOf(std::uint32_t callback, std::uint16_t kind) const;
   void Say(GameLine line);
 
   const tessera_game_module& module_;
@@ -115,18 +170,23 @@ class GameHost {
   const std::shared_ptr<const Scene> scene_;
   const GameSettings settings_;
   const std::uint64_t seed_;
+  const std::uint32_t number_;
   void* game_ = nullptr;
   std::vector<Handler> handlers_;  // by callback and kind, kinds within a callback; written by FindHandlers and Call
-  bool ticks_ = false;
+  bool ticks_ = false, migrates_ = false;
 
   Tick tick_;
   std::uint64_t used_ = 0;         // instructions in this tick
   std::size_t made_ = 0;           // bodies in this tick
+  bool removed_ = false;           // a callback removed a body since on_tick of bodies began
+  std::size_t sent_ = 0;           // messages in this tick
   std::deque<GameEvent> waiting_;  // events whose turn has not come
   BodyId next_ticked_;             // on_tick of bodies goes on from here; 0: from the first
   std::size_t lines_this_tick_ = 0;
   std::vector<GameLine> lines_;
   GameStatistics statistics_;
+  std::map<std::string, std::uint64_t> counters_;
+  std::map<std::string, CallbackCost> costs_;
 };
 
 }  // namespace tessera::game

@@ -229,8 +229,7 @@ TEST_F(GameHostTest, WrongArgumentsAreNamed) {
     refused(kBodyImpulse, {BodyId(1)});
     refused(kBodyImpulse, {BodyId(1), Vec3d{1, 0, 0}, Vec3d{1, 0, 0}, true});
     refused(kBodyImpulse, {BodyId(1), Vec3d{1e9, 0, 0}});
-    refused(kBodyImpulse, {BodyId(2), Vec3d{1, 0, 0}});
-    refused(kBodyGet, {BodyId(2), std::string("health")});
+    refused(kBodyCancel, {BodyId(2), std::int64_t{1}});
     refused(kBodyPosition, {BodyId(77)});
     refused(kBodyPosition, {std::int64_t{1}});
     refused(kBodyGet, {BodyId(1), std::string("mana")});
@@ -248,9 +247,9 @@ TEST_F(GameHostTest, WrongArgumentsAreNamed) {
       ElementsAre("impulse: `impulse` must be a vector, got a text", "impulse: `impulse` is not finite",
                   "impulse: `impulse` is not finite", "impulse: `impulse` is missing",
                   "impulse: takes 2 arguments, got 3", "impulse: makes a body of 2 kg faster by more than 1000 m/s",
-                  "impulse: body 2 is not owned by this region", "get: body 2 is not owned by this region",
-                  "position: body 77 is not here", "position: is called for a body",
-                  "get: no property \"mana\"; the scene declares: health, name, heat, on",
+                  "cancel: body 2 is not owned by this region", "position: body 77 is not here",
+                  "position: is called for a body",
+                  "get: no property \"mana\"; the scene declares: health, name, heat, on, home, target, note",
                   HasSubstr("\"health\" is a whole number"), "set: `value` is not finite",
                   "after: `ticks` must be 1 to 1000000, got 0", "after: `name` must have 1 to 32 bytes",
                   "there is no function 9999"));

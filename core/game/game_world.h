@@ -26,17 +26,28 @@ class GameWorld {
   virtual const BodyDef* Find(BodyId id) const = 0;
   // After the last step. The body is here.
   virtual BodyState StateOf(BodyId id) const = 0;
+  // The angular impulse, N m s, that gives the body this angular velocity, rad/s. The body is here.
+  virtual Vec3f AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const = 0;
+  // Whether joints hold the body, or one that joints connect to it, to the world or to a body that has no owner.
+  virtual bool IsAnchored(BodyId id) const = 0;
+  // kInstanceBody stands for the world's own record.
   virtual bool Owns(BodyId id) const = 0;
   virtual std::size_t OwnedCount() const = 0;
   // Looks at all that is here: own bodies, neighbours' and static ones, where the last step left them.
-  virtual QueryResult FindBodies(const BodyQuery& query) const = 0;
+  virtual QueryResult FindBodies(const BodyQuery& query, const BodyPredicate& accept) const = 0;
   // All that this region owns, ascending.
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, or that expire by then, ascending.
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
-  // Properties that were changed of a body that the region owns, or of a static one.
+  // Owned bodies of players, ascending.
+  virtual std::vector<BodyId> PlayerBodies() const = 0;
+  // Owned bodies of players with commands that wait, ascending.
+  virtual std::vector<BodyId> Commanded() const = 0;
+  // Properties that were changed of a body that is here: of a neighbour's as they were some ticks ago.
   virtual PropertySet ChangedOf(BodyId id) const = 0;
   virtual GameRecord RecordOf(BodyId id) const = 0;
+  // Properties that were changed of the world, as far as this region knows where another one owns them.
+  virtual PropertySet KnownOfInstance() const = 0;
   // The id of the first body of a new one of this prefab; nothing when this region has none left to give.
   virtual std::optional<BodyId> NextId(std::size_t prefab) = 0;
 
@@ -45,7 +56,9 @@ class GameWorld {
   virtual void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) = 0;
   // A body of a prefab, with an id that follows from NextId. The region owns it from now on.
   virtual void Spawn(BodyId id, const BodyState& state) = 0;
-  // The region owns the body, and it is no player's.
+  // The region owns the body, which is a player's: it is there from now on, instead of where the last step left it.
+  virtual void Place(BodyId id, const BodyState& state) = 0;
+  // The region owns the body. A player's goes only when the player leaves. Its messages still leave.
   virtual void Remove(BodyId id) = 0;
 };
 

@@ -57,6 +57,18 @@ class QueryReader {
     }
     return query;
   }
+  // For the query that was read: by kind and property, which the physics does not know. Valid during the call.
+  BodyPredicate accept() const {
+    if (kinds_.empty() && !property_) return nullptr;
+    return [this](BodyId id) {
+      const Transaction& world = call_.transaction;
+      const BodyDef* def = world.Find(id);
+      if (def == nullptr) return false;
+      if (!kinds_.empty() && std::ranges::find(kinds_, def->kind) == kinds_.end()) return false;
+      return !property_ || ValueOf(world.world().scene().properties, def->properties, world.PropertiesOf(id),
+                                   property_->name) == *value_;
+    };
+  }
 
  private:
   static QueryFields FieldsIn(const tessera_game_value& value) { return {value.as.fields, value.count}; }
@@ -166,6 +178,32 @@ class QueryReader {
     return absl::OkStatus();
   }
 
+  absl::Status ReadKinds(const tessera_game_value& value) {
+    const std::vector<std::string>& kinds = call_.transaction.world().scene().kinds;
+    for (const tessera_game_value& one : ListIn(value)) {
+      if (one.type != TESSERA_GAME_TEXT) return Wrong("options.kinds", "must be a kind or a list of kinds");
+      const auto named = std::ranges::find(kinds, TextIn(one));
+      if (named == kinds.end() || named->empty()) {
+        return Wrong("options.kinds", absl::StrCat("names \"", Seen(TextIn(one).substr(0, kMaxKindLength)),
+                                                   "\", which no body of the scene has"));
+      }
+      kinds_.push_back(static_cast<std::uint16_t>(named - kinds.begin()));
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadProperty(const tessera_game_value& value) {
+    if (value.type != TESSERA_GAME_TEXT) return Wrong("options.property", "must be the name of a property");
+    const std::vector<PropertyDef>& properties = call_.transaction.world().scene().properties;
+    const auto named = std::ranges::find(properties, TextIn(value), &PropertyDef::name);
+    if (named == properties.end()) {
+      return Wrong("options.property", absl::StrCat("names \"", Seen(TextIn(value).substr(0, kMaxNameLength)),
+                                                    "\", which the scene does not declare"));
+    }
+    property_ = &*named;
+    return absl::OkStatus();
+  }
+
   absl::Status ReadLimit(const tessera_game_value& value, std::size_t* limit) const {
     if (value.type != TESSERA_GAME_WHOLE || value.as.whole < 1 || value.as.whole > kMaxQueryHits) {
       return Wrong("options.limit", absl::StrCat("must be a whole number, 1 to ", kMaxQueryHits));
@@ -174,7 +212,7 @@ class QueryReader {
     return absl::OkStatus();
   }
 
-  absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) const {
+  absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) {
     const std::string_view name = FieldName(field);
     const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap;
     if (name == "dynamic") return ReadFlag(field, &query.filter.dynamic_bodies);
@@ -183,16 +221,31 @@ class QueryReader {
     if (name == "self") return ReadFlag(field, self);
     if (name == "layers") return ReadLayers(field.value, &query.filter.layers);
     if (name == "ignore") return ReadIgnored(field.value, &query.filter.ignored);
+    if (name == "kinds") return ReadKinds(field.value);
+    if (name == "property") return ReadProperty(field.value);
+    if (name == "value") {
+      given_ = &field.value;
+      return absl::OkStatus();
+    }
     if (name == "limit" && lists) return ReadLimit(field.value, &query.most_hits);
     return Wrong(absl::StrCat("options.", Seen(name.substr(0, kMaxLayerLength))),
-                 absl::StrCat("is no option; there are: dynamic, ignore, layers", lists ? ", limit" : "",
-                              ", self, static, triggers"));
+                 absl::StrCat("is no option; there are: dynamic, ignore, kinds, layers", lists ? ", limit" : "",
+                              ", property, self, static, triggers, value"));
   }
 
-  absl::Status ReadOptions(QueryFields options, BodyQuery& query) const {
+  absl::Status ReadOptions(QueryFields options, BodyQuery& query) {
     bool self = false;
     for (const tessera_game_field& option : options) {
       if (absl::Status status = ReadOption(option, query, &self); !status.ok()) return status;
+    }
+    if ((property_ == nullptr) != (given_ == nullptr)) {
+      return Wrong(property_ == nullptr ? "options.property" : "options.value", "is missing");
+    }
+    if (property_ != nullptr) {
+      value_ = PropertyFrom(*given_, *property_);
+      if (!value_ || value_->index() != property_->initial.index()) {
+        return Wrong("options.value", absl::StrCat("is not of the type of \"", property_->name, "\""));
+      }
     }
     // The body that the callback is about was taken in first.
     if (self && call_.self != BodyId()) query.filter.ignored.erase(query.filter.ignored.begin());
@@ -204,6 +257,10 @@ class QueryReader {
       "rotation";
   const Function& function_;
   const tessera_game_call& call_;
+  std::vector<std::uint16_t> kinds_;       // empty: all
+  const PropertyDef* property_ = nullptr;  // null: whatever they have
+  const tessera_game_value* given_ = nullptr;
+  std::optional<PropertyValue> value_;
 };
 
 // --- Results
@@ -258,10 +315,11 @@ tessera_game_value ValueOfHits(tessera_game_call& call, const Function& function
 
 absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Function& function,
                                              QueryArguments arguments) {
-  absl::StatusOr<BodyQuery> query = QueryReader(function, call).Read(arguments);
+  QueryReader reader(function, call);
+  absl::StatusOr<BodyQuery> query = reader.Read(arguments);
   if (!query.ok()) return query.status();
   query->most_work = call.budget - std::min(call.budget, call.instructions);
-  const QueryResult result = call.transaction.world().FindBodies(*query);
+  const QueryResult result = call.transaction.world().FindBodies(*query, reader.accept());
   call.instructions += result.work;
   if (!result.complete) {
     call.instructions = std::max(call.instructions, call.budget + 1);  // the callback fails, whatever it does now

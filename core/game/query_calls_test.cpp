@@ -101,6 +101,42 @@ class QueryCallsTest : public ::testing::Test {
   GameStatistics statistics;
 };
 
+TEST_F(QueryCallsTest, BodiesAreChosenByKindAndProperty) {
+  for (const std::uint64_t id : {1, 2, 3}) world.Add(id, id == 3 ? 2 : 1);
+  for (const std::uint64_t id : {1, 2, 3, 99}) world.answer.hits.push_back({BodyId(id), 0, {}, {}});
+  const auto met = [&](const Named& options) {
+    std::vector<std::uint64_t> ids;
+    EXPECT_TRUE(InACallback([&](GameCalls& calls) {
+      // What the callback itself has set counts.
+      if (!calls.Call(kBodySet, {BodyId(1), std::string("health"), std::int64_t{5}})) return false;
+      if (!calls.CallRaw(kWorldRayAll, std::vector{V(0, 0, 0), V(0, 0, 8), options.value()})) return false;
+      for (std::uint32_t i = 0; i < calls.result().count; ++i) {
+        ids.push_back(calls.result().as.list[i].as.fields[0].value.as.id);
+      }
+      return true;
+    }));
+    return ids;
+  };
+  EXPECT_THAT(met({{"kinds", TextOf("crate")}}), ElementsAre(1, 2));
+  EXPECT_THAT(met({{"kinds", ListOfValues({TextOf("ball"), TextOf("crate")})}}), ElementsAre(1, 2, 3));
+  EXPECT_THAT(met({{"property", TextOf("health")}, {"value", W(100)}}), ElementsAre(2, 3));
+  EXPECT_THAT(met({{"kinds", TextOf("crate")}, {"property", TextOf("health")}, {"value", W(5)}}), ElementsAre(1));
+  EXPECT_THAT(met({{"property", TextOf("target")}, {"value", tessera_game_value{}}}), ElementsAre(1, 2, 3));
+}
+
+TEST_F(QueryCallsTest, AChoiceThatCannotBeMadeIsNamed) {
+  const auto error = [&](const Named& options) {
+    return ErrorOf(kWorldRay, {V(0, 0, 0), V(0, 0, 8), options.value()});
+  };
+  EXPECT_THAT(error({{"kinds", W(3)}}), HasSubstr("`options.kinds` must be a kind or a list of kinds"));
+  EXPECT_THAT(error({{"kinds", TextOf("crates")}}), HasSubstr("names \"crates\", which no body of the scene has"));
+  EXPECT_THAT(error({{"property", TextOf("health")}}), HasSubstr("`options.value` is missing"));
+  EXPECT_THAT(error({{"value", W(1)}}), HasSubstr("`options.property` is missing"));
+  EXPECT_THAT(error({{"property", TextOf("mana")}, {"value", W(1)}}), HasSubstr("\"mana\", which the scene does not"));
+  EXPECT_THAT(error({{"property", TextOf("health")}, {"value", F(true)}}),
+              HasSubstr("`options.value` is not of the type of \"health\""));
+}
+
 TEST_F(QueryCallsTest, ARayAsksForTheNearestBodyButTheOneThatAsks) {
   world.answer = {.hits = {{BodyId(7), 0.25, {1, 2, 3}, {0, 1, 0}}}, .work = 300};
   ASSERT_TRUE(InACallback([](GameCalls& calls) {
@@ -206,9 +242,11 @@ TEST_F(QueryCallsTest, OptionsThatAreWrongAreNamed) {
     return ErrorOf(function, {V(0, 0, 0), V(0, 0, 1), options.value()});
   };
   EXPECT_EQ(error(kWorldRay, "layer", TextOf("default")),
-            "ray: `options.layer` is no option; there are: dynamic, ignore, layers, self, static, triggers");
+            "ray: `options.layer` is no option; there are: dynamic, ignore, kinds, layers, property, self, "
+            "static, triggers, value");
   EXPECT_EQ(error(kWorldRay, "limit", W(2)),
-            "ray: `options.limit` is no option; there are: dynamic, ignore, layers, self, static, triggers");
+            "ray: `options.limit` is no option; there are: dynamic, ignore, kinds, layers, property, self, "
+            "static, triggers, value");
   EXPECT_EQ(error(kWorldRay, "layers", TextOf("debris")),
             "ray: `options.layers` names \"debris\", which the scene does not; its layers: default");
   EXPECT_EQ(error(kWorldRay, "layers", W(2)), "ray: `options.layers` must be a layer's name or a list of names");

@@ -1,5 +1,6 @@
 // GameRecord: what a game keeps with a body, beside its properties: the timers that are to come, when the body expires,
-// and what the game pushes it with in the next step. It goes wherever the body goes.
+// its messages, what the game does to it in the next steps, what it changed of its definition, and of a player's body
+// what the game and the player have said to each other. It goes wherever the body goes.
 //
 // Thread rule: plain values.
 #pragma once
@@ -11,6 +12,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/game/mail.h"
+#include "core/game/player_record.h"
+#include "core/world/body_tuning.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
 #include "core/world/math.h"
@@ -25,18 +29,71 @@ struct GameTimer {
   friend bool operator==(const GameTimer&, const GameTimer&) = default;
 };
 
+// A force that acts for a time, about the centre of mass and along the axes of the world.
+struct GameForce {
+  std::uint32_t number = 0;
+  Tick ends;  // it acts in the step to this tick, and not after it
+  Vec3f force_n, torque_nm;
+  friend bool operator==(const GameForce&, const GameForce&) = default;
+};
+
+// Another place for the body, and all that joints connect to it. What is left out stays as it is then.
+struct GameTeleport {
+  Vec3d position;
+  std::optional<Quatd> rotation;
+  std::optional<Vec3f> velocity_m_s, spin_rad_s;
+  friend bool operator==(const GameTeleport&, const GameTeleport&) = default;
+};
+
+// Where a kinematic body that a game moves is to be.
+struct GameTarget {
+  Tick arrives;
+  Vec3d position;
+  Quatd rotation;
+  friend bool operator==(const GameTarget&, const GameTarget&) = default;
+};
+
 struct GameRecord {
   std::uint32_t last_timer = 0;   // highest number that a timer of the body ever had
   std::vector<GameTimer> timers;  // ascending by (due, number)
   Tick expires;                   // the body is removed then; 0: it stays
-  Vec3f push_ns, push_nms;        // in the next step, about the centre of mass
+  std::uint32_t game = 0;         // number of the game that made the body, or that last took the record over
+  // --- In the next step.
+  Vec3f push_ns, push_nms;  // about the centre of mass
+  bool wakes = false;       // even where nothing pushes it
+  // The body was put elsewhere after the last step: the neighbours that see it must not take that for a motion.
+  bool jumped = false;
+  // --- In the steps to come.
+  std::uint32_t last_force = 0;          // highest number that a force on the body ever had
+  std::vector<GameForce> forces;         // ascending by number
+  std::optional<GameTeleport> teleport;  // as soon as all neighbours that it concerns can hear of it
+  std::optional<GameTarget> target;
+  // --- For as long as the body lives.
+  std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0
+  BodyTuning tuning;
+
+  Mail mail;
+  // The body is gone. The record is left until its messages are acknowledged, and has nothing else.
+  bool removed = false;
+  SharedPlayerRecord player;  // of a player's body
 
   bool empty() const { return *this == GameRecord(); }
-  bool pushes() const { return push_ns != Vec3f() || push_nms != Vec3f(); }
-  // The next tick in which the host has to look at it, for a timer or because it expires.
+  // Whether there is anything to do in the next step, or after it.
+  bool acts() const {
+    return push_ns != Vec3f() || push_nms != Vec3f() || wakes || jumped || !forces.empty() || teleport || target;
+  }
+  // The force and torque of the next step, in a world of so many ticks a second.
+  Vec3f NextForce(float tick_rate_hz) const;
+  Vec3f NextTorque(float tick_rate_hz) const;
+  // The step to `tick` is over.
+  void Acted(Tick tick);
+  // The next tick in which the host has to look at it, for a timer, a message or because it expires.
   std::optional<Tick> next_due() const {
-    if (timers.empty()) return expires == Tick() ? std::nullopt : std::optional(expires);
-    return expires == Tick() ? timers.front().due : std::min(timers.front().due, expires);
+    std::optional<Tick> next = mail.next_due();
+    const auto sooner = [&](Tick tick) { next = next ? std::min(*next, tick) : tick; };
+    if (!timers.empty()) sooner(timers.front().due);
+    if (expires != Tick()) sooner(expires);
+    return next;
   }
   friend bool operator==(const GameRecord&, const GameRecord&) = default;
 };

@@ -27,6 +27,7 @@ GameRecord Full() {
   record.timers = {Timer(5, 2), Timer(5, 3), Timer(80, 1)};
   record.push_ns = {1, 2, 3};
   record.push_nms = {0, 0, -4};
+  record.game = 3;
   return record;
 }
 

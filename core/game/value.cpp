@@ -5,7 +5,6 @@
 #include <string_view>
 
 #include "absl/strings/str_cat.h"
-#include "core/game/settings.h"
 #include "core/world/bytes.h"
 
 namespace tessera::game {
@@ -25,7 +24,7 @@ bool IsFinite(const GameValue& value) {
 }
 
 std::string ReadText(ByteReader& in) {
-  const auto bytes = in.Block(kMaxFieldBytes);
+  const auto bytes = in.Block(kMaxMessageBytes);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -86,7 +85,7 @@ absl::StatusOr<GameFields> FieldsFrom(const tessera_game_value& value) {
   return fields;
 }
 
-absl::StatusOr<std::vector<std::uint8_t>> EncodeFields(const GameFields& fields) {
+absl::StatusOr<std::vector<std::uint8_t>> EncodeFields(const GameFields& fields, std::size_t limit) {
   ByteWriter out;
   for (const auto& [name, value] : fields) {
     out.Block(std::string_view(name));
@@ -94,15 +93,14 @@ absl::StatusOr<std::vector<std::uint8_t>> EncodeFields(const GameFields& fields)
     std::visit(Writer{out}, value);
   }
   std::vector<std::uint8_t> bytes = out.Take();
-  if (bytes.size() > kMaxFieldBytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("values: take ", bytes.size(), " bytes, more than ", kMaxFieldBytes));
+  if (bytes.size() > limit) {
+    return absl::ResourceExhaustedError(absl::StrCat("values: take ", bytes.size(), " bytes, more than ", limit));
   }
   return bytes;
 }
 
-absl::StatusOr<GameFields> DecodeFields(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() > kMaxFieldBytes) return FieldFault("", "are too long");
+absl::StatusOr<GameFields> DecodeFields(std::span<const std::uint8_t> bytes, std::size_t limit) {
+  if (bytes.size() > limit) return FieldFault("", "are too long");
   ByteReader in(bytes);
   GameFields fields;
   while (in.ok() && in.remaining() > 0) {
@@ -140,6 +138,24 @@ std::optional<GameValue> FromInterface(const tessera_game_value& value) {
     default:
       return std::nullopt;
   }
+}
+
+std::optional<PropertyValue> PropertyFrom(const tessera_game_value& value, const PropertyDef& def) {
+  if (value.type == TESSERA_GAME_NOTHING) return BodyId();
+  const std::optional<GameValue> given = FromInterface(value);
+  if (!given) return std::nullopt;
+  if (const auto* flag = std::get_if<bool>(&*given)) return *flag;
+  if (const auto* whole = std::get_if<std::int64_t>(&*given)) {
+    if (std::holds_alternative<double>(def.initial)) return static_cast<double>(*whole);
+    return *whole;
+  }
+  if (const auto* real = std::get_if<double>(&*given)) return *real;
+  if (const auto* vector = std::get_if<Vec3d>(&*given)) return *vector;
+  if (const auto* body = std::get_if<BodyId>(&*given)) return *body;
+  const auto* text = std::get_if<std::string>(&*given);
+  if (text == nullptr) return std::nullopt;
+  if (std::holds_alternative<PropertyBytes>(def.initial)) return PropertyBytes{{text->begin(), text->end()}};
+  return *text;
 }
 
 tessera_game_value ToInterface(const GameValue& value) {

@@ -7,7 +7,7 @@ namespace {
 
 BodyFrame FrameOf(const BodyDef& def, const MassProperties& mass) {
   BodyFrame frame;
-  if (def.motion == Motion::kDynamic) {
+  if (def.motion == Motion::kDynamic || def.kinematic) {
     frame.origin = mass.center_of_mass;
     if (!def.inertia_kg_m2) frame.axes = mass.axes;
   } else if (const auto* field = std::get_if<HeightFieldShape>(&def.shape->form)) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 #include <utility>
 
 namespace tessera::physics {
@@ -23,13 +24,23 @@ RigidBody& BodyStore::Add(std::unique_ptr<RigidBody> body) {
   added.serial = free_serials_.back();
   free_serials_.pop_back();
   bodies_.emplace(added.id(), std::move(body));
+  if (added.kinematic()) {
+    kinematic_.insert(std::ranges::upper_bound(kinematic_, added.id(), {}, &RigidBody::id), &added);
+  }
   return added;
 }
 
 void BodyStore::Remove(RigidBody& body) {
   assert(body.joints.empty() && body.pairs.empty());
   free_serials_.push_back(body.serial);
+  if (body.kinematic()) std::erase(kinematic_, &body);
   bodies_.erase(body.id());
+}
+
+std::span<RigidBody* const> BodyStore::Moving() {
+  moving_.clear();
+  std::ranges::copy_if(kinematic_, std::back_inserter(moving_), &RigidBody::moving);
+  return moving_;
 }
 
 void BodyStore::ListAwake(RigidBody& body) {

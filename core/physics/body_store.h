@@ -38,6 +38,11 @@ class BodyStore {
   void ListAwake(RigidBody& body);
   void UnlistAwake(RigidBody& body);
 
+  // --- Kinematic bodies, ascending by id.
+  std::span<RigidBody* const> kinematic() const { return kinematic_; }
+  // Those of them that are under way; valid until the next call.
+  std::span<RigidBody* const> Moving();
+
   // --- Joints.
   bool HasJoint(JointId id) const { return joints_.contains(id); }
   bool has_joints() const { return !joints_.empty(); }
@@ -51,7 +56,7 @@ class BodyStore {
  private:
   BodyMap bodies_;
   std::map<JointId, Joint> joints_;
-  std::vector<RigidBody*> awake_;
+  std::vector<RigidBody*> awake_, kinematic_, moving_;
   std::uint64_t next_serial_ = 1;
   std::vector<std::uint64_t> free_serials_;
 };

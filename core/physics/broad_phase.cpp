@@ -63,16 +63,25 @@ void BroadPhase::SetReach(RigidBody& body, const Bounds& reach) {
   if (body.fat.Contains(reach)) return;
   const auto ahead = [](float move_m) { return std::clamp(kBoundsAhead * move_m, -kMostAhead_m, kMostAhead_m); };
   const Vec3f move = body.predicted.move_m;
-  body.fat = reach.Grown(body.dynamic() ? kBoundsMargin_m : 0).Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
+  body.fat = reach.Grown(body.dynamic() || body.kinematic() ? kBoundsMargin_m : 0)
+                 .Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
   UpdateTrees(body);
 }
 
-void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s) {
+void BroadPhase::Predict(RigidBody& body, double dt_s) {
+  body.predicted = PredictMotion(body, dt_s);
+  const float grow = kSpeculative_m + std::min(body.predicted.sweep_m, body.geometry().outer_radius_m);
+  SetReach(body, TightBounds(body).Swept(body.predicted.move_m).Grown(grow));
+}
+
+void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s, std::span<RigidBody* const> moving) {
   for (RigidBody* body : awake) {
     body->PrepareDamping(dt_s);
-    body->predicted = PredictMotion(*body, dt_s);
-    const float grow = kSpeculative_m + std::min(body->predicted.sweep_m, body->geometry().outer_radius_m);
-    SetReach(*body, TightBounds(*body).Swept(body->predicted.move_m).Grown(grow));
+    Predict(*body, dt_s);
+  }
+  for (RigidBody* body : moving) {
+    body->driven_s = dt_s;
+    Predict(*body, dt_s);
   }
   if (++passes_ % kOptimiseSteps == 0) trees_.collide(nullptr);
 }

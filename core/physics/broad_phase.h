@@ -35,9 +35,9 @@ class BroadPhase {
   // Takes note that a body was moved outside a step.
   void Move(RigidBody& body);
 
-  // The pass: predicts the motion of each awake body, and bounds all that it can touch in the step. Afterwards
-  // `BeginPairs` begins the pairs.
-  void Predict(std::span<RigidBody* const> awake, double dt_s);
+  // The pass: predicts the motion of each awake body and of the kinematic ones under way, and bounds all that it can
+  // touch in the step. Afterwards `BeginPairs` begins the pairs.
+  void Predict(std::span<RigidBody* const> awake, double dt_s, std::span<RigidBody* const> moving = {});
   // Begins a pair wherever bounds came to overlap since the last call.
   void BeginPairs(PairTable* pairs);
 
@@ -69,6 +69,7 @@ class BroadPhase {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override;
     std::vector<Meeting> met;
   };
+  void Predict(RigidBody& body, double dt_s);
   void SetReach(RigidBody& body, const Bounds& reach);
   void UpdateTrees(RigidBody& body);
 

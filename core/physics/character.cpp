@@ -136,8 +136,8 @@ class Feeler {
     footing.grounded = true;
     footing.normal = hit.normal;
     footing.gap_m = gap_m;
-    if (world_.MassOf(hit.body) <= 0) return;
     const BodyState under = world_.StateOf(hit.body);
+    if (under.linear_velocity == Vec3f() && under.angular_velocity == Vec3f()) return;
     const Vec3d arm = hit.center - under.position;
     footing.ground_velocity_m_s = Vec3d(under.linear_velocity) + Cross(Vec3d(under.angular_velocity), arm);
   }

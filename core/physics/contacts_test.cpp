@@ -207,6 +207,14 @@ TEST(ContactTest, TellsWhereAndHowDeepInOrderOfIds) {
   EXPECT_NEAR(boxes.depth_m, 0, 0.01);
   EXPECT_NEAR(boxes.impulse_on_b.y, -kGravity * kDt, 0.01);
   EXPECT_NEAR(floor.impulse_on_b.y, -2 * kGravity * kDt, 0.02);
+
+  const std::optional<Contact> either = world.ContactBetween(BodyId(7), BodyId(2));
+  ASSERT_TRUE(either.has_value());
+  EXPECT_EQ(either->body_a, BodyId(2));
+  EXPECT_EQ(either->point, boxes.point);
+  EXPECT_EQ(either->impulse_on_b, boxes.impulse_on_b);
+  EXPECT_FALSE(world.ContactBetween(BodyId(2), BodyId(9)).has_value()) << "they do not touch";
+  EXPECT_FALSE(world.ContactBetween(BodyId(2), BodyId(77)).has_value()) << "nobody has it";
 }
 
 // --- Events

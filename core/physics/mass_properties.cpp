@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/physics/linear.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
@@ -227,7 +228,7 @@ MassProperties MassPropertiesOf(const Shape& shape) {
 }
 
 Vec3d CenterOfMass(const BodyDef& def) {
-  if (def.motion == Motion::kStatic) return {};
+  if (def.motion == Motion::kStatic && !def.kinematic) return {};
   return MassPropertiesOf(*def.shape).center_of_mass;
 }
 

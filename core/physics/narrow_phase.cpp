@@ -53,7 +53,7 @@ void MeasureContacts(Pair* pair, float dt_s) {
 
 float Approach(const Pair& pair, const Manifold& manifold, const ManifoldPoint& point) {
   const auto velocity = [](const RigidBody& body, Vec3f r) {
-    if (!body.awake()) return Vec3f();
+    if (!body.stirs()) return Vec3f();
     return body.state().linear_velocity + Cross(body.state().angular_velocity, r);
   };
   return -Dot(velocity(*pair.high, point.r_b) - velocity(*pair.low, point.r_a), manifold.normal);
@@ -71,6 +71,7 @@ ActiveContact ContactOf(Pair& pair) {
                         .substeps = pair.substeps,
                         .responds = pair.responds(),
                         .live = pair.live,
+                        .driven = pair.low->moving() || pair.high->moving(),
                         .penetration_m = 0,
                         .impact_m_s = 0,
                         .load_ns = pair.load_ns,
@@ -91,7 +92,7 @@ ActiveContact ContactOf(Pair& pair) {
 
 SweptMotion PredictedSweep(const RigidBody& body, double dt_s) {
   const Placement& from = body.placement();
-  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, {}};
+  if (!body.stirs()) return {body.geometry(), from.position, from.position, from.orientation, {}};
   return {body.geometry(), from.position, from.position + Vec3d(body.predicted.move_m), from.orientation,
           Vec3d(body.predicted.spin_rad_s) * dt_s};
 }
@@ -158,6 +159,9 @@ void NarrowPhase::Clear() {
 void NarrowPhase::List(Pair& pair) {
   if (!pair.manifolds.empty()) {
     contacts_.push_back(ContactOf(pair));
+    // A kinematic body that passes by a sleeper has not woken it.
+    const ActiveContact& contact = contacts_.back();
+    if (contact.driven && !pair.low->awake() && !pair.high->awake()) contacts_.pop_back();
   } else if (pair.touching) {
     parting_.push_back(&pair);
   }
@@ -190,7 +194,7 @@ void NarrowPhase::Collide(Pair& pair, double dt_s, PairTable& pairs) {
     CollideFast(pair, dt_s);
     MeasureContacts(&pair, static_cast<float>(dt_s));
   }
-  if (!pair.live || pair.trigger) return;
+  if (!pair.live || (pair.trigger && !low.moving() && !high.moving())) return;
   if (low.dynamic() && !low.awake()) sleepers_.push_back(&low);
   if (high.dynamic() && !high.awake()) sleepers_.push_back(&high);
 }

@@ -58,7 +58,7 @@ void PairTable::Begin(RigidBody& a, RigidBody& b) {
   pair.jointed = JointForbidsContact(a, b);
   Attach(*pair.low, pair);
   Attach(*pair.high, pair);
-  if (a.awake() || b.awake()) {
+  if (a.stirs() || b.stirs()) {
     pair.active = true;
     fresh_.push_back({pair.low->id(), pair.high->id(), &pair});
   }
@@ -91,6 +91,10 @@ void PairTable::NoteJoints(const RigidBody& a, const RigidBody& b) {
   pair->manifolds.clear();
 }
 
+void PairTable::NoteMaterial(const RigidBody& body) {
+  for (const auto& [pair, other] : body.pairs) pair->material = Combine(pair->low->material(), pair->high->material());
+}
+
 void PairTable::TakeEnded(std::vector<PairEvent>* events) {
   events->insert(events->end(), ended_.begin(), ended_.end());
   ended_.clear();
@@ -111,7 +115,7 @@ bool PairTable::Drop(Pair* pair) {
     free_.push_back(pair);
     return true;
   }
-  pair->active = pair->low->awake() || pair->high->awake();
+  pair->active = pair->low->stirs() || pair->high->stirs();
   return !pair->active;
 }
 

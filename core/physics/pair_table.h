@@ -1,8 +1,8 @@
 // PairTable: the pairs of bodies whose bounds overlap, and which of them there is work for.
 //
-// A pair is active while one of its bodies is awake. Active pairs are kept ascending by ids, the order in which
-// everything is done with them, so that nothing depends on how pairs were found. Pairs of sleepers keep their contacts
-// and cost nothing.
+// A pair is active while one of its bodies is awake, or is kinematic and under way. Active pairs are kept ascending by
+// ids, the order in which everything is done with them, so that nothing depends on how pairs were found. Pairs of
+// sleepers keep their contacts and cost nothing.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -71,6 +71,9 @@ class PairTable {
   Pair* Find(const RigidBody& a, const RigidBody& b);
   // Looks anew whether a joint forbids the two to touch. If one does, contacts between them are over.
   void NoteJoints(const RigidBody& a, const RigidBody& b);
+
+  // The body is made of something else.
+  static void NoteMaterial(const RigidBody& body);
 
   // Pairs that touched when they ended, or when a joint came between them, since this was last called; appended to
   // `events`.

@@ -39,7 +39,7 @@ std::optional<QueryHit> HitOn(const RigidBody& body, const BodyQuery& query, con
 
 }  // namespace
 
-QueryResult Queries::Find(const BodyQuery& query) {
+QueryResult Queries::Find(const BodyQuery& query, const BodyPredicate& accept) {
   assert(IsFinite(query.from) && IsFinite(query.to) && query.most_hits > 0);
   WorkMeter meter(query.most_work);
   meter.Spend(kQueryWork);
@@ -59,6 +59,7 @@ QueryResult Queries::Find(const BodyQuery& query) {
     if (meter.exhausted()) break;
     const bool full = hits.size() == query.most_hits;
     if (full && !Precedes(candidate.entry, candidate.body->id(), hits.back().fraction, hits.back().body)) break;
+    if (accept != nullptr && (!meter.Spend(kAcceptWork) || !accept(candidate.body->id()))) continue;
     const std::optional<QueryHit> hit = HitOn(*candidate.body, query, probe ? &*probe : nullptr, meter);
     if (!hit) continue;
     hits.insert(std::upper_bound(hits.begin(), hits.end(), *hit, earlier), *hit);

@@ -25,7 +25,7 @@ class Queries {
   Queries& operator=(const Queries&) = delete;
 
   // The contracts are those of World's methods of the same names.
-  QueryResult Find(const BodyQuery& query);
+  QueryResult Find(const BodyQuery& query, const BodyPredicate& accept);
   std::vector<BodyId> Overlapping(const Aabb& box);
 
   // Takes note that a step moves bodies, or that one left the broad phase.

@@ -28,26 +28,6 @@ PairImpulse ImpulseOf(const Pair& pair) {
   return sum;
 }
 
-// Points are where they were at the start of the step.
-Contact ContactOf(const Pair& pair) {
-  Contact contact{ImpulseOf(pair), {}, {}, std::numeric_limits<float>::lowest()};
-  Vec3f sum;
-  int count = 0;
-  for (const Manifold& manifold : pair.manifolds) {
-    for (int i = 0; i < manifold.count; ++i) {
-      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
-      sum += point.r_a;
-      ++count;
-      if (-point.separation_m > contact.depth_m) {
-        contact.depth_m = -point.separation_m;
-        contact.normal = manifold.normal;
-      }
-    }
-  }
-  contact.point = pair.low->placement().position + Vec3d(sum / static_cast<float>(std::max(count, 1)));
-  return contact;
-}
-
 float NormalImpulseOf(const Pair& pair) {
   float sum = 0;
   for (const Manifold& manifold : pair.manifolds) {
@@ -89,6 +69,26 @@ void AddStopImpulse(const PairImpulse& impulse, const BodyStore& bodies, std::ve
 }
 
 }  // namespace
+
+Contact ContactOf(const Pair& pair) {
+  Contact contact{ImpulseOf(pair), {}, {}, std::numeric_limits<float>::lowest()};
+  Vec3f sum;
+  int count = 0;
+  for (const Manifold& manifold : pair.manifolds) {
+    for (int i = 0; i < manifold.count; ++i) {
+      const ManifoldPoint& point = manifold.points[static_cast<std::size_t>(i)];
+      sum += point.r_a;
+      ++count;
+      if (-point.separation_m > contact.depth_m) {
+        contact.depth_m = -point.separation_m;
+        contact.normal = manifold.normal;
+      }
+    }
+  }
+  if (count == 0) contact.depth_m = 0;
+  contact.point = pair.low->placement().position + Vec3d(sum / static_cast<float>(std::max(count, 1)));
+  return contact;
+}
 
 void Report::RunIdle() {
   events_.clear();

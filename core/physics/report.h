@@ -17,6 +17,10 @@
 
 namespace tessera::physics {
 
+// The contact of a pair in the last step: points are where they were at its start. Without points it has the middle of
+// `low` as its place, and no normal.
+Contact ContactOf(const Pair& pair);
+
 // The outcome of a step as far as it is reported. Contacts whose pairs have ended since are left out.
 struct StepOutcome {
   std::span<const ActiveContact> contacts;     // ascending by ids

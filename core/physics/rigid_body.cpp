@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/physics/motion/free_flight.h"
+#include "core/physics/motion/turn.h"
 #include "core/physics/tuning.h"
 
 namespace tessera::physics {
@@ -18,7 +19,8 @@ bool IsRound(Vec3d inertia) {
 
 RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, Vec3d gravity)
     : id_(def.id),
-      dynamic_(def.motion == Motion::kDynamic),
+      dynamic_(def.motion == Motion::kDynamic && !def.kinematic),
+      kinematic_(def.kinematic),
       trigger_(def.trigger),
       may_sleep_(def.may_sleep),
       round_(dynamic_ && IsRound(form.inertia)),
@@ -27,7 +29,7 @@ RigidBody::RigidBody(const BodyDef& def, BodyForm form, const BodyState& state, 
       inertia_(dynamic_ ? form.inertia : Vec3d()),
       material_(def.material),
       layer_(def.layer),
-      gravity_(gravity * def.gravity_scale),
+      gravity_(dynamic_ ? gravity * def.gravity_scale : Vec3d()),
       linear_damping_(def.linear_damping),
       angular_damping_(def.angular_damping),
       frame_(form.frame) {
@@ -38,7 +40,8 @@ Pose RigidBody::LocalFrame(const Pose& in_shape) const { return frame_.FromShape
 
 RigidBody::Change RigidBody::Compare(const BodyState& state) const {
   BodyState same = state;
-  if (!dynamic_) same.linear_velocity = same.angular_velocity = same.angular_momentum = {};
+  if (!dynamic_) same.angular_momentum = {};
+  if (!dynamic_ && !kinematic_) same.linear_velocity = same.angular_velocity = {};
   const bool wants_sleep = dynamic_ && may_sleep_ && state.asleep;
   same.asleep = state_.asleep;
   same.still_s = state_.still_s;
@@ -46,7 +49,7 @@ RigidBody::Change RigidBody::Compare(const BodyState& state) const {
   if (same.angular_velocity == state_.angular_velocity) same.angular_momentum = state_.angular_momentum;
   if (same == state_) return wants_sleep && !state_.asleep ? Change::kSilent : Change::kNone;
   if (wants_sleep) return Change::kSilent;
-  if (!state_.asleep) return Change::kMoves;
+  if (!state_.asleep || kinematic_) return Change::kMoves;
   const Quatd turn = Conjugate(rest_orientation_) * state.orientation;
   const bool creeps =
       Length(state.linear_velocity) < kSleepLinear_m_s && Length(state.angular_velocity) < kSleepAngular_rad_s &&
@@ -58,9 +61,11 @@ void RigidBody::Set(const BodyState& state) {
   const bool stays_asleep = state_.asleep && !state.asleep && Compare(state) != Change::kMoves;
   state_ = state;
   if (!dynamic_) {
-    state_.linear_velocity = state_.angular_velocity = state_.angular_momentum = {};
-    state_.asleep = false;
+    if (!kinematic_) state_.linear_velocity = state_.angular_velocity = {};
+    state_.angular_momentum = {};
+    state_.asleep = kinematic_ && state_.linear_velocity == Vec3f() && state_.angular_velocity == Vec3f();
     state_.still_s = 0;
+    if (state_.asleep) predicted = {};
   }
   placement_ = PlacementOf(state_);
   if (dynamic_) {
@@ -77,7 +82,7 @@ Placement RigidBody::PlacementOf(const BodyState& state) const {
   const Quatd orientation = Normalized(state.orientation);
   Placement placement;
   placement.position = state.position;
-  if (!dynamic_) placement.position += Rotate(orientation, frame_.origin);
+  if (!dynamic_ && !kinematic_) placement.position += Rotate(orientation, frame_.origin);
   placement.orientation = frame_.turned() ? orientation * frame_.axes : orientation;
   placement.rotation = RotationOf(placement.orientation);
   return placement;
@@ -88,6 +93,12 @@ void RigidBody::Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f an
   state_.orientation = Normalized(frame_.turned() ? orientation * Conjugate(frame_.axes) : orientation);
   placement_ = PlacementOf(state_);  // as another world computes it from this state
   SetMotion(velocity, angular_momentum);
+}
+
+void RigidBody::Advance(double dt_s) {
+  state_.position += Vec3d(state_.linear_velocity) * dt_s;
+  state_.orientation = Turned(state_.orientation, Vec3d(state_.angular_velocity) * dt_s);
+  placement_ = PlacementOf(state_);
 }
 
 void RigidBody::SetMotion(Vec3f velocity, Vec3f angular_momentum) {

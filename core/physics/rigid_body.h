@@ -49,7 +49,7 @@ class alignas(64) RigidBody {
  private:
   // Everything that each step reads comes first, close together.
   BodyId id_;
-  bool dynamic_, trigger_, may_sleep_, round_;
+  bool dynamic_, kinematic_, trigger_, may_sleep_, round_;
   std::shared_ptr<const Geometry> geometry_;
   Placement placement_;
   BodyState state_;
@@ -83,9 +83,13 @@ class alignas(64) RigidBody {
 
   BodyId id() const { return id_; }
   bool dynamic() const { return dynamic_; }
+  bool kinematic() const { return kinematic_; }
   bool trigger() const { return trigger_; }
   bool may_sleep() const { return may_sleep_; }
   bool awake() const { return dynamic_ && !state_.asleep; }
+  // A kinematic body that is under way. One that stands counts as asleep.
+  bool moving() const { return kinematic_ && !state_.asleep; }
+  bool stirs() const { return (dynamic_ || kinematic_) && !state_.asleep; }
   bool round() const { return round_; }  // its inertia is the same about every axis
   const BodyState& state() const { return state_; }
   const Placement& placement() const { return placement_; }
@@ -106,6 +110,9 @@ class alignas(64) RigidBody {
   // Takes a frame from the coordinates of the body's shape, in which joints are given, to those of its placement.
   Pose LocalFrame(const Pose& in_shape) const;
 
+  void SetMaterial(const Material& material) { material_ = material; }
+  void SetGravity(Vec3d gravity_m_s2) { gravity_ = gravity_m_s2; }
+
   // The change that a new state would be to the body. A sleeper that is to creep by less than it may sleep with takes
   // the new state in silence: two worlds that hold the same body let it fall asleep a tick or two apart, and must not
   // wake each other by that.
@@ -114,6 +121,8 @@ class alignas(64) RigidBody {
   // Takes over a state, and sleeps if the state is asleep. A silent change leaves a sleeper asleep.
   void Set(const BodyState& state);
 
+  // Moves a kinematic body on for a step.
+  void Advance(double dt_s);
   // Puts a body that is awake where a step has moved it.
   void Move(Vec3d position, Quatd orientation, Vec3f velocity, Vec3f angular_momentum);
   // Sets velocity and angular momentum; the angular velocity follows.
@@ -139,6 +148,7 @@ class alignas(64) RigidBody {
 
  public:
   // --- The broad phase.
+  double driven_s = 0;                 // length of the last step of a kinematic body under way
   btBroadphaseProxy* proxy = nullptr;  // the body's place in Bullet's trees; none while it is not in them
 };
 

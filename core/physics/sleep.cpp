@@ -4,8 +4,9 @@
 
 namespace tessera::physics {
 
-void SleepPass::Run(double dt_s, const Islands& islands, BodyStore& bodies) {
+void SleepPass::Run(double dt_s, const Islands& islands, BodyStore& bodies, std::span<const std::uint32_t> restless) {
   restless_.assign(islands.count(), 0);
+  for (const std::uint32_t index : restless) restless_[islands.IndexOf(index)] = 1;
   const std::span<RigidBody* const> awake = bodies.awake();
   for (std::uint32_t i = 0; i < awake.size(); ++i) {
     RigidBody& body = *awake[i];

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/physics/body_store.h"
@@ -17,8 +18,8 @@ class SleepPass {
   explicit SleepPass(bool allowed) : allowed_(allowed) {}
 
   // After bodies were moved: counts for how long each awake one has been still, and takes islands that sleep out of
-  // `awake`.
-  void Run(double dt_s, const Islands& islands, BodyStore& bodies);
+  // `awake`. An island does not sleep that has one of `restless`, by awake_index.
+  void Run(double dt_s, const Islands& islands, BodyStore& bodies, std::span<const std::uint32_t> restless = {});
 
  private:
   bool allowed_;

@@ -4,6 +4,7 @@
 
 #include "core/physics/motion/free_flight.h"
 #include "core/physics/motion/turn.h"
+#include "core/physics/pair_table.h"
 
 namespace tessera::physics {
 namespace {
@@ -40,6 +41,21 @@ SolverBody SolverBodyOf(const RigidBody& body, double dt_s) {
   in.mass_kg = static_cast<float>(body.mass_kg());
   in.inertia_kg_m2 = Vec3f(body.inertia());
   return in;
+}
+
+// Mass and moments of a kinematic body, kg and kg m^2: an impulse that a float can hold does not show in its velocity,
+// and roots of it and of its inverse are far from a float's ends.
+constexpr float kDrivenMass = 1e20f;
+
+// The place of one more kinematic body.
+std::uint32_t AddDriven(const RigidBody& body, IslandBatch& batch) {
+  SolverBody& in = batch.bodies.emplace_back();
+  in.velocity = body.state().linear_velocity;
+  in.angular_velocity = body.state().angular_velocity;
+  in.mass_kg = kDrivenMass;
+  in.inertia_kg_m2 = {kDrivenMass, kDrivenMass, kDrivenMass};
+  in.rotation = body.placement().rotation;
+  return static_cast<std::uint32_t>(batch.bodies.size() - 1);
 }
 
 }  // namespace
@@ -84,22 +100,31 @@ void SolveBatches::FillContacts(const SolveInput& in) {
     if (!plan.solved) continue;
     IslandBatch& batch = BatchOf(plan);
     const float warm_scale = WarmScale(contact.substeps, batch.substeps);
-    const std::uint32_t low = place(contact.low), high = place(contact.high);
+    std::uint32_t low = place(contact.low), high = place(contact.high);
+    if (contact.driven) {
+      const bool low_drives = contact.pair->low->moving();
+      (low_drives ? low : high) = AddDriven(low_drives ? *contact.pair->low : *contact.pair->high, batch);
+    }
     for (std::uint32_t i = 0; i < contact.count; ++i) {
-      batch.contacts.push_back({low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale});
+      batch.contacts.push_back(
+          {low, high, contact.manifolds + i, contact.material, contact.slop_m, warm_scale, contact.driven});
     }
     contact.substeps = batch.substeps;
   }
 }
 
 void SolveBatches::FillJoints(const SolveInput& in) {
-  const auto place = [this](const RigidBody& body) { return body.awake() ? place_[body.awake_index] : kStatic; };
+  const auto place = [this](const RigidBody& body, IslandBatch& batch) {
+    if (body.awake()) return place_[body.awake_index];
+    return body.moving() ? AddDriven(body, batch) : kStatic;
+  };
   for (std::size_t i = 0; i < in.joints.size(); ++i) {
     Joint& joint = *in.joints[i];
     IslandBatch& batch = BatchOf(in.plans[in.islands.IndexOf(joint.AwakeBody().awake_index)]);
     // The world takes the part of body a.
-    batch.joints.push_back({.a = joint.b != nullptr ? place(*joint.a) : kStatic,
-                            .b = place(joint.b != nullptr ? *joint.b : *joint.a),
+    const std::uint32_t a = joint.b != nullptr ? place(*joint.a, batch) : kStatic;
+    batch.joints.push_back({.a = a,
+                            .b = place(joint.b != nullptr ? *joint.b : *joint.a, batch),
                             .rows = &in.rows[i],
                             .impulses = joint.model.impulses.data(),
                             .warm_scale = WarmScale(joint.substeps, batch.substeps)});
@@ -119,7 +144,7 @@ bool SolveBatches::Validate(const SolveInput& in) const {
   }
   std::size_t placed = 0;
   for (const IslandBatch& batch : batches_) {
-    placed += batch.bodies.size();
+    placed += batch.sources.size();
     const auto there = [&](std::uint32_t body) { return body == kStatic || body < batch.bodies.size(); };
     const auto sound = [&](const auto& constraint) {
       return there(constraint.a) && there(constraint.b) && (constraint.a != kStatic || constraint.b != kStatic);

@@ -32,7 +32,9 @@ struct IslandBatch {
   int substeps = 0;
   bool unanchored = false;  // one of its islands is
   std::vector<SolverBody> bodies;
-  std::vector<const RigidBody*> sources;  // by body
+  // By body. After these come kinematic bodies, one for each contact or joint with one, so that none of them connects
+  // what touches it.
+  std::vector<const RigidBody*> sources;
   std::vector<ContactConstraint> contacts;
   std::vector<JointConstraint> joints;
 };

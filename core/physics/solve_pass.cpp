@@ -38,7 +38,7 @@ void SolvePass::Solve(const SolveInput& in) {
 void SolvePass::SumGains(const SolveInput& in, const IslandBatch& batch) {
   gains_.assign(batch.bodies.size(), {});
   for (const ContactConstraint& contact : batch.contacts) {
-    if (contact.a == kStatic || contact.b == kStatic) continue;
+    if (contact.a >= batch.sources.size() || contact.b >= batch.sources.size()) continue;  // kStatic, or kinematic
     if (!in.plans[in.islands.IndexOf(batch.sources[contact.a]->awake_index)].unanchored) continue;
     Exchange<double> exchange;
     exchange.Add(*contact.manifold);
@@ -84,7 +84,7 @@ BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, con
 void SolvePass::ReadBack(const SolveInput& in, std::span<BodyMotion> motions) {
   for (const IslandBatch& batch : batches_.batches()) {
     if (batch.unanchored) SumGains(in, batch);
-    for (std::size_t i = 0; i < batch.bodies.size(); ++i) {
+    for (std::size_t i = 0; i < batch.sources.size(); ++i) {
       const RigidBody& body = *batch.sources[i];
       const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;
       motions[body.awake_index] = MotionOf(body, batch.bodies[i], unanchored ? &gains_[i] : nullptr, in.dt_s);

@@ -16,7 +16,7 @@ bool IsSane(const RigidBody& body) {
 
 void World::Impl::Step(double dt_s) {
   isolated.clear();
-  if (bodies.awake().empty() && !pairs.has_ended()) {
+  if (bodies.awake().empty() && !pairs.has_ended() && bodies.Moving().empty()) {
     narrow_phase.Clear();
     continuous.Clear();
     report.RunIdle();
@@ -38,12 +38,33 @@ void World::Impl::Step(double dt_s) {
   assert(continuous.Validate(bodies.awake()));
   integrator.Run(bodies.awake(), islands, motions);
   assert(Integrator::Validate(bodies.awake()));
-  sleep.Run(dt_s, islands, bodies);
+  FindRestless();
+  sleep.Run(dt_s, islands, bodies, restless);
+  AdvanceKinematic(dt_s);
   assert(bodies.Validate());
 
   for (RigidBody* body : integrator.failing()) Isolate(*body);
   report.Run(Outcome(), pairs);
   assert(report.Validate());
+}
+
+void World::Impl::FindRestless() {
+  restless.clear();
+  if (bodies.Moving().empty()) return;
+  for (const ActiveContact& contact : narrow_phase.contacts()) {
+    if (contact.driven && contact.live && contact.responds) restless.push_back(contact.one());
+  }
+  for (const Joint* joint : joints.joints()) {
+    const bool driven = joint->b != nullptr && (joint->a->moving() || joint->b->moving());
+    if (driven) restless.push_back(joint->AwakeBody().awake_index);
+  }
+}
+
+void World::Impl::AdvanceKinematic(double dt_s) {
+  for (RigidBody* body : bodies.Moving()) {
+    body->Advance(dt_s);
+    broad_phase.Move(*body);
+  }
 }
 
 void World::Impl::PrimeContacts(double dt_s, int times) {
@@ -73,7 +94,7 @@ void World::Impl::IsolateInsane() {
 }
 
 void World::Impl::FindIslands(double dt_s) {
-  broad_phase.Predict(bodies.awake(), dt_s);
+  broad_phase.Predict(bodies.awake(), dt_s, bodies.Moving());
   broad_phase.BeginPairs(&pairs);
   assert(BroadPhase::Validate(bodies.awake()));
 

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/physics/bullet_math.h"
+#include "core/physics/motion/free_flight.h"
 #include "core/physics/sphere_sweep.h"
 #include "core/physics/world_impl.h"
 
@@ -35,6 +36,22 @@ bool World::HasJoint(JointId id) const { return impl_->bodies.HasJoint(id); }
 
 BodyState World::StateOf(BodyId id) const { return impl_->bodies.At(id).state(); }
 void World::SetState(BodyId id, const BodyState& state) { impl_->SetState(impl_->bodies.At(id), state); }
+void World::Teleport(BodyId id, const BodyState& state) { impl_->Teleport(impl_->bodies.At(id), state); }
+void World::SetMaterial(BodyId id, const Material& material) {
+  RigidBody& body = impl_->bodies.At(id);
+  body.SetMaterial(material);
+  PairTable::NoteMaterial(body);
+}
+void World::SetGravityScale(BodyId id, double scale) {
+  RigidBody& body = impl_->bodies.At(id);
+  if (body.dynamic()) body.SetGravity(impl_->settings.gravity_m_s2 * scale);
+}
+Vec3f World::AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const {
+  const RigidBody& body = impl_->bodies.At(id);
+  return AngularMomentumOf(body.inertia(), body.placement().orientation, Vec3f(spin_rad_s)) -
+         body.state().angular_momentum;
+}
+
 void World::Park(BodyId id) { impl_->Park(impl_->bodies.At(id)); }
 void World::Unpark(BodyId id) { impl_->Unpark(impl_->bodies.At(id)); }
 bool World::IsParked(BodyId id) const { return impl_->bodies.At(id).parked; }
@@ -105,12 +122,23 @@ bool World::AreTouching(BodyId a, BodyId b) const {
                                         [b](const PairEnd& end) { return end.other->id() == b && end.pair->touching; });
 }
 
+std::optional<Contact> World::ContactBetween(BodyId a, BodyId b) const {
+  const RigidBody* body = impl_->bodies.Find(a);
+  if (body == nullptr) return std::nullopt;
+  const auto touches = [b](const PairEnd& end) { return end.other->id() == b && end.pair->touching; };
+  const auto found = std::find_if(body->pairs.begin(), body->pairs.end(), touches);
+  if (found == body->pairs.end() || !found->pair->responds()) return std::nullopt;
+  return ContactOf(*found->pair);
+}
+
 std::span<const PairEvent> World::events() const { return impl_->report.events(); }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 
 // --- Queries
 
-QueryResult World::FindBodies(const BodyQuery& query) const { return impl_->queries.Find(query); }
+QueryResult World::FindBodies(const BodyQuery& query, const BodyPredicate& accept) const {
+  return impl_->queries.Find(query, accept);
+}
 std::vector<BodyId> World::Overlapping(const Aabb& box) const { return impl_->queries.Overlapping(box); }
 std::optional<SphereHit> World::SweepSphere(Vec3d from, Vec3d to, double radius_m, BodyId ignored) const {
   SphereWay way{from, to, radius_m, ignored, {}};

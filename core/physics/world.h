@@ -10,6 +10,9 @@
 //   world.Step(1.0 / 60);
 //   BodyState state = world.StateOf(def.id);
 //
+// A kinematic body moves by its own velocities, which nothing but SetState changes, and carries and pushes what it
+// meets.
+//
 // Callers' mistakes (an unknown id, a second Add of one id) are assertions: input is checked before it gets here.
 // Thread rule: one thread at a time.
 #pragma once
@@ -62,9 +65,18 @@ class World {
   // Wakes the body and what it touches if the state moves it; a state that is `asleep` puts it to sleep. A sleeper
   // stays asleep if the state is the one it has, or creeps by less than it may sleep with. Contacts live on.
   void SetState(BodyId id, const BodyState& state);
+  // Puts a body elsewhere: its contacts end, what it touched wakes, and so does the body itself unless the state
+  // sleeps. Its joints hold it there, too.
+  void Teleport(BodyId id, const BodyState& state);
   Aabb BoundsOf(BodyId id) const;    // bounds of the shape as posed, world space
-  double MassOf(BodyId id) const;    // kg; 0 when static
+  double MassOf(BodyId id) const;    // kg; 0 when static or kinematic
   Vec3d InertiaOf(BodyId id) const;  // principal, kg m^2, about the shape's axes unless it is lopsided; 0 when static
+
+  // Another material, and another gravity than the definition's; they count from the next step on.
+  void SetMaterial(BodyId id, const Material& material);
+  void SetGravityScale(BodyId id, double scale);
+  // The angular impulse, N m s, that gives the body as it is this angular velocity, rad/s.
+  Vec3f AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const;
 
   // Takes a dynamic body out of everything but `StateOf`: it stands still, touches nothing, feels no force, and loses
   // its joints. A body that is parked already stays so.
@@ -97,6 +109,8 @@ class World {
   // Contacts of the last step; valid until the next call that changes the world. Sorted by (body_a, body_b), so that
   // the order does not depend on how the world was built.
   std::span<const Contact> contacts() const;
+  // The contact of two bodies in the last step; nothing unless they touch.
+  std::optional<Contact> ContactBetween(BodyId a, BodyId b) const;
   // Impulses of those contacts whose two bodies have both bits of 3 between them, by what `bits` has at their tags (0
   // if nothing); valid as long, and until this is called again.
   std::span<const PairImpulse> ImpulsesOf(std::span<const std::uint8_t> bits) const;
@@ -114,7 +128,7 @@ class World {
 
   // --- Queries.
   // They change nothing, and see bodies where the last step or call left them.
-  QueryResult FindBodies(const BodyQuery& query) const;
+  QueryResult FindBodies(const BodyQuery& query, const BodyPredicate& accept = nullptr) const;
   std::vector<BodyId> Overlapping(const Aabb& box) const;  // ascending; by bounds, triggers among them
   // The first body that a sphere meets on a straight way, which it may touch or overlap at the start: only what it
   // comes nearer to counts. Triggers, `ignored` and layers that ignore its are no obstacle. In

@@ -26,6 +26,28 @@ void World::Impl::Add(const BodyDef& def, const BodyState& state) {
   if (body.awake()) waking.Activate(body);
 }
 
+void World::Impl::Teleport(RigidBody& body, const BodyState& state) {
+  if (body.isolated) {
+    if (!body.parked) return;
+    body.Set(state);
+    body.SetMotion(Vec3f(), Vec3f());
+    return body.FallAsleep();
+  }
+  WakeNeighbours(body);
+  while (!body.pairs.empty()) pairs.End(*body.pairs.back().pair);
+  broad_phase.Remove(body);
+  const bool listed = body.awake();
+  body.predicted = {};
+  body.Set(state);
+  broad_phase.Add(body);
+  if (body.awake() && !listed) {
+    waking.Activate(body);
+  } else if (!body.awake() && listed) {
+    bodies.UnlistAwake(body);
+  }
+  queries.Moved();
+}
+
 void World::Impl::Remove(BodyId id) {
   RigidBody& body = bodies.At(id);
   if (!body.isolated) Withdraw(body);
@@ -73,6 +95,7 @@ void World::Impl::SetState(RigidBody& body, const BodyState& state) {
   } else if (!body.awake() && listed) {
     bodies.UnlistAwake(body);
   }
+  if (body.moving()) pairs.Activate(body);
   broad_phase.Move(body);
 }
 

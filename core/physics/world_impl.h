@@ -37,6 +37,7 @@ struct World::Impl {
   void AddJoint(const JointDef& def);
   void RemoveJoint(Joint& joint);
   void SetState(RigidBody& body, const BodyState& state);
+  void Teleport(RigidBody& body, const BodyState& state);
   void Park(RigidBody& body);
   void Unpark(RigidBody& body);
   // Takes a body out of everything but the store, for good.
@@ -49,6 +50,9 @@ struct World::Impl {
   void Step(double dt_s);
   void PrimeContacts(double dt_s, int times);
   void IsolateInsane();
+  // Bodies that a kinematic one under way touches, or holds by a joint, do not sleep.
+  void FindRestless();
+  void AdvanceKinematic(double dt_s);
   // From bounds to plans: what acts on what, and how it is to be solved.
   void FindIslands(double dt_s);
   bool anything_to_solve() const { return !narrow_phase.contacts().empty() || !joints.empty(); }
@@ -77,6 +81,7 @@ struct World::Impl {
   Integrator integrator;
   SleepPass sleep;
   Report report;
+  std::vector<std::uint32_t> restless;  // FindRestless writes it: awake_index of each
   // By awake_index: free flight and the solve pass fill it, continuous collision corrects it, integration applies it.
   std::vector<BodyMotion> motions;
 };

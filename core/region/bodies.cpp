@@ -4,6 +4,7 @@
 #include <cassert>
 #include <utility>
 
+#include "core/physics/body_path.h"
 #include "core/region/ascends.h"
 #include "core/world/state_check.h"
 
@@ -22,10 +23,21 @@ constexpr double kAbout_m = 0.1;
 
 }  // namespace
 
-Bodies::Bodies(const Catalog& catalog, const physics::WorldSettings& settings) : catalog_(catalog), world_(settings) {
+Bodies::Bodies(const Catalog& catalog, const physics::WorldSettings& settings, Tick tick)
+    : catalog_(catalog), world_(settings) {
   for (const BodyDef& def : catalog.scene().bodies) {
-    if (def.motion == Motion::kStatic) world_.Add(def, def.initial);
+    if (def.motion != Motion::kStatic) continue;
+    world_.Add(def, def.initial);
+    if (def.path != nullptr) on_paths_.push_back(&def);
   }
+  FollowPaths(tick);
+}
+
+void Bodies::FollowPaths(Tick tick) {
+  if (on_paths_.empty() || on_paths_at_ == tick) return;
+  const double rate_hz = catalog_.scene().tick_rate_hz;
+  for (const BodyDef* def : on_paths_) world_.SetState(def->id, physics::StateOn(*def->path, tick, rate_hz));
+  on_paths_at_ = tick;
 }
 
 std::ptrdiff_t Bodies::IndexOf(BodyId id) const {
@@ -66,6 +78,17 @@ const BodyState& Bodies::StateAt(std::size_t place) const {
   return place < owned_.size() ? owned_[place].state : ghosts_[place - owned_.size()].record.state;
 }
 
+const OwnedBody* Bodies::FindBodiless(BodyId id) const {
+  const auto at = std::ranges::find_if(bodiless_, [id](const OwnedBody& entity) { return entity.def->id == id; });
+  return at == bodiless_.end() ? nullptr : &*at;
+}
+
+Epoch Bodies::EpochOf(BodyId id) const {
+  if (const std::ptrdiff_t index = IndexOf(id); index >= 0) return owned_[static_cast<std::size_t>(index)].epoch;
+  const OwnedBody* entity = FindBodiless(id);
+  return entity == nullptr ? Epoch() : entity->epoch;
+}
+
 std::vector<std::size_t> Bodies::OwnedAssembly(std::size_t index) const {
   std::vector<std::size_t> members;
   for (const BodyId id : catalog_.AssemblyOf(owned_[index].def->id)) {
@@ -81,20 +104,26 @@ void Bodies::OwnedChanged() {
   ++ownership_revision_;
 }
 
+// Bodies that are in the world keep their entries, so that only places that changed cost more than a look. Those of the
+// others are taken out with them.
 void Bodies::NotePlaces() {
   if (places_noted_) return;
-  places_.clear();
   std::uint32_t place = 0;
   const auto note = [&](BodyId id) {
-    places_.emplace(id, place);
-    world_.SetTag(id, place++);
+    const auto [noted, added] = places_.try_emplace(id, place);
+    if (added || noted->second != place) {
+      noted->second = place;
+      world_.SetTag(id, place);
+    }
+    ++place;
   };
   for (const OwnedBody& body : owned_) note(body.def->id);
   for (const Ghost& ghost : ghosts_) note(ghost.record.id);
   places_noted_ = true;
+  assert(places_.size() == places());
 }
 
-void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
+void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state, bool jumped) {
   assert(!Owns(id));
   OwnedChanged();
   const BodyDef* def = DefOf(id);
@@ -102,14 +131,18 @@ void Bodies::Own(BodyId id, Epoch epoch, const BodyState& state) {
     ghosts_.erase(ghosts_.begin() + (ghost - ghosts_.data()));
     world_.SetSupportHint(id, {});
     world_.SetExclusionGroup(id, physics::ExclusionGroup::kNone);
-    Write(id, state);
+    if (jumped) {
+      world_.Teleport(id, state);
+    } else {
+      Write(id, state);
+    }
   } else {
     AddToWorld(*def, state);
   }
   const auto at = std::lower_bound(owned_.begin(), owned_.end(), id,
                                    [](const OwnedBody& b, BodyId wanted) { return b.def->id < wanted; });
   radii_m_.insert(radii_m_.begin() + (at - owned_.begin()), RadiusOf(id));
-  owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id)});
+  owned_.insert(at, OwnedBody{def, epoch, world_.StateOf(id), def->gravity_scale});
 }
 
 void Bodies::Restore(BodyId id, Epoch epoch, const BodyState& state) {
@@ -138,6 +171,46 @@ void Bodies::RemoveOwned(BodyId id) {
   RemoveFromWorld(id);
 }
 
+void Bodies::Teleport(BodyId id, const BodyState& state) {
+  const std::ptrdiff_t index = IndexOf(id);
+  assert(index >= 0);
+  world_.Teleport(id, state);
+  owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
+}
+
+void Bodies::Drive(BodyId id, const BodyState& state) {
+  const std::ptrdiff_t index = IndexOf(id);
+  assert(index >= 0);
+  Write(id, state);
+  owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
+}
+
+void Bodies::TuneInWorld(const BodyDef& def, const BodyTuning& tuning) {
+  world_.SetGravityScale(def.id, GravityScaleOf(def, tuning));
+  world_.SetMaterial(def.id, MaterialOf(def, tuning));
+}
+
+void Bodies::Tune(BodyId id, const BodyTuning& tuning) {
+  const std::ptrdiff_t index = IndexOf(id);
+  assert(index >= 0);
+  OwnedBody& body = owned_[static_cast<std::size_t>(index)];
+  body.gravity_scale = GravityScaleOf(*body.def, tuning);
+  TuneInWorld(*body.def, tuning);
+}
+
+void Bodies::OwnBodiless(BodyId id, Epoch epoch, const BodyState& state) {
+  assert(!Owns(id));
+  BodyDef& def = bodiless_defs_[id];
+  def.id = id;
+  const auto at = std::ranges::lower_bound(bodiless_, id, {}, [](const OwnedBody& entity) { return entity.def->id; });
+  bodiless_.insert(at, OwnedBody{&def, epoch, state});
+}
+
+void Bodies::RemoveBodiless(BodyId id) {
+  std::erase_if(bodiless_, [id](const OwnedBody& entity) { return entity.def->id == id; });
+  bodiless_defs_.erase(id);
+}
+
 void Bodies::ForgetGrants() {
   for (Ghost& ghost : ghosts_) ghost.just_granted = false;
 }
@@ -159,15 +232,21 @@ void Bodies::PlaceGhosts(std::span<const Ghost> reported) {
     const BodyId id = ghost.record.id;
     while (old != ghosts_.end() && old->record.id < id) pass_over();
     placed.push_back(ghost);
+    const GhostRecord& record = ghost.record;
     if (old != ghosts_.end() && old->record.id == id) {
       placed.back().def = old->def;
-      Write(id, ghost.record.state);
+      if (record.jumped) {
+        world_.Teleport(id, record.state);
+      } else {
+        Write(id, record.state);
+      }
+      if (record.tuning != old->record.tuning) TuneInWorld(*old->def, record.tuning);
       ++old;
     } else {
       placed.back().def = DefOf(id);
-      AddToWorld(*placed.back().def, ghost.record.state);
+      AddToWorld(*placed.back().def, record.state);
+      if (!record.tuning.empty()) TuneInWorld(*placed.back().def, record.tuning);
     }
-    const GhostRecord& record = ghost.record;
     const bool supported = record.externally_supported || record.load_ns != Vec3f() || record.load_nms != Vec3f();
     world_.SetSupportHint(id, {.external = supported, .island_load = record.island_load});
     world_.SetExclusionGroup(id, record.settled ? kSettledGhosts : physics::ExclusionGroup::kNone);
@@ -195,6 +274,16 @@ void Bodies::ConnectJoints() {
   for (const JointDef& joint : joints) world_.AddJoint(joint);
 }
 
+void Bodies::Place(BodyId id, const BodyState& state) {
+  const std::ptrdiff_t index = IndexOf(id);
+  assert(index >= 0);
+  const bool parked = world_.IsParked(id);
+  if (parked) world_.Unpark(id);
+  world_.SetState(id, state);
+  if (parked) world_.Park(id);
+  owned_[static_cast<std::size_t>(index)].state = world_.StateOf(id);
+}
+
 bool Bodies::Park(BodyId id) {
   if (!world_.Has(id) || world_.IsParked(id)) return false;
   world_.Park(id);
@@ -205,9 +294,11 @@ void Bodies::Unpark(BodyId id) {
   if (world_.Has(id)) world_.Unpark(id);
 }
 
-void Bodies::Step(double tick_s) {
+void Bodies::Step(double tick_s, Tick tick) {
+  FollowPaths(tick);
   if (std::exchange(prime_contacts_, false)) world_.PrimeContacts(tick_s, kPrimingSolves);
   world_.Step(tick_s);
+  FollowPaths(tick + 1);
   stepped_ = true;
   stepped_places_ = places();
   changed_since_step_ = false;
@@ -272,6 +363,8 @@ std::span<const physics::PairImpulse> Bodies::ImpulsesNearBorders(absl::Function
 void Bodies::Validate() const {
   assert(Ascends(owned_, [](const OwnedBody& body) { return body.def->id; }));
   assert(Ascends(ghosts_, [](const Ghost& ghost) { return ghost.record.id; }));
+  assert(Ascends(bodiless_, [](const OwnedBody& entity) { return entity.def->id; }));
+  assert(std::ranges::none_of(bodiless_, [this](const OwnedBody& entity) { return IndexOf(entity.def->id) >= 0; }));
   assert(radii_m_.size() == owned_.size());
   assert(std::ranges::all_of(owned_, [this](const OwnedBody& body) {
     return world_.Has(body.def->id) && FindGhost(body.def->id) == nullptr;
@@ -296,6 +389,7 @@ void Bodies::AddToWorld(const BodyDef& def, const BodyState& state) {
 
 void Bodies::RemoveFromWorld(BodyId id) {
   world_.Remove(id);
+  places_.erase(id);
   left_.push_back(id);
   made_defs_.erase(id);
 }

@@ -4,11 +4,15 @@
 // bodies are there. A state that the world holds already is not written again, so contact caches and sleep live on
 // where both sides agree.
 //
+// Bodiless entities are owned like bodies and are in no world: the instance's record, and what is left of a removed
+// body until its messages are acknowledged. They have a place on the ground, and go where that goes.
+//
 // A place is an index into owned(), or owned().size() and an index into ghosts(): the tag of the body in the world.
 // Thread rule: one thread at a time.
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -32,7 +36,8 @@ struct Ghost {
 
 class Bodies {
  public:
-  Bodies(const Catalog& catalog, const physics::WorldSettings& settings);
+  // Bodies with paths are where they are at `tick`.
+  Bodies(const Catalog& catalog, const physics::WorldSettings& settings, Tick tick = Tick());
 
   // --- Who is here.
   const physics::World& world() const { return world_; }
@@ -42,7 +47,16 @@ class Bodies {
   double radius_m(std::size_t index) const { return radii_m_[index]; }
   // Index into owned(), or -1.
   std::ptrdiff_t IndexOf(BodyId id) const;
-  bool Owns(BodyId id) const { return IndexOf(id) >= 0; }
+  bool Owns(BodyId id) const { return IndexOf(id) >= 0 || (!bodiless_.empty() && FindBodiless(id) != nullptr); }
+  // Ascending.
+  std::span<const OwnedBody> bodiless() const { return bodiless_; }
+  const OwnedBody* FindBodiless(BodyId id) const;
+  // By index into owned(), and beyond that into bodiless().
+  const OwnedBody& EntityAt(std::size_t index) const {
+    return index < owned_.size() ? owned_[index] : bodiless_[index - owned_.size()];
+  }
+  // Epoch of what is owned here, bodiless or not; 0 without it.
+  Epoch EpochOf(BodyId id) const;
   const Ghost* FindGhost(BodyId id) const;
   // The place of a body, or -1.
   std::ptrdiff_t PlaceOf(BodyId id) const;
@@ -58,16 +72,26 @@ class Bodies {
 
   // --- Who owns what.
   // Owns a body that is new here or was a ghost.
-  void Own(BodyId id, Epoch epoch, const BodyState& state);
+  // `jumped`: it was put there, so a ghost of it did not move there.
+  void Own(BodyId id, Epoch epoch, const BodyState& state, bool jumped = false);
   // Owns a body of a saved state: nobody here remembers its contacts, so the next step primes them.
   void Restore(BodyId id, Epoch epoch, const BodyState& state);
   // An owned body lives on as a ghost of `record.epoch`'s owner.
   void BecomeGhost(const GhostRecord& record, RegionId owner);
   void RemoveOwned(BodyId id);
+  // An entity without a body comes to be owned here, and is so no more.
+  void OwnBodiless(BodyId id, Epoch epoch, const BodyState& state);
+  void RemoveBodiless(BodyId id);
   // Ghosts that were just granted are from now on as any others.
   void ForgetGrants();
   // Makes the ghosts those of `reported` (ascending by id, none owned here) and those just granted.
   void PlaceGhosts(std::span<const Ghost> reported);
+  // An owned body is put elsewhere: its contacts end, and what it touched wakes.
+  void Teleport(BodyId id, const BodyState& state);
+  // What a game changed of an owned body's definition.
+  void Tune(BodyId id, const BodyTuning& tuning);
+  // An owned kinematic body has this state, with which it makes the next step.
+  void Drive(BodyId id, const BodyState& state);
   // Bodies taken out of the world since the last call; some may be back.
   std::vector<BodyId> TakeLeft() { return std::exchange(left_, {}); }
   // Connects bodies that came since the last call.
@@ -77,10 +101,14 @@ class Bodies {
 
   // --- A step.
   void ApplyForce(BodyId id, Vec3f force_n, Vec3f torque_nm) { world_.ApplyForce(id, force_n, torque_nm); }
+  void Wake(BodyId id) { world_.Wake(id); }
+  // An owned body is there from now on; one that is parked stays so.
+  void Place(BodyId id, const BodyState& state);
   // Whether the body is here and was not parked yet.
   bool Park(BodyId id);
   void Unpark(BodyId id);  // if it is here
-  void Step(double tick_s);
+  // To the tick after `tick`.
+  void Step(double tick_s, Tick tick);
   bool stepped() const { return stepped_; }  // at least once
   // Reads the states of the owned bodies. Those that are not sane are taken out and returned, ascending; ghosts that
   // are not sane are taken out silently: their owner reports them anew.
@@ -100,13 +128,17 @@ class Bodies {
   void AddToWorld(const BodyDef& def, const BodyState& state);
   void RemoveFromWorld(BodyId id);
   void Write(BodyId id, const BodyState& state);
+  void TuneInWorld(const BodyDef& def, const BodyTuning& tuning);
   double RadiusOf(BodyId id) const;
   void OwnedChanged();
+  void FollowPaths(Tick tick);
 
   const Catalog& catalog_;
   physics::World world_;
   std::vector<OwnedBody> owned_;
   std::vector<double> radii_m_;  // beside owned_
+  std::vector<OwnedBody> bodiless_;
+  std::map<BodyId, BodyDef> bodiless_defs_;  // of bodiless_; nothing but their ids counts
   std::vector<Ghost> ghosts_;
   absl::flat_hash_map<BodyId, std::uint32_t> places_;  // only looked up
   bool places_noted_ = false;                          // places_ is up to date
@@ -114,6 +146,8 @@ class Bodies {
   std::map<BodyId, BodyDef> made_defs_;  // of players, and of what a game made
   std::vector<BodyId> left_;             // see TakeLeft
   std::vector<BodyId> unconnected_;
+  std::vector<const BodyDef*> on_paths_;
+  std::optional<Tick> on_paths_at_;
   bool prime_contacts_ = false;      // before the next step
   bool stepped_ = false;             // at least once
   std::size_t stepped_places_ = 0;   // places() in the last step

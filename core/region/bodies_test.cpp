@@ -70,7 +70,7 @@ TEST(BodiesTest, AbsurdBodiesAreTakenOutAndOwnedOnesReported) {
   world.Own(1);
   world.Own(2);
   for (int i = 0; i < 100; ++i) world.bodies.ApplyForce(BodyId(1), {3e38f, 0, 0}, {});
-  world.bodies.Step(SmallWorld::kTick_s);
+  world.bodies.Step(SmallWorld::kTick_s, Tick());
   EXPECT_THAT(world.bodies.ReadBack(), ElementsAre(std::pair(BodyId(1), Epoch(1))));
   EXPECT_EQ(world.bodies.owned().size(), 1U);
   world.bodies.Validate();

@@ -37,6 +37,8 @@ class BorderLink {
 
   RegionId peer() const { return peer_; }
   bool up() const { return up_; }
+  // Tick of the newest frame that came; 0: none since the link is up, or it is down.
+  Tick newest() const { return up_ && here_ > 0 ? newest_ : Tick(); }
 
   // `header` is that of `bytes`, which are the peer's; `now` is the receiver's tick. On success `taken` is the frame
   // that was added, if one was: a frame that is here already, or from before an outage, is passed over.

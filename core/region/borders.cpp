@@ -70,6 +70,12 @@ std::vector<RegionId> Borders::LinksUp() const {
   return up;
 }
 
+Tick Borders::newest() const {
+  Tick newest;
+  for (const Border& border : borders_) newest = std::max(newest, border.link.newest());
+  return newest;
+}
+
 bool Borders::Speaks(RegionId neighbor) const {
   const std::ptrdiff_t at = IndexOf(neighbor);
   return at >= 0 && borders_[static_cast<std::size_t>(at)].link.Speaks();

@@ -69,6 +69,7 @@ bool Catalog::Dynamic(BodyId id) const {
 
 bool Catalog::Known(BodyId id) const {
   if (IsPlayerBody(id)) return scene_->player.has_value();
+  if (id == kInstanceBody) return has_game_;
   return Dynamic(id);
 }
 
@@ -85,6 +86,13 @@ const BodyDef* Catalog::Find(BodyId id) const {
 double Catalog::MassOf(BodyId id) const {
   assert(Known(id));
   return IsPlayerBody(id) ? scene_->player->body.mass_kg : Find(id)->mass_kg;
+}
+
+// Maps cut a world into equal parts: few of them have a border here.
+Vec3d Catalog::InstancePlace() const {
+  constexpr double kX = 0.37, kY = 0.5, kZ = 0.41;
+  const Vec3d size = scene_->bounds.max - scene_->bounds.min;
+  return scene_->bounds.min + Vec3d{kX * size.x, kY * size.y, kZ * size.z};
 }
 
 BodyDef Catalog::MakePlayer(PlayerNumber player) const {

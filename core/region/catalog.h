@@ -24,13 +24,16 @@ class Catalog {
 
   const Scene& scene() const { return *scene_; }
   bool has_game() const { return has_game_; }
-  // A dynamic body of the scene, a player's if the scene has players, or one of a prefab's.
+  // A dynamic body of the scene, a player's if the scene has players, or one of a prefab's; and the world itself where
+  // a game runs in it.
   bool Known(BodyId id) const;
   // The definition of one of the scene's bodies, or a prefab's of a body that a game makes, which then has another id;
   // null for players' bodies and unknown ids.
   const BodyDef* Find(BodyId id) const;
-  // `Known(id)`. kg.
+  // `Known(id)`, and it is a body. kg.
   double MassOf(BodyId id) const;
+  // Where the record of the world belongs: a point on the ground, from which its owner follows by any map.
+  Vec3d InstancePlace() const;
   BodyDef MakePlayer(PlayerNumber player) const;  // requires scene().player
 
   // Whether any two bodies may be jointed.

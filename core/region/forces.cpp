@@ -29,17 +29,19 @@ std::span<const physics::Forces> BodyForces::Find(const Bodies& bodies, const Re
     const OwnedBody& body = bodies.owned()[i];
     if (body.state.asleep) continue;
     Vec3d& acceleration = forces_[i].acceleration_m_s2;
-    acceleration = scene_.gravity_m_s2 * body.def->gravity_scale;
+    acceleration = scene_.gravity_m_s2 * body.gravity_scale;
     if (!scene_.fields.empty()) acceleration += FieldOn(i, body.state);
     if (const PlayerControl* control = ControlOf(body.def->id, players); control != nullptr) {
       acceleration += Vec3d(control->next.force_n) / body.def->mass_kg;
     }
   }
-  for (const RecordTable::Push& push : records.Pushes()) {
-    const std::ptrdiff_t index = bodies.IndexOf(push.body);
-    if (index < 0) continue;
+  const auto rate = static_cast<float>(1 / tick_s_);
+  for (const KeptRecord* record : records.Acting()) {
+    const std::ptrdiff_t index = bodies.IndexOf(record->body);
+    const Vec3f force_n = record->game.NextForce(rate);
+    if (index < 0 || force_n == Vec3f()) continue;
     const auto i = static_cast<std::size_t>(index);
-    forces_[i].acceleration_m_s2 += Vec3d(push.push_ns) / (bodies.owned()[i].def->mass_kg * tick_s_);
+    forces_[i].acceleration_m_s2 += Vec3d(force_n) / bodies.owned()[i].def->mass_kg;
   }
   return forces_;
 }
@@ -59,8 +61,10 @@ void BodyForces::Apply(const RegionPlayers& players, const RecordTable& records,
     bodies.ApplyForce(id, force, torque);
   }
   const auto per_tick = static_cast<float>(1 / tick_s_);
-  for (const RecordTable::Push& push : records.Pushes()) {
-    if (bodies.Owns(push.body)) bodies.ApplyForce(push.body, push.push_ns * per_tick, push.push_nms * per_tick);
+  for (const KeptRecord* record : records.Acting()) {
+    if (!bodies.Owns(record->body)) continue;
+    if (record->game.wakes) bodies.Wake(record->body);
+    bodies.ApplyForce(record->body, record->game.NextForce(per_tick), record->game.NextTorque(per_tick));
   }
   ApplyToGhosts(bodies);
 }
@@ -70,6 +74,7 @@ void BodyForces::ApplyToGhosts(Bodies& bodies) const {
   for (const Ghost& ghost : bodies.ghosts()) {
     const GhostRecord& record = ghost.record;
     Vec3f force = record.force_n, torque = record.torque_nm;
+    if (record.woken) bodies.Wake(record.id);
     // A ghost that came to rest here a tick before it does with its owner is not woken by its load.
     const BodyState state = bodies.world().StateOf(record.id);
     if (!state.asleep) {

@@ -69,7 +69,7 @@ TEST_F(ForcesTest, AGhostIsPushedByWhatItsOwnerReportedAndByFields) {
   world.ghosts[0].record.load_ns = {0, static_cast<float>(10 * SmallWorld::kTick_s), 0};
   world.bodies.PlaceGhosts(world.ghosts);
   forces.Apply(players, records, world.bodies);
-  world.bodies.Step(SmallWorld::kTick_s);
+  world.bodies.Step(SmallWorld::kTick_s, Tick());
   const Vec3d speed(world.bodies.world().StateOf(BodyId(3)).linear_velocity);
   EXPECT_NEAR(speed.x, 3 * SmallWorld::kTick_s, 1e-6);
   EXPECT_NEAR(speed.y, 0, 1e-6);  // the load bears its weight

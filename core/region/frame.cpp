@@ -6,7 +6,7 @@
 namespace tessera::region {
 namespace {
 
-constexpr std::uint8_t kFormat = 10;
+constexpr std::uint8_t kFormat = 11;
 
 // Flags of a header.
 constexpr std::uint8_t kReconnect = 1, kWasDown = 2, kPromises = 4;
@@ -15,6 +15,8 @@ constexpr std::uint8_t kAsleep = 1, kAtRest = 2, kHasForce = 4;          // kAtR
 constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // without: +0
 constexpr std::uint8_t kHasRecord = 64;                                  // on a granted body
 constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // on a ghost
+// Flags of an altered ghost.
+constexpr std::uint8_t kGhostJumped = 1, kGhostWoken = 2;
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -114,6 +116,19 @@ void WriteGhosts(ByteWriter& out, std::span<const GhostRecord> ghosts, std::span
   }
 }
 
+// Those of the ghosts, unchanged ones among them, that a game did something to.
+void WriteAltered(ByteWriter& out, std::span<const GhostRecord> ghosts) {
+  out.Varint(static_cast<std::uint64_t>(std::ranges::count_if(ghosts, &GhostRecord::altered)));
+  std::uint64_t last = 0;
+  for (const GhostRecord& ghost : ghosts) {
+    if (!ghost.altered()) continue;
+    out.Varint(ghost.id.value() - last);
+    last = ghost.id.value();
+    out.U8(static_cast<std::uint8_t>((ghost.jumped ? kGhostJumped : 0) | (ghost.woken ? kGhostWoken : 0)));
+    Write(out, ghost.tuning);
+  }
+}
+
 absl::Status Malformed(absl::string_view what) { return absl::InvalidArgumentError(what); }
 
 absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, std::vector<GhostRecord>& ghosts) {
@@ -128,6 +143,8 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
     ghosts.back().force_n = ghosts.back().torque_nm = ghosts.back().load_ns = ghosts.back().load_nms = Vec3f();
     ghosts.back().settled = ghosts.back().externally_supported = false;
     ghosts.back().island_load = 0;
+    ghosts.back().jumped = ghosts.back().woken = false;
+    ghosts.back().tuning = {};
   }
   last = 0;
   in.Field("ghosts");
@@ -157,6 +174,22 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
   const auto same_id = [](const GhostRecord& a, const GhostRecord& b) { return a.id == b.id; };
   if (std::adjacent_find(ghosts.begin(), ghosts.end(), same_id) != ghosts.end()) {
     return Malformed("ghosts: a body twice");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status ReadAltered(ByteReader& in, std::vector<GhostRecord>& ghosts) {
+  in.Field("altered ghosts");
+  std::uint64_t last = 0;
+  for (std::size_t left = in.Count(3); left > 0 && in.ok(); --left) {
+    if (!in.Ascend(last)) return Malformed("altered ghosts: ids do not ascend");
+    const auto ghost = std::ranges::lower_bound(ghosts, BodyId(last), {}, &GhostRecord::id);
+    if (ghost == ghosts.end() || ghost->id != BodyId(last)) return Malformed("altered ghosts: not among the ghosts");
+    const std::uint8_t flags = in.U8();
+    if (flags > (kGhostJumped | kGhostWoken)) return Malformed("altered ghosts: unknown flags");
+    ghost->jumped = (flags & kGhostJumped) != 0;
+    ghost->woken = (flags & kGhostWoken) != 0;
+    ghost->tuning = ReadTuning(in);
   }
   return absl::OkStatus();
 }
@@ -301,6 +334,7 @@ std::vector<std::uint8_t> Encode(const BorderFrame& frame, std::span<const Ghost
   if (stamp.promised != 0) out.Varint(stamp.promised);
   if (stamp.reconnect) return out.Take();
   WriteGhosts(out, frame.ghosts, previous);
+  WriteAltered(out, frame.ghosts);
   out.Varint(frame.impulses.size());
   for (const ImpulseRecord& record : frame.impulses) {
     out.Varint(record.own.value());
@@ -327,6 +361,12 @@ std::vector<std::uint8_t> Encode(const BorderFrame& frame, std::span<const Ghost
     out.Varint(input.body.value());
     WriteInput(out, input);
   }
+  out.Varint(frame.properties.size());
+  for (const GhostProperties& one : frame.properties) {
+    out.Varint(one.body.value());
+    out.Block(one.bytes);
+  }
+  Write(out, frame.packets);
   return out.Take();
 }
 
@@ -347,6 +387,9 @@ absl::StatusOr<BorderFrame> Decode(std::span<const std::uint8_t> bytes, std::spa
   frame.stamp = header->stamp;
   if (frame.stamp.reconnect) return Malformed("a reconnect request where a frame should be");
   if (absl::Status status = ReadGhosts(in, previous, frame.ghosts); !status.ok()) {
+    return in.ok() ? status : Malformed(in.error());
+  }
+  if (absl::Status status = ReadAltered(in, frame.ghosts); !status.ok()) {
     return in.ok() ? status : Malformed(in.error());
   }
   in.Field("impulses");
@@ -380,6 +423,15 @@ absl::StatusOr<BorderFrame> Decode(std::span<const std::uint8_t> bytes, std::spa
     const BodyId body(in.Varint());
     ReadInput(in, body, input);
   }
+  in.Field("properties");
+  frame.properties.resize(in.Count(2));
+  for (GhostProperties& one : frame.properties) {
+    one.body = BodyId(in.Varint());
+    const std::span<const std::uint8_t> block = in.Block(kMaxPropertyBytes);
+    one.bytes.assign(block.begin(), block.end());
+  }
+  in.Field("packets");
+  Read(in, frame.packets);
   if (!in.ok()) return Malformed(in.error());
   if (in.remaining() != 0) return Malformed("trailing bytes");
   return frame;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/region/message_packet.h"
 #include "core/region/record_table.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
@@ -36,6 +37,9 @@ namespace tessera::region {
 // `island_load` is the load of its island at the sender (physics::World::IslandLoadOf), so that both sides solve it in
 // equally many substeps. 0 for the others: the receiver sees all bodies that they touch.
 //
+// One that `jumped` was put where it is after the last step, and did not move there. One that is `woken` wakes with the
+// next step. `tuning` is what a game changed of its definition.
+//
 // One that is `settled` has lain still for a while. Its load includes that of other settled bodies on it, whether the
 // receiver sees them or not, except for the receiver's own: settled ghosts are not solved against each other there.
 struct GhostRecord {
@@ -47,6 +51,10 @@ struct GhostRecord {
   bool settled = false;
   bool externally_supported = false;
   float island_load = 0;
+  bool jumped = false, woken = false;
+  BodyTuning tuning = {};
+
+  bool altered() const { return jumped || woken || !tuning.empty(); }
 };
 
 // The impulses of the sender's solver in the last step on its body `own`, which touched `other`, a ghost there.
@@ -120,6 +128,13 @@ struct BorderFrameHeader {
   FrameStamp stamp;
 };
 
+// What a neighbour may read of a ghost (shared_properties.h).
+struct GhostProperties {
+  BodyId body;
+  std::vector<std::uint8_t> bytes;  // PropertySet::Encode
+  friend bool operator==(const GhostProperties&, const GhostProperties&) = default;
+};
+
 struct BorderFrame {
   Tick tick;
   RegionId sender;
@@ -130,7 +145,9 @@ struct BorderFrame {
   std::vector<Grant> grants;
   std::vector<GrantAcknowledgement> acknowledgements;
   std::vector<LateCorrection> late_corrections;
-  std::vector<PlayerInput> inputs;  // reached the granter after it had sent the grant
+  std::vector<PlayerInput> inputs;          // reached the granter after it had sent the grant
+  std::vector<GhostProperties> properties;  // of ghosts of this frame, ascending: what the receiver was not told before
+  std::vector<MessagePacket> packets;
 };
 
 // The parts of a grant that the log has too. A control has its last input, two bytes, its next input and a count.

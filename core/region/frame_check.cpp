@@ -38,12 +38,17 @@ absl::Status CheckAngularImpulse(BodyId id, Vec3f impulse_nms) {
                                            : Bad(id, ": angular impulse is not finite or beyond limits");
 }
 
+// One that has a shape and moves.
+absl::Status CheckBody(BodyId id, const Catalog& catalog) {
+  return id == kInstanceBody ? Bad(id, " has no shape") : CheckKnown(id, catalog);
+}
+
 absl::Status CheckImpulses(const BorderFrame& frame, const Catalog& catalog) {
   std::pair<BodyId, BodyId> last;
   for (const ImpulseRecord& record : frame.impulses) {
     const BodyId own = record.own, other = record.other;
-    if (absl::Status status = CheckKnown(own, catalog); !status.ok()) return status;
-    if (absl::Status status = CheckKnown(other, catalog); !status.ok()) return status;
+    if (absl::Status status = CheckBody(own, catalog); !status.ok()) return status;
+    if (absl::Status status = CheckBody(other, catalog); !status.ok()) return status;
     if (own == other) return Bad(own, " touches itself");
     const std::pair<BodyId, BodyId> pair = std::minmax(own, other);
     if (pair <= last) return Bad(own, ": impulses do not ascend");
@@ -109,7 +114,7 @@ absl::Status CheckControl(BodyId id, const PlayerControl& control, const Catalog
 
 absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
   for (const GhostRecord& ghost : frame.ghosts) {
-    if (absl::Status known = CheckKnown(ghost.id, catalog); !known.ok()) return known;
+    if (absl::Status known = CheckBody(ghost.id, catalog); !known.ok()) return known;
     if (absl::Status state = CheckState(ghost.id, ghost.state); !state.ok()) return state;
     if (ghost.epoch.value() == 0) return Bad(ghost.id, ": epoch 0");
     if (absl::Status push = CheckPush(ghost.id, ghost.force_n, ghost.torque_nm, catalog); !push.ok()) return push;
@@ -118,6 +123,7 @@ absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
       return Bad(ghost.id, ": island_load is negative or not finite");
     }
     if (absl::Status load = CheckAngularImpulse(ghost.id, ghost.load_nms); !load.ok()) return load;
+    if (!IsSane(ghost.tuning)) return Bad(ghost.id, ": tuning is not finite or beyond limits");
   }
   if (absl::Status status = CheckImpulses(frame, catalog); !status.ok()) return status;
   std::vector<BodyId> granted;
@@ -134,6 +140,17 @@ absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
   for (const PlayerInput& input : frame.inputs) {
     if (!IsPlayerBody(input.body)) return Bad(input.body, " is no player's");
     if (absl::Status status = CheckInput(input); !status.ok()) return status;
+  }
+  BodyId last;
+  for (const GhostProperties& one : frame.properties) {
+    if (one.body <= last) return Bad(one.body, ": bodies with properties do not ascend");
+    if (!HasGhost(frame, one.body)) return Bad(one.body, " has properties and is no ghost");
+    const auto set = PropertySet::Decode(one.bytes, catalog.scene().properties);
+    if (!set.ok()) return Bad(one.body, absl::StrCat(": ", set.status().message()));
+    last = one.body;
+  }
+  for (const MessagePacket& packet : frame.packets) {
+    if (absl::Status status = CheckPacket(packet, catalog); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -49,6 +49,7 @@ BorderFrame MakeFrame() {
   frame.acknowledgements = {{BodyId(30), Epoch(31)}};
   frame.late_corrections = {{BodyId(40), {1, 2, 3}, {4, 5, 6}}};
   frame.inputs = {{.number = 77, .body = PlayerBodyId(PlayerNumber(4)), .force_n = {1, 2, 3}}};
+  frame.properties = {{BodyId(1), {0, 10}}, {BodyId(5), {0, 0}}};
   return frame;
 }
 
@@ -109,8 +110,8 @@ TEST(FrameTest, EveryTruncationIsRefused) {
 }
 
 TEST(FrameTest, ACountThatTheRestCannotHoldIsRefused) {
-  // Format 10, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
-  const std::vector<std::uint8_t> bytes{10,   0,    1,    1,    0,    0,    0,    0,    0x80,
+  // Format 11, tick, sender, map version, committed version, flags, number, no unchanged ghosts, then 2^63 ghosts.
+  const std::vector<std::uint8_t> bytes{11,   0,    1,    1,    0,    0,    0,    0,    0x80,
                                         0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x80, 0x01};
   EXPECT_EQ(Decode(bytes, {}).status().message(), "ghosts: truncated");
 }
@@ -131,6 +132,7 @@ class FrameCheckTest : public ::testing::Test {
     joint.body_b = BodyId(3);
     joint.kind = PointJoint{};
     scene->joints.push_back(joint);
+    scene->properties = {{"score", std::int64_t{0}}};
     catalog = std::make_unique<Catalog>(scene);
     frame.ghosts = {{BodyId(4), Epoch(1), State(1), {}, {}, {}, {}}};
     Grant grant;
@@ -153,6 +155,19 @@ TEST_F(FrameCheckTest, RefusesUnknownAndStaticBodies) {
   EXPECT_EQ(Error(), "body 1 is not a dynamic body of the scene");
   frame.ghosts[0].id = PlayerBodyId(PlayerNumber(1));  // the scene has no players
   EXPECT_NE(Error(), "");
+}
+
+TEST_F(FrameCheckTest, RefusesPropertiesThatNoGhostOfTheFrameCanHave) {
+  frame.properties = {{BodyId(4), {0, 2}}};
+  EXPECT_EQ(Error(), "");
+  frame.properties = {{BodyId(4), {1, 2}}};
+  EXPECT_EQ(Error(), "body 4: properties: not declared");
+  frame.properties = {{BodyId(4), {0}}};
+  EXPECT_EQ(Error(), "body 4: properties: truncated");
+  frame.properties = {{BodyId(5), {0, 2}}};
+  EXPECT_EQ(Error(), "body 5 has properties and is no ghost");
+  frame.properties = {{BodyId(4), {0, 2}}, {BodyId(4), {0, 2}}};
+  EXPECT_EQ(Error(), "body 4: bodies with properties do not ascend");
 }
 
 TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {

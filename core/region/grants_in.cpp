@@ -29,8 +29,7 @@ std::vector<const GrantedBody*> GrantsIn::Accept(RegionId from, const Grant& gra
 
 // The region owns the body, or it has passed it on and still keeps the acknowledgement.
 bool GrantsIn::IsRepeat(RegionId from, const GrantedBody& body, const Bodies& bodies) const {
-  const std::ptrdiff_t index = bodies.IndexOf(body.id);
-  if (index >= 0 && bodies.owned()[static_cast<std::size_t>(index)].epoch >= body.epoch) return true;
+  if (bodies.EpochOf(body.id) >= body.epoch) return true;
   return Acknowledges(from, body);
 }
 

@@ -44,6 +44,13 @@ std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Catalog& 
     plan.push_back({*to, jointed ? bodies.OwnedAssembly(i) : std::vector{i}});
     planned += plan.back().assembly.size();
   }
+  for (std::size_t i = 0; i < bodies.bodiless().size() && planned < settings.max_grants_per_tick; ++i) {
+    const std::optional<RegionId> to = HandoverTarget(neighborhood.map(), neighborhood.self(), neighborhood.grantable(),
+                                                      bodies.bodiless()[i].state.position, settings.hysteresis_m);
+    if (!to.has_value() || !may_grant(*to)) continue;
+    plan.push_back({*to, {bodies.owned().size() + i}});
+    ++planned;
+  }
   return plan;
 }
 
@@ -66,6 +73,7 @@ std::size_t CountAway(const Bodies& bodies, const KeptGrants& kept, const Catalo
     if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body says where they belong
     count += away(body.state) ? 1 : 0;
   }
+  for (const OwnedBody& entity : bodies.bodiless()) count += away(entity.state) ? 1 : 0;
   for (const auto& [key, grant] : kept) {
     if (catalog.AssemblyOf(key.first).front() != key.first) continue;
     count += away(grant.state) ? 1 : 0;

@@ -26,7 +26,7 @@ std::optional<RegionId> HandoverTarget(const PartitionMap& map, RegionId self, s
 
 struct PlannedHandover {
   RegionId to;
-  std::vector<std::size_t> assembly;  // indices into Bodies::owned, ascending
+  std::vector<std::size_t> assembly;  // indices as of Bodies::EntityAt, ascending
 };
 
 // Assemblies that are to change hands after this step, ascending by their lowest bodies. No more than

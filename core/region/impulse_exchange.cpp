@@ -29,6 +29,8 @@ void ImpulseExchange::Note(std::span<const physics::PairImpulse> contacts, const
   for (const physics::PairImpulse& contact : contacts) {
     const bool own_a = contact.tag_a < own, own_b = contact.tag_b < own;
     if (own_a == own_b || std::max(contact.tag_a, contact.tag_b) >= all) continue;
+    // No impulse changes how a kinematic body moves: the other body's owner knows all of it.
+    if (bodies.DefAt(contact.tag_a).kinematic || bodies.DefAt(contact.tag_b).kinematic) continue;
     const RegionId other = bodies.ghosts()[(own_a ? contact.tag_b : contact.tag_a) - own].owner;
     if (!std::binary_search(links_up.begin(), links_up.end(), other) || !IsSane(contact)) continue;
     Solution solution{contact.body_a,

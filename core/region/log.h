@@ -41,7 +41,8 @@ struct LogView {
   const KeptGrants* grants = nullptr;
   // Ascending. For a whole state all, else those that are new since the last message.
   std::span<const KeptRecord> records = {};
-  std::vector<BodyClaim> tombstones = {};  // ascending, all
+  std::vector<BodyClaim> tombstones = {};    // ascending, all
+  std::span<const OwnedBody> bodiless = {};  // ascending
 };
 
 // Owner's end: knows what it wrote last.

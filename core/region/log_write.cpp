@@ -115,6 +115,25 @@ void WriteTombstones(ByteWriter& out, const std::vector<BodyClaim>& now, const s
   WriteIds(out, forgotten);
 }
 
+// All that is owned, ascending.
+std::vector<const OwnedBody*> EntitiesOf(const LogView& view) {
+  std::vector<const OwnedBody*> all;
+  all.reserve(view.owned.size() + view.bodiless.size());
+  for (const OwnedBody& body : view.owned) all.push_back(&body);
+  const auto id_of = [](const OwnedBody* entity) { return entity->def->id; };
+  for (const OwnedBody& entity : view.bodiless) {
+    all.insert(std::ranges::lower_bound(all, entity.def->id, {}, id_of), &entity);
+  }
+  return all;
+}
+
+std::vector<StateBody> StateBodiesOf(const std::vector<const OwnedBody*>& entities) {
+  std::vector<StateBody> bodies;
+  bodies.reserve(entities.size());
+  for (const OwnedBody* body : entities) bodies.push_back({body->def->id, body->epoch, body->state});
+  return bodies;
+}
+
 Bytes Sealed(ByteWriter& out) {
   out.U64(LogChecksum(out.bytes()));
   return out.Take();
@@ -157,8 +176,7 @@ Bytes LogWriter::Write(const LogView& now, std::span<const TouchingPair> touchin
   last_.region = now.region;
   last_.incarnation = now.incarnation;
   last_.tick = now.tick;
-  last_.bodies.reserve(now.owned.size());
-  for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+  last_.bodies = StateBodiesOf(EntitiesOf(now));
   last_.controls = now.controls;
   last_.spawned = now.spawned;
   last_.grants = *now.grants;
@@ -181,9 +199,10 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   std::vector<ChangedBody> changed;
   std::vector<BodyId> gone;
   bool more = false;
+  const std::vector<const OwnedBody*> entities = EntitiesOf(now);
   auto before = last_.bodies.begin();
-  for (std::size_t i = 0; i < now.owned.size(); ++i) {
-    const OwnedBody& body = now.owned[i];
+  for (std::size_t i = 0; i < entities.size(); ++i) {
+    const OwnedBody& body = *entities[i];
     const BodyId id = body.def->id;
     for (; before != last_.bodies.end() && before->id < id; ++before) gone.push_back(before->id);
     if (before == last_.bodies.end() || before->id != id) {
@@ -204,7 +223,7 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
   out.Varint(changed.size());
   std::uint64_t last = 0;
   for (const ChangedBody& change : changed) {
-    const OwnedBody& body = now.owned[change.body];
+    const OwnedBody& body = *entities[change.body];
     out.Varint(body.def->id.value() - last);
     last = body.def->id.value();
     const bool same_epoch = change.base != nullptr && change.base->epoch == body.epoch;
@@ -230,13 +249,12 @@ Bytes LogWriter::WriteChanges(const LogView& now) {
 
   last_.tick = now.tick;
   if (more || !gone.empty()) {
-    last_.bodies.clear();
-    for (const OwnedBody& body : now.owned) last_.bodies.push_back({body.def->id, body.epoch, body.state});
+    last_.bodies = StateBodiesOf(entities);
   } else {
     for (const ChangedBody& change : changed) {
       StateBody& base = last_.bodies[change.body];
-      base.epoch = now.owned[change.body].epoch;
-      base.state = now.owned[change.body].state;
+      base.epoch = entities[change.body]->epoch;
+      base.state = entities[change.body]->state;
     }
   }
   last_.controls = now.controls;

@@ -18,9 +18,12 @@ double MostAcceleration(const PlayerRules& player, double tick_s, double horizon
 std::uint32_t LookaheadPromise::For(RegionId to, const BorderFrame& frame) {
   const std::uint32_t ticks = in_.settings.promise_ticks;
   const bool quiet = frame.impulses.empty() && frame.grants.empty() && frame.acknowledgements.empty() &&
-                     frame.late_corrections.empty() && frame.inputs.empty();
-  if (ticks == 0 || !quiet || in_.map_changes) return 0;
-  const auto sleeps = [](const GhostRecord& ghost) { return ghost.state.asleep && !IsPlayerBody(ghost.id); };
+                     frame.late_corrections.empty() && frame.inputs.empty() && frame.packets.empty();
+  if (ticks == 0 || !quiet || in_.restless) return 0;
+  const auto sleeps = [](const GhostRecord& ghost) {
+    const bool pushed = ghost.woken || ghost.jumped || ghost.force_n != Vec3f() || ghost.torque_nm != Vec3f();
+    return ghost.state.asleep && !pushed && !IsPlayerBody(ghost.id);
+  };
   if (!std::ranges::all_of(frame.ghosts, sleeps)) return 0;
   if (!unrest_.has_value()) unrest_ = FindUnrest();
   if (!frame.ghosts.empty()) return unrest_->any ? 0 : ticks;
@@ -38,7 +41,7 @@ LookaheadPromise::Unrest LookaheadPromise::FindUnrest() const {
   for (const Ghost& ghost : in_.bodies.ghosts()) {
     const BodyId id = ghost.record.id;
     const Aabb box = in_.bodies.world().BoundsOf(id);
-    const double acceleration = Length(scene.gravity_m_s2 * ghost.def->gravity_scale);
+    const double acceleration = Length(scene.gravity_m_s2 * GravityScaleOf(*ghost.def, ghost.record.tuning));
     AddUnrest(id, in_.bodies.world().StateOf(id), Length(box.max - box.min) / 2, acceleration, unrest);
   }
   return unrest;

@@ -30,7 +30,9 @@ class LookaheadPromise {
     const RegionSettings& settings;
     std::span<const physics::Forces> forces;  // by owned body
     double tick_s;
-    bool map_changes;  // another map is announced: nothing is promised
+    // Another map is announced, a game waits for neighbours to listen, or something is to leave soon: nothing is
+    // promised.
+    bool restless;
   };
   explicit LookaheadPromise(const Inputs& inputs) : in_(inputs) {}
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 
 namespace tessera::region {
 
@@ -23,6 +24,10 @@ void OutgoingMessages::Add(RegionId to, const PlayerInput& input) {
   if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.inputs.push_back(input);
 }
 
+void OutgoingMessages::Add(RegionId to, MessagePacket packet) {
+  if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.packets.push_back(std::move(packet));
+}
+
 void OutgoingMessages::ReplaceGrants(RegionId to, std::vector<Grant> grants) {
   if (const auto it = by_neighbor_.find(to); it != by_neighbor_.end()) it->second.grants = std::move(grants);
 }
@@ -32,6 +37,10 @@ void OutgoingMessages::MoveTo(RegionId to, BorderFrame& frame) {
   frame.grants = std::exchange(messages.grants, {});
   frame.late_corrections = std::exchange(messages.late_corrections, {});
   frame.inputs = std::exchange(messages.inputs, {});
+  const std::size_t packets = std::min(messages.packets.size(), kMaxPackets);
+  const auto rest = messages.packets.begin() + static_cast<std::ptrdiff_t>(packets);
+  frame.packets.assign(std::make_move_iterator(messages.packets.begin()), std::make_move_iterator(rest));
+  messages.packets.erase(messages.packets.begin(), rest);
 }
 
 void OutgoingMessages::Validate([[maybe_unused]] std::span<const RegionId> neighbors) const {

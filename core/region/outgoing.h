@@ -24,9 +24,11 @@ class OutgoingMessages {
   void Add(RegionId to, const LateCorrection& late);
   // An input that reached the granter after it had sent the grant.
   void Add(RegionId to, const PlayerInput& input);
+  // A packet of the messages of game code.
+  void Add(RegionId to, MessagePacket packet);
   // These grants instead of all that wait for a neighbour.
   void ReplaceGrants(RegionId to, std::vector<Grant> grants);
-  // Moves everything that waits for a neighbour into the frame.
+  // Moves everything that waits for a neighbour into the frame; of packets as many as a frame may have.
   void MoveTo(RegionId to, BorderFrame& frame);
 
   void Validate(std::span<const RegionId> neighbors) const;
@@ -36,6 +38,7 @@ class OutgoingMessages {
     std::vector<Grant> grants;
     std::vector<LateCorrection> late_corrections;
     std::vector<PlayerInput> inputs;
+    std::vector<MessagePacket> packets;
   };
   std::map<RegionId, Messages> by_neighbor_;
 };

@@ -6,20 +6,25 @@
 namespace tessera::region {
 
 bool CountsAsChange(const KeptRecord* before, const KeptRecord& after) {
-  if (before == nullptr) return !after.bytes->empty() || !after.game.timers.empty() || after.game.expires != Tick();
+  if (before == nullptr) {
+    return !after.bytes->empty() || !after.game.timers.empty() || after.game.expires != Tick() ||
+           !after.game.player.empty();
+  }
   const game::GameRecord &a = before->game, &b = after.game;
-  return before->bytes != after.bytes || a.timers != b.timers || a.last_timer != b.last_timer || a.expires != b.expires;
+  return before->bytes != after.bytes || a.timers != b.timers || a.last_timer != b.last_timer ||
+         a.expires != b.expires || !(a.player == b.player);
 }
 
 void OutputCommit::Changed(const KeptRecord* before, const KeptRecord& after, Tick tick) {
   if (!CountsAsChange(before, after)) return;
   const auto [at, added] = entries_.try_emplace(after.body);
   Entry& entry = at->second;
-  if (added && before != nullptr) entry.told = before->bytes;
+  if (added && before != nullptr) entry.told = {before->bytes, before->game.player};
+  Told told{after.bytes, after.game.player};
   if (!entry.later.empty() && entry.later.back().first == tick) {
-    entry.later.back().second = after.bytes;
+    entry.later.back().second = std::move(told);
   } else {
-    entry.later.emplace_back(tick, after.bytes);
+    entry.later.emplace_back(tick, std::move(told));
   }
 }
 
@@ -76,7 +81,12 @@ bool OutputCommit::IsHidden(BodyId id) const {
 
 const OutputCommit::PropertyBytes& OutputCommit::PropertiesOf(const KeptRecord& record) const {
   const auto entry = entries_.find(record.body);
-  return entry == entries_.end() || entry->second.later.empty() ? record.bytes : entry->second.told;
+  return entry == entries_.end() || entry->second.later.empty() ? record.bytes : entry->second.told.properties;
+}
+
+const game::SharedPlayerRecord& OutputCommit::PlayerOf(const KeptRecord& record) const {
+  const auto entry = entries_.find(record.body);
+  return entry == entries_.end() || entry->second.later.empty() ? record.game.player : entry->second.told.player;
 }
 
 void OutputCommit::Validate() const {

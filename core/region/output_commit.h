@@ -50,14 +50,21 @@ class OutputCommit {
   // The properties of a body with this record that may be told; null or empty for none.
   const PropertyBytes& PropertiesOf(const KeptRecord& record) const;
 
+  // What game and player have said to each other that may be told; of a player's body with this record.
+  const game::SharedPlayerRecord& PlayerOf(const KeptRecord& record) const;
+
   void Validate() const;
 
  private:
+  struct Told {
+    PropertyBytes properties;
+    game::SharedPlayerRecord player;
+  };
   struct Entry {
-    Tick spawned;        // 0: it was there before
-    Tick bound;          // 0: it was not changed together with others
-    PropertyBytes told;  // as of the newest tick that the standby has
-    std::deque<std::pair<Tick, PropertyBytes>> later;
+    Tick spawned;  // 0: it was there before
+    Tick bound;    // 0: it was not changed together with others
+    Told told;     // as of the newest tick that the standby has
+    std::deque<std::pair<Tick, Told>> later;
   };
   std::map<BodyId, Entry> entries_;
   struct Wait {

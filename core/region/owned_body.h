@@ -13,6 +13,7 @@ struct OwnedBody {
   const BodyDef* def = nullptr;
   Epoch epoch;
   BodyState state;
+  double gravity_scale = 1;  // the definition's, or what a game made of it
 };
 
 // The players' bodies among bodies that ascend; `id_of` gives the id of one.

@@ -4,51 +4,94 @@
 #include <cassert>
 #include <utility>
 
+#include "core/region/game_motion.h"
+
 namespace tessera::region {
 
-void Ownership::Take(const GrantedBody& body, const PlayerControl& control) {
-  bodies_.Own(body.id, body.epoch, body.state);
+namespace {
+
+bool IsBodiless(BodyId id, const CarriedRecord& record) { return id == kInstanceBody || record.game.removed; }
+
+}  // namespace
+
+void Ownership::Take(const GrantedBody& body, const PlayerControl& control) { Enter(body, control, false); }
+void Ownership::Restore(const GrantedBody& body, const PlayerControl& control) { Enter(body, control, true); }
+
+void Ownership::Enter(const GrantedBody& body, const PlayerControl& control, bool restored) {
+  if (IsBodiless(body.id, body.record)) {
+    bodies_.OwnBodiless(body.id, body.epoch, body.state);
+    return records_.Adopt(body.id, body.record);
+  }
+  if (restored) {
+    bodies_.Restore(body.id, body.epoch, body.state);
+  } else {
+    bodies_.Own(body.id, body.epoch, body.state, body.record.game.jumped);
+  }
   if (IsPlayerBody(body.id)) players_.Adopt(PlayerOf(body.id), control);
   records_.Adopt(body.id, body.record);
+  bodies_.Tune(body.id, body.record.game.tuning);
 }
 
-void Ownership::Restore(const GrantedBody& body, const PlayerControl& control) {
-  bodies_.Restore(body.id, body.epoch, body.state);
-  if (IsPlayerBody(body.id)) players_.Adopt(PlayerOf(body.id), control);
-  records_.Adopt(body.id, body.record);
+BodyState Ownership::InstanceState(const Catalog& catalog) {
+  BodyState state;
+  state.position = catalog.InstancePlace();
+  return state;
 }
 
-void Ownership::Spawn(PlayerNumber player) {
+// The name is told at once: whoever makes the body, it has this name.
+void Ownership::Spawn(PlayerNumber player, std::string name) {
   bodies_.Own(PlayerBodyId(player), Epoch(1), catalog_.MakePlayer(player).initial);
   players_.Adopt(player, {});
-}
-
-Epoch Ownership::EpochOf(BodyId id) const {
-  const std::ptrdiff_t index = bodies_.IndexOf(id);
-  assert(index >= 0);
-  return bodies_.owned()[static_cast<std::size_t>(index)].epoch;
+  PropertySet named;
+  named.set_player_name(std::move(name));
+  records_.Commit(PlayerBodyId(player), named, {});
 }
 
 // Returns the inputs that wait for the body.
 std::vector<PlayerInput> Ownership::Release(BodyId id) {
   records_.Release(id);
   output_.Left(id);
+  shared_.Left(id);
   return IsPlayerBody(id) ? players_.Release(PlayerOf(id)) : std::vector<PlayerInput>();
 }
 
 Ownership::HandedOver Ownership::HandOver(const DepartingBody& body) {
   const BodyId id = body.record.id;
-  HandedOver result{{id, EpochOf(id), DepartureReason::kHandedOver, body.to}, Release(id)};
+  HandedOver result{{id, bodies_.EpochOf(id), DepartureReason::kHandedOver, body.to}, Release(id)};
+  if (bodies_.FindBodiless(id) != nullptr) {
+    bodies_.RemoveBodiless(id);
+    return result;
+  }
   reports_.Release(id);
   bodies_.BecomeGhost(body.record, body.to);
   return result;
 }
 
 Departure Ownership::Remove(BodyId id) {
-  const Departure departure{id, EpochOf(id), DepartureReason::kRemoved, RegionId()};
+  const Departure departure{id, bodies_.EpochOf(id), DepartureReason::kRemoved, RegionId()};
   Release(id);
   bodies_.RemoveOwned(id);
   return departure;
+}
+
+Departure Ownership::Retire(BodyId id) {
+  const Epoch epoch = bodies_.EpochOf(id);
+  const BodyState state = bodies_.world().StateOf(id);
+  CarriedRecord left;
+  left.game.removed = true;
+  left.game.mail.last_number = records_.Of(id).game.mail.last_number;
+  left.game.mail.outbox = records_.Of(id).game.mail.outbox;
+  const Departure departure = Remove(id);
+  bodies_.OwnBodiless(id, epoch, state);
+  records_.Adopt(id, left);
+  return departure;
+}
+
+Epoch Ownership::RemoveBodiless(BodyId id) {
+  const Epoch epoch = bodies_.EpochOf(id);
+  Release(id);
+  bodies_.RemoveBodiless(id);
+  return epoch;
 }
 
 std::vector<Departure> Ownership::ReadBack() {
@@ -61,8 +104,12 @@ std::vector<Departure> Ownership::ReadBack() {
 }
 
 Departure Ownership::LetGo(BodyId id, RegionId to) {
-  const Departure departure{id, EpochOf(id), DepartureReason::kHandedOver, to};
+  const Departure departure{id, bodies_.EpochOf(id), DepartureReason::kHandedOver, to};
   Release(id);
+  if (bodies_.FindBodiless(id) != nullptr) {
+    bodies_.RemoveBodiless(id);
+    return departure;
+  }
   reports_.Release(id);
   bodies_.RemoveOwned(id);
   return departure;
@@ -73,7 +120,7 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
   Grant& grant = prepared.grant;
   const auto per_tick = static_cast<float>(catalog_.scene().tick_rate_hz);
   for (const std::size_t index : planned.assembly) {
-    const OwnedBody& body = bodies_.owned()[index];
+    const OwnedBody& body = bodies_.EntityAt(index);
     const BodyId id = body.def->id;
     const Epoch epoch(body.epoch.value() + 1);
     GhostRecord record;
@@ -87,8 +134,7 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
       grant.control = players_.MakeGrant(PlayerOf(id));
     }
     CarriedRecord carried = records_.Of(id);
-    record.force_n += carried.game.push_ns * per_tick;
-    record.torque_nm += carried.game.push_nms * per_tick;
+    AddGame(carried.game, per_tick, record);
     std::vector<TouchingPair> touching = reports_.Pairs(id);
     grant.bodies.push_back({id, epoch, body.state, carried});
     grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
@@ -100,8 +146,12 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
 }
 
 void Ownership::Save(RegionState& state) const {
-  state.bodies.reserve(bodies_.owned().size());
+  state.bodies.reserve(bodies_.owned().size() + bodies_.bodiless().size());
   for (const OwnedBody& body : bodies_.owned()) state.bodies.push_back({body.def->id, body.epoch, body.state});
+  for (const OwnedBody& entity : bodies_.bodiless()) {
+    const auto at = std::ranges::lower_bound(state.bodies, entity.def->id, {}, &StateBody::id);
+    state.bodies.insert(at, {entity.def->id, entity.epoch, entity.state});
+  }
   state.controls = players_.Controls();
   state.touching = reports_.All();
   for (const KeptRecord& entry : records_.all()) {

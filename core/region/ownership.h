@@ -6,6 +6,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/region/bodies.h"
@@ -17,6 +18,7 @@
 #include "core/region/record_table.h"
 #include "core/region/region_players.h"
 #include "core/region/region_state.h"
+#include "core/region/shared_properties.h"
 #include "core/region/step_result.h"
 
 namespace tessera::region {
@@ -25,16 +27,28 @@ class Ownership {
  public:
   // All must outlive it.
   Ownership(const Catalog& catalog, Bodies& bodies, RegionPlayers& players, PairReports& reports, RecordTable& records,
-            OutputCommit& output)
-      : catalog_(catalog), bodies_(bodies), players_(players), reports_(reports), records_(records), output_(output) {}
+            OutputCommit& output, SharedProperties& shared)
+      : catalog_(catalog),
+        bodies_(bodies),
+        players_(players),
+        reports_(reports),
+        records_(records),
+        output_(output),
+        shared_(shared) {}
 
   // --- A body comes. Its touching pairs are adopted apart: a grant has them for a whole assembly.
   void Take(const GrantedBody& body, const PlayerControl& control);
   // The same for a body of a saved state, whose contacts nobody remembers.
   void Restore(const GrantedBody& body, const PlayerControl& control);
-  void Spawn(PlayerNumber player);
+  void Spawn(PlayerNumber player, std::string name = {});
+  // What a game changed of the definition of a body that is owned.
+  void Tune(BodyId id, const BodyTuning& tuning) { bodies_.Tune(id, tuning); }
+  // The record of the world, where the world begins.
+  void BeginInstance() { bodies_.OwnBodiless(kInstanceBody, Epoch(1), InstanceState(catalog_)); }
   // One that a game made.
   void Spawn(BodyId id, const BodyState& state) { bodies_.Own(id, Epoch(1), state); }
+  // A body that is owned is there from now on.
+  void Place(BodyId id, const BodyState& state) { bodies_.Place(id, state); }
 
   // --- A body goes.
   struct HandedOver {
@@ -45,6 +59,11 @@ class Ownership {
   HandedOver HandOver(const DepartingBody& body);
   // It is taken out of the world, and its pairs end.
   Departure Remove(BodyId id);
+  // The same for a body that still has messages under way: they are left, with its id and epoch, until
+  // `RemoveBodiless`.
+  Departure Retire(BodyId id);
+  // Nothing is left of a body that was removed. Returns the epoch that it had.
+  Epoch RemoveBodiless(BodyId id);
   // The same for bodies whose states came out of the last step not finite, or beyond limits; reads all other states.
   std::vector<Departure> ReadBack();
   // It is taken out of the world because `to` owns it: its pairs go on there.
@@ -60,7 +79,8 @@ class Ownership {
 
  private:
   std::vector<PlayerInput> Release(BodyId id);
-  Epoch EpochOf(BodyId id) const;
+  void Enter(const GrantedBody& body, const PlayerControl& control, bool restored);
+  static BodyState InstanceState(const Catalog& catalog);
 
   const Catalog& catalog_;
   Bodies& bodies_;
@@ -68,6 +88,7 @@ class Ownership {
   PairReports& reports_;
   RecordTable& records_;
   OutputCommit& output_;
+  SharedProperties& shared_;
 };
 
 }  // namespace tessera::region

@@ -55,7 +55,8 @@ class OwnershipTest : public ::testing::Test {
   PairReports reports{world.catalog};
   RecordTable properties;
   OutputCommit output;
-  Ownership ownership{world.catalog, world.bodies, players, reports, properties, output};
+  SharedProperties shared;
+  Ownership ownership{world.catalog, world.bodies, players, reports, properties, output, shared};
 };
 
 TEST_F(OwnershipTest, AGrantCarriesAllThatGoesWithABody) {

@@ -10,6 +10,14 @@
 namespace tessera::region {
 namespace {
 
+// Whether an ascending list has the body, made so.
+void Include(BodyId id, bool there, std::vector<BodyId>& list) {
+  const auto at = std::lower_bound(list.begin(), list.end(), id);
+  const bool known = at != list.end() && *at == id;
+  if (there && !known) list.insert(at, id);
+  if (!there && known) list.erase(at);
+}
+
 const auto kRecordBefore = [](const KeptRecord& entry, BodyId wanted) { return entry.body < wanted; };
 
 }  // namespace
@@ -20,9 +28,14 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
   };
   if (record.bytes.empty() && record.change != 0) return bad("properties: changed to nothing");
   if (const absl::Status game = game::CheckRecord(record.game); !game.ok()) return bad(game.message());
+  if (!record.game.player.empty() && !IsPlayerBody(id)) return bad("player: is no player's");
   if (record.bytes.empty()) return absl::OkStatus();
-  const auto set = PropertySet::Decode(record.bytes, catalog.scene().properties);
-  return set.ok() ? absl::OkStatus() : bad(set.status().message());
+  const Scene& scene = catalog.scene();
+  const auto set =
+      PropertySet::Decode(record.bytes, id == kInstanceBody ? scene.instance_properties : scene.properties);
+  if (!set.ok()) return bad(set.status().message());
+  if (!set->player_name().empty() && !IsPlayerBody(id)) return bad("properties: a player's name");
+  return absl::OkStatus();
 }
 
 CarriedRecord CarriedFrom(const KeptRecord& record) { return {record.change, *record.bytes, record.game}; }
@@ -44,14 +57,11 @@ std::vector<BodyId> RecordTable::DueBy(Tick tick) const {
   return bodies;
 }
 
-std::vector<RecordTable::Push> RecordTable::Pushes() const {
-  std::vector<Push> pushes;
-  pushes.reserve(pushed_.size());
-  for (const BodyId id : pushed_) {
-    const KeptRecord& entry = *Find(id);
-    pushes.push_back({id, entry.game.push_ns, entry.game.push_nms});
-  }
-  return pushes;
+std::vector<const KeptRecord*> RecordTable::Acting() const {
+  std::vector<const KeptRecord*> acting;
+  acting.reserve(acting_.size());
+  for (const BodyId id : acting_) acting.push_back(Find(id));
+  return acting;
 }
 
 absl::Status RecordTable::Set(BodyId id, std::span<const PropertyDef> defs, std::string_view name, PropertyValue value,
@@ -82,18 +92,32 @@ void RecordTable::Commit(BodyId id, const PropertySet& changed, const game::Game
        same_properties ? entry->bytes : std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes)), record});
 }
 
-void RecordTable::ClearPushes() {
-  const std::vector<BodyId> pushed(pushed_.begin(), pushed_.end());
-  for (const BodyId id : pushed) {
-    KeptRecord entry = *Find(id);
-    entry.game.push_ns = entry.game.push_nms = Vec3f();
-    Put(std::move(entry));
+void RecordTable::Put(BodyId id, const game::GameRecord& record) {
+  const KeptRecord* known = Find(id);
+  if (known != nullptr ? known->game == record : record.empty()) return;
+  KeptRecord entry = known != nullptr ? *known : KeptRecord{id, 0, std::make_shared<const std::vector<std::uint8_t>>()};
+  entry.game = record;
+  Put(std::move(entry));
+}
+
+void RecordTable::Acted(Tick tick) {
+  const std::vector<BodyId> acting(acting_.begin(), acting_.end());
+  for (const BodyId id : acting) {
+    game::GameRecord record = Find(id)->game;
+    record.Acted(tick);
+    Put(id, record);
   }
 }
 
 void RecordTable::Adopt(BodyId id, const CarriedRecord& record) {
   if (record.empty()) return Release(id);
   Put({id, record.change, std::make_shared<const std::vector<std::uint8_t>>(record.bytes), record.game});
+}
+
+void RecordTable::IncludePlayer(const KeptRecord& entry) {
+  if (!IsPlayerBody(entry.body)) return;
+  Include(entry.body, !entry.game.player->commands.empty(), commanded_);
+  Include(entry.body, entry.game.player->hidden(), hidden_);
 }
 
 void RecordTable::Put(KeptRecord entry) {
@@ -103,11 +127,17 @@ void RecordTable::Put(KeptRecord entry) {
   const bool known = at != all_.end() && at->body == id;
   if (known && at->game.next_due()) due_.erase({*at->game.next_due(), id});
   if (entry.game.next_due()) due_.emplace(*entry.game.next_due(), id);
-  if (entry.game.pushes()) {
-    pushed_.insert(id);
+  if (entry.game.acts()) {
+    acting_.insert(id);
   } else {
-    pushed_.erase(id);
+    acting_.erase(id);
   }
+  if (entry.game.mail.outbox.empty() && entry.game.mail.senders.empty()) {
+    mailing_.erase(id);
+  } else {
+    mailing_.insert(id);
+  }
+  IncludePlayer(entry);
   if (known) {
     *at = std::move(entry);
   } else {
@@ -119,7 +149,9 @@ void RecordTable::Release(BodyId id) {
   const KeptRecord* entry = Find(id);
   if (entry == nullptr) return;
   if (entry->game.next_due()) due_.erase({*entry->game.next_due(), id});
-  pushed_.erase(id);
+  acting_.erase(id);
+  mailing_.erase(id);
+  IncludePlayer({id, 0, nullptr, {}});
   all_.erase(all_.begin() + (entry - all_.data()));
 }
 
@@ -144,8 +176,8 @@ void RecordTable::Validate() const {
   assert(Ascends(all_, &KeptRecord::body));
   assert(due_.size() == static_cast<std::size_t>(std::ranges::count_if(
                             all_, [](const KeptRecord& entry) { return entry.game.next_due().has_value(); })));
-  assert(pushed_.size() == static_cast<std::size_t>(std::ranges::count_if(
-                               all_, [](const KeptRecord& entry) { return entry.game.pushes(); })));
+  assert(acting_.size() == static_cast<std::size_t>(
+                               std::ranges::count_if(all_, [](const KeptRecord& entry) { return entry.game.acts(); })));
 }
 
 }  // namespace tessera::region

@@ -26,6 +26,8 @@ namespace tessera::region {
 
 class Catalog;
 
+using PropertyPointer = std::shared_ptr<const std::vector<std::uint8_t>>;  // PropertySet::Encode
+
 // As a body takes it along: in a grant, in the log, in a saved state.
 struct CarriedRecord {
   std::uint64_t change = 0;  // number of the last ordered change; 0: none
@@ -56,12 +58,13 @@ class RecordTable {
   CarriedRecord Of(BodyId id) const;
   // Bodies with a timer that is due by `tick`, ascending.
   std::vector<BodyId> DueBy(Tick tick) const;
-  // Bodies that a game pushes in the next step, ascending, with what pushes them.
-  struct Push {
-    BodyId body;
-    Vec3f push_ns, push_nms;
-  };
-  std::vector<Push> Pushes() const;
+  // Those of bodies to which a game does anything in the next step, ascending; valid until one of them changes.
+  std::vector<const KeptRecord*> Acting() const;
+  bool AnyActs() const { return !acting_.empty(); }
+
+  // Bodies of players with commands that wait for the game, and of those who take no part in the world; both ascending.
+  std::span<const BodyId> commanded() const { return commanded_; }
+  std::span<const BodyId> hidden() const { return hidden_; }
 
   // Sets one of the properties that the scene declares. Errors: as PropertySet::Set. A change whose number is not above
   // the last one's of that body does nothing. Requires `change` > 0.
@@ -69,8 +72,12 @@ class RecordTable {
                    std::uint64_t change);
   // A call of a game has ended: the body's properties and record as it left them.
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record);
-  // The pushes have acted.
-  void ClearPushes();
+  // What the game keeps with a body that is owned here becomes this.
+  void Put(BodyId id, const game::GameRecord& record);
+  // The step to `tick` is about to be made, with all that acts in it.
+  void Acted(Tick tick);
+  // Records that sent messages which are not acknowledged, or remember senders of some; ascending.
+  const std::set<BodyId>& mailing() const { return mailing_; }
   // A body that is owned here from now on, and one that is not any more. What is carried is sound.
   void Adopt(BodyId id, const CarriedRecord& record);
   void Release(BodyId id);
@@ -84,10 +91,13 @@ class RecordTable {
 
  private:
   void Put(KeptRecord entry);
+  void IncludePlayer(const KeptRecord& entry);
 
   std::vector<KeptRecord> all_;
-  std::set<std::pair<Tick, BodyId>> due_;  // of each body the first timer; written with all_
-  std::set<BodyId> pushed_;                // written with all_
+  std::set<std::pair<Tick, BodyId>> due_;   // of each body the first timer; written with all_
+  std::set<BodyId> acting_;                 // written with all_
+  std::set<BodyId> mailing_;                // written with all_
+  std::vector<BodyId> commanded_, hidden_;  // ascending, written with all_
   bool keep_news_ = false;
   std::vector<BodyId> news_;
 };

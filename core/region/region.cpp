@@ -47,6 +47,8 @@ absl::Status Region::Receive(RegionId from, std::span<const std::uint8_t> frame)
 bool Region::CanStep() const { return !halted() && parts_->borders.Ready(); }
 std::vector<RegionId> Region::WaitingFor() const { return parts_->borders.WaitingFor(); }
 
+bool Region::NeighborsGoOn() const { return parts_->borders.newest() > parts_->tick; }
+
 void Region::TakeLinkDown(RegionId neighbor) { parts_->borders.TakeDown(neighbor); }
 bool Region::IsLinkUp(RegionId neighbor) const { return parts_->borders.IsUp(neighbor); }
 
@@ -57,9 +59,9 @@ std::uint32_t Region::LastInput(PlayerNumber player) const {
   return control == nullptr ? 0 : control->last_input;
 }
 
-void Region::SpawnPlayer(PlayerNumber player) {
+void Region::SpawnPlayer(PlayerNumber player, std::string_view name) {
   assert(parts_->scene().player.has_value());
-  parts_->players.Spawn(player);
+  parts_->players.Spawn(player, std::string(name));
 }
 
 void Region::MarkSpawned(PlayerNumber player) { parts_->players.MarkSpawned(player); }
@@ -77,12 +79,27 @@ absl::Status Region::SetProperty(BodyId body, std::string_view name, PropertyVal
   const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
   absl::Status status = parts.records.Set(body, parts.scene().properties, name, std::move(value), change);
   if (!status.ok()) return status;
-  parts.output.Changed(before ? &*before : nullptr, *parts.records.Find(body), parts.tick + 1);
+  const KeptRecord& after = *parts.records.Find(body);
+  parts.output.Changed(before ? &*before : nullptr, after, parts.tick + 1);
+  if (parts.catalog.has_game()) parts.shared.Changed(before ? &*before : nullptr, after, parts.tick + 1);
   return status;
 }
 const RecordTable& Region::records() const { return parts_->records; }
 
-std::vector<BodyId> Region::removed() const { return parts_->tombstones.SceneBodies(committed_tick()); }
+const game::GameHost* Region::game() const { return parts_->game.host(); }
+game::GameHost* Region::game() { return parts_->game.host(); }
+void Region::PrepareGame(std::shared_ptr<game::GameHost> next) { parts_->game.Prepare(std::move(next)); }
+
+std::vector<BodyId> Region::removed() const {
+  std::vector<BodyId> removed = parts_->tombstones.SceneBodies(committed_tick());
+  for (const OwnedBody& entity : parts_->bodies.bodiless()) {
+    const BodyId id = entity.def->id;
+    if (id.value() >= kFirstPlayerBody || parts_->game.LivedAfter(id, committed_tick())) continue;
+    removed.insert(std::ranges::lower_bound(removed, id), id);
+  }
+  return removed;
+}
+const RelayStatistics& Region::messages() const { return parts_->messages.statistics(); }
 
 const OutputCommit& Region::output() const { return parts_->output; }
 Tick Region::committed_tick() const { return parts_->log.standby_has().value_or(parts_->tick); }
@@ -95,6 +112,9 @@ void Region::SetStandby(bool on) {
 }
 void Region::LogAcknowledged(Tick tick) { parts_->log.Acknowledged(tick, parts_->tick); }
 Tick Region::acknowledged() const { return parts_->log.acknowledged(); }
+Bytes Region::WriteLogStanding() {
+  return !halted() && parts_->log.on() && parts_->log.whole() ? WriteLog(*parts_) : Bytes();
+}
 Bytes Region::SaveState() const { return EncodeState(StateOf(*parts_)); }
 
 void Region::InspectGame(absl::FunctionRef<void(const tessera_game_host&, tessera_game_call*)> act) const {
@@ -106,7 +126,7 @@ bool Region::committed() const { return parts_->map_change.committed(); }
 bool Region::halted() const { return parts_->failover.under_way(); }
 
 std::span<const OwnedBody> Region::owned() const { return parts_->bodies.owned(); }
-bool Region::Owns(BodyId body) const { return parts_->bodies.Owns(body); }
+bool Region::Owns(BodyId body) const { return parts_->bodies.IndexOf(body) >= 0; }
 std::size_t Region::asleep_count() const {
   const auto asleep = [](const OwnedBody& body) { return body.state.asleep; };
   return static_cast<std::size_t>(std::ranges::count_if(owned(), asleep));

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -42,18 +43,20 @@
 #include "game_sdk/include/tessera/game.h"
 
 namespace tessera::game {
-class GameHost;  // core/game/game_host.h
-}
+class GameHost;       // core/game/game_host.h
+struct PlayerRecord;  // core/game/player_record.h
+}  // namespace tessera::game
 
 namespace tessera::region {
 
-class Catalog;       // catalog.h
-class OutputCommit;  // output_commit.h
-class StandbyCopy;   // standby_copy.h
-struct Inventory;    // inventory.h
-struct RegionParts;  // region_parts.h
-struct RegionState;  // region_state.h
-struct Resolution;   // resolve.h
+class Catalog;           // catalog.h
+class OutputCommit;      // output_commit.h
+class StandbyCopy;       // standby_copy.h
+struct Inventory;        // inventory.h
+struct RegionParts;      // region_parts.h
+struct RelayStatistics;  // message_relay.h
+struct RegionState;      // region_state.h
+struct Resolution;       // resolve.h
 
 struct Config {
   RegionId self;
@@ -68,6 +71,18 @@ struct Config {
   std::shared_ptr<const RegionState> initial = nullptr;
   // The game that this region runs, and no other region; all regions of an instance run the same one, or none does.
   std::shared_ptr<game::GameHost> game = nullptr;
+};
+
+// What a client asks of the game. `base` is the lowest number that the client still waits for: none below it comes.
+struct PlayerCommand {
+  std::uint32_t base = 0, number = 0;
+  std::string_view bytes;
+};
+
+struct EndedPlayer {
+  PlayerNumber player;
+  std::string reason;
+  friend bool operator==(const EndedPlayer&, const EndedPlayer&) = default;
 };
 
 class Region {
@@ -94,6 +109,8 @@ class Region {
   // True when every neighbour's frame of tick() is here or not needed, so that the next tick can be stepped.
   bool CanStep() const;
   std::vector<RegionId> WaitingFor() const;  // neighbours whose frames are missing, ascending
+  // Whether a neighbour has made a step beyond this region's: frames of a later tick have come.
+  bool NeighborsGoOn() const;
   // Requires CanStep().
   StepResult Step(const PhaseObserver& observer = {});
 
@@ -115,8 +132,9 @@ class Region {
   // Number of the last input that moved this player's body, carried along by handovers; 0 if none or not owned here.
   std::uint32_t LastInput(PlayerNumber player) const;
   // Makes the player's body at its spawn point, owned by this region, at the next step. Repeating it does nothing, nor
-  // does it when the player was removed. Requires scene->player. One region of the instance is asked to.
-  void SpawnPlayer(PlayerNumber player);
+  // does it when the player was removed. Requires scene->player, and a name that CheckPlayerName takes. One region of
+  // the instance is asked to.
+  void SpawnPlayer(PlayerNumber player, std::string_view name = {});
   // An earlier life of this region made the body: SpawnPlayer does nothing any more, nor does it after states that are
   // saved from here on.
   void MarkSpawned(PlayerNumber player);
@@ -126,6 +144,24 @@ class Region {
   // The player's body stands still and takes no part in the world from the next step on, or does so no more. Ask all
   // regions: the owner of the body heeds it, and so does every region that has it as a ghost.
   void ParkPlayer(PlayerNumber player, bool parked);
+
+  // --- What players and the game say to each other (region_talk.cpp).
+  // Takes a command of a player whose body is owned here: the game gets it in the next step that has time for it. Each
+  // number is taken once, in order. Errors: NOT_FOUND when the body is not owned here or about to be handed over, and
+  // RESOURCE_EXHAUSTED when kMaxWaitingCommands wait, where it may be tried again; ALREADY_EXISTS for a number that was
+  // taken; OUT_OF_RANGE when the one before it is missing; FAILED_PRECONDITION when there is no game, or the player was
+  // sent away; INVALID_ARGUMENT "command: 2048 bytes are more than 1024".
+  absl::Status TakeCommand(PlayerNumber player, const PlayerCommand& command);
+  // The client of a player whose body is owned here has all events up to this number.
+  void AcknowledgeEvents(PlayerNumber player, std::uint32_t event);
+  // All of it that may be told; null where the player's body is not owned here, or nobody may know of the player yet.
+  // Valid until the region changes.
+  const game::PlayerRecord* TalkOf(PlayerNumber player) const;
+  // The players whose bodies are owned here and whom the game has refused or kicked, with the reason; ascending. A
+  // region that dies takes back none of it.
+  std::vector<EndedPlayer> ended_players() const;
+  // Whether nobody is to see this body, which is owned here: it is a spectator's, or nobody may know of it yet.
+  bool IsHidden(BodyId body) const;
 
   // --- Properties.
   // Sets one of the properties that the scene declares, of a body that is owned here. Changes are numbered from 1 on by
@@ -137,9 +173,18 @@ class Region {
   const RecordTable& records() const;
 
   // --- The game.
+  // The one that runs; null without one.
+  const game::GameHost* game() const;
+  game::GameHost* game();
+  // Another game is loaded here, so that a map with its number may be announced; it runs from the step on with which
+  // such a map is effective.
+  void PrepareGame(std::shared_ptr<game::GameHost> next);
   // Bodies of the scene that the game removed, or some earlier life of this region, ascending; with a standby those
   // that it knows of too, so that they stay removed.
   std::vector<BodyId> removed() const;
+
+  // Messages of game code that left and came.
+  const RelayStatistics& messages() const;
 
   // --- What others may be told.
   // It holds back properties and bodies that came to be. Bodies that went may be told of once committed_tick() has
@@ -158,6 +203,9 @@ class Region {
   void LogAcknowledged(Tick tick);
   // Tick up to which the standby has all; tick 0 as long as it has nothing, and without one.
   Tick acknowledged() const;
+  // For a region that stands still: the message with its whole state, if a standby began since the last step; else
+  // nothing.
+  Bytes WriteLogStanding();
   // The whole state right after tick(), as a checkpoint keeps it.
   Bytes SaveState() const;
 

@@ -26,6 +26,7 @@ void OwnFromScene(RegionParts& parts) {
     const BodyDef* anchor = parts.catalog.Find(parts.catalog.AssemblyOf(def.id).front());
     if (IsInCells(parts, anchor->initial.position)) parts.bodies.Own(def.id, Epoch(1), def.initial);
   }
+  if (parts.catalog.has_game() && IsInCells(parts, parts.catalog.InstancePlace())) parts.ownership.BeginInstance();
   parts.bodies.ConnectJoints();
 }
 
@@ -41,6 +42,13 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
     parts.ownership.Restore({body.id, body.epoch, body.state, std::move(record)},
                             player ? initial.controls.at(PlayerOf(body.id)) : PlayerControl());
   }
+  // A whole world that had no game.
+  const bool begins = initial.region == RegionId() && !initial.bodies.empty() && initial.Find(kInstanceBody) == nullptr;
+  if (begins && parts.catalog.has_game() && IsInCells(parts, parts.catalog.InstancePlace())) {
+    parts.ownership.BeginInstance();
+  }
+  if (const CarriedRecord world = initial.RecordOf(kInstanceBody); !world.empty())
+    parts.messages.BeginWith(world.bytes);
   for (const PlayerNumber player : initial.spawned) parts.players.MarkSpawned(player);
   parts.tombstones.Merge(initial.tombstones, parts.tick);
   std::vector<TouchingPair> touching;

@@ -16,8 +16,9 @@ using Copies = std::map<BodyId, KeptGrant>;
 // The body is owned elsewhere, or promoted here anew; then it did not depart.
 void LetGo(BodyId id, RegionId to, const Copies& promoted, RegionParts& parts, StepResult& result) {
   if (!parts.bodies.Owns(id)) return;
+  const bool bodiless = parts.bodies.FindBodiless(id) != nullptr;
   const Departure departure = parts.ownership.LetGo(id, to);
-  if (!promoted.contains(id)) result.departures.push_back(departure);
+  if (!promoted.contains(id) && !bodiless) result.departures.push_back(departure);
 }
 
 // Every grant that was under way from here has been settled: its body is somebody else's, or promoted here. One that
@@ -25,8 +26,7 @@ void LetGo(BodyId id, RegionId to, const Copies& promoted, RegionParts& parts, S
 void LetGoOfGranted(const Copies& promoted, RegionParts& parts, StepResult& result) {
   for (const auto& [key, grant] : parts.grants_out.kept()) {
     const auto& [id, epoch] = key;
-    const std::ptrdiff_t index = parts.bodies.IndexOf(id);
-    if (index >= 0 && parts.bodies.owned()[static_cast<std::size_t>(index)].epoch > epoch) continue;
+    if (parts.bodies.EpochOf(id) > epoch) continue;
     LetGo(id, grant.to, promoted, parts, result);
   }
 }
@@ -38,7 +38,9 @@ void Promote(const Resolution& resolution, const Copies& promoted, RegionParts& 
   for (const Takeover& takeover : resolution.takeovers) {
     if (takeover.region != parts.self()) continue;
     const BodyId id = takeover.body;
-    if (IsPlayerBody(id) && parts.players.HasLeft(PlayerOf(id))) continue;
+    // A game that is to be told of the leave is told by the next step.
+    const bool left = IsPlayerBody(id) && parts.players.HasLeft(PlayerOf(id));
+    if (left && !parts.game.TakesLeave()) continue;
     const KeptGrant& copy = promoted.at(id);
     parts.ownership.Restore({id, takeover.epoch, copy.state, copy.record}, copy.control);
     parts.reports.Restore(copy.touching);
@@ -97,6 +99,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.log.Restart();
   parts.reports.TakeChanges();
   parts.records.TakeNews();
+  parts.messages.Restart();
   FindRelevant(parts);
   parts.grants_in.Release(parts.log.standby_has());
   result.frames = MakeFrames(parts);

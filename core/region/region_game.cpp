@@ -15,18 +15,48 @@ std::uint32_t CallbackOf(const physics::PairEvent& event) {
 
 }  // namespace
 
-std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events) {
+std::vector<Departure> RegionGame::Run(Tick tick, std::span<const physics::PairEvent> events,
+                                       const game::PlayerChanges& players) {
   if (host_ == nullptr) return {};
   tick_ = tick;
   tombstones_.Forget(tick, scene().tick_rate_hz);
+  std::erase_if(retired_, [this](const auto& entry) { return bodies_.FindBodiless(entry.first) == nullptr; });
   std::vector<game::GameEvent> called;
   called.reserve(2 * events.size());
   for (const physics::PairEvent& event : events) {
-    called.push_back({CallbackOf(event), event.body_a, event.body_b});
-    called.push_back({CallbackOf(event), event.body_b, event.body_a});
+    game::GameEvent of_a{CallbackOf(event), event.body_a, event.body_b};
+    game::GameEvent of_b{CallbackOf(event), event.body_b, event.body_a};
+    if (event.begin && !event.trigger) {
+      if (const std::optional<physics::Contact> contact = bodies_.world().ContactBetween(event.body_a, event.body_b)) {
+        const Vec3d normal(contact->normal);
+        const double impulse = Length(Vec3d(contact->impulse_on_b));
+        of_a.contact = {contact->point, -normal, impulse};
+        of_b.contact = {contact->point, normal, impulse};
+      }
+    }
+    called.push_back(of_a);
+    called.push_back(of_b);
   }
-  host_->Run(tick, called, *this);
+  // Nobody sees one whom the game may yet refuse, and nobody will if this region dies before its standby knows.
+  if (host_->Has(game::kOnJoin)) {
+    for (const PlayerNumber player : players.joined) output_.Spawned(PlayerBodyId(player), tick);
+  }
+  host_->Run(tick, called, *this, players);
   return std::exchange(removed_, {});
+}
+
+void RegionGame::Adopt(std::uint32_t number) {
+  if (number == this->number() || !IsNext(number)) return;
+  if (host_ != nullptr) next_->TakeOver(*host_);
+  host_ = std::exchange(next_, nullptr);
+}
+
+// Nothing is to be taken over from an older game.
+void RegionGame::NoteMade(BodyId id) {
+  if (number() == 0) return;
+  game::GameRecord record = RecordOf(id);
+  record.game = number();
+  records_.Commit(id, ChangedOf(id), record);
 }
 
 void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) {
@@ -34,8 +64,13 @@ void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameR
   const std::optional<KeptRecord> before = now == nullptr ? std::nullopt : std::optional(*now);
   records_.Commit(id, changed, record);
   const KeptRecord* const after = records_.Find(id);
-  if (after != nullptr) output_.Changed(before ? &*before : nullptr, *after, tick_);
+  if (after != nullptr) {
+    output_.Changed(before ? &*before : nullptr, *after, tick_);
+    if (id != kInstanceBody) shared_.Changed(before ? &*before : nullptr, *after, tick_);
+  }
   if (together) output_.Bound(id, tick_);
+  const BodyTuning was = before ? before->game.tuning : BodyTuning();
+  if (was != record.tuning) ownership_.Tune(id, record.tuning);
 }
 
 void RegionGame::Spawn(BodyId id, const BodyState& state) {
@@ -43,9 +78,17 @@ void RegionGame::Spawn(BodyId id, const BodyState& state) {
   output_.Spawned(id, tick_);
 }
 
+// One that still has messages under way leaves its tombstone when they are acknowledged.
 void RegionGame::Remove(BodyId id) {
+  const KeptRecord* const record = records_.Find(id);
+  if (record != nullptr && !record->game.mail.outbox.empty()) {
+    removed_.push_back(ownership_.Retire(id));
+    retired_[id] = tick_;
+    return;
+  }
   const Departure departure = ownership_.Remove(id);
-  tombstones_.Add(id, departure.epoch, tick_);
+  // Orders name players who have left, so their bodies need none.
+  if (!IsPlayerBody(id)) tombstones_.Add(id, departure.epoch, tick_);
   removed_.push_back(departure);
 }
 
@@ -56,15 +99,35 @@ const BodyDef* RegionGame::Find(BodyId id) const {
   return def != nullptr && def->motion == Motion::kStatic ? def : nullptr;
 }
 
+bool RegionGame::IsAnchored(BodyId id) const {
+  bool anchored = false;
+  catalog_.ForEachJoint(id, [&](const JointDef& joint) {
+    anchored = anchored || joint.body_b == BodyId() || !catalog_.Known(joint.body_a) || !catalog_.Known(joint.body_b);
+  });
+  return anchored;
+}
+
 void RegionGame::ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const {
   for (const OwnedBody& body : bodies_.owned()) visit(body.def->id, *body.def);
 }
 
-// The table holds sound bytes only: what comes from outside is checked by CheckRecord.
+std::vector<BodyId> RegionGame::PlayerBodies() const {
+  std::vector<BodyId> players;
+  for (const OwnedBody& body : PlayersAmong(bodies_.owned())) players.push_back(body.def->id);
+  return players;
+}
+
+// Both tables hold sound bytes only: what comes from outside is checked by CheckRecord and CheckFrame.
 PropertySet RegionGame::ChangedOf(BodyId id) const {
   const KeptRecord* record = records_.Find(id);
-  if (record == nullptr || record->bytes->empty()) return {};
-  return PropertySet::Decode(*record->bytes, scene().properties).value_or(PropertySet());
+  const std::vector<std::uint8_t>* bytes = record != nullptr ? record->bytes.get() : shared_.Find(id);
+  if (bytes == nullptr || bytes->empty()) return {};
+  const auto& declared = id == kInstanceBody ? scene().instance_properties : scene().properties;
+  return PropertySet::Decode(*bytes, declared).value_or(PropertySet());
+}
+
+PropertySet RegionGame::KnownOfInstance() const {
+  return PropertySet::Decode(messages_.InstanceProperties(tick_), scene().instance_properties).value_or(PropertySet());
 }
 
 game::GameRecord RegionGame::RecordOf(BodyId id) const {

@@ -7,6 +7,7 @@
 // where the pair is reported. Thread rule: one thread at a time.
 #pragma once
 
+#include <map>
 #include <memory>
 #include <span>
 #include <vector>
@@ -16,10 +17,13 @@
 #include "core/physics/world.h"
 #include "core/region/bodies.h"
 #include "core/region/catalog.h"
+#include "core/region/message_relay.h"
 #include "core/region/ownership.h"
 #include "core/region/record_table.h"
+#include "core/region/shared_properties.h"
 #include "core/region/tombstones.h"
 #include "core/world/spawned_id.h"
+#include "game_sdk/api/api.h"
 
 namespace tessera::region {
 
@@ -28,7 +32,7 @@ class RegionGame : private game::GameWorld {
   // Without a host there is no game, and it does nothing. All others must outlive it.
   RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
              const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
-             OutputCommit& output)
+             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages)
       : host_(std::move(host)),
         self_(self),
         catalog_(catalog),
@@ -37,32 +41,66 @@ class RegionGame : private game::GameWorld {
         ownership_(ownership),
         tombstones_(tombstones),
         output_(output),
+        shared_(shared),
+        messages_(messages),
         ids_(maker) {}
 
-  // After the step to `tick`, with the events that this region reports. Returns the bodies that it removed.
-  std::vector<Departure> Run(Tick tick, std::span<const physics::PairEvent> events);
+  // After the step to `tick`, with the events that this region reports, and the players who came and go. Returns the
+  // bodies that it removed.
+  std::vector<Departure> Run(Tick tick, std::span<const physics::PairEvent> events,
+                             const game::PlayerChanges& players = {});
+  // Whether players that leave are removed by Run: a game is told before, and messages of theirs still leave.
+  bool TakesLeave() const { return host_ != nullptr; }
+  // Whether what is left of this removed body was a body after this tick, as far as this region knows.
+  bool LivedAfter(BodyId id, Tick tick) const {
+    const auto retired = retired_.find(id);
+    return retired != retired_.end() && retired->second > tick;
+  }
   game::GameHost* host() const { return host_.get(); }
+  // Number of the game that runs; 0 without one.
+  std::uint32_t number() const { return host_ == nullptr ? 0 : host_->number(); }
+  // A game that may take the place of the one that runs, by a map with its number; only the last one counts.
+  void Prepare(std::shared_ptr<game::GameHost> next) { next_ = std::move(next); }
+  bool Has(std::uint32_t number) const { return number == this->number() || IsNext(number); }
+  // From the next tick on the game with this number runs. Requires Has(number).
+  void Adopt(std::uint32_t number);
+  // The region made a body without the game.
+  void NoteMade(BodyId id);
   // GameHost::Inspect in this region, right after `tick`. Requires a game.
   void Inspect(Tick tick, game::GameHost::Inspection act) { host_->Inspect(tick, *this, act); }
 
  private:
+  bool IsNext(std::uint32_t number) const { return next_ != nullptr && next_->number() == number; }
   const Scene& scene() const override { return catalog_.scene(); }
   RegionId region() const override { return self_; }
   const BodyDef* Find(BodyId id) const override;
   BodyState StateOf(BodyId id) const override { return bodies_.world().StateOf(id); }
-  bool Owns(BodyId id) const override { return bodies_.Owns(id); }
+  Vec3f AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const override {
+    return bodies_.world().AngularImpulseFor(id, spin_rad_s);
+  }
+  bool IsAnchored(BodyId id) const override;
+  // What is left of a removed body is nothing that a game sees.
+  bool Owns(BodyId id) const override {
+    return bodies_.IndexOf(id) >= 0 || (id == kInstanceBody && bodies_.FindBodiless(id) != nullptr);
+  }
   std::size_t OwnedCount() const override { return bodies_.owned().size(); }
-  QueryResult FindBodies(const BodyQuery& query) const override { return bodies_.world().FindBodies(query); }
+  QueryResult FindBodies(const BodyQuery& query, const BodyPredicate& accept) const override {
+    return bodies_.world().FindBodies(query, accept);
+  }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
+  std::vector<BodyId> PlayerBodies() const override;
+  std::vector<BodyId> Commanded() const override { return {records_.commanded().begin(), records_.commanded().end()}; }
   PropertySet ChangedOf(BodyId id) const override;
   game::GameRecord RecordOf(BodyId id) const override;
+  PropertySet KnownOfInstance() const override;
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) override;
   void Spawn(BodyId id, const BodyState& state) override;
+  void Place(BodyId id, const BodyState& state) override { ownership_.Place(id, state); }
   void Remove(BodyId id) override;
 
-  const std::shared_ptr<game::GameHost> host_;
+  std::shared_ptr<game::GameHost> host_, next_;
   const RegionId self_;
   const Catalog& catalog_;
   const Bodies& bodies_;
@@ -70,9 +108,12 @@ class RegionGame : private game::GameWorld {
   Ownership& ownership_;
   Tombstones& tombstones_;
   OutputCommit& output_;
+  SharedProperties& shared_;
+  const MessageRelay& messages_;
   SpawnedIds ids_;
   Tick tick_;
   std::vector<Departure> removed_;  // in this tick
+  std::map<BodyId, Tick> retired_;  // bodies that were removed with messages under way, while they are
 };
 
 }  // namespace tessera::region

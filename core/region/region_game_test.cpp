@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 
 #include "core/game/testing/scripted_game.h"
+#include "core/game/value.h"
 #include "core/region/log.h"
 #include "core/region/output_commit.h"
 #include "core/region/region.h"
@@ -193,15 +194,59 @@ TEST_F(RegionGameTest, ASavedStateHasThemToo) {
 
 TEST_F(RegionGameTest, ATouchIsToldToTheKindThatAsksForIt) {
   std::vector<std::uint64_t> others;
+  game::GameFields contact;
   game.On(game::kOnBodyContact, "ball", [&](GameCalls& calls, Arguments arguments) {
     EXPECT_EQ(arguments[0].as.id, kGameBall.value());
     others.push_back(arguments[1].as.id);
+    EXPECT_EQ(arguments.size(), 3U);
+    EXPECT_EQ(arguments[2].type, TESSERA_GAME_FIELDS);
+    contact = game::FieldsFrom(arguments[2]).value();
     return calls.Call(game::kBodySet, {kGameBall, std::string("hits"), static_cast<std::int64_t>(others.size())});
   });
   Begin(2, 6, {4, 0, 0});
   StepTo(60);
   EXPECT_THAT(others, ElementsAre(2));
   EXPECT_EQ(Hits(), PropertyValue(std::int64_t{1}));
+  ASSERT_THAT(contact, SizeIs(3));
+  EXPECT_EQ(contact[0].first, "impulse");
+  EXPECT_NEAR(std::get<double>(contact[0].second), 3, 0.05) << "1 kg at 6 m/s meets 1 kg";
+  EXPECT_EQ(contact[1].first, "normal");
+  EXPECT_NEAR(std::get<Vec3d>(contact[1].second).x, -1, 1e-3) << "from the other one";
+  EXPECT_EQ(contact[2].first, "point");
+  EXPECT_NEAR(std::get<Vec3d>(contact[2].second).x, 3.5, 0.11) << "where it was at the start of the step at most";
+}
+
+// The ball is in region 1 near the border. Region 2 asks in each tick.
+TEST_F(RegionGameTest, ANeighbourReadsAPropertyFourTicksAfterItWasSetAndThroughAHandover) {
+  game.On(game::kOnBodyTick, "ball", [&](GameCalls& calls, Arguments) {
+    EXPECT_TRUE(calls.Call(game::kWorldTick, {}));
+    const std::int64_t tick = calls.result().as.whole;
+    return tick != 10 || calls.Call(game::kBodySet, {kGameBall, std::string("hits"), std::int64_t{7}});
+  });
+  Begin(-0.6, 0.5);
+  const auto read = [&](const Region& region) {
+    std::int64_t hits = -1;
+    region.InspectGame([&](const tessera_game_host& host, tessera_game_call* call) {
+      GameCalls calls(host, call);
+      if (calls.Call(game::kBodyGet, {kGameBall, std::string("hits")})) hits = calls.result().as.whole;
+    });
+    return hits;
+  };
+  StepTo(13);
+  EXPECT_EQ(read(*one), 7);
+  EXPECT_EQ(read(*two), 0);
+  Step();
+  EXPECT_EQ(read(*two), 7);
+  while (one->Owns(kGameBall)) {
+    ASSERT_LT(one->tick(), Tick(400));
+    Step();
+    EXPECT_EQ(read(*one), 7) << one->tick();
+    EXPECT_EQ(read(*two), 7) << one->tick();
+  }
+  for (int i = 0; i < 10; ++i) {
+    Step();
+    EXPECT_EQ(read(*one), 7) << one->tick() << ": a ghost of region 2's now";
+  }
 }
 
 // Records hold all that counts: loading the game's code anew between ticks changes nothing.

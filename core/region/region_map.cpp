@@ -2,15 +2,18 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "core/region/claims.h"
 
 namespace tessera::region {
 
 void AdoptMap(PartitionMap map, bool anew, RegionParts& parts) {
+  parts.game.Adopt(map.terms().game);
   parts.neighborhood.Adopt(std::move(map));
   const std::span<const RegionId> neighbors = parts.neighborhood.neighbors();
   parts.outgoing.SetNeighbors(neighbors, anew);
   parts.grants_in.SetNeighbors(neighbors, anew);
+  parts.shared.SetNeighbors(neighbors, anew);
   for (const auto& [from, bytes] : parts.borders.ChangeMap(parts.neighborhood.map().version(), neighbors, anew)) {
     const BorderFrame* taken = nullptr;
     if (!parts.borders.Put(from, bytes, parts.tick, &taken).ok() || taken == nullptr) continue;
@@ -30,6 +33,9 @@ void AdoptMapIfDue(RegionParts& parts) {
 absl::Status Region::Announce(const PartitionMap& map, Tick effective) {
   RegionParts& parts = *parts_;
   if (halted()) return absl::FailedPreconditionError("a failover is under way");
+  if (const std::uint32_t game = map.terms().game; !parts.game.Has(game)) {
+    return absl::FailedPreconditionError(absl::StrCat("game ", game, " is not loaded here"));
+  }
   const MapVersion in_force = parts.neighborhood.map().version();
   if (absl::Status status = parts.map_change.Announce(map, effective, in_force, parts.tick); !status.ok()) {
     return status;

@@ -51,11 +51,12 @@ RegionParts::RegionParts(const Config& config)
       tick_s(1.0 / config.scene->tick_rate_hz),
       catalog(config.scene, config.game != nullptr),
       neighborhood(config.self, config.map),
-      bodies(catalog, WorldSettingsOf(config)),
+      bodies(catalog, WorldSettingsOf(config), config.initial == nullptr ? Tick() : config.initial->tick),
       players(*config.scene),
       reports(catalog),
-      ownership(catalog, bodies, players, reports, records, output),
-      game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output),
+      ownership(catalog, bodies, players, reports, records, output, shared),
+      game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output,
+           shared, messages),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -64,7 +65,8 @@ RegionParts::RegionParts(const Config& config)
       loads(settings),
       forces(catalog.scene(), tick_s),
       relevance(catalog, settings, tick_s),
-      log(tick_s) {}
+      log(tick_s),
+      messages(catalog, neighborhood, borders, bodies, records, ownership, tombstones, outgoing) {}
 
 RegionState StateOf(const RegionParts& parts) {
   RegionState state;
@@ -89,6 +91,7 @@ void Validate([[maybe_unused]] const RegionParts& parts) {
   parts.reports.Validate();
   parts.records.Validate();
   parts.output.Validate();
+  parts.shared.Validate(parts.bodies);
   parts.ownership.Validate();
   parts.borders.Validate();
   parts.outgoing.Validate(parts.neighborhood.neighbors());

@@ -12,6 +12,7 @@
 #include "core/region/grants_out.h"
 #include "core/region/impulse_exchange.h"
 #include "core/region/map_change.h"
+#include "core/region/message_relay.h"
 #include "core/region/neighborhood.h"
 #include "core/region/outgoing.h"
 #include "core/region/output_commit.h"
@@ -22,6 +23,7 @@
 #include "core/region/region_game.h"
 #include "core/region/region_players.h"
 #include "core/region/relevance.h"
+#include "core/region/shared_properties.h"
 #include "core/region/tick_log.h"
 #include "core/region/tombstones.h"
 
@@ -49,8 +51,10 @@ struct RegionParts {
   RecordTable records;
   Tombstones tombstones;
   OutputCommit output;
-  Ownership ownership;  // writes bodies, players, reports and records, and forgets output
-  RegionGame game;      // changes records and, through the ownership, what is owned; notes it in tombstones and output
+  SharedProperties shared;
+  Ownership ownership;  // writes bodies, players, reports and records, and forgets output and shared
+  // Changes records and, through the ownership, what is owned; notes it in tombstones, output and shared.
+  RegionGame game;
 
   Borders borders;
   OutgoingMessages outgoing;
@@ -61,6 +65,7 @@ struct RegionParts {
   BodyForces forces;
   Relevance relevance;
   TickLog log;
+  MessageRelay messages;  // changes records and, where a removed body is done, what is owned
 };
 
 // All that carries the region on, as it is now.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <iterator>
 
 #include "absl/strings/str_cat.h"
 #include "core/region/ascends.h"
@@ -41,8 +42,16 @@ Vec3f LimitedTorque(const PlayerRules& rules, double radius_m, Vec3f asked_nm, V
   return Vec3f(Faded(torque, Vec3d(angular_velocity_rad_s), rules.max_speed_m_s / radius_m));
 }
 
-void RegionPlayers::Spawn(PlayerNumber player) {
-  if (spawned_.insert(player).second) asked_.insert(player);
+void RegionPlayers::Spawn(PlayerNumber player, std::string name) {
+  if (spawned_.insert(player).second) asked_.emplace(player, std::move(name));
+}
+
+std::vector<BodyId> RegionPlayers::SetHidden(std::span<const BodyId> hidden) {
+  if (hidden_.empty() && hidden.empty()) return {};
+  std::vector<BodyId> shown;
+  std::ranges::set_difference(hidden_, hidden, std::back_inserter(shown));
+  hidden_.assign(hidden.begin(), hidden.end());
+  return shown;
 }
 
 void RegionPlayers::Park(PlayerNumber player, bool parked) {
@@ -54,10 +63,10 @@ void RegionPlayers::Park(PlayerNumber player, bool parked) {
   }
 }
 
-std::vector<PlayerNumber> RegionPlayers::TakeSpawns() {
-  std::vector<PlayerNumber> spawns;
-  for (const PlayerNumber player : asked_) {
-    if (!HasLeft(player)) spawns.push_back(player);
+std::vector<std::pair<PlayerNumber, std::string>> RegionPlayers::TakeSpawns() {
+  std::vector<std::pair<PlayerNumber, std::string>> spawns;
+  for (auto& [player, name] : asked_) {
+    if (!HasLeft(player)) spawns.emplace_back(player, std::move(name));
   }
   asked_.clear();
   return spawns;
@@ -177,7 +186,7 @@ std::vector<PlayerInput> RegionPlayers::Release(PlayerNumber player) {
 }
 
 void RegionPlayers::Validate() const {
-  assert(std::ranges::includes(spawned_, asked_));
+  assert(std::ranges::all_of(asked_, [this](const auto& asked) { return spawned_.contains(asked.first); }));
   assert(std::ranges::none_of(unparked_, [this](PlayerNumber player) { return parked_.contains(player); }));
   assert(std::ranges::all_of(controlled_, [](const auto& entry) {
     const PlayerControl& control = entry.second.control;

@@ -7,6 +7,8 @@
 
 #include <map>
 #include <set>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -23,7 +25,7 @@ class RegionPlayers {
  public:
   explicit RegionPlayers(const Scene& scene) : scene_(scene) {}
 
-  void Spawn(PlayerNumber player);
+  void Spawn(PlayerNumber player, std::string name = {});
   void Leave(PlayerNumber player) { left_.insert(player); }
   void Park(PlayerNumber player, bool parked);
   const std::set<PlayerNumber>& parked() const { return parked_; }
@@ -34,8 +36,10 @@ class RegionPlayers {
   // Has a body, or had one: `Spawn` does nothing any more.
   void MarkSpawned(PlayerNumber player) { spawned_.insert(player); }
   const std::set<PlayerNumber>& spawned() const { return spawned_; }
-  // Those asked for since the last call, ascending; each player comes out once in a life.
-  std::vector<PlayerNumber> TakeSpawns();
+  // Those asked for since the last call, ascending, with their names; each player comes out once in a life.
+  std::vector<std::pair<PlayerNumber, std::string>> TakeSpawns();
+  // The bodies of players that a game keeps out of the world now. Returns those that it does not any more.
+  std::vector<BodyId> SetHidden(std::span<const BodyId> hidden);
 
   // Control of the bodies owned here.
   std::map<PlayerNumber, PlayerControl> Controls() const;
@@ -67,7 +71,9 @@ class RegionPlayers {
   static bool TakeNext(PlayerControl& control);
 
   const Scene& scene_;
-  std::set<PlayerNumber> asked_, spawned_, left_, parked_, unparked_;
+  std::map<PlayerNumber, std::string> asked_;
+  std::set<PlayerNumber> spawned_, left_, parked_, unparked_;
+  std::vector<BodyId> hidden_;
   std::map<PlayerNumber, Controlled> controlled_;  // players whose bodies are owned here
 };
 

@@ -23,6 +23,9 @@ void Relevance::Update(const Inputs& in) {
   MarkDeeper(in);
   islands_.Mark(in.bodies, in.neighborhood, table_);
   MarkSleepers(in);
+  for (const BodyId id : in.hidden) {
+    if (const std::ptrdiff_t index = in.bodies.IndexOf(id); index >= 0) table_.Clear(static_cast<std::size_t>(index));
+  }
   CountStill(in.bodies);
   MarkAssemblies(in.bodies);
 }
@@ -80,7 +83,9 @@ void Relevance::MarkNearOthers(const Inputs& in) {
     }
   };
   for (const Ghost& ghost : bodies.ghosts()) mark_about(ghost.record.id, ghost.owner);
-  for (const DepartingBody& body : in.departing) mark_about(body.record.id, body.to);
+  for (const DepartingBody& body : in.departing) {
+    if (bodies.IndexOf(body.record.id) >= 0) mark_about(body.record.id, body.to);
+  }
 }
 
 bool Relevance::Moves(std::size_t body, const Bodies& bodies) const {

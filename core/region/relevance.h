@@ -36,6 +36,7 @@ class Relevance {
     std::span<const physics::Forces> forces;  // by owned body; unused without neighbours
     std::span<const DepartingBody> departing;
     std::span<const std::span<const GhostRecord>> sent;  // by neighbour, in its last frame
+    std::span<const BodyId> hidden = {};                 // owned ones that take no part and that nobody is to see
   };
 
   // `catalog` must outlive it.

@@ -20,6 +20,10 @@ class RelevanceTable {
   std::size_t neighbors() const { return neighbors_; }
 
   void Mark(std::size_t body, std::size_t neighbor) { bits_[body * neighbors_ + neighbor] = 1; }
+  // The body is relevant to nobody after all.
+  void Clear(std::size_t body) {
+    std::fill_n(bits_.begin() + static_cast<std::ptrdiff_t>(body * neighbors_), neighbors_, std::uint8_t{0});
+  }
   bool To(std::size_t body, std::size_t neighbor) const { return bits_[body * neighbors_ + neighbor] != 0; }
   bool ToAny(std::size_t body) const {
     const auto row = Row(body);

@@ -1,8 +1,10 @@
 // One tick of a region: the order in which its parts are put to work, as docs/architecture.md describes it.
+#include <algorithm>
 #include <cassert>
 #include <optional>
 #include <utility>
 
+#include "core/region/game_motion.h"
 #include "core/region/ghosts.h"
 #include "core/region/handover.h"
 #include "core/region/region_map.h"
@@ -19,6 +21,7 @@ std::vector<BorderFrame> TakeFrames(RegionParts& parts) {
   for (std::size_t n = 0; n < frames.size(); ++n) {
     const RegionId from = parts.neighborhood[n];
     if (frames[n].sender != RegionId()) parts.grants_in.Heard(from, frames[n].stamp.number);
+    parts.shared.Take(frames[n].properties);
     for (const GrantAcknowledgement& acknowledgement : frames[n].acknowledgements) {
       if (!parts.grants_out.Acknowledged(from, acknowledgement)) continue;
       parts.grants_in.WentOn(acknowledgement.id, acknowledgement.epoch);
@@ -30,7 +33,12 @@ std::vector<BorderFrame> TakeFrames(RegionParts& parts) {
 // Handovers that the last tick decided take effect here.
 void HandOut(RegionParts& parts, StepResult& result) {
   for (const DepartingBody& body : parts.grants_out.departing()) {
+    const bool bodiless = parts.bodies.FindBodiless(body.record.id) != nullptr;
+    const KeptRecord* const record = parts.records.Find(body.record.id);
+    if (record != nullptr && !bodiless) parts.shared.GoesOnAsGhost(*record);
     const auto [departure, late_inputs] = parts.ownership.HandOver(body);
+    parts.messages.HandedOver(body.record.id, body.to, parts.tick + 1);
+    if (bodiless) continue;
     for (const PlayerInput& input : late_inputs) parts.outgoing.Add(body.to, input);
     if (const auto late = parts.exchange.PassOn(body)) parts.outgoing.Add(late->to, late->late);
     result.departures.push_back(departure);
@@ -48,17 +56,29 @@ void TakeIn(std::span<const BorderFrame> frames, RegionParts& parts, StepResult&
         parts.exchange.Forget(body->id);
         parts.grants_out.ForgetBefore(body->id, body->epoch);
         parts.ownership.Take(*body, grant.control);
-        ++result.handed_in;
+        parts.messages.TakenIn(body->id, parts.neighborhood[n], parts.tick + 1);
+        if (parts.bodies.FindBodiless(body->id) == nullptr) ++result.handed_in;
       }
-      if (!fresh.empty()) parts.reports.Adopt(grant.touching);
+      if (fresh.empty()) continue;
+      // The contacts of a body that was put elsewhere have ended, and nobody has said so yet.
+      const bool jumped = std::ranges::any_of(fresh, [](const GrantedBody* body) { return body->record.game.jumped; });
+      if (jumped) {
+        parts.reports.Restore(grant.touching);
+      } else {
+        parts.reports.Adopt(grant.touching);
+      }
     }
     for (const PlayerInput& input : frames[n].inputs) parts.players.QueueForwarded(input);
+  }
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    parts.messages.Receive(parts.neighborhood[n], frames[n].packets, parts.tick + 1);
   }
 }
 
 void PlaceGhosts(std::span<const BorderFrame> frames, RegionParts& parts) {
   const auto link_up = [&](std::size_t n) { return parts.borders.IsUp(n); };
   parts.bodies.PlaceGhosts(GhostsFrom(frames, parts.neighborhood.neighbors(), link_up, parts.bodies));
+  parts.shared.KeepOnly(parts.bodies.ghosts());
   parts.bodies.ConnectJoints();
   parts.bodies.NotePlaces();
 }
@@ -72,28 +92,62 @@ void ExchangeImpulses(std::span<const BorderFrame> frames, RegionParts& parts) {
   for (const auto& [id, force, torque] : settlement.pushes) parts.bodies.ApplyForce(id, force, torque);
 }
 
-// Players' bodies come and go, and are parked.
-void UpdatePlayers(RegionParts& parts, StepResult& result) {
+// Players whom a game keeps out of the world stand aside, and those whom it does not any more take part.
+void ParkHidden(RegionParts& parts) {
+  for (const BodyId id : parts.records.hidden()) {
+    if (parts.bodies.Park(id)) parts.reports.BodyLeft(id);
+  }
+  for (const BodyId id : parts.players.SetHidden(parts.records.hidden())) {
+    if (parts.bodies.Owns(id) && !parts.players.parked().contains(PlayerOf(id))) parts.bodies.Unpark(id);
+  }
+}
+
+// Players' bodies come and go, and are parked. Returns who came, and whose leave the game is to be told of before the
+// body goes.
+game::PlayerChanges UpdatePlayers(RegionParts& parts, StepResult& result) {
   RegionPlayers& players = parts.players;
   Bodies& bodies = parts.bodies;
+  game::PlayerChanges changes;
+  const bool game_takes_leave = parts.game.TakesLeave();
   for (const PlayerNumber player : players.left()) {
     const BodyId id = PlayerBodyId(player);
-    if (bodies.Owns(id)) result.departures.push_back(parts.ownership.Remove(id));
+    if (bodies.IndexOf(id) < 0) continue;  // what is left of one who has messages under way is no body
+    if (game_takes_leave) {
+      changes.leaving.push_back(player);
+    } else {
+      result.departures.push_back(parts.ownership.Remove(id));
+    }
   }
-  for (const PlayerNumber player : players.TakeSpawns()) {
+  for (auto& [player, name] : players.TakeSpawns()) {
     const BodyId id = PlayerBodyId(player);
-    if (!bodies.Owns(id) && bodies.FindGhost(id) == nullptr) parts.ownership.Spawn(player);
+    if (bodies.Owns(id) || bodies.FindGhost(id) != nullptr) continue;
+    parts.ownership.Spawn(player, std::move(name));
+    parts.game.NoteMade(id);
+    changes.joined.push_back(player);
   }
   for (const PlayerNumber player : players.TakeUnparked()) bodies.Unpark(PlayerBodyId(player));
   for (const PlayerNumber player : players.parked()) {
     if (bodies.Park(PlayerBodyId(player))) parts.reports.BodyLeft(PlayerBodyId(player));
   }
+  ParkHidden(parts);
   bodies.NotePlaces();
+  return changes;
+}
+
+// One that the step took out has gone already.
+void RunGame(game::PlayerChanges players, RegionParts& parts, StepResult& result) {
+  const auto gone = [&](PlayerNumber player) { return !parts.bodies.Owns(PlayerBodyId(player)); };
+  std::erase_if(players.joined, gone);
+  std::erase_if(players.leaving, gone);
+  for (const Departure& departure : parts.game.Run(parts.tick, result.events, players)) {
+    result.departures.push_back(departure);
+  }
+  ParkHidden(parts);
 }
 
 void ApplyForces(RegionParts& parts) {
   parts.forces.Apply(parts.players, parts.records, parts.bodies);
-  parts.records.ClearPushes();
+  parts.records.Acted(parts.tick + 1);
   if (!parts.scene().player.has_value()) return;
   for (const OwnedBody& body : parts.bodies.owned()) {
     if (IsPlayerBody(body.def->id)) parts.players.Applied(PlayerOf(body.def->id));
@@ -145,7 +199,7 @@ void DecideHandovers(RegionParts& parts) {
   for (const PlannedHandover& planned :
        PlanHandovers(parts.bodies, parts.catalog, parts.neighborhood, parts.settings, may_grant)) {
     std::vector<BodyId> assembly;
-    for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.owned()[index].def->id);
+    for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.EntityAt(index).def->id);
     if (parts.output.MustWait(assembly, parts.tick)) continue;
     grants.push_back(parts.ownership.Prepare(planned, parts.tick));
     parts.outgoing.Add(planned.to, std::move(grants.back().grant));
@@ -178,20 +232,23 @@ StepResult Region::Step(const PhaseObserver& observer) {
   TakeIn(frames, parts, result);
   PlaceGhosts(frames, parts);
   ExchangeImpulses(frames, parts);
-  UpdatePlayers(parts, result);
+  game::PlayerChanges players = UpdatePlayers(parts, result);
   ApplyForces(parts);
 
   enter(Phase::kPhysics);
-  parts.bodies.Step(parts.tick_s);
+  parts.bodies.Step(parts.tick_s, parts.tick);
   result.tick = ++parts.tick;
   ReadBack(parts, result);
 
   enter(Phase::kPrediction);
   parts.output.Release(parts.log.standby_has(), parts.tick);
-  for (const Departure& departure : parts.game.Run(parts.tick, result.events)) result.departures.push_back(departure);
+  RunGame(std::move(players), parts, result);
+  MoveByGame(parts);
   if (!parts.log.on()) parts.output.Release(std::nullopt, parts.tick);
+  parts.shared.Release(parts.log.standby_has().value_or(parts.tick), parts.tick);
   CommitInputs(parts);
   AdoptMapIfDue(parts);
+  parts.messages.Send(parts.tick, parts.log.standby_has());
   DecideHandovers(parts);
   FindRelevant(parts);
 

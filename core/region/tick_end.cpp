@@ -1,5 +1,6 @@
 #include "core/region/tick_end.h"
 
+#include "core/region/game_motion.h"
 #include "core/region/lookahead_promise.h"
 
 namespace tessera::region {
@@ -27,10 +28,8 @@ GhostRecord RecordOf(std::size_t index, const RegionParts& parts) {
     record.force_n = control->next.force_n;
     record.torque_nm = control->next.torque_nm;
   }
-  if (const KeptRecord* kept = parts.records.Find(id); kept != nullptr && kept->game.pushes()) {
-    const auto per_tick = static_cast<float>(1 / parts.tick_s);
-    record.force_n += kept->game.push_ns * per_tick;
-    record.torque_nm += kept->game.push_nms * per_tick;
+  if (const KeptRecord* kept = parts.records.Find(id); kept != nullptr) {
+    AddGame(kept->game, static_cast<float>(1 / parts.tick_s), record);
   }
   return record;
 }
@@ -51,6 +50,7 @@ BorderFrame MakeFrame(std::size_t neighbor, RegionParts& parts) {
     return in_frame[i] != BorderLoads::kNotInFrame || DepartsTo(departing, owned[i].def->id, to);
   });
   frame.acknowledgements = parts.grants_in.TakeReady(to);
+  if (parts.catalog.has_game()) frame.properties = parts.shared.For(to, frame.ghosts, parts.records);
   parts.outgoing.MoveTo(to, frame);
   return frame;
 }
@@ -59,6 +59,7 @@ BorderFrame MakeFrame(std::size_t neighbor, RegionParts& parts) {
 void RepeatLost(std::size_t neighbor, RegionParts& parts) {
   const RegionId to = parts.neighborhood[neighbor];
   parts.borders.ForgetSent(neighbor);
+  parts.shared.Forget(to);
   parts.grants_in.Repeat(to);
   parts.outgoing.ReplaceGrants(to, parts.grants_out.Repeated(to, parts.bodies));
 }
@@ -73,13 +74,15 @@ void FindRelevant(RegionParts& parts) {
   if (!alone) forces = parts.forces.Find(parts.bodies, parts.players, parts.records);
   std::vector<std::span<const GhostRecord>> sent;
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) sent.push_back(parts.borders.sent(n));
-  parts.relevance.Update({parts.bodies, parts.neighborhood, forces, parts.grants_out.departing(), sent});
+  parts.relevance.Update(
+      {parts.bodies, parts.neighborhood, forces, parts.grants_out.departing(), sent, parts.records.hidden()});
 }
 
 std::vector<OutgoingFrame> MakeFrames(RegionParts& parts) {
   std::vector<OutgoingFrame> out;
-  LookaheadPromise promise({parts.bodies, parts.catalog, parts.neighborhood, parts.settings, parts.forces.found(),
-                            parts.tick_s, parts.map_change.map() != nullptr});
+  LookaheadPromise promise(
+      {parts.bodies, parts.catalog, parts.neighborhood, parts.settings, parts.forces.found(), parts.tick_s,
+       parts.map_change.map() != nullptr || AnyoneWaits(parts) || parts.messages.waits() || parts.shared.waits()});
   for (std::size_t n = 0; n < parts.neighborhood.size(); ++n) {
     const RegionId to = parts.neighborhood[n];
     const BorderLink::Duty duty = parts.borders.DutyNow(n, parts.tick);
@@ -107,6 +110,7 @@ Bytes WriteLog(RegionParts& parts) {
                changes,      &parts.grants_out.kept(), {}};
   view.records = whole ? parts.records.all() : std::span<const KeptRecord>(news);
   view.tombstones = parts.tombstones.All();
+  view.bodiless = parts.bodies.bodiless();
   if (parts.scene().player.has_value()) {
     view.controls = parts.players.Controls();
     view.spawned.assign(parts.players.spawned().begin(), parts.players.spawned().end());

@@ -26,6 +26,8 @@ class Tombstones {
   // Forgets those that have been here long enough.
   void Forget(Tick now, std::uint32_t tick_rate_hz);
 
+  // Whether it was removed, as far as this region knows.
+  bool Has(BodyId id) const { return entries_.contains(id); }
   // Ascending, each body once.
   std::vector<BodyClaim> All() const;
   // Those of the scene's bodies that were removed by `tick`, ascending.

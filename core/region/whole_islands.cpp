@@ -54,6 +54,7 @@ void WholeIslands::Search(std::size_t first, const Bodies& bodies, const Relevan
 }
 
 void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
+  if (bodies.DefAt(place).kinematic) return;  // it connects nothing, as a static body
   const BodyId id = bodies.IdAt(place);
   near_.clear();
   if (catalog_.has_joints()) {

@@ -92,13 +92,19 @@ TEST(RecordCodecTest, FullRecordsComeBackExactly) {
     body.asleep = i % 7 == 0;
     const QuantizedState state = quantizer.Quantize(body);
     const Epoch epoch(i % 2 == 0 ? static_cast<std::uint32_t>(i) : 0xffffffff - static_cast<std::uint32_t>(i));
+    BodyTraits traits;
+    if (i % 13 == 0)
+      traits = {.jumps = static_cast<std::uint8_t>(i),
+                .tuning = {.gravity_scale = -1.5f, .friction = 2.0f, .restitution = {}}};
     BitWriter writer;
-    PackFull(quantizer, epoch, state).AppendTo(writer);
+    PackFull(quantizer, epoch, state, traits).AppendTo(writer);
     const std::vector<std::uint8_t> bytes = writer.Finish();
     BitReader reader(bytes);
     QuantizedState got;
     Epoch got_epoch;
-    ASSERT_TRUE(ReadFull(reader, quantizer, got_epoch, got));
+    BodyTraits got_traits;
+    ASSERT_TRUE(ReadFull(reader, quantizer, got_epoch, got, got_traits));
+    ASSERT_EQ(got_traits, traits);
     ASSERT_TRUE(reader.AtEnd());
     ASSERT_EQ(got, state);
     ASSERT_EQ(got_epoch, epoch);

@@ -1,5 +1,6 @@
 #include "core/replication/record_codec.h"
 
+#include <bit>
 #include <limits>
 
 #include "core/replication/datagram.h"
@@ -35,8 +36,25 @@ bool ReadVelocity(BitReader& reader, Velocity& velocity) {
   return true;
 }
 
-bool ReadPosition(BitReader& reader, const Quantizer& quantizer, QuantizedState& state) {
-  const bool in_bounds = reader.ReadBit();
+void AppendTraits(PackedRecord& record, const BodyTraits& traits) {
+  record.Append(traits.jumps, 8);
+  const BodyTuning& tuning = traits.tuning;
+  for (const std::optional<float>& value : {tuning.gravity_scale, tuning.friction, tuning.restitution}) {
+    record.Append(value ? 1 : 0, 1);
+    if (value) record.Append(std::bit_cast<std::uint32_t>(*value), 32);
+  }
+}
+
+bool ReadTraits(BitReader& reader, BodyTraits& traits) {
+  traits.jumps = static_cast<std::uint8_t>(reader.Read(8));
+  BodyTuning& tuning = traits.tuning;
+  for (std::optional<float>* value : {&tuning.gravity_scale, &tuning.friction, &tuning.restitution}) {
+    if (reader.ReadBit()) *value = std::bit_cast<float>(static_cast<std::uint32_t>(reader.Read(32)));
+  }
+  return IsSane(tuning) && !traits.empty();
+}
+
+bool ReadPosition(BitReader& reader, const Quantizer& quantizer, bool in_bounds, QuantizedState& state) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::int64_t c = 0;
     if (in_bounds) {
@@ -127,11 +145,12 @@ bool ReadDeparture(BitReader& reader, DepartureRecord& departure) {
   return true;
 }
 
-PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state) {
+PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state, const BodyTraits& traits) {
   PackedRecord record;
   AppendGolomb(record, epoch.value(), kEpochParameter);
   const bool in_bounds = quantizer.InBounds(state);
-  record.Append((state.asleep ? 1u : 0u) | (in_bounds ? 2u : 0u), 2);
+  record.Append((state.asleep ? 1u : 0u) | (in_bounds ? 2u : 0u) | (traits.empty() ? 0u : 4u), 3);
+  if (!traits.empty()) AppendTraits(record, traits);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (in_bounds) {
       record.Append(static_cast<std::uint64_t>(state.position[axis]), quantizer.position_bits(axis));
@@ -150,14 +169,17 @@ PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedSt
   return record;
 }
 
-bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state) {
+bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state, BodyTraits& traits) {
   state = QuantizedState();
   std::int64_t number = 0;
   if (!ReadGolomb(reader, kEpochParameter, kMaxEpochBits, number)) return false;
   if (number < 0 || number > std::numeric_limits<std::uint32_t>::max()) return false;
   epoch = Epoch(static_cast<std::uint32_t>(number));
   state.asleep = reader.ReadBit();
-  if (!ReadPosition(reader, quantizer, state) || !ReadOrientation(reader, quantizer, state)) return false;
+  const bool in_bounds = reader.ReadBit();
+  traits = {};
+  if (reader.ReadBit() && !ReadTraits(reader, traits)) return false;
+  if (!ReadPosition(reader, quantizer, in_bounds, state) || !ReadOrientation(reader, quantizer, state)) return false;
   return state.asleep || (ReadVelocity(reader, state.linear) && ReadVelocity(reader, state.angular));
 }
 

@@ -9,7 +9,8 @@
 //   departures {1, id gap b, epoch b, why 2, if handed over: to b}* 0
 //   changes    fast list
 //   full list  {1, id gap b, full}* 0
-//   full       epoch eg(1), asleep 1, in bounds 1, x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
+//   full       epoch eg(1), asleep 1, in bounds 1, traits 1, if there are any: jumps 8, gravity, friction and restitution,
+//              each 0: the scene's, or 1, float 32; x, y, z (of fixed widths in bounds, eg(20) beyond), orientation,
 //              unless asleep: linear and angular velocity, each 0: none, or 1, three eg(6)
 //   orientation largest 2, three components of fixed width
 //   properties {1, id gap b, length b, bytes}* 0: of bodies among the changes and full records (core/world/properties.h)
@@ -51,9 +52,9 @@ void WriteDeparture(BitWriter& writer, const DepartureRecord& departure);  // wi
 bool ReadDeparture(BitReader& reader, DepartureRecord& departure);         // false beyond a range
 
 // A full record, for a client that has no sample of the body; without its id.
-PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state);
+PackedRecord PackFull(const Quantizer& quantizer, Epoch epoch, const QuantizedState& state, const BodyTraits& traits);
 // False where a number is out of its range; reading past the end shows in reader.ok().
-bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state);
+bool ReadFull(BitReader& reader, const Quantizer& quantizer, Epoch& epoch, QuantizedState& state, BodyTraits& traits);
 
 void WriteProperties(BitWriter& writer, const Bytes& properties);
 constexpr int PropertyBits(std::size_t bytes) { return 3 + 16 + 8 * static_cast<int>(bytes); }  // at most

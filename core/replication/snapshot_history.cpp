@@ -98,7 +98,13 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
   }
   const SlotIndex index = free.back();
   free.pop_back();
-  slots[index] = {.id = body.id, .epoch = body.epoch, .ticks = {now}, .states = {state}, .properties = nullptr};
+  slots[index] = {.id = body.id,
+                  .epoch = body.epoch,
+                  .ticks = {now},
+                  .states = {state},
+                  .properties = nullptr,
+                  .own_properties = nullptr,
+                  .traits = body.traits};
   const Vec3d position = quantizer.PositionOf(state);
   hot[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = hot[index].generation + 1};
   by_id[body.id] = index;
@@ -138,7 +144,8 @@ void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state)
 void SnapshotHistory::Impl::Put(const BodyRecord& body) {
   const QuantizedState state = quantizer.Quantize(body.state);
   const auto found = by_id.find(body.id);
-  if (found != by_id.end() && slots[found->second].epoch == body.epoch) {
+  // A body with other traits begins anew, with a full record that has them.
+  if (found != by_id.end() && slots[found->second].epoch == body.epoch && slots[found->second].traits == body.traits) {
     Slot& slot = slots[found->second];
     if (!(slot.now() == state)) Change(found->second, state);
     return PutProperties(found->second, body);
@@ -149,9 +156,13 @@ void SnapshotHistory::Impl::Put(const BodyRecord& body) {
 
 void SnapshotHistory::Impl::PutProperties(SlotIndex index, const BodyRecord& body) {
   Slot& slot = slots[index];
-  if (body.properties == slot.properties || body.properties == nullptr) return;
-  if (slot.properties != nullptr && *slot.properties == *body.properties) return;
+  const auto same = [](const std::shared_ptr<const Bytes>& a, const std::shared_ptr<const Bytes>& b) {
+    return a == b || (a != nullptr && b != nullptr && *a == *b);
+  };
+  if (body.properties == nullptr) return;
+  if (same(slot.properties, body.properties) && same(slot.own_properties, body.own_properties)) return;
   slot.properties = body.properties;
+  slot.own_properties = body.own_properties;
   hot[index].properties_since = now;
   MarkDirty(hot[index].cell, index);
 }
@@ -172,7 +183,7 @@ const RecordCache::Entry& SnapshotHistory::Impl::RecordOf(const RecordCache::Key
   if (here && (full || !with_velocities || entry.velocities().here())) return entry;
   const Slot& slot = slots[key.slot];
   if (full) {
-    entry.set_pose(records.Store(PackFull(quantizer, slot.epoch, slot.now())));
+    entry.set_pose(records.Store(PackFull(quantizer, slot.epoch, slot.now(), slot.traits)));
     return entry;
   }
   const Stamp base_tick = now - key.ticks;

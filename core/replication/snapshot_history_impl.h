@@ -41,8 +41,12 @@ struct Slot {
   std::vector<Stamp> ticks;
   std::vector<QuantizedState> states;
   std::size_t newest = 0;
-  std::shared_ptr<const Bytes> properties;
+  std::shared_ptr<const Bytes> properties, own_properties;  // as in BodyRecord
+  BodyTraits traits;
 
+  const Bytes* PropertiesFor(BodyId viewer) const {
+    return viewer == id && own_properties != nullptr ? own_properties.get() : properties.get();
+  }
   const QuantizedState& now() const { return states[newest]; }
   // Null where it is not kept any more, or was not here.
   const QuantizedState* At(Stamp tick) const;

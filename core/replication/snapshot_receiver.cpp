@@ -27,6 +27,7 @@ constexpr std::size_t kMaxTracked = kMaxBodies + kMaxPlayers;
 struct Sample {
   Tick tick;
   QuantizedState state;
+  std::uint8_t jumps = 0;
 };
 
 struct TrackedBody {
@@ -35,6 +36,8 @@ struct TrackedBody {
   Tick newest;                  // newest tick of a record or departure
   Tick properties;              // newest tick of a record with properties
   std::vector<Sample> samples;  // ascending by tick
+  Tick tuned;                   // newest tick of a full record, and the tuning that it had
+  BodyTuning tuning;
   // Datagrams of tick `from` and later use no sample older than `needed`. 0: no sample is to be dropped.
   Tick from, needed;
 };
@@ -46,6 +49,7 @@ struct ParsedBody {
   Tick oldest;  // sample used
   bool has_velocities = false;
   QuantizedState state;
+  BodyTraits traits;  // of a full record; else of the sample that it was predicted from
   std::shared_ptr<const Bytes> properties;
 };
 
@@ -157,6 +161,7 @@ absl::Status SnapshotReceiver::Impl::ParseChange(BitReader& reader, Tick tick, c
   const auto out_of_range = [&] { return Malformed(absl::StrCat("body ", body.id.value(), ": out of range")); };
   if (!ReadPose(reader, prediction, base->state, limit, body.state)) return out_of_range();
   body.epoch = tracked->second.epoch;
+  body.traits = {base->jumps, tracked->second.tuning};
   body.has_velocities = with_velocities || body.state.asleep;
   if (!with_velocities || body.state.asleep) return absl::OkStatus();
   const VelocityEstimate estimate = velocities.From(base->state, body.state, prediction, ticks.ticks, limit);
@@ -183,7 +188,7 @@ absl::Status SnapshotReceiver::Impl::ParseFullRecords(BitReader& reader, Parsed&
     ParsedBody body{};
     body.id = *id;
     body.full = body.has_velocities = true;
-    if (!ReadFull(reader, quantizer, body.epoch, body.state)) {
+    if (!ReadFull(reader, quantizer, body.epoch, body.state, body.traits)) {
       return Malformed(absl::StrCat("body ", body.id.value(), ": out of range"));
     }
     parsed.bodies.push_back(body);
@@ -252,6 +257,8 @@ bool SnapshotReceiver::Impl::Depart(Tick tick, const DepartureRecord& departure)
           .newest = tick,
           .properties = {},
           .samples = {},
+          .tuned = {},
+          .tuning = {},
           .from = {},
           .needed = {}};
   return true;
@@ -267,14 +274,20 @@ TrackedBody* SnapshotReceiver::Impl::Store(Tick tick, const ParsedBody& parsed) 
             .newest = tick,
             .properties = {},
             .samples = {},
+            .tuned = {},
+            .tuning = {},
             .from = {},
             .needed = {}};
   body.newest = std::max(body.newest, tick);
+  if (parsed.full && tick >= body.tuned) {
+    body.tuned = tick;
+    body.tuning = parsed.traits.tuning;
+  }
   std::vector<Sample>& samples = body.samples;
   if (!parsed.full) DropSamples(body, tick, parsed.oldest);
   const auto after = After(samples, tick);
   if (after != samples.begin() && std::prev(after)->tick == tick) return &body;  // the same tick written twice
-  samples.insert(after, {tick, parsed.state});
+  samples.insert(after, {tick, parsed.state, parsed.traits.jumps});
   if (samples.size() > kHistoriesKept * settings.history_ticks) samples.erase(samples.begin());
   return &body;
 }
@@ -303,6 +316,7 @@ BodyState SnapshotReceiver::Impl::StateOf(Tick tick, const ParsedBody& parsed, c
   if (at != body.samples.begin() && std::prev(at)->tick == tick) --at;
   if (at == body.samples.begin()) return state;
   const Sample& before = *std::prev(at);
+  if (before.jumps != parsed.traits.jumps) return state;
   const BodyState was = quantizer.Dequantize(before.state);
   const double per_s = settings.tick_rate_hz / static_cast<double>(tick - before.tick);
   state.linear_velocity = Vec3f((state.position - was.position) * per_s);
@@ -340,8 +354,8 @@ absl::StatusOr<ReceivedSnapshot> SnapshotReceiver::Read(std::span<const std::uin
     if (body.full) ++result.full_records;
     const bool fresh = body.properties != nullptr && parsed->header.tick > stored->properties;
     if (fresh) stored->properties = parsed->header.tick;
-    result.bodies.push_back(
-        {body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored), fresh ? body.properties : nullptr});
+    result.bodies.push_back({body.id, body.epoch, impl_->StateOf(parsed->header.tick, body, *stored),
+                             fresh ? body.properties : nullptr, body.traits});
   }
   return result;
 }

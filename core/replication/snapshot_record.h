@@ -5,12 +5,21 @@
 #include <memory>
 #include <vector>
 
+#include "core/world/body_tuning.h"
 #include "core/world/ids.h"
 #include "core/world/scene.h"
 
 namespace tessera::replication {
 
 using Bytes = std::vector<std::uint8_t>;
+
+// What a client has to know of a body beside its state, of what a game did to it. It changes seldom.
+struct BodyTraits {
+  std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0. Between two counts it did not move
+  BodyTuning tuning;
+  bool empty() const { return jumps == 0 && tuning.empty(); }
+  friend bool operator==(const BodyTraits&, const BodyTraits&) = default;
+};
 
 struct BodyRecord {
   BodyId id;
@@ -19,6 +28,9 @@ struct BodyRecord {
   // PropertySet::Encode of the properties that differ from the scene's. Pushed: null where none does. Received: null
   // where the datagram has no newer ones.
   std::shared_ptr<const Bytes> properties = nullptr;
+  BodyTraits traits = {};
+  // Pushed, of a player's body: those for that player, where they are others; null: the same.
+  std::shared_ptr<const Bytes> own_properties = nullptr;
 };
 
 struct DepartureRecord {

@@ -304,8 +304,9 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
     const bool velocities = key.ticks != 0 && (!view.centre.has_value() || id == view.own ||
                                                LengthSquared(Vec3d(data.position) - *view.centre) <= near);
     const RecordCache::Entry& record = history.RecordOf(key, velocities);
-    const Bytes* properties =
-        data.properties_since > body.acknowledged.properties ? history.slots[body.slot].properties.get() : nullptr;
+    const Bytes* properties = data.properties_since > body.acknowledged.properties
+                                  ? history.slots[body.slot].PropertiesFor(view.own)
+                                  : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
     bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);
     if (bits_left < 0 && !chosen.empty()) {

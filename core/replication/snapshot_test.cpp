@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 
 #include "core/replication/testing/moving_bodies.h"
@@ -260,6 +261,46 @@ TEST(SnapshotTest, PropertiesAreToldUntilAcknowledged) {
       EXPECT_LE(received, 30u);
     }
   }
+}
+
+// A body that a game puts elsewhere, or changes, is written anew until it is acknowledged, and known by its count.
+TEST(SnapshotTest, TraitsAreToldUntilAcknowledged) {
+  MovingBodies world({.count = 3});
+  SnapshotHistory history(world.bounds(), {});
+  SnapshotSender sender({});
+  SnapshotReceiver receiver(world.bounds(), {});
+  std::uint64_t tick = 0;
+  std::map<BodyId, BodyTraits> seen;
+  const auto write = [&](bool lost) {
+    world.Step(1.0 / 60);
+    history.Push(Tick(++tick), world.bodies(), {});
+    const WrittenSnapshot written = sender.Write(history, 0, 0);
+    if (lost) return;
+    for (const Bytes& datagram : written.datagrams) {
+      const auto got = receiver.Read(datagram);
+      ASSERT_TRUE(got.ok()) << got.status();
+      for (const BodyRecord& body : got->bodies) seen[body.id] = body.traits;
+    }
+    ASSERT_TRUE(sender.Acknowledge(receiver.WriteAck()).ok());
+  };
+  for (int i = 0; i < 6; ++i) write(false);
+  const BodyId moved = world.bodies()[1].id;
+  EXPECT_TRUE(seen.at(moved).empty());
+  BodyTraits traits{.jumps = 7, .tuning = {.gravity_scale = 0.0f, .friction = {}, .restitution = 0.5f}};
+  world.bodies()[1].traits = traits;
+  world.bodies()[1].state.position.x += 20;
+  write(true);
+  write(true);
+  EXPECT_TRUE(seen.at(moved).empty());
+  for (int i = 0; i < 6; ++i) {
+    write(false);
+    EXPECT_EQ(seen.at(moved), traits) << "after snapshot " << i;
+    EXPECT_TRUE(seen.at(world.bodies()[0].id).empty());
+  }
+  traits.jumps = 8;
+  world.bodies()[1].traits = traits;
+  write(false);
+  EXPECT_EQ(seen.at(moved).jumps, 8);
 }
 
 TEST(SnapshotTest, ADuplicateIsNamed) {

@@ -85,6 +85,9 @@ constexpr PlayerNumber PlayerOf(BodyId body) {
                             : PlayerNumber();
 }
 
+// The world as a whole, where a game runs in it: it has a record like a body, and neither a shape nor a motion.
+inline constexpr BodyId kInstanceBody{2 * kFirstPlayerBody};
+
 }  // namespace tessera
 
 template <class Tag, class Rep>

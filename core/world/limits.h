@@ -56,6 +56,13 @@ inline constexpr double kMinViewBytes_per_s = 8e3, kMaxViewBytes_per_s = 1e9;
 // Fields of one scene. Each is computed for each body in each tick.
 inline constexpr std::size_t kMaxFields = 256;
 inline constexpr double kMaxFriction = 10;
+// Paths of kinematic bodies: points of one, their times, s, and the mean speeds between them. At 10 Hz, the slowest
+// tick rate, a body turns by a radian a tick then; beyond half a turn the shortest way would be the wrong one. A loop
+// ends where it begins but for rounding.
+inline constexpr std::size_t kMaxPathPoints = 1024;
+inline constexpr double kMinPathTime_s = 1e-2, kMaxPathTime_s = 1e6;
+inline constexpr double kMinPathSpeed_m_s = 1e-4, kMaxPathSpeed_m_s = 100, kMaxPathSpin_rad_s = 10;
+inline constexpr double kLoopTolerance_m = 1e-6, kLoopTolerance_rad = 1e-4;
 // The length of a quaternion or a normal may differ from 1 by this much before it counts as a mistake.
 inline constexpr double kUnitTolerance = 1e-3;
 inline constexpr std::size_t kMaxHullPoints = 255;

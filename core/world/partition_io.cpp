@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+
 namespace tessera {
 
 v1::Rect ToProto(const Rect& rect) {
@@ -32,11 +35,30 @@ v1::PartitionMap ToProto(const PartitionMap& map) {
     added.set_id(region.id.value());
     added.set_standby(region.standby.value());
   }
+  if (map.terms() != WorldTerms()) *out.mutable_terms() = ToProto(map.terms());
   return out;
+}
+
+v1::WorldTerms ToProto(const WorldTerms& terms) {
+  v1::WorldTerms out;
+  out.set_paused(terms.paused);
+  out.set_ticks_per_second(terms.ticks_per_second);
+  out.set_game(terms.game);
+  return out;
+}
+
+absl::StatusOr<WorldTerms> FromProto(const v1::WorldTerms& terms) {
+  const double pace = terms.ticks_per_second();
+  if (pace != 0 && !(pace >= kMinTicksPerSecond && pace <= kMaxTickRateHz)) {
+    return absl::InvalidArgumentError(absl::StrCat("terms.ticks_per_second: ", pace));
+  }
+  return WorldTerms{.paused = terms.paused(), .ticks_per_second = pace, .game = terms.game()};
 }
 
 absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map) {
   if (map.version() == 0) return absl::InvalidArgumentError("version: must not be 0");
+  const absl::StatusOr<WorldTerms> terms = FromProto(map.terms());
+  if (!terms.ok()) return terms.status();
   std::vector<Cell> cells;
   cells.reserve(static_cast<std::size_t>(map.cells_size()));
   for (const v1::Cell& cell : map.cells()) {
@@ -46,7 +68,10 @@ absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map) {
   regions.reserve(static_cast<std::size_t>(map.regions_size()));
   for (const v1::MapRegion& region : map.regions())
     regions.push_back({RegionId(region.id()), RegionId(region.standby())});
-  return PartitionMap::Create(MapVersion(map.version()), FromProto(map.bounds()), std::move(cells), std::move(regions));
+  absl::StatusOr<PartitionMap> made =
+      PartitionMap::Create(MapVersion(map.version()), FromProto(map.bounds()), std::move(cells), std::move(regions));
+  if (!made.ok()) return made.status();
+  return made->With(*terms);
 }
 
 const v1::MapRegion* FindRegion(const v1::PartitionMap& map, RegionId region) {

@@ -14,6 +14,9 @@ v1::PartitionMap ToProto(const PartitionMap& map);
 // Beyond `Create`, version 0 is refused.
 absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map);
 
+v1::WorldTerms ToProto(const WorldTerms& terms);
+absl::StatusOr<WorldTerms> FromProto(const v1::WorldTerms& terms);
+
 // The entry of a region in a message; null if the map does not have it.
 const v1::MapRegion* FindRegion(const v1::PartitionMap& map, RegionId region);
 

@@ -157,6 +157,12 @@ absl::Status PartitionMap::FillSlab(Slab& slab, double max_z, std::span<const st
   return absl::OkStatus();
 }
 
+PartitionMap PartitionMap::With(const WorldTerms& terms) const {
+  PartitionMap map = *this;
+  map.terms_ = terms;
+  return map;
+}
+
 const MapRegion* PartitionMap::Find(RegionId region) const {
   const auto it = std::ranges::lower_bound(regions_, region, {}, &MapRegion::id);
   return it != regions_.end() && it->id == region ? &*it : nullptr;

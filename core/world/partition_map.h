@@ -15,6 +15,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/bounds.h"
 #include "core/world/ids.h"
+#include "core/world/world_terms.h"
 
 namespace tessera {
 
@@ -44,7 +45,11 @@ class PartitionMap {
   static absl::StatusOr<PartitionMap> Create(MapVersion version, Rect bounds, std::vector<Cell> cells,
                                              std::vector<MapRegion> regions);
 
+  // The same map with other terms.
+  PartitionMap With(const WorldTerms& terms) const;
+
   MapVersion version() const { return version_; }
+  const WorldTerms& terms() const { return terms_; }
   const Rect& bounds() const { return bounds_; }
   std::span<const Cell> cells() const { return cells_; }
   std::span<const MapRegion> regions() const { return regions_; }  // ascending by id
@@ -89,6 +94,7 @@ class PartitionMap {
   std::span<const std::uint32_t> CellsOf(RegionId region, const RegionIndex& index) const;
 
   MapVersion version_;
+  WorldTerms terms_;
   Rect bounds_;
   std::vector<Cell> cells_;
   std::vector<MapRegion> regions_;

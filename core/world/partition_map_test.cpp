@@ -326,5 +326,16 @@ TEST(PartitionIoTest, TrustsNothing) {
               HasSubstr("cells[2].area: must be finite and have an area"));
 }
 
+TEST(PartitionIoTest, TermsComeBackAndAPaceThatNoWorldHasIsRefused) {
+  const PartitionMap map = Grid(4).With({.paused = true, .ticks_per_second = 2.5, .game = 3});
+  EXPECT_EQ(*FromProto(ToProto(map)), map);
+  EXPECT_FALSE(ToProto(Grid(4)).has_terms()) << "those of a world that nobody has changed take no bytes";
+  v1::PartitionMap message = ToProto(map);
+  for (const double pace : {-1.0, 0.5, 241.0, std::numeric_limits<double>::quiet_NaN()}) {
+    message.mutable_terms()->set_ticks_per_second(pace);
+    EXPECT_EQ(FromProto(message).status().code(), absl::StatusCode::kInvalidArgument) << pace;
+  }
+}
+
 }  // namespace
 }  // namespace tessera

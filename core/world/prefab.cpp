@@ -35,6 +35,7 @@ BodyState SpawnedState(const BodyDef& body, const SpawnMotion& motion) {
   BodyState state = body.initial;
   state.position = motion.position + arm;
   state.orientation = motion.rotation * body.initial.orientation;
+  if (body.kinematic) return state;
   state.linear_velocity = Vec3f(motion.velocity_m_s + Cross(motion.spin_rad_s, arm) +
                                 Rotate(motion.rotation, Vec3d(body.initial.linear_velocity)));
   state.angular_velocity = Vec3f(motion.spin_rad_s + Rotate(motion.rotation, Vec3d(body.initial.angular_velocity)));

@@ -1,15 +1,24 @@
 #include "core/world/properties.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 #include "absl/strings/str_cat.h"
 #include "core/world/bytes.h"
+#include "core/world/player_name.h"
 
 namespace tessera {
 namespace {
 
-constexpr const char* kTypeNames[] = {"true or false", "a whole number", "a number", "a text"};
+constexpr const char* kTypeNames[] = {"true or false", "a whole number", "a number", "a text",
+                                      "a vector",      "a body",         "bytes"};
+static_assert(std::size(kTypeNames) == std::variant_size_v<PropertyValue>);
+
+// Stands for the player's name, after all places of properties.
+constexpr std::uint8_t kNamePlace = 255;
+static_assert(kMaxProperties <= kNamePlace);
 
 std::optional<std::size_t> PlaceIn(std::span<const PropertyDef> defs, std::string_view name) {
   const auto at = std::find_if(defs.begin(), defs.end(), [&](const PropertyDef& def) { return def.name == name; });
@@ -22,36 +31,76 @@ absl::Status Check(const PropertyDef& def, const PropertyValue& value) {
     return absl::InvalidArgumentError(absl::StrCat("property \"", def.name, "\" ", what));
   };
   if (value.index() != def.initial.index()) return wrong(absl::StrCat("is ", kTypeNames[def.initial.index()]));
-  if (const double* number = std::get_if<double>(&value); number != nullptr) {
-    if (!std::isfinite(*number)) return wrong("is not finite");
-    if (std::abs(*number) > kMaxPropertyReal) return wrong(absl::StrCat("is beyond ", kMaxPropertyReal));
+  const auto reals = [](const PropertyValue& of) -> std::array<double, 3> {
+    if (const double* number = std::get_if<double>(&of)) return {*number, 0, 0};
+    if (const Vec3d* vector = std::get_if<Vec3d>(&of)) return {vector->x, vector->y, vector->z};
+    return {0, 0, 0};
+  };
+  for (const double number : reals(value)) {
+    if (!std::isfinite(number)) return wrong("is not finite");
+    if (std::abs(number) > kMaxPropertyReal) return wrong(absl::StrCat("is beyond ", kMaxPropertyReal));
   }
   if (const std::string* text = std::get_if<std::string>(&value); text != nullptr && text->size() > kMaxPropertyText) {
     return wrong(absl::StrCat("is longer than ", kMaxPropertyText, " bytes"));
   }
+  if (const auto* blob = std::get_if<PropertyBytes>(&value); blob != nullptr && blob->bytes.size() > kMaxPropertyBlob) {
+    return wrong(absl::StrCat("is longer than ", kMaxPropertyBlob, " bytes"));
+  }
   return absl::OkStatus();
 }
 
-void WriteValue(ByteWriter& out, const PropertyValue& value) {
-  if (const bool* flag = std::get_if<bool>(&value)) return out.U8(*flag ? 1 : 0);
-  if (const std::int64_t* number = std::get_if<std::int64_t>(&value)) {
-    return out.Varint((static_cast<std::uint64_t>(*number) << 1) ^ static_cast<std::uint64_t>(*number >> 63));
+struct ValueWriter {
+  ByteWriter& out;
+  void operator()(bool flag) const { out.U8(flag ? 1 : 0); }
+  void operator()(std::int64_t number) const {
+    out.Varint((static_cast<std::uint64_t>(number) << 1) ^ static_cast<std::uint64_t>(number >> 63));
   }
-  if (const double* number = std::get_if<double>(&value)) return out.F64(*number);
-  const std::string& text = std::get<std::string>(value);
-  out.U8(static_cast<std::uint8_t>(text.size()));
-  out.Text(text);
-}
+  void operator()(double number) const { out.F64(number); }
+  void operator()(const std::string& text) const {
+    out.U8(static_cast<std::uint8_t>(text.size()));
+    out.Text(text);
+  }
+  void operator()(const Vec3d& vector) const { out.V(vector); }
+  void operator()(BodyId body) const { out.Varint(body.value()); }
+  void operator()(const PropertyBytes& blob) const { out.Block(blob.bytes); }
+};
 
 PropertyValue ReadValue(ByteReader& in, std::size_t type) {
-  if (type == 0) return in.U8() != 0;
-  if (type == 1) {
-    const std::uint64_t zigzag = in.Varint();
-    return static_cast<std::int64_t>(zigzag >> 1) ^ -static_cast<std::int64_t>(zigzag & 1);
+  switch (type) {
+    case 0:
+      return in.U8() != 0;
+    case 1: {
+      const std::uint64_t zigzag = in.Varint();
+      return static_cast<std::int64_t>(zigzag >> 1) ^ -static_cast<std::int64_t>(zigzag & 1);
+    }
+    case 2:
+      return in.F64();
+    case 3: {
+      const std::span<const std::uint8_t> text = in.Bytes(in.U8());
+      return std::string(text.begin(), text.end());
+    }
+    case 4:
+      return in.V3d();
+    case 5:
+      return BodyId(in.Varint());
+    default: {
+      const std::span<const std::uint8_t> bytes = in.Block(kMaxPropertyBlob);
+      return PropertyBytes{{bytes.begin(), bytes.end()}};
+    }
   }
-  if (type == 2) return in.F64();
-  const std::span<const std::uint8_t> text = in.Bytes(in.U8());
-  return std::string(text.begin(), text.end());
+}
+
+void WriteEntry(ByteWriter& out, std::uint8_t place, const PropertyValue& value) {
+  out.U8(place);
+  std::visit(ValueWriter{out}, value);
+}
+
+// Comes last.
+void WriteName(ByteWriter& out, const std::string& name) {
+  if (name.empty()) return;
+  out.U8(kNamePlace);
+  out.U8(static_cast<std::uint8_t>(name.size()));
+  out.Text(name);
 }
 
 }  // namespace
@@ -84,10 +133,19 @@ absl::Status PropertySet::Set(std::span<const PropertyDef> defs, std::string_vie
 
 std::vector<std::uint8_t> PropertySet::Encode() const {
   ByteWriter out;
+  for (const auto& [place, value] : values_) WriteEntry(out, place, value);
+  WriteName(out, player_name_);
+  return out.Take();
+}
+
+std::vector<std::uint8_t> PropertySet::EncodeFor(std::span<const PropertyDef> defs, bool own) const {
+  ByteWriter out;
   for (const auto& [place, value] : values_) {
-    out.U8(place);
-    WriteValue(out, value);
+    const PropertyVisibility visible_to = defs[place].visible_to;
+    if (visible_to == PropertyVisibility::kServers || (visible_to == PropertyVisibility::kPlayer && !own)) continue;
+    WriteEntry(out, place, value);
   }
+  WriteName(out, player_name_);
   return out.Take();
 }
 
@@ -99,6 +157,17 @@ absl::StatusOr<PropertySet> PropertySet::Decode(std::span<const std::uint8_t> by
   in.Field("properties");
   while (in.remaining() > 0) {
     const std::uint8_t place = in.U8();
+    if (!set.player_name_.empty()) return absl::InvalidArgumentError("properties: out of order");
+    if (place == kNamePlace) {
+      const std::span<const std::uint8_t> name = in.Bytes(in.U8());
+      if (!in.ok()) return absl::InvalidArgumentError(in.error());
+      set.player_name_.assign(name.begin(), name.end());
+      if (set.player_name_.empty()) return absl::InvalidArgumentError("properties: player_name: is empty");
+      if (const absl::Status status = CheckPlayerName(set.player_name_); !status.ok()) {
+        return absl::InvalidArgumentError(absl::StrCat("properties: ", status.message()));
+      }
+      continue;
+    }
     if (place >= defs.size()) return absl::InvalidArgumentError("properties: not declared");
     if (!set.values_.empty() && place <= set.values_.back().first) {
       return absl::InvalidArgumentError("properties: out of order");
@@ -118,6 +187,30 @@ std::optional<PropertyValue> ValueOf(std::span<const PropertyDef> defs, const Pr
   if (const PropertyValue* value = changed.Find(*place)) return *value;
   if (const PropertyValue* value = of_scene.Find(*place)) return *value;
   return defs[*place].initial;
+}
+
+std::vector<std::string_view> ChangedProperties(std::span<const PropertyDef> defs, const PropertySet& before,
+                                                const PropertySet& after) {
+  std::vector<std::string_view> names;
+  for (std::size_t i = 0; i < defs.size(); ++i) {
+    const PropertyValue *was = before.Find(i), *is = after.Find(i);
+    const bool same = was == nullptr || is == nullptr ? was == is : *was == *is;
+    if (!same) names.push_back(defs[i].name);
+  }
+  return names;
+}
+
+std::string PropertyText(const PropertyValue& value) {
+  struct Writer {
+    std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+    std::string operator()(std::int64_t number) const { return absl::StrCat(number); }
+    std::string operator()(double number) const { return absl::StrCat(number); }
+    std::string operator()(const std::string& text) const { return absl::StrCat("\"", text, "\""); }
+    std::string operator()(const Vec3d& v) const { return absl::StrCat("(", v.x, ", ", v.y, ", ", v.z, ")"); }
+    std::string operator()(BodyId id) const { return id == BodyId() ? "no body" : absl::StrCat("body ", id.value()); }
+    std::string operator()(const PropertyBytes& blob) const { return absl::StrCat(blob.bytes.size(), " bytes"); }
+  };
+  return std::visit(Writer(), value);
 }
 
 }  // namespace tessera

@@ -1,8 +1,8 @@
 // Properties: small typed fields that a game attaches to bodies: a class, a team, health, a name.
 //
-// A scene declares them, each with a name, a type and an initial value. A body of the scene may have another value, and
-// a region changes values while the world runs. They go along when a body changes hands, and clients receive changes by
-// the rules that hold for states.
+// A scene declares them, each with a name, a type, an initial value and who may see it. A body of the scene may have
+// another value, and a region changes values while the world runs. They go along when a body changes hands, and clients
+// receive changes by the rules that hold for states.
 //
 //   PropertySet set;                                       // the values of one body that differ from the scene
 //   absl::Status status = set.Set(scene.properties, "health", std::int64_t{80});
@@ -22,45 +22,78 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/world/ids.h"
+#include "core/world/math.h"
 
 namespace tessera {
 
-using PropertyValue = std::variant<bool, std::int64_t, double, std::string>;
+// A value that only the game understands.
+struct PropertyBytes {
+  std::vector<std::uint8_t> bytes;  // at most kMaxPropertyBlob
+  friend bool operator==(const PropertyBytes&, const PropertyBytes&) = default;
+};
+
+// A BodyId refers to another body, which need not be there; 0: to none.
+using PropertyValue = std::variant<bool, std::int64_t, double, std::string, Vec3d, BodyId, PropertyBytes>;
+
+enum class PropertyVisibility : std::uint8_t {
+  kEveryone,
+  kPlayer,   // of a player's body: that player alone; of any other body: nobody
+  kServers,  // no client
+};
 
 struct PropertyDef {
   std::string name;
   PropertyValue initial;  // its type is the property's
+  PropertyVisibility visible_to = PropertyVisibility::kEveryone;
 };
 
 // Properties that one scene may declare: on the wire, one byte holds the place of each.
 inline constexpr std::size_t kMaxProperties = 64;
 inline constexpr std::size_t kMaxPropertyText = 63;
-inline constexpr double kMaxPropertyReal = 1e18;  // sums and squares of a few stay finite
+inline constexpr std::size_t kMaxPropertyBlob = 256;
+inline constexpr double kMaxPropertyReal = 1e18;  // sums and squares of a few stay finite; of a vector's parts as well
 // Size of the encoded properties of one body, which have to fit a datagram beside the body.
 inline constexpr std::size_t kMaxPropertyBytes = 512;
 
 class PropertySet {
  public:
-  bool empty() const { return values_.empty(); }
+  bool empty() const { return values_.empty() && player_name_.empty(); }
   const PropertyValue* Find(std::size_t index) const;
   // Errors: NOT_FOUND "no property \"mana\"", INVALID_ARGUMENT "property \"health\" is a whole number", "... is not
   // finite", "... longer than 63 bytes", RESOURCE_EXHAUSTED when all together get too long.
   absl::Status Set(std::span<const PropertyDef> defs, std::string_view name, PropertyValue value);
 
+  // The name of the player whose body has the set (player_name.h); empty for other bodies. It travels with what was
+  // changed, so that whoever learns of the body learns of the name.
+  const std::string& player_name() const { return player_name_; }
+  void set_player_name(std::string name) { player_name_ = std::move(name); }
+
   // The same set gives the same bytes. At most kMaxPropertyBytes.
   std::vector<std::uint8_t> Encode() const;
-  // Errors: INVALID_ARGUMENT: truncated, not declared, of another type, out of order, too long, not finite.
+  // The same of those that a client may see: the player whose body it is (`own`), or any other one. Values that the
+  // scene gives are no secret, because a client has the scene.
+  std::vector<std::uint8_t> EncodeFor(std::span<const PropertyDef> defs, bool own) const;
+  // Errors: INVALID_ARGUMENT: truncated, not declared, of another type, out of order, too long, not finite, a bad name.
   static absl::StatusOr<PropertySet> Decode(std::span<const std::uint8_t> bytes, std::span<const PropertyDef> defs);
 
   friend bool operator==(const PropertySet&, const PropertySet&) = default;
 
  private:
   std::vector<std::pair<std::uint8_t, PropertyValue>> values_;  // ascending by place in the scene's list
+  std::string player_name_;
 };
 
 // The value of a body's property: the changed one, else the one that the scene gives to the body, else the declared
 // one. Nothing if the property is not declared.
 std::optional<PropertyValue> ValueOf(std::span<const PropertyDef> defs, const PropertySet& of_scene,
                                      const PropertySet& changed, std::string_view name);
+
+// Names of the declared properties that differ between two states of a body, in the order of their declaration.
+std::vector<std::string_view> ChangedProperties(std::span<const PropertyDef> defs, const PropertySet& before,
+                                                const PropertySet& after);
+
+// For people: `true`, `-7`, `1.5`, `"red"`, `(1, 2, 3)`, `body 17`, `no body`, `3 bytes`.
+std::string PropertyText(const PropertyValue& value);
 
 }  // namespace tessera

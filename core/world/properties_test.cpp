@@ -37,6 +37,45 @@ TEST(PropertiesTest, WrongOnesAreRefusedByNameAndChangeNothing) {
   EXPECT_TRUE(set.empty());
 }
 
+TEST(PropertiesTest, VectorsBodiesAndBytesComeBackToo) {
+  const std::vector<PropertyDef> defs = {
+      {"home", Vec3d{1, 2, 3}}, {"target", BodyId()}, {"secret", PropertyBytes{{0, 255}}}};
+  PropertySet set;
+  EXPECT_EQ(set.Set(defs, "home", Vec3d{0, std::nan(""), 0}).message(), "property \"home\" is not finite");
+  EXPECT_EQ(set.Set(defs, "home", Vec3d{0, 0, -2e18}).message(), "property \"home\" is beyond 1e+18");
+  EXPECT_EQ(set.Set(defs, "target", std::int64_t{7}).message(), "property \"target\" is a body");
+  EXPECT_EQ(set.Set(defs, "secret", PropertyBytes{std::vector<std::uint8_t>(257)}).message(),
+            "property \"secret\" is longer than 256 bytes");
+  EXPECT_TRUE(set.empty());
+  ASSERT_TRUE(set.Set(defs, "home", Vec3d{-0.5, 4, 1e9}).ok());
+  ASSERT_TRUE(set.Set(defs, "target", BodyId(std::uint64_t{1} << 63 | 9)).ok());
+  ASSERT_TRUE(set.Set(defs, "secret", PropertyBytes{std::vector<std::uint8_t>(256, 7)}).ok());
+  const auto again = PropertySet::Decode(set.Encode(), defs);
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(*again, set);
+  EXPECT_EQ(PropertyText(*again->Find(0)), "(-0.5, 4, 1e+09)");
+  EXPECT_EQ(PropertyText(*again->Find(1)), "body 9223372036854775817");
+  EXPECT_EQ(PropertyText(*again->Find(2)), "256 bytes");
+}
+
+TEST(PropertiesTest, EachIsWrittenOnlyForThoseWhoMaySeeIt) {
+  const std::vector<PropertyDef> defs = {{"team", std::string("none")},
+                                         {"ammunition", std::int64_t{0}, PropertyVisibility::kPlayer},
+                                         {"cheats", std::int64_t{0}, PropertyVisibility::kServers}};
+  PropertySet set;
+  for (const char* name : {"ammunition", "cheats"}) ASSERT_TRUE(set.Set(defs, name, std::int64_t{3}).ok());
+  EXPECT_TRUE(set.EncodeFor(defs, false).empty());
+  ASSERT_TRUE(set.Set(defs, "team", std::string("red")).ok());
+  const auto others = PropertySet::Decode(set.EncodeFor(defs, false), defs);
+  const auto own = PropertySet::Decode(set.EncodeFor(defs, true), defs);
+  ASSERT_TRUE(others.ok() && own.ok());
+  EXPECT_NE(others->Find(0), nullptr);
+  EXPECT_EQ(others->Find(1), nullptr);
+  EXPECT_EQ(others->Find(2), nullptr);
+  EXPECT_NE(own->Find(1), nullptr);
+  EXPECT_EQ(own->Find(2), nullptr);
+}
+
 TEST(PropertiesTest, NoiseIsAnErrorOrSaysWhatItSays) {
   std::mt19937 random(1);
   for (int i = 0; i < 100'000; ++i) {
@@ -54,6 +93,7 @@ TEST(PropertiesTest, ASceneDeclaresThemAndItsBodiesDiffer) {
   constexpr char kScene[] = R"(
     name: "arena" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }
     properties { name: "health" number: 100 } properties { name: "team" text: "none" }
+    instance_properties { name: "score" number: 3 }
     bodies {
       id: 1 mass: 1 shape { sphere { radius: 1 } } properties { name: "team" text: "red" }
     })";
@@ -64,14 +104,26 @@ TEST(PropertiesTest, ASceneDeclaresThemAndItsBodiesDiffer) {
   const Scene& arena = **scene;
   EXPECT_EQ(ValueOf(arena.properties, arena.bodies[0].properties, {}, "team"), PropertyValue(std::string("red")));
   EXPECT_EQ(ValueOf(arena.properties, arena.bodies[0].properties, {}, "health"), PropertyValue(std::int64_t{100}));
+  EXPECT_EQ(ValueOf(arena.instance_properties, {}, {}, "score"), PropertyValue(std::int64_t{3}));
 
   v1::Scene wrong = *written;
   wrong.mutable_bodies(0)->mutable_properties(0)->set_number(3);
   EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("number: property \"team\" is a text"),
             std::string::npos);
   wrong = *written;
+  wrong.mutable_bodies(0)->mutable_properties(0)->set_visible_to(v1::VISIBILITY_SERVERS);
+  EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("visible_to is said where the scene declares it"),
+            std::string::npos);
+  wrong = *written;
+  wrong.mutable_properties(0)->set_visible_to(static_cast<v1::Visibility>(9));
+  EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("visible_to: unknown, 9"), std::string::npos);
+  wrong = *written;
   *wrong.add_properties() = wrong.properties(1);
   EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("name is also that of properties[1]"),
+            std::string::npos);
+  wrong = *written;
+  *wrong.add_instance_properties() = wrong.instance_properties(0);
+  EXPECT_NE(ResolveScene(wrong, "arena").status().ToString().find("name is also that of instance_properties[0]"),
             std::string::npos);
 }
 

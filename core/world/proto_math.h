@@ -31,10 +31,28 @@ inline std::optional<PropertyValue> FromProto(const v1::Property& property) {
       return property.real();
     case v1::Property::kText:
       return property.text();
+    case v1::Property::kVector:
+      return FromProto(property.vector());
+    case v1::Property::kBody:
+      return BodyId(property.body());
+    case v1::Property::kBytes:
+      return PropertyBytes{{property.bytes().begin(), property.bytes().end()}};
     case v1::Property::VALUE_NOT_SET:
       break;
   }
   return std::nullopt;
+}
+
+// Left out: everyone.
+inline PropertyVisibility FromProto(v1::Visibility visible_to) {
+  switch (visible_to) {
+    case v1::VISIBILITY_PLAYER:
+      return PropertyVisibility::kPlayer;
+    case v1::VISIBILITY_SERVERS:
+      return PropertyVisibility::kServers;
+    default:
+      return PropertyVisibility::kEveryone;
+  }
 }
 
 // The name of the field that holds the value, for errors.
@@ -48,6 +66,12 @@ inline std::string ValueField(const v1::Property& property) {
       return "real";
     case v1::Property::kText:
       return "text";
+    case v1::Property::kVector:
+      return "vector";
+    case v1::Property::kBody:
+      return "body";
+    case v1::Property::kBytes:
+      return "bytes";
     case v1::Property::VALUE_NOT_SET:
       break;
   }

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <variant>
 #include <vector>
@@ -33,6 +34,9 @@ struct QueryFilter {
 
 struct PointProbe {};  // the way of a point is a ray
 using QueryShape = std::variant<PointProbe, SphereShape, CapsuleShape, BoxShape>;
+
+// Whether a query sees a body that passes its filter; null: all of them.
+using BodyPredicate = std::function<bool(BodyId)>;
 
 struct BodyQuery {
   QueryShape shape{};

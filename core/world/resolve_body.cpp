@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
+#include "core/world/resolve_path.h"
 
 namespace tessera {
 namespace {
@@ -53,6 +54,11 @@ BodyDef BodyResolver::Body(int index, const v1::Body& body) {
   }
   def.initial.position = pose.position;
   def.initial.orientation = pose.orientation;
+  if (body.kinematic().has_path()) {
+    // Every region has it, and nobody owns it.
+    def.motion = Motion::kStatic;
+    def.path = ResolvePath(faults_, body.kinematic().path(), pose, bounds_);
+  }
   return def;
 }
 
@@ -60,6 +66,7 @@ BodyDef BodyResolver::Template(const std::string& place, const v1::Body& body) {
   faults_.At(body.name().empty() ? place : absl::StrCat(place, " (", Quoted(body.name()), ")"));
   if (body.id() != 0) faults_.Add(absl::StrCat("id must be left out of a template, got ", body.id()));
   if (body.has_pose()) faults_.Add("pose must be left out of a template");
+  if (body.has_kinematic()) faults_.Add("kinematic must be left out of a template");
   return Common(body);
 }
 
@@ -67,6 +74,7 @@ BodyDef BodyResolver::Member(const std::string& place, const v1::Body& body) {
   faults_.At(body.name().empty() ? place : absl::StrCat(place, " (", Quoted(body.name()), ")"));
   if (body.id() != 0) faults_.Add(absl::StrCat("id must be left out of a prefab, got ", body.id()));
   if (body.motion() == v1::MOTION_STATIC) faults_.Add("motion must be MOTION_DYNAMIC in a prefab");
+  if (body.kinematic().has_path()) faults_.Add("kinematic.path must be left out of a prefab");
   BodyDef def = Common(body);
   const Pose pose = faults_.Normalised("pose", body.pose(), kMaxExtent_m);
   def.initial.position = pose.position;
@@ -84,8 +92,12 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
   }
   def.motion = body.motion() == v1::MOTION_STATIC ? Motion::kStatic : Motion::kDynamic;
   def.shape = shapes_.Resolve("shape", body.shape(), def.motion);
-  if (def.motion == Motion::kStatic) {
-    CheckStatic(body);
+  if (body.has_kinematic()) {
+    CheckKinematic(body);
+    def.kinematic = true;
+    def.mass_kg = def.gravity_scale = 0;
+  } else if (def.motion == Motion::kStatic) {
+    CheckUnmoved(body, "static");
     def.mass_kg = 0;
   } else {
     CheckDynamic(body, def);
@@ -101,6 +113,10 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
   def.kind = Kind(body.kind());
   def.layer = Layer(body.layer());
   for (const v1::Property& property : body.properties()) {
+    if (property.visible_to() != v1::VISIBILITY_UNSPECIFIED) {
+      faults_.Add(
+          absl::StrCat("properties: ", Quoted(property.name()), ": visible_to is said where the scene declares it"));
+    }
     const std::optional<PropertyValue> value = FromProto(property);
     const absl::Status status =
         value.has_value()
@@ -136,9 +152,15 @@ CollisionLayer BodyResolver::Layer(const std::string& name) {
   return {};
 }
 
-void BodyResolver::CheckStatic(const v1::Body& body) {
-  const auto left_out = [this](const char* field, bool given) {
-    if (given) faults_.Add(absl::StrCat(field, " must be left out of a static body"));
+void BodyResolver::CheckKinematic(const v1::Body& body) {
+  if (body.motion() != v1::MOTION_UNSPECIFIED) faults_.Add("motion must be left out of a kinematic body");
+  if (body.never_sleeps()) faults_.Add("never_sleeps must be left out of a kinematic body");
+  CheckUnmoved(body, "kinematic");
+}
+
+void BodyResolver::CheckUnmoved(const v1::Body& body, const char* what) {
+  const auto left_out = [&](const char* field, bool given) {
+    if (given) faults_.Add(absl::StrCat(field, " must be left out of a ", what, " body"));
   };
   left_out("mass", body.mass() != 0);  // NaN is given, too
   left_out("inertia", body.has_inertia());

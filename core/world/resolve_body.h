@@ -45,7 +45,9 @@ class BodyResolver {
   std::uint16_t Kind(const std::string& name);
   CollisionLayer Layer(const std::string& name);
   BodyDef Common(const v1::Body& body);
-  void CheckStatic(const v1::Body& body);
+  void CheckKinematic(const v1::Body& body);
+  // Forces do nothing to it; `what` it is goes into faults.
+  void CheckUnmoved(const v1::Body& body, const char* what);
   void CheckDynamic(const v1::Body& body, BodyDef& def);
   void CheckInertia(const v1::Body& body, BodyDef& def);
 

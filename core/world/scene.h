@@ -108,12 +108,35 @@ struct BodyState {
   friend bool operator==(const BodyState&, const BodyState&) = default;
 };
 
+// Where a kinematic body is at every tick: a function of time alone (core/physics/body_path.h). Points are passed at
+// their times along a smooth curve, and turned the shortest way; `spin_rad_s` turns the body about its centre of mass
+// besides.
+struct PathPoint {
+  double time_s = 0;  // the first one's is 0
+  Pose pose;
+};
+enum class PathRepeat : std::uint8_t {
+  kLoop,      // from the last point, which is the first one again, on as from the first
+  kPingPong,  // back the same way, and so on
+  kOnce,      // it stays at the last point
+};
+struct BodyPath {
+  std::vector<PathPoint> points;  // ascending by time; one alone: it turns in its place
+  PathRepeat repeat = PathRepeat::kLoop;
+  Vec3d spin_rad_s;
+};
+
 // The part of a body that never changes.
 struct BodyDef {
   BodyId id;
   std::string name;  // may be empty
   ShapePtr shape;
+  // Static bodies are in every region, and nobody owns them; dynamic ones have an owner.
   Motion motion = Motion::kDynamic;
+  // Nothing pushes it, and it pushes what it meets. With a path it counts as static, as every region knows where it is;
+  // without one a game moves it, and it counts as dynamic, but has no mass and no gravity.
+  bool kinematic = false;
+  std::shared_ptr<const BodyPath> path;
   double mass_kg = 1;                  // > 0 when dynamic; 0 when static
   std::optional<Vec3d> inertia_kg_m2;  // principal, about local x, y, z; from the shape when absent
   Material material;
@@ -258,8 +281,9 @@ struct Scene {
   std::vector<Field> fields;
   std::optional<PlayerRules> player;
   ViewRules view;
-  std::vector<PropertyDef> properties;
-  std::vector<std::string> kinds{""};          // of bodies; the first is that of bodies without one
+  std::vector<PropertyDef> properties;           // of bodies
+  std::vector<PropertyDef> instance_properties;  // of the world as a whole, for its game
+  std::vector<std::string> kinds{""};            // of bodies; the first is that of bodies without one
   std::vector<std::string> layers{"default"};  // of bodies, at most kMaxLayers; the first is that of bodies without one
   std::vector<Prefab> prefabs;
 

@@ -47,6 +47,10 @@ constexpr char kEverything[] = R"(
     id: 10 mass: 1
     shape { compound { children { pose { position {} orientation { w: 1 } } shape { sphere { radius: 0.7 } } } } }
   }
+  bodies {
+    id: 11 shape { box { half_extents { x: 1 y: 1 z: 1 } } }
+    kinematic { path { points { position { x: 1 } time: 2 } points { position { x: 2 } speed: 1 } repeat: REPEAT_PING_PONG spin { y: 1 } } }
+  }
   joints {
     id: 1 body_a: 4 body_b: 5 frame_a { position {} orientation { w: 1 } } frame_b { position {} orientation { w: 1 } }
     hinge { limit { lower: -1 upper: 1 } motor { target_velocity: 1 max_force: 1 } }

@@ -42,7 +42,9 @@ class SceneResolver {
   void ResolvePlayer(BodyResolver& bodies);
   void ResolveForce(const v1::PlayerRules& in, PlayerRules& out);
   void ResolveView();
-  void ResolveProperties();
+  // Declarations of a list of this name.
+  void ResolveProperties(const google::protobuf::RepeatedPtrField<v1::Property>& list, const char* name,
+                         std::vector<PropertyDef>& out);
 
   const v1::Scene& in_;
   Faults faults_;
@@ -54,7 +56,8 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   ResolveGlobals();
   // A scene that is too big is not examined any further.
   if (!CheckCounts()) return faults_.ToStatus();
-  ResolveProperties();
+  ResolveProperties(in_.properties(), "properties", out_->properties);
+  ResolveProperties(in_.instance_properties(), "instance_properties", out_->instance_properties);
   const std::vector<CollisionLayer> layers = ResolveLayers(faults_, in_, &out_->layers);
   BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties, {out_->layers, layers});
   for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
@@ -266,27 +269,29 @@ void SceneResolver::ResolveForce(const v1::PlayerRules& in, PlayerRules& out) {
   }
 }
 
-void SceneResolver::ResolveProperties() {
+void SceneResolver::ResolveProperties(const google::protobuf::RepeatedPtrField<v1::Property>& list, const char* name,
+                                      std::vector<PropertyDef>& out) {
   faults_.At("");
-  if (static_cast<std::size_t>(in_.properties_size()) > kMaxProperties) {
-    return faults_.Add(absl::StrCat("properties: at most ", kMaxProperties, ", got ", in_.properties_size()));
+  if (static_cast<std::size_t>(list.size()) > kMaxProperties) {
+    return faults_.Add(absl::StrCat(name, ": at most ", kMaxProperties, ", got ", list.size()));
   }
   std::unordered_map<std::string, int> index_of;
-  for (int i = 0; i < in_.properties_size(); ++i) {
-    const v1::Property& in = in_.properties(i);
-    faults_.At(absl::StrCat("properties[", i, "]"));
+  for (int i = 0; i < list.size(); ++i) {
+    const v1::Property& in = list[i];
+    faults_.At(absl::StrCat(name, "[", i, "]"));
     if (in.name().empty()) faults_.Add("name is missing");
     faults_.Name("name", in.name());
     const auto [first, added] = index_of.emplace(in.name(), i);
-    if (!added) faults_.Add(absl::StrCat("name is also that of properties[", first->second, "]"));
+    if (!added) faults_.Add(absl::StrCat("name is also that of ", name, "[", first->second, "]"));
     const std::optional<PropertyValue> value = FromProto(in);
     if (!value.has_value()) {
-      faults_.Add("give flag, number, real or text: it says the type");
+      faults_.Add("give flag, number, real, text, vector, body or bytes: it says the type");
       continue;
     }
-    out_->properties.push_back({in.name(), *value});
+    if (!v1::Visibility_IsValid(in.visible_to())) faults_.Add(absl::StrCat("visible_to: unknown, ", in.visible_to()));
+    out.push_back({in.name(), *value, FromProto(in.visible_to())});
     PropertySet alone;
-    if (const absl::Status status = alone.Set({&out_->properties.back(), 1}, in.name(), *value); !status.ok()) {
+    if (const absl::Status status = alone.Set({&out.back(), 1}, in.name(), *value); !status.ok()) {
       faults_.Add(absl::StrCat(ValueField(in), ": ", status.message()));
     }
   }

@@ -1,13 +1,17 @@
 #include "game_sdk/api/api.h"
 
 #include <algorithm>
+#include <array>
+#include <iterator>
 
 namespace tessera::game {
 namespace {
 
 constexpr Parameter kLogParameters[] = {{"text", kTextType, "the line, at most 200 bytes of it"}};
 constexpr std::string_view kHitOptions =
-    "which bodies are met: `layers`, a layer's name or a list of names; `ignore`, a body or a list of at most 64; "
+    "which bodies are met: `layers` and `kinds`, a name or a list of names; `property` and `value`: those whose "
+    "property "
+    "has this value; `ignore`, a body or a list of at most 64; "
     "`static` or `dynamic` = false leaves those out; `triggers` = true takes triggers in; `self` = true takes in the "
     "body that the callback is about, which is left out otherwise";
 constexpr std::string_view kListOptions =
@@ -31,8 +35,9 @@ constexpr Parameter kOverlapParameters[] = {{"shape", kFieldsType, kShapeDoc, fa
                                             {"at", kVectorType, "where the shape's middle is, m in the world"},
                                             {"options", kFieldsType, kListOptions, true, true}};
 constexpr Parameter kNameParameters[] = {{"name", kTextType, "a property that the scene declares"}};
-constexpr Parameter kSetParameters[] = {{"name", kTextType, "a property that the scene declares"},
-                                        {"value", kPropertyType, "of the property's type"}};
+constexpr Parameter kSetParameters[] = {
+    {"name", kTextType, "a property that the scene declares"},
+    {"value", kPropertyType, "of the property's type; nothing for no body, a text for bytes"}};
 constexpr Parameter kImpulseParameters[] = {
     {"impulse", kVectorType, "N s"},
     {"point", kVectorType, "where it acts, m in the world; without it at the centre of mass", true}};
@@ -49,7 +54,44 @@ constexpr Parameter kSpawnParameters[] = {
 constexpr Parameter kExpireParameters[] = {
     {"ticks", kWholeType, "from now until the body is removed, 1 to 1 000 000; 0: it stays"}};
 constexpr Parameter kMemberParameters[] = {{"number", kWholeType, "of the prefab's bodies, from 1"}};
+constexpr Parameter kCountParameters[] = {{"name", kTextType, "of the counter: a-z, 0-9 and _, at most 64 of them"},
+                                          {"more", kWholeType, "0 to 1 000 000; without it 1", true}};
 constexpr Parameter kCancelParameters[] = {{"timer", kWholeType, "as `after` returned it"}};
+
+constexpr Parameter kPushForParameters[] = {
+    {"ticks", kWholeType, "for how long, 1 to 36 000"},
+    {"force", kVectorType, "N, in the axes of the world"},
+    {"torque", kVectorType, "N m, in the axes of the world; without it none", true}};
+constexpr Parameter kCancelPushParameters[] = {{"push", kWholeType, "as `push_for` returned it"}};
+constexpr Parameter kSpinParameters[] = {{"spin", kVectorType, "rad/s in the axes of the world, up to 1000"}};
+constexpr Parameter kTeleportParameters[] = {
+    {"position", kVectorType, "of its centre of mass, m in the world, inside of the scene's bounds"},
+    {"rotation", kRotationType, "from the body's axes to the world's; without it the body is not turned", true},
+    {"options", kFieldsType, "`velocity` in m/s and `spin` in rad/s; what is left out stays as it is", true, true}};
+constexpr Parameter kGravityParameters[] = {
+    {"factor", kRealType, "of the scene's gravity, -10 to 10; 0: it floats, 1: as the scene has it for most bodies"}};
+constexpr Parameter kMaterialParameters[] = {
+    {"material", kFieldsType, "`friction`, 0 to 10, and `restitution`, 0 to 1; what is left out stays as it is", false,
+     true}};
+constexpr Parameter kMoveToParameters[] = {
+    {"position", kVectorType, "of its centre of mass, m in the world, inside of the scene's bounds"},
+    {"rotation", kRotationType | kNothingType, "from the body's axes to the world's; nothing: it is not turned"},
+    {"ticks", kWholeType, "from now until it is there, 1 to 36 000"}};
+constexpr Parameter kWorldNameParameters[] = {{"name", kTextType, "one of the scene's `instance_properties`"}};
+constexpr Parameter kWorldSetParameters[] = {
+    {"name", kTextType, "one of the scene's `instance_properties`"},
+    {"value", kPropertyType, "of the property's type; nothing for no body, a text for bytes"}};
+constexpr Parameter kSendParameters[] = {{"name", kTextType, "what on_message is told, 1 to 32 bytes"},
+                                         {"values", kFieldsType, "what on_message gets, at most 512 bytes", true}};
+constexpr Parameter kReasonParameters[] = {
+    {"reason", kTextType, "what the player is told, at most 200 bytes without control characters"}};
+constexpr Parameter kEventParameters[] = {
+    {"name", kTextType, "what the client gets as the event's name, 1 to 32 bytes"},
+    {"values", kFieldsType, "what the client gets with it, at most 256 bytes", true}};
+constexpr Parameter kPlaceParameters[] = {
+    {"position", kVectorType, "m in the world"},
+    {"rotation", kRotationType, "from the body's axes to the world's; without it as it is", true}};
+constexpr Parameter kPointParameters[] = {{"point", kVectorType, "m in the world"}};
 
 constexpr Function kFunctions[] = {
     {kWorldTick, Receiver::kWorld, "tick", {}, kWholeType, "Number of the tick that is being made; the first is 1."},
@@ -93,7 +135,7 @@ constexpr Function kFunctions[] = {
      "is_own",
      {},
      kFlagType,
-     "Whether this region owns the body, so that its properties may be set from here."},
+     "Whether this region owns the body, so that changes of it act at once."},
     {kBodyKind, Receiver::kBody, "kind", {}, kTextType, "The kind that the scene gives the body; empty without one."},
     {kBodyPosition, Receiver::kBody, "position", {}, kVectorType, "Its centre of mass, m in the world."},
     {kBodyRotation, Receiver::kBody, "rotation", {}, kRotationType, "From the body's axes to the world's."},
@@ -102,18 +144,18 @@ constexpr Function kFunctions[] = {
     {kBodyMass, Receiver::kBody, "mass", {}, kRealType, "kg; 0 for a body that does not move."},
     {kBodyPlayer, Receiver::kBody, "player", {}, kPlayerType | kNothingType, "The player whose body this is, if any."},
     {kBodyGet, Receiver::kBody, "get", kNameParameters, kPropertyType,
-     "The value of a property of a body that this region owns, or of one that does not move."},
+     "The value of a property. A body that another region owns has the values of four ticks ago, or older ones while a "
+     "region's copy is behind."},
     {kBodySet, Receiver::kBody, "set", kSetParameters, kNothingType,
-     "Sets a property of a body that this region owns. All clients that see the body see it."},
+     "Sets a property of a body. All clients that see the body see it. One of another region is set some ticks later."},
     {kBodyImpulse, Receiver::kBody, "impulse", kImpulseParameters, kNothingType,
-     "Pushes a body that this region owns in the next tick."},
+     "Pushes a body in the next tick, one of another region some ticks later."},
     {kBodySetVelocity, Receiver::kBody, "set_velocity", kVelocityParameters, kNothingType,
-     "Pushes a body that this region owns so that it has this velocity in the next tick, but for what gravity and "
-     "contacts do."},
-    {kBodyAfter, Receiver::kBody, "after", kAfterParameters, kWholeType,
-     "Has on_timer called for a body that this region owns, wherever the body is then. Returns the timer's number, "
-     "which "
-     "no other timer of the body had before it."},
+     "Pushes a body so that it has this velocity in the next tick, but for what gravity and contacts do; one of "
+     "another region some ticks later."},
+    {kBodyAfter, Receiver::kBody, "after", kAfterParameters, kWholeType | kNothingType,
+     "Has on_timer called for a body, wherever the body is then. Returns the timer's number, which no other timer of "
+     "the body had before it; nothing for a body of another region, whose ticks count from when it hears of it."},
     {kBodyCancel, Receiver::kBody, "cancel", kCancelParameters, kFlagType,
      "Takes a timer back. False if it was due already, or never was."},
     {kBodyRemove,
@@ -121,33 +163,170 @@ constexpr Function kFunctions[] = {
      "remove",
      {},
      kNothingType,
-     "Removes a body that this region owns, for good. Of a prefab with several bodies only this one goes. Bodies that "
-     "do "
-     "not move and those of players stay."},
+     "Removes a body for good, one of another region some ticks later. Of a prefab with several bodies only this one "
+     "goes. Bodies that do not move and those of players stay."},
     {kBodyExpireAfter, Receiver::kBody, "expire_after", kExpireParameters, kNothingType,
-     "Removes a body that this region owns after so many ticks, wherever it is then."},
+     "Removes a body after so many ticks, wherever it is then; for one of another region they count from when it hears "
+     "of it."},
     {kBodyMember, Receiver::kBody, "member", kMemberParameters, kBodyType | kNothingType,
      "Another body of the same prefab, if there was one with that number. It may be gone."},
+    {kWorldGet, Receiver::kWorld, "get", kWorldNameParameters, kPropertyType,
+     "The value of a property of the world; `world.name` is the same. Where another region owns the world's record, as "
+     "it was a few ticks ago."},
+    {kWorldSet, Receiver::kWorld, "set", kWorldSetParameters, kNothingType,
+     "Sets a property of the world; `world.name = value` is the same. Fails where another region owns the world's "
+     "record: send the world a message."},
+    {kWorldAfter, Receiver::kWorld, "after", kAfterParameters, kWholeType,
+     "Has on_timer of the world called, in the region that owns the world's record then. Fails where another region "
+     "owns it."},
+    {kWorldCancel, Receiver::kWorld, "cancel", kCancelParameters, kFlagType,
+     "Takes a timer of the world back. False if it was due already, or never was."},
+    {kWorldSend, Receiver::kWorld, "send", kSendParameters, kNothingType,
+     "Sends a message to the world: on_message of the world gets it, once, in the region that owns the world's "
+     "record."},
+    {kWorldIsOwn,
+     Receiver::kWorld,
+     "is_own",
+     {},
+     kFlagType,
+     "Whether this region owns the world's record, so that its properties may be set and its timers changed from "
+     "here."},
+    {kWorldPlayers,
+     Receiver::kWorld,
+     "players",
+     {},
+     kListType,
+     "The players whose bodies this region owns, as a list, by their numbers."},
+    {kWorldBroadcast, Receiver::kWorld, "broadcast", kEventParameters, kWholeType,
+     "Sends an event to each player whose body this region owns, as `send` does, and returns to how many. Who has too "
+     "many events waiting is left out."},
+    {kWorldTime,
+     Receiver::kWorld,
+     "time",
+     {},
+     kRealType,
+     "Seconds of the world since it began: ticks times the length of a tick. It stands while the world is paused."},
+    {kWorldCount, Receiver::kWorld, "count", kCountParameters, kNothingType,
+     "Adds to a counter of the game's own, which operators see as the metric tessera_game_counter_total. A game has at "
+     "most 32 of them; a game cannot read them."},
+    {kBodySend, Receiver::kBody, "send", kSendParameters, kNothingType,
+     "Sends a message to a body, wherever it is: its on_message gets it once, and after those that were sent to it "
+     "from here before. It is dropped if the body is gone."},
+    {kBodyPushFor, Receiver::kBody, "push_for", kPushForParameters, kWholeType | kNothingType,
+     "Pushes a body in each of the next ticks, wherever it is then; at most 4 such pushes at "
+     "once. Returns the push's number, which no other of the body had before it."},
+    {kBodyCancelPush, Receiver::kBody, "cancel_push", kCancelPushParameters, kFlagType,
+     "Takes a push back. False if it had ended already, or never was."},
+    {kBodySetSpin, Receiver::kBody, "set_spin", kSpinParameters, kNothingType,
+     "Turns a body so that it has this angular velocity in the next tick, but for what contacts "
+     "do."},
+    {kBodyTeleport, Receiver::kBody, "teleport", kTeleportParameters, kNothingType,
+     "Puts a body elsewhere, together with all that joints connect to it. It is there in the "
+     "next tick, or, where a neighbour has to hear of it, up to two ticks later; the owner of the place gets it then. "
+     "Its contacts end, and clients show no way from here to there. A body that joints hold to the world stays."},
+    {kBodyWake,
+     Receiver::kBody,
+     "wake",
+     {},
+     kNothingType,
+     "Wakes a body in the next tick, and with it all that it touches."},
+    {kBodySetGravity, Receiver::kBody, "set_gravity", kGravityParameters, kNothingType,
+     "From the next tick on, gravity pulls a body by so much of the scene's, and wakes it."},
+    {kBodySetMaterial, Receiver::kBody, "set_material", kMaterialParameters, kNothingType,
+     "From the next tick on, a body that this region owns has this friction and restitution. Wakes it."},
+    {kBodyMoveTo, Receiver::kBody, "move_to", kMoveToParameters, kNothingType,
+     "Moves a kinematic body that this region owns, and that the scene gives no path: straight, at an even pace, so "
+     "that it is there after so many ticks, whatever is in its way. Another call takes the place of the one before. At "
+     "most 100 m/s."},
+    {kPlayerName,
+     Receiver::kPlayer,
+     "name",
+     {},
+     kTextType,
+     "The name that the player joined with; it may be empty, and others may have the same. The region owns the "
+     "player's body."},
+    {kPlayerBody,
+     Receiver::kPlayer,
+     "body",
+     {},
+     kBodyType,
+     "The player's own body, which is there as long as the player is, also while the player spectates."},
+    {kPlayerIsOwn,
+     Receiver::kPlayer,
+     "is_own",
+     {},
+     kFlagType,
+     "Whether this region owns the player's body, as the functions below require but where they say otherwise."},
+    {kPlayerRefuse, Receiver::kPlayer, "refuse", kReasonParameters, kNothingType,
+     "Only within on_join: does not let the player in. Nobody ever sees the body, on_leave is not called, and the "
+     "client ends with the reason."},
+    {kPlayerKick, Receiver::kPlayer, "kick", kReasonParameters, kNothingType,
+     "Ends the player's session: the client ends with the reason, the body takes no part any more, and on_leave is "
+     "called once the control plane has stored that the player left."},
+    {kPlayerSend, Receiver::kPlayer, "send", kEventParameters, kNothingType,
+     "Sends an event to the player's client, which gets all events once and in order, whatever regions the player "
+     "passes through and whichever die. They wait with the player until the client has them; it fails when 64, or "
+     "16 KiB, wait already."},
+    {kPlayerPlace, Receiver::kPlayer, "place", kPlaceParameters, kNothingType,
+     "Puts the player's body there at once, standing still. Within on_join nobody has seen it elsewhere."},
+    {kPlayerSpectate, Receiver::kPlayer, "spectate", kPointParameters, kNothingType,
+     "Takes the player's body out of the world: nobody sees it, nothing touches it, and inputs do nothing. The player "
+     "sees what there is about the point, which `place` and another call move."},
+    {kPlayerRespawn, Receiver::kPlayer, "respawn", kPlaceParameters, kNothingType,
+     "Puts the player's body there, standing still, and back into the world if the player spectates."},
+    {kPlayerIsSpectating, Receiver::kPlayer, "is_spectating", {}, kFlagType, "Whether `spectate` was the last word."},
 };
 
-constexpr Parameter kContactParameters[] = {{"other", kBodyType, "what it touches"}};
+constexpr Parameter kMigrateParameters[] = {
+    {"from", kWholeType, "number of the game that last took the body over, or made it; 0 is the world's first"}};
+constexpr Parameter kContactParameters[] = {
+    {"other", kBodyType, "what it touches"},
+    {"contact", kFieldsType | kNothingType,
+     "`point`, a vector, m in the world; `normal`, a unit vector from the other body towards this one; `impulse`, how "
+     "hard they met in that tick, N s"}};
+constexpr Parameter kContactEndedParameters[] = {{"other", kBodyType, "what it touched"}};
 constexpr Parameter kEnterParameters[] = {{"other", kBodyType, "what overlaps the trigger"}};
 constexpr Parameter kTimerParameters[] = {{"name", kTextType, "as given to `after`"},
                                           {"values", kFieldsType, "as given to `after`"}};
 
+constexpr Parameter kMessageParameters[] = {
+    {"name", kTextType, "as given to `send`"},
+    {"values", kFieldsType, "as given to `send`"},
+    {"sender", kBodyType | kNothingType, "whose callback sent it; nothing: one of the world"}};
+constexpr Parameter kPlayerParameters[] = {{"player", kPlayerType, "whom it is about; the region owns the body"}};
+constexpr Parameter kCommandParameters[] = {{"player", kPlayerType, "who sent it"},
+                                            {"bytes", kTextType, "what the client gave to tessera_send, unchecked"}};
+
 constexpr Callback kCallbacks[] = {
     {kOnTick, Receiver::kWorld, "on_tick", {}, "Once a tick in each region, before the callbacks of bodies."},
+    {kOnWorldTimer, Receiver::kWorld, "on_timer", kTimerParameters,
+     "A timer of the world is due. Called in the region that owns the world's record."},
+    {kOnWorldMessage, Receiver::kWorld, "on_message", kMessageParameters,
+     "A message to the world. Called in the region that owns the world's record."},
+    {kOnJoin, Receiver::kWorld, "on_join", kPlayerParameters,
+     "A player has come: called once, in the tick that makes the player's body, before anybody is shown it."},
+    {kOnLeave, Receiver::kWorld, "on_leave", kPlayerParameters,
+     "A player goes for good: called once, before the player's body is removed."},
+    {kOnCommand, Receiver::kWorld, "on_command", kCommandParameters,
+     "A client has sent a command. Each is given once, in the order in which the client sent them, wherever the "
+     "player's "
+     "body is."},
+    {kOnBodyMigrate, Receiver::kBody, "on_migrate", kMigrateParameters,
+     "This game has taken the place of another one while the world runs. Called once for each body of this kind, "
+     "before "
+     "anything else of it; its properties and timers are as the other game left them. If it fails they stay so."},
     {kOnBodyTick, Receiver::kBody, "on_tick", {}, "Once a tick for each body of this kind."},
     {kOnBodyContact, Receiver::kBody, "on_contact", kContactParameters,
      "The body began to touch another one. Called for each of the two that the region owns which reports the touch: "
      "that of the "
      "body with the lower id."},
-    {kOnBodyContactEnded, Receiver::kBody, "on_contact_ended", kContactParameters,
+    {kOnBodyContactEnded, Receiver::kBody, "on_contact_ended", kContactEndedParameters,
      "The body touches the other one no more; the other may be gone."},
     {kOnBodyEntered, Receiver::kBody, "on_entered", kEnterParameters, "For triggers: a body came to overlap it."},
     {kOnBodyLeft, Receiver::kBody, "on_left", kEnterParameters,
      "For triggers: a body overlaps it no more; it may be gone."},
     {kOnBodyTimer, Receiver::kBody, "on_timer", kTimerParameters, "A timer of the body is due."},
+    {kOnBodyMessage, Receiver::kBody, "on_message", kMessageParameters, "A message to the body."},
 };
 
 template <class Entry>
@@ -157,10 +336,20 @@ const Entry* Named(std::span<const Entry> entries, Receiver receiver, std::strin
   return found == entries.end() ? nullptr : &*found;
 }
 
-template <class Entry>
-const Entry* Numbered(std::span<const Entry> entries, std::uint32_t number) {
-  const auto found = std::ranges::lower_bound(entries, number, {}, &Entry::number);
-  return found == entries.end() || found->number != number ? nullptr : &*found;
+// Where the entry of each number stands in its table, counted from 1; 0: nowhere. Every call of a game looks it up.
+template <const auto& entries>
+constexpr auto PlacesByNumber() {
+  std::array<std::uint8_t, std::end(entries)[-1].number + 1> places{};
+  for (std::size_t i = 0; i < std::size(entries); ++i) places[entries[i].number] = static_cast<std::uint8_t>(i + 1);
+  return places;
+}
+static_assert(std::size(kFunctions) < 256 && std::size(kCallbacks) < 256);
+constexpr auto kFunctionPlaces = PlacesByNumber<kFunctions>();
+constexpr auto kCallbackPlaces = PlacesByNumber<kCallbacks>();
+
+template <class Entry, std::size_t kNumbers>
+const Entry* Numbered(const Entry* entries, const std::array<std::uint8_t, kNumbers>& places, std::uint32_t number) {
+  return number < kNumbers && places[number] != 0 ? entries + places[number] - 1 : nullptr;
 }
 
 }  // namespace
@@ -169,9 +358,9 @@ std::span<const Function> Functions() { return kFunctions; }
 std::span<const Callback> Callbacks() { return kCallbacks; }
 
 const Function* FindFunction(Receiver receiver, std::string_view name) { return Named(Functions(), receiver, name); }
-const Function* FindFunction(std::uint32_t number) { return Numbered(Functions(), number); }
+const Function* FindFunction(std::uint32_t number) { return Numbered(kFunctions, kFunctionPlaces, number); }
 const Callback* FindCallback(Receiver receiver, std::string_view name) { return Named(Callbacks(), receiver, name); }
-const Callback* FindCallback(std::uint32_t number) { return Numbered(Callbacks(), number); }
+const Callback* FindCallback(std::uint32_t number) { return Numbered(kCallbacks, kCallbackPlaces, number); }
 
 std::string_view TypeName(tessera_game_type type) {
   switch (type) {

@@ -27,8 +27,9 @@ inline constexpr Types kNothingType = TypeBit(TESSERA_GAME_NOTHING), kFlagType =
                        kRotationType = TypeBit(TESSERA_GAME_ROTATION), kBodyType = TypeBit(TESSERA_GAME_BODY),
                        kPlayerType = TypeBit(TESSERA_GAME_PLAYER), kListType = TypeBit(TESSERA_GAME_LIST),
                        kFieldsType = TypeBit(TESSERA_GAME_FIELDS);
-// The types of properties.
-inline constexpr Types kPropertyType = kFlagType | kWholeType | kRealType | kTextType;
+// The types of properties: nothing stands for no body, and a text holds bytes as well.
+inline constexpr Types kPropertyType =
+    kNothingType | kFlagType | kWholeType | kRealType | kTextType | kVectorType | kBodyType;
 
 struct Parameter {
   std::string_view name;
@@ -71,6 +72,16 @@ enum FunctionNumber : std::uint32_t {
   kWorldRayAll = 11,
   kWorldSweep = 12,
   kWorldOverlap = 13,
+  kWorldGet = 60,
+  kWorldSet = 61,
+  kWorldAfter = 62,
+  kWorldCancel = 63,
+  kWorldSend = 64,
+  kWorldIsOwn = 65,
+  kWorldPlayers = 70,
+  kWorldBroadcast = 71,
+  kWorldTime = 85,
+  kWorldCount = 86,
   kBodyIsHere = 32,
   kBodyIsOwn = 33,
   kBodyKind = 34,
@@ -89,16 +100,42 @@ enum FunctionNumber : std::uint32_t {
   kBodyRemove = 47,
   kBodyExpireAfter = 48,
   kBodyMember = 49,
+  kBodySend = 160,
+  kBodyPushFor = 170,
+  kBodyCancelPush = 171,
+  kBodySetSpin = 172,
+  kBodyTeleport = 173,
+  kBodyWake = 174,
+  kBodySetGravity = 175,
+  kBodySetMaterial = 176,
+  kBodyMoveTo = 177,
+  kPlayerName = 200,
+  kPlayerBody = 201,
+  kPlayerIsOwn = 202,
+  kPlayerRefuse = 203,
+  kPlayerKick = 204,
+  kPlayerSend = 205,
+  kPlayerPlace = 206,
+  kPlayerSpectate = 207,
+  kPlayerRespawn = 208,
+  kPlayerIsSpectating = 209,
 };
 
 enum CallbackNumber : std::uint32_t {
   kOnTick = 1,
+  kOnWorldTimer = 10,
+  kOnWorldMessage = 11,
+  kOnJoin = 15,
+  kOnLeave = 16,
+  kOnCommand = 17,
+  kOnBodyMigrate = 20,
   kOnBodyTick = 32,
   kOnBodyContact = 33,
   kOnBodyContactEnded = 34,
   kOnBodyEntered = 35,
   kOnBodyLeft = 36,
   kOnBodyTimer = 37,
+  kOnBodyMessage = 45,
 };
 
 // Ascending by number.

@@ -139,12 +139,24 @@ bool LoadedCallbacks::AddKind(const char* name) noexcept {
 int LoadedCallbacks::Find(std::uint32_t number, const char* kind) const {
   const Callback* const callback = FindCallback(number);
   if (callback == nullptr || (kind == nullptr) != (callback->receiver == Receiver::kWorld)) return 0;
-  const auto position = static_cast<std::size_t>(callback - Callbacks().data());
-  if (kind == nullptr) return kinds_.front().references[position];
+  const Kind* const entry = KindOf(kind);
+  return entry == nullptr ? 0 : entry->references[static_cast<std::size_t>(callback - Callbacks().data())];
+}
+
+int LoadedCallbacks::FindAgain(std::uint32_t number, const char* kind) {
+  if (kind == nullptr) return Find(number, kind);
+  if (found_.callback == number && std::strcmp(found_.kind->c_str(), kind) == 0) return found_.reference;
+  const int reference = Find(number, kind);
+  if (reference != 0) found_ = {number, &KindOf(kind)->name, reference};
+  return reference;
+}
+
+const LoadedCallbacks::Kind* LoadedCallbacks::KindOf(const char* kind) const {
+  if (kind == nullptr) return &kinds_.front();
   const std::string_view name = kind;
   const auto found =
       std::partition_point(kinds_.begin() + 1, kinds_.end(), [&](const Kind& k) { return k.name < name; });
-  return found == kinds_.end() || found->name != name ? 0 : found->references[position];
+  return found == kinds_.end() || found->name != name ? nullptr : &*found;
 }
 
 }  // namespace tessera::game

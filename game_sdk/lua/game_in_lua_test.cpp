@@ -63,6 +63,87 @@ TEST_F(GameInLuaTest, ACrateThatIsHitLosesHealthAndBreaksLater) {
   EXPECT_THAT(Lines(), ElementsAre("break by body 2 20"));
 }
 
+TEST_F(GameInLuaTest, VectorsBodiesAndBytesArePropertiesToo) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(kinds.crate = {
+      on_contact = function(self, other)
+        print(self.home, self.target, #self.note)
+        self.home = self.home + vec(0, 1, 0)
+        self.target = other
+        self.note = "\0\255"
+        print(self.home, self.target:kind(), #self.note)
+        if self.heat > 0.5 then self.target = nil end
+        self.heat = self.heat + 1
+      end,
+    })");
+  Touch();
+  EXPECT_EQ(world.property(1, "home"), PropertyValue(Vec3d{1, 3, 3}));
+  EXPECT_EQ(world.property(1, "target"), PropertyValue(BodyId(2)));
+  EXPECT_EQ(world.property(1, "note"), PropertyValue(PropertyBytes{{0, 255}}));
+  Touch();
+  EXPECT_EQ(world.property(1, "target"), PropertyValue(BodyId()));
+  EXPECT_THAT(Lines(), ElementsAre("(1, 2, 3) nil 0", "(1, 3, 3) ball 2", "(1, 3, 3) body 2 2", "(1, 4, 3) ball 2"));
+}
+
+TEST_F(GameInLuaTest, AWrongValueForAPropertyIsRefusedByItsName) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  Load(R"(kinds.crate = {
+      on_contact = function(self, other)
+        print(pcall(function() self.home = vec(0/0, 0, 0) end))
+        print(pcall(function() self.home = nil end))
+        print(pcall(function() self.target = 7 end))
+        print(pcall(function() self.health = other end))
+        print(pcall(function() self.note = string.rep("x", 257) end))
+      end,
+    })");
+  Touch();
+  EXPECT_THAT(Lines(), ElementsAre(HasSubstr("`home` must be finite"), HasSubstr("property \"home\" is a vector"),
+                                   HasSubstr("property \"target\" is a body"),
+                                   HasSubstr("property \"health\" is a whole number"),
+                                   HasSubstr("property \"note\" is longer than 256 bytes")));
+}
+
+TEST_F(GameInLuaTest, TheWorldHasPropertiesTimersAndMessages) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  world.Add(kInstanceBody.value(), 0);
+  Load(R"(
+    function on_message(name, values, sender)
+      world.goals = world.goals + values.count
+      world.after(2, "cheer", { by = sender })
+    end
+    function on_timer(name, values)
+      values.by:send(name)
+    end
+    kinds.crate = {
+      on_contact = function(self, other) world.send("goal", { count = 3 }) end,
+      on_message = function(self, name, values, sender) print(self, name, sender, world.goals) end,
+    })");
+  Touch();
+  for (int i = 0; i < 8; ++i) Run();
+  EXPECT_THAT(Lines(), ElementsAre("body 1 cheer nil 3"));
+}
+
+TEST_F(GameInLuaTest, WhatTheWorldDoesNotHaveIsNamed) {
+  world.Add(1, 1);
+  world.Add(2, 2);
+  world.Add(kInstanceBody.value(), 0);
+  const auto fails = [this](const std::string& statement) {
+    Load("kinds.crate = { on_contact = function(self, other) " + statement + " end }");
+    Touch();
+    const std::vector<std::string> lines = Lines();
+    return lines.empty() ? std::string() : lines[0];
+  };
+  EXPECT_EQ(fails("world.goals = 3"), "");
+  EXPECT_THAT(fails("print(world.gaols)"), HasSubstr("get: no property \"gaols\"; the scene declares: goals"));
+  EXPECT_THAT(fails("world.gaols = 3"), HasSubstr("no property \"gaols\""));
+  EXPECT_THAT(fails("world.goals = 'many'"), HasSubstr("\"goals\" is a whole number"));
+  EXPECT_THAT(fails("world.tick = 3"), HasSubstr("is written outside of loading"));
+  EXPECT_THAT(fails("world.send('goal', { to = function() end })"), HasSubstr("send: `values.to`"));
+}
+
 TEST_F(GameInLuaTest, AnErrorNamesFileAndLineAndDiscardsTheCall) {
   world.Add(1, 1);
   world.Add(2, 2);
@@ -242,6 +323,83 @@ TEST_F(GameInLuaTest, AWrongOptionIsNamedWithItsLine) {
               HasSubstr("overlap: `shape` must be a table of named values, got a whole number"));
   EXPECT_THAT(error("self:after(3, 'x', { list = { 1 } })"), HasSubstr("after: `values.list` must be "))
       << "what is kept may hold no lists";
+}
+
+TEST_F(GameInLuaTest, AGameThatTakesAnothersPlaceMigratesEachBodyOnce) {
+  world.Add(1, 1);
+  world.Add(2, 1);
+  Load("kinds.crate = { on_contact = function(self) self:after(3, 'old') end }");
+  Touch();
+  const std::string second = R"(
+    kinds.crate = {
+      on_migrate = function(self, from)
+        self.health = self.health - 10
+        print(self, from)
+        if self.health == 40 then error("no") end
+      end,
+      on_timer = function(self, name) print(name, world.time()) end,
+    })";
+  auto next = GameHost::Load(*LuaGameModule(), {"next.lua", second}, world.shared_scene(), {}, 3, 2);
+  ASSERT_TRUE(next.ok()) << next.status();
+  (*next)->TakeOver(*host);
+  EXPECT_EQ((*next)->statistics().calls, host->statistics().calls) << "figures go on";
+  host = *std::move(next);
+  Run();
+  EXPECT_THAT(Lines(), ElementsAre("body 1 0", "body 2 0"));
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{90}));
+  EXPECT_EQ(world.record(1).game, 2u);
+  Run();
+  EXPECT_THAT(Lines(), IsEmpty()) << "once for each body";
+  Run();
+  EXPECT_THAT(Lines(), ElementsAre("old 0.066666666666667")) << "timers of the old game are the new one's";
+}
+
+TEST_F(GameInLuaTest, AMigrationThatFailsLeavesTheBodyAsItWasAndIsNotRepeated) {
+  world.Add(1, 1);
+  auto next = GameHost::Load(
+      *LuaGameModule(), {"next.lua", "kinds.crate = { on_migrate = function(self) self.health = 1; error('no') end }"},
+      world.shared_scene(), {}, 3, 1);
+  ASSERT_TRUE(next.ok()) << next.status();
+  host = *std::move(next);
+  for (int i = 0; i < 3; ++i) Run();
+  EXPECT_THAT(Lines(), SizeIs(1));
+  EXPECT_EQ(host->statistics().errors, 1u);
+  EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{100}));
+  EXPECT_EQ(world.record(1).game, 1u);
+}
+
+TEST_F(GameInLuaTest, CountersCountWithTheRestOfTheCallOrNotAtAll) {
+  world.Add(1, 1);
+  world.Add(2, 1);
+  Load(R"(
+    kinds.crate = {
+      on_contact = function(self)
+        world.count("goals")
+        world.count("metres_run", 7)
+        if world.tick() == 2 then error("no") end
+      end,
+    })");
+  Touch();
+  Touch();
+  Touch();
+  EXPECT_THAT(host->counters(), ElementsAre(std::pair("goals", 2u), std::pair("metres_run", 14u)));
+  EXPECT_EQ(host->costs().at("kinds.crate.on_contact").calls, 3u);
+  EXPECT_EQ(host->costs().at("kinds.crate.on_contact").errors, 1u);
+  EXPECT_THAT(Lines(), SizeIs(1));
+}
+
+TEST_F(GameInLuaTest, ACounterThatIsNoneIsNamedAndAThirtyThirdIsLeftOut) {
+  Load(R"(
+    function on_tick()
+      if world.tick() == 1 then world.count("Goals!") end
+      if world.tick() == 2 then world.count("goals", -1) end
+      if world.tick() == 3 then for i = 1, 40 do world.count("c" .. i) end end
+    end)");
+  for (int i = 0; i < 3; ++i) Run();
+  EXPECT_THAT(Lines(), ElementsAre(testing::HasSubstr("count: `name` must be 1 to 64 of the characters a-z, 0-9 and _"),
+                                   testing::HasSubstr("count: `more` is -1; it must be 0 to 1000000")));
+  EXPECT_EQ(host->counters().size(), kMaxCounters);
+  EXPECT_EQ(host->statistics().dropped_counts, 8u);
 }
 
 }  // namespace

@@ -7,9 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "game_sdk/lua/bindings.h"
 #include "game_sdk/lua/callbacks.h"
 #include "game_sdk/lua/error_text.h"
 #include "game_sdk/lua/freeze.h"
+#include "game_sdk/lua/handles.h"
 #include "game_sdk/lua/kept_state.h"
 #include "game_sdk/lua/limits.h"
 #include "game_sdk/lua/lua_state.h"
@@ -52,6 +54,7 @@ int Finish(lua_State* L) {
     lua_pop(L, 1);
   }
   FreezeAll(L);
+  SetUpWorldFields(L);
   PushContents(L, globals);
   RequireDefinedNames(L);
   return 0;
@@ -122,21 +125,35 @@ int Handles(const void* game, std::uint32_t callback, const char* kind) {
   return static_cast<const Game*>(game)->callbacks.Find(callback, kind) != 0 ? 1 : 0;
 }
 
-// The arguments of `RunCallback`.
-struct Running {
-  int reference;
-  const tessera_game_event* event;
-};
-
-// Calls the function with the event's arguments. Argument: the Running.
-int RunCallback(lua_State* L) {
-  const Running& running = *static_cast<const Running*>(lua_touserdata(L, 1));
-  const tessera_game_event& event = *running.event;
+// Pushes the arguments of an event, and returns them. Argument: the event.
+int PushArguments(lua_State* L) {
+  const auto& event = *static_cast<const tessera_game_event*>(lua_touserdata(L, 1));
   luaL_checkstack(L, static_cast<int>(event.count) + 8, nullptr);
-  lua_rawgeti(L, LUA_REGISTRYINDEX, running.reference);
   for (std::uint32_t i = 0; i < event.count; ++i) PushValue(L, event.arguments[i]);
-  lua_call(L, static_cast<int>(event.count), 0);
-  return 0;
+  return static_cast<int>(event.count);
+}
+
+// Pushes the arguments of an event where that allocates nothing, and so cannot fail. Otherwise it pushes none of them.
+bool PushedPlainArguments(lua_State* L, const tessera_game_event& event) {
+  constexpr std::uint32_t kMost = 8;  // Lua has so many places free outside of any function
+  if (event.count > kMost) return false;
+  for (std::uint32_t i = 0; i < event.count; ++i) {
+    if (event.arguments[i].type == TESSERA_GAME_BODY && PushRecentHandle(L, event.arguments[i].as.id)) continue;
+    lua_pop(L, static_cast<int>(i));
+    return false;
+  }
+  return true;
+}
+
+// Calls the function with the event's arguments. Returns what lua_pcall does.
+int CallWithArguments(lua_State* L, int reference, const tessera_game_event& event) {
+  lua_rawgeti(L, LUA_REGISTRYINDEX, reference);
+  if (!PushedPlainArguments(L, event)) {
+    lua_pushcfunction(L, PushArguments);
+    lua_pushlightuserdata(L, const_cast<tessera_game_event*>(&event));
+    if (const int status = lua_pcall(L, 1, static_cast<int>(event.count), kHandler); status != LUA_OK) return status;
+  }
+  return lua_pcall(L, static_cast<int>(event.count), 0, kHandler);
 }
 
 // The line where the function is defined.
@@ -150,17 +167,15 @@ int LineOf(lua_State* L, int reference) {
 int Run(void* loaded, tessera_game_call* call, const tessera_game_event* event, tessera_game_error* error) {
   Game& game = *static_cast<Game*>(loaded);
   lua_State* const L = game.runtime.lua();
-  Running running{game.callbacks.Find(event->callback, event->kind), event};
-  if (running.reference == 0) {
+  const int reference = game.callbacks.FindAgain(event->callback, event->kind);
+  if (reference == 0) {
     WriteError(game.runtime.chunk(), "the game has no such callback", *error);
     return 1;
   }
   game.runtime.BeginCall(call);
-  lua_pushcfunction(L, RunCallback);
-  lua_pushlightuserdata(L, &running);
-  const int status = lua_pcall(L, 1, 0, kHandler);
+  const int status = CallWithArguments(L, reference, *event);
   const bool failed = status != LUA_OK || game.runtime.ended();
-  if (failed) WriteCallError(game.runtime, LineOf(L, running.reference), *error);
+  if (failed) WriteCallError(game.runtime, LineOf(L, reference), *error);
   lua_settop(L, kHandler);
   game.runtime.EndCall();
   return failed ? 1 : 0;

@@ -180,10 +180,9 @@ TEST_F(LuaModuleTest, RefusesWrongArguments) {
   EXPECT_EQ(OnContact("self:after('1', 'x')"), "game.lua:2: after: `ticks` must be a whole number, got a text");
   EXPECT_EQ(OnContact("self:after(1, 2)"), "game.lua:2: after: `name` must be a text, got a whole number");
   EXPECT_EQ(OnContact("world.log({})"), "game.lua:2: log: `text` must be a text, got a table");
-  EXPECT_EQ(OnContact("self.health = {}"),
-            "game.lua:2: set: `health` must be true or false, a number or a text, got a table");
-  EXPECT_EQ(OnContact("self.health = nil"),
-            "game.lua:2: set: `health` is missing; it must be true or false, a number or a text");
+  EXPECT_EQ(
+      OnContact("self.health = {}"),
+      "game.lua:2: set: `health` must be true or false, a number, a text, a vector, a body or nothing, got a table");
   EXPECT_EQ(OnContact("self[1] = 2"), "game.lua:2: set: `name` must be a text, got a whole number");
   EXPECT_THAT(host_.lines, IsEmpty());
 }

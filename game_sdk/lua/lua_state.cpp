@@ -201,13 +201,21 @@ void RaiseEnd(lua_State* L) {
 }
 
 UserType UserTypeOf(lua_State* L, int index) {
-  if (lua_type(L, index) != LUA_TUSERDATA || lua_getmetatable(L, index) == 0) return kUserNone;
-  const void* const metatable = lua_topointer(L, -1);
-  lua_pop(L, 1);
-  const Runtime& runtime = Runtime::Of(L);
-  const auto* const found = std::find(runtime.metatables, runtime.metatables + kUserTypes, metatable);
-  return static_cast<UserType>(found == runtime.metatables + kUserTypes ? static_cast<long>(kUserNone)
-                                                                        : found - runtime.metatables);
+  if (lua_type(L, index) != LUA_TUSERDATA) return kUserNone;
+  switch (lua_rawlen(L, index)) {
+    case kUserBytes[kUserVector]:
+      return kUserVector;
+    case kUserBytes[kUserRotation]:
+      return kUserRotation;
+    case kUserBytes[kUserBody]:
+      return kUserBody;
+    case kUserBytes[kUserPlayer]:
+      return kUserPlayer;
+    case kUserBytes[kUserLoop]:
+      return kUserLoop;
+    default:
+      return kUserNone;
+  }
 }
 
 }  // namespace tessera::game

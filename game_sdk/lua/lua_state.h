@@ -25,6 +25,9 @@ enum class End : std::uint8_t { kNone, kWork, kMemory, kDepth, kLongText };
 
 // Types of the userdata that game code can have: values, and the state of a loop over `pairs`.
 enum UserType : std::uint8_t { kUserVector, kUserRotation, kUserBody, kUserPlayer, kUserLoop, kUserTypes, kUserNone };
+// Bytes of one of each type. No two are equal, so the size of a userdata names its type: no metatable has to be looked
+// at in each call of the host.
+inline constexpr std::size_t kUserBytes[kUserTypes] = {3 * sizeof(double), 4 * sizeof(double), 8, 9, 16};
 
 class Runtime {
  public:
@@ -63,8 +66,12 @@ class Runtime {
 
   // Registry references of the metatables, and of the bodies and players that this state has handles of.
   int metatable_references[kUserTypes] = {};
-  const void* metatables[kUserTypes] = {};
   int handle_references[kUserTypes] = {};
+  // The handles of bodies that were used last, each at a place that follows from its id: their ids, and the reference
+  // of the first place. They live on without being used, so that a callback a tick makes no handle a tick.
+  static constexpr std::size_t kRecentHandles = 4096;
+  std::uint64_t recent_ids[kRecentHandles] = {};
+  int first_recent_reference = 0;
 
  private:
   static void* Allocate(void* runtime, void* block, std::size_t old_bytes, std::size_t new_bytes);

@@ -213,7 +213,6 @@ void AddMetatables(lua_State* L) {
     lua_newtable(L);
     lua_pushboolean(L, 0);
     lua_setfield(L, -2, "__metatable");
-    runtime.metatables[type] = lua_topointer(L, -1);
     lua_pushvalue(L, -1);
     runtime.metatable_references[type] = luaL_ref(L, LUA_REGISTRYINDEX);
     switch (static_cast<UserType>(type)) {
@@ -251,7 +250,7 @@ int SetUpState(lua_State* L) {
   AddTexts(L, 1);
   PushTableLibrary(L);
   lua_setfield(L, 1, "table");
-  PushFunctions(L, Receiver::kWorld);
+  PushWorld(L);
   lua_setfield(L, 1, "world");
   lua_newtable(L);
   lua_setfield(L, 1, "kinds");

@@ -111,6 +111,7 @@ struct Loop {
   lua_Integer count, cursor;
 };
 constexpr int kLoopTable = 1, kLoopKeys = 2;
+static_assert(sizeof(Loop) == kUserBytes[kUserLoop]);
 
 // Position of the key at index 2 in the list at `keys`; 0 for nil, -1 for no key of the loop.
 lua_Integer PositionOf(lua_State* L, const Loop& loop, int keys) {

@@ -212,6 +212,7 @@ void ToFields(lua_State* L, int table, const ParameterName& name, tessera_game_v
 }
 
 void PushList(lua_State* L, const tessera_game_value& value) {
+  luaL_checkstack(L, 8, nullptr);
   lua_createtable(L, static_cast<int>(value.count), 0);
   for (std::uint32_t i = 0; i < value.count; ++i) {
     PushValue(L, value.as.list[i]);
@@ -220,6 +221,7 @@ void PushList(lua_State* L, const tessera_game_value& value) {
 }
 
 void PushFields(lua_State* L, const tessera_game_value& value) {
+  luaL_checkstack(L, 8, nullptr);
   lua_createtable(L, 0, static_cast<int>(value.count));
   for (std::uint32_t i = 0; i < value.count; ++i) {
     const tessera_game_field& field = value.as.fields[i];
@@ -273,15 +275,8 @@ void ToValue(lua_State* L, int index, Types types, const ParameterName& name, te
   if (fit != Fit::kFits) RaiseMisfit(L, index, types, name, {}, fit);
 }
 
-void PushValue(lua_State* L, const tessera_game_value& value) {
-  luaL_checkstack(L, 8, nullptr);
+void PushAnyValue(lua_State* L, const tessera_game_value& value) {
   switch (value.type) {
-    case TESSERA_GAME_FLAG:
-      return lua_pushboolean(L, value.as.whole != 0);
-    case TESSERA_GAME_WHOLE:
-      return lua_pushinteger(L, value.as.whole);
-    case TESSERA_GAME_REAL:
-      return lua_pushnumber(L, value.as.real);
     case TESSERA_GAME_TEXT:
       lua_pushlstring(L, value.as.text, value.count);
       return;

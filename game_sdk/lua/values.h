@@ -20,8 +20,21 @@ struct ParameterName {
 // numbers are allowed, a real one with a whole value becomes whole. May push values on which `value` depends.
 void ToValue(lua_State* L, int index, Types types, const ParameterName& name, tessera_game_value& value);
 
-// Pushes a value of the host.
-void PushValue(lua_State* L, const tessera_game_value& value);
+// Pushes a value of the host that may allocate memory. Needs 5 free places on the stack.
+void PushAnyValue(lua_State* L, const tessera_game_value& value);
+// The same for all values, quicker for flags and numbers.
+inline void PushValue(lua_State* L, const tessera_game_value& value) {
+  switch (value.type) {
+    case TESSERA_GAME_FLAG:
+      return lua_pushboolean(L, value.as.whole != 0);
+    case TESSERA_GAME_WHOLE:
+      return lua_pushinteger(L, value.as.whole);
+    case TESSERA_GAME_REAL:
+      return lua_pushnumber(L, value.as.real);
+    default:
+      return PushAnyValue(L, value);
+  }
+}
 
 // "a text", "a vector", "a table": what a Lua value is. A constant.
 const char* ValueName(lua_State* L, int index);

@@ -157,18 +157,16 @@ void SetUp(lua_State* L, const char* letters, const luaL_Reg* methods) {
   lua_setfield(L, -2, "__tostring");
 }
 
-void Push(lua_State* L, UserType type, const double* axes, std::size_t bytes) {
-  std::memcpy(lua_newuserdatauv(L, bytes, 0), axes, bytes);
+void Push(lua_State* L, UserType type, const double* axes) {
+  std::memcpy(lua_newuserdatauv(L, kUserBytes[type], 0), axes, kUserBytes[type]);
   lua_rawgeti(L, LUA_REGISTRYINDEX, Runtime::Of(L).metatable_references[type]);
   lua_setmetatable(L, -2);
 }
 
 }  // namespace
 
-void PushVector(lua_State* L, const Vector& vector) { Push(L, kUserVector, vector.axes, sizeof vector.axes); }
-void PushRotation(lua_State* L, const Rotation& rotation) {
-  Push(L, kUserRotation, rotation.axes, sizeof rotation.axes);
-}
+void PushVector(lua_State* L, const Vector& vector) { Push(L, kUserVector, vector.axes); }
+void PushRotation(lua_State* L, const Rotation& rotation) { Push(L, kUserRotation, rotation.axes); }
 
 int NewVector(lua_State* L) {
   if (lua_gettop(L) != 3) Raise(L, "vec: takes 3 numbers, got %d values", lua_gettop(L));

@@ -6,6 +6,7 @@
 // Thread rule: as lua_State.
 #pragma once
 
+#include "game_sdk/lua/lua_state.h"
 #include "lua.hpp"
 
 namespace tessera::game {
@@ -16,6 +17,7 @@ struct Vector {
 struct Rotation {
   double axes[4];  // x, y, z, w
 };
+static_assert(sizeof(Vector) == kUserBytes[kUserVector] && sizeof(Rotation) == kUserBytes[kUserRotation]);
 
 void PushVector(lua_State* L, const Vector& vector);
 void PushRotation(lua_State* L, const Rotation& rotation);

@@ -33,13 +33,6 @@ std::vector<Condition> ConditionsOf(const GameTestOptions& options) {
   return conditions;
 }
 
-std::string TextOf(const PropertyValue& value) {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const auto* whole = std::get_if<std::int64_t>(&value)) return absl::StrCat(*whole);
-  if (const auto* real = std::get_if<double>(&value)) return absl::StrCat(*real);
-  return absl::StrCat("\"", std::get<std::string>(value), "\"");
-}
-
 // The end of a run, for comparing it with another one.
 struct Trace {
   std::vector<std::uint64_t> hashes, ticks;
@@ -48,7 +41,7 @@ struct Trace {
   explicit Trace(const ScriptWorld& script) : hashes(script.hashes()), ticks(script.ticks()) {
     script.world().ForEachBody([&](const region::OwnedBody& body) {
       for (const auto& [name, value] : script.world().PropertiesOf(body.def->id)) {
-        properties.emplace_back(absl::StrCat("body ", body.def->id.value(), ": ", name), TextOf(value));
+        properties.emplace_back(absl::StrCat("body ", body.def->id.value(), ": ", name), PropertyText(value));
       }
     });
   }

@@ -67,6 +67,68 @@ TEST_F(GameTestsTest, ANewGamePassesItsTests) {
   EXPECT_GT(results[2].deaths, 2U);
 }
 
+// In one region and in four, with fresh states and deaths.
+TEST_F(GameTestsTest, PlayersJoinCommandHearAndAreSentAway) {
+  Run(R"(
+        function on_join(player)
+          if player:name() == "mallory" then player:refuse("not you") end
+          if player:name() == "ada" then player:place(vec(3, 2, 3)) end
+        end
+        function on_leave(player) world.log("bye " .. player:name()) end
+        function on_command(player, bytes)
+          if bytes == "die" then player:spectate(vec(-3, 8, -3)) end
+          if bytes == "live" then player:respawn(vec(2, 2, 2)) end
+          if bytes == "quit" then return player:kick("as you like") end
+          player:send("done", { what = bytes, number = 7 })
+        end
+      )",
+      R"(
+        test("ada plays", function(t)
+          local ada, mallory = t:join("ada"), t:join("mallory")
+          t:step(1)
+          t:expect_near(ada:position(), vec(3, 2, 3), 0.2)
+          t:step_until(10, function() return t:ended(mallory) end)
+          t:expect_equal(t:ended(mallory), "not you")
+          t:command(ada, "die")
+          t:step(4)
+          t:expect(ada:player():is_spectating())
+          t:expect_near(ada:position(), vec(-3, 8, -3), 0.01)
+          t:command(ada, "live")
+          t:step(1)
+          t:expect_near(ada:position(), vec(2, 2, 2), 0.2)
+          t:kill_region_of(ada)
+          for i = 1, 30 do
+            t:command(ada, "x" .. i)
+            t:step()
+          end
+          t:step(10)
+          local events = t:events(ada)
+          t:expect_equal(#events, 32)
+          t:expect_equal(events[1].name, "done")
+          t:expect_equal(events[1].values.what, "die")
+          t:expect_equal(events[1].values.number, 7)
+          for i = 1, 30 do t:expect_equal(events[i + 2].values.what, "x" .. i) end
+          t:expect_equal(#t:events(ada), 0)
+          t:command(ada, "quit")
+          t:step_until(10, function() return t:ended(ada) end)
+          t:step(3)
+          t:expect_equal(t:lines()[1], "bye ada")
+          t:expect_equal(#t:lines(), 1)
+        end)
+      )");
+  ASSERT_TRUE(failed.ok()) << failed.status();
+  for (const GameTestFailure& failure : results.at(0).failures) {
+    ADD_FAILURE() << failure.text << " (" << failure.conditions.front() << ")";
+  }
+}
+
+TEST_F(GameTestsTest, WhatATestAsksOfAPlayerWronglyIsNamed) {
+  EXPECT_THAT(FailureOf("t:join('a\\nb')"), HasSubstr("player_name: has a control character"));
+  EXPECT_THAT(FailureOf("t:command(t:body('ball'), 'x')"), HasSubstr("command: body 3 is no player's"));
+  EXPECT_THAT(FailureOf("local p = t:join()\nt:command(p, string.rep('x', 2048))"),
+              HasSubstr("bytes: 2048 are more than 1024"));
+}
+
 TEST_F(GameTestsTest, AFailureNamesPlaceValuesAndConditions) {
   EXPECT_EQ(FailureOf("local ball = t:body('ball')\nt:step(2)\nt:expect_equal(ball.score, 1)"),
             "game_test.lua:4: got 0, expected 1");

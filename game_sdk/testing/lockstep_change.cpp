@@ -1,13 +1,17 @@
 // Deaths, restarts and players of a LockstepWorld.
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/game/player_record.h"
 #include "core/region/catalog.h"
 #include "core/region/inventory.h"
 #include "core/region/log.h"
 #include "core/region/region_state.h"
 #include "core/region/resolve.h"
 #include "core/world/partition_change.h"
+#include "core/world/player_name.h"
 #include "game_sdk/testing/lockstep_world.h"
 
 namespace tessera::game {
@@ -117,14 +121,72 @@ absl::Status LockstepWorld::Disturb() {
 
 // --- Players
 
-absl::StatusOr<PlayerNumber> LockstepWorld::Join() {
+absl::StatusOr<PlayerNumber> LockstepWorld::Join(const std::string& name) {
   if (!scene_->player.has_value()) return absl::FailedPreconditionError("the scene has no players");
-  joining_.emplace_back(++players_);
-  return joining_.back();
+  if (absl::Status status = CheckPlayerName(name); !status.ok()) return status;
+  joining_.emplace_back(PlayerNumber(++players_), name);
+  return joining_.back().first;
 }
 
 void LockstepWorld::Leave(PlayerNumber player) {
   for (auto& [id, member] : regions_) member.region->RemovePlayer(player);
+}
+
+absl::Status LockstepWorld::Command(PlayerNumber player, std::string bytes) {
+  const bool comes =
+      std::ranges::find(joining_, player, &std::pair<PlayerNumber, std::string>::first) != joining_.end();
+  if (!comes && OwnerOf(PlayerBodyId(player)) == RegionId()) {
+    return absl::NotFoundError(absl::StrCat("player ", player.value(), " has no body"));
+  }
+  if (bytes.size() > kMaxCommandBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("bytes: ", bytes.size(), " are more than ", kMaxCommandBytes));
+  }
+  talks_[player].commands.push_back(std::move(bytes));
+  return absl::OkStatus();
+}
+
+// In order; those that a region does not take now go again in the next tick.
+void LockstepWorld::GiveCommands() {
+  for (auto& [player, talk] : talks_) {
+    const auto owner = regions_.find(OwnerOf(PlayerBodyId(player)));
+    while (owner != regions_.end() && !talk.commands.empty()) {
+      const std::uint32_t number = talk.last_command + 1;
+      const absl::Status status = owner->second.region->TakeCommand(player, {number, number, talk.commands.front()});
+      if (absl::IsNotFound(status) || absl::IsResourceExhausted(status)) break;
+      talk.commands.pop_front();
+      ++talk.last_command;
+    }
+  }
+}
+
+void LockstepWorld::HearGame() {
+  for (const auto& [id, member] : regions_) {
+    for (const region::OwnedBody& body : region::PlayersAmong(member.region->owned())) {
+      const PlayerNumber player = PlayerOf(body.def->id);
+      const PlayerRecord* const said = member.region->TalkOf(player);
+      if (said == nullptr || said->events.empty()) continue;
+      Talk& talk = talks_[player];
+      std::uint32_t number = said->first_event();
+      for (const PlayerEvent& event : said->events) {
+        if (number++ <= talk.last_event) continue;
+        talk.events.push_back({event.name, DecodeFields(event.values).value_or(GameFields())});
+      }
+      talk.last_event = said->last_event;
+      member.region->AcknowledgeEvents(player, talk.last_event);
+    }
+    for (region::EndedPlayer& ended : member.region->ended_players()) {
+      if (ended_.try_emplace(ended.player, ended.reason).second) Leave(ended.player);
+    }
+  }
+}
+
+std::vector<LockstepWorld::Event> LockstepWorld::TakeEvents(PlayerNumber player) {
+  return std::exchange(talks_[player].events, {});
+}
+
+const std::string* LockstepWorld::EndedBecause(PlayerNumber player) const {
+  const auto ended = ended_.find(player);
+  return ended == ended_.end() ? nullptr : &ended->second;
 }
 
 absl::Status LockstepWorld::Input(PlayerNumber player, Vec3f force_n, Vec3f torque_nm) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -15,11 +16,20 @@ using region::Region;
 using region::StepResult;
 
 // Functions that change nothing, so that calling them once is enough.
-constexpr std::array<std::uint32_t, 18> kReads = {
-    kWorldTick,    kWorldTickRate, kWorldRandom, kWorldRay,   kWorldRayAll,  kWorldSweep,
-    kWorldOverlap, kBodyIsHere,    kBodyIsOwn,   kBodyKind,   kBodyPosition, kBodyRotation,
-    kBodyVelocity, kBodySpin,      kBodyMass,    kBodyPlayer, kBodyGet,      kBodyMember,
+constexpr std::array<std::uint32_t, 26> kReads = {
+    kWorldTick,   kWorldTickRate,      kWorldRandom, kWorldRay,     kWorldRayAll,  kWorldSweep,   kWorldOverlap,
+    kBodyIsHere,  kBodyIsOwn,          kBodyKind,    kBodyPosition, kBodyRotation, kBodyVelocity, kBodySpin,
+    kBodyMass,    kBodyPlayer,         kBodyGet,     kBodyMember,   kWorldPlayers, kPlayerName,   kPlayerBody,
+    kPlayerIsOwn, kPlayerIsSpectating, kWorldTime,   kWorldGet,     kWorldIsOwn,
 };
+
+// The body that a call of this function is for; nothing for those of the world.
+std::optional<BodyId> BodyOfCall(const Function& function, std::span<const tessera_game_value> arguments) {
+  if (function.receiver == Receiver::kWorld || arguments.empty()) return std::nullopt;
+  const std::uint64_t id = arguments.front().as.id;
+  if (function.receiver == Receiver::kBody) return BodyId(id);
+  return PlayerBodyId(PlayerNumber(static_cast<std::uint32_t>(id)));
+}
 
 bool Succeeds(const tessera_game_host& host, tessera_game_call* call, std::uint32_t function,
               std::span<const tessera_game_value> arguments, tessera_game_value& result) {
@@ -100,9 +110,10 @@ absl::Status LockstepWorld::Distribute(RegionId from, const StepResult& result) 
 }
 
 absl::Status LockstepWorld::Step() {
-  for (const PlayerNumber player : std::exchange(joining_, {})) {
-    regions_.begin()->second.region->SpawnPlayer(player);
+  for (const auto& [player, name] : std::exchange(joining_, {})) {
+    regions_.begin()->second.region->SpawnPlayer(player, name);
   }
+  GiveCommands();
   pending_error_.clear();
   std::vector<std::pair<RegionId, StepResult>> results;
   for (auto& [id, member] : regions_) {
@@ -117,6 +128,7 @@ absl::Status LockstepWorld::Step() {
   for (const auto& [id, result] : results) {
     if (absl::Status status = Distribute(id, result); !status.ok()) return status;
   }
+  HearGame();
   if (!pending_error_.empty()) return absl::InvalidArgumentError(pending_error_);
   if (!all_done) return absl::InvalidArgumentError("a body that was to be changed is gone");
   return options_.deaths ? Disturb() : absl::OkStatus();
@@ -125,20 +137,20 @@ absl::Status LockstepWorld::Step() {
 // --- The game
 
 const Region& LockstepWorld::RegionFor(const Function& function, std::span<const tessera_game_value> arguments) const {
-  if (function.receiver == Receiver::kBody && !arguments.empty()) {
-    const auto owner = regions_.find(OwnerOf(BodyId(arguments.front().as.id)));
+  if (const std::optional<BodyId> body = BodyOfCall(function, arguments)) {
+    const auto owner = regions_.find(OwnerOf(*body));
     if (owner != regions_.end()) return *owner->second.region;
   }
   return *regions_.begin()->second.region;
 }
 
 bool LockstepWorld::Concerns(const PendingCall& pending, const tessera_game_host& host, tessera_game_call* call) const {
-  if (FindFunction(pending.function)->receiver == Receiver::kBody) {
-    const std::vector<tessera_game_value> arguments = pending.arguments.Expose();
-    const BodyDef* def = regions_.begin()->second.region->catalog().Find(BodyId(arguments.front().as.id));
+  if (const std::optional<BodyId> body = BodyOfCall(*FindFunction(pending.function), pending.arguments.Expose())) {
+    const BodyDef* def = regions_.begin()->second.region->catalog().Find(*body);
+    const tessera_game_value argument = ToInterface(GameValue(*body));
     tessera_game_value own{};
     if (def == nullptr || def->motion == Motion::kDynamic) {
-      return Succeeds(host, call, kBodyIsOwn, {arguments.data(), 1}, own) && own.as.whole != 0;
+      return Succeeds(host, call, kBodyIsOwn, {&argument, 1}, own) && own.as.whole != 0;
     }
   }
   return acting_ == regions_.begin()->first;

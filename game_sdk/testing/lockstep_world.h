@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <random>
@@ -26,6 +27,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/game/game_host.h"
+#include "core/game/value.h"
 #include "core/region/region.h"
 #include "core/region/standby_copy.h"
 #include "game_sdk/api/api.h"
@@ -71,9 +73,19 @@ class LockstepWorld : private Watcher {
   bool Call(std::uint32_t function, std::span<const tessera_game_value> arguments, KeptValue& result,
             std::string& error);
 
-  // The player's body is made in the next tick.
-  absl::StatusOr<PlayerNumber> Join();
+  // The player's body is made in the next tick. INVALID_ARGUMENT: a bad name.
+  absl::StatusOr<PlayerNumber> Join(const std::string& name = "");
   void Leave(PlayerNumber player);
+  // The game gets it in the next tick that has time for it. NOT_FOUND: the player has no body, and will have none.
+  absl::Status Command(PlayerNumber player, std::string bytes);
+  // What the game sent the player, as its client has it, since the last call.
+  struct Event {
+    std::string name;
+    GameFields values;
+  };
+  std::vector<Event> TakeEvents(PlayerNumber player);
+  // Why the game refused or kicked the player; nullptr if it did not. Who is sent away leaves by itself.
+  const std::string* EndedBecause(PlayerNumber player) const;
   absl::Status Input(PlayerNumber player, Vec3f force_n, Vec3f torque_nm);
 
   const Scene& scene() const { return *scene_; }
@@ -118,6 +130,8 @@ class LockstepWorld : private Watcher {
   bool Concerns(const PendingCall& pending, const tessera_game_host& host, tessera_game_call* call) const;
   void AtTick(const tessera_game_host& host, tessera_game_call* call) override;
   bool WantsFreshState() override;
+  void GiveCommands();
+  void HearGame();
 
   const tessera_game_module& module_;
   const GameFile game_;
@@ -131,7 +145,14 @@ class LockstepWorld : private Watcher {
   std::string pending_error_;
   RegionId acting_;  // whose step it is
   std::uint32_t players_ = 0;
-  std::vector<PlayerNumber> joining_;             // made in the next tick
+  std::vector<std::pair<PlayerNumber, std::string>> joining_;  // made in the next tick, with their names
+  struct Talk {
+    std::uint32_t last_command = 0, last_event = 0;
+    std::deque<std::string> commands;  // that no region has taken yet
+    std::vector<Event> events;
+  };
+  std::map<PlayerNumber, Talk> talks_;
+  std::map<PlayerNumber, std::string> ended_;     // those whom the game sent away, and why
   std::map<PlayerNumber, std::uint32_t> inputs_;  // number of the last one
   std::vector<GameLine> lines_;
 };

@@ -97,6 +97,37 @@ TEST_F(LockstepWorldTest, DeathsLoseNothing) {
   EXPECT_FALSE(world->Kill(RegionId(77)).ok());
 }
 
+// Put anywhere in four regions every few ticks, pushed, and floating or falling, while regions die.
+TEST_F(LockstepWorldTest, WhatAGameDoesToMotionOutlivesDeaths) {
+  constexpr char kRestless[] = R"(
+    kinds.ball = {
+      on_tick = function(self)
+        if world.tick() % 7 == 0 then
+          self:teleport(vec(world.random() * 36 - 18, 0, world.random() * 36 - 18), nil, { velocity = vec(1, 0, 0) })
+          self.count = self.count + 1
+        elseif world.tick() % 11 == 0 then
+          self:push_for(4, vec(0, world.random() * 8 - 4, 0))
+          self:set_spin(vec(0, world.random(), 0))
+        elseif world.tick() % 13 == 0 then
+          self:set_gravity(world.random() - 0.5)
+          self:set_material({ friction = world.random(), restitution = 1 })
+        end
+      end,
+    }
+  )";
+  Begin(kRestless, {.regions = 4, .seed = 3, .settings = {}});
+  for (int death = 1; death <= 5; ++death) {
+    Steps(50);
+    ASSERT_TRUE(world->Kill(world->OwnerOf(kLockstepBall)).ok());
+  }
+  for (const GameLine& line : world->TakeLines()) ADD_FAILURE() << line.text;
+  // A failover goes on some ticks later.
+  EXPECT_GE(Count(kLockstepBall), 250 / 7);
+  EXPECT_LE(Count(kLockstepBall), static_cast<std::int64_t>(world->tick().value() / 7));
+  EXPECT_EQ(Count(BodyId(2)), Count(kLockstepBall));
+  EXPECT_GT(world->handovers(), 20U);
+}
+
 TEST_F(LockstepWorldTest, ARegionMayDieBeforeTheFirstTick) {
   Begin(kCounting);
   ASSERT_TRUE(world->Kill(RegionId(1)).ok());

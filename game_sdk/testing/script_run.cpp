@@ -159,17 +159,68 @@ int TestRegions(lua_State* L) {
   return 1;
 }
 
+// A player's body, or a player.
+BodyId PlayerAt(lua_State* L, int index, const char* function) {
+  if (UserTypeOf(L, index) != kUserPlayer) return BodyAt(L, index, function);
+  const std::uint64_t number = static_cast<const Handle*>(lua_touserdata(L, index))->id;
+  return PlayerBodyId(PlayerNumber(static_cast<std::uint32_t>(number)));
+}
+
+// command(player, bytes)
+int TestCommand(lua_State* L) {
+  ScriptWorld& world = WorldOf(L);
+  const BodyId body = PlayerAt(L, 2, "command");
+  std::size_t size = 0;
+  const char* const bytes = luaL_checklstring(L, 3, &size);
+  Require(L, world.Command(body, {bytes, size}), world);
+  return 0;
+}
+
+// events(player): a list of tables with `name` and `values`.
+int TestEvents(lua_State* L) {
+  ScriptWorld& world = WorldOf(L);
+  Require(L, world.TakeEvents(PlayerAt(L, 2, "events")), world);
+  lua_newtable(L);
+  lua_Integer place = 0;
+  for (const LockstepWorld::Event& event : world.events()) {
+    lua_createtable(L, 0, 2);
+    lua_pushlstring(L, event.name.data(), event.name.size());
+    lua_setfield(L, -2, "name");
+    lua_newtable(L);
+    for (const auto& [name, value] : event.values) {
+      lua_pushlstring(L, name.data(), name.size());
+      PushValue(L, ToInterface(value));
+      lua_rawset(L, -3);
+    }
+    lua_setfield(L, -2, "values");
+    lua_rawseti(L, -2, ++place);
+  }
+  return 1;
+}
+
+// ended(player): why the game sent the player away, or nil.
+int TestEnded(lua_State* L) {
+  const ScriptWorld& world = WorldOf(L);
+  const std::string* const why = world.EndedBecause(PlayerAt(L, 2, "ended"));
+  if (why == nullptr) return 0;
+  lua_pushlstring(L, why->data(), why->size());
+  return 1;
+}
+
+// join([name])
 int TestJoin(lua_State* L) {
   ScriptWorld& world = WorldOf(L);
+  std::size_t size = 0;
+  const char* const name = luaL_optlstring(L, 2, "", &size);
   BodyId body;
-  Require(L, world.Join(body), world);
+  Require(L, world.Join({name, size}, body), world);
   PushHandle(L, kUserBody, body.value());
   return 1;
 }
 
 int TestLeave(lua_State* L) {
   ScriptWorld& world = WorldOf(L);
-  Require(L, world.Leave(BodyAt(L, 2, "leave")), world);
+  Require(L, world.Leave(PlayerAt(L, 2, "leave")), world);
   return 0;
 }
 
@@ -264,6 +315,9 @@ constexpr luaL_Reg kTestFunctions[] = {{"step", TestStep},
                                        {"regions", TestRegions},
                                        {"join", TestJoin},
                                        {"leave", TestLeave},
+                                       {"command", TestCommand},
+                                       {"events", TestEvents},
+                                       {"ended", TestEnded},
                                        {"input", TestInput},
                                        {"lines", TestLines},
                                        {"errors", TestErrors},

@@ -65,8 +65,23 @@ bool ScriptWorld::Place(BodyId body, const Placing& placing) {
   }));
 }
 
-bool ScriptWorld::Join(BodyId& body) {
-  const absl::StatusOr<PlayerNumber> player = world_->Join();
+bool ScriptWorld::Command(BodyId body, std::string_view bytes) {
+  if (!IsPlayerBody(body)) return Refuse(absl::StrCat("command: body ", body.value(), " is no player's"));
+  return Note(world_->Command(PlayerOf(body), std::string(bytes)));
+}
+
+bool ScriptWorld::TakeEvents(BodyId body) {
+  if (!IsPlayerBody(body)) return Refuse(absl::StrCat("events: body ", body.value(), " is no player's"));
+  events_ = world_->TakeEvents(PlayerOf(body));
+  return true;
+}
+
+const std::string* ScriptWorld::EndedBecause(BodyId body) const {
+  return IsPlayerBody(body) ? world_->EndedBecause(PlayerOf(body)) : nullptr;
+}
+
+bool ScriptWorld::Join(std::string_view name, BodyId& body) {
+  const absl::StatusOr<PlayerNumber> player = world_->Join(std::string(name));
   if (!player.ok()) return Note(player.status());
   body = PlayerBodyId(*player);
   return true;
@@ -148,7 +163,7 @@ const char* ScriptWorld::ErrorOf(const tessera_game_call* call) {
 int ScriptWorld::Charge(tessera_game_call* call, std::uint64_t instructions) {
   ScriptWorld& script = Of(call);
   script.work_ += instructions;
-  return script.work_ <= kMaxScriptWork ? 1 : 0;
+  return script.work_ <= kMaxScriptWork ? 0 : 1;
 }
 
 const tessera_game_host& ScriptWorld::Host() {

@@ -31,7 +31,13 @@ class ScriptWorld {
   bool Step();
   bool Kill(BodyId body);
   bool Place(BodyId body, const Placing& placing);
-  bool Join(BodyId& body);
+  bool Join(std::string_view name, BodyId& body);
+  bool Command(BodyId body, std::string_view bytes);
+  // Those since the last call; valid until the next.
+  bool TakeEvents(BodyId body);
+  const std::vector<LockstepWorld::Event>& events() const { return events_; }
+  // nullptr: the game did not send the player away.
+  const std::string* EndedBecause(BodyId body) const;
   bool Leave(BodyId body);
   bool Input(BodyId body, const double* force_n, const double* torque_nm);
   bool FindBody(BodyId body);
@@ -73,6 +79,7 @@ class ScriptWorld {
   std::string error_;
   KeptValue result_;
   std::vector<BodyId> bodies_;
+  std::vector<LockstepWorld::Event> events_;
   std::vector<std::string> lines_, errors_, output_;
   std::vector<std::uint64_t> hashes_, ticks_;
 };

@@ -23,6 +23,7 @@ std::vector<std::string> Faults(const std::string& source) {
   Scene scene;
   scene.kinds = {"", "crate", "ball"};
   scene.properties = {{"health", std::int64_t{100}}, {"name", std::string("none")}};
+  scene.instance_properties = {{"goals", std::int64_t{0}}};
   std::vector<std::string> texts;
   for (const GameFault& fault : CheckGame({"game.lua", source}, scene)) {
     texts.push_back(absl::StrCat(fault.line, ": ", fault.text));
@@ -32,6 +33,14 @@ std::vector<std::string> Faults(const std::string& source) {
 
 std::vector<std::string> InContact(const std::string& statements) {
   return Faults("kinds.crate = { on_contact = function(self, other)\n" + statements + "\nend }");
+}
+
+TEST(CheckTest, PropertiesOfTheWorldAreKnown) {
+  EXPECT_THAT(InContact("world.goals = world.goals + 1"), IsEmpty());
+  EXPECT_THAT(InContact("print(world.gaols)"),
+              ElementsAre("2: there is no `world.gaols`; did you mean `world.goals`?"));
+  EXPECT_THAT(InContact("world.gaols = 1"),
+              ElementsAre("2: `world.gaols` is written outside of loading; keep state in properties"));
 }
 
 TEST(CheckTest, FindsAllFaultsAtOnce) {

@@ -12,6 +12,9 @@ constexpr char kScene[] = R"json({
   "properties": [
     { "name": "score", "number": 0 }
   ],
+  "instance_properties": [
+    { "name": "goals", "number": 0 }
+  ],
   "prefabs": [
     { "name": "spark", "bodies": [ { "kind": "spark", "mass": 0.1, "shape": { "sphere": { "radius": 0.1 } } } ] }
   ],

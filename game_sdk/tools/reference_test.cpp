@@ -42,7 +42,8 @@ TEST(ReferenceTest, NamesAllFunctionsAndCallbacks) {
   }
   EXPECT_THAT(reference, HasSubstr("`body:impulse(impulse[, point])`"));
   EXPECT_THAT(annotations, HasSubstr("---@param point? Vector"));
-  EXPECT_THAT(annotations, HasSubstr("---@field on_contact? fun(self: Body, other: Body)"));
+  EXPECT_THAT(annotations,
+              HasSubstr("---@field on_contact? fun(self: Body, other: Body, contact: nil|table<string, any>)"));
 }
 
 TEST(ReferenceTest, TheAnnotationsAreLua) {

@@ -287,6 +287,12 @@ class SourceWalk {
     const std::string path = absl::StrCat(std::string(object.text), ".", std::string(key.text));
     if (defined_.contains(path) || defined_.contains(object.text)) return;
     Suggestion suggestion(key.text);
+    if (object.text == "world") {
+      for (const PropertyDef& property : scene_.instance_properties) {
+        if (property.name == key.text) return;
+        suggestion.Offer(property.name);
+      }
+    }
     for (const std::string& name : library->second) suggestion.Offer(name);
     std::string text = absl::StrCat("there is no ", Quote(path));
     if (!suggestion.best().empty()) {
@@ -362,12 +368,26 @@ class SourceWalk {
     return node;
   }
 
+  // `world.score`, where the scene declares it.
+  bool IsWorldProperty(const LuaNode& node) {
+    if (node.kind != LuaNodeKind::kIndex || node.children[1]->kind != LuaNodeKind::kText) return false;
+    const LuaNode& object = *node.children[0];
+    if (object.kind != LuaNodeKind::kName || object.text != "world" || Find(object.text) != nullptr) return false;
+    return std::ranges::find(scene_.instance_properties, node.children[1]->text, &PropertyDef::name) !=
+           scene_.instance_properties.end();
+  }
+
   void VisitFieldTarget(const LuaNode& target, const LuaNode* value) {
     std::string path;
     const LuaNode* root = RootOf(target, path);
     const Variable* variable = root == nullptr ? nullptr : Find(root->text);
     if (target.kind == LuaNodeKind::kIndex && target.children[1]->kind == LuaNodeKind::kText) {
       fields_.insert(std::string(target.children[1]->text));
+    }
+    if (InCallbacks() && root != nullptr && IsWorldProperty(target)) {
+      Visit(target);
+      if (value != nullptr) Visit(*value);
+      return;
     }
     if (root != nullptr && variable == nullptr) defined_.insert(path);
     if (root != nullptr && InCallbacks() && (variable == nullptr || variable->depth == 0)) {

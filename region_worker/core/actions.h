@@ -15,6 +15,7 @@
 #include "core/region/region.h"
 #include "core/world/ids.h"
 #include "net/connect_token.h"
+#include "region_worker/core/world_clock.h"
 #include "tessera/v1/game.pb.h"
 #include "tessera/v1/worker_link.pb.h"
 
@@ -40,7 +41,7 @@ struct RequestScene {  // answered by SceneLoaded
   std::string path, hash;
 };
 struct RequestGame {  // answered by GameLoaded
-  std::string path;
+  std::string path, hash;
 };
 struct RequestState {  // answered by StateLoaded
   std::string path;
@@ -68,6 +69,11 @@ struct PublishMap {
 struct PublishStart {
   Tick tick;
 };
+// The world pauses, goes on, or goes at another pace.
+struct PublishClock {
+  ClockState clock;
+  Tick tick;
+};
 // A step was made; the region is as that left it. The result's frames and log have been taken out.
 struct PublishStep {
   region::StepResult result;
@@ -75,6 +81,7 @@ struct PublishStep {
 // The player has left: its connection ends.
 struct ExpelPlayer {
   PlayerNumber player;
+  std::string ended_because{};  // the game's reason; empty: it left by itself
 };
 
 // --- The agent -------------------------------------------------------------------------------------------------------
@@ -105,8 +112,8 @@ struct PrintFailure {
 };
 
 using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestState, WriteCheckpoint,
-                            OpenPorts, PublishMap, PublishStart, PublishStep, ExpelPlayer, SendReport, SendInventory,
-                            AskForLease, RaisePriority, Log, PrintFailure>;
+                            OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer, SendReport,
+                            SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

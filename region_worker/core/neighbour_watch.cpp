@@ -6,7 +6,8 @@
 namespace tessera::worker {
 
 std::vector<SilentNeighbour> NeighbourWatch::Look(std::span<const RegionId> waited_for, const LinkTable& links,
-                                                  TimePoint now) {
+                                                  TimePoint now, Duration tick_length) {
+  const Duration stuck = std::max(kStuck, kStuckTicks * tick_length);
   const bool late = now > std::exchange(next_look_, now + kInterval) + kInterval;
   std::erase_if(waited_since_, [&](const auto& entry) {
     return late || std::ranges::find(waited_for, entry.first) == waited_for.end();
@@ -15,7 +16,7 @@ std::vector<SilentNeighbour> NeighbourWatch::Look(std::span<const RegionId> wait
   for (const RegionId region : waited_for) {
     const TimePoint since = waited_since_.try_emplace(region, now).first->second;
     const TimePoint heard = std::max(since, links.HeardFrom(region).value_or(TimePoint()));
-    if (now - heard >= kSilence || now - since >= kStuck) silent.push_back({region, now - heard});
+    if (now - heard >= kSilence || now - since >= stuck) silent.push_back({region, now - heard});
   }
   for (const SilentNeighbour& neighbour : silent) waited_since_.erase(neighbour.region);
   return silent;

@@ -34,11 +34,14 @@ class NeighbourWatch {
   static constexpr Duration kInterval = std::chrono::milliseconds(50);
   static constexpr Duration kSilence = std::chrono::milliseconds(250);
   static constexpr Duration kStuck = std::chrono::seconds(1);
+  static constexpr int kStuckTicks = 3;
 
   // While no step was made for kInterval, once every kInterval.
   bool Due(TimePoint now, TimePoint last_step) const { return now >= next_look_ && now - last_step >= kInterval; }
-  // Those of `waited_for` that are silent. After a look that came late nobody is: this process did not listen.
-  std::vector<SilentNeighbour> Look(std::span<const RegionId> waited_for, const LinkTable& links, TimePoint now);
+  // Those of `waited_for` that are silent. After a look that came late nobody is: this process did not listen. Where a
+  // tick is long, a neighbour whose turn comes later in it is not stuck.
+  std::vector<SilentNeighbour> Look(std::span<const RegionId> waited_for, const LinkTable& links, TimePoint now,
+                                    Duration tick_length = Duration(0));
   void Stepped() { waited_since_.clear(); }
 
  private:

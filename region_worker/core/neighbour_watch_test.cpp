@@ -66,5 +66,13 @@ TEST_F(NeighbourWatchTest, WhoIsNotWaitedForIsNotGivenUp) {
   }
 }
 
+TEST_F(NeighbourWatchTest, WhereTicksAreLongANeighbourWhoseTurnComesLaterIsNotStuck) {
+  for (TimePoint now = kStart; now <= kStart + std::chrono::milliseconds(2950); now += NeighbourWatch::kInterval) {
+    links.Heard(kSecond, now);
+    const std::vector<RegionId> waited_for{kSecond};
+    EXPECT_THAT(watch.Look(waited_for, links, now, std::chrono::seconds(1)), IsEmpty());
+  }
+}
+
 }  // namespace
 }  // namespace tessera::worker

@@ -6,6 +6,7 @@
 #include "core/region/failover_io.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
+#include "core/world/player_name.h"
 #include "core/world/proto_math.h"
 
 namespace tessera::worker {
@@ -45,8 +46,10 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
   for (int i = 0; i < message.players_size(); ++i) {
     const v1::Player& player = message.players(i);
     if (player.number() == 0) return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: 0"));
-    order.players.push_back(
-        {PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left(), player.parked()});
+    // The control plane has checked it; one that is stored from before it did so is no name.
+    const std::string name = CheckPlayerName(player.name()).ok() ? player.name() : "";
+    order.players.push_back({PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left(),
+                             player.parked(), name, player.ended_because()});
   }
   return absl::OkStatus();
 }
@@ -159,8 +162,21 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   order.scene_path = message.scene_path();
   order.scene_hash = message.scene_hash();
   if (!message.game_hash().empty()) {
-    order.game = {.path = message.game_path(), .hash = message.game_hash(), .name = message.game_name()};
+    order.game = {.path = message.game_path(),
+                  .hash = message.game_hash(),
+                  .name = message.game_name(),
+                  .number = 0,
+                  .failure = {}};
   }
+  if (message.has_next_game()) {
+    const v1::NextGame& next = message.next_game();
+    order.next_game = {.path = next.path(),
+                       .hash = next.hash(),
+                       .name = next.name(),
+                       .number = next.number(),
+                       .failure = next.failure()};
+  }
+  order.resumed = MapVersion(message.resumed_version());
   order.run = message.run();
   order.stop = message.stop();
   order.snapshot_rate_hz = message.snapshot_rate_hz() == 0 ? kDefaultSnapshotRateHz : message.snapshot_rate_hz();

@@ -26,6 +26,8 @@ struct OrderedPlayer {
   RegionId spawn_region{};  // makes its body; RegionId(): the scene has none
   bool left = false;
   bool parked = false;
+  std::string name{};
+  std::string ended_because{};  // the game's reason; of one that has left
 };
 
 // A life of a region that has ended.
@@ -55,15 +57,18 @@ struct StateFile {
 
 // A game in a file of this host.
 struct OrderedGame {
-  std::string path;  // empty: it is not here yet
-  std::string hash;  // SHA-256, hexadecimal; empty: any
-  std::string name;  // as its errors name it
+  std::string path;          // empty: it is not here yet
+  std::string hash;          // SHA-256, hexadecimal; empty: any
+  std::string name;          // as its errors name it
+  std::uint32_t number = 0;  // of one that is to take the place of another
+  std::string failure;       // why it will not come; empty: it is here or on its way
+  friend bool operator==(const OrderedGame&, const OrderedGame&) = default;
 };
 
 struct Order {
   std::uint64_t revision = 0;
   std::string scene_path, scene_hash;
-  std::optional<OrderedGame> game;
+  std::optional<OrderedGame> game, next_game;
   std::optional<PartitionMap> map;
   std::optional<net::InstanceKey> key;
   std::vector<PeerAddress> peers;
@@ -74,7 +79,8 @@ struct Order {
   std::optional<OrderedFailover> failover;
   std::optional<region::Resolution> resolution;
   std::optional<OrderedMap> planned;
-  RegionId standby{};  // RegionId(): none
+  MapVersion resumed{};  // a pause by a map of this version, or an older one, is over
+  RegionId standby{};    // RegionId(): none
   std::vector<RegionId> primaries;
   std::optional<StateFile> checkpoint, initial_state;
   bool joins_running = false;

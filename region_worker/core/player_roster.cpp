@@ -13,7 +13,7 @@ void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, regio
     newest_named_ = std::max(newest_named_, player.number);
     region.ParkPlayer(player.number, player.parked);
     if (player.left) {
-      if (left_.insert(player.number).second) actions.emplace_back(ExpelPlayer{player.number});
+      if (left_.insert(player.number).second) actions.emplace_back(ExpelPlayer{player.number, player.ended_because});
       continue;
     }
     const bool makes_body = players_have_bodies_ && player.spawn_region == region.id();
@@ -23,7 +23,7 @@ void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, regio
       continue;
     }
     LogInfo(actions, absl::StrCat("spawn player=", player.number.value()));
-    region.SpawnPlayer(player.number);
+    region.SpawnPlayer(player.number, player.name);
     spawning_.push_back(player.number);
   }
   const auto forgotten = [this](PlayerNumber player) { return !named_.contains(player); };

@@ -13,9 +13,9 @@ RegionRun::RegionRun(const Identity& self, region::Config config, bool views_hav
       ticks_(config),
       copies_(ticks_.region().catalog()),
       maps_(ticks_.region()),
+      clock_(tick_rate_hz_),
       failovers_(self),
-      roster_(config.scene->player.has_value()),
-      game_(config.game) {
+      roster_(config.scene->player.has_value()) {
   if (config.scene->player && views_have_a_radius) places_.emplace(tick_rate_hz_);
 }
 
@@ -36,6 +36,7 @@ absl::Status RegionRun::Follow(const Order& order, TimePoint now, LinkTable& lin
   properties_.Set(order.properties);
   // The dead come first: an order that declares a region dead names it a primary no more.
   if (absl::Status status = FollowFailover(order, now, links, actions); !status.ok()) return status;
+  clock_.Resume(order.resumed);
   if (order.planned && !failovers_.under_way()) maps_.Follow(*order.planned, ticks_.region(), actions);
   if (failovers_.fenced()) return absl::OkStatus();
   copies_.Set(order.primaries, now, links, actions);
@@ -133,9 +134,28 @@ std::optional<std::uint64_t> RegionRun::AskForLease(TimePoint now, const LinkTab
 bool RegionRun::Advance(TimePoint now, LinkTable& links, Actions& actions) {
   standby_log_.Follow(links, now, ticks_.region(), actions);
   copies_.Expire(now);
+  FollowClock(now, links, actions);
   if (MayStep(now, actions)) return true;
-  if (!paused_) ticks_.Watch(now, !left_out_, links, actions);
+  if (!paused_) ticks_.Watch(now, !left_out_ && !clock_.paused(), links, actions);
   return false;
+}
+
+// In a paused world a new standby gets its copy, although no step makes a log.
+void RegionRun::FollowClock(TimePoint now, const LinkTable& links, Actions& actions) {
+  const PartitionMap& map = region().map();
+  if (clock_.paused() && !region().halted() && region().NeighborsGoOn()) clock_.Resume(map.version());
+  const PartitionMap* const next = region().committed() && maps_.next() ? &*maps_.next() : nullptr;
+  const bool was_paused = clock_.paused();
+  if (clock_.Follow(map, next)) {
+    const ClockState& state = clock_.state();
+    ticks_.SetPace(state.ticks_per_second);
+    if (was_paused && !state.paused) ticks_.Restart(now);
+    LogInfo(actions, absl::StrCat(state.paused ? "world paused" : "world goes", " tick=", region().tick().value(),
+                                  " ticks_per_second=", state.ticks_per_second));
+    actions.emplace_back(PublishClock{state, region().tick()});
+  }
+  if (!clock_.paused() || !ticks_.running() || left_out_) return;
+  standby_log_.Send(ticks_.region().WriteLogStanding(), region().tick(), now, links, actions);
 }
 
 bool RegionRun::MayStep(TimePoint now, Actions& actions) {
@@ -147,7 +167,7 @@ bool RegionRun::MayStep(TimePoint now, Actions& actions) {
                                      " tick=", region().tick().value()));
     if (!paused_) ticks_.Restart(now);
   }
-  return !paused_ && ticks_.Due(now);
+  return !paused_ && !clock_.paused() && ticks_.Due(now);
 }
 
 bool RegionRun::Moves(TimePoint now) const {
@@ -181,7 +201,7 @@ void RegionRun::Publish(region::StepResult result, TimePoint now, const LinkTabl
   for (const BodyId body : result.nonfinite) {
     LogError(actions, absl::StrCat("body not finite, taken out body=", body.value()));
   }
-  if (game_ != nullptr) game_log_.Take(game_->TakeLines(), now, actions);
+  if (game::GameHost* game = ticks_.region().game()) game_log_.Take(game->TakeLines(), now, actions);
   actions.emplace_back(PublishStep{std::move(result)});
 }
 
@@ -195,7 +215,7 @@ void RegionRun::SendPlaces(const LinkTable& links, Actions& actions) {
 }
 
 std::optional<TimePoint> RegionRun::wake_at(TimePoint now) const {
-  if (paused_ || left_out_) return std::nullopt;
+  if (paused_ || left_out_ || clock_.paused()) return std::nullopt;
   return ticks_.wake_at(now);
 }
 

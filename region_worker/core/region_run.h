@@ -33,6 +33,7 @@
 #include "region_worker/core/standby_copies.h"
 #include "region_worker/core/standby_log.h"
 #include "region_worker/core/tick_driver.h"
+#include "region_worker/core/world_clock.h"
 
 namespace tessera::worker {
 
@@ -62,6 +63,10 @@ class RegionRun {
 
   void Receive(RegionId from, const LinkMessage& message, TimePoint now, LinkTable& links, Actions& actions);
   absl::Status TakeInput(const PlayerInput& input) { return ticks_.region().QueueInput(input); }
+  absl::Status TakeCommand(PlayerNumber player, const region::PlayerCommand& command) {
+    return ticks_.region().TakeCommand(player, command);
+  }
+  void AcknowledgeEvents(PlayerNumber player, std::uint32_t event) { ticks_.region().AcknowledgeEvents(player, event); }
   // As an order would name them, without one.
   void SetPlayers(std::span<const OrderedPlayer> players, bool joins, Actions& actions) {
     roster_.Set(players, joins, ticks_.region(), actions);
@@ -86,7 +91,9 @@ class RegionRun {
   const PlayerPlaces* places() const { return places_ ? &*places_ : nullptr; }
   const PlayerRoster& roster() const { return roster_; }
   const RunStatistics& statistics() const { return statistics_; }
-  const game::GameHost* game() const { return game_.get(); }  // null without a game
+  const game::GameHost* game() const { return region().game(); }  // null without a game
+  // As Region::PrepareGame.
+  void PrepareGame(std::shared_ptr<game::GameHost> next) { ticks_.region().PrepareGame(std::move(next)); }
   const GameLog& game_log() const { return game_log_; }
   const FailoverFigures& failover_figures() const { return failover_figures_; }
   const DropCounts& drops() const { return drops_.counts(); }
@@ -94,11 +101,14 @@ class RegionRun {
   MapVersion planned() const { return maps_.planned(region()); }
   MapVersion refused() const { return maps_.refused(); }
   bool paused() const { return paused_; }  // no lease: nothing is stepped, and nothing sent
-  // It steps, as far as it knows: it holds its lease, is in its map, and no failover is under way.
+  const WorldClock& clock() const { return clock_; }
+  // It steps, as far as it knows, unless the world is paused: it holds its lease, is in its map, and no failover is
+  // under way.
   bool Moves(TimePoint now) const;
 
  private:
   bool MayStep(TimePoint now, Actions& actions);
+  void FollowClock(TimePoint now, const LinkTable& links, Actions& actions);
   absl::Status FollowFailover(const Order& order, TimePoint now, LinkTable& links, Actions& actions);
   absl::Status Resume(const region::Resolution& resolution, TimePoint now, LinkTable& links, Actions& actions);
   void Publish(region::StepResult result, TimePoint now, const LinkTable& links, Actions& actions);
@@ -109,12 +119,12 @@ class RegionRun {
   StandbyLog standby_log_;
   StandbyCopies copies_;
   MapFollower maps_;
+  WorldClock clock_;
   FailoverFollower failovers_;
   PlayerRoster roster_;
   PropertyOrders properties_;
   std::optional<PlayerPlaces> places_;
   RunStatistics statistics_;
-  const std::shared_ptr<game::GameHost> game_;  // the region runs it; here its lines are taken
   GameLog game_log_;
   DropLog drops_;
   FailoverFigures failover_figures_;

@@ -94,12 +94,22 @@ v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::Region
   report.set_refused_version(state.refused.value());
   report.set_paused(state.paused);
   report.set_unprotected(state.unprotected);
+  report.set_world_paused(state.world_paused);
+  if (!state.next_game.empty()) {
+    report.mutable_next_game()->set_hash(state.next_game);
+    report.mutable_next_game()->set_failure(state.next_game_failure);
+  }
   report.set_checkpoint_tick(state.checkpoint_tick.value());
   report.set_checkpoint_failure(state.checkpoint_failure);
   for (const PropertyAnswer& answer : state.property_answers) {
     v1::PropertyAnswer& out = *report.add_property_answers();
     out.set_number(answer.number);
     out.set_refused(answer.refused);
+  }
+  for (const region::EndedPlayer& ended : state.ended_players) {
+    v1::EndedPlayer& out = *report.add_ended_players();
+    out.set_player(ended.player.value());
+    out.set_reason(ended.reason);
   }
   if (run != nullptr) {
     AddRun(*run, now, report);

@@ -22,10 +22,12 @@ struct ReportedState {
   std::vector<PlayerNumber> players;
   std::string failure;
   MapVersion map{}, planned{}, refused{};
-  bool paused = false, unprotected = false;
+  bool paused = false, unprotected = false, world_paused = false;
+  std::string next_game{}, next_game_failure{};  // hash; empty: nothing is known of it
   Tick checkpoint_tick{};
   std::string checkpoint_failure;
   std::vector<PropertyAnswer> property_answers{};
+  std::vector<region::EndedPlayer> ended_players{};
   friend bool operator==(const ReportedState&, const ReportedState&) = default;
 };
 

@@ -30,6 +30,8 @@ class TickDriver {
   // From now on ticks are due.
   void Run(TimePoint now);
   bool running() const { return running_; }
+  // Ticks in a second from the next one on.
+  void SetPace(double ticks_per_second) { pacer_.SetRate(ticks_per_second); }
   // Ticks are counted anew from now: time in which none could be stepped is not caught up with.
   void Restart(TimePoint now);
 

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "region_worker/core/time.h"
@@ -26,7 +27,17 @@ class TickPacer {
   // Half a second or so: longer than a stumble, short against a game.
   static constexpr std::uint32_t kTicksPerShift = 32;
 
-  explicit TickPacer(std::uint32_t rate_hz) : rate_hz_(rate_hz) {}
+  explicit TickPacer(std::uint32_t rate_hz) : rate_millihertz_(rate_hz * kMilli) {}
+
+  // Another pace from the next tick on, which is due as it was before.
+  void SetRate(double rate_hz) {
+    const auto millihertz = static_cast<std::uint64_t>(std::llround(rate_hz * kMilli));
+    if (millihertz == rate_millihertz_) return;
+    Start(due());
+    rate_millihertz_ = millihertz;
+    least_lag_ = Duration::max();
+    lags_ = 0;
+  }
 
   void Start(TimePoint now) {
     anchor_ = now;
@@ -54,11 +65,13 @@ class TickPacer {
  private:
   // Whole seconds apart from the rest, so that no sum of rounded tick lengths drifts.
   Duration TicksLong(std::uint64_t n) const {
-    return std::chrono::seconds(n / rate_hz_) +
-           Duration(std::chrono::nanoseconds(n % rate_hz_ * 1'000'000'000 / rate_hz_));
+    const std::uint64_t rest = n * kMilli % rate_millihertz_;
+    return std::chrono::seconds(n * kMilli / rate_millihertz_) +
+           Duration(std::chrono::nanoseconds(rest * 1'000'000'000 / rate_millihertz_));
   }
 
-  std::uint32_t rate_hz_;
+  static constexpr std::uint64_t kMilli = 1000;
+  std::uint64_t rate_millihertz_;
   TimePoint anchor_{};
   std::uint64_t ticks_ = 0;  // since anchor_
   Duration least_lag_ = Duration::max();

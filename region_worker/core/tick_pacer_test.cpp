@@ -67,5 +67,20 @@ TEST(TickPacerTest, LatenessThatComesAndGoesCostsNoTime) {
   EXPECT_EQ(pacer.due(), start + milliseconds(1000) * TickPacer::kTicksPerShift);
 }
 
+TEST(TickPacerTest, AnotherPaceCountsFromTheNextTickOn) {
+  TickPacer pacer(60);
+  const TimePoint start{};
+  pacer.Start(start);
+  for (int tick = 0; tick < 60; ++tick) EXPECT_FALSE(pacer.Finished(pacer.due()));
+  pacer.SetRate(2.5);
+  EXPECT_EQ(pacer.due(), start + std::chrono::seconds(1)) << "it is due as it was";
+  for (int tick = 0; tick < 25; ++tick) EXPECT_FALSE(pacer.Finished(pacer.due()));
+  EXPECT_EQ(pacer.due(), start + std::chrono::seconds(11));
+  EXPECT_EQ(pacer.tick_length(), milliseconds(400));
+  pacer.SetRate(60);
+  for (int tick = 0; tick < 60; ++tick) EXPECT_FALSE(pacer.Finished(pacer.due()));
+  EXPECT_EQ(pacer.due(), start + std::chrono::seconds(12));
+}
+
 }  // namespace
 }  // namespace tessera::worker

@@ -29,7 +29,9 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
     return LogError(actions_,
                     absl::StrCat("order refused from=agent revision=", message.revision(), Reason(order.status())));
   }
-  if (order->revision <= order_.revision) return;
+  // The file of a next game comes later than the order that names it, which the agent sends again then.
+  const bool fuller = order->revision == order_.revision && order->next_game != order_.next_game;
+  if (order->revision <= order_.revision && !fuller) return;
   order_ = *std::move(order);
   LogInfo(actions_,
           absl::StrCat("order from=agent revision=", order_.revision, " peers=", order_.peers.size(),
@@ -61,6 +63,7 @@ void WorkerCore::FollowOrder(TimePoint now) {
   if (const absl::Status followed = run_->Follow(order_, now, links_, actions_); !followed.ok()) return Fail(followed);
   if (run_->failovers().fenced()) return Stop("fenced: another region has taken its place");
   links_.SetPartners(run_->Partners(order_), actions_);
+  FollowNextGame();
   ReportInventory(now);
   if (phase_ != v1::WORKER_PHASE_LOADING) actions_.emplace_back(PublishMap{ClientMap()});
 }
@@ -113,7 +116,7 @@ void WorkerCore::Load() {
     actions_.emplace_back(RequestScene{order_.scene_path, order_.scene_hash});
     loading_ = true;
   } else if (order_.game && !game_) {
-    actions_.emplace_back(RequestGame{order_.game->path});
+    actions_.emplace_back(RequestGame{order_.game->path, order_.game->hash});
     loading_ = true;
   } else if (restores && !initial_) {
     actions_.emplace_back(RequestState{order_.initial_state->path});
@@ -130,6 +133,16 @@ void WorkerCore::SceneLoaded(absl::StatusOr<std::shared_ptr<const Scene>> scene,
 }
 
 void WorkerCore::GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now) {
+  if (run_) {
+    if (stopping() || !order_.next_game || next_game_.hash != order_.next_game->hash) return;
+    absl::StatusOr<std::shared_ptr<game::GameHost>> next = LoadNext(bytes);
+    next_game_.known = true;
+    next_game_.failure = next.ok() ? "" : std::string(next.status().message());
+    LogInfo(actions_, absl::StrCat("next game number=", order_.next_game->number, " hash=", next_game_.hash,
+                                   next.ok() ? " loaded" : Reason(next.status())));
+    if (next.ok()) run_->PrepareGame(*std::move(next));
+    return;
+  }
   loading_ = false;
   if (stopping() || !order_.game) return;
   if (!bytes.ok()) return Fail(bytes.status());
@@ -156,11 +169,42 @@ void WorkerCore::StateLoaded(const absl::StatusOr<region::Bytes>& bytes, TimePoi
   Progress(now);
 }
 
+absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::LoadNext(const absl::StatusOr<std::string>& bytes) const {
+  if (!bytes.ok()) return bytes.status();
+  const OrderedGame& next = *order_.next_game;
+  const game::GameFile file{next.name, *bytes};
+  if (absl::Status status = game::CheckGameFile(file); !status.ok()) return status;
+  if (const std::string hash = game::GameHash(file.bytes); hash != next.hash) {
+    return absl::DataLossError(absl::StrCat("game ", next.path, ": has hash ", hash, ", not ", next.hash));
+  }
+  if (run_->game() == nullptr) return absl::FailedPreconditionError("this world runs no game");
+  auto host = game::GameHost::Load(*game::LuaGameModule(), file, scene_, {},
+                                   game::GameSeed(setup_.identity.instance_id), next.number);
+  if (!host.ok()) return host.status();
+  return std::shared_ptr<game::GameHost>(*std::move(host));
+}
+
+// Asks for the file of the game that is to be next, once it is here.
+void WorkerCore::FollowNextGame() {
+  if (!order_.next_game) return;
+  const OrderedGame& next = *order_.next_game;
+  if (next_game_.hash != next.hash) next_game_ = {.hash = next.hash, .failure = {}};
+  if (next_game_.known) return;
+  if (!next.failure.empty()) {
+    next_game_.known = true;
+    next_game_.failure = next.failure;
+  } else if (!next.path.empty() && !next_game_.asked) {
+    next_game_.asked = true;
+    actions_.emplace_back(RequestGame{next.path, next.hash});
+  }
+}
+
 // Again: with the newest order's map, for a region that has not stepped yet.
 absl::Status WorkerCore::Build() {
   absl::StatusOr<region::Config> config = MakeConfig();
   if (!config.ok()) return config.status();
   const bool views_have_a_radius = replication::SnapshotSettingsFor(*scene_).interest_radius_m > 0;
+  next_game_ = {};
   run_.reset();
   run_.emplace(setup_.identity, *std::move(config), views_have_a_radius);
   links_.ForgetFrames();
@@ -170,10 +214,10 @@ absl::Status WorkerCore::Build() {
 }
 
 // Null without a game. All regions give their games the same seed.
-absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame() const {
+absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame(std::uint32_t number) const {
   if (!game_) return std::shared_ptr<game::GameHost>();
-  auto host =
-      game::GameHost::Load(*game::LuaGameModule(), *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id));
+  auto host = game::GameHost::Load(*game::LuaGameModule(), *game_, scene_, {},
+                                   game::GameSeed(setup_.identity.instance_id), number);
   if (!host.ok()) return host.status();
   return std::shared_ptr<game::GameHost>(*std::move(host));
 }
@@ -189,7 +233,7 @@ absl::StatusOr<region::Config> WorkerCore::MakeConfig() const {
   if (!config.map.HasRegion(self.region)) {
     return absl::InvalidArgumentError(absl::StrCat("region ", self.region.value(), " is not in the map"));
   }
-  absl::StatusOr<std::shared_ptr<game::GameHost>> game = MakeGame();
+  absl::StatusOr<std::shared_ptr<game::GameHost>> game = MakeGame(config.map.terms().game);
   if (!game.ok()) return game.status();
   config.game = *std::move(game);
   if (order_.joins_running) {
@@ -233,6 +277,32 @@ absl::Status WorkerCore::TakeInput(const PlayerInput& input) {
   return run_->TakeInput(input);
 }
 
+absl::Status WorkerCore::TakeCommand(PlayerNumber player, const region::PlayerCommand& command) {
+  if (!run_) return {absl::StatusCode::kNotFound, ""};
+  return run_->TakeCommand(player, command);
+}
+
+void WorkerCore::AcknowledgeEvents(PlayerNumber player, std::uint32_t event) {
+  if (run_) run_->AcknowledgeEvents(player, event);
+}
+
+std::string WorkerCore::EndedBecause(PlayerNumber player) const {
+  const auto known = std::ranges::find(order_.players, player, &OrderedPlayer::number);
+  return known == order_.players.end() ? "" : known->ended_because;
+}
+
+// Without a control plane the worker itself notes that the game has sent a player away.
+void WorkerCore::RemoveEnded() {
+  bool any = false;
+  for (const region::EndedPlayer& ended : run_->region().ended_players()) {
+    const auto known = std::ranges::find(order_.players, ended.player, &OrderedPlayer::number);
+    if (known == order_.players.end() || known->left) continue;
+    known->left = any = true;
+    known->ended_because = ended.reason;
+  }
+  if (any) run_->SetPlayers(order_.players, order_.joins_running, actions_);
+}
+
 // --- Time ------------------------------------------------------------------------------------------------------------
 
 bool WorkerCore::Advance(TimePoint now) {
@@ -259,12 +329,16 @@ void WorkerCore::Settle(TimePoint now) {
     FollowMaps();
     KeepLease(now);
     checkpoints_.Follow(order_.checkpoint, run_->region(), actions_);
+    if (setup_.standalone) RemoveEnded();
   }
   if (!setup_.standalone) Report(now);
 }
 
 void WorkerCore::FollowMaps() {
   if (!run_->MapCameIntoForce(actions_)) return;
+  if (const std::uint32_t game = run_->region().map().terms().game; run_->game() && run_->game()->number() != game) {
+    return Fail(absl::InternalError(absl::StrCat("game ", game, " is in force and is not loaded here")));
+  }
   links_.SetPartners(run_->Partners(order_), actions_);
   actions_.emplace_back(PublishMap{ClientMap()});
 }
@@ -317,7 +391,13 @@ ReportedState WorkerCore::State() const {
     state.refused = run_->refused();
     state.paused = run_->paused();
     state.unprotected = run_->standby_log().unprotected();
+    state.world_paused = run_->clock().paused();
+    if (next_game_.known) {
+      state.next_game = next_game_.hash;
+      state.next_game_failure = next_game_.failure;
+    }
     state.property_answers = run_->PropertyAnswers();
+    state.ended_players = run_->region().ended_players();
   }
   return state;
 }

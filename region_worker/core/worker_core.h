@@ -66,7 +66,8 @@ class WorkerCore {
 
   // --- Answers to actions.
   void SceneLoaded(absl::StatusOr<std::shared_ptr<const Scene>> scene, TimePoint now);
-  // The file, as it is; the game in it is loaded before the region begins, and one that does not load is a failure.
+  // The file, as it is; the game in it is loaded before the region begins, and one that does not load is a failure. Of
+  // a game that is to take its place, which comes while the region runs, a report says why.
   void GameLoaded(const absl::StatusOr<std::string>& bytes, TimePoint now);
   void StateLoaded(const absl::StatusOr<region::Bytes>& state, TimePoint now);
   void CheckpointWritten(Tick tick, const absl::Status& status) { checkpoints_.Written(tick, status, actions_); }
@@ -80,6 +81,11 @@ class WorkerCore {
   Admission Admit(PlayerNumber player);
   // Queues a player's input. FAILED_PRECONDITION before the world is built; else as Region::QueueInput.
   absl::Status TakeInput(const PlayerInput& input);
+  // As Region::TakeCommand and AcknowledgeEvents.
+  absl::Status TakeCommand(PlayerNumber player, const region::PlayerCommand& command);
+  void AcknowledgeEvents(PlayerNumber player, std::uint32_t event);
+  // Why the game ended the session of a player that has left; empty: it did not.
+  std::string EndedBecause(PlayerNumber player) const;
   // Those that are connected now, ascending.
   void SetConnected(std::vector<PlayerNumber> players) { connected_ = std::move(players); }
 
@@ -114,7 +120,9 @@ class WorkerCore {
   void Load();
   absl::Status Build();
   absl::StatusOr<region::Config> MakeConfig() const;
-  absl::StatusOr<std::shared_ptr<game::GameHost>> MakeGame() const;
+  absl::StatusOr<std::shared_ptr<game::GameHost>> MakeGame(std::uint32_t number) const;
+  absl::StatusOr<std::shared_ptr<game::GameHost>> LoadNext(const absl::StatusOr<std::string>& bytes) const;
+  void FollowNextGame();
   bool MustRebuild() const;
   void Progress(TimePoint now);
   bool StartIsDue() const;
@@ -123,6 +131,7 @@ class WorkerCore {
   v1::RegionMap ClientMap() const;
   void ReportInventory(TimePoint now);
   void KeepLease(TimePoint now);
+  void RemoveEnded();
   void Settle(TimePoint now);
   ReportedState State() const;
   void Report(TimePoint now);
@@ -130,7 +139,14 @@ class WorkerCore {
   WorkerSetup setup_;
   LinkTable links_;
   std::shared_ptr<const Scene> scene_;
-  std::optional<game::GameFile> game_;                  // checked
+  std::optional<game::GameFile> game_;  // checked
+  // The game that is to take its place, as far as it is known.
+  struct NextGame {
+    std::string hash, failure;
+    bool asked = false;  // for its file
+    bool known = false;  // whether it can run here
+  };
+  NextGame next_game_;
   std::shared_ptr<const region::RegionState> initial_;  // as the order names it
   bool loading_ = false;                                // a file is asked for
   std::optional<RegionRun> run_;

@@ -163,19 +163,9 @@ TEST_F(GameTest, AGameIsStoredWithItsInstanceAndExportedWithItsCheckpoint) {
       },
       kPatience))
       << again.Latest().ShortDebugString();
-  // Those from before the restore may still say goodbye to their player.
-  std::set<std::int64_t> workers = before;
-  const v1::Instance waiting = again.Latest();
-  for (const v1::RegionStatus& status : waiting.region_status()) workers.insert(status.report().identity().pid());
   EXPECT_EQ(Tessera({"instance", "delete", run_->instance_id(), "--wait"}).exit_code, 0);
 
-  // A host forgets a game when its last worker has ended; then it can come from the exported file alone.
-  const auto limit = std::chrono::steady_clock::now() + kPatience;
-  while (!workers.empty() && std::chrono::steady_clock::now() < limit) {
-    std::erase_if(workers, [](std::int64_t pid) { return kill(static_cast<pid_t>(pid), 0) != 0 && errno == ESRCH; });
-    std::this_thread::yield();
-  }
-  ASSERT_TRUE(workers.empty());
+  // Then it can come from the exported file alone.
   const auto games = std::filesystem::path(run_->cluster().log_dir()).parent_path() / "local-1" / "games";
   ASSERT_TRUE(std::filesystem::remove(games / (hash + ".game"))) << games;
   const support::RunResult made = Tessera({"-o", "name", "instance", "import", file});
@@ -205,6 +195,77 @@ TEST_F(GameTest, AGameThatFailsIsReportedAndTheWorldRunsOn) {
   EXPECT_EQ(Metric("tessera_game_errors_total"), 40);
   const std::uint64_t tick = run_->bots()[0]->client().tick().value();
   ASSERT_TRUE(PlayUntil("the world runs on", [&] { return run_->bots()[0]->client().tick().value() > tick + 60; }));
+}
+
+TEST_F(GameTest, AnotherGameTakesItsPlaceWhilePlayersPlayAndNobodyNotices) {
+  Start({.scene = scene_, .game = game_, .regions = 4, .bots = 8, .hosts = 2, .capacity = 4});
+  ASSERT_TRUE(PlayUntilRegionsAreProtected());
+  ASSERT_TRUE(PlayUntilHits(2));
+  const std::string id = run_->instance_id();
+  const std::string first = run_->Latest().game_hash();
+  const support::RunResult broken =
+      Tessera({"instance", "set-game", id, Write("broken.lua", "local x = 1\nx = = 2\n")});
+  EXPECT_NE(broken.exit_code, 0);
+  EXPECT_THAT(broken.err, HasSubstr("broken.lua:2: "));
+  const support::RunResult foreign =
+      Tessera({"instance", "set-game", id, Write("foreign.lua", "\nkinds.goat = { on_tick = function(self) end }\n")});
+  EXPECT_NE(foreign.exit_code, 0);
+  EXPECT_THAT(foreign.err, HasSubstr("foreign.lua:2: ")) << "the scene has no such kind";
+  EXPECT_EQ(run_->Latest().next_game_hash(), "");
+
+  const std::string second = Write("second.lua", R"(
+kinds.ball = {
+  on_migrate = function(self, from) self.hits = 1000; print("from game", from) end,
+  on_contact = function(self) self.hits = self.hits + 1; self:impulse(vec(0, 3, 0)); world.count("hits") end,
+}
+)");
+  const support::RunResult set = Tessera({"instance", "set-game", id, second, "--wait"});
+  ASSERT_EQ(set.exit_code, 0) << set.err;
+  EXPECT_THAT(set.out, HasSubstr("game from tick "));
+  ASSERT_TRUE(PlayUntilHits(1003)) << "the second game counts from what it made of the first one's count";
+  EXPECT_NE(run_->Latest().game_hash(), first);
+  EXPECT_THAT(Tessera({"instance", "describe", id}).out, HasSubstr("Game:     second.lua ("));
+  EXPECT_THAT(Tessera({"game", "logs", id}).out, HasSubstr("body 2: from game 0\n"));
+  for (local::Bot* bot : run_->bots()) {
+    EXPECT_EQ(bot->client().state(), client::ClientState::kPlaying);
+    EXPECT_EQ(bot->client().Stats().reconnects, 0u) << "nobody was dropped";
+  }
+  ASSERT_TRUE(
+      PlayUntil("the game's counter", [this] { return Metric("tessera_game_counter_total{name=\"hits\"}") >= 3; }));
+}
+
+TEST_F(GameTest, APausedWorldKeepsItsPlayersAndShowsThemThatItStands) {
+  Start({.scene = scene_, .game = game_, .regions = 4, .bots = 2, .hosts = 2, .capacity = 4});
+  ASSERT_TRUE(PlayUntilRegionsAreProtected());
+  const std::string id = run_->instance_id();
+  const support::RunResult paused = Tessera({"instance", "pause", id, "--wait"});
+  ASSERT_EQ(paused.exit_code, 0) << paused.err;
+  EXPECT_THAT(paused.out, HasSubstr("paused after tick "));
+  ASSERT_TRUE(PlayUntil("players know", [this] {
+    return std::ranges::all_of(run_->bots(), [](local::Bot* bot) { return bot->client().clock().paused; });
+  }));
+  EXPECT_THAT(Tessera({"instance", "list"}).out, HasSubstr("PAUSED"));
+  EXPECT_THAT(Tessera({"instance", "set-property", id, "2", "hits", "5"}).err, HasSubstr("is paused"));
+  const std::uint64_t tick = run_->bots()[0]->client().tick().value();
+  std::uint64_t reports = 0;
+  const std::uint64_t revision = ReportOf(1).tick();
+  ASSERT_TRUE(PlayUntil("time passes", [&] { return ++reports > 60; }));
+  EXPECT_EQ(run_->bots()[0]->client().tick().value(), tick);
+  EXPECT_EQ(ReportOf(1).tick(), revision);
+  const support::RunResult joined = Tessera({"client", id, "--seconds", "1"});
+  EXPECT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_THAT(joined.out, HasSubstr("world paused")) << "who joins is told";
+
+  ASSERT_EQ(Tessera({"instance", "resume", id, "--wait"}).exit_code, 0);
+  ASSERT_TRUE(PlayUntil("it goes on", [&] {
+    return !run_->bots()[0]->client().clock().paused && run_->bots()[0]->client().tick().value() > tick + 60;
+  }));
+  ASSERT_EQ(Tessera({"instance", "pace", id, "--ticks-per-second", "10", "--wait"}).exit_code, 0);
+  ASSERT_TRUE(PlayUntil("slow motion", [this] { return run_->bots()[0]->client().clock().ticks_per_second == 10; }));
+  EXPECT_NE(Tessera({"instance", "pace", id, "--ticks-per-second", "0"}).exit_code, 0);
+  EXPECT_NE(Tessera({"instance", "pace", id, "--ticks-per-second", "nan"}).exit_code, 0);
+  EXPECT_NE(Tessera({"instance", "pause", "inst-99"}).exit_code, 0);
+  for (local::Bot* bot : run_->bots()) EXPECT_EQ(bot->client().Stats().reconnects, 0u);
 }
 
 }  // namespace

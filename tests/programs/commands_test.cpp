@@ -40,7 +40,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 29> kNotRun = {{
+constexpr std::array<NotRun, 30> kNotRun = {{
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
@@ -68,6 +68,7 @@ constexpr std::array<NotRun, 29> kNotRun = {{
     {"journalctl -u tessera-control", kInContainer},
     {"journalctl -u tessera-agent", kInContainer},
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
+    {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
 }};
@@ -79,8 +80,9 @@ constexpr std::array<std::string_view, 1> kEndless = {"tessera instance watch"};
 struct Preparation {
   std::string_view word, maker, command;
 };
-constexpr std::array<Preparation, 3> kPreparations = {{
+constexpr std::array<Preparation, 4> kPreparations = {{
     {"game.lua", "echo", "echo 'function on_tick() end' > game.lua"},
+    {"set-game", "tessera instance create", "tessera instance create --scene plaza --game game.lua --regions 2 --wait"},
     {"inst-1", "tessera instance create", "tessera instance create --scene plaza --regions 2 --wait"},
     {"alpha", "tessera host add", "tessera host add alpha"},
 }};

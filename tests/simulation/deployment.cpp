@@ -139,6 +139,38 @@ bool Deployment::Scale(std::uint32_t regions) {
   return taken.ok();
 }
 
+absl::Status Deployment::Pause(bool paused) {
+  return control_
+      .Call([&](control::Cluster& cluster, control::Now now) {
+        v1::PauseInstanceRequest pause;
+        pause.set_id(id_);
+        v1::ResumeInstanceRequest resume;
+        resume.set_id(id_);
+        return paused ? cluster.PauseInstance(now, pause) : cluster.ResumeInstance(now, resume);
+      })
+      .status();
+}
+
+absl::Status Deployment::SetPace(double ticks_per_second) {
+  v1::SetPaceRequest request;
+  request.set_id(id_);
+  request.set_ticks_per_second(ticks_per_second);
+  return control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetPace(now, request); })
+      .status();
+}
+
+absl::Status Deployment::SetGame(const std::string& game, const std::set<RegionId>& damaged) {
+  const std::string hash = game::GameHash(game);
+  around_.next_games[hash] = game;
+  around_.damaged_games = damaged;
+  v1::SetGameRequest request;
+  request.set_id(id_);
+  request.mutable_game()->set_name("next.lua");
+  request.mutable_game()->set_content(game);
+  return control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.SetGame(now, request, hash); })
+      .status();
+}
+
 bool Deployment::Calm() const {
   return control_.alive() && last_seen_.state() == v1::INSTANCE_STATE_RUNNING && Still();
 }

@@ -81,6 +81,12 @@ class Deployment {
   bool Scale(std::uint32_t regions);
   std::vector<SimulatedWorker*> Workers() const;
 
+  // --- The world's time and its game, as operators ask for them. Requires that the control plane is alive.
+  absl::Status Pause(bool paused = true);
+  absl::Status SetPace(double ticks_per_second);
+  // Unchecked, as if the control plane's Lua host found nothing. On the hosts of `damaged` it is not what it was.
+  absl::Status SetGame(const std::string& game, const std::set<RegionId>& damaged = {});
+
   v1::Instance instance() const;                      // as the control plane told it last
   const PartitionMap& map() const { return map_; }    // the first
   std::uint32_t regions() const { return regions_; }  // wanted

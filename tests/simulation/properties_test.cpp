@@ -49,7 +49,7 @@ class PropertyViewer {
   }
   int Changes(BodyId body) const {
     return static_cast<int>(std::ranges::count_if(events_, [&](const client::ClientEvent& event) {
-      return event.kind == client::ClientEvent::Kind::kPropertiesChanged && event.body == body;
+      return event.kind == client::ClientEvent::Kind::kPropertyChanged && event.body == body;
     }));
   }
 
@@ -67,7 +67,7 @@ class PropertyViewer {
   replication::SnapshotSettings settings_;
   Chance chance_;
   double loss_;
-  client::WorldView view_{60, kSnapshotTicks};
+  client::WorldView view_{60, kSnapshotTicks, {kDefs.begin(), kDefs.end()}};
   std::map<RegionId, GameLink> links_;
   std::vector<client::ClientEvent> events_;
 };

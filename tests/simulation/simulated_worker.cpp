@@ -86,9 +86,11 @@ void SimulatedWorker::Do(const worker::CutLink& action) { links_.Cut(action.regi
 
 void SimulatedWorker::Do(const worker::RequestScene&) { core_.SceneLoaded(around_.scene, around_.Now()); }
 
-void SimulatedWorker::Do(const worker::RequestGame&) {
+void SimulatedWorker::Do(const worker::RequestGame& action) {
   const bool damaged = around_.damaged_games.contains(identity().region);
-  core_.GameLoaded(around_.game + (damaged ? " rust" : ""), around_.Now());
+  const auto next = around_.next_games.find(action.hash);
+  const std::string& game = next == around_.next_games.end() ? around_.game : next->second;
+  core_.GameLoaded(game + (damaged ? " rust" : ""), around_.Now());
 }
 
 void SimulatedWorker::Do(const worker::RequestState& action) {

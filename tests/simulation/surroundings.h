@@ -25,9 +25,10 @@ struct Surroundings {
   VirtualNetwork network;
   std::shared_ptr<const Scene> scene;
   region::RegionSettings settings;
-  std::map<std::string, Bytes> files;  // by path, on all hosts
-  std::string game;                    // Lua, as all hosts have it; empty: the world runs none
-  std::set<RegionId> damaged_games;    // regions on whose hosts it is not what it was
+  std::map<std::string, Bytes> files;             // by path, on all hosts
+  std::string game;                               // Lua, as all hosts have it; empty: the world runs none
+  std::set<RegionId> damaged_games;               // regions on whose hosts it is not what it was
+  std::map<std::string, std::string> next_games;  // by hash: those that are to take its place
 
   // The checks: a step, a resumption included; a failover that is carried out now declares those lives dead.
   std::function<void(SimulatedWorker&, const region::StepResult&)> on_step;

@@ -57,6 +57,7 @@ enum {
   TESSERA_PERMISSION_DENIED = 7,   /* the player has left for good */
   TESSERA_RESOURCE_EXHAUSTED = 8,  /* the instance is full */
   TESSERA_FAILED_PRECONDITION = 9, /* it has ended, or its scene has no player */
+  TESSERA_ABORTED = 10,            /* the game refused or kicked the player; tessera_disconnect_reason says why */
   TESSERA_INTERNAL = 13,           /* an answer that made no sense */
   TESSERA_UNAVAILABLE = 14,        /* nobody answers at that address */
   TESSERA_DATA_LOSS = 15,          /* a damaged recording */
@@ -77,7 +78,8 @@ typedef struct tessera_join_options {
   uint32_t deadline_ms;        /* until the control plane has answered, and then until all regions have */
   const char* control_address; /* host:port */
   const char* instance_id;
-  const char* player_name;  /* shown to others, at most 63 bytes; may be NULL */
+  /* Shown to others: at most TESSERA_MAX_PLAYER_NAME bytes of UTF-8 without control characters; may be NULL. */
+  const char* player_name;
   const char* bind_address; /* IPv4, of the local socket; NULL: any */
   uint32_t flags;           /* TESSERA_JOIN_... */
   /* tessera_return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
@@ -85,6 +87,7 @@ typedef struct tessera_join_options {
   uint32_t returning_size;
   const uint8_t* returning;
 } tessera_join_options;
+enum { TESSERA_MAX_PLAYER_NAME = 32 };
 enum {
   /* Show the own body and the bodies that it touches where the inputs already made will bring them. */
   TESSERA_JOIN_PREDICT = 1
@@ -129,12 +132,15 @@ enum {
   TESSERA_EVENT_REGION_BACK = 5,   /* region */
   TESSERA_EVENT_MAP_CHANGED = 6,
   TESSERA_EVENT_ENDED = 7,         /* detail */
-  TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region: of players' bodies */
+  TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region, contact: of players' bodies */
   TESSERA_EVENT_CONTACT_ENDED = 9,
   TESSERA_EVENT_TRIGGER_ENTERED = 10, /* body, other, region: one of them is a trigger */
   TESSERA_EVENT_TRIGGER_LEFT = 11,
-  TESSERA_EVENT_RECORDING_ENDED = 12,   /* detail: why it could not go on; nothing after tessera_stop_recording */
-  TESSERA_EVENT_PROPERTIES_CHANGED = 13 /* body, region: of one that has appeared; see tessera_get_property */
+  TESSERA_EVENT_RECORDING_ENDED = 12,  /* detail: why it could not go on; nothing after tessera_stop_recording */
+  TESSERA_EVENT_PROPERTY_CHANGED = 13, /* body, region, property: of one that has appeared; see tessera_get_property */
+  TESSERA_EVENT_CLOCK_CHANGED = 14,    /* the world pauses, goes on, or goes at another pace; see tessera_get_clock */
+  /* input: number of the command, detail. It is sent again, unless it can never be taken. */
+  TESSERA_EVENT_COMMAND_REFUSED = 15
 };
 
 typedef struct tessera_event {
@@ -145,12 +151,78 @@ typedef struct tessera_event {
   uint32_t input;
   const char* detail; /* one line, maybe empty; valid until the next tessera_next_event or tessera_poll */
   uint64_t other;
+  const char* property; /* its name; valid as long as `detail` */
+  /* Where and how hard `body` and `other` met: m in the world, a unit vector from `body` to `other`, N s. All 0 for a
+   * pair that touched before this client came. */
+  double contact_point[3];
+  double contact_normal[3];
+  double contact_impulse;
 } tessera_event;
 #define TESSERA_EVENT \
-  { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0 }
+  { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0, NULL, {0}, {0}, 0 }
 
 /* 1 and the next event since the last tessera_poll, 0 when there is none. */
 TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
+
+/* Why the client has ended: the game's own words where the game refused or kicked the player (TESSERA_ABORTED), else
+ * one line; empty while it has not, and when it ended in order. Writes it, with a 0 at its end, only if it fits into
+ * `capacity` bytes, and gives how many it has without that. */
+TESSERA_API size_t tessera_disconnect_reason(const tessera_client* client, char* reason, size_t capacity);
+
+/* --- Talk with the game ------------------------------------------------------------------------------------------- */
+
+/* Asks something of the game, as bytes of whatever form the game reads (its on_command). It is repeated until a region
+ * has taken it for good, so the game gets it exactly once, after all that was sent before it. TESSERA_INVALID_ARGUMENT:
+ * more than TESSERA_MAX_COMMAND bytes; TESSERA_RESOURCE_EXHAUSTED: 64 wait already. Regions take 20 a second and 4 KiB
+ * a second, after a burst of twice that; what is beyond waits, and TESSERA_EVENT_COMMAND_REFUSED says so. */
+enum { TESSERA_MAX_COMMAND = 1024 };
+TESSERA_API tessera_code tessera_send(tessera_client* client, const void* bytes, size_t size);
+
+/* An event that the game sent this player: each comes once, in order, through handovers and deaths of regions. */
+typedef struct tessera_game_event {
+  uint32_t size;
+  const char* name; /* valid until the next tessera_next_game_event */
+  size_t field_count;
+} tessera_game_event;
+#define TESSERA_GAME_EVENT \
+  { sizeof(tessera_game_event), NULL, 0 }
+/* 1 and the next event, 0 when there is none. */
+TESSERA_API int32_t tessera_next_game_event(tessera_client* client, tessera_game_event* event);
+
+typedef int32_t tessera_field_type; /* one of: */
+enum {
+  TESSERA_FIELD_BOOL = 0, /* integer: 0 or 1 */
+  TESSERA_FIELD_INT = 1,  /* integer */
+  TESSERA_FIELD_REAL = 2,
+  TESSERA_FIELD_TEXT = 3,
+  TESSERA_FIELD_VECTOR = 4,
+  TESSERA_FIELD_BODY = 5,  /* integer: its id */
+  TESSERA_FIELD_PLAYER = 6 /* integer: its number */
+};
+typedef struct tessera_game_event_field {
+  uint32_t size;
+  tessera_field_type type; /* which of these is set: */
+  const char* name;        /* this and `text` are valid until the next tessera_next_game_event */
+  int64_t integer;
+  double real;
+  double vector[3];
+  const char* text; /* text_size bytes, whatever the game put there, and a 0 */
+  size_t text_size;
+} tessera_game_event_field;
+#define TESSERA_GAME_EVENT_FIELD \
+  { sizeof(tessera_game_event_field), 0, NULL, 0, 0, {0, 0, 0}, NULL, 0 }
+/* The values of the event that tessera_next_game_event gave last: by place, 0 to field_count - 1, ascending by name; or
+ * by name. TESSERA_NOT_FOUND if it has no such value. */
+TESSERA_API tessera_code tessera_game_event_field_at(const tessera_client* client, size_t index,
+                                                     tessera_game_event_field* field);
+TESSERA_API tessera_code tessera_find_game_event_field(const tessera_client* client, const char* name,
+                                                       tessera_game_event_field* field);
+
+/* The name of a player whose body is in sight. Writes it, with a 0 at its end, only if it fits into `capacity` bytes
+ * (TESSERA_MAX_PLAYER_NAME + 1 always do), and gives how many it has; 0 without a name. */
+TESSERA_API size_t tessera_player_name(const tessera_client* client, uint32_t player, char* name, size_t capacity);
+/* 1 while the game keeps the own body out of the world; `view`, which may be NULL, is where the player looks from. */
+TESSERA_API int32_t tessera_spectating(const tessera_client* client, double view[3]);
 
 /* --- Recordings --------------------------------------------------------------------------------------------------- */
 
@@ -193,22 +265,35 @@ TESSERA_API size_t tessera_bodies(tessera_client* client, int64_t now_ns, tesser
 TESSERA_API tessera_code tessera_find_body(const tessera_client* client, uint64_t id, tessera_body* body);
 
 typedef int32_t tessera_property_type; /* one of: */
-enum { TESSERA_PROPERTY_BOOL = 0, TESSERA_PROPERTY_INT = 1, TESSERA_PROPERTY_REAL = 2, TESSERA_PROPERTY_TEXT = 3 };
-enum { TESSERA_MAX_PROPERTY_TEXT = 63 };
+enum {
+  TESSERA_PROPERTY_BOOL = 0,
+  TESSERA_PROPERTY_INT = 1,
+  TESSERA_PROPERTY_REAL = 2,
+  TESSERA_PROPERTY_TEXT = 3,
+  TESSERA_PROPERTY_VECTOR = 4,
+  TESSERA_PROPERTY_BODY = 5,
+  TESSERA_PROPERTY_BYTES = 6
+};
+enum { TESSERA_MAX_PROPERTY_TEXT = 63, TESSERA_MAX_PROPERTY_BYTES = 256 };
 typedef struct tessera_property {
   uint32_t size;
   tessera_property_type type; /* which of these is set: */
   int64_t integer;            /* bool: 0 or 1 */
   double real;
   char text[TESSERA_MAX_PROPERTY_TEXT + 1]; /* ends in 0 */
+  double vector[3];
+  uint64_t body; /* an id; 0: none. The body need not be in sight */
+  uint32_t byte_count;
+  uint8_t bytes[TESSERA_MAX_PROPERTY_BYTES];
 } tessera_property;
-#define TESSERA_PROPERTY                     \
-  {                                          \
-    sizeof(tessera_property), 0, 0, 0, { 0 } \
+#define TESSERA_PROPERTY                                     \
+  {                                                          \
+    sizeof(tessera_property), 0, 0, 0, {0}, {0}, 0, 0, { 0 } \
   }
 
-/* A property of a body by its name: its owner's newest value; for a static body, and for one that is not in sight, the
- * scene's value. TESSERA_NOT_FOUND if the scene has no such body, or declares no such property. */
+/* A property of a body by its name: its owner's newest value; for a static body, for one that is not in sight, and for
+ * a property that this player may not see, the scene's value. TESSERA_NOT_FOUND if the scene has no such body, or
+ * declares no such property. */
 TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint64_t body, const char* name,
                                               tessera_property* property);
 
@@ -216,6 +301,16 @@ TESSERA_API uint32_t tessera_player(const tessera_client* client);
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
 TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest of any region */
 TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
+
+/* How the world's time goes. A tick is as long in the world's own time at each pace. */
+typedef struct tessera_clock {
+  uint32_t size;
+  int32_t paused;          /* 1: nothing moves, and inputs are not taken */
+  double ticks_per_second; /* while it moves */
+} tessera_clock;
+#define TESSERA_CLOCK \
+  { sizeof(tessera_clock), 0, 0 }
+TESSERA_API tessera_code tessera_get_clock(const tessera_client* client, tessera_clock* clock);
 
 /* --- Moving ------------------------------------------------------------------------------------------------------- */
 

@@ -16,9 +16,11 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -52,9 +54,23 @@ struct Event {
   std::uint32_t region = 0, input = 0;
   std::string detail{};
   std::uint64_t other = 0;
+  std::string property{};
+  std::array<double, 3> contact_point{}, contact_normal{};
+  double contact_impulse = 0;
 };
 
-using Property = std::variant<bool, std::int64_t, double, std::string>;
+// A value of an event of the game; bodies and players are their ids.
+using GameValue = std::variant<bool, std::int64_t, double, std::string, std::array<double, 3>>;
+struct GameEvent {
+  std::string name{};
+  std::map<std::string, GameValue> values{};
+};
+
+struct BodyReference {
+  std::uint64_t id = 0;  // 0: none
+};
+using Property = std::variant<bool, std::int64_t, double, std::string, std::array<double, 3>, BodyReference,
+                              std::vector<std::uint8_t>>;
 
 using Body = tessera_body;
 using Stats = tessera_stats;
@@ -110,10 +126,58 @@ class Client {
     std::vector<Event> events;
     tessera_event event = TESSERA_EVENT;
     while (tessera_next_event(get(), &event) != 0) {
-      events.push_back({event.kind, event.body, event.region, event.input, event.detail, event.other});
+      events.push_back({event.kind,
+                        event.body,
+                        event.region,
+                        event.input,
+                        event.detail,
+                        event.other,
+                        event.property,
+                        {event.contact_point[0], event.contact_point[1], event.contact_point[2]},
+                        {event.contact_normal[0], event.contact_normal[1], event.contact_normal[2]},
+                        event.contact_impulse});
     }
     return events;
   }
+  // Asks something of the game: exactly once, in order; at most TESSERA_MAX_COMMAND bytes.
+  Error Send(std::string_view bytes) { return Error::Of(tessera_send(get(), bytes.data(), bytes.size())); }
+  // What the game sent this player since the last call, each once and in order.
+  //   for (const GameEvent& event : client.TakeGameEvents()) {
+  //     if (event.name == "score") Draw(std::get<std::int64_t>(event.values.at("points")));
+  //   }
+  std::vector<GameEvent> TakeGameEvents() {
+    std::vector<GameEvent> events;
+    tessera_game_event event = TESSERA_GAME_EVENT;
+    while (tessera_next_game_event(get(), &event) != 0) {
+      GameEvent& taken = events.emplace_back();
+      taken.name = event.name;
+      for (std::size_t i = 0; i < event.field_count; ++i) {
+        tessera_game_event_field field = TESSERA_GAME_EVENT_FIELD;
+        if (tessera_game_event_field_at(get(), i, &field) == TESSERA_OK) taken.values.emplace(field.name, Of(field));
+      }
+    }
+    return events;
+  }
+  // The name of a player whose body is in sight; empty for others, and for those without one.
+  std::string NameOf(std::uint32_t player) const {
+    char name[TESSERA_MAX_PLAYER_NAME + 1] = "";
+    tessera_player_name(get(), player, name, sizeof name);
+    return name;
+  }
+  // Why the client has ended: the game's own words where the game sent the player away.
+  std::string DisconnectReason() const {
+    std::string reason(tessera_disconnect_reason(get(), nullptr, 0) + 1, 0);
+    tessera_disconnect_reason(get(), reason.data(), reason.size());
+    reason.pop_back();
+    return reason;
+  }
+  // Where the player looks from while the game keeps its body out of the world.
+  std::optional<std::array<double, 3>> SpectatorView() const {
+    std::array<double, 3> view{};
+    if (tessera_spectating(get(), view.data()) == 0) return std::nullopt;
+    return view;
+  }
+
   tessera_state state() const { return tessera_get_state(get()); }
   bool ended() const { return state() == TESSERA_ENDED; }
 
@@ -143,6 +207,12 @@ class Client {
         return Property(value.integer);
       case TESSERA_PROPERTY_REAL:
         return Property(value.real);
+      case TESSERA_PROPERTY_VECTOR:
+        return Property(std::array<double, 3>{value.vector[0], value.vector[1], value.vector[2]});
+      case TESSERA_PROPERTY_BODY:
+        return Property(BodyReference{value.body});
+      case TESSERA_PROPERTY_BYTES:
+        return Property(std::vector<std::uint8_t>(value.bytes, value.bytes + value.byte_count));
       default:
         return Property(std::string(value.text));
     }
@@ -150,6 +220,11 @@ class Client {
   std::uint32_t player() const { return tessera_player(get()); }
   std::uint64_t own_body() const { return tessera_own_body(get()); }
   std::uint64_t tick() const { return tessera_tick(get()); }
+  tessera_clock Clock() const {
+    tessera_clock clock = TESSERA_CLOCK;
+    tessera_get_clock(get(), &clock);
+    return clock;
+  }
 
   std::uint32_t Move(Vector force, Vector torque = {}) { return tessera_move(get(), force.data(), torque.data()); }
 
@@ -176,6 +251,21 @@ class Client {
   tessera_client* get() const { return client_.get(); }
 
  private:
+  static GameValue Of(const tessera_game_event_field& field) {
+    switch (field.type) {
+      case TESSERA_FIELD_BOOL:
+        return field.integer != 0;
+      case TESSERA_FIELD_REAL:
+        return field.real;
+      case TESSERA_FIELD_TEXT:
+        return std::string(field.text, field.text_size);
+      case TESSERA_FIELD_VECTOR:
+        return std::array<double, 3>{field.vector[0], field.vector[1], field.vector[2]};
+      default:
+        return field.integer;
+    }
+  }
+
   struct Close {
     void operator()(tessera_client* client) const { tessera_close(client); }
   };

@@ -20,7 +20,14 @@ class FakeGameWorld : public GameWorld {
     scene_->bounds = {{-100, -100, -100}, {100, 100, 100}};
     AddPrefab("ball", 1);
     AddPrefab("train", 3);
-    scene_->properties = {{"health", std::int64_t{100}}, {"name", std::string("none")}, {"heat", 0.5}, {"on", false}};
+    scene_->instance_properties = {{"goals", std::int64_t{0}}};
+    scene_->properties = {{"health", std::int64_t{100}},
+                          {"name", std::string("none")},
+                          {"heat", 0.5},
+                          {"on", false},
+                          {"home", Vec3d{1, 2, 3}},
+                          {"target", BodyId()},
+                          {"note", PropertyBytes{}}};
   }
 
   // A body of the kind, of 2 kg, that this region owns unless told otherwise.
@@ -42,6 +49,8 @@ class FakeGameWorld : public GameWorld {
   }
   int commits() const { return commits_; }
 
+  BodyDef& def(std::uint64_t id) { return bodies_.at(BodyId(id)).def; }
+  BodyId anchored;  // joints hold it to the world
   mutable std::vector<BodyQuery> asked;
   QueryResult answer;  // to every query
 
@@ -57,14 +66,18 @@ class FakeGameWorld : public GameWorld {
         std::ranges::count_if(bodies_, [](const auto& entry) { return entry.second.owned; }));
   }
   BodyState StateOf(BodyId id) const override { return bodies_.at(id).state; }
+  Vec3f AngularImpulseFor(BodyId, Vec3d spin_rad_s) const override { return Vec3f(spin_rad_s) * 2.0f; }
+  bool IsAnchored(BodyId id) const override { return id == anchored; }
   bool Owns(BodyId id) const override {
     const auto found = bodies_.find(id);
     return found != bodies_.end() && found->second.owned;
   }
-  // Notes the question, and returns `answer`.
-  QueryResult FindBodies(const BodyQuery& query) const override {
+  // Notes the question, and returns `answer` but for what is not accepted.
+  QueryResult FindBodies(const BodyQuery& query, const BodyPredicate& accept) const override {
     asked.push_back(query);
-    return answer;
+    QueryResult accepted = answer;
+    if (accept != nullptr) std::erase_if(accepted.hits, [&](const QueryHit& hit) { return !accept(hit.body); });
+    return accepted;
   }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override {
     for (const auto& [id, body] : bodies_) {
@@ -78,11 +91,32 @@ class FakeGameWorld : public GameWorld {
     }
     return due;
   }
+  std::vector<BodyId> PlayerBodies() const override {
+    std::vector<BodyId> players;
+    for (const auto& [id, body] : bodies_) {
+      if (body.owned && IsPlayerBody(id)) players.push_back(id);
+    }
+    return players;
+  }
+  std::vector<BodyId> Commanded() const override {
+    std::vector<BodyId> commanded = PlayerBodies();
+    std::erase_if(commanded, [this](BodyId id) { return bodies_.at(id).record.player->commands.empty(); });
+    return commanded;
+  }
+  // The body of a player of this name.
+  GameRecord& AddPlayer(std::uint32_t number, std::string name = "") {
+    const BodyId id = PlayerBodyId(PlayerNumber(number));
+    Add(id.value(), 0);
+    bodies_.at(id).changed.set_player_name(std::move(name));
+    return bodies_.at(id).record;
+  }
   // Bodies that the transaction made are not here yet.
   PropertySet ChangedOf(BodyId id) const override {
     return bodies_.contains(id) ? bodies_.at(id).changed : PropertySet();
   }
   GameRecord RecordOf(BodyId id) const override { return bodies_.contains(id) ? bodies_.at(id).record : GameRecord(); }
+  PropertySet KnownOfInstance() const override { return known_; }
+  void set_known_of_instance(PropertySet known) { known_ = std::move(known); }
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
   void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) override {
     ++commits_;
@@ -95,6 +129,7 @@ class FakeGameWorld : public GameWorld {
   void Spawn(BodyId id, const BodyState& state) override {
     bodies_[id] = {MakeSpawned(*scene_, id), state, {}, {}, true};
   }
+  void Place(BodyId id, const BodyState& state) override { bodies_.at(id).state = state; }
   void Remove(BodyId id) override { bodies_.erase(id); }
   std::vector<BodyId> ids() const {
     std::vector<BodyId> ids;
@@ -127,6 +162,7 @@ class FakeGameWorld : public GameWorld {
   std::map<BodyId, Body> bodies_;
   SpawnedIds ids_{Incarnation(1)};
   RegionId region_{1};
+  PropertySet known_;
   int commits_ = 0;
 };
 

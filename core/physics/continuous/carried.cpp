@@ -1,6 +1,7 @@
 #include "core/physics/continuous/carried.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "core/physics/joint.h"
@@ -17,7 +18,7 @@ double FreeShare(const RigidBody& body, const SweptMotion& motion, BroadPhase& b
   broad_phase.Overlapping(broad_phase.SweptBounds(motion), &candidates);
   double share = 1;
   for (const RigidBody* other : candidates) {
-    if (other->awake() || other->trigger() || other->isolated || JointForbidsContact(body, *other)) continue;
+    if (other->stirs() || other->trigger() || other->isolated || JointForbidsContact(body, *other)) continue;
     if (!body.layer().CollidesWith(other->layer())) continue;
     const bool low = body.id() < other->id();
     const SweptMotion still = SweptMotionOf(*other, {});
@@ -43,13 +44,26 @@ std::vector<Carried> ListCarried(std::span<RigidBody* const> awake, std::span<co
       shares.assign(awake.size(), 1.0);
       for (const Stop& any : stops) shares[any.index] = any.share;
     }
-    const double goes = shares[stop.by->awake_index];
+    const double goes = stop.by->awake() ? shares[stop.by->awake_index] : 1;
     if (goes <= stop.share) continue;  // The carrier was stopped before it got there.
     carried.push_back({&stop, SweptMotionOf(*stop.by, motions).At(stop.share / goes)});
   }
+  // Nothing is as heavy as a kinematic body.
+  const auto mass_kg = [](const Carried& one) {
+    return one.stop->by->awake() ? one.stop->by->mass_kg() : std::numeric_limits<double>::infinity();
+  };
   std::stable_sort(carried.begin(), carried.end(),
-                   [](const Carried& a, const Carried& b) { return a.stop->by->mass_kg() > b.stop->by->mass_kg(); });
+                   [&](const Carried& a, const Carried& b) { return mass_kg(a) > mass_kg(b); });
   return carried;
+}
+
+// Where a carrier is at the end of the step. It may have been stopped itself.
+Placement EndOf(const RigidBody& carrier, std::span<const BodyMotion> motions) {
+  if (!carrier.awake()) return SweptMotionOf(carrier, motions).At(1);
+  Placement end;
+  end.position = motions[carrier.awake_index].position;
+  end.orientation = motions[carrier.awake_index].orientation;
+  return end;
 }
 
 }  // namespace
@@ -58,10 +72,10 @@ void CarryStopped(std::span<RigidBody* const> awake, std::span<const Stop> stops
                   std::vector<RigidBody*>& candidates, std::span<BodyMotion> motions) {
   for (const auto& [stop, met] : ListCarried(awake, stops, motions)) {
     const RigidBody& body = *awake[stop->index];
-    const BodyMotion& carrier = motions[stop->by->awake_index];
-    const Quatd turn = carrier.orientation * Conjugate(met.orientation);
+    const Placement end_of_carrier = EndOf(*stop->by, motions);
+    const Quatd turn = end_of_carrier.orientation * Conjugate(met.orientation);
     BodyMotion& motion = motions[stop->index];
-    const Vec3d to = carrier.position + Rotate(turn, motion.position - met.position);
+    const Vec3d to = end_of_carrier.position + Rotate(turn, motion.position - met.position);
     const SweptMotion onward{body.geometry(), motion.position, to, motion.orientation, RotationVectorOf(turn)};
     const Placement end = onward.At(FreeShare(body, onward, broad_phase, candidates));
     motion.position = end.position;

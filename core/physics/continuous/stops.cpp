@@ -9,7 +9,8 @@
 namespace tessera::physics {
 
 bool Carries(const RigidBody& body, const RigidBody& other) {
-  return body.awake() && other.awake() && other.joints.empty() && body.mass_kg() >= kCarrierMass * other.mass_kg();
+  if (!other.awake() || !other.joints.empty()) return false;
+  return body.moving() || (body.awake() && body.mass_kg() >= kCarrierMass * other.mass_kg());
 }
 
 void SortStops(std::span<RigidBody* const> awake, std::vector<Stop>* stops) {
@@ -21,7 +22,7 @@ void SortStops(std::span<RigidBody* const> awake, std::vector<Stop>* stops) {
   for (std::size_t i = 1; i < count; ++i) {
     const Stop stop = (*stops)[i];
     RigidBody* body = awake[stop.index];
-    if (same((*stops)[i - 1], stop) && Carries(*stop.by, *body)) {
+    if (same((*stops)[i - 1], stop) && stop.by->awake() && Carries(*stop.by, *body)) {
       stops->push_back({stop.by->awake_index, stop.share, body});
     }
   }
@@ -31,7 +32,10 @@ void SortStops(std::span<RigidBody* const> awake, std::vector<Stop>* stops) {
 
 SweptMotion SweptMotionOf(const RigidBody& body, std::span<const BodyMotion> motions) {
   const Placement& from = body.placement();
-  if (!body.awake()) return {body.geometry(), from.position, from.position, from.orientation, {}};
+  if (!body.awake()) {
+    const Vec3d turned_rad = body.moving() ? Vec3d(body.state().angular_velocity) * body.driven_s : Vec3d();
+    return {body.geometry(), from.position, from.position + Vec3d(body.predicted.move_m), from.orientation, turned_rad};
+  }
   const BodyMotion& motion = motions[body.awake_index];
   return {body.geometry(), from.position, motion.position, from.orientation, Vec3d(motion.turned_rad)};
 }

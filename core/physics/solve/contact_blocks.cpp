@@ -263,7 +263,7 @@ void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span
     Visit(place, [&](auto& block) {
       const ContactConstraint& contact = contacts[i];
       StoreLane(block, place.lane, *contact.manifold);
-      if (contact.a != kStatic && contact.b != kStatic) {
+      if (contact.a != kStatic && contact.b != kStatic && !contact.driven) {
         MakeGood(contact, block, place.lane, states.data(), masses.data());
       }
     });

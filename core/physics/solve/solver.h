@@ -45,6 +45,7 @@ struct ContactConstraint {
   PairMaterial material;
   float slop_m = kSlop_m;  // overlap at rest
   float warm_scale = 1;    // factor of the warm impulses: substeps of the last step over those of this one
+  bool driven = false;     // one of the two is so heavy that it does not count what it is given
 };
 
 struct JointConstraint {

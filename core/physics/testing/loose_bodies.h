@@ -67,6 +67,7 @@ inline ActiveContact ContactBetween(std::uint32_t low, std::uint32_t high, Vec3f
           .substeps = 0,
           .responds = true,
           .live = true,
+          .driven = false,
           .penetration_m = 0,
           .impact_m_s = 0,
           .load_ns = 0,

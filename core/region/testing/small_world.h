@@ -81,7 +81,8 @@ struct SmallWorld {
   }
   void Step() {
     bodies.NotePlaces();
-    bodies.Step(kTick_s);
+    bodies.Step(kTick_s, tick);
+    ++tick;
     bodies.ReadBack();
     bodies.NotePlaces();
   }
@@ -91,6 +92,7 @@ struct SmallWorld {
   Neighborhood neighborhood;
   Bodies bodies;
   std::vector<Ghost> ghosts;  // ascending
+  Tick tick;
 };
 
 }  // namespace tessera::region

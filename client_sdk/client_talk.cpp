@@ -1,0 +1,79 @@
+// What the client and the game say to each other: commands up, events down.
+#include <algorithm>
+
+#include "client_sdk/client_impl.h"
+#include "core/game/value.h"
+
+namespace tessera::client {
+namespace {
+
+// "score", {{"team", "red"}, {"points", 3}}; INVALID_ARGUMENT where the values are malformed.
+absl::StatusOr<GameEvent> EventFrom(const v1::GameEvent& proto) {
+  const std::string& bytes = proto.values();
+  auto fields = game::DecodeFields({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+  if (!fields.ok()) return fields.status();
+  GameEvent event;
+  event.name = proto.name();
+  for (auto& [name, value] : *fields) event.values.emplace_back(std::move(name), std::move(value));
+  return event;
+}
+
+}  // namespace
+
+void Client::Impl::OnPlayerNews(RegionConnection& connection, const v1::PlayerNews& news) {
+  if (!inbox.Accept(news.epoch())) return;
+  std::vector<GameEvent> came;
+  for (const v1::GameEvent& proto : news.events()) {
+    absl::StatusOr<GameEvent> event = EventFrom(proto);
+    if (!event.ok()) return connection.CountError();
+    came.push_back(*std::move(event));
+  }
+  if (news.last_event() < came.size()) return connection.CountError();
+  const bool any = !came.empty();
+  inbox.Take(news.last_event(), std::move(came));
+  commands.Taken(news.last_command());
+  if (any) commands.EventsCame();
+  const Vec3d view{news.view_x(), news.view_y(), news.view_z()};
+  if (news.spectating() && !IsFinite(view)) return connection.CountError();
+  spectator_view = news.spectating() ? std::optional(view) : std::nullopt;
+}
+
+void Client::Impl::OnCommandRefused(const RegionConnection& connection, const v1::CommandRefused& refused) {
+  if (refused.for_good()) commands.Drop(refused.number());
+  events.push_back({.kind = ClientEvent::Kind::kCommandRefused,
+                    .region = connection.region(),
+                    .input_number = refused.number(),
+                    .detail = refused.detail()});
+}
+
+// To the region that owns the own body, and to all while that is unknown.
+void Client::Impl::SendCommands(TimePoint now) {
+  const bool any_welcomed = std::ranges::any_of(connections, &RegionConnection::welcomed);
+  if (!any_welcomed) inbox.AllLost();
+  if (!any_welcomed || !commands.Due(now)) return;
+  const net::Bytes bytes = commands.Write(now, inbox.last());
+  const BodyId own = PlayerBodyId(session.player);
+  for (RegionConnection& connection : connections) {
+    if (world.OwnerOf(own).value_or(connection.region()) != connection.region()) continue;
+    Sent(connection.SendCommands(now, network, bytes));
+  }
+}
+
+absl::Status Client::Send(std::string_view bytes) {
+  if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
+  if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
+  return impl_->commands.Push(bytes);
+}
+
+std::vector<GameEvent> Client::TakeGameEvents() { return impl_->inbox.TakeAll(); }
+
+std::optional<Vec3d> Client::spectator_view() const { return impl_->spectator_view; }
+
+std::string Client::NameOf(PlayerNumber player) const {
+  const auto seen = impl_->world.bodies().find(PlayerBodyId(player));
+  if (seen == impl_->world.bodies().end() || seen->second.properties == nullptr) return "";
+  const auto set = PropertySet::Decode(*seen->second.properties, impl_->session.scene->properties);
+  return set.ok() ? set->player_name() : "";
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,92 @@
+#include "core/region/message_packet.h"
+
+#include "absl/strings/str_cat.h"
+#include "core/region/catalog.h"
+#include "core/region/frame_check.h"
+#include "core/world/properties.h"
+
+namespace tessera::region {
+namespace {
+
+constexpr std::size_t kMinPacketBytes = 8;
+
+absl::Status BadPacket(const MessagePacket& packet, absl::string_view what) {
+  return absl::InvalidArgumentError(absl::StrCat("a packet of body ", packet.from.value(), ": ", what));
+}
+
+bool HasOrigin(PacketKind kind) { return kind == PacketKind::kMessage || kind == PacketKind::kInstance; }
+
+}  // namespace
+
+void Write(ByteWriter& out, const std::vector<MessagePacket>& packets) {
+  out.Varint(packets.size());
+  for (const MessagePacket& packet : packets) {
+    out.U8(static_cast<std::uint8_t>(packet.kind));
+    out.Varint(packet.from.value());
+    out.Varint(packet.to.value());
+    out.Varint(packet.number);
+    out.Varint(packet.origin.value());
+    out.Varint(packet.via.value());
+    out.Varint(packet.sent.value());
+    if (!HasOrigin(packet.kind)) continue;
+    out.Varint(packet.made.value());
+    out.Varint(packet.made_in.value());
+    if (packet.kind == PacketKind::kMessage) {
+      out.Varint(packet.after);
+      game::Write(out, packet.what);
+    } else {
+      out.Block(packet.properties);
+    }
+  }
+}
+
+void Read(ByteReader& in, std::vector<MessagePacket>& packets) {
+  packets.resize(in.Count(kMinPacketBytes - 1));
+  if (packets.size() > kMaxPackets) in.Fail("too many packets");
+  for (MessagePacket& packet : packets) {
+    if (!in.ok()) return;
+    const std::uint8_t kind = in.U8();
+    if (kind < static_cast<std::uint8_t>(PacketKind::kMessage) ||
+        kind > static_cast<std::uint8_t>(PacketKind::kPlace)) {
+      in.Fail("a packet of an unknown kind");
+      return;
+    }
+    packet.kind = static_cast<PacketKind>(kind);
+    packet.from = BodyId(in.Varint());
+    packet.to = BodyId(in.Varint());
+    packet.number = in.Varint();
+    packet.origin = RegionId(in.Varint32());
+    packet.via = RegionId(in.Varint32());
+    packet.sent = Tick(in.Varint());
+    if (!HasOrigin(packet.kind)) continue;
+    packet.made = Tick(in.Varint());
+    packet.made_in = RegionId(in.Varint32());
+    if (packet.kind == PacketKind::kMessage) {
+      packet.after = in.Varint();
+      game::ReadMessage(in, packet.what);
+    } else {
+      const auto bytes = in.Block(kMaxPropertyBytes);
+      packet.properties.assign(bytes.begin(), bytes.end());
+    }
+  }
+}
+
+absl::Status CheckPacket(const MessagePacket& packet, const Catalog& catalog) {
+  if (!catalog.has_game()) return BadPacket(packet, "no game runs here");
+  if (absl::Status status = CheckKnown(packet.from, catalog); !status.ok()) return status;
+  if (packet.kind == PacketKind::kInstance) {
+    if (packet.from != kInstanceBody || packet.to != BodyId()) return BadPacket(packet, "is not the world's");
+    const auto set = PropertySet::Decode(packet.properties, catalog.scene().instance_properties);
+    return set.ok() ? absl::OkStatus() : BadPacket(packet, set.status().message());
+  }
+  if (packet.kind == PacketKind::kPlace) {
+    return packet.to == BodyId() ? absl::OkStatus() : BadPacket(packet, "a place is for all");
+  }
+  if (absl::Status status = CheckKnown(packet.to, catalog); !status.ok()) return status;
+  if (packet.kind != PacketKind::kMessage) return absl::OkStatus();
+  if (packet.number == 0 || packet.after >= packet.number) return BadPacket(packet, "numbers do not ascend");
+  if (absl::Status status = game::CheckMessage(packet.what); !status.ok()) return BadPacket(packet, status.message());
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::region

@@ -1,0 +1,53 @@
+#include "core/world/body_tuning.h"
+
+#include <cmath>
+
+#include "core/world/limits.h"
+
+namespace tessera {
+namespace {
+
+constexpr std::uint8_t kTunesGravity = 1, kTunesFriction = 2, kTunesRestitution = 4;
+
+// Written so that a NaN fails.
+bool TunedWithin(const std::optional<float>& value, double least, double most) {
+  return !value || (*value >= least && *value <= most);
+}
+
+}  // namespace
+
+double GravityScaleOf(const BodyDef& def, const BodyTuning& tuning) {
+  return tuning.gravity_scale ? static_cast<double>(*tuning.gravity_scale) : def.gravity_scale;
+}
+
+Material MaterialOf(const BodyDef& def, const BodyTuning& tuning) {
+  Material material = def.material;
+  if (tuning.friction) material.friction = *tuning.friction;
+  if (tuning.restitution) material.restitution = *tuning.restitution;
+  return material;
+}
+
+bool IsSane(const BodyTuning& tuning) {
+  return TunedWithin(tuning.gravity_scale, -kMaxTunedGravity, kMaxTunedGravity) &&
+         TunedWithin(tuning.friction, 0, kMaxFriction) && TunedWithin(tuning.restitution, 0, 1);
+}
+
+void Write(ByteWriter& out, const BodyTuning& tuning) {
+  out.U8(static_cast<std::uint8_t>((tuning.gravity_scale ? kTunesGravity : 0) | (tuning.friction ? kTunesFriction : 0) |
+                                   (tuning.restitution ? kTunesRestitution : 0)));
+  for (const std::optional<float>& value : {tuning.gravity_scale, tuning.friction, tuning.restitution}) {
+    if (value) out.F32(*value);
+  }
+}
+
+BodyTuning ReadTuning(ByteReader& in) {
+  BodyTuning tuning;
+  const std::uint8_t flags = in.U8();
+  if (flags > (kTunesGravity | kTunesFriction | kTunesRestitution)) in.Fail("unknown flags");
+  if ((flags & kTunesGravity) != 0) tuning.gravity_scale = in.F32();
+  if ((flags & kTunesFriction) != 0) tuning.friction = in.F32();
+  if ((flags & kTunesRestitution) != 0) tuning.restitution = in.F32();
+  return tuning;
+}
+
+}  // namespace tessera

@@ -1,0 +1,35 @@
+// BodyTuning: what a game changed of a body's definition while the world runs. What is left out is as the scene has it.
+//
+// It goes wherever the body goes, and whoever steps a copy of the body has it too. Thread rule: plain values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "core/world/bytes.h"
+#include "core/world/scene.h"
+
+namespace tessera {
+
+struct BodyTuning {
+  std::optional<float> gravity_scale;          // as BodyDef has it, -10 to 10
+  std::optional<float> friction, restitution;  // as Material has them
+
+  bool empty() const { return !gravity_scale && !friction && !restitution; }
+  friend bool operator==(const BodyTuning&, const BodyTuning&) = default;
+};
+
+inline constexpr float kMaxTunedGravity = 10;
+
+// The definition with these changes.
+double GravityScaleOf(const BodyDef& def, const BodyTuning& tuning);
+Material MaterialOf(const BodyDef& def, const BodyTuning& tuning);
+
+// All numbers are finite and within their ranges.
+bool IsSane(const BodyTuning& tuning);
+
+void Write(ByteWriter& out, const BodyTuning& tuning);
+// Leaves a failed reader where flags are unknown; numbers are not judged.
+BodyTuning ReadTuning(ByteReader& in);
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+// NativeModule: a game that is a shared library, out of a folder of the operator's. Such a game is trusted: it runs in
+// the worker's process, with all that the worker may do.
+//
+//   auto module = NativeModule::Load("/usr/lib/tessera/games", "arena", hash);       // arena.so
+//   if (!module.ok()) return module.status();
+//   GameHost::Load((*module)->module(), {"arena", ""}, scene);
+//
+// A library that is loaded stays until the process ends. Where one crashes, the process dies as it would without a
+// game, after a line on stderr that names the game and the callback that ran (kDiedInModule).
+//
+// Thread rule: one thread loads, and runs, the games of a process.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "game_sdk/include/tessera/game.h"
+
+namespace tessera::game {
+
+// Begins the line: "died in game module arena: Segmentation fault in kinds.ball.on_tick".
+inline constexpr std::string_view kDiedInModule = "died in game module ";
+// Bytes of a library. All of it is read once, for its hash.
+inline constexpr std::size_t kMaxModuleBytes = std::size_t{256} << 20;
+
+// INVALID_ARGUMENT: a name is 1 to 63 letters, digits, '_' and '-'; so it names no folder.
+absl::Status CheckModuleName(std::string_view name);
+
+class NativeModule {
+ public:
+  // Loads `folder`/`name`.so. `hash`: SHA-256 of the library in hexadecimal digits, if it must be that build; empty:
+  // any. Errors, each with the name: INVALID_ARGUMENT: no name; NOT_FOUND: no such file; FAILED_PRECONDITION: another
+  // build, no library of this machine, one without tessera_game_module_1, one of another version of the interface.
+  static absl::StatusOr<std::shared_ptr<const NativeModule>> Load(const std::string& folder, std::string_view name,
+                                                                  std::string_view hash = {});
+
+  // Valid as long as the process lives.
+  const tessera_game_module& module() const { return watched_; }
+  const std::string& name() const { return name_; }
+  const std::string& hash() const { return hash_; }
+
+ private:
+  NativeModule(std::string name, std::string hash);
+
+  const std::string name_, hash_;
+  const tessera_game_module watched_;  // notes what runs, and passes it on to the library's
+};
+
+}  // namespace tessera::game

@@ -1,0 +1,330 @@
+// Messages between bodies of all regions under every fault: each is applied exactly once, and in order.
+//
+// The bodies count for themselves: a sender in a property for each target, a target in one for each sender. A message
+// carries the sender's count; the target compares it with its own. What a death sets back it sets back in both.
+//
+// TESSERA_MESSAGE_SEEDS=N runs N seeds instead of a few: 62 of them send a million messages.
+#include <gmock/gmock.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "core/game/testing/scripted_game.h"
+#include "core/region/message_relay.h"
+#include "game_sdk/api/api.h"
+#include "tests/simulation/instance.h"
+
+namespace tessera::simulation {
+namespace {
+
+using game::GameCalls;
+using game::GameHost;
+using game::GameValue;
+using game::ScriptedGame;
+using ::testing::IsEmpty;
+using Arguments = ScriptedGame::Arguments;
+
+constexpr double kFieldHalf_m = 20;
+constexpr std::uint64_t kBalls = 16, kFirstBall = 5;  // behind the four walls
+constexpr int kMostExtra = 3;
+constexpr std::uint64_t kFirstTick = 10;  // standbys have whole copies by then
+
+std::string SentTo(std::uint64_t target) { return "s" + std::to_string(target); }
+std::string GotFrom(std::uint64_t sender) { return "r" + std::to_string(sender); }
+
+std::shared_ptr<const Scene> TalkingSwarm() {
+  Scene scene = *Swarm(kFieldHalf_m, kBalls).Build();
+  scene.kinds = {"", "ball"};
+  for (BodyDef& body : scene.bodies) body.kind = body.motion == Motion::kDynamic ? 1 : 0;
+  for (std::uint64_t i = 0; i < kBalls; ++i) {
+    scene.properties.push_back({SentTo(kFirstBall + i), std::int64_t{0}});
+    scene.properties.push_back({GotFrom(kFirstBall + i), std::int64_t{0}});
+  }
+  scene.properties.push_back({"reported", std::int64_t{0}});
+  scene.instance_properties = {{"total", std::int64_t{0}}};
+  return std::make_shared<const Scene>(std::move(scene));
+}
+
+struct Wrong {
+  std::uint64_t order = 0, errors = 0;
+};
+
+// Sends, counts and compares, until `last`.
+class Talk {
+ public:
+  Talk(std::uint64_t last, double share) : last_(last), share_(share) {
+    game_.On(game::kOnBodyTick, "ball",
+             [this](GameCalls& calls, Arguments arguments) { return Act(calls, arguments[0].as.id); });
+    game_.On(game::kOnBodyMessage, "ball",
+             [this](GameCalls& calls, Arguments arguments) { return Take(calls, arguments); });
+    game_.On(game::kOnWorldMessage, "", [](GameCalls& calls, Arguments) {
+      if (!calls.Call(game::kWorldGet, {std::string("total")})) return false;
+      return calls.Call(game::kWorldSet, {std::string("total"), calls.result().as.whole + 1});
+    });
+    module_ = game_.module();
+  }
+  const tessera_game_module& module() const { return module_; }
+  const Wrong& wrong() const { return wrong_; }
+
+ private:
+  static std::int64_t Get(GameCalls& calls, std::uint64_t body, const std::string& name) {
+    EXPECT_TRUE(calls.Call(game::kBodyGet, {BodyId(body), name})) << calls.error();
+    return calls.result().as.whole;
+  }
+  static bool Set(GameCalls& calls, std::uint64_t body, const std::string& name, std::int64_t value) {
+    return calls.Call(game::kBodySet, {BodyId(body), name, value});
+  }
+  static double Chance(GameCalls& calls) {
+    calls.Call(game::kWorldRandom, {});
+    return calls.result().as.real;
+  }
+
+  bool Act(GameCalls& calls, std::uint64_t self) {
+    calls.Call(game::kWorldTick, {});
+    const auto tick = static_cast<std::uint64_t>(calls.result().as.whole);
+    if (tick < kFirstTick || tick > last_ || Chance(calls) > share_) return true;
+    const auto extra = static_cast<int>(Chance(calls) * kMostExtra);
+    for (int i = 0; i <= extra; ++i) {
+      const std::uint64_t target = kFirstBall + static_cast<std::uint64_t>(Chance(calls) * kBalls);
+      const std::int64_t count = Get(calls, self, SentTo(target)) + 1;
+      tessera_game_field fields[2] = {{"from", 4, {}}, {"n", 1, {}}};
+      fields[0].value.type = fields[1].value.type = TESSERA_GAME_WHOLE;
+      fields[0].value.as.whole = static_cast<std::int64_t>(self);
+      fields[1].value.as.whole = count;
+      const GameValue name = std::string("n");
+      tessera_game_value values[3] = {game::ToInterface(GameValue(BodyId(target))), game::ToInterface(name), {}};
+      values[2].type = TESSERA_GAME_FIELDS;
+      values[2].count = 2;
+      values[2].as.fields = fields;
+      // A full outbox is no fault.
+      if (calls.CallRaw(game::kBodySend, values) && !Set(calls, self, SentTo(target), count)) return false;
+    }
+    if (extra != 0) return true;
+    if (!calls.Call(game::kWorldSend, {std::string("one more")})) return true;
+    return Set(calls, self, "reported", Get(calls, self, "reported") + 1);
+  }
+  bool Take(GameCalls& calls, Arguments arguments) {
+    const std::uint64_t self = arguments[0].as.id;
+    const auto from = static_cast<std::uint64_t>(arguments[2].as.fields[0].value.as.whole);
+    const std::int64_t count = arguments[2].as.fields[1].value.as.whole;
+    if (count != Get(calls, self, GotFrom(from)) + 1) ++wrong_.order;
+    return Set(calls, self, GotFrom(from), count);
+  }
+
+  const std::uint64_t last_;
+  const double share_;
+  ScriptedGame game_;
+  tessera_game_module module_{};
+  Wrong wrong_;
+};
+
+struct Count {
+  std::uint64_t sent = 0, lost = 0, doubled = 0;
+};
+
+class TalkingInstance {
+ public:
+  TalkingInstance(Talk& talk, std::uint32_t regions, std::uint64_t seed, const PacketConditions& conditions = {})
+      : scene_(TalkingSwarm()) {
+    SimulationOptions options;
+    options.seed = seed;
+    options.conditions = conditions;
+    options.game = [this, &talk](std::shared_ptr<const Scene> scene) -> std::shared_ptr<GameHost> {
+      auto host = GameHost::Load(talk.module(), {"talk", ""}, std::move(scene), {}, 7);
+      EXPECT_TRUE(host.ok()) << host.status();
+      return hosts_.emplace_back(*std::move(host));
+    };
+    SceneBuilder builder(kFieldHalf_m);
+    builder.scene() = *scene_;
+    instance = std::make_unique<Instance>(builder, regions, options);
+  }
+
+  Simulation& simulation() { return *instance->simulation; }
+  std::int64_t PropertyOf(BodyId body, const std::string& name) {
+    const auto& declared = body == kInstanceBody ? scene_->instance_properties : scene_->properties;
+    std::int64_t value = 0;
+    for (const auto& [id, worker] : simulation().workers()) {
+      const region::KeptRecord* record = worker->region().records().Find(body);
+      if (record == nullptr || record->bytes->empty()) continue;
+      const PropertySet set = PropertySet::Decode(*record->bytes, declared).value();
+      value = std::get<std::int64_t>(*ValueOf(declared, {}, set, name));
+    }
+    return value;
+  }
+  Count Compare() {
+    Count count;
+    const auto add = [&](std::int64_t sent, std::int64_t got) {
+      count.sent += static_cast<std::uint64_t>(sent);
+      count.lost += static_cast<std::uint64_t>(std::max<std::int64_t>(0, sent - got));
+      count.doubled += static_cast<std::uint64_t>(std::max<std::int64_t>(0, got - sent));
+    };
+    std::int64_t reported = 0;
+    for (std::uint64_t from = kFirstBall; from < kFirstBall + kBalls; ++from) {
+      reported += PropertyOf(BodyId(from), "reported");
+      for (std::uint64_t to = kFirstBall; to < kFirstBall + kBalls; ++to) {
+        add(PropertyOf(BodyId(from), SentTo(to)), PropertyOf(BodyId(to), GotFrom(from)));
+      }
+    }
+    add(reported, PropertyOf(kInstanceBody, "total"));
+    return count;
+  }
+  // Messages and senders that records still have.
+  std::size_t LeftOver() {
+    std::size_t left = 0;
+    for (const auto& [id, worker] : simulation().workers()) {
+      for (const region::KeptRecord& record : worker->region().records().all()) {
+        const game::Mail& mail = record.game.mail;
+        left += mail.outbox.size() + mail.inbox.size() + mail.senders.size();
+      }
+    }
+    return left;
+  }
+  std::size_t InstanceOwners() {
+    std::size_t owners = 0;
+    for (const auto& [id, worker] : simulation().workers()) {
+      const Bytes state = worker->region().SaveState();
+      const auto decoded = region::DecodeState(state, worker->region().catalog());
+      owners += decoded.ok() && decoded->Find(kInstanceBody) != nullptr ? 1 : 0;
+    }
+    return owners;
+  }
+  std::uint64_t Late() const { return Sum(&game::MessageStatistics::late); }
+  std::uint64_t Applied() const { return Sum(&game::MessageStatistics::applied); }
+  std::uint64_t Errors() const {
+    std::uint64_t errors = 0;
+    for (const auto& host : hosts_) errors += host->statistics().errors;
+    return errors;
+  }
+
+  std::unique_ptr<Instance> instance;
+
+ private:
+  using Bytes = region::Bytes;
+  std::uint64_t Sum(std::uint64_t game::MessageStatistics::*field) const {
+    std::uint64_t sum = 0;
+    for (const auto& host : hosts_) sum += host->statistics().messages.*field;
+    return sum;
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  std::vector<std::shared_ptr<GameHost>> hosts_;
+};
+
+TEST(MessageSimulationTest, WithoutFaultsEachMessageIsInTimeAndNothingIsLeft) {
+  Talk talk(600, 0.3);
+  TalkingInstance world(talk, 4, 1);
+  world.simulation().RunTo(Tick(1'400));
+  EXPECT_THAT(world.simulation().problems(), IsEmpty());
+  const Count count = world.Compare();
+  EXPECT_GT(count.sent, 4'000U);
+  EXPECT_EQ(count.lost, 0U);
+  EXPECT_EQ(count.doubled, 0U);
+  EXPECT_EQ(talk.wrong().order, 0U);
+  EXPECT_EQ(world.Errors(), 0U);
+  EXPECT_EQ(world.Late(), 0U) << "of " << world.Applied();
+  EXPECT_EQ(world.LeftOver(), 0U) << "nothing grows for ever";
+  EXPECT_EQ(world.InstanceOwners(), 1U);
+  std::printf("%lu messages, %lu handovers, %lu late\n", static_cast<unsigned long>(count.sent),
+              static_cast<unsigned long>(world.simulation().totals().handovers),
+              static_cast<unsigned long>(world.Late()));
+}
+
+TEST(MessageSimulationTest, OnAnyNetworkTheSameBits) {
+  const auto play = [](std::uint64_t seed, Micros jitter) {
+    Talk talk(300, 0.3);
+    PacketConditions conditions;
+    conditions.jitter = jitter;
+    TalkingInstance world(talk, 4, seed, conditions);
+    for (const auto& [id, worker] : world.simulation().workers()) worker->set_target(Tick(360));
+    world.simulation().RunTo(Tick(360));
+    std::vector<std::int64_t> counts{world.PropertyOf(kInstanceBody, "total")};
+    for (std::uint64_t a = kFirstBall; a < kFirstBall + kBalls; ++a) {
+      for (std::uint64_t b = kFirstBall; b < kFirstBall + kBalls; ++b) {
+        counts.push_back(world.PropertyOf(BodyId(a), GotFrom(b)));
+      }
+    }
+    return std::pair(world.simulation().hash(), counts);
+  };
+  EXPECT_EQ(play(1, 0), play(9, Milliseconds(8)));
+}
+
+int SeedsToRun() {
+  const char* const seeds = std::getenv("TESSERA_MESSAGE_SEEDS");
+  return seeds == nullptr ? 3 : std::atoi(seeds);
+}
+
+// One fault after the other, drawn from the seed.
+void Disturb(TalkingInstance& world, Chance& chance, std::uint64_t last) {
+  Simulation& simulation = world.simulation();
+  ControlModel& control = *world.instance->control;
+  const auto any = [&] {
+    auto worker = simulation.workers().begin();
+    std::advance(worker, static_cast<std::ptrdiff_t>(chance.Below(simulation.workers().size())));
+    return worker->first;
+  };
+  const auto settle = [&] {
+    for (int i = 0; i < 400 && !control.idle(); ++i) simulation.RunFor(Milliseconds(50));
+  };
+  while (simulation.tick() < Tick(last)) {
+    simulation.RunFor(Milliseconds(700 + static_cast<Micros>(chance.Below(400))));
+    switch (chance.Below(5)) {
+      case 0:
+      case 1:
+        if (simulation.workers().size() < 2) break;
+        simulation.Kill(any());
+        simulation.RunFor(Milliseconds(100));
+        settle();
+        break;
+      case 2:
+        simulation.CutBetween(any(), any(), Milliseconds(100 + static_cast<Micros>(chance.Below(1'000))));
+        break;
+      case 3:
+        simulation.Stall(any(), Milliseconds(100 + static_cast<Micros>(chance.Below(300))));
+        break;
+      default:
+        simulation.RunFor(Milliseconds(1'500));
+        settle();
+        if (!control.idle()) break;
+        control.Plan(*MakeGridMap(simulation.scene()->ground(), static_cast<std::uint32_t>(3 + chance.Below(4))));
+        settle();
+        break;
+    }
+  }
+}
+
+TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
+  std::uint64_t sent = 0, kills = 0, handovers = 0, planned = 0, late = 0, applied = 0;
+  for (int seed = 1; seed <= SeedsToRun(); ++seed) {
+    SCOPED_TRACE(seed);
+    constexpr std::uint64_t kLast = 1'500;
+    Talk talk(kLast, 0.3);
+    TalkingInstance world(talk, 4, static_cast<std::uint64_t>(seed));
+    Chance chance(static_cast<std::uint64_t>(seed));
+    Disturb(world, chance, kLast);
+    world.simulation().RunFor(Milliseconds(1'000));
+    world.simulation().Settle();
+    world.simulation().RunTo(world.simulation().tick() + 1'200);
+    EXPECT_THAT(world.simulation().problems(), IsEmpty());
+    const Count count = world.Compare();
+    EXPECT_EQ(count.lost, 0U);
+    EXPECT_EQ(count.doubled, 0U);
+    EXPECT_EQ(talk.wrong().order, 0U);
+    EXPECT_EQ(world.Errors(), 0U);
+    EXPECT_EQ(world.InstanceOwners(), 1U);
+    sent += count.sent;
+    kills += world.simulation().totals().kills;
+    handovers += world.simulation().totals().handovers;
+    planned += world.instance->control->totals().planned;
+    late += world.Late();
+    applied += world.Applied();
+  }
+  std::printf("%lu messages, %lu deaths, %lu handovers, %lu planned maps; %lu of %lu applied late\n",
+              static_cast<unsigned long>(sent), static_cast<unsigned long>(kills),
+              static_cast<unsigned long>(handovers), static_cast<unsigned long>(planned),
+              static_cast<unsigned long>(late), static_cast<unsigned long>(applied));
+}
+
+}  // namespace
+}  // namespace tessera::simulation
