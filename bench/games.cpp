@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "bench/engine.h"
+#include "bench/games_commands.h"
+#include "bench/games_reload.h"
 #include "bench/lockstep.h"
 #include "bench/statistics.h"
 #include "core/game/game_host.h"
@@ -46,7 +48,7 @@ struct GameRun {
 };
 
 // Without a text, no game.
-GameRun RunOf(const std::shared_ptr<const Scene>& scene, std::uint32_t regions, const std::string& text,
+GameRun RunOf(const std::shared_ptr<const Scene>& scene, const PartitionMap& map, const std::string& text,
               Lockstep::Observer observer = {}) {
   GameRun run;
   run.scene = scene;
@@ -58,9 +60,13 @@ GameRun RunOf(const std::shared_ptr<const Scene>& scene, std::uint32_t regions, 
       return run.hosts.emplace_back(*std::move(host));
     };
   }
-  run.world = std::make_unique<Lockstep>(scene, *MakeGridMap(scene->ground(), regions), region::RegionSettings(),
-                                         std::move(observer), maker);
+  run.world = std::make_unique<Lockstep>(scene, map, region::RegionSettings(), std::move(observer), maker);
   return run;
+}
+
+GameRun RunOf(const std::shared_ptr<const Scene>& scene, std::uint32_t regions, const std::string& text,
+              Lockstep::Observer observer = {}) {
+  return RunOf(scene, *MakeGridMap(scene->ground(), regions), text, std::move(observer));
 }
 
 double TickSeconds(Lockstep& world) {
@@ -209,7 +215,8 @@ constexpr char kFountain[] = R"(
   kinds.ball = { on_timer = function(self) self:remove() end }
 )";
 
-// An arena without gravity in which balls bounce without loss; `alive` of them are of the scene.
+// An arena without gravity, within walls, in which balls bounce without loss; `alive` of them are of the scene. Without
+// walls those that stay would soon be far apart, and cost nothing.
 std::shared_ptr<const Scene> ArenaOf(int alive) {
   Builder make("fountain");
   const ShapePtr ball = scenes::BallOf(0.3);
@@ -227,6 +234,12 @@ std::shared_ptr<const Scene> ArenaOf(int alive) {
     BodyDef& body = make.Dynamic(ball, {next() * 76, 0, next() * 76}, 1);
     body.initial.linear_velocity = Vec3f(Vec3d(next() * 20, 0, next() * 20));
     bounce(body);
+  }
+  Material wall;
+  wall.restitution = 1;
+  for (const double side : {-1.0, 1.0}) {
+    make.Static(scenes::BoxOf(0.5, 5, kArena_m), {side * (kArena_m - 0.5), 0, 0}, wall);
+    make.Static(scenes::BoxOf(kArena_m, 5, 0.5), {0, 0, side * (kArena_m - 0.5)}, wall);
   }
   Scene scene = make.Take();
   scene.gravity_m_s2 = {};
@@ -297,6 +310,88 @@ void MeasureSpawns(int seconds, Report& report) {
   add("spawned_step_median_ratio", Median(spawning) / Median(staying));
 }
 
+// --- Messages over borders
+
+constexpr int kTalkers = 20;
+// Where four regions that lie in a row begin and end, m; the record of the world is in the first.
+constexpr double kRow_m[] = {0, 20, 27, 34, 40};
+// Each message that a ball sends to the world comes back. What comes twice, or out of order, is a line in the log.
+constexpr char kEcho[] = R"(
+  function on_message(name, values, sender) sender:send("back", values) end
+  kinds.ball = {
+    on_tick = function(self)
+      if world.tick() > LAST then return end
+      self.sent = self.sent + 1
+      world.send("there", { n = self.sent })
+    end,
+    on_message = function(self, name, values)
+      if values.n <= self.got then self.doubled = self.doubled + 1 else self.got = self.got + 1 end
+    end,
+  }
+)";
+
+PartitionMap RowOfFour() {
+  constexpr double kHalf_m = 10;
+  std::vector<Cell> cells;
+  std::vector<MapRegion> regions;
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    cells.push_back({{kRow_m[i], -kHalf_m, kRow_m[i + 1], kHalf_m}, RegionId(i + 1), Epoch(1)});
+    regions.push_back({RegionId(i + 1), RegionId(i == 3 ? 1 : i + 2)});
+  }
+  return *PartitionMap::Create(MapVersion(1), {kRow_m[0], -kHalf_m, kRow_m[4], kHalf_m}, cells, regions);
+}
+
+// Balls that lie in one region of the row.
+std::shared_ptr<const Scene> TalkersIn(int region) {
+  Builder make("talkers");
+  const ShapePtr ball = scenes::BallOf(0.1);
+  for (int i = 0; i < kTalkers; ++i) {
+    make.Dynamic(ball, {(kRow_m[region - 1] + kRow_m[region]) / 2, 0, i - kTalkers / 2.0}, 1).kind = 1;
+  }
+  Scene scene = make.Take();
+  scene.gravity_m_s2 = {};
+  scene.kinds = {"", "ball"};
+  scene.properties = {{"sent", std::int64_t{0}}, {"got", std::int64_t{0}}, {"doubled", std::int64_t{0}}};
+  scene.bounds = {{kRow_m[0], -10, -10}, {kRow_m[4], 10, 10}};
+  return std::make_shared<const Scene>(std::move(scene));
+}
+
+void MeasureMessages(int ticks, int hops, Report& report) {
+  const auto scene = TalkersIn(1 + hops);
+  std::string text = kEcho;
+  text.replace(text.find("LAST"), 4, std::to_string(ticks));
+  GameRun run = RunOf(scene, RowOfFour(), text);
+  for (int tick = 0; tick < ticks + 60; ++tick) run.world->Tick();
+  run.ExpectNoErrors();
+  std::int64_t sent = 0, got = 0, doubled = 0;
+  for (std::size_t i = 0; i < run.world->size(); ++i) {
+    for (const region::KeptRecord& record : run.world->region(i).records().all()) {
+      if (record.body == kInstanceBody || record.bytes->empty()) continue;
+      const PropertySet set = PropertySet::Decode(*record.bytes, scene->properties).value();
+      const auto value = [&](const char* name) {
+        return std::get<std::int64_t>(*ValueOf(scene->properties, {}, set, name));
+      };
+      sent += value("sent"), got += value("got"), doubled += value("doubled");
+    }
+  }
+  game::MessageStatistics all;
+  for (const auto& host : run.hosts) {
+    const game::MessageStatistics& messages = host->statistics().messages;
+    all.applied += messages.applied;
+    all.late += messages.late;
+    all.most_ticks = std::max(all.most_ticks, messages.most_ticks);
+  }
+  const std::string config = fmt::format("hops={}", hops);
+  const auto add = [&](const char* metric, double value) {
+    report.Add("messages", "tessera", config, metric, value, "1");
+  };
+  add("messages_sent", static_cast<double>(2 * sent));
+  add("messages_lost", static_cast<double>(sent - got));
+  add("messages_doubled", static_cast<double>(doubled));
+  add("messages_late", static_cast<double>(all.late));
+  report.Add("messages", "tessera", config, "message_ticks_max", static_cast<double>(all.most_ticks), "ticks");
+}
+
 }  // namespace
 
 absl::Status RunGames(const SuiteOptions& options, Report& report) {
@@ -304,7 +399,12 @@ absl::Status RunGames(const SuiteOptions& options, Report& report) {
   const int ticks = options.quick ? 40 : 400;
   if (wanted("callback")) MeasureCallbacks(ticks, report);
   if (wanted("plaza")) MeasurePlaza(ticks, report);
+  if (wanted("reload")) MeasureReload(report);
+  if (wanted("commands")) MeasureCommands(options.quick ? 200 : 2000, report);
   if (wanted("spawns")) MeasureSpawns(options.quick ? 4 : 60, report);
+  if (wanted("messages")) {
+    for (const int hops : {1, 3}) MeasureMessages(options.quick ? 120 : 3'600, hops, report);
+  }
   return absl::OkStatus();
 }
 

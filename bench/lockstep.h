@@ -32,6 +32,7 @@ class Lockstep {
 
   std::size_t size() const { return regions_.size(); }
   const region::Region& region(std::size_t index) const { return *regions_[index]; }  // in the order of the map
+  region::Region& region(std::size_t index) { return *regions_[index]; }
 
  private:
   void Send(RegionId from, std::vector<region::OutgoingFrame> frames);
