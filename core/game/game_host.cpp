@@ -221,6 +221,9 @@ void GameHost::RunEvents(GameWorld& world) {
     waiting_.pop_front();
     const BodyDef* def = world.Find(event.self);
     if (def == nullptr || (def->motion == Motion::kDynamic && !world.Owns(event.self))) continue;
+    // An earlier callback may have removed what it met.
+    const bool begins = event.callback == kOnBodyContact || event.callback == kOnBodyEntered;
+    if (begins && world.Find(event.other) == nullptr) continue;
     std::array<tessera_game_value, 3> arguments{BodyValue(event.self), BodyValue(event.other)};
     const std::size_t count = event.callback == kOnBodyContact ? 3 : 2;
     std::array<tessera_game_field, 3> fields;

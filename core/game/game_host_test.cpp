@@ -27,7 +27,10 @@ class GameHostTest : public ::testing::Test {
     host = *std::move(loaded);
   }
   void Run(std::vector<GameEvent> events = {}) { host->Run(++tick, events, world); }
-  GameEvent Contact(std::uint64_t self, std::uint64_t other) { return {kOnBodyContact, BodyId(self), BodyId(other)}; }
+  GameEvent Contact(std::uint64_t self, std::uint64_t other) {
+    if (world.Find(BodyId(other)) == nullptr) world.Add(other, 0, false);
+    return {kOnBodyContact, BodyId(self), BodyId(other)};
+  }
   std::vector<std::string> Lines() {
     std::vector<std::string> lines;
     for (const GameLine& line : host->TakeLines()) lines.push_back((line.error ? "error: " : "") + line.text);
@@ -97,6 +100,20 @@ TEST_F(GameHostTest, EffectsOfACallAreThereForTheNext) {
   Load();
   Run({Contact(1, 2), Contact(1, 3)});
   EXPECT_EQ(world.property(1, "health"), PropertyValue(std::int64_t{40}));
+}
+
+TEST_F(GameHostTest, NothingIsToldOfMeetingABodyThatAnEarlierCallbackRemoved) {
+  world.Add(1, kCrate);
+  world.Add(2, kCrate);
+  int calls_made = 0;
+  game.On(kOnBodyContact, "crate", [&](GameCalls& calls, Arguments arguments) {
+    ++calls_made;
+    return calls.Call(kBodyRemove, {BodyId(arguments[1].as.id)});
+  });
+  Load();
+  Run({Contact(1, 2), Contact(2, 1), Contact(1, 2)});
+  EXPECT_EQ(calls_made, 1);
+  EXPECT_EQ(host->statistics().errors, 0U);
 }
 
 TEST_F(GameHostTest, ACallThatFailsLeavesNothingBehind) {

@@ -80,6 +80,7 @@ class QueryCallsTest : public ::testing::Test {
     ScriptedGame game;
     game.On(kOnBodyContact, "crate", [&](GameCalls& calls, ScriptedGame::Arguments) { return ask(calls); });
     if (!world.Find(BodyId(1))) world.Add(1, 1);
+    if (!world.Find(BodyId(2))) world.Add(2, 0, false);
     const tessera_game_module module = game.module();
     auto host = GameHost::Load(module, {"game.lua", "fine"}, world.shared_scene());
     EXPECT_TRUE(host.ok()) << host.status();

@@ -318,8 +318,7 @@ constexpr Callback kCallbacks[] = {
     {kOnBodyTick, Receiver::kBody, "on_tick", {}, "Once a tick for each body of this kind."},
     {kOnBodyContact, Receiver::kBody, "on_contact", kContactParameters,
      "The body began to touch another one. Called for each of the two that the region owns which reports the touch: "
-     "that of the "
-     "body with the lower id."},
+     "that of the body with the lower id. Nothing is told of a body that an earlier callback of the tick removed."},
     {kOnBodyContactEnded, Receiver::kBody, "on_contact_ended", kContactEndedParameters,
      "The body touches the other one no more; the other may be gone."},
     {kOnBodyEntered, Receiver::kBody, "on_entered", kEnterParameters, "For triggers: a body came to overlap it."},
