@@ -62,7 +62,7 @@ void InvariantChecker::Stepped(RegionId region, Tick tick, std::span<const regio
     const bool not_finite =
         std::find(result.nonfinite.begin(), result.nonfinite.end(), departure.body) != result.nonfinite.end();
     // A body that nobody knew of may go as it came.
-    const bool by_game = IsSpawned(departure.body);
+    const bool by_game = IsSpawned(departure.body) || removable_.contains(departure.body);
     if (by_game && untold_[region].made.erase(departure.body) == 0) {
       untold_[region].removed.emplace_back(tick, departure.body);
     }

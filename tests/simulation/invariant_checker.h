@@ -38,6 +38,8 @@ class InvariantChecker {
 
   void Spawned(BodyId id) { expected_.insert(id); }
   void Removing(BodyId id) { leaving_.insert(id); }  // from now on it may go at any time
+  // The game may remove this body of the scene; those that it makes it always may.
+  void GameMayRemove(BodyId id) { removable_.insert(id); }
   // The region steps no more, and what only it knew is gone.
   void Died(RegionId region);
   // Nobody has this body any more, and rightly so.
@@ -93,7 +95,7 @@ class InvariantChecker {
   std::map<RegionId, Untold> untold_;
   std::set<BodyId> told_removed_;
   Made made_;
-  std::set<BodyId> expected_, leaving_, excused_, lost_, doubled_;
+  std::set<BodyId> expected_, leaving_, removable_, excused_, lost_, doubled_;
   std::unordered_map<BodyId, Life> lives_;
   std::map<Tick, Motions> motions_;
   bool weighs_ = false;

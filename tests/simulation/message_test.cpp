@@ -14,6 +14,7 @@
 #include "core/game/testing/scripted_game.h"
 #include "core/region/message_relay.h"
 #include "game_sdk/api/api.h"
+#include "tests/simulation/disturbance.h"
 #include "tests/simulation/instance.h"
 
 namespace tessera::simulation {
@@ -255,45 +256,6 @@ int SeedsToRun() {
   return seeds == nullptr ? 3 : std::atoi(seeds);
 }
 
-// One fault after the other, drawn from the seed.
-void Disturb(TalkingInstance& world, Chance& chance, std::uint64_t last) {
-  Simulation& simulation = world.simulation();
-  ControlModel& control = *world.instance->control;
-  const auto any = [&] {
-    auto worker = simulation.workers().begin();
-    std::advance(worker, static_cast<std::ptrdiff_t>(chance.Below(simulation.workers().size())));
-    return worker->first;
-  };
-  const auto settle = [&] {
-    for (int i = 0; i < 400 && !control.idle(); ++i) simulation.RunFor(Milliseconds(50));
-  };
-  while (simulation.tick() < Tick(last)) {
-    simulation.RunFor(Milliseconds(700 + static_cast<Micros>(chance.Below(400))));
-    switch (chance.Below(5)) {
-      case 0:
-      case 1:
-        if (simulation.workers().size() < 2) break;
-        simulation.Kill(any());
-        simulation.RunFor(Milliseconds(100));
-        settle();
-        break;
-      case 2:
-        simulation.CutBetween(any(), any(), Milliseconds(100 + static_cast<Micros>(chance.Below(1'000))));
-        break;
-      case 3:
-        simulation.Stall(any(), Milliseconds(100 + static_cast<Micros>(chance.Below(300))));
-        break;
-      default:
-        simulation.RunFor(Milliseconds(1'500));
-        settle();
-        if (!control.idle()) break;
-        control.Plan(*MakeGridMap(simulation.scene()->ground(), static_cast<std::uint32_t>(3 + chance.Below(4))));
-        settle();
-        break;
-    }
-  }
-}
-
 TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
   std::uint64_t sent = 0, kills = 0, handovers = 0, planned = 0, late = 0, applied = 0;
   for (int seed = 1; seed <= SeedsToRun(); ++seed) {
@@ -302,7 +264,7 @@ TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
     Talk talk(kLast, 0.3);
     TalkingInstance world(talk, 4, static_cast<std::uint64_t>(seed));
     Chance chance(static_cast<std::uint64_t>(seed));
-    Disturb(world, chance, kLast);
+    Disturb(*world.instance, chance, Tick(kLast));
     world.simulation().RunFor(Milliseconds(1'000));
     world.simulation().Settle();
     world.simulation().RunTo(world.simulation().tick() + 1'200);

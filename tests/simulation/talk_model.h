@@ -61,13 +61,17 @@ class TalkModel {
   std::function<void(SimulatedRegion&, std::string_view)> on_taken;
 
   void RunFor(Micros time) {
+    Exchange();
+    simulation_.RunFor(time);
+  }
+  // Hears what has come by now, and says what is due.
+  void Exchange() {
     for (auto& [region, messages] : under_way_) {
       for (; !messages.empty() && messages.front().first <= simulation_.timeline().now(); messages.pop_front()) {
         Hear(messages.front().second);
       }
     }
     Speak();
-    simulation_.RunFor(time);
   }
   std::vector<client::GameEvent> TakeEvents() { return inbox_.TakeAll(); }
   std::uint64_t repeated() const { return repeated_; }

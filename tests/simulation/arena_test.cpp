@@ -1,0 +1,291 @@
+// games/arena played by bots in regions that die, beside a checker that knows the world and not the game: it sees where
+// balls begin and end, and what players are told, and compares that with what the game counted.
+//
+// TESSERA_ARENA_SEEDS=N plays N matches instead of a few.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/world/scene_load.h"
+#include "core/world/spawned_id.h"
+#include "game_sdk/lua/lua_module.h"
+#include "host/files.h"
+#include "tests/simulation/disturbance.h"
+#include "tests/simulation/instance.h"
+#include "tests/simulation/talk_model.h"
+
+namespace tessera::simulation {
+namespace {
+
+using ::testing::IsEmpty;
+
+constexpr std::uint32_t kPlayers = 8, kRegions = 6;
+constexpr Tick kLastThrow{9'000};  // of the 10 800 of a match
+constexpr std::uint64_t kBallTicks = 600;
+constexpr double kThrowSpeed_m_s = 16, kGravity_m_s2 = 9.81;
+constexpr Vec3d kRedGoal{-35, 1.2, 0}, kBlueGoal{35, 1.2, 0};
+
+std::string ReadGameFile(const std::string& name) {
+  return host::ReadFile(std::string(TESSERA_SOURCE_DIR) + "/games/arena/" + name, kMaxSceneBytes).value();
+}
+
+std::shared_ptr<const Scene> ArenaScene() {
+  return LoadScene(SceneForm::kText, ReadGameFile("scene.json"), "games/arena/scene.json").value().scene;
+}
+
+PropertyValue ValueIn(const Scene& scene, const Simulation& simulation, BodyId body, const std::string& name) {
+  const bool world = body == kInstanceBody;
+  const auto& declared = world ? scene.instance_properties : scene.properties;
+  for (const auto& [id, worker] : simulation.workers()) {
+    const region::KeptRecord* record = worker->region().records().Find(body);
+    if (record == nullptr || record->bytes->empty()) continue;
+    return *ValueOf(declared, {}, PropertySet::Decode(*record->bytes, declared).value(), name);
+  }
+  return *ValueOf(declared, {}, PropertySet(), name);
+}
+
+// The elevation of a throw that hits a point so far away and so much higher, the lower of the two; none if it is out of
+// reach. Ballistics without drag: tan a = (v^2 - sqrt(v^4 - g (g d^2 + 2 h v^2))) / (g d).
+std::optional<double> Elevation(double distance_m, double height_m) {
+  const double v2 = kThrowSpeed_m_s * kThrowSpeed_m_s;
+  const double root = v2 * v2 - kGravity_m_s2 * (kGravity_m_s2 * distance_m * distance_m + 2 * height_m * v2);
+  if (root < 0) return std::nullopt;
+  return std::atan2(v2 - std::sqrt(root), kGravity_m_s2 * distance_m);
+}
+
+// Walks to a place from which the other goal can be reached, throws, walks on.
+class Bot {
+ public:
+  Bot(Simulation& simulation, std::shared_ptr<const Scene> scene, PlayerNumber player, std::uint64_t seed)
+      : simulation_(simulation),
+        scene_(std::move(scene)),
+        player_(player),
+        body_(PlayerBodyId(player)),
+        chance_(seed),
+        talk_(simulation, player, {.seed = seed + 1, .loss = 0.1}) {}
+
+  void Frame() {
+    talk_.Exchange();
+    for (const client::GameEvent& event : talk_.TakeEvents()) Hear(event);
+    if (simulation_.tick() < kLastThrow) Play();
+  }
+  std::int64_t goals() const { return goals_; }
+  std::size_t pending() const { return talk_.pending(); }
+
+ private:
+  void Hear(const client::GameEvent& event) {
+    if (event.name == "welcome") {
+      team_ = std::get<std::string>(event.values.at(0).second);
+      Wander();
+    } else if (event.name == "goal") {
+      EXPECT_EQ(std::get<std::int64_t>(event.values.at(0).second), ++goals_) << "each goal is told once, in order";
+    } else {
+      EXPECT_EQ(event.name, "out");
+    }
+  }
+  void Wander() {
+    const double side = team_ == "red" ? 1 : -1;
+    place_ = {side * chance_.Between(6, 20), 0, chance_.Between(-15, 15)};
+    frames_ = 0;
+  }
+  void Play() {
+    const RegionId owner = simulation_.OwnerOf(body_);
+    if (team_.empty() || owner == RegionId()) return;
+    const auto state = simulation_.worker(owner.value()).region().world().StateOf(body_);
+    const Vec3d way = place_ - state.position;
+    const bool there = std::hypot(way.x, way.z) < 1 || ++frames_ > 900;
+    if (there && ++stands_ == 20) Throw(state.position);
+    if (stands_ > 40) {
+      stands_ = 0;
+      Wander();
+    }
+    const PlayerInput input{.number = next_++,
+                            .player = player_,
+                            .body = body_,
+                            .move = {0, there ? 0.0F : 1.0F},
+                            .yaw_rad = static_cast<float>(std::atan2(-way.x, -way.z)),
+                            .buttons = 1};
+    for (const auto& [id, worker] : simulation_.workers()) (void)worker->region().QueueInput(input);
+  }
+  void Throw(Vec3d from) {
+    Vec3d goal = team_ == "red" ? kBlueGoal : kRedGoal;
+    goal.z += chance_.Between(-2, 2);
+    from.y += 0.6;
+    const Vec3d way = goal - from;
+    const auto pitch = Elevation(std::hypot(way.x, way.z), way.y);
+    char command[64];
+    std::snprintf(command, sizeof command, "throw %.4f %.4f", std::atan2(-way.x, -way.z), pitch.value_or(0.7));
+    talk_.Give(command);
+  }
+
+  Simulation& simulation_;
+  const std::shared_ptr<const Scene> scene_;
+  const PlayerNumber player_;
+  const BodyId body_;
+  Chance chance_;
+  TalkModel talk_;
+  std::string team_;
+  Vec3d place_;
+  std::uint32_t next_ = 1;
+  int frames_ = 0, stands_ = 0;
+  std::int64_t goals_ = 0;
+};
+
+struct Sight {
+  Tick tick;
+  RegionId region;
+  Vec3d position;
+};
+struct BallLife {
+  Sight first, last;
+};
+
+class ArenaMatch {
+ public:
+  explicit ArenaMatch(std::uint64_t seed) : scene_(ArenaScene()) {
+    SimulationOptions options;
+    options.seed = seed;
+    options.game = [this](std::shared_ptr<const Scene> scene) -> std::shared_ptr<game::GameHost> {
+      auto host =
+          game::GameHost::Load(*game::LuaGameModule(), {"game.lua", ReadGameFile("game.lua")}, std::move(scene), {}, 7);
+      EXPECT_TRUE(host.ok()) << host.status();
+      return hosts_.emplace_back(*std::move(host));
+    };
+    SceneBuilder builder(0);
+    builder.scene() = *scene_;
+    instance = std::make_unique<Instance>(builder, kRegions, options);
+    simulation().on_step = [this, before = simulation().on_step](SimulatedRegion& worker,
+                                                                 const region::StepResult& result) {
+      before(worker, result);
+      Watch(worker, result.tick);
+    };
+    for (const BodyDef& body : scene_->bodies) {
+      if (scene_->kinds[body.kind] == "barrel") simulation().invariants().GameMayRemove(body.id);
+    }
+    for (std::uint32_t i = 1; i <= kPlayers; ++i) {
+      simulation().SpawnPlayer(PlayerNumber(i), RegionId(1 + i % kRegions));
+      bots_.push_back(std::make_unique<Bot>(simulation(), scene_, PlayerNumber(i), seed * 100 + i));
+    }
+    Frame();
+  }
+
+  Simulation& simulation() { return *instance->simulation; }
+  std::int64_t World(const std::string& name) {
+    return std::get<std::int64_t>(ValueIn(*scene_, simulation(), kInstanceBody, name));
+  }
+  std::int64_t GoalsHeard() const {
+    std::int64_t goals = 0;
+    for (const auto& bot : bots_) goals += bot->goals();
+    return goals;
+  }
+  std::int64_t GoalsOfPlayers() {
+    std::int64_t goals = 0;
+    for (std::uint32_t i = 1; i <= kPlayers; ++i) {
+      goals += std::get<std::int64_t>(ValueIn(*scene_, simulation(), PlayerBodyId(PlayerNumber(i)), "goals"));
+    }
+    return goals;
+  }
+  std::size_t CommandsPending() const {
+    std::size_t pending = 0;
+    for (const auto& bot : bots_) pending += bot->pending();
+    return pending;
+  }
+  // Of balls that clients were told of; what a death takes back was never there.
+  std::map<BodyId, BallLife> Balls() {
+    std::map<BodyId, BallLife> told;
+    for (const auto& [id, life] : balls_) {
+      if (told_.contains(id)) told.emplace(id, life);
+    }
+    return told;
+  }
+  void ExpectNoLines() {
+    for (const auto& host : hosts_) {
+      for (const game::GameLine& line : host->TakeLines()) ADD_FAILURE() << line.text;
+    }
+  }
+
+  std::unique_ptr<Instance> instance;
+
+ private:
+  void Frame() {
+    for (const auto& bot : bots_) bot->Frame();
+    simulation().timeline().In(16'667, [this] { Frame(); });
+  }
+  void Watch(SimulatedRegion& worker, Tick tick) {
+    for (const region::OwnedBody& body : worker.region().owned()) {
+      if (!IsSpawned(body.def->id)) continue;
+      if (simulation().invariants().expected().contains(body.def->id)) told_.insert(body.def->id);
+      const Sight sight{tick, worker.id(), worker.region().world().StateOf(body.def->id).position};
+      balls_.try_emplace(body.def->id, BallLife{sight, sight}).first->second.last = sight;
+    }
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  std::vector<std::shared_ptr<game::GameHost>> hosts_;
+  std::vector<std::unique_ptr<Bot>> bots_;
+  std::map<BodyId, BallLife> balls_;
+  std::set<BodyId> told_;
+};
+
+int MatchesToPlay() {
+  const char* const seeds = std::getenv("TESSERA_ARENA_SEEDS");
+  return seeds == nullptr ? 2 : std::atoi(seeds);
+}
+
+TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
+  std::int64_t scored = 0, scored_elsewhere = 0, thrown = 0;
+  std::uint64_t deaths = 0, handovers = 0, planned = 0;
+  for (int seed = 1; seed <= MatchesToPlay(); ++seed) {
+    SCOPED_TRACE(seed);
+    ArenaMatch match(static_cast<std::uint64_t>(seed));
+    Simulation& simulation = match.simulation();
+    Chance chance(static_cast<std::uint64_t>(seed));
+    Disturb(*match.instance, chance, kLastThrow);
+    simulation.RunFor(Milliseconds(1'000));
+    simulation.Settle();
+    simulation.RunTo(kLastThrow + 2 * kBallTicks);
+    EXPECT_THAT(simulation.problems(), IsEmpty());
+    match.ExpectNoLines();
+    EXPECT_EQ(match.CommandsPending(), 0U);
+
+    std::int64_t goals = 0;
+    const std::map<BodyId, BallLife> balls = match.Balls();
+    for (const auto& [id, ball] : balls) {
+      EXPECT_EQ(simulation.OwnerOf(id), RegionId()) << "ball " << id.value() << " neither landed nor ended";
+      if (ball.last.tick - ball.first.tick >= static_cast<std::int64_t>(kBallTicks) - 2) continue;
+      ++goals;
+      EXPECT_GT(std::abs(ball.last.position.x), 33) << "ball " << id.value() << " ended early, and not in a goal";
+      EXPECT_LT(std::abs(ball.last.position.z), 4);
+      scored_elsewhere += ball.first.region != ball.last.region ? 1 : 0;
+    }
+    EXPECT_EQ(match.World("red") + match.World("blue"), goals);
+    EXPECT_EQ(match.GoalsHeard(), goals);
+    EXPECT_EQ(match.GoalsOfPlayers(), goals);
+    EXPECT_EQ(match.World("thrown"), static_cast<std::int64_t>(balls.size()));
+    EXPECT_EQ(match.World("ended"), static_cast<std::int64_t>(balls.size()));
+    EXPECT_EQ(match.World("red_players") + match.World("blue_players"), kPlayers);
+    scored += goals;
+    thrown += match.World("thrown");
+    deaths += simulation.totals().kills;
+    handovers += simulation.totals().handovers;
+    planned += match.instance->control->totals().planned;
+  }
+  EXPECT_GT(scored, 20 * MatchesToPlay());
+  EXPECT_GE(3 * scored_elsewhere, scored) << "a third are thrown in one region and scored in another";
+  std::printf("%lld thrown, %lld scored, %lld of them in another region; %lu deaths, %lu handovers, %lu planned maps\n",
+              static_cast<long long>(thrown), static_cast<long long>(scored), static_cast<long long>(scored_elsewhere),
+              static_cast<unsigned long>(deaths), static_cast<unsigned long>(handovers),
+              static_cast<unsigned long>(planned));
+}
+
+}  // namespace
+}  // namespace tessera::simulation
