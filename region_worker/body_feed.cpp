@@ -39,6 +39,13 @@ void BodyFeed::ReleaseRemovals(Tick committed) {
   });
 }
 
+replication::BodyRecord BodyFeed::RecordOf(const Pushed& body) {
+  replication::BodyRecord record{body.id, body.epoch, body.state, nullptr, body.traits};
+  record.visible_to = body.audience.visible_to;
+  record.team = body.audience.team;
+  return record;
+}
+
 bool BodyFeed::IsHeldBack(BodyId id) const {
   return std::ranges::any_of(removals_, [id](const Removal& removal) { return removal.departure.id == id; });
 }
@@ -71,7 +78,9 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
   const auto traits_of = [&](BodyId id) -> replication::BodyTraits {
     while (record != region.records().all().end() && record->body < id) ++record;
     if (record == region.records().all().end() || record->body != id) return {};
-    return {record->game.jumps, record->game.tuning};
+    replication::BodyTraits traits{record->game.jumps, record->game.tuning};
+    traits.tuning.visible_to.reset();  // no client's business
+    return traits;
   };
   for (const region::OwnedBody& body : region.owned()) {
     const BodyId id = body.def->id;
@@ -83,13 +92,13 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
       if (known) ++before;
       continue;
     }
-    const replication::BodyTraits traits = traits_of(id);
-    if (!known || before->epoch != body.epoch || LooksDifferent(before->state, body.state) ||
-        before->traits != traits) {
-      changed_.push_back({id, body.epoch, body.state, nullptr, traits});
+    const Pushed now{id, body.epoch, body.state, traits_of(id), region.AudienceOf(id)};
+    if (!known || before->epoch != now.epoch || LooksDifferent(before->state, now.state) ||
+        before->traits != now.traits || before->audience != now.audience) {
+      changed_.push_back(RecordOf(now));
     }
     if (known) ++before;
-    pushing_.push_back({id, body.epoch, body.state, traits});
+    pushing_.push_back(now);
   }
   while (before != pushed_.end()) drop();
   pushed_.swap(pushing_);
@@ -100,14 +109,23 @@ void BodyFeed::Push(const region::Region& region, replication::SnapshotHistory& 
 
 void BodyFeed::Show(Told& told, std::span<const PropertyDef> defs) {
   told.shown = told.bytes;
-  const auto restricted = [](const PropertyDef& def) { return def.visible_to != PropertyVisibility::kEveryone; };
+  const auto restricted = [](const PropertyDef& def) { return def.visible_to != Visibility::kEveryone; };
   if (std::ranges::none_of(defs, restricted)) return;
   // A region's own bytes are sound; of others nobody sees anything.
   const PropertySet all = PropertySet::Decode(*told.bytes, defs).value_or(PropertySet());
-  told.shown = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, false));
-  if (!IsPlayerBody(told.body)) return;
-  auto own = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, true));
-  if (*own != *told.shown) told.own = std::move(own);
+  told.shown = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, PropertySet::Viewer::kAnybody));
+  const auto add = [&](PropertySet::Viewer viewer, region::OutputCommit::PropertyBytes& to) {
+    auto bytes = std::make_shared<const std::vector<std::uint8_t>>(all.EncodeFor(defs, viewer));
+    if (*bytes != *told.shown) to = std::move(bytes);
+  };
+  add(PropertySet::Viewer::kTeam, told.team);
+  if (IsPlayerBody(told.body)) add(PropertySet::Viewer::kPlayer, told.own);
+}
+
+void BodyFeed::Attach(const Told& told, replication::BodyRecord& record) {
+  record.properties = told.shown;
+  record.own_properties = told.own;
+  record.team_properties = told.team;
 }
 
 // Adds properties to each body that is pushed, because it may be new to the history, and pushes bodies of which nothing
@@ -116,7 +134,7 @@ void BodyFeed::AddProperties(const region::Region& region) {
   telling_.clear();
   for (const region::KeptRecord& record : region.records().all()) {
     const region::OutputCommit::PropertyBytes& bytes = region.output().PropertiesOf(record);
-    if (bytes != nullptr && !bytes->empty()) telling_.push_back({record.body, bytes, {}, {}});
+    if (bytes != nullptr && !bytes->empty()) telling_.push_back({record.body, bytes, {}, {}, {}});
   }
   const auto moved = changed_.size();
   auto before = properties_.begin();
@@ -130,12 +148,12 @@ void BodyFeed::AddProperties(const region::Region& region) {
     }
     const auto end = changed_.begin() + static_cast<std::ptrdiff_t>(moved);
     if (const auto at = std::lower_bound(changed_.begin(), end, now.body, kById); at != end && at->id == now.body) {
-      at->properties = now.shown;
-      at->own_properties = now.own;
+      Attach(now, *at);
     } else if (!same) {
       const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), now.body, kById);
       if (body == pushed_.end() || body->id != now.body) continue;  // not owned; should not happen
-      changed_.push_back({body->id, body->epoch, body->state, now.shown, body->traits, now.own});
+      changed_.push_back(RecordOf(*body));
+      Attach(now, changed_.back());
     }
   }
   properties_.swap(telling_);
@@ -145,6 +163,11 @@ std::optional<Vec3d> BodyFeed::PlaceOf(BodyId id) const {
   const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), id, kById);
   if (body == pushed_.end() || body->id != id) return std::nullopt;
   return body->state.position;
+}
+
+TeamId BodyFeed::TeamOf(BodyId id) const {
+  const auto body = std::lower_bound(pushed_.begin(), pushed_.end(), id, kById);
+  return body == pushed_.end() || body->id != id ? 0 : body->audience.team;
 }
 
 }  // namespace tessera::worker

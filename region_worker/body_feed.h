@@ -30,6 +30,8 @@ class BodyFeed {
   void Clear();
   // The body's place at the last push; nothing if it was not owned then.
   std::optional<Vec3d> PlaceOf(BodyId id) const;
+  // The body's team at the last push; 0 if it was not owned then.
+  TeamId TeamOf(BodyId id) const;
 
  private:
   struct Pushed {
@@ -37,17 +39,21 @@ class BodyFeed {
     Epoch epoch;
     BodyState state;
     replication::BodyTraits traits;
+    region::Region::Audience audience;
   };
   struct Removal {
     Tick tick;
     replication::DepartureRecord departure;
   };
-  // The properties of a body, as they are and as clients see them: `own` as its player does, where that is more.
+  // The properties of a body, as they are and as clients see them: `team` as its team does, and `own` as its player
+  // does, where that is more.
   struct Told {
     BodyId body;
-    region::OutputCommit::PropertyBytes bytes, shown, own;
+    region::OutputCommit::PropertyBytes bytes, shown, own, team;
   };
   static void Show(Told& told, std::span<const PropertyDef> defs);
+  static replication::BodyRecord RecordOf(const Pushed& body);
+  static void Attach(const Told& told, replication::BodyRecord& record);
   void ReleaseRemovals(Tick committed);
   bool IsHeldBack(BodyId id) const;
   void AddProperties(const region::Region& region);

@@ -22,8 +22,11 @@ std::shared_ptr<const Scene> StoneAndGuest() {
   scene->bounds = {{-50, -50, -50}, {50, 50, 50}};
   scene->gravity_m_s2 = {};
   scene->properties = {{"health", std::int64_t{100}},
-                       {"ammunition", std::int64_t{0}, PropertyVisibility::kPlayer},
-                       {"suspicion", std::int64_t{0}, PropertyVisibility::kServers}};
+                       {"ammunition", std::int64_t{0}, Visibility::kPlayer},
+                       {"suspicion", std::int64_t{0}, Visibility::kServers},
+                       {"team", std::string()},
+                       {"plan", std::int64_t{0}, Visibility::kTeam}};
+  scene->team_property = "team";
   BodyDef& def = scene->bodies.emplace_back();
   def.id = kStone;
   def.shape = std::make_shared<const Shape>(Shape{SphereShape{0.5}});
@@ -48,7 +51,8 @@ class BodyFeedTest : public ::testing::Test {
     const region::StepResult result = region_.Step();
     feed_.Note(result.tick, result.departures);
     feed_.Push(region_, history_);
-    for (const replication::Bytes& datagram : sender_.Write(history_, {.own = viewer_}, 0, 0).datagrams) {
+    for (const replication::Bytes& datagram :
+         sender_.Write(history_, {.own = viewer_, .team = feed_.TeamOf(viewer_)}, 0, 0).datagrams) {
       const auto read = receiver_.Read(datagram);
       ASSERT_TRUE(read.ok()) << read.status();
       for (const replication::BodyRecord& body : read->bodies) {
@@ -141,6 +145,25 @@ TEST_F(BodyFeedTest, APlayerAloneSeesWhatIsForThePlayerAndNobodyWhatIsForServers
   EXPECT_EQ(Told(guest, "ammunition"), PropertyValue(std::int64_t{3}));
   EXPECT_EQ(Told(guest, "suspicion"), PropertyValue(std::int64_t{0}));
   EXPECT_EQ(Told(kStone, "ammunition"), PropertyValue(std::int64_t{0})) << "a stone is no player's";
+}
+
+TEST_F(BodyFeedTest, ATeamIsThatOfThePropertyAndSeesWhatItsBodiesTellIt) {
+  const BodyId guest = PlayerBodyId(kGuest);
+  region_.SetStandby(false);
+  viewer_ = guest;
+  Tick();
+  ASSERT_TRUE(region_.SetProperty(kStone, "plan", std::int64_t{3}, 1).ok());
+  ASSERT_TRUE(region_.SetProperty(kStone, "team", std::string("red"), 2).ok());
+  ASSERT_TRUE(region_.SetProperty(guest, "team", std::string("blue"), 3).ok());
+  Tick();
+  Tick();
+  EXPECT_EQ(Told(kStone, "team"), PropertyValue(std::string("red")));
+  EXPECT_EQ(Told(kStone, "plan"), PropertyValue(std::int64_t{0})) << "of another team";
+  ASSERT_TRUE(region_.SetProperty(guest, "team", std::string("red"), 4).ok());
+  Tick();
+  Tick();
+  EXPECT_EQ(Told(kStone, "plan"), PropertyValue(std::int64_t{3}));
+  EXPECT_EQ(feed_.TeamOf(guest), feed_.TeamOf(kStone));
 }
 
 }  // namespace

@@ -115,23 +115,23 @@ class BroadcastTest : public testing::Test {
 TEST_F(BroadcastTest, AConnectionFirstGetsAllPairsInItsReachAndThenChangesAlone) {
   PairBroadcast pairs(5);
   const auto first = Join();
-  pairs.AfterTick(region_, result_.events, port_);
+  pairs.AfterTick(region_, result_.events, nullptr, port_);
   ASSERT_TRUE(Until(*first, [&] { return !first->pairs.empty(); }));
   EXPECT_TRUE(first->pairs[0].whole());
   ASSERT_EQ(first->pairs[0].events_size(), 1) << first->pairs[0].DebugString();
   EXPECT_EQ(first->pairs[0].events(0).body_a(), kBall);
   EXPECT_EQ(first->pairs[0].events(0).body_b(), kNearTrigger);
 
-  pairs.AfterTick(region_, {}, port_);
+  pairs.AfterTick(region_, {}, nullptr, port_);
   const physics::PairEvent end{
       .body_a = BodyId(kBall), .body_b = BodyId(kNearTrigger), .trigger = true, .begin = false};
-  pairs.AfterTick(region_, {&end, 1}, port_);
+  pairs.AfterTick(region_, {&end, 1}, nullptr, port_);
   ASSERT_TRUE(Until(*first, [&] { return first->pairs.size() == 2; }));
   EXPECT_FALSE(first->pairs[1].whole());
   EXPECT_FALSE(first->pairs[1].events(0).begin());
 
   const auto second = Join();  // takes the place of the first
-  pairs.AfterTick(region_, {}, port_);
+  pairs.AfterTick(region_, {}, nullptr, port_);
   ASSERT_TRUE(Until(*second, [&] { return !second->pairs.empty(); }));
   EXPECT_TRUE(second->pairs[0].whole());
 }

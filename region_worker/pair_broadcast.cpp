@@ -15,6 +15,7 @@ namespace {
 
 struct PlacedPair {
   physics::PairEvent event;
+  region::Region::Audience a, b;
   std::optional<Vec3d> place;  // nothing: its body has just gone
   std::optional<physics::Contact> contact;
 };
@@ -38,7 +39,8 @@ std::vector<PlacedPair> Placed(const region::Region& region, std::span<const phy
     const std::optional<Vec3d> place = PlaceOf(region, event.body_a);
     std::optional<physics::Contact> contact;
     if (!whole && event.begin) contact = region.world().ContactBetween(event.body_a, event.body_b);
-    placed.push_back({event, place ? place : PlaceOf(region, event.body_b), contact});
+    placed.push_back({event, region.AudienceOf(event.body_a), region.AudienceOf(event.body_b),
+                      place ? place : PlaceOf(region, event.body_b), contact});
   }
   return placed;
 }
@@ -60,20 +62,25 @@ void PutPair(const PlacedPair& placed, v1::PairEvents& pairs) {
 }  // namespace
 
 void PairBroadcast::AfterTick(const region::Region& region, std::span<const physics::PairEvent> events,
-                              GamePort& port) {
+                              const PlayerPlaces* places, GamePort& port) {
   std::optional<std::vector<PlacedPair>> touching, changed;  // made when a client needs them
   for (const auto& [peer, client] : port.clients()) {
     const bool whole = informed_.insert(peer).second;
     std::optional<std::vector<PlacedPair>>& pairs = whole ? touching : changed;
     if (!pairs) pairs = Placed(region, whole ? region.touching() : events, whole);
     const BodyId own = PlayerBodyId(client.player);
+    const TeamId team = region.Owns(own)    ? region.AudienceOf(own).team
+                        : places != nullptr ? places->TeamAt(client.player, region.tick())
+                                            : 0;
     const std::optional<Vec3d> centre = reach_m_ > 0 ? PlaceOf(region, own) : std::nullopt;
     v1::RegionControl message;
     v1::PairEvents& sent = *message.mutable_pair_events();
     for (const PlacedPair& pair : *pairs) {
       const bool concerns = !centre || !pair.place || pair.event.body_a == own || pair.event.body_b == own ||
                             Length(*pair.place - *centre) <= reach_m_;
-      if (concerns) PutPair(pair, sent);
+      const bool shown = (pair.event.body_a == own || MaySee(pair.a.visible_to, pair.a.team, team)) &&
+                         (pair.event.body_b == own || MaySee(pair.b.visible_to, pair.b.team, team));
+      if (concerns && shown) PutPair(pair, sent);
     }
     if (sent.events().empty() && !whole) continue;
     sent.set_tick(region.tick().value());

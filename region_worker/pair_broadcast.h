@@ -3,7 +3,7 @@
 // A client that is new is first sent all pairs that touch. Pairs further away than kReach radii of interest from a
 // client's body are left out.
 //
-//   broadcast.AfterTick(region, result.events, port);   // after each tick
+//   broadcast.AfterTick(region, result.events, places, port);   // after each tick
 //
 // Thread rule: one thread.
 #pragma once
@@ -14,6 +14,7 @@
 #include "core/physics/contact_report.h"
 #include "core/region/region.h"
 #include "net/endpoint.h"
+#include "region_worker/core/player_places.h"
 #include "region_worker/game_port.h"
 
 namespace tessera::worker {
@@ -23,8 +24,10 @@ class PairBroadcast {
   // 0: interest has no radius.
   explicit PairBroadcast(double interest_radius_m) : reach_m_(kReach * interest_radius_m) {}
 
-  // `events`: of the region's last step.
-  void AfterTick(const region::Region& region, std::span<const physics::PairEvent> events, GamePort& port);
+  // `events`: of the region's last step. `places` knows the teams of players whose bodies other regions own; null where
+  // there is only this region.
+  void AfterTick(const region::Region& region, std::span<const physics::PairEvent> events, const PlayerPlaces* places,
+                 GamePort& port);
 
  private:
   // Further than bodies are sent: cells and hysteresis reach beyond the radius, and bodies have a size. A client

@@ -123,8 +123,10 @@ replication::ClientView SnapshotBroadcast::ViewOf(const region::Region& region, 
   replication::ClientView view{.centre = {}, .own = PlayerBodyId(client.player)};
   view.centre = feed_.PlaceOf(view.own);
   const bool here = view.centre.has_value();
+  view.team = feed_.TeamOf(view.own);
   if (!here && places != nullptr) {
     view.centre = places->At(client.player, region.tick());
+    view.team = places->TeamAt(client.player, region.tick());
   }
   const auto regions = static_cast<double>(region.map().regions().size());
   if (settings_.interest_radius_m <= 0) {

@@ -152,11 +152,7 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
 
   // Lies: as an input of its body here, and as what only regions may say.
   PlayerPlaces lies(60);
-  BodyDef body;
-  body.id = own;
-  region::OwnedBody lie{.def = &body, .epoch = Epoch(1000), .state = {}};
-  lie.state.position = {80, 1, 0};
-  lies.Follow(Tick(100), std::span(&lie, 1));
+  lies.Report(PlayerNumber(1), Epoch(1000), Tick(100), {80, 1, 0}, 0);
   const std::vector<std::uint8_t> said = lies.Write(Tick(100));
   two->SendDatagram(said);
   two->SendInput({.number = 1, .body = own, .target = Tick(), .force_n = {2000, 0, 0}, .torque_nm = {}});

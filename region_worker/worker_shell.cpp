@@ -197,7 +197,7 @@ void WorkerShell::GreetInPause() {
   const RegionRun* run = core_->run();
   if (run == nullptr || !snapshots_ || !run->clock().paused() || !run->ticks().running()) return;
   snapshots_->ShowStanding(run->region(), run->places(), *game_);
-  pairs_->AfterTick(run->region(), {}, *game_);
+  pairs_->AfterTick(run->region(), {}, run->places(), *game_);
 }
 
 // An agent's reports say the same.
@@ -292,7 +292,7 @@ void WorkerShell::Do(const PublishClock& action) {
 void WorkerShell::Do(const PublishStep& action) {
   const RegionRun& run = *core_->run();
   snapshots_->AfterTick(run.region(), action.result.departures, run.places(), *game_);
-  pairs_->AfterTick(run.region(), action.result.events, *game_);
+  pairs_->AfterTick(run.region(), action.result.events, run.places(), *game_);
   news_.AfterTick(run.region(), *game_);
 }
 

@@ -452,6 +452,11 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
       if (!timer.ok()) return timer.status();
       return Of(GameValue(*timer));
     }
+    case kBodyShowTo: {
+      const absl::Status status = ShowTo(scene, def, TextOf(arguments[0]), body.record);
+      if (!status.ok()) return status;
+      return tessera_game_value{};
+    }
     case kBodyCancel:
       return Of(GameValue(CancelTimer(body.record, arguments[0].as.whole)));
     case kBodyRemove:
@@ -464,7 +469,8 @@ absl::StatusOr<tessera_game_value> Change(tessera_game_call& call, const Functio
 
 bool Changes(std::uint32_t function) {
   return function == kBodySet || function == kBodyImpulse || function == kBodySetVelocity || function == kBodyAfter ||
-         function == kBodyCancel || function == kBodyRemove || function == kBodyExpireAfter || IsMotionCall(function);
+         function == kBodyCancel || function == kBodyRemove || function == kBodyExpireAfter ||
+         function == kBodyShowTo || IsMotionCall(function);
 }
 
 absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Function& function, BodyId id,

@@ -165,6 +165,7 @@ bool IsVerb(std::uint32_t function) {
     case kBodyTeleport:
     case kBodyWake:
     case kBodySetGravity:
+    case kBodyShowTo:
       return true;
     default:
       return false;

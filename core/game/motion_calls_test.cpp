@@ -341,5 +341,25 @@ TEST_F(MotionCallsTest, AbsurdRecordsAreRefused) {
   EXPECT_EQ(error([&](GameRecord& r) { r.tuning.friction = nan; }), "tuning: is not finite, or beyond limits");
 }
 
+// --- show_to
+
+TEST_F(MotionCallsTest, ABodyIsShownToThoseWhomTheGameNames) {
+  world.SetTeams();
+  ASSERT_TRUE(Call(kBodyShowTo, {Body(1), Text("team")}));
+  EXPECT_EQ(world.record(1).tuning.visible_to, Visibility::kTeam);
+  ASSERT_TRUE(Call(kBodyShowTo, {Body(1), Text("servers")}));
+  EXPECT_EQ(world.record(1).tuning.visible_to, Visibility::kServers);
+  ASSERT_TRUE(Call(kBodyShowTo, {Body(1), Text("everyone")}));
+  EXPECT_TRUE(world.record(1).empty()) << "as the scene has it";
+}
+
+TEST_F(MotionCallsTest, WhoIsNobodyAndTeamsThatAreNotThereAreRefused) {
+  EXPECT_EQ(ErrorOf(kBodyShowTo, {Body(1), Text("friends")}),
+            "show_to: `who` must be everyone, team or servers, got friends");
+  EXPECT_EQ(ErrorOf(kBodyShowTo, {Body(1), Text("team")}), "show_to: the scene has no team_property");
+  EXPECT_EQ(ErrorOf(kBodyShowTo, {Body(4), Text("servers")}),
+            "show_to: the body does not move, and every client has the scene");
+}
+
 }  // namespace
 }  // namespace tessera::game::motion_calls

@@ -104,6 +104,25 @@ absl::StatusOr<std::int64_t> SetTimer(Tick now, std::span<const tessera_game_val
   return record.last_timer;
 }
 
+absl::Status ShowTo(const Scene& scene, const BodyDef& def, std::string_view who, GameRecord& record) {
+  if (def.motion != Motion::kDynamic) {
+    return absl::InvalidArgumentError("show_to: the body does not move, and every client has the scene");
+  }
+  if (who == "everyone") {
+    record.tuning.visible_to = Visibility::kEveryone;
+  } else if (who == "team") {
+    if (scene.team_property.empty()) return absl::FailedPreconditionError("show_to: the scene has no team_property");
+    record.tuning.visible_to = Visibility::kTeam;
+  } else if (who == "servers") {
+    record.tuning.visible_to = Visibility::kServers;
+  } else {
+    return absl::InvalidArgumentError(
+        absl::StrCat("show_to: `who` must be everyone, team or servers, got ", AsView(who.substr(0, 32))));
+  }
+  if (record.tuning.visible_to == def.visible_to) record.tuning.visible_to.reset();
+  return absl::OkStatus();
+}
+
 bool CancelTimer(GameRecord& record, std::int64_t number) {
   return std::erase_if(record.timers, [&](const GameTimer& timer) { return timer.number == number; }) > 0;
 }

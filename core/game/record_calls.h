@@ -30,6 +30,9 @@ absl::Status CheckProperty(std::span<const PropertyDef> declared, std::string_vi
 // Arguments of `after`: ticks, name, values. Returns the timer's number.
 absl::StatusOr<std::int64_t> SetTimer(Tick now, std::span<const tessera_game_value> arguments, GameRecord& record);
 // Whether there was one.
+// show_to: changes which clients see the body. Error: INVALID_ARGUMENT "show_to: `who` must be ...".
+absl::Status ShowTo(const Scene& scene, const BodyDef& def, std::string_view who, GameRecord& record);
+
 bool CancelTimer(GameRecord& record, std::int64_t number);
 
 }  // namespace tessera::game

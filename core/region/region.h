@@ -162,6 +162,14 @@ class Region {
   std::vector<EndedPlayer> ended_players() const;
   // Whether nobody is to see this body, which is owned here: it is a spectator's, or nobody may know of it yet.
   bool IsHidden(BodyId body) const;
+  // Which clients may see this body, which is owned here or a neighbour's, and its team. Of a neighbour's body the team
+  // is that of four ticks ago.
+  struct Audience {
+    Visibility visible_to = Visibility::kEveryone;
+    TeamId team = 0;
+    friend bool operator==(const Audience&, const Audience&) = default;
+  };
+  Audience AudienceOf(BodyId body) const;
 
   // --- Properties.
   // Sets one of the properties that the scene declares, of a body that is owned here. Changes are numbered from 1 on by

@@ -90,4 +90,25 @@ bool Region::IsHidden(BodyId body) const {
   return std::ranges::binary_search(parts_->records.hidden(), body);
 }
 
+Region::Audience Region::AudienceOf(BodyId body) const {
+  const RegionParts& parts = *parts_;
+  const std::ptrdiff_t place = parts.bodies.PlaceOf(body);
+  if (place < 0) return {};
+  const BodyDef& def = parts.bodies.DefAt(static_cast<std::size_t>(place));
+  const KeptRecord* const kept = parts.records.Find(body);
+  const Ghost* const ghost = parts.bodies.FindGhost(body);
+  static const BodyTuning kUntuned;
+  const BodyTuning& tuning = ghost != nullptr ? ghost->record.tuning : kept != nullptr ? kept->game.tuning : kUntuned;
+  Audience audience{VisibilityOf(def, tuning), 0};
+  const Scene& scene = parts.scene();
+  if (scene.team_property.empty()) return audience;
+  const std::vector<std::uint8_t>* const bytes =
+      kept != nullptr ? parts.output.PropertiesOf(*kept).get() : parts.shared.Find(body);
+  const PropertySet changed = bytes == nullptr || bytes->empty()
+                                  ? PropertySet()
+                                  : PropertySet::Decode(*bytes, scene.properties).value_or(PropertySet());
+  audience.team = TeamOf(*ValueOf(scene.properties, def.properties, changed, scene.team_property));
+  return audience;
+}
+
 }  // namespace tessera::region

@@ -104,9 +104,15 @@ SlotIndex SnapshotHistory::Impl::Take(const BodyRecord& body, const QuantizedSta
                   .states = {state},
                   .properties = nullptr,
                   .own_properties = nullptr,
-                  .traits = body.traits};
+                  .team_properties = nullptr,
+                  .traits = body.traits,
+                  .team = body.team};
   const Vec3d position = quantizer.PositionOf(state);
-  hot[index] = {.since = now, .oldest = now, .position = Vec3f(position), .generation = hot[index].generation + 1};
+  hot[index] = {.since = now,
+                .oldest = now,
+                .position = Vec3f(position),
+                .generation = hot[index].generation + 1,
+                .visible_to = body.visible_to};
   by_id[body.id] = index;
   departed.erase(body.id);
   Enter(index, grid.CellAt(position, std::nullopt));
@@ -144,8 +150,13 @@ void SnapshotHistory::Impl::Change(SlotIndex index, const QuantizedState& state)
 void SnapshotHistory::Impl::Put(const BodyRecord& body) {
   const QuantizedState state = quantizer.Quantize(body.state);
   const auto found = by_id.find(body.id);
-  // A body with other traits begins anew, with a full record that has them.
-  if (found != by_id.end() && slots[found->second].epoch == body.epoch && slots[found->second].traits == body.traits) {
+  // A body with other traits, or that others may see, begins anew, with a full record.
+  const auto is_same = [&](SlotIndex index) {
+    const Slot& slot = slots[index];
+    return slot.epoch == body.epoch && slot.traits == body.traits && slot.team == body.team &&
+           hot[index].visible_to == body.visible_to;
+  };
+  if (found != by_id.end() && is_same(found->second)) {
     Slot& slot = slots[found->second];
     if (!(slot.now() == state)) Change(found->second, state);
     return PutProperties(found->second, body);
@@ -160,9 +171,13 @@ void SnapshotHistory::Impl::PutProperties(SlotIndex index, const BodyRecord& bod
     return a == b || (a != nullptr && b != nullptr && *a == *b);
   };
   if (body.properties == nullptr) return;
-  if (same(slot.properties, body.properties) && same(slot.own_properties, body.own_properties)) return;
+  if (same(slot.properties, body.properties) && same(slot.own_properties, body.own_properties) &&
+      same(slot.team_properties, body.team_properties)) {
+    return;
+  }
   slot.properties = body.properties;
   slot.own_properties = body.own_properties;
+  slot.team_properties = body.team_properties;
   hot[index].properties_since = now;
   MarkDirty(hot[index].cell, index);
 }

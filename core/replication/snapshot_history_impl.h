@@ -41,11 +41,14 @@ struct Slot {
   std::vector<Stamp> ticks;
   std::vector<QuantizedState> states;
   std::size_t newest = 0;
-  std::shared_ptr<const Bytes> properties, own_properties;  // as in BodyRecord
+  std::shared_ptr<const Bytes> properties, own_properties, team_properties;  // as in BodyRecord
   BodyTraits traits;
+  TeamId team = 0;
 
-  const Bytes* PropertiesFor(BodyId viewer) const {
-    return viewer == id && own_properties != nullptr ? own_properties.get() : properties.get();
+  const Bytes* PropertiesFor(BodyId viewer, TeamId of_team) const {
+    if (viewer == id && own_properties != nullptr) return own_properties.get();
+    const bool own_team = team_properties != nullptr && (viewer == id || (team != 0 && team == of_team));
+    return own_team ? team_properties.get() : properties.get();
   }
   const QuantizedState& now() const { return states[newest]; }
   // Null where it is not kept any more, or was not here.
@@ -64,6 +67,7 @@ struct alignas(32) HotData {
   std::uint32_t generation = 0;  // one more for each body that takes the slot
   std::uint16_t cell = kNoCell;
   bool falls = false;  // freely, by its last states
+  Visibility visible_to = Visibility::kEveryone;
 
   bool used() const { return cell != kNoCell; }
 };
@@ -103,6 +107,13 @@ struct SnapshotHistory::Impl {
     const Slot& slot = slots[key.slot];
     __builtin_prefetch(&slot.ticks[slot.newest]);
     __builtin_prefetch(&slot.states[slot.newest]);
+  }
+
+  // Whether a player with this body and of this team may see the slot's body.
+  bool MaySee(SlotIndex slot, BodyId own, TeamId of_team) const {
+    const Visibility visible_to = hot[slot].visible_to;
+    return visible_to == Visibility::kEveryone || slots[slot].id == own ||
+           tessera::MaySee(visible_to, slots[slot].team, of_team);
   }
 
   SnapshotSettings settings;

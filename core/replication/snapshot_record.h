@@ -31,6 +31,11 @@ struct BodyRecord {
   BodyTraits traits = {};
   // Pushed, of a player's body: those for that player, where they are others; null: the same.
   std::shared_ptr<const Bytes> own_properties = nullptr;
+  // Pushed: who may see the body, and which team it is in. Those for the players of its team, where they are others;
+  // null: the same.
+  Visibility visible_to = Visibility::kEveryone;
+  TeamId team = 0;
+  std::shared_ptr<const Bytes> team_properties = nullptr;
 };
 
 struct DepartureRecord {

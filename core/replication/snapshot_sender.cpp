@@ -46,8 +46,10 @@ void SnapshotSender::Impl::Follow(const History& history, const ClientView& view
   std::vector<std::uint32_t>& before = seen_before;
   before = window.cells();
   const bool turned = window.Follow(history.grid, settings.interest_radius_m, view.centre);
-  const bool missed = pushes_seen + 1 != history.pushes;
-  if (pushes_seen == history.pushes && !turned) return;
+  const bool viewer_changed = view.own != own || view.team != team;
+  if (viewer_changed) ChangeViewer(view);
+  const bool missed = viewer_changed || pushes_seen + 1 != history.pushes;
+  if (pushes_seen == history.pushes && !turned && !viewer_changed) return;
   pushes_seen = history.pushes;
   if (missed) {
     for (const Entity& body : std::vector<Entity>(entities)) {
@@ -64,6 +66,17 @@ void SnapshotSender::Impl::Follow(const History& history, const ClientView& view
     ConsiderDirty(history, before);  // bodies that have just left a cell that is not seen any more
   }
   ConsiderDirty(history, window.cells());
+}
+
+// Other bodies may be seen, and others' properties: all that the client sees is told anew.
+void SnapshotSender::Impl::ChangeViewer(const ClientView& view) {
+  own = view.own;
+  team = view.team;
+  for (Entity& body : entities) {
+    if (!body.used) continue;
+    body.acknowledged.properties = 0;
+    if (body.dirty != Entity::kClean) dirty[body.dirty].acknowledged.properties = 0;
+  }
 }
 
 void SnapshotSender::Impl::ConsiderDirty(const History& history, std::span<const std::uint32_t> cells) {
@@ -85,7 +98,7 @@ void SnapshotSender::Impl::ConsiderMembers(const History& history, const std::ve
 
 void SnapshotSender::Impl::Consider(const History& history, SlotIndex index) {
   const HotData& data = history.hot[index];
-  const bool seen = data.used() && window.Sees(data.cell);
+  const bool seen = data.used() && window.Sees(data.cell) && history.MaySee(index, own, team);
   const auto found = by_slot.find(index);
   if (found == by_slot.end()) {
     if (seen) Appear(history, index);
@@ -118,9 +131,9 @@ void SnapshotSender::Impl::Appear(const History& history, SlotIndex slot_index) 
 
 void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   Entity& body = entities[index];
-  const HotData& data = history.hot[body.slot];
   DepartureRecord record{.id = body.id, .epoch = body.epoch, .to = {}};
-  if (data.used() && data.generation == body.generation) {
+  const auto other = history.by_id.find(body.id);
+  if (other != history.by_id.end() && history.slots[other->second].epoch == body.epoch) {
     record.why = DepartureRecord::Why::kOutOfInterest;
   } else if (const auto found = history.departed.find(body.id); found != history.departed.end()) {
     record = found->second;
@@ -130,7 +143,6 @@ void SnapshotSender::Impl::Depart(const History& history, std::uint32_t index) {
   if (body.dirty != Entity::kClean) dirty[body.dirty].use = DirtyEntity::Use::kGone;
   free_entities.push_back(index);
   // No departure is sent of a body that is back already, in another slot.
-  const auto other = history.by_id.find(body.id);
   if (other != history.by_id.end() && other->second != body.slot && by_slot.contains(other->second)) return;
   pending_departures.insert_or_assign(record.id,
                                       PendingDeparture{.record = record, .first_sequence = next_sequence, .sent = {}});
@@ -269,7 +281,7 @@ void SnapshotSender::Impl::EarnBudget(const History& history, const ClientView& 
 // --- Writing ---------------------------------------------------------------------------------------------------------
 
 // Sorts the candidates by importance: how near they are, and how long they have waited.
-void SnapshotSender::Impl::SortByScore(BodyId own) {
+void SnapshotSender::Impl::SortByScore() {
   std::vector<std::pair<float, std::uint32_t>> order;  // negative score, index
   order.reserve(candidates.size());
   for (const Candidate& candidate : candidates) {
@@ -292,7 +304,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
   const double usable = most / (kDatagramOverheadBytes + most);
   double bits_left = std::max(0.0, (allowance_bytes - kDatagramOverheadBytes - 24) * 8 * usable);
   constexpr double kLikelyBits = 120;
-  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore(view.own);
+  if (static_cast<double>(candidates.size()) * kLikelyBits > bits_left) SortByScore();
   const double near = settings.velocity_radius_m * settings.velocity_radius_m;
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     if (i + kAhead < candidates.size()) history.PrefetchSlot(candidates[i + kAhead].key);
@@ -305,7 +317,7 @@ void SnapshotSender::Impl::Choose(History& history, const ClientView& view, Writ
                                                LengthSquared(Vec3d(data.position) - *view.centre) <= near);
     const RecordCache::Entry& record = history.RecordOf(key, velocities);
     const Bytes* properties = data.properties_since > body.acknowledged.properties
-                                  ? history.slots[body.slot].PropertiesFor(view.own)
+                                  ? history.slots[body.slot].PropertiesFor(view.own, view.team)
                                   : nullptr;
     if (properties != nullptr) bits_left -= 8 * static_cast<double>(properties->size()) + 20;
     bits_left -= 10 + record.pose_bits + (velocities ? record.velocity_bits : 0);

@@ -23,6 +23,7 @@ struct ClientView {
   // Unknown: all is of interest.
   std::optional<Vec3d> centre{};
   BodyId own{};             // always first
+  TeamId team = 0;          // sees what its bodies are shown, and what they say of themselves, to their team
   double budget_share = 1;  // this region's share of the client's bytes a second
 };
 

@@ -118,6 +118,7 @@ struct SnapshotSender::Impl {
 
   // Entities: which bodies the client sees, and which of them are dirty.
   void Follow(const History& history, const ClientView& view);
+  void ChangeViewer(const ClientView& view);
   void ConsiderDirty(const History& history, std::span<const std::uint32_t> cells);
   void ConsiderMembers(const History& history, const std::vector<std::uint32_t>& cells);
   void Consider(const History& history, SlotIndex slot);
@@ -136,7 +137,7 @@ struct SnapshotSender::Impl {
   };
   void FindCandidates(const History& history, const ClientView& view);
   bool Due(const History& history, const Viewer& viewer, BodyId id, DirtyEntity& body, float& distance_squared) const;
-  void SortByScore(BodyId own);
+  void SortByScore();
   void Choose(History& history, const ClientView& view, WrittenSnapshot& result);
   static RecordCache::Key KeyFor(const History& history, const DirtyEntity& body);
   std::vector<DepartureRecord> DueDepartures(const History& history);
@@ -151,6 +152,8 @@ struct SnapshotSender::Impl {
 
   SnapshotSettings settings;
   InterestWindow window;
+  BodyId own;  // of the view
+  TeamId team = 0;
   std::uint64_t pushes_seen = 0;
   std::vector<Entity> entities;
   std::vector<std::uint32_t> free_entities;

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
 #include <random>
+#include <set>
+#include <vector>
 
 #include "core/replication/testing/moving_bodies.h"
 #include "core/replication/testing/snapshot_link.h"
@@ -206,6 +209,80 @@ TEST(SnapshotTest, ADepartureTellsWhereTo) {
   EXPECT_EQ(got->departures[0].to, RegionId(3));
   EXPECT_EQ(got->departures[0].epoch, Epoch(4));
   EXPECT_EQ(got->departures[1].to, RegionId());
+}
+
+// One client, and what it sees of bodies that are shown to some only.
+class AudienceTest : public ::testing::Test {
+ protected:
+  // Bodies and departures that the client is told of by a snapshot of these bodies, which are all that there are.
+  void Push(const std::vector<BodyRecord>& bodies) {
+    history_.Push(Tick(++tick_), bodies, {});
+    for (const Bytes& datagram : sender_.Write(history_, view_, 0, 0).datagrams) {
+      const auto got = receiver_.Read(datagram);
+      ASSERT_TRUE(got.ok()) << got.status();
+      for (const BodyRecord& body : got->bodies) {
+        seen_.insert(body.id);
+        if (body.properties != nullptr) properties_[body.id] = *body.properties;
+      }
+      for (const DepartureRecord& departure : got->departures) {
+        seen_.erase(departure.id);
+        EXPECT_EQ(departure.why, DepartureRecord::Why::kOutOfInterest);
+      }
+    }
+    ASSERT_TRUE(sender_.Acknowledge(receiver_.WriteAck()).ok());
+  }
+  static BodyRecord Body(std::uint64_t id, Visibility visible_to, TeamId team) {
+    BodyRecord body{BodyId(id), Epoch(1), {}};
+    body.visible_to = visible_to;
+    body.team = team;
+    body.properties = std::make_shared<const Bytes>(Bytes{1});
+    body.team_properties = std::make_shared<const Bytes>(Bytes{2});
+    return body;
+  }
+
+  const Aabb bounds_{{-10, -10, -10}, {10, 10, 10}};
+  SnapshotHistory history_{bounds_, {}};
+  SnapshotSender sender_{{}};
+  SnapshotReceiver receiver_{bounds_, {}};
+  ClientView view_{.centre = {}, .own = BodyId(9), .team = 5};
+  std::uint64_t tick_ = 0;
+  std::set<BodyId> seen_;
+  std::map<BodyId, Bytes> properties_;
+};
+
+TEST_F(AudienceTest, ABodyIsSentToThoseAloneWhoMaySeeIt) {
+  Push({Body(1, Visibility::kEveryone, 6), Body(2, Visibility::kTeam, 5), Body(3, Visibility::kTeam, 6),
+        Body(4, Visibility::kTeam, 0), Body(5, Visibility::kServers, 5), Body(9, Visibility::kServers, 0)});
+  EXPECT_EQ(seen_, (std::set<BodyId>{BodyId(1), BodyId(2), BodyId(9)})) << "its own player sees it always";
+  EXPECT_EQ(properties_[BodyId(1)], Bytes{1});
+  EXPECT_EQ(properties_[BodyId(2)], Bytes{2}) << "what a team tells its own";
+  EXPECT_EQ(properties_[BodyId(9)], Bytes{2});
+}
+
+TEST_F(AudienceTest, ABodyThatIsHiddenGoesAndComesBackUnderTheSameEpoch) {
+  Push({Body(1, Visibility::kEveryone, 6)});
+  Push({Body(1, Visibility::kServers, 6)});
+  EXPECT_EQ(seen_, std::set<BodyId>());
+  Push({Body(1, Visibility::kTeam, 6)});
+  EXPECT_EQ(seen_, std::set<BodyId>());
+  Push({Body(1, Visibility::kTeam, 5)});
+  EXPECT_EQ(seen_, std::set<BodyId>{BodyId(1)});
+}
+
+TEST_F(AudienceTest, WhoChangesTheTeamSeesWhatTheOtherOneDoes) {
+  const std::vector<BodyRecord> bodies = {Body(1, Visibility::kEveryone, 6), Body(2, Visibility::kTeam, 5),
+                                          Body(3, Visibility::kTeam, 6)};
+  for (int i = 0; i < 3; ++i) Push(bodies);
+  EXPECT_EQ(seen_, (std::set<BodyId>{BodyId(1), BodyId(2)}));
+  EXPECT_EQ(properties_[BodyId(1)], Bytes{1});
+  view_.team = 6;
+  for (int i = 0; i < 3; ++i) Push(bodies);
+  EXPECT_EQ(seen_, (std::set<BodyId>{BodyId(1), BodyId(3)}));
+  EXPECT_EQ(properties_[BodyId(1)], Bytes{2}) << "though it has not changed";
+  view_.team = 0;
+  for (int i = 0; i < 3; ++i) Push(bodies);
+  EXPECT_EQ(seen_, std::set<BodyId>{BodyId(1)});
+  EXPECT_EQ(properties_[BodyId(1)], Bytes{1});
 }
 
 TEST(SnapshotTest, ALateStateOfADepartedBodyDoesNotBringItBack) {

@@ -12,10 +12,11 @@
 namespace tessera {
 
 struct BodyTuning {
-  std::optional<float> gravity_scale;          // as BodyDef has it, -10 to 10
-  std::optional<float> friction, restitution;  // as Material has them
+  std::optional<float> gravity_scale;                   // as BodyDef has it, -10 to 10
+  std::optional<float> friction, restitution;           // as Material has them
+  std::optional<Visibility> visible_to = std::nullopt;  // as BodyDef has it
 
-  bool empty() const { return !gravity_scale && !friction && !restitution; }
+  bool empty() const { return !gravity_scale && !friction && !restitution && !visible_to; }
   friend bool operator==(const BodyTuning&, const BodyTuning&) = default;
 };
 
@@ -25,7 +26,11 @@ inline constexpr float kMaxTunedGravity = 10;
 double GravityScaleOf(const BodyDef& def, const BodyTuning& tuning);
 Material MaterialOf(const BodyDef& def, const BodyTuning& tuning);
 
-// All numbers are finite and within their ranges.
+inline Visibility VisibilityOf(const BodyDef& def, const BodyTuning& tuning) {
+  return tuning.visible_to.value_or(def.visible_to);
+}
+
+// All is finite and within its range.
 bool IsSane(const BodyTuning& tuning);
 
 void Write(ByteWriter& out, const BodyTuning& tuning);

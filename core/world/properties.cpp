@@ -131,6 +131,22 @@ absl::Status PropertySet::Set(std::span<const PropertyDef> defs, std::string_vie
   return absl::OkStatus();
 }
 
+TeamId TeamOf(const PropertyValue& value) {
+  TeamId hash = 0xcbf29ce484222325;  // FNV-1a
+  const auto mix = [&hash](std::uint8_t byte) { hash = (hash ^ byte) * 0x100000001b3; };
+  if (const auto* text = std::get_if<std::string>(&value)) {
+    if (text->empty()) return 0;
+    for (const char c : *text) mix(static_cast<std::uint8_t>(c));
+  } else if (const auto* number = std::get_if<std::int64_t>(&value)) {
+    if (*number == 0) return 0;
+    for (int shift = 0; shift < 64; shift += 8)
+      mix(static_cast<std::uint8_t>(static_cast<std::uint64_t>(*number) >> shift));
+  } else {
+    return 0;
+  }
+  return std::max<TeamId>(hash, 1);
+}
+
 std::vector<std::uint8_t> PropertySet::Encode() const {
   ByteWriter out;
   for (const auto& [place, value] : values_) WriteEntry(out, place, value);
@@ -138,12 +154,22 @@ std::vector<std::uint8_t> PropertySet::Encode() const {
   return out.Take();
 }
 
-std::vector<std::uint8_t> PropertySet::EncodeFor(std::span<const PropertyDef> defs, bool own) const {
+std::vector<std::uint8_t> PropertySet::EncodeFor(std::span<const PropertyDef> defs, Viewer viewer) const {
+  const auto sees = [viewer](Visibility visible_to) {
+    switch (visible_to) {
+      case Visibility::kEveryone:
+        return true;
+      case Visibility::kTeam:
+        return viewer != Viewer::kAnybody;
+      case Visibility::kPlayer:
+        return viewer == Viewer::kPlayer;
+      default:
+        return false;
+    }
+  };
   ByteWriter out;
   for (const auto& [place, value] : values_) {
-    const PropertyVisibility visible_to = defs[place].visible_to;
-    if (visible_to == PropertyVisibility::kServers || (visible_to == PropertyVisibility::kPlayer && !own)) continue;
-    WriteEntry(out, place, value);
+    if (sees(defs[place].visible_to)) WriteEntry(out, place, value);
   }
   WriteName(out, player_name_);
   return out.Take();

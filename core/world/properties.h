@@ -36,16 +36,27 @@ struct PropertyBytes {
 // A BodyId refers to another body, which need not be there; 0: to none.
 using PropertyValue = std::variant<bool, std::int64_t, double, std::string, Vec3d, BodyId, PropertyBytes>;
 
-enum class PropertyVisibility : std::uint8_t {
+// Which clients see a property, or a body.
+enum class Visibility : std::uint8_t {
   kEveryone,
-  kPlayer,   // of a player's body: that player alone; of any other body: nobody
+  kPlayer,   // of a player's body: that player alone; of any other body: nobody. Of properties only
   kServers,  // no client
+  kTeam,     // the players of the body's team
 };
+
+// Bodies of one team have equal numbers; 0: in none. It follows from the value of the scene's team property alone, and
+// two values have one number with a chance of 2^-64.
+using TeamId = std::uint64_t;
+TeamId TeamOf(const PropertyValue& value);
+// Whether a player of team `viewer` may see a body of another player, or of nobody, that is visible so.
+constexpr bool MaySee(Visibility visible_to, TeamId team, TeamId viewer) {
+  return visible_to == Visibility::kEveryone || (visible_to == Visibility::kTeam && viewer != 0 && team == viewer);
+}
 
 struct PropertyDef {
   std::string name;
   PropertyValue initial;  // its type is the property's
-  PropertyVisibility visible_to = PropertyVisibility::kEveryone;
+  Visibility visible_to = Visibility::kEveryone;
 };
 
 // Properties that one scene may declare: on the wire, one byte holds the place of each.
@@ -71,9 +82,11 @@ class PropertySet {
 
   // The same set gives the same bytes. At most kMaxPropertyBytes.
   std::vector<std::uint8_t> Encode() const;
-  // The same of those that a client may see: the player whose body it is (`own`), or any other one. Values that the
-  // scene gives are no secret, because a client has the scene.
-  std::vector<std::uint8_t> EncodeFor(std::span<const PropertyDef> defs, bool own) const;
+  // Who looks at a body: its own player sees all that its team sees.
+  enum class Viewer : std::uint8_t { kAnybody, kTeam, kPlayer };
+  // The same of those that such a client may see. Values that the scene gives are no secret, because a client has the
+  // scene.
+  std::vector<std::uint8_t> EncodeFor(std::span<const PropertyDef> defs, Viewer viewer) const;
   // Errors: INVALID_ARGUMENT: truncated, not declared, of another type, out of order, too long, not finite, a bad name.
   static absl::StatusOr<PropertySet> Decode(std::span<const std::uint8_t> bytes, std::span<const PropertyDef> defs);
 

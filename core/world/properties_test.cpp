@@ -1,5 +1,6 @@
 #include "core/world/properties.h"
 
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -60,20 +61,69 @@ TEST(PropertiesTest, VectorsBodiesAndBytesComeBackToo) {
 
 TEST(PropertiesTest, EachIsWrittenOnlyForThoseWhoMaySeeIt) {
   const std::vector<PropertyDef> defs = {{"team", std::string("none")},
-                                         {"ammunition", std::int64_t{0}, PropertyVisibility::kPlayer},
-                                         {"cheats", std::int64_t{0}, PropertyVisibility::kServers}};
+                                         {"ammunition", std::int64_t{0}, Visibility::kPlayer},
+                                         {"cheats", std::int64_t{0}, Visibility::kServers}};
   PropertySet set;
   for (const char* name : {"ammunition", "cheats"}) ASSERT_TRUE(set.Set(defs, name, std::int64_t{3}).ok());
-  EXPECT_TRUE(set.EncodeFor(defs, false).empty());
+  EXPECT_TRUE(set.EncodeFor(defs, PropertySet::Viewer::kAnybody).empty());
   ASSERT_TRUE(set.Set(defs, "team", std::string("red")).ok());
-  const auto others = PropertySet::Decode(set.EncodeFor(defs, false), defs);
-  const auto own = PropertySet::Decode(set.EncodeFor(defs, true), defs);
+  const auto others = PropertySet::Decode(set.EncodeFor(defs, PropertySet::Viewer::kAnybody), defs);
+  const auto own = PropertySet::Decode(set.EncodeFor(defs, PropertySet::Viewer::kPlayer), defs);
   ASSERT_TRUE(others.ok() && own.ok());
   EXPECT_NE(others->Find(0), nullptr);
   EXPECT_EQ(others->Find(1), nullptr);
   EXPECT_EQ(others->Find(2), nullptr);
   EXPECT_NE(own->Find(1), nullptr);
   EXPECT_EQ(own->Find(2), nullptr);
+}
+
+TEST(PropertiesTest, FaultsOfTeamsAreNamed) {
+  const auto fault = [](const std::string& text) {
+    v1::Scene scene;
+    EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(
+        R"(name: "arena" bounds { min { x: -9 y: -9 z: -9 } max { x: 9 y: 9 z: 9 } }
+           properties { name: "team" text: "" } properties { name: "alive" flag: true }
+           bodies { id: 9 mass: 1 shape { sphere { radius: 1 } } pose { position { } } } )" +
+            text,
+        &scene));
+    return ResolveScene(scene, "arena").status().ToString();
+  };
+  const std::string sphere = R"(shape { sphere { radius: 1 } } pose { position { } } )";
+  EXPECT_EQ(fault(R"(team_property: "team")"), "OK");
+  EXPECT_EQ(fault(R"(team_property: "team" bodies { id: 1 mass: 1 visible_to: VISIBILITY_TEAM )" + sphere + "}"), "OK");
+  EXPECT_NE(fault(R"(team_property: "tema")").find("team_property: is no property that is a text or a number"),
+            std::string::npos);
+  EXPECT_NE(fault(R"(team_property: "alive")").find("is no property that is a text or a number"), std::string::npos);
+  EXPECT_NE(
+      fault(R"(properties { name: "plan" number: 0 visible_to: VISIBILITY_TEAM })").find("team_property: is missing"),
+      std::string::npos);
+  EXPECT_NE(fault(R"(bodies { id: 1 mass: 1 visible_to: VISIBILITY_PLAYER )" + sphere + "}")
+                .find("visible_to: of a body it is VISIBILITY_EVERYONE"),
+            std::string::npos);
+  EXPECT_NE(fault(R"(bodies { id: 1 motion: MOTION_STATIC visible_to: VISIBILITY_SERVERS )" + sphere + "}")
+                .find("visible_to: the body does not move"),
+            std::string::npos);
+}
+
+TEST(PropertiesTest, ATeamSeesWhatIsForTeams) {
+  const std::vector<PropertyDef> defs = {{"plan", std::int64_t{0}, Visibility::kTeam}};
+  PropertySet set;
+  ASSERT_TRUE(set.Set(defs, "plan", std::int64_t{3}).ok());
+  EXPECT_TRUE(set.EncodeFor(defs, PropertySet::Viewer::kAnybody).empty());
+  EXPECT_FALSE(set.EncodeFor(defs, PropertySet::Viewer::kTeam).empty());
+  EXPECT_FALSE(set.EncodeFor(defs, PropertySet::Viewer::kPlayer).empty());
+
+  const TeamId red = TeamOf(std::string("red")), blue = TeamOf(std::string("blue"));
+  EXPECT_NE(red, blue);
+  EXPECT_NE(TeamOf(std::int64_t{1}), TeamOf(std::int64_t{256}));
+  EXPECT_EQ(TeamOf(std::string()), TeamId{0});
+  EXPECT_EQ(TeamOf(std::int64_t{0}), TeamId{0});
+  EXPECT_EQ(TeamOf(true), TeamId{0}) << "no team property";
+  EXPECT_TRUE(MaySee(Visibility::kEveryone, red, 0));
+  EXPECT_TRUE(MaySee(Visibility::kTeam, red, red));
+  EXPECT_FALSE(MaySee(Visibility::kTeam, red, blue));
+  EXPECT_FALSE(MaySee(Visibility::kTeam, 0, 0)) << "those in no team are none";
+  EXPECT_FALSE(MaySee(Visibility::kServers, red, red));
 }
 
 TEST(PropertiesTest, NoiseIsAnErrorOrSaysWhatItSays) {

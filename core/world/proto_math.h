@@ -44,14 +44,16 @@ inline std::optional<PropertyValue> FromProto(const v1::Property& property) {
 }
 
 // Left out: everyone.
-inline PropertyVisibility FromProto(v1::Visibility visible_to) {
+inline Visibility FromProto(v1::Visibility visible_to) {
   switch (visible_to) {
     case v1::VISIBILITY_PLAYER:
-      return PropertyVisibility::kPlayer;
+      return Visibility::kPlayer;
     case v1::VISIBILITY_SERVERS:
-      return PropertyVisibility::kServers;
+      return Visibility::kServers;
+    case v1::VISIBILITY_TEAM:
+      return Visibility::kTeam;
     default:
-      return PropertyVisibility::kEveryone;
+      return Visibility::kEveryone;
   }
 }
 

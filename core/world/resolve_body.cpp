@@ -112,6 +112,12 @@ BodyDef BodyResolver::Common(const v1::Body& body) {
   def.trigger = body.trigger();
   def.kind = Kind(body.kind());
   def.layer = Layer(body.layer());
+  const bool whole = body.visible_to() != v1::VISIBILITY_PLAYER && v1::Visibility_IsValid(body.visible_to());
+  if (!whole) faults_.Add("visible_to: of a body it is VISIBILITY_EVERYONE, VISIBILITY_TEAM or VISIBILITY_SERVERS");
+  def.visible_to = FromProto(body.visible_to());
+  if (whole && def.motion == Motion::kStatic && def.visible_to != Visibility::kEveryone) {
+    faults_.Add("visible_to: the body does not move, and every client has the scene");
+  }
   for (const v1::Property& property : body.properties()) {
     if (property.visible_to() != v1::VISIBILITY_UNSPECIFIED) {
       faults_.Add(

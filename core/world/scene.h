@@ -147,6 +147,7 @@ struct BodyDef {
   CollisionLayer layer;
   std::uint16_t kind = 0;  // place in the scene's kinds: whose callbacks of a game are called for it
   PropertySet properties;  // those that differ from the scene's declaration
+  Visibility visible_to = Visibility::kEveryone;  // unless a game says otherwise; not kPlayer
   BodyState initial;
 };
 
@@ -283,6 +284,7 @@ struct Scene {
   ViewRules view;
   std::vector<PropertyDef> properties;           // of bodies
   std::vector<PropertyDef> instance_properties;  // of the world as a whole, for its game
+  std::string team_property;                     // empty: there are no teams
   std::vector<std::string> kinds{""};            // of bodies; the first is that of bodies without one
   std::vector<std::string> layers{"default"};  // of bodies, at most kMaxLayers; the first is that of bodies without one
   std::vector<Prefab> prefabs;

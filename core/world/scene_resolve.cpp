@@ -41,6 +41,7 @@ class SceneResolver {
   const BodyDef* Find(std::uint64_t id) const;
   void ResolvePlayer(BodyResolver& bodies);
   void ResolveForce(const v1::PlayerRules& in, PlayerRules& out);
+  void ResolveTeams();
   void ResolveView();
   // Declarations of a list of this name.
   void ResolveProperties(const google::protobuf::RepeatedPtrField<v1::Property>& list, const char* name,
@@ -58,6 +59,7 @@ absl::StatusOr<std::shared_ptr<const Scene>> SceneResolver::Resolve() {
   if (!CheckCounts()) return faults_.ToStatus();
   ResolveProperties(in_.properties(), "properties", out_->properties);
   ResolveProperties(in_.instance_properties(), "instance_properties", out_->instance_properties);
+  ResolveTeams();
   const std::vector<CollisionLayer> layers = ResolveLayers(faults_, in_, &out_->layers);
   BodyResolver bodies(faults_, out_->bounds, out_->gravity_m_s2, out_->properties, {out_->layers, layers});
   for (int i = 0; i < in_.materials_size(); ++i) bodies.AddMaterial(i, in_.materials(i));
@@ -295,6 +297,24 @@ void SceneResolver::ResolveProperties(const google::protobuf::RepeatedPtrField<v
       faults_.Add(absl::StrCat(ValueField(in), ": ", status.message()));
     }
   }
+}
+
+void SceneResolver::ResolveTeams() {
+  faults_.At("team_property");
+  out_->team_property = in_.team_property();
+  const auto tells_teams = [&](const PropertyDef& def) {
+    const bool named =
+        std::holds_alternative<std::string>(def.initial) || std::holds_alternative<std::int64_t>(def.initial);
+    return named && def.name == out_->team_property;
+  };
+  if (!out_->team_property.empty() && std::ranges::none_of(out_->properties, tells_teams)) {
+    faults_.Add("is no property that is a text or a number");
+  }
+  const auto of_team = [](const PropertyDef& def) { return def.visible_to == Visibility::kTeam; };
+  if (out_->team_property.empty() && std::ranges::any_of(out_->properties, of_team)) {
+    faults_.Add("is missing: a property is for teams");
+  }
+  if (std::ranges::any_of(out_->instance_properties, of_team)) faults_.Add("the world is in no team");
 }
 
 void SceneResolver::ResolveView() {

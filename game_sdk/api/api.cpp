@@ -77,6 +77,9 @@ constexpr Parameter kMoveToParameters[] = {
     {"position", kVectorType, "of its centre of mass, m in the world, inside of the scene's bounds"},
     {"rotation", kRotationType | kNothingType, "from the body's axes to the world's; nothing: it is not turned"},
     {"ticks", kWholeType, "from now until it is there, 1 to 36 000"}};
+constexpr Parameter kShowToParameters[] = {
+    {"who", kTextType,
+     "\"everyone\", \"team\": the players of the body's team, by the scene's `team_property`, or \"servers\": nobody"}};
 constexpr Parameter kWorldNameParameters[] = {{"name", kTextType, "one of the scene's `instance_properties`"}};
 constexpr Parameter kWorldSetParameters[] = {
     {"name", kTextType, "one of the scene's `instance_properties`"},
@@ -238,6 +241,9 @@ constexpr Function kFunctions[] = {
      "Moves a kinematic body that this region owns, and that the scene gives no path: straight, at an even pace, so "
      "that it is there after so many ticks, whatever is in its way. Another call takes the place of the one before. At "
      "most 100 m/s."},
+    {kBodyShowTo, Receiver::kBody, "show_to", kShowToParameters, kNothingType,
+     "Says which clients see a body from now on. Who sees it no more forgets it at once, whatever it does; its own "
+     "player always sees it."},
     {kPlayerName,
      Receiver::kPlayer,
      "name",

@@ -109,6 +109,7 @@ enum FunctionNumber : std::uint32_t {
   kBodySetGravity = 175,
   kBodySetMaterial = 176,
   kBodyMoveTo = 177,
+  kBodyShowTo = 180,
   kPlayerName = 200,
   kPlayerBody = 201,
   kPlayerIsOwn = 202,

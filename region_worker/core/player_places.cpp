@@ -21,17 +21,22 @@ constexpr std::uint64_t kRepeat_s = 1, kLifetime_s = 4;
 constexpr std::uint64_t kAhead_s = 60;
 // As many as may play at one time, and those who have just left. Their numbers only grow.
 constexpr std::size_t kMaxPlaces = 2 * kMaxPlayers;
-// Player, epoch and tick, a byte each, and three floats.
-constexpr std::size_t kMinPlaceBytes = 3 + 12;
+// Player, epoch, tick and team, a byte each, and three floats.
+constexpr std::size_t kMinPlaceBytes = 4 + 12;
 
 bool IsSane(double c) { return std::isfinite(c) && std::abs(c) <= kMaxStatePosition_m; }
 
 }  // namespace
 
-void PlayerPlaces::Follow(Tick tick, std::span<const region::OwnedBody> owned) {
-  for (const region::OwnedBody& body : region::PlayersAmong(owned)) {
-    players_[PlayerOf(body.def->id)].newest = {body.epoch, tick, body.state.position};
+void PlayerPlaces::Follow(const region::Region& region) {
+  for (const region::OwnedBody& body : region::PlayersAmong(region.owned())) {
+    const BodyId id = body.def->id;
+    Report(PlayerOf(id), body.epoch, region.tick(), body.state.position, region.AudienceOf(id).team);
   }
+}
+
+void PlayerPlaces::Report(PlayerNumber player, Epoch epoch, Tick tick, Vec3d position, TeamId team) {
+  players_[player].newest = {epoch, tick, position, team};
 }
 
 bool PlayerPlaces::IsOld(const Place& place, Tick tick) const {
@@ -42,7 +47,8 @@ bool PlayerPlaces::IsNews(const Player& player) const {
   const auto& [newest, sent] = player;
   if (!sent.has_value()) return true;
   if (std::pair(newest.epoch, newest.tick) <= std::pair(sent->epoch, sent->tick)) return false;
-  return newest.epoch != sent->epoch || LengthSquared(newest.position - sent->position) > kMoved_m * kMoved_m ||
+  return newest.epoch != sent->epoch || newest.team != sent->team ||
+         LengthSquared(newest.position - sent->position) > kMoved_m * kMoved_m ||
          newest.tick.value() >= sent->tick.value() + kRepeat_s * tick_rate_hz_;
 }
 
@@ -65,6 +71,7 @@ std::vector<std::uint8_t> PlayerPlaces::Write(Tick tick) {
     writer.Varint(place.epoch.value());
     writer.Varint(place.tick.value());
     writer.V(Vec3f(place.position));
+    writer.Varint(place.team);
   }
   return writer.Take();
 }
@@ -78,6 +85,7 @@ absl::Status PlayerPlaces::Receive(std::span<const std::uint8_t> message, Tick t
     place.epoch = Epoch(reader.Varint32());
     place.tick = Tick(reader.Varint());
     place.position = Vec3d(reader.V3f());
+    place.team = reader.Varint();
     if (!reader.ok()) break;
     if (number == PlayerNumber()) return absl::InvalidArgumentError("places: player");
     if (!IsSane(place.position.x) || !IsSane(place.position.y) || !IsSane(place.position.z)) {
@@ -96,10 +104,19 @@ absl::Status PlayerPlaces::Receive(std::span<const std::uint8_t> message, Tick t
   return absl::OkStatus();
 }
 
-std::optional<Vec3d> PlayerPlaces::At(PlayerNumber player, Tick tick) const {
+const PlayerPlaces::Place* PlayerPlaces::Find(PlayerNumber player, Tick tick) const {
   const auto found = players_.find(player);
-  if (found == players_.end() || IsOld(found->second.newest, tick)) return std::nullopt;
-  return found->second.newest.position;
+  return found == players_.end() || IsOld(found->second.newest, tick) ? nullptr : &found->second.newest;
+}
+
+std::optional<Vec3d> PlayerPlaces::At(PlayerNumber player, Tick tick) const {
+  const Place* const place = Find(player, tick);
+  return place == nullptr ? std::nullopt : std::optional(place->position);
+}
+
+TeamId PlayerPlaces::TeamAt(PlayerNumber player, Tick tick) const {
+  const Place* const place = Find(player, tick);
+  return place == nullptr ? 0 : place->team;
 }
 
 }  // namespace tessera::worker

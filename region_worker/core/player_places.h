@@ -1,4 +1,4 @@
-// PlayerPlaces: where the players' bodies are, as the regions that own them say.
+// PlayerPlaces: where the players' bodies are, and of which teams, as the regions that own them say.
 //
 // A client's view is centred on its body, in every region, and a client is never asked where that is. The owner
 // reports it to its neighbours, each passes on what is new to it, so all regions know however far they are away: a body
@@ -6,7 +6,7 @@
 // the higher epoch counts, then the later one; an old report counts no more, and then nobody knows.
 //
 //   PlayerPlaces places(scene.tick_rate_hz);
-//   places.Follow(region.tick(), region.owned());                         // after each step
+//   places.Follow(region);                                                // after each step
 //   const Bytes news = places.Write(region.tick());                       // empty: nothing is new
 //   for (const RegionId neighbor : region.neighbors()) send(neighbor, news);
 //   ...
@@ -36,20 +36,24 @@ class PlayerPlaces {
 
   explicit PlayerPlaces(std::uint32_t tick_rate_hz) : tick_rate_hz_(tick_rate_hz) {}
 
-  // Takes over the places of players' bodies that this region owns; `owned` ascends by id.
-  void Follow(Tick tick, std::span<const region::OwnedBody> owned);
+  // Takes over the places of players' bodies that this region owns.
+  void Follow(const region::Region& region);
+  // The same of one body.
+  void Report(PlayerNumber player, Epoch epoch, Tick tick, Vec3d position, TeamId team);
   // A message for every neighbour, ten times a second if there is anything new; else empty.
   std::vector<std::uint8_t> Write(Tick tick);
   // A neighbour's message, without its first byte. Errors: INVALID_ARGUMENT that names the field; nothing of it was
   // used. A report of a tick far ahead of this region's is passed over: it would be the newest for ever.
   absl::Status Receive(std::span<const std::uint8_t> message, Tick tick);
   std::optional<Vec3d> At(PlayerNumber player, Tick tick) const;
+  TeamId TeamAt(PlayerNumber player, Tick tick) const;  // 0 where nobody knows
 
  private:
   struct Place {
     Epoch epoch;
     Tick tick;
     Vec3d position;
+    TeamId team = 0;
   };
   struct Player {
     Place newest;
@@ -57,6 +61,7 @@ class PlayerPlaces {
   };
   bool IsNews(const Player& player) const;
   bool IsOld(const Place& place, Tick tick) const;
+  const Place* Find(PlayerNumber player, Tick tick) const;
 
   std::uint32_t tick_rate_hz_;
   Tick written_at_;

@@ -15,13 +15,11 @@ constexpr std::uint32_t kRate_hz = 60;
 
 // The body of one player, as a region owns it.
 struct Owner {
-  explicit Owner(std::uint32_t player) { def.id = PlayerBodyId(PlayerNumber(player)); }
-  void Follow(Tick tick, Epoch epoch, Vec3d position) {
-    region::OwnedBody body{.def = &def, .epoch = epoch, .state = {}};
-    body.state.position = position;
-    places.Follow(tick, std::span(&body, 1));
+  explicit Owner(std::uint32_t number) : player(number) {}
+  void Follow(Tick tick, Epoch epoch, Vec3d position, TeamId team = 0) {
+    places.Report(player, epoch, tick, position, team);
   }
-  BodyDef def;
+  PlayerNumber player;
   PlayerPlaces places{kRate_hz};
 };
 
@@ -39,18 +37,21 @@ std::vector<std::uint8_t> PlaceOf(std::uint32_t player, std::uint32_t epoch, std
   writer.Varint(epoch);
   writer.Varint(tick);
   writer.V(position);
+  writer.Varint(0);
   return writer.Take();
 }
 
 TEST(PlayerPlacesTest, ComeFromTheOwnerToRegionsThatAreNoNeighboursOfIt) {
   Owner owner(3);
-  owner.Follow(Tick(100), Epoch(2), {1, 2, 3});
+  owner.Follow(Tick(100), Epoch(2), {1, 2, 3}, 7);
   PlayerPlaces between(kRate_hz), far(kRate_hz);
   const auto report = owner.places.Write(Tick(100));
   ASSERT_TRUE(between.Receive(Inside(report), Tick(101)).ok());
   const auto passed_on = between.Write(Tick(101));
   ASSERT_TRUE(far.Receive(Inside(passed_on), Tick(102)).ok());
   EXPECT_EQ(far.At(PlayerNumber(3), Tick(102)), Vec3d(1, 2, 3));
+  EXPECT_EQ(far.TeamAt(PlayerNumber(3), Tick(102)), TeamId{7});
+  EXPECT_EQ(far.TeamAt(PlayerNumber(4), Tick(102)), TeamId{0});
   EXPECT_EQ(far.At(PlayerNumber(4), Tick(102)), std::nullopt);
 }
 

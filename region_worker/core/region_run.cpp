@@ -207,7 +207,7 @@ void RegionRun::Publish(region::StepResult result, TimePoint now, const LinkTabl
 
 void RegionRun::SendPlaces(const LinkTable& links, Actions& actions) {
   if (!places_) return;
-  places_->Follow(region().tick(), region().owned());
+  places_->Follow(region());
   region::Bytes bytes = places_->Write(region().tick());
   if (bytes.empty()) return;
   const auto news = std::make_shared<const region::Bytes>(std::move(bytes));

@@ -39,6 +39,11 @@ class FakeGameWorld : public GameWorld {
     body.owned = owned;
   }
   void Lose(std::uint64_t id) { bodies_.at(BodyId(id)).owned = false; }
+  // Properties are then "health" and "team".
+  void SetTeams() {
+    scene_->properties.push_back({"team", std::string()});
+    scene_->team_property = "team";
+  }
   void SetLayers(std::vector<std::string> names) { scene_->layers = std::move(names); }
   std::shared_ptr<const Scene> shared_scene() const { return scene_; }
   BodyState& state(std::uint64_t id) { return bodies_.at(BodyId(id)).state; }
