@@ -17,10 +17,9 @@
 
 #include "host/child_process.h"
 #include "host/files.h"
-#include "host/temporary_folder.h"
-#include "local_cluster/local_cluster.h"
 #include "tests/programs/accepted.h"
 #include "tests/programs/documents.h"
+#include "tests/programs/terminal.h"
 
 namespace tessera::programs {
 namespace {
@@ -28,8 +27,6 @@ namespace {
 using namespace std::chrono_literals;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-constexpr std::size_t kMaxOutputBytes = 1 << 24;
 
 struct NotRun {
   std::string_view begin;  // the first words of the command
@@ -73,9 +70,6 @@ constexpr std::array<NotRun, 30> kNotRun = {{
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
 }};
 
-// Commands that run until they are stopped.
-constexpr std::array<std::string_view, 1> kEndless = {"tessera instance watch"};
-
 // A command that a block takes for granted: `word` occurs in the block, and none of its commands begins with `maker`.
 struct Preparation {
   std::string_view word, maker, command;
@@ -102,43 +96,6 @@ std::string FromEnvironmentFile(const std::string& text) {
   if (!std::regex_match(text, match, kLine)) return "";
   return (match[1] == "CONTROL" ? "tessera-control " : "tessera-agent ") + match[2].str();
 }
-
-// A cluster of one host and a folder of its own, in which a reader types the commands of one block.
-class Terminal {
- public:
-  void Run(const std::string& text) {
-    static const std::regex kSeconds("--seconds [0-9]+");
-    const std::string command = std::regex_replace(text, kSeconds, "--seconds 1");
-    auto process = Start(command);
-    if (std::any_of(kEndless.begin(), kEndless.end(), [&](auto begin) { return BeginsWith(text, begin); })) {
-      while (Output().empty() && !process.Wait(20ms)) {
-      }
-      EXPECT_THAT(Output(), Not(IsEmpty()));
-      EXPECT_FALSE(process.Wait(0ms)) << Output();
-    } else {
-      const auto ended = process.Wait(60s);
-      EXPECT_TRUE(ended && ended->Clean()) << Output();
-    }
-    process.End(5s);
-  }
-
- private:
-  host::ChildProcess Start(const std::string& command) {
-    std::filesystem::remove(output_);
-    const char* path = std::getenv("PATH");
-    return host::ChildProcess::Start(
-               {.argv = {"/usr/bin/env", "-C", desk_.path(),
-                         std::string("PATH=") + TESSERA_BINARY_DIR + "/bin:" + (path != nullptr ? path : ""),
-                         "TESSERA_CONTROL=" + cluster_.control_address(), "/bin/sh", "-c", "exec " + command},
-                .log_path = output_})
-        .value();
-  }
-  std::string Output() const { return host::ReadFile(output_, kMaxOutputBytes).value_or(""); }
-
-  host::TemporaryFolder state_, desk_;
-  local::LocalCluster cluster_{{.state_dir = state_.path(), .capacity = 16}};
-  std::string output_ = state_.path() + "/output";
-};
 
 void Prepare(Terminal& terminal, const std::vector<Command>& block) {
   for (const Preparation& preparation : kPreparations) {
@@ -180,6 +137,7 @@ void CheckBlock(const std::vector<Command>& block) {
 TEST(CommandsTest, BlocksOfCommandsRun) {
   int blocks = 0;
   for (const Document& document : ReadDocuments()) {
+    if (document.name == kTutorial) continue;  // tutorial_test.cpp
     for (const std::vector<Command>& block : document.blocks) {
       CheckBlock(block);
       ++blocks;

@@ -104,6 +104,27 @@ Document ReadDocument(const std::string& name) {
   return Reader(name).Read(lines);
 }
 
+std::vector<Fenced> ReadFenced(const std::string& name) {
+  std::istringstream lines(
+      host::ReadFile(std::string(TESSERA_SOURCE_DIR) + "/" + name, kMaxDocumentBytes).value_or(""));
+  std::vector<Fenced> blocks;
+  bool inside = false;
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.rfind("```", 0) != 0) {
+      if (inside) blocks.back().lines.push_back(line);
+      continue;
+    }
+    inside = !inside;
+    if (!inside) continue;
+    Fenced& block = blocks.emplace_back();
+    block.place = name + ":" + std::to_string(number);
+    std::istringstream(line.substr(3)) >> block.language >> block.file >> block.how;
+  }
+  return blocks;
+}
+
 std::vector<Document> ReadDocuments() {
   const fs::path root = TESSERA_SOURCE_DIR;
   std::vector<std::string> names{"CONTRIBUTING.md", "README.md"};

@@ -20,6 +20,18 @@ struct Document {
   std::vector<Command> unmarked;             // lines of other blocks and of indented ones
 };
 
+// One document whose blocks belong together: a reader makes files and types commands from its beginning to its end.
+inline constexpr const char* kTutorial = "docs/tutorial.md";
+
+// A fenced block of it.
+struct Fenced {
+  std::string place;      // "docs/tutorial.md:12"
+  std::string language;   // "sh", "text", "lua"
+  std::string file, how;  // of the language's line: "lua orchard/game.lua +"; both may be empty
+  std::vector<std::string> lines;
+};
+std::vector<Fenced> ReadFenced(const std::string& name);
+
 Document ReadDocument(const std::string& name);
 // In the order of their names.
 std::vector<Document> ReadDocuments();
