@@ -397,6 +397,7 @@ ReportedState WorkerCore::State() const {
       state.next_game_failure = next_game_.failure;
     }
     state.property_answers = run_->PropertyAnswers();
+    state.backend_answers = run_->BackendAnswers();
     state.ended_players = run_->region().ended_players();
   }
   return state;
@@ -404,11 +405,13 @@ ReportedState WorkerCore::State() const {
 
 void WorkerCore::Report(TimePoint now) {
   ReportedState state = State();
-  if (!report_gate_.Due(now, state)) return;
+  const auto events = run_ ? run_->region().published() : std::vector<game::Published::Event>();
+  const std::uint64_t published = events.empty() ? 0 : events.back()->number;
+  if (!report_gate_.Due(now, state, published)) return;
   v1::WorkerIdentity identity = ToProto(setup_.identity);
   identity.set_pid(setup_.pid);
   actions_.emplace_back(SendReport{MakeReport(identity, setup_.address, state, run_ ? &*run_ : nullptr, now)});
-  report_gate_.Sent(now, std::move(state));
+  report_gate_.Sent(now, std::move(state), published);
 }
 
 // --- The end ---------------------------------------------------------------------------------------------------------
