@@ -50,6 +50,7 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
 void WorkerCore::StartStandalone(Order order, std::shared_ptr<const Scene> scene, TimePoint now) {
   order_ = std::move(order);
   scene_ = std::move(scene);
+  if (setup_.game_module != nullptr) game_ = game::GameFile{setup_.game_module_name, ""};
   Progress(now);
 }
 
@@ -216,8 +217,9 @@ absl::Status WorkerCore::Build() {
 // Null without a game. All regions give their games the same seed.
 absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame(std::uint32_t number) const {
   if (!game_) return std::shared_ptr<game::GameHost>();
-  auto host = game::GameHost::Load(*game::LuaGameModule(), *game_, scene_, {},
-                                   game::GameSeed(setup_.identity.instance_id), number);
+  const tessera_game_module& module = setup_.game_module != nullptr ? *setup_.game_module : *game::LuaGameModule();
+  auto host =
+      game::GameHost::Load(module, *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id), number);
   if (!host.ok()) return host.status();
   return std::shared_ptr<game::GameHost>(*std::move(host));
 }
