@@ -19,6 +19,7 @@ void AddSceneCommands(CLI::App& app, Globals& globals);
 // To `tessera game`.
 void AddGameCommands(CLI::App& game, Globals& globals);
 void AddGameLogCommand(CLI::App& game, Globals& globals);
+void AddGameBackendCommands(CLI::App& game, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);
 void AddDemoCommand(CLI::App& app, Globals& globals);

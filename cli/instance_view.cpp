@@ -55,8 +55,7 @@ namespace {
 std::string GameLine(const v1::Instance& instance) {
   std::string line = GameOf(instance);
   if (instance.game_number() > 0) {
-    line +=
-        fmt::format(", change {}, from tick {} on", instance.game_number(), instance.game_since_tick());
+    line += fmt::format(", change {}, from tick {} on", instance.game_number(), instance.game_since_tick());
   }
   if (!instance.game_refused().empty()) line += fmt::format("; another was refused: {}", instance.game_refused());
   return line;

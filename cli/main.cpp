@@ -42,9 +42,10 @@ int Main(int argc, char** argv) {
   AddInstanceCommands(app, globals);
   AddSceneCommands(app, globals);
   CLI::App* game =
-      app.add_subcommand("game", "Write, check and test games, and see what they log")->require_subcommand(1);
+      app.add_subcommand("game", "Write, check and test games, see what they log and publish")->require_subcommand(1);
   AddGameCommands(*game, globals);
   AddGameLogCommand(*game, globals);
+  AddGameBackendCommands(*game, globals);
   AddClientCommand(app, globals);
   AddDemoCommand(app, globals);
   try {

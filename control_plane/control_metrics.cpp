@@ -34,6 +34,7 @@ constexpr const char* kMethods[] = {"HostService/AddHost",
                                     "InstanceService/SetPace",
                                     "InstanceService/SetGame",
                                     "InstanceService/ListGameLines",
+                                    "InstanceService/SendToGame",
                                     "InstanceService/CheckpointInstance",
                                     "InstanceService/ListCheckpoints",
                                     "InstanceService/RestoreInstance",
@@ -70,6 +71,10 @@ void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::M
        [](const InstanceHealth& health) { return static_cast<double>(health.lost_bodies); }, always},
       {"tessera_control_lost_ticks", "ticks lost by restoring from checkpoints",
        [](const InstanceHealth& health) { return static_cast<double>(health.lost_ticks); }, always},
+      {"tessera_control_game_events", "events that the game published for its backend",
+       [](const InstanceHealth& health) { return static_cast<double>(health.published_events); }, always},
+      {"tessera_control_game_messages_waiting", "messages of the game's backend that no region has answered",
+       [](const InstanceHealth& health) { return static_cast<double>(health.game_messages_waiting); }, always},
   };
   for (const HealthGauge& entry : gauges) {
     prometheus::MetricFamily family{entry.name, entry.help, prometheus::MetricType::Gauge, {}};

@@ -174,6 +174,50 @@ absl::Status ControlPlane::SetProperty(const v1::SetPropertyRequest& request, co
   return *outcome;
 }
 
+absl::Status ControlPlane::WatchGameEvents(const v1::WatchGameEventsRequest& request,
+                                           const std::function<bool(const v1::PublishedEvent&)>& sink,
+                                           const std::function<bool()>& given_up) {
+  Lock lock(mutex_);
+  Watch watch(*this, request.id());
+  std::uint64_t after = request.after();
+  for (bool first = true;; first = false) {
+    watch.changed = false;
+    const auto events = cluster_->GameEventsAfter(request.id(), after);
+    if (!events.ok()) return absl::IsNotFound(events.status()) && !first ? absl::OkStatus() : events.status();
+    if (!events->empty()) {
+      lock.unlock();
+      for (const v1::PublishedEvent& event : *events) {
+        if (!sink(event)) return absl::OkStatus();
+      }
+      after = events->back().number();
+      lock.lock();
+      continue;
+    }
+    const auto state = StateOf(cluster_->state(), request.id());
+    if (!state || IsFinal(*state)) return absl::OkStatus();
+    while (!watch.changed) {
+      if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
+    }
+  }
+}
+
+absl::Status ControlPlane::SendToGame(const v1::SendToGameRequest& request, const std::function<bool()>& given_up) {
+  Lock lock(mutex_);
+  Watch watch(*this, request.id());
+  const auto number = cluster_->SendToGame(ReadClocks(), request);
+  Publish();
+  if (!number.ok() || *number == 0) return number.status();
+  const Clock::time_point patience = Clock::now() + kPropertyTimeout;
+  while (true) {
+    if (const auto outcome = cluster_->GameMessageOutcome(request.id(), *number)) return *outcome;
+    if (Clock::now() >= patience) {
+      return absl::DeadlineExceededError(
+          "target: no region has answered yet; the message may still come, ask again with the same request_id");
+    }
+    if (absl::Status status = WaitFor(lock, watch, patience, given_up); !status.ok()) return status;
+  }
+}
+
 absl::StatusOr<v1::SetGameResponse> ControlPlane::SetGame(const v1::SetGameRequest& request) {
   const auto instance =
       Call([&](Cluster& cluster, Now) { return control::GetInstance(cluster.state(), request.id()); });

@@ -57,6 +57,14 @@ class ControlPlane {
   // Waits until the body's owner has made the change and its standby knows of it. kDeadlineExceeded: nobody has said so
   // in kPropertyTimeout; it may come about still.
   absl::Status SetProperty(const v1::SetPropertyRequest& request, const std::function<bool()>& given_up);
+  // Gives `sink` the events that the instance's game published after the one with this number, and each later one. Ends
+  // with OK after the last one of an instance that has ended, when it is forgotten, or when `sink` returns false.
+  absl::Status WatchGameEvents(const v1::WatchGameEventsRequest& request,
+                               const std::function<bool(const v1::PublishedEvent&)>& sink,
+                               const std::function<bool()>& given_up);
+  // Waits until the target's record has the message and its standby knows of it. kDeadlineExceeded: nobody has said so
+  // in kPropertyTimeout; it may come still, and is asked for again with its request id.
+  absl::Status SendToGame(const v1::SendToGameRequest& request, const std::function<bool()>& given_up);
   // Checks the game with the instance's scene, outside the lock: it loads, and uses no name that the scene lacks.
   absl::StatusOr<v1::SetGameResponse> SetGame(const v1::SetGameRequest& request);
   // Waits until all workers are bound, then until they know of the player.

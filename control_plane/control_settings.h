@@ -111,6 +111,20 @@ inline constexpr std::chrono::milliseconds kGameErrorSilence{60'000};
 // Callbacks that are off and become events, of an instance while this process runs; a host that reports more is broken.
 inline constexpr int kMaxCallbacksOff = 100;
 
+// Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can be.
+// A backend that was away for longer than they took to come misses some, and is told.
+inline constexpr std::size_t kMaxPublishedKept = 10'000;
+// Events that one report may bring; the rest comes with the next.
+inline constexpr std::size_t kMaxPublishedTaken = 1'024;
+// Events that are given to a backend at a time.
+inline constexpr std::size_t kPublishedAtOnce = 256;
+// Messages of a backend to one instance that no region has answered.
+inline constexpr std::size_t kMaxGameMessages = 64;
+// Requests of an instance whose ids are known. A backend that makes one again after so many others sends it twice.
+inline constexpr std::size_t kMaxGameRequestsKept = 4'096;
+// After so long a message whose target no region has counts as refused.
+inline constexpr std::chrono::milliseconds kGameMessagePatience{600'000};
+
 inline constexpr std::uint32_t kMaxPort = 65535;
 
 }  // namespace tessera::control

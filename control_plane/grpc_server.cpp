@@ -222,6 +222,21 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
       return Take(plane_.Call([&](Cluster& cluster, Now) { return cluster.ListGameLines(*request); }), response);
     });
   }
+  grpc::Status WatchGameEvents(grpc::ServerContext* context, const v1::WatchGameEventsRequest* request,
+                               grpc::ServerWriter<v1::WatchGameEventsResponse>* writer) override {
+    const auto sink = [writer](const v1::PublishedEvent& event) {
+      v1::WatchGameEventsResponse response;
+      *response.mutable_event() = event;
+      return writer->Write(response);
+    };
+    return ToGrpc(plane_.WatchGameEvents(*request, sink, [context] { return context->IsCancelled(); }));
+  }
+  grpc::Status SendToGame(grpc::ServerContext* context, const v1::SendToGameRequest* request,
+                          v1::SendToGameResponse*) override {
+    const std::string subject = absl::StrCat(request->id(), " ", request->name());
+    return Answer(context, "InstanceService/SendToGame", CallKind::kCommand, subject,
+                  [&] { return plane_.SendToGame(*request, [context] { return context->IsCancelled(); }); });
+  }
   grpc::Status DeleteInstance(grpc::ServerContext* context, const v1::DeleteInstanceRequest* request,
                               v1::DeleteInstanceResponse* response) override {
     return Answer(context, "InstanceService/DeleteInstance", CallKind::kCommand, request->id(), [&] {

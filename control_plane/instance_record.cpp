@@ -8,6 +8,7 @@
 #include "control_plane/one_line.h"
 #include "control_plane/world_terms.h"
 #include "core/world/partition_io.h"
+#include "core/world/spawned_id.h"
 
 namespace tessera::control {
 namespace {
@@ -117,6 +118,14 @@ void AddEvent(records::Instance& record, Now now, const std::string& text) {
   *event.mutable_time() = ToTimestamp(now.unix_time);
   event.set_text(OneLine(text, kMaxReasonBytes));
   if (record.events_size() > kMaxEvents) record.mutable_events()->DeleteSubrange(0, record.events_size() - kMaxEvents);
+}
+
+bool HasBody(const records::Instance& record, BodyId body) {
+  if (IsSpawned(body)) return true;  // which ones there are, the regions know
+  if (!IsPlayerBody(body)) return Contains(record.bodies(), body);
+  return std::any_of(record.players().begin(), record.players().end(), [&](const v1::Player& player) {
+    return PlayerBodyId(PlayerNumber(player.number())) == body && !player.left();
+  });
 }
 
 int PlayersPresent(const records::Instance& record) {

@@ -7,6 +7,7 @@
 #include "control_plane/instance_plan.h"
 #include "control_plane/now.h"
 #include "control_plane/placement.h"
+#include "core/world/ids.h"
 #include "core/world/partition_map.h"
 
 namespace tessera::control {
@@ -26,6 +27,9 @@ records::Instance Failed(const records::Instance& record, const std::string& why
 
 // Appends an event and drops the oldest beyond kMaxEvents.
 void AddEvent(records::Instance& record, Now now, const std::string& text);
+
+// Whether there may be such a body: a dynamic one of the scene, one of a player who has not left, or one that was made.
+bool HasBody(const records::Instance& record, BodyId body);
 
 // The players who have not left.
 int PlayersPresent(const records::Instance& record);

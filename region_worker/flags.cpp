@@ -36,6 +36,9 @@ void Declare(CLI::App& app, RawFlags& raw) {
   const char* alone = "Standalone, without a control plane";
   app.add_option("--scene", raw.standalone.scene_path, "scene file, textproto or JSON")->group(alone);
   app.add_option("--game", raw.standalone.game_path, "Lua file that the region runs; left out: none")->group(alone);
+  app.add_option("--game-module", raw.standalone.game_module_path,
+                 "shared library of a game that the region runs, which is trusted; left out: none")
+      ->group(alone);
   app.add_option("--regions", raw.standalone.regions, "how many regions the world is cut into")
       ->capture_default_str()
       ->group(alone);
@@ -80,6 +83,18 @@ absl::Status CheckAgentFlags(RawFlags& raw) {
   return absl::OkStatus();
 }
 
+absl::Status CheckGameModule(const Standalone& alone) {
+  const std::filesystem::path module = alone.game_module_path;
+  if (module.empty()) return absl::OkStatus();
+  if (!alone.game_path.empty()) {
+    return absl::InvalidArgumentError("--game and --game-module: a region runs one game; use one of them");
+  }
+  if (std::error_code error; module.extension() != ".so" || !std::filesystem::is_regular_file(module, error)) {
+    return absl::InvalidArgumentError(absl::StrCat("--game-module ", module.string(), ": no such file, or not a .so"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   Standalone& alone = raw.standalone;
   if (alone.scene_path.empty()) return absl::InvalidArgumentError("--scene is required (or --agent-socket)");
@@ -89,6 +104,7 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   if (std::error_code error; !alone.game_path.empty() && !std::filesystem::is_regular_file(alone.game_path, error)) {
     return absl::InvalidArgumentError(absl::StrCat("--game ", alone.game_path, ": no such file"));
   }
+  if (absl::Status status = CheckGameModule(alone); !status.ok()) return status;
   if (alone.regions == 0 || alone.regions > kMaxRegions) {
     return absl::InvalidArgumentError(absl::StrCat("--regions ", alone.regions, ": must be 1 to ", kMaxRegions));
   }
@@ -157,6 +173,8 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
     status = absl::InvalidArgumentError("--agent-socket and --scene: the agent gives the scene; use one of them");
   } else if (under_agent && !raw.standalone.game_path.empty()) {
     status = absl::InvalidArgumentError("--agent-socket and --game: the agent gives the game; use one of them");
+  } else if (under_agent && !raw.standalone.game_module_path.empty()) {
+    status = absl::InvalidArgumentError("--agent-socket and --game-module: a module is for a region without an agent");
   } else {
     status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }

@@ -48,6 +48,12 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
     const std::string name = std::filesystem::path(flags.game_path).filename().string();
     order.game = {.path = flags.game_path, .hash = {}, .name = name, .number = 0, .failure = {}};
   }
+  if (const std::filesystem::path module = flags.game_module_path; !module.empty()) {
+    const std::string folder = module.has_parent_path() ? module.parent_path().string() : ".";
+    auto loaded = game::NativeModule::Load(folder, module.stem().string());
+    if (!loaded.ok()) return loaded.status();
+    world.module = *std::move(loaded);
+  }
   for (std::uint32_t region = 1; region <= flags.regions; ++region) {
     const auto link_port = static_cast<std::uint16_t>(flags.base_port + 3 * (region - 1) + 1);
     order.peers.push_back({RegionId(region), Incarnation(region), "127.0.0.1", link_port});

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/world/scene.h"
+#include "game_sdk/native/native_module.h"
 #include "net/connect_token.h"
 #include "region_worker/core/worker_core.h"
 #include "region_worker/worker_options.h"
@@ -24,8 +25,9 @@ net::InstanceKey StandaloneKey();
 struct StandaloneWorld {
   std::shared_ptr<const Scene> scene;
   Order order;
+  std::shared_ptr<const game::NativeModule> module = nullptr;  // null: none
 };
-// Reads the scene.
+// Reads the scene, and loads the game's library.
 absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags);
 StandaloneRules RulesOf(const Standalone& flags, const StandaloneWorld& world);
 

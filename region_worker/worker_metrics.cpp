@@ -134,6 +134,12 @@ WorkerMetrics::WorkerMetrics()
       game_dropped_counts(
           Counter(*registry_, "tessera_game_dropped_counts_total",
                   "Calls of world.count that came to nothing, because the game has too many counters.")),
+      game_published(Counter(*registry_, "tessera_game_published_total",
+                             "Events for the game's backend that came to the world's record here.")),
+      game_unpublished(Counter(*registry_, "tessera_game_unpublished_total",
+                               "Events for the game's backend that were left out, because too many waited.")),
+      game_publishing(Gauge(*registry_, "tessera_game_published_waiting",
+                            "Events for the game's backend that the control plane has not stored yet.")),
       game_callbacks_off(Gauge(*registry_, "tessera_game_callbacks_off",
                                "Callbacks of the game that failed too often in a row and are not called any more.")),
       world_paused(Gauge(*registry_, "tessera_region_world_paused", "1 while the world is paused, by its operator.")),
@@ -238,6 +244,9 @@ void WorkerMetrics::Show(const RegionRun& run, const LinkTable& links) {
     Follow(game_dropped_events, played.dropped_events);
     Follow(game_dropped_lines, played.dropped_lines + run.game_log().left_out());
     Follow(game_dropped_counts, played.dropped_counts);
+    Follow(game_published, played.published);
+    Follow(game_unpublished, played.unpublished);
+    game_publishing.Set(static_cast<double>(region.published().size()));
     game_callbacks_off.Set(played.callbacks_off);
     ShowMessages(played.messages, region.messages());
   }

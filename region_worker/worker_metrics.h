@@ -63,7 +63,8 @@ class WorkerMetrics {
   prometheus::Gauge &unprotected, &paused, &failover_gap, &promotion_age, &longest_tick, &longest_tick_cpu;
   prometheus::Counter &standby_bytes, &standby_gaps, &failovers, &links_down;
   prometheus::Counter &game_calls, &game_errors, &game_instructions, &game_dropped_events, &game_dropped_lines;
-  prometheus::Counter& game_dropped_counts;
+  prometheus::Counter &game_dropped_counts, &game_published, &game_unpublished;
+  prometheus::Gauge& game_publishing;
   prometheus::Gauge& game_callbacks_off;
   prometheus::Gauge &world_paused, &world_pace;
   prometheus::Counter &messages_sent, &messages_applied, &messages_late, &messages_repeated, &messages_copies,

@@ -15,7 +15,8 @@ inline constexpr std::uint16_t kDefaultBasePort = 7900;
 // A worker without a control plane: one of `regions` workers that were all started with the same flags but --region.
 struct Standalone {
   std::string scene_path;
-  std::string game_path;  // empty: none
+  std::string game_path;         // empty: none
+  std::string game_module_path;  // a shared library instead; empty: none
   std::uint32_t regions = 1;
   // Region r listens on base_port + 3 * (r - 1) + {0 game, 1 link, 2 metrics}.
   std::uint16_t base_port = kDefaultBasePort;

@@ -93,6 +93,10 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   metrics_server_ = *std::move(server);
 
   WorkerSetup setup{.identity = options_.identity, .pid = getpid(), .address = {}, .borders = {}, .standalone = {}};
+  if (world.module != nullptr) {
+    setup.game_module = &world.module->module();
+    setup.game_module_name = world.module->name();
+  }
   setup.address.set_region(options_.identity.region.value());
   setup.address.set_incarnation(options_.identity.incarnation.value());
   setup.address.set_host(options_.advertise_address);

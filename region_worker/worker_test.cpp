@@ -43,6 +43,10 @@ TEST(WorkerUsageTest, MistakesGiveOneLineAndStatus2) {
       {{"--scene", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --scene"},
       {{"--game", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --game"},
       {{"--scene", scene, "--game", "/nowhere/x.lua", "--region", "1"}, "--game /nowhere/x.lua: no such file"},
+      {{"--scene", scene, "--game", scene, "--game-module", scene, "--region", "1"}, "--game and --game-module"},
+      {{"--scene", scene, "--game-module", scene, "--region", "1"}, "minimal.textproto: no such file, or not a .so"},
+      {{"--scene", scene, "--game-module", "/nowhere/x.so", "--region", "1"}, "/nowhere/x.so: no such file"},
+      {{"--game-module", scene, "--region", "1", "--agent-socket", "/tmp/x"}, "--agent-socket and --game-module"},
       {{"--agent-socket", "/tmp/x", "--region", "1"}, "--instance is required"},
       {{"--agent-socket", "/tmp/x", "--region", "1", "--instance", "i"}, "--incarnation is required"},
       {{"--scene", scene, "--region", "1", "--what"}, "--what"},
@@ -83,6 +87,43 @@ TEST(WorkerGameTest, AGameRunsAndItsLinesAndCostAreShown) {
                            "\ntessera_game_callbacks_off 1\n", "\ntessera_game_dropped_events_total 0\n"}) {
     EXPECT_NE(metrics.find(line), std::string::npos) << line << metrics;
   }
+}
+
+std::vector<std::string> WithModule(const std::string& name, std::uint16_t base) {
+  std::vector<std::string> arguments = Alone(base);
+  arguments.insert(arguments.end(), {"--game-module", TESSERA_BINARY_DIR "/game_modules/" + name + ".so"});
+  return arguments;
+}
+
+TEST(WorkerModuleTest, ALibraryOfAnotherInterfaceGivesStatus1NamingBothVersions) {
+  WorkerProcess worker(WithModule("other_abi", FreeBasePort(1)));
+  EXPECT_EQ(worker.Wait(), kExitFailure);
+  EXPECT_NE(worker.said().find("other_abi"), std::string::npos) << worker.said();
+  EXPECT_NE(worker.said().find("version 8"), std::string::npos) << worker.said();
+}
+
+TEST(WorkerModuleTest, ALibraryRunsAsAGame) {
+  const std::string scene = WriteTestFile(
+      "fountain.textproto",
+      "name: 'fountain' bounds { min { x: -20 y: -5 z: -20 } max { x: 20 y: 40 z: 20 } }\n"
+      "properties { name: 'hits' number: 0 }\n"
+      "bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }\n"
+      "prefabs { name: 'ball' bodies { kind: 'ball' mass: 1 shape { sphere { radius: 0.25 } } } }\n");
+  const std::uint16_t base = FreeBasePort(1);
+  std::vector<std::string> arguments = Alone(base, scene);
+  arguments.insert(arguments.end(), {"--game-module", TESSERA_BINARY_DIR "/game_modules/fountain.so"});
+  WorkerProcess worker(arguments);
+  ASSERT_TRUE(worker.WaitForLine("RUNNING tick=")) << worker.said();
+  const std::string metrics = ReadMetrics(static_cast<std::uint16_t>(base + 2));
+  EXPECT_EQ(metrics.find("\ntessera_game_calls_total 0\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("\ntessera_game_errors_total 0\n"), std::string::npos) << metrics;
+}
+
+TEST(WorkerModuleTest, OneThatCrashesSaysWhere) {
+  WorkerProcess worker(WithModule("crashes", FreeBasePort(1)));
+  worker.Wait();
+  EXPECT_NE(worker.said().find("died in game module crashes: Segmentation fault in on_tick"), std::string::npos)
+      << worker.said();
 }
 
 TEST(WorkerSceneTest, BadSceneGivesStatus1NamingFileBodyAndField) {

@@ -18,7 +18,9 @@ absl::StatusOr<std::unique_ptr<Cluster>> Cluster::Load(Store& store, const Contr
                                                        RandomBytes random, Now now) {
   auto state = ClusterState::Load(store);
   if (!state.ok()) return state.status();
-  return std::unique_ptr<Cluster>(new Cluster(*std::move(state), settings, std::move(random), now));
+  std::unique_ptr<Cluster> cluster(new Cluster(*std::move(state), settings, std::move(random), now));
+  if (absl::Status status = cluster->LoadParts(now); !status.ok()) return status;
+  return cluster;
 }
 
 Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& settings, RandomBytes random, Now now)
@@ -34,12 +36,22 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
       players_(*state_, settings),
       properties_(*state_),
       game_logs_(*state_),
+      game_events_(*state_),
+      game_messages_(*state_),
       reconciler_(*state_, {instances_, changes_, failovers_, checkpoints_, players_}),
       desired_sets_(*state_, [this](const InstanceEntry& instance) {
-        return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance)};
+        return Requests{checkpoints_.UnderWay(instance), properties_.Unanswered(instance),
+                        game_messages_.Unanswered(instance), game_events_.StoredUpTo(instance)};
       }) {
   for (HostEntry& host : state_->EachHost()) hosts_.Adopt(host, now);
   for (InstanceEntry& instance : state_->EachInstance()) Adopt(now, instance);
+}
+
+// A control plane that died while it restored an instance may not have said so to the backend.
+absl::Status Cluster::LoadParts(Now now) {
+  if (absl::Status status = game_events_.Load(); !status.ok()) return status;
+  for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
+  return game_messages_.Load();
 }
 
 void Cluster::Adopt(Now now, InstanceEntry& instance) {
@@ -54,6 +66,8 @@ void Cluster::Forget(std::uint64_t number) {
   players_.Forget(number);
   properties_.Forget(number);
   game_logs_.Forget(number);
+  game_events_.Forget(number);
+  game_messages_.Forget(number);
 }
 
 // --- Time.
@@ -76,6 +90,7 @@ void Cluster::HandleTimer(Now now) {
       checkpoints_.RetryRestore(instance, now);
       players_.Prune(instance, now);
       checkpoints_.Step(instance, now);
+      game_messages_.Expire(instance, now);
     }
     instances_.WithdrawLate(instance, now);
   }
@@ -161,6 +176,8 @@ void Cluster::TakeReport(Now now, const HostEntry& host, const v1::WorkerReport&
   Failovers::Witness(*taken->instance, taken->before, report, now);
   properties_.TakeAnswers(*taken->instance, report);
   game_logs_.Take(*taken->instance, report, now);
+  game_events_.Take(*taken->instance, report, now);
+  game_messages_.TakeAnswers(*taken->instance, report);
   players_.TakeEnded(*taken->instance, report, now);
 }
 
@@ -299,6 +316,33 @@ absl::StatusOr<v1::ListGameLinesResponse> Cluster::ListGameLines(const v1::ListG
   return response;
 }
 
+absl::StatusOr<std::vector<v1::PublishedEvent>> Cluster::GameEventsAfter(const std::string& id,
+                                                                         std::uint64_t number) const {
+  const InstanceEntry* instance = state().FindInstance(id);
+  if (instance == nullptr) return NoInstance("id", id);
+  if (instance->record.game_hash().empty()) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", instance->record.id(), " runs no game"));
+  }
+  return game_events_.After(*instance, number, kPublishedAtOnce);
+}
+
+// A request that was made before is answered for also while the instance does not run.
+absl::StatusOr<std::uint64_t> Cluster::SendToGame(Now now, const v1::SendToGameRequest& request) {
+  const InstanceEntry* instance = state().FindInstance(request.id());
+  if (instance == nullptr) return NoInstance("id", request.id());
+  if (const std::uint64_t number = game_messages_.Find(*instance, request.request_id()); number != 0) return number;
+  const auto found = FindRunning(*state_, request.id());
+  if (!found.ok()) return found.status();
+  if (instance->record.game_hash().empty()) {
+    return absl::FailedPreconditionError(absl::StrCat("id: ", instance->record.id(), " runs no game"));
+  }
+  return game_messages_.Add(**found, request, now);
+}
+
+std::optional<absl::Status> Cluster::GameMessageOutcome(const std::string& id, std::uint64_t number) const {
+  return game_messages_.Outcome(id, number);
+}
+
 // --- Checkpoints.
 
 absl::StatusOr<std::uint64_t> Cluster::BeginCheckpoint(Now now, const std::string& id) {
@@ -350,6 +394,7 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   instances_.Restarted(*instance);
   checkpoints_.Restarted(*instance);
   properties_.Forget(instance->number);  // they were for the world before
+  game_events_.NoteRestore(*instance, now);
   failovers_.Forget(instance->number);
   instances_.Entered(*instance, state, now);
   reconciler_.Reconcile(now, *instance);

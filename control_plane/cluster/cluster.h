@@ -26,7 +26,9 @@
 #include "control_plane/cluster/desired_sets.h"
 #include "control_plane/cluster/effects.h"
 #include "control_plane/cluster/failovers.h"
+#include "control_plane/cluster/game_events.h"
 #include "control_plane/cluster/game_logs.h"
+#include "control_plane/cluster/game_messages.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_checkpoints.h"
 #include "control_plane/cluster/instance_players.h"
@@ -91,8 +93,12 @@ class Cluster {
   std::optional<absl::Status> PropertyOutcome(const std::string& id, std::uint64_t change) const;
   void ForgetProperty(const std::string& id, std::uint64_t change);
 
-  // --- Games: see game_logs.h.
+  // --- Games: see game_logs.h, game_events.h and game_messages.h.
   absl::StatusOr<v1::ListGameLinesResponse> ListGameLines(const v1::ListGameLinesRequest& request) const;
+  // At most kPublishedAtOnce.
+  absl::StatusOr<std::vector<v1::PublishedEvent>> GameEventsAfter(const std::string& id, std::uint64_t number) const;
+  absl::StatusOr<std::uint64_t> SendToGame(Now now, const v1::SendToGameRequest& request);
+  std::optional<absl::Status> GameMessageOutcome(const std::string& id, std::uint64_t number) const;
 
   // --- Checkpoints: see instance_checkpoints.h. The caller keeps the files.
   absl::StatusOr<std::uint64_t> BeginCheckpoint(Now now, const std::string& id);
@@ -115,6 +121,7 @@ class Cluster {
 
  private:
   Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& settings, RandomBytes random, Now now);
+  absl::Status LoadParts(Now now);
   void Adopt(Now now, InstanceEntry& instance);
   void Forget(std::uint64_t number);
   void NoteTime(Now now);
@@ -137,6 +144,8 @@ class Cluster {
   InstancePlayers players_;
   PropertyChanges properties_;
   GameLogs game_logs_;
+  GameEvents game_events_;
+  GameMessages game_messages_;
   Reconciler reconciler_;
   DesiredSets desired_sets_;
 };

@@ -233,6 +233,12 @@ absl::Status ClusterState::ReuseContents(const records::Instance& record, const 
   return absl::OkStatus();
 }
 
+absl::StatusOr<Revision> ClusterState::WriteStored(std::span<const StoreOp> ops) {
+  auto written = store_.Txn(ops);
+  if (!written.ok()) return NotWritten(written.status());
+  return written;
+}
+
 // Workers and hosts' lists follow the record's placements; what is known of a worker stays.
 void ClusterState::FollowPlacements(InstanceEntry& instance) {
   for (HostEntry& host : EachHost()) {

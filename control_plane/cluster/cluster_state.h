@@ -16,7 +16,9 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -89,6 +91,10 @@ struct InstanceEntry {
   Steady state_since{0};
   bool withdrawn = false;  // the grace of stopping is over: its workers are in no desired set
 
+  // Written by GameEvents and GameMessages.
+  std::uint64_t published_events = 0;     // that the game ever published, and restores
+  std::size_t game_messages_waiting = 0;  // for an answer
+
   std::string trouble;  // why its last step could not be taken; logged once
 };
 
@@ -144,6 +150,10 @@ class ClusterState {
   absl::Status RemoveInstance(const InstanceEntry& instance);
   // An instance that had ended needs its scene and game again. `contents` has all that it uses.
   absl::Status ReuseContents(const records::Instance& record, const Contents& contents);
+
+  // --- What parts store under keys of their own. UNAVAILABLE: as above.
+  absl::StatusOr<Revision> WriteStored(std::span<const StoreOp> ops);
+  absl::StatusOr<std::vector<StoreEntry>> ListStored(std::string_view prefix) const { return store_.List(prefix); }
 
   // --- Agents' streams. An earlier stream of the host is closed with `why`.
   StreamId OpenStream(HostEntry& host, const absl::Status& why);

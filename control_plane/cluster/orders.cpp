@@ -84,6 +84,8 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   SetStandbys(record, order);
   if (requests.checkpoint_tick != 0) order.mutable_checkpoint()->set_tick(requests.checkpoint_tick);
   *order.mutable_property_changes() = {requests.property_changes.begin(), requests.property_changes.end()};
+  *order.mutable_backend_messages() = {requests.backend_messages.begin(), requests.backend_messages.end()};
+  order.set_published_up_to(requests.published_up_to);
   SetInitialState(record, placement, order);
   return order;
 }

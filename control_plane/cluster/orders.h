@@ -12,6 +12,8 @@ namespace tessera::control {
 struct Requests {
   std::uint64_t checkpoint_tick = 0;  // 0: no checkpoint is being made
   std::vector<v1::PropertyChange> property_changes;
+  std::vector<v1::BackendMessage> backend_messages;
+  std::uint64_t published_up_to = 0;
 };
 
 // The order for the worker at `index`, without its revision. It holds nothing that is not stored, but for `requests`

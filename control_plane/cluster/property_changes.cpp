@@ -4,22 +4,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
-#include "control_plane/id_ranges.h"
+#include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
 #include "core/world/proto_math.h"
-#include "core/world/spawned_id.h"
 
 namespace tessera::control {
 namespace {
-
-bool HasBody(const records::Instance& record, BodyId body) {
-  if (IsSpawned(body)) return true;  // which ones there are, the regions know
-  if (!IsPlayerBody(body)) return Contains(record.bodies(), body);
-  return std::any_of(record.players().begin(), record.players().end(), [&](const v1::Player& player) {
-    return PlayerBodyId(PlayerNumber(player.number())) == body && !player.left();
-  });
-}
 
 // As far as can be checked here.
 absl::Status CheckChange(const records::Instance& record, const v1::SetPropertyRequest& request) {

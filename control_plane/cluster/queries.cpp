@@ -89,6 +89,8 @@ ClusterSummary Summarise(const ClusterState& state) {
     health.imbalance = view.imbalance();
     health.lost_bodies = view.lost_bodies();
     health.lost_ticks = view.lost_ticks();
+    health.published_events = instance.published_events;
+    health.game_messages_waiting = instance.game_messages_waiting;
     health.checkpoints_expected = instance.record.checkpoint_interval_ms() > 0;
   }
   return summary;

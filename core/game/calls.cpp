@@ -295,6 +295,7 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldCancel:
     case kWorldSend:
     case kWorldIsOwn:
+    case kWorldPublish:
       return CallInstance(call, function, arguments);
     case kWorldPlayers:
     case kWorldBroadcast:

@@ -27,6 +27,13 @@ tessera_game_value TextValue(const std::string& text) {
   return value;
 }
 
+// Who sent a message, as on_message is told.
+tessera_game_value SenderValue(BodyId speaker) {
+  static const std::string kBackend = "backend";
+  if (speaker == kBackendSender) return TextValue(kBackend);
+  return speaker == BodyId() ? tessera_game_value{} : BodyValue(speaker);
+}
+
 // Named values as a record keeps them, for an argument.
 class KeptFields {
  public:
@@ -258,12 +265,11 @@ void GameHost::RunMessages(GameWorld& world) {
 }
 
 void GameHost::RunMessage(BodyId target, const HeldMessage& message, GameWorld& world) {
+  if (message.what.verb == kWorldPublish && target == kInstanceBody) return RunPublish(message, world);
   if (message.what.verb != 0) return RunVerb(target, message, world);
   const KeptFields values(message.what.values);
-  const bool from_world = message.what.speaker == BodyId();
-  const std::array<tessera_game_value, 4> arguments{
-      BodyValue(target), TextValue(message.what.name), values.value(),
-      from_world ? tessera_game_value{} : BodyValue(message.what.speaker)};
+  const std::array<tessera_game_value, 4> arguments{BodyValue(target), TextValue(message.what.name), values.value(),
+                                                    SenderValue(message.what.speaker)};
   const auto take = [&](Transaction& transaction) {
     return transaction.Own(target)->record.mail.Applied(message.sender, message.number, tick_);
   };
@@ -293,6 +299,29 @@ void GameHost::RunVerb(BodyId target, const HeldMessage& message, GameWorld& wor
   ++statistics_.errors;
   ++statistics_.messages.failed;
   Say({tick_, target, true, absl::StrCat("asked for by body ", message.what.speaker.value(), ": ", status.message())});
+}
+
+void GameHost::RunPublish(const HeldMessage& message, GameWorld& world) {
+  NoteApplied(message);
+  Transaction transaction = Begin(world);
+  GameRecord& record = transaction.Own(kInstanceBody)->record;
+  record.mail.Applied(message.sender, message.number, tick_);
+  PublishedEvent event;
+  event.tick = tick_;
+  event.source = message.what.speaker;
+  event.name = message.what.name;
+  event.values = message.what.values;
+  const bool first_left_out = record.published.left_out == 0;
+  const bool kept = record.published.Add(std::move(event));
+  transaction.Commit();
+  ++used_;
+  ++statistics_.instructions;
+  ++(kept ? statistics_.published : statistics_.unpublished);
+  if (!kept && first_left_out) {
+    Say({tick_, message.what.speaker, true,
+         absl::StrCat("publish: events wait for the control plane, and no more are kept; \"", message.what.name,
+                      "\" and what follows are left out")});
+  }
 }
 
 void GameHost::NoteApplied(const HeldMessage& message) {

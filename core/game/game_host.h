@@ -82,6 +82,7 @@ struct GameStatistics {
   std::uint64_t dropped_lines = 0;
   std::uint64_t dropped_counts = 0;  // the game had kMaxCounters counters already
   std::uint32_t callbacks_off = 0;   // failed too often in a row, and are not called any more
+  std::uint64_t published = 0, unpublished = 0;  // events for the backend that came to the world's record; left out
   MessageStatistics messages;
 };
 
@@ -160,6 +161,8 @@ class GameHost {
   void NoteCost(Handler& handler, std::uint32_t callback, std::uint16_t kind, std::uint64_t instructions, bool failed);
   // Carries out a message with a verb, for a body that the region owns.
   void RunVerb(BodyId target, const HeldMessage& message, GameWorld& world);
+  // An event for the backend has come to the world's record.
+  void RunPublish(const HeldMessage& message, GameWorld& world);
   void NoteApplied(const HeldMessage& message);
   void NoteFailure(Handler& handler, std::uint32_t callback, BodyId self, std::uint16_t kind, std::string text);
   std::string NameOf(std::uint32_t callback, std::uint16_t kind) const;

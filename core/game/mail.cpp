@@ -92,6 +92,16 @@ bool Mail::TakeDirectly(HeldMessage message) {
   return true;
 }
 
+Mail::Arrival Mail::TakeFromBackend(std::uint64_t number, Message what, Tick now) {
+  if (number <= backend) return Arrival::kRepeated;
+  if (inbox.size() >= kMaxInbox) return Arrival::kRefused;
+  backend = number;
+  what.speaker = kBackendSender;
+  HeldMessage held{kBackendSender, number, 0, now, now + 1, 0, std::move(what)};
+  inbox.insert(std::ranges::lower_bound(inbox, PlaceOf(held), {}, PlaceOf), std::move(held));
+  return Arrival::kNew;
+}
+
 bool Mail::Ready(std::vector<HeldMessage>::const_iterator message) const {
   if (message->after == 0) return true;
   const Sender* sender = Find(message->sender);
@@ -192,6 +202,7 @@ absl::Status CheckMessage(const Message& message) {
 
 void Write(ByteWriter& out, const Mail& mail) {
   out.Varint(mail.last_number);
+  out.Varint(mail.backend);
   out.Varint(mail.outbox.size());
   for (const SentMessage& message : mail.outbox) {
     out.Varint(message.number);
@@ -224,6 +235,7 @@ Mail ReadMail(ByteReader& in) {
   constexpr std::size_t kMinSentBytes = 9, kMinHeldBytes = 10, kMinSenderBytes = 4;
   Mail mail;
   mail.last_number = in.Varint();
+  mail.backend = in.Varint();
   mail.outbox.resize(in.Count(kMinSentBytes));
   for (SentMessage& message : mail.outbox) {
     message.number = in.Varint();

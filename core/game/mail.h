@@ -71,6 +71,7 @@ struct Mail {
   };
 
   std::uint64_t last_number = 0;    // that a message of this record ever had
+  std::uint64_t backend = 0;        // the highest number of a message of the game's backend that came here
   std::vector<SentMessage> outbox;  // ascending by number
   std::vector<HeldMessage> inbox;   // ascending by (sender, number)
   std::vector<Sender> senders;      // ascending
@@ -97,6 +98,9 @@ struct Mail {
   // The same within one region: the sender's record is committed together with the target's, so there are no copies.
   // False: there is no room.
   bool TakeDirectly(HeldMessage message);
+  // A message of the game's backend, for the next step. Whoever orders them repeats each until it is safe here, and
+  // numbers them ascending, so that one number says which came. Refused: there is no room now.
+  Arrival TakeFromBackend(std::uint64_t number, Message what, Tick now);
   // The messages that are to be applied in the step to `now`, by (due, sender, number). None is due before one of the
   // same sender with a lower number.
   std::vector<HeldMessage> Due(Tick now) const;

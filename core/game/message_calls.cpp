@@ -122,6 +122,7 @@ absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Funct
     if (absl::Status status = CheckTarget(call, function, target); !status.ok()) return status;
   }
   Message message;
+  if (function.number == kWorldPublish) message.verb = kWorldPublish;
   message.name.assign(arguments[0].as.text, arguments[0].count);
   if (message.name.empty() || message.name.size() > kMaxMessageNameBytes) {
     return MessageFault(function, "`name` must have 1 to 32 bytes");
@@ -139,6 +140,7 @@ absl::StatusOr<tessera_game_value> CallInstance(tessera_game_call& call, const F
                                                 std::span<const tessera_game_value> arguments) {
   switch (function.number) {
     case kWorldSend:
+    case kWorldPublish:
       return CallSend(call, function, kInstanceBody, arguments);
     case kWorldIsOwn:
       return Returned(call.transaction.Owns(kInstanceBody));

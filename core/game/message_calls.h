@@ -16,10 +16,10 @@
 
 namespace tessera::game {
 
-// send of bodies, and of the world with kInstanceBody as the target. Arguments: name, values.
+// send of bodies, and send and publish of the world with kInstanceBody as the target. Arguments: name, values.
 absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Function& function, BodyId target,
                                             std::span<const tessera_game_value> arguments);
-// get, set, after, cancel, send and is_own of the world.
+// get, set, after, cancel, send, publish and is_own of the world.
 absl::StatusOr<tessera_game_value> CallInstance(tessera_game_call& call, const Function& function,
                                                 std::span<const tessera_game_value> arguments);
 

@@ -233,6 +233,83 @@ TEST_F(MessageCallsTest, TheWorldHasARecordLikeABody) {
   EXPECT_THAT(Lines(), IsEmpty());
 }
 
+TEST_F(MessageCallsTest, APublishedEventWaitsInTheWorldsRecord) {
+  world.Add(kInstanceBody.value(), 0);
+  game.On(kOnBodyContact, "crate", [](GameCalls& calls, Arguments) {
+    return calls.Call(kWorldPublish, {std::string("goal")}) && calls.Call(kWorldPublish, {std::string("bell")});
+  });
+  Load();
+  Touch(10, 1, 2);
+  for (std::uint64_t tick = 11; tick < 14; ++tick) Pass(tick);
+  const Published& published = world.record(kInstanceBody.value()).published;
+  ASSERT_EQ(published.waiting.size(), 2U);
+  EXPECT_EQ(published.waiting[0]->name, "goal");
+  EXPECT_EQ(published.waiting[0]->source, BodyId(1));
+  EXPECT_EQ(published.waiting[0]->tick, Tick(12));
+  EXPECT_EQ(published.waiting[1]->number, 2U);
+  EXPECT_EQ(host->statistics().published, 2U);
+  EXPECT_THAT(Lines(), IsEmpty());
+}
+
+TEST_F(MessageCallsTest, EventsThatFindNoRoomAreCountedAndSaidOnce) {
+  world.Add(kInstanceBody.value(), 0);
+  GameRecord record;
+  PublishedEvent event;
+  event.name = "old";
+  while (record.published.Add(event)) {
+  }
+  record.published.left_out = 0;
+  world.Commit(kInstanceBody, {}, record, false);
+  game.On(kOnBodyContact, "crate", [](GameCalls& calls, Arguments) {
+    return calls.Call(kWorldPublish, {std::string("goal")}) && calls.Call(kWorldPublish, {std::string("bell")});
+  });
+  Load();
+  Touch(10, 1, 2);
+  Pass(12);
+  EXPECT_EQ(host->statistics().unpublished, 2U);
+  EXPECT_EQ(world.record(kInstanceBody.value()).published.left_out, 2U);
+  EXPECT_THAT(Lines(), ElementsAre(HasSubstr("\"goal\" and what follows are left out")));
+}
+
+TEST_F(MessageCallsTest, WhatCannotBePublishedNamesTheArgument) {
+  world.Add(kInstanceBody.value(), 0);
+  std::vector<std::string> errors;
+  game.On(kOnBodyContact, "crate", [&](GameCalls& calls, Arguments) {
+    EXPECT_FALSE(calls.Call(kWorldPublish, {std::string()}));
+    errors.push_back(calls.error());
+    EXPECT_FALSE(calls.Call(kWorldPublish, {std::string(33, 'x')}));
+    errors.push_back(calls.error());
+    return true;
+  });
+  Load();
+  Touch(10, 1, 2);
+  EXPECT_THAT(errors, ElementsAre(HasSubstr("publish: `name` must have 1 to 32 bytes"), HasSubstr("publish: `name`")));
+}
+
+TEST_F(MessageCallsTest, AMessageOfTheBackendSaysSoAndComesOnce) {
+  int got = 0;
+  game.On(kOnBodyMessage, "crate", [&](GameCalls&, Arguments arguments) {
+    ++got;
+    EXPECT_EQ(NameIn(arguments, 1), "gift");
+    EXPECT_EQ(arguments[3].type, TESSERA_GAME_TEXT);
+    EXPECT_EQ(NameIn(arguments, 3), "backend");
+    return true;
+  });
+  GameRecord record;
+  Message gift;
+  gift.name = "gift";
+  EXPECT_EQ(record.mail.TakeFromBackend(7, gift, Tick(4)), Mail::Arrival::kNew);
+  EXPECT_EQ(record.mail.TakeFromBackend(7, gift, Tick(4)), Mail::Arrival::kRepeated);
+  EXPECT_EQ(record.mail.TakeFromBackend(6, gift, Tick(4)), Mail::Arrival::kRepeated);
+  world.Commit(BodyId(2), {}, record, false);
+  Load();
+  Pass(5);
+  EXPECT_EQ(got, 1);
+  EXPECT_TRUE(world.record(2).mail.inbox.empty());
+  EXPECT_TRUE(world.record(2).mail.senders.empty()) << "nobody is reminded";
+  EXPECT_EQ(world.record(2).mail.backend, 7U);
+}
+
 TEST_F(MessageCallsTest, BeyondATicksWorkMessagesWait) {
   int got = 0;
   game.On(kOnBodyMessage, "crate", [&](GameCalls& calls, Arguments) {

@@ -1,6 +1,7 @@
 // GameRecord: what a game keeps with a body, beside its properties: the timers that are to come, when the body expires,
-// its messages, what the game does to it in the next steps, what it changed of its definition, and of a player's body
-// what the game and the player have said to each other. It goes wherever the body goes.
+// its messages, what the game does to it in the next steps, what it changed of its definition, of a player's body what
+// the game and the player have said to each other, and of the world what waits for the game's backend. It goes wherever
+// the body goes.
 //
 // Thread rule: plain values.
 #pragma once
@@ -14,6 +15,7 @@
 #include "absl/status/status.h"
 #include "core/game/mail.h"
 #include "core/game/player_record.h"
+#include "core/game/published.h"
 #include "core/world/body_tuning.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
@@ -76,6 +78,7 @@ struct GameRecord {
   // The body is gone. The record is left until its messages are acknowledged, and has nothing else.
   bool removed = false;
   SharedPlayerRecord player;  // of a player's body
+  Published published;        // of the world
 
   bool empty() const { return *this == GameRecord(); }
   // Whether there is anything to do in the next step, or after it.

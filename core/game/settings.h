@@ -33,6 +33,9 @@ inline constexpr std::size_t kMaxInstanceOutbox = 512;
 inline constexpr std::size_t kMaxInbox = 1'024;
 // Senders that one target remembers. Beyond them, the one that has been silent longest is forgotten.
 inline constexpr std::size_t kMaxSenders = 1'024;
+// Published events that wait for the control plane, in the world's record: some seconds of a busy game. More, and each
+// step sends the standby more. Those beyond are left out, counted and missed by the backend.
+inline constexpr std::size_t kMaxPublished = 1'024, kMaxPublishedBytes = 128 * 1024;
 inline constexpr std::size_t kMaxLogLineBytes = 200;
 inline constexpr std::size_t kMaxLogLinesPerTick = 8;
 inline constexpr std::size_t kMaxCounters = 32;  // of a game, in a region; others are dropped and counted

@@ -171,6 +171,19 @@ class Region {
   };
   Audience AudienceOf(BodyId body) const;
 
+  // --- What the game and its backend say to each other (region_backend.cpp).
+  // Takes a message of the game's backend for a body that is owned here, or for the world where its record is: the game
+  // gets it in the next step that has time for it. Numbers of one target ascend, and each is taken once. Errors:
+  // NOT_FOUND when the target is not owned here or about to be handed over, RESOURCE_EXHAUSTED when too many wait,
+  // where it may be tried again; ALREADY_EXISTS for a number that was taken; FAILED_PRECONDITION "body 7 is gone", or
+  // there is no game.
+  absl::Status TakeFromBackend(BodyId target, std::uint64_t number, const game::Message& message);
+  // Events for the backend that nobody has acknowledged, where the world's record is owned here; ascending by number.
+  // No death of this region alone takes back any of them.
+  std::vector<game::Published::Event> published() const;
+  // The events up to this number are stored. Ask all regions: the one that owns the world's record heeds it.
+  void AcknowledgePublished(std::uint64_t number);
+
   // --- Properties.
   // Sets one of the properties that the scene declares, of a body that is owned here. Changes are numbered from 1 on by
   // whoever orders them: one whose number is not above that of the body's last change does nothing, so it may be

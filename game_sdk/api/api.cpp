@@ -86,6 +86,9 @@ constexpr Parameter kWorldSetParameters[] = {
     {"value", kPropertyType, "of the property's type; nothing for no body, a text for bytes"}};
 constexpr Parameter kSendParameters[] = {{"name", kTextType, "what on_message is told, 1 to 32 bytes"},
                                          {"values", kFieldsType, "what on_message gets, at most 512 bytes", true}};
+constexpr Parameter kPublishParameters[] = {
+    {"name", kTextType, "what the backend gets as the event's name, 1 to 32 bytes"},
+    {"values", kFieldsType, "what the backend gets with it, at most 512 bytes", true}};
 constexpr Parameter kReasonParameters[] = {
     {"reason", kTextType, "what the player is told, at most 200 bytes without control characters"}};
 constexpr Parameter kEventParameters[] = {
@@ -194,6 +197,9 @@ constexpr Function kFunctions[] = {
      kFlagType,
      "Whether this region owns the world's record, so that its properties may be set and its timers changed from "
      "here."},
+    {kWorldPublish, Receiver::kWorld, "publish", kPublishParameters, kNothingType,
+     "Gives the game's backend an event, which gets each once, and those of one body in order. It goes as a message to "
+     "the world does, and fails when that would."},
     {kWorldPlayers,
      Receiver::kWorld,
      "players",
@@ -298,7 +304,8 @@ constexpr Parameter kTimerParameters[] = {{"name", kTextType, "as given to `afte
 constexpr Parameter kMessageParameters[] = {
     {"name", kTextType, "as given to `send`"},
     {"values", kFieldsType, "as given to `send`"},
-    {"sender", kBodyType | kNothingType, "whose callback sent it; nothing: one of the world"}};
+    {"sender", kBodyType | kNothingType | kTextType,
+     "whose callback sent it; nothing: one of the world; the text \"backend\": the game's backend"}};
 constexpr Parameter kPlayerParameters[] = {{"player", kPlayerType, "whom it is about; the region owns the body"}};
 constexpr Parameter kCommandParameters[] = {{"player", kPlayerType, "who sent it"},
                                             {"bytes", kTextType, "what the client gave to tessera_send, unchecked"}};

@@ -78,6 +78,7 @@ enum FunctionNumber : std::uint32_t {
   kWorldCancel = 63,
   kWorldSend = 64,
   kWorldIsOwn = 65,
+  kWorldPublish = 66,
   kWorldPlayers = 70,
   kWorldBroadcast = 71,
   kWorldTime = 85,

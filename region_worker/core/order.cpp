@@ -151,6 +151,25 @@ absl::Status ReadRecord(const v1::WorkerOrder& message, Order& order) {
   return absl::OkStatus();
 }
 
+absl::Status ReadBackend(const v1::WorkerOrder& message, BackendOrderList& backend) {
+  backend.published_up_to = message.published_up_to();
+  std::uint64_t last = 0;
+  for (int i = 0; i < message.backend_messages_size(); ++i) {
+    const v1::BackendMessage& sent = message.backend_messages(i);
+    const auto fault = [i](const char* field, absl::string_view what) {
+      return absl::InvalidArgumentError(absl::StrCat("backend_messages[", i, "]", field, ": ", what));
+    };
+    if (sent.number() <= last) return fault(".number", absl::StrCat(sent.number()));
+    last = sent.number();
+    BackendOrder order{sent.number(), sent.body() == 0 ? kInstanceBody : BodyId(sent.body()), {}};
+    order.message.name = sent.name();
+    order.message.values.assign(sent.values().begin(), sent.values().end());
+    if (absl::Status status = game::CheckMessage(order.message); !status.ok()) return fault("", status.message());
+    backend.messages.push_back(std::move(order));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity& self,
@@ -194,6 +213,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
   if (absl::Status status = ReadPeers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadPlayers(message, order); !status.ok()) return status;
   if (absl::Status status = ReadRecord(message, order); !status.ok()) return status;
+  if (absl::Status status = ReadBackend(message, order.backend); !status.ok()) return status;
   return order;
 }
 

@@ -14,6 +14,7 @@
 #include "core/region/settings.h"
 #include "core/world/partition_map.h"
 #include "net/connect_token.h"
+#include "region_worker/core/backend_orders.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/peer_address.h"
 #include "region_worker/core/property_orders.h"
@@ -85,6 +86,7 @@ struct Order {
   std::optional<StateFile> checkpoint, initial_state;
   bool joins_running = false;
   std::vector<PropertyOrder> properties;  // ascending by number
+  BackendOrderList backend;
 };
 
 // `borders`: the settings that the message leaves open. Errors: FAILED_PRECONDITION if it is not meant for `self`,

@@ -34,6 +34,7 @@ void RegionRun::Run(TimePoint now, Actions& actions) {
 absl::Status RegionRun::Follow(const Order& order, TimePoint now, LinkTable& links, Actions& actions) {
   roster_.Set(order.players, order.joins_running, ticks_.region(), actions);
   properties_.Set(order.properties);
+  backend_.Set(order.backend);
   // The dead come first: an order that declares a region dead names it a primary no more.
   if (absl::Status status = FollowFailover(order, now, links, actions); !status.ok()) return status;
   clock_.Resume(order.resumed);
@@ -177,6 +178,7 @@ bool RegionRun::Moves(TimePoint now) const {
 void RegionRun::Step(TimePoint now, const region::PhaseObserver& observer, LinkTable& links, Actions& actions) {
   roster_.RemoveLeft(ticks_.region());
   properties_.Apply(ticks_.region());
+  backend_.Apply(ticks_.region());
   const TimePoint before = ticks_.last_step();
   region::StepResult result = ticks_.Step(now, observer, links, actions);
   if (std::exchange(resumed_, false)) {

@@ -1,6 +1,6 @@
 // RegionRun: a region and all that its worker does with it, from the moment it is built: steps it while it holds its
 // lease, sends its log to the standby, keeps copies of its primaries, follows maps and failovers, makes and removes
-// players' bodies, changes properties.
+// players' bodies, changes properties, takes messages of the game's backend.
 //
 //   RegionRun run(self, config, ...);
 //   run.Begin(links, actions);
@@ -18,6 +18,7 @@
 
 #include "core/region/region.h"
 #include "region_worker/core/actions.h"
+#include "region_worker/core/backend_orders.h"
 #include "region_worker/core/drop_log.h"
 #include "region_worker/core/failover_follower.h"
 #include "region_worker/core/game_log.h"
@@ -98,6 +99,7 @@ class RegionRun {
   const FailoverFigures& failover_figures() const { return failover_figures_; }
   const DropCounts& drops() const { return drops_.counts(); }
   std::vector<PropertyAnswer> PropertyAnswers() const;
+  std::vector<BackendAnswer> BackendAnswers() const { return backend_.Answers(region()); }
   MapVersion planned() const { return maps_.planned(region()); }
   MapVersion refused() const { return maps_.refused(); }
   bool paused() const { return paused_; }  // no lease: nothing is stepped, and nothing sent
@@ -123,6 +125,7 @@ class RegionRun {
   FailoverFollower failovers_;
   PlayerRoster roster_;
   PropertyOrders properties_;
+  BackendOrders backend_;
   std::optional<PlayerPlaces> places_;
   RunStatistics statistics_;
   GameLog game_log_;

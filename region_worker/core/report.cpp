@@ -7,6 +7,7 @@ namespace tessera::worker {
 namespace {
 
 constexpr int kMaxRemovedRuns = 10'000;   // of ids in a report
+constexpr std::size_t kMaxPublishedReported = 512;
 constexpr std::size_t kSpreadParts = 16;  // so that a cut is off by a sixteenth of its region's load at most
 
 void AddRemoved(const region::Region& region, v1::WorkerReport& report) {
@@ -18,6 +19,21 @@ void AddRemoved(const region::Region& region, v1::WorkerReport& report) {
       report.add_removed_first(body.value());
       report.add_removed_last(body.value());
     }
+  }
+}
+
+// The oldest that fit: the rest follows once these are acknowledged.
+void AddPublished(const region::Region& region, v1::WorkerReport& report) {
+  std::vector<game::Published::Event> events = region.published();
+  if (events.size() > kMaxPublishedReported) events.resize(kMaxPublishedReported);
+  for (const game::Published::Event& event : events) {
+    v1::ReportedGameEvent& out = *report.add_game_events();
+    out.set_number(event->number);
+    out.set_missed(event->missed);
+    out.set_tick(event->tick.value());
+    out.set_body(event->source.value());
+    out.set_name(event->name);
+    out.set_values(event->values.data(), event->values.size());
   }
 }
 
@@ -53,6 +69,7 @@ void AddRun(const RegionRun& run, TimePoint now, v1::WorkerReport& report) {
     out.set_owned(census.owned);
     out.set_id_checksum(census.id_checksum);
   }
+  AddPublished(region, report);
   run.copies().Report(report);
   run.game_log().Report(report);
 }
@@ -103,6 +120,11 @@ v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::Region
   report.set_checkpoint_failure(state.checkpoint_failure);
   for (const PropertyAnswer& answer : state.property_answers) {
     v1::PropertyAnswer& out = *report.add_property_answers();
+    out.set_number(answer.number);
+    out.set_refused(answer.refused);
+  }
+  for (const BackendAnswer& answer : state.backend_answers) {
+    v1::BackendAnswer& out = *report.add_backend_answers();
     out.set_number(answer.number);
     out.set_refused(answer.refused);
   }

@@ -27,6 +27,7 @@ struct ReportedState {
   Tick checkpoint_tick{};
   std::string checkpoint_failure;
   std::vector<PropertyAnswer> property_answers{};
+  std::vector<BackendAnswer> backend_answers{};
   std::vector<region::EndedPlayer> ended_players{};
   friend bool operator==(const ReportedState&, const ReportedState&) = default;
 };
@@ -35,20 +36,29 @@ struct ReportedState {
 v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::RegionAddress& address,
                             const ReportedState& state, const RegionRun* run, TimePoint now);
 
-// Lets a report through when the state differs from the last one's, else every kInterval.
+// Lets a report through when the state differs from the last one's, else every kInterval; while there are events for the
+// game's backend that were not in the last one, every kEventInterval.
 class ReportGate {
  public:
   static constexpr Duration kInterval = std::chrono::milliseconds(500);
+  // Each of these reports makes the control plane write, and order all regions anew.
+  static constexpr Duration kEventInterval = std::chrono::milliseconds(100);
 
-  bool Due(TimePoint now, const ReportedState& state) const { return now >= next_ || state != last_; }
-  void Sent(TimePoint now, ReportedState state) {
+  // `published`: number of the newest event for the backend; 0: there is none.
+  bool Due(TimePoint now, const ReportedState& state, std::uint64_t published = 0) const {
+    const bool events = published > published_ && now >= next_ - kInterval + kEventInterval;
+    return events || now >= next_ || state != last_;
+  }
+  void Sent(TimePoint now, ReportedState state, std::uint64_t published = 0) {
     next_ = now + kInterval;
     last_ = std::move(state);
+    published_ = published;
   }
 
  private:
   TimePoint next_{};
   ReportedState last_;
+  std::uint64_t published_ = 0;
 };
 
 }  // namespace tessera::worker

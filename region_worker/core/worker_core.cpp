@@ -50,6 +50,7 @@ void WorkerCore::TakeOrder(const v1::WorkerOrder& message, TimePoint now) {
 void WorkerCore::StartStandalone(Order order, std::shared_ptr<const Scene> scene, TimePoint now) {
   order_ = std::move(order);
   scene_ = std::move(scene);
+  if (setup_.game_module != nullptr) game_ = game::GameFile{setup_.game_module_name, ""};
   Progress(now);
 }
 
@@ -216,8 +217,9 @@ absl::Status WorkerCore::Build() {
 // Null without a game. All regions give their games the same seed.
 absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame(std::uint32_t number) const {
   if (!game_) return std::shared_ptr<game::GameHost>();
-  auto host = game::GameHost::Load(*game::LuaGameModule(), *game_, scene_, {},
-                                   game::GameSeed(setup_.identity.instance_id), number);
+  const tessera_game_module& module = setup_.game_module != nullptr ? *setup_.game_module : *game::LuaGameModule();
+  auto host =
+      game::GameHost::Load(module, *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id), number);
   if (!host.ok()) return host.status();
   return std::shared_ptr<game::GameHost>(*std::move(host));
 }
@@ -397,6 +399,7 @@ ReportedState WorkerCore::State() const {
       state.next_game_failure = next_game_.failure;
     }
     state.property_answers = run_->PropertyAnswers();
+    state.backend_answers = run_->BackendAnswers();
     state.ended_players = run_->region().ended_players();
   }
   return state;
@@ -404,11 +407,13 @@ ReportedState WorkerCore::State() const {
 
 void WorkerCore::Report(TimePoint now) {
   ReportedState state = State();
-  if (!report_gate_.Due(now, state)) return;
+  const auto events = run_ ? run_->region().published() : std::vector<game::Published::Event>();
+  const std::uint64_t published = events.empty() ? 0 : events.back()->number;
+  if (!report_gate_.Due(now, state, published)) return;
   v1::WorkerIdentity identity = ToProto(setup_.identity);
   identity.set_pid(setup_.pid);
   actions_.emplace_back(SendReport{MakeReport(identity, setup_.address, state, run_ ? &*run_ : nullptr, now)});
-  report_gate_.Sent(now, std::move(state));
+  report_gate_.Sent(now, std::move(state), published);
 }
 
 // --- The end ---------------------------------------------------------------------------------------------------------

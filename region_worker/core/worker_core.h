@@ -52,6 +52,10 @@ struct WorkerSetup {
   v1::RegionAddress address;       // where its ports are
   region::RegionSettings borders;  // where orders leave them open
   std::optional<StandaloneRules> standalone;
+  // A game that is no Lua file, in the place of an order's: its functions, which are there as long as the process, and
+  // its name. Null: none.
+  const tessera_game_module* game_module = nullptr;
+  std::string game_module_name{};
 };
 
 class WorkerCore {

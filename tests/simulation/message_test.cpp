@@ -1,5 +1,7 @@
 // Messages between bodies of all regions under every fault: each is applied exactly once, and in order.
 //
+// The same holds for events for the backend, which a model of the control plane takes.
+//
 // The bodies count for themselves: a sender in a property for each target, a target in one for each sender. A message
 // carries the sender's count; the target compares it with its own. What a death sets back it sets back in both.
 //
@@ -8,6 +10,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -44,6 +47,7 @@ std::shared_ptr<const Scene> TalkingSwarm() {
     scene.properties.push_back({GotFrom(kFirstBall + i), std::int64_t{0}});
   }
   scene.properties.push_back({"reported", std::int64_t{0}});
+  scene.properties.push_back({"published", std::int64_t{0}});
   scene.instance_properties = {{"total", std::int64_t{0}}};
   return std::make_shared<const Scene>(std::move(scene));
 }
@@ -104,7 +108,19 @@ class Talk {
     }
     if (extra != 0) return true;
     if (!calls.Call(game::kWorldSend, {std::string("one more")})) return true;
-    return Set(calls, self, "reported", Get(calls, self, "reported") + 1);
+    return Set(calls, self, "reported", Get(calls, self, "reported") + 1) && Publish(calls, self);
+  }
+  static bool Publish(GameCalls& calls, std::uint64_t self) {
+    const std::int64_t count = Get(calls, self, "published") + 1;
+    tessera_game_field field{"n", 1, {}};
+    field.value.type = TESSERA_GAME_WHOLE;
+    field.value.as.whole = count;
+    const GameValue name = std::string("one more");
+    tessera_game_value values[2] = {game::ToInterface(name), {}};
+    values[1].type = TESSERA_GAME_FIELDS;
+    values[1].count = 1;
+    values[1].as.fields = &field;
+    return !calls.CallRaw(game::kWorldPublish, values) || Set(calls, self, "published", count);
   }
   bool Take(GameCalls& calls, Arguments arguments) {
     const std::uint64_t self = arguments[0].as.id;
@@ -125,6 +141,34 @@ struct Count {
   std::uint64_t sent = 0, lost = 0, doubled = 0;
 };
 
+// Takes the events for the backend as the control plane does, by their numbers, and tells the regions now and then.
+class Backend {
+ public:
+  void Look(region::Region& region) {
+    for (const game::Published::Event& event : region.published()) {
+      if (event->number <= taken_) continue;
+      wrong_ += event->number != taken_ + 1 || event->missed != 0 ? 1 : 0;
+      taken_ = event->number;
+      const auto fields = game::DecodeFields(event->values, game::kMaxMessageBytes);
+      std::int64_t& last = last_[event->source];
+      wrong_ += !fields.ok() || std::get<std::int64_t>(fields->front().second) != last + 1 ? 1 : 0;
+      ++last;
+    }
+    if (++looks_ % kLooksUntilTold == 0) told_ = taken_;
+    region.AcknowledgePublished(told_);
+  }
+  std::int64_t Got(BodyId source) const {
+    const auto last = last_.find(source);
+    return last == last_.end() ? 0 : last->second;
+  }
+  std::uint64_t wrong() const { return wrong_; }
+
+ private:
+  static constexpr std::uint64_t kLooksUntilTold = 50;
+  std::uint64_t taken_ = 0, told_ = 0, looks_ = 0, wrong_ = 0;
+  std::map<BodyId, std::int64_t> last_;
+};
+
 class TalkingInstance {
  public:
   TalkingInstance(Talk& talk, std::uint32_t regions, std::uint64_t seed, const PacketConditions& conditions = {})
@@ -140,6 +184,11 @@ class TalkingInstance {
     SceneBuilder builder(kFieldHalf_m);
     builder.scene() = *scene_;
     instance = std::make_unique<Instance>(builder, regions, options);
+    simulation().on_step = [this, before = simulation().on_step](SimulatedRegion& worker,
+                                                                 const region::StepResult& result) {
+      if (before) before(worker, result);
+      backend.Look(worker.region());
+    };
   }
 
   Simulation& simulation() { return *instance->simulation; }
@@ -169,6 +218,9 @@ class TalkingInstance {
       }
     }
     add(reported, PropertyOf(kInstanceBody, "total"));
+    for (std::uint64_t from = kFirstBall; from < kFirstBall + kBalls; ++from) {
+      add(PropertyOf(BodyId(from), "published"), backend.Got(BodyId(from)));
+    }
     return count;
   }
   // Messages and senders that records still have.
@@ -200,6 +252,7 @@ class TalkingInstance {
   }
 
   std::unique_ptr<Instance> instance;
+  Backend backend;
 
  private:
   using Bytes = region::Bytes;
@@ -223,6 +276,7 @@ TEST(MessageSimulationTest, WithoutFaultsEachMessageIsInTimeAndNothingIsLeft) {
   EXPECT_EQ(count.lost, 0U);
   EXPECT_EQ(count.doubled, 0U);
   EXPECT_EQ(talk.wrong().order, 0U);
+  EXPECT_EQ(world.backend.wrong(), 0U);
   EXPECT_EQ(world.Errors(), 0U);
   EXPECT_EQ(world.Late(), 0U) << "of " << world.Applied();
   EXPECT_EQ(world.LeftOver(), 0U) << "nothing grows for ever";
@@ -273,6 +327,7 @@ TEST(MessageSimulationTest, UnderEveryFaultNoMessageIsLostDoubledOrOutOfOrder) {
     EXPECT_EQ(count.lost, 0U);
     EXPECT_EQ(count.doubled, 0U);
     EXPECT_EQ(talk.wrong().order, 0U);
+    EXPECT_EQ(world.backend.wrong(), 0U);
     EXPECT_EQ(world.Errors(), 0U);
     EXPECT_EQ(world.InstanceOwners(), 1U);
     sent += count.sent;

@@ -59,6 +59,7 @@ enum FunctionNumber : std::uint32_t {
   kWorldRayAll = 11,
   kWorldSweep = 12,
   kWorldOverlap = 13,
+  kWorldPublish = 66,
   kBodyIsHere = 32,
   kBodyIsOwn = 33,
   kBodyKind = 34,
@@ -231,6 +232,8 @@ class World {
   double tick_rate() { return call(kWorldTickRate, {}).real(); }
   double random() { return call(kWorldRandom, {}).real(); }
   void log(std::string_view line) { call(kWorldLog, {line}); }
+  // Gives the game's backend an event.
+  void publish(std::string_view name, const Values& values = {}) { call(kWorldPublish, {name, values.value()}); }
   Body spawn(std::string_view prefab, Vector position, const Values& options = {});
   // Nothing, or the fields `body`, `point`, `normal`, `fraction` and `distance`; valid until the next function.
   Values ray(Vector from, Vector to, const Values& options = {}) {
