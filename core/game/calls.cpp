@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "core/game/clock_calls.h"
+#include "core/game/joint_calls.h"
 #include "core/game/message_calls.h"
 #include "core/game/motion_calls.h"
 #include "core/game/player_calls.h"
@@ -477,6 +478,7 @@ bool Changes(std::uint32_t function) {
 absl::StatusOr<tessera_game_value> CallBody(tessera_game_call& call, const Function& function, BodyId id,
                                             Arguments arguments) {
   const BodyDef* def = call.transaction.Find(id);
+  if (IsJointCall(function.number)) return CallJoint(call, function, id, arguments);
   if (function.number == kBodySend) return CallSend(call, function, id, arguments);
   const bool foreign = !call.transaction.Owns(id) && !call.transaction.Removed(id) &&
                        (def == nullptr || def->motion == Motion::kDynamic);
@@ -554,6 +556,7 @@ constexpr tessera_game_host kHost{sizeof(tessera_game_host), Call, Error, Charge
 const tessera_game_host& GameFunctions() { return kHost; }
 
 absl::Status CarryOut(tessera_game_call& call, BodyId target, const Message& message) {
+  if (message.verb == kBodyConnect) return CarryOutConnect(call, target, message);
   const absl::StatusOr<VerbArguments> verb = VerbArgumentsFrom(target, message);
   return verb.ok() ? CallFunction(call, message.verb, verb->values).status() : verb.status();
 }

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/game/calls.h"
+#include "core/game/joint_calls.h"
 #include "core/world/utf8.h"
 #include "game_sdk/api/api.h"
 
@@ -153,6 +154,7 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
     }
   }
   if (number_ > 0 && migrates_) RunMigrations(world);
+  SettleAllJoints(world);
   Call(world, kOnTick, BodyId(), 0, {});
   RunJoins(players.joined, world);
   RunCommands(world);
@@ -161,6 +163,16 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   RunMessages(world);
   RunTimers(world);
   if (ticks_) RunBodyTicks(world);
+}
+
+void GameHost::SettleAllJoints(GameWorld& world) {
+  for (const BodyId id : world.Jointed()) {
+    if (!MustSettleJoints(world, id)) continue;
+    Transaction transaction = Begin(world);
+    SettleJoints(transaction, id, tick_);
+    transaction.Commit();
+    for (const std::string& line : transaction.lines()) Say({tick_, id, true, line});
+  }
 }
 
 // Also of bodies that come later with an older record: from a region that was cut off, or from a copy of a dead one.

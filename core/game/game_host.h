@@ -142,6 +142,7 @@ class GameHost {
   bool Exhausted() const { return used_ >= settings_.instructions_per_tick; }
 
   void RunMigrations(GameWorld& world);
+  void SettleAllJoints(GameWorld& world);
   void RunJoins(std::span<const PlayerNumber> joined, GameWorld& world);
   void RunCommands(GameWorld& world);
   void RunLeaves(std::span<const PlayerNumber> leaving, GameWorld& world);

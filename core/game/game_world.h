@@ -28,6 +28,8 @@ class GameWorld {
   virtual BodyState StateOf(BodyId id) const = 0;
   // The angular impulse, N m s, that gives the body this angular velocity, rad/s. The body is here.
   virtual Vec3f AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const = 0;
+  // In the coordinates of the body's shape.
+  virtual Vec3d CenterOfMassOf(const BodyDef& def) const = 0;
   // Whether joints hold the body, or one that joints connect to it, to the world or to a body that has no owner.
   virtual bool IsAnchored(BodyId id) const = 0;
   // kInstanceBody stands for the world's own record.
@@ -50,6 +52,16 @@ class GameWorld {
   virtual PropertySet KnownOfInstance() const = 0;
   // The id of the first body of a new one of this prefab; nothing when this region has none left to give.
   virtual std::optional<BodyId> NextId(std::size_t prefab) = 0;
+  // The id of a new joint; nothing when this region has none left to give.
+  virtual std::optional<JointId> NextJoint() = 0;
+  // Owned bodies whose records have joints, ascending.
+  virtual std::vector<BodyId> Jointed() const = 0;
+  // The body and all that joints in force connect to it, ascending.
+  virtual std::vector<BodyId> AssemblyOf(BodyId id) const = 0;
+  // Whether a joint in force, or one of the scene, connects the two.
+  virtual bool AreConnected(BodyId a, BodyId b) const = 0;
+  // Whether the body was removed here.
+  virtual bool IsRemoved(BodyId id) const = 0;
 
   // Replaces both. The region owns the body. `together`: the same call changed other bodies as well, and what it did to
   // them and to this one may not be parted.

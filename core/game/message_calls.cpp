@@ -116,6 +116,10 @@ absl::StatusOr<tessera_game_value> ChangeInstance(tessera_game_call& call, const
 
 }  // namespace
 
+absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message) {
+  return Send(call, function, target, std::move(message));
+}
+
 absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Function& function, BodyId target,
                                             std::span<const tessera_game_value> arguments) {
   if (target != kInstanceBody) {
@@ -168,6 +172,8 @@ bool IsVerb(std::uint32_t function) {
     case kBodyWake:
     case kBodySetGravity:
     case kBodyShowTo:
+    case kBodyConnect:
+    case kBodyDisconnect:
       return true;
     default:
       return false;

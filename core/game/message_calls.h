@@ -23,6 +23,9 @@ absl::StatusOr<tessera_game_value> CallSend(tessera_game_call& call, const Funct
 absl::StatusOr<tessera_game_value> CallInstance(tessera_game_call& call, const Function& function,
                                                 std::span<const tessera_game_value> arguments);
 
+// Sends a message that goes with the record of whom the callback is about. The target moves.
+absl::Status SendFrom(tessera_game_call& call, const Function& function, BodyId target, Message message);
+
 // Whether this function of bodies may be called for one of another region, to be carried out there.
 bool IsVerb(std::uint32_t function);
 // Sends it. The arguments, after the body, have the types of the table.

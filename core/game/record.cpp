@@ -27,7 +27,8 @@ enum : std::uint16_t {
   kRemoved = 1024,
   kHasPlayer = 2048,
   kHasPublished = 4096,
-  kAllFlags = 8191,
+  kHasJoints = 8192,
+  kAllFlags = 16383,
 };
 enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
 
@@ -39,7 +40,8 @@ std::uint16_t FlagsOf(const GameRecord& record) {
                                     (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) |
                                     (record.game != 0 ? kLaterGame : 0) | (record.mail.empty() ? 0 : kHasMail) |
                                     (record.removed ? kRemoved : 0) | (record.player.empty() ? 0 : kHasPlayer) |
-                                    (record.published.empty() ? 0 : kHasPublished));
+                                    (record.published.empty() ? 0 : kHasPublished) |
+                                    (record.joints.empty() ? 0 : kHasJoints));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -145,6 +147,7 @@ void Write(ByteWriter& out, const GameRecord& record) {
   if (!record.mail.empty()) Write(out, record.mail);
   if (!record.player.empty()) Write(out, *record.player);
   if (!record.published.empty()) Write(out, record.published);
+  if (!record.joints.empty()) Write(out, record.joints);
 }
 
 GameRecord ReadRecord(ByteReader& in) {
@@ -196,6 +199,7 @@ GameRecord ReadRecord(ByteReader& in) {
   record.removed = (flags & kRemoved) != 0;
   if ((flags & kHasPlayer) != 0) record.player.Change() = ReadPlayerRecord(in);
   if ((flags & kHasPublished) != 0) record.published = ReadPublished(in);
+  if ((flags & kHasJoints) != 0) ReadJoints(in, record.joints);
   return record;
 }
 
@@ -226,9 +230,11 @@ absl::Status CheckRecord(const GameRecord& record) {
     return absl::InvalidArgumentError("target: is not finite, or beyond limits");
   }
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
-  if (record.removed && (!record.timers.empty() || record.expires != Tick() || record.acts())) {
+  if (record.removed && (!record.timers.empty() || record.expires != Tick() || record.acts() ||
+                         !record.joints.empty())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
+  if (absl::Status status = CheckJoints(record.joints); !status.ok()) return status;
   if (absl::Status status = CheckMail(record.mail); !status.ok()) return status;
   if (absl::Status status = CheckPublished(record.published); !status.ok()) return status;
   return CheckPlayerRecord(*record.player);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/game/joint.h"
 #include "core/game/mail.h"
 #include "core/game/player_record.h"
 #include "core/game/published.h"
@@ -73,6 +74,7 @@ struct GameRecord {
   // --- For as long as the body lives.
   std::uint8_t jumps = 0;  // how often it was put elsewhere; after 255 comes 0
   BodyTuning tuning;
+  std::vector<GameJoint> joints;  // to bodies with higher ids, ascending by them
 
   Mail mail;
   // The body is gone. The record is left until its messages are acknowledged, and has nothing else.

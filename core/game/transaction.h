@@ -58,6 +58,8 @@ class Transaction {
   Changes* Own(BodyId id);
   // The first body of a new one of this prefab. RESOURCE_EXHAUSTED: too many in this tick or in this region, or no ids.
   absl::StatusOr<BodyId> Spawn(std::size_t prefab, const SpawnMotion& motion);
+  // The id of a new joint; nothing when the region has none left to give.
+  std::optional<JointId> NextJoint() { return world_.NextJoint(); }
   // The state of a body that this call makes, for changing; nullptr for others.
   BodyState* MadeState(BodyId id);
   // The region owns the body, which is a player's.

@@ -91,7 +91,7 @@ Epoch Bodies::EpochOf(BodyId id) const {
 
 std::vector<std::size_t> Bodies::OwnedAssembly(std::size_t index) const {
   std::vector<std::size_t> members;
-  for (const BodyId id : catalog_.AssemblyOf(owned_[index].def->id)) {
+  for (const BodyId id : AssemblyOf(owned_[index].def->id)) {
     const std::ptrdiff_t member = IndexOf(id);
     if (member >= 0) members.push_back(static_cast<std::size_t>(member));
   }
@@ -272,6 +272,49 @@ void Bodies::ConnectJoints() {
   }
   std::ranges::sort(joints, {}, &JointDef::id);
   for (const JointDef& joint : joints) world_.AddJoint(joint);
+}
+
+void Bodies::SetGameJoints(std::vector<JointDef> joints) {
+  if (joints.empty() && game_joints_.empty()) return;
+  for (const JointDef& joint : game_joints_) {
+    if (!std::ranges::binary_search(joints, joint.id, {}, &JointDef::id) && world_.HasJoint(joint.id)) {
+      world_.RemoveJoint(joint.id);
+    }
+  }
+  for (const JointDef& joint : joints) {
+    if (world_.HasJoint(joint.id) || world_.IsParked(joint.body_a) || world_.IsParked(joint.body_b)) continue;
+    world_.AddJoint(joint);
+  }
+  const bool same = std::ranges::equal(joints, game_joints_, {}, &JointDef::id, &JointDef::id);
+  game_joints_ = std::move(joints);
+  if (!same) FindGameAssemblies();
+}
+
+void Bodies::FindGameAssemblies() {
+  assemblies_.clear();
+  game_assembly_of_.clear();
+  const auto assembly_of = [&](BodyId id) {
+    const auto known = game_assembly_of_.find(id);
+    if (known != game_assembly_of_.end()) return known->second;
+    std::vector<BodyId>& members = assemblies_.emplace_back();
+    for (const BodyId member : catalog_.AssemblyOf(id)) members.push_back(member);
+    for (const BodyId member : members) game_assembly_of_[member] = assemblies_.size() - 1;
+    return assemblies_.size() - 1;
+  };
+  for (const JointDef& joint : game_joints_) {
+    const std::size_t into = assembly_of(joint.body_a), from = assembly_of(joint.body_b);
+    if (into == from) continue;
+    for (const BodyId member : assemblies_[from]) game_assembly_of_[member] = into;
+    assemblies_[into].insert(assemblies_[into].end(), assemblies_[from].begin(), assemblies_[from].end());
+    assemblies_[from].clear();
+  }
+  for (std::vector<BodyId>& members : assemblies_) std::ranges::sort(members);
+}
+
+Assembly Bodies::AssemblyOf(BodyId id) const {
+  if (game_assembly_of_.empty()) return catalog_.AssemblyOf(id);
+  const auto found = game_assembly_of_.find(id);
+  return found == game_assembly_of_.end() ? catalog_.AssemblyOf(id) : Assembly(assemblies_[found->second]);
 }
 
 void Bodies::Place(BodyId id, const BodyState& state) {

@@ -96,6 +96,15 @@ class Bodies {
   std::vector<BodyId> TakeLeft() { return std::exchange(left_, {}); }
   // Connects bodies that came since the last call.
   void ConnectJoints();
+  // The joints that a game made and that are in force, ascending by id, take the place of those of the last call. Both
+  // bodies of each are here. One of a parked body waits until it takes part again.
+  void SetGameJoints(std::vector<JointDef> joints);
+  std::span<const JointDef> game_joints() const { return game_joints_; }
+  // Bodies of the same assembly, `id` among them, by joints of the scene, of prefabs and of a game. Valid until
+  // SetGameJoints changes anything.
+  Assembly AssemblyOf(BodyId id) const;
+  // Whether any two bodies may be jointed.
+  bool has_joints() const { return catalog_.has_joints() || !game_joints_.empty(); }
   // Makes IndexOf, FindGhost and PlaceOf quick until the bodies change, and gives the world their places as tags.
   void NotePlaces();
 
@@ -132,6 +141,7 @@ class Bodies {
   double RadiusOf(BodyId id) const;
   void OwnedChanged();
   void FollowPaths(Tick tick);
+  void FindGameAssemblies();
 
   const Catalog& catalog_;
   physics::World world_;
@@ -146,6 +156,9 @@ class Bodies {
   std::map<BodyId, BodyDef> made_defs_;  // of players, and of what a game made
   std::vector<BodyId> left_;             // see TakeLeft
   std::vector<BodyId> unconnected_;
+  std::vector<JointDef> game_joints_;               // ascending by id
+  std::vector<std::vector<BodyId>> assemblies_;     // those that game joints make, each ascending
+  std::map<BodyId, std::size_t> game_assembly_of_;  // index into assemblies_
   std::vector<const BodyDef*> on_paths_;
   std::optional<Tick> on_paths_at_;
   bool prime_contacts_ = false;      // before the next step

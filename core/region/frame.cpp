@@ -16,7 +16,7 @@ constexpr std::uint8_t kHasMomentum = 8, kHasStill = 16, kHasLoad = 32;  // with
 constexpr std::uint8_t kHasRecord = 64;                                  // on a granted body
 constexpr std::uint8_t kExternallySupported = 64, kSettled = 128;        // on a ghost
 // Flags of an altered ghost.
-constexpr std::uint8_t kGhostJumped = 1, kGhostWoken = 2;
+constexpr std::uint8_t kGhostJumped = 1, kGhostWoken = 2, kGhostJointed = 4;
 
 constexpr std::size_t kMinStateBytes = 1 + 24 + 32;
 constexpr std::size_t kMinGhostBytes = 2 + kMinStateBytes;
@@ -124,8 +124,10 @@ void WriteAltered(ByteWriter& out, std::span<const GhostRecord> ghosts) {
     if (!ghost.altered()) continue;
     out.Varint(ghost.id.value() - last);
     last = ghost.id.value();
-    out.U8(static_cast<std::uint8_t>((ghost.jumped ? kGhostJumped : 0) | (ghost.woken ? kGhostWoken : 0)));
+    out.U8(static_cast<std::uint8_t>((ghost.jumped ? kGhostJumped : 0) | (ghost.woken ? kGhostWoken : 0) |
+                                     (ghost.joints.empty() ? 0 : kGhostJointed)));
     Write(out, ghost.tuning);
+    if (!ghost.joints.empty()) Write(out, ghost.joints);
   }
 }
 
@@ -145,6 +147,7 @@ absl::Status ReadGhosts(ByteReader& in, std::span<const GhostRecord> previous, s
     ghosts.back().island_load = 0;
     ghosts.back().jumped = ghosts.back().woken = false;
     ghosts.back().tuning = {};
+    ghosts.back().joints.clear();
   }
   last = 0;
   in.Field("ghosts");
@@ -186,10 +189,11 @@ absl::Status ReadAltered(ByteReader& in, std::vector<GhostRecord>& ghosts) {
     const auto ghost = std::ranges::lower_bound(ghosts, BodyId(last), {}, &GhostRecord::id);
     if (ghost == ghosts.end() || ghost->id != BodyId(last)) return Malformed("altered ghosts: not among the ghosts");
     const std::uint8_t flags = in.U8();
-    if (flags > (kGhostJumped | kGhostWoken)) return Malformed("altered ghosts: unknown flags");
+    if (flags > (kGhostJumped | kGhostWoken | kGhostJointed)) return Malformed("altered ghosts: unknown flags");
     ghost->jumped = (flags & kGhostJumped) != 0;
     ghost->woken = (flags & kGhostWoken) != 0;
     ghost->tuning = ReadTuning(in);
+    if ((flags & kGhostJointed) != 0) ReadJoints(in, ghost->joints);
   }
   return absl::OkStatus();
 }
@@ -214,8 +218,7 @@ void WriteGrant(ByteWriter& out, const Grant& grant) {
     WriteState(out, body.state, body.record.empty() ? std::uint8_t{0} : kHasRecord);
     if (!body.record.empty()) WriteRecord(out, body.record);
   }
-  const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
-  if (player) WriteControl(out, grant.control);
+  if (PlayerIn(grant) != PlayerNumber()) WriteControl(out, grant.control);
   out.Varint(grant.touching.size());
   for (const TouchingPair& pair : grant.touching) {
     out.Varint(pair.body_a.value());
@@ -232,8 +235,7 @@ void ReadGrant(ByteReader& in, Grant& grant) {
     const std::uint8_t flags = ReadState(in, body.state);
     if ((flags & kHasRecord) != 0) ReadRecord(in, body.record);
   }
-  const bool player = grant.bodies.size() == 1 && IsPlayerBody(grant.bodies[0].id);
-  if (player) ReadControl(in, PlayerOf(grant.bodies[0].id), grant.control);
+  if (const PlayerNumber player = PlayerIn(grant); player != PlayerNumber()) ReadControl(in, player, grant.control);
   grant.touching.resize(in.Count(3));
   for (TouchingPair& pair : grant.touching) {
     pair.body_a = BodyId(in.Varint());
@@ -266,6 +268,11 @@ absl::StatusOr<BorderFrameHeader> ReadHeader(ByteReader& in) {
 }
 
 }  // namespace
+
+PlayerNumber PlayerIn(const Grant& grant) {
+  const auto at = std::ranges::find_if(grant.bodies, [](const GrantedBody& body) { return IsPlayerBody(body.id); });
+  return at == grant.bodies.end() ? PlayerNumber() : PlayerOf(at->id);
+}
 
 void WriteControl(ByteWriter& out, const PlayerControl& control) {
   out.Varint(control.last_input);

@@ -38,7 +38,8 @@ namespace tessera::region {
 // equally many substeps. 0 for the others: the receiver sees all bodies that they touch.
 //
 // One that `jumped` was put where it is after the last step, and did not move there. One that is `woken` wakes with the
-// next step. `tuning` is what a game changed of its definition.
+// next step. `tuning` is what a game changed of its definition. Its `joints` hold it where the sender owns the
+// other body, too.
 //
 // One that is `settled` has lain still for a while. Its load includes that of other settled bodies on it, whether the
 // receiver sees them or not, except for the receiver's own: settled ghosts are not solved against each other there.
@@ -53,8 +54,9 @@ struct GhostRecord {
   float island_load = 0;
   bool jumped = false, woken = false;
   BodyTuning tuning = {};
+  std::vector<game::GameJoint> joints = {};  // that a game gave it
 
-  bool altered() const { return jumped || woken || !tuning.empty(); }
+  bool altered() const { return jumped || woken || !tuning.empty() || !joints.empty(); }
 };
 
 // The impulses of the sender's solver in the last step on its body `own`, which touched `other`, a ghost there.
@@ -96,6 +98,9 @@ struct Grant {
   PlayerControl control;            // for a player's body; otherwise as made
   std::vector<TouchingPair> touching;
 };
+
+// The player whose body is among them, at most one; 0: none.
+PlayerNumber PlayerIn(const Grant& grant);
 
 // The sender owns what it was granted: the granter may forget it.
 struct GrantAcknowledgement {

@@ -69,6 +69,38 @@ absl::Status CheckInput(const PlayerInput& input) {
   return wrong == nullptr ? absl::OkStatus() : Bad(input.body, absl::StrCat(": an input's ", wrong));
 }
 
+// All of them hang together by joints of the scene, of a prefab or of a game.
+absl::Status CheckOneAssembly(const Grant& grant, const Catalog& catalog) {
+  const auto index_of = [&](BodyId id) {
+    const auto at = std::ranges::lower_bound(grant.bodies, id, {}, &GrantedBody::id);
+    return at != grant.bodies.end() && at->id == id ? at - grant.bodies.begin() : std::ptrdiff_t{-1};
+  };
+  std::vector<bool> reached(grant.bodies.size(), false);
+  reached[0] = true;
+  for (bool more = true; more;) {
+    more = false;
+    const auto reach = [&](std::ptrdiff_t index) {
+      if (index < 0 || reached[static_cast<std::size_t>(index)]) return;
+      reached[static_cast<std::size_t>(index)] = more = true;
+    };
+    for (std::size_t i = 0; i < grant.bodies.size(); ++i) {
+      const GrantedBody& body = grant.bodies[i];
+      if (reached[i]) {
+        for (const BodyId member : catalog.AssemblyOf(body.id)) reach(index_of(member));
+      }
+      for (const game::GameJoint& joint : body.record.game.joints) {
+        const std::ptrdiff_t other = index_of(joint.other);
+        if (other < 0) continue;
+        if (reached[i]) reach(other);
+        if (reached[static_cast<std::size_t>(other)]) reach(static_cast<std::ptrdiff_t>(i));
+      }
+    }
+  }
+  const auto apart = std::ranges::find(reached, false);
+  if (apart == reached.end()) return absl::OkStatus();
+  return Bad(grant.bodies[static_cast<std::size_t>(apart - reached.begin())].id, " is not of the assembly");
+}
+
 absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
   if (grant.bodies.empty()) return absl::InvalidArgumentError("a grant without bodies");
   BodyId last;
@@ -80,11 +112,22 @@ absl::Status CheckGrant(const Grant& grant, const Catalog& catalog) {
     if (absl::Status status = CheckRecord(body.id, body.record, catalog); !status.ok()) return status;
     last = body.id;
   }
-  const Assembly assembly = catalog.AssemblyOf(grant.bodies[0].id);
-  for (const GrantedBody& body : grant.bodies) {
-    if (!assembly.Contains(body.id)) return Bad(body.id, " is not of the assembly");
+  if (absl::Status status = CheckOneAssembly(grant, catalog); !status.ok()) return status;
+  const auto is_player = [](const GrantedBody& body) { return IsPlayerBody(body.id); };
+  if (std::ranges::count_if(grant.bodies, is_player) > 1) return Bad(last, ": two players in one grant");
+  const PlayerNumber player = PlayerIn(grant);
+  const BodyId steered = player == PlayerNumber() ? grant.bodies[0].id : PlayerBodyId(player);
+  return CheckControl(steered, grant.control, catalog);
+}
+
+absl::Status CheckGhostJoints(const GhostRecord& ghost, const Catalog& catalog) {
+  absl::Status status = game::CheckJoints(ghost.joints);
+  if (status.ok()) status = game::CheckJointsOf(ghost.id, ghost.joints);
+  if (!status.ok()) return Bad(ghost.id, absl::StrCat(": ", status.message()));
+  for (const game::GameJoint& joint : ghost.joints) {
+    if (!catalog.Known(joint.other) || joint.other == kInstanceBody) return Bad(joint.other, " is jointed and no body");
   }
-  return CheckControl(grant.bodies[0].id, grant.control, catalog);
+  return absl::OkStatus();
 }
 
 bool HasGhost(const BorderFrame& frame, BodyId id) {
@@ -124,6 +167,7 @@ absl::Status CheckFrame(const BorderFrame& frame, const Catalog& catalog) {
     }
     if (absl::Status load = CheckAngularImpulse(ghost.id, ghost.load_nms); !load.ok()) return load;
     if (!IsSane(ghost.tuning)) return Bad(ghost.id, ": tuning is not finite or beyond limits");
+    if (absl::Status status = CheckGhostJoints(ghost, catalog); !status.ok()) return status;
   }
   if (absl::Status status = CheckImpulses(frame, catalog); !status.ok()) return status;
   std::vector<BodyId> granted;

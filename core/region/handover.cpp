@@ -27,19 +27,38 @@ std::optional<RegionId> HandoverTarget(const PartitionMap& map, RegionId self, s
   return nearest;
 }
 
-std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Catalog& catalog,
-                                           const Neighborhood& neighborhood, const RegionSettings& settings,
-                                           absl::FunctionRef<bool(RegionId)> may_grant) {
+namespace {
+
+std::optional<RegionId> CalledTo(std::span<const std::size_t> assembly, const Bodies& bodies,
+                                 const Neighborhood& neighborhood, std::span<const Summons> summoned) {
+  for (const std::size_t index : assembly) {
+    const BodyId id = bodies.owned()[index].def->id;
+    const auto at = std::ranges::lower_bound(summoned, id, {}, &Summons::body);
+    if (at == summoned.end() || at->body != id) continue;
+    if (std::ranges::binary_search(neighborhood.grantable(), at->to)) return at->to;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
+                                           const RegionSettings& settings,
+                                           absl::FunctionRef<bool(RegionId)> may_grant,
+                                           std::span<const Summons> summoned) {
   std::vector<PlannedHandover> plan;
   if (neighborhood.size() == 0) return plan;
   std::size_t planned = 0;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     if (planned >= settings.max_grants_per_tick) break;
     const OwnedBody& body = bodies.owned()[i];
-    const bool jointed = catalog.AssemblyOf(body.def->id).size() > 1;
+    const bool jointed = bodies.AssemblyOf(body.def->id).size() > 1;
     if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body is the anchor
-    const std::optional<RegionId> to = HandoverTarget(neighborhood.map(), neighborhood.self(), neighborhood.grantable(),
-                                                      body.state.position, settings.hysteresis_m);
+    std::optional<RegionId> to = HandoverTarget(neighborhood.map(), neighborhood.self(), neighborhood.grantable(),
+                                                body.state.position, settings.hysteresis_m);
+    if (!summoned.empty()) {
+      if (const auto called = CalledTo(bodies.OwnedAssembly(i), bodies, neighborhood, summoned)) to = called;
+    }
     if (!to.has_value() || !may_grant(*to)) continue;
     plan.push_back({*to, jointed ? bodies.OwnedAssembly(i) : std::vector{i}});
     planned += plan.back().assembly.size();
@@ -69,7 +88,7 @@ std::size_t CountAway(const Bodies& bodies, const KeptGrants& kept, const Catalo
   std::size_t count = 0;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
     const OwnedBody& body = bodies.owned()[i];
-    const bool jointed = catalog.AssemblyOf(body.def->id).size() > 1;
+    const bool jointed = bodies.AssemblyOf(body.def->id).size() > 1;
     if (jointed && bodies.OwnedAssembly(i).front() != i) continue;  // the lowest body says where they belong
     count += away(body.state) ? 1 : 0;
   }

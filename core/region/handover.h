@@ -29,12 +29,19 @@ struct PlannedHandover {
   std::vector<std::size_t> assembly;  // indices as of Bodies::EntityAt, ascending
 };
 
+// A joint calls the assembly of this body to another region.
+struct Summons {
+  BodyId body;
+  RegionId to;
+};
+
 // Assemblies that are to change hands after this step, ascending by their lowest bodies. No more than
 // max_grants_per_tick bodies, but an assembly goes whole. `may_grant` says whether the next frame to a neighbour will
-// be sent; a body whose target gets none stays for now.
-std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Catalog& catalog,
-                                           const Neighborhood& neighborhood, const RegionSettings& settings,
-                                           absl::FunctionRef<bool(RegionId)> may_grant);
+// be sent; a body whose target gets none stays for now. Those of `summoned`, ascending by body, go where they are called.
+std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
+                                           const RegionSettings& settings,
+                                           absl::FunctionRef<bool(RegionId)> may_grant,
+                                           std::span<const Summons> summoned = {});
 
 // Bodies and kept copies of grants that are too far outside this region's cells to be seen by those that they could
 // touch, given a settled map. A body that crosses a border fast is that far out for a tick or two in any map, and does

@@ -61,7 +61,7 @@ class PlanHandoversTest : public ::testing::Test {
   }
   std::vector<std::vector<std::size_t>> Plan() const {
     std::vector<std::vector<std::size_t>> assemblies;
-    for (const PlannedHandover& planned : PlanHandovers(world->bodies, world->catalog, world->neighborhood, settings,
+    for (const PlannedHandover& planned : PlanHandovers(world->bodies, world->neighborhood, settings,
                                                         [this](RegionId) { return may_grant; })) {
       assemblies.push_back(planned.assembly);
     }

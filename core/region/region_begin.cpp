@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "core/region/game_joints.h"
+
 namespace tessera::region {
 namespace {
 
@@ -56,6 +58,7 @@ void OwnFromState(const RegionState& initial, RegionParts& parts) {
                        [&](const TouchingPair& pair) { return parts.bodies.Owns(parts.reports.ReporterOf(pair)); });
   parts.reports.Restore(touching);
   parts.bodies.ConnectJoints();
+  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
 }
 
 }  // namespace tessera::region

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/region/failover.h"
+#include "core/region/game_joints.h"
 #include "core/region/region_map.h"
 #include "core/region/region_parts.h"
 #include "core/region/tick_end.h"
@@ -94,6 +95,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.loads.Clear();
   parts.bodies.ForgetGrants();
   parts.bodies.ConnectJoints();
+  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
   AdoptMap(parts.failover.End(), true, parts);
 
   parts.log.Restart();

@@ -1,8 +1,10 @@
 #include "core/region/region_game.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "core/physics/mass_properties.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::region {
@@ -99,12 +101,43 @@ const BodyDef* RegionGame::Find(BodyId id) const {
   return def != nullptr && def->motion == Motion::kStatic ? def : nullptr;
 }
 
+Vec3d RegionGame::CenterOfMassOf(const BodyDef& def) const { return physics::CenterOfMass(def); }
+
 bool RegionGame::IsAnchored(BodyId id) const {
   bool anchored = false;
-  catalog_.ForEachJoint(id, [&](const JointDef& joint) {
+  const auto look = [&](const JointDef& joint) {
     anchored = anchored || joint.body_b == BodyId() || !catalog_.Known(joint.body_a) || !catalog_.Known(joint.body_b);
-  });
+  };
+  for (const BodyId member : bodies_.AssemblyOf(id)) catalog_.ForEachJoint(member, look);
   return anchored;
+}
+
+std::vector<BodyId> RegionGame::Jointed() const {
+  std::vector<BodyId> jointed(records_.jointed().begin(), records_.jointed().end());
+  std::erase_if(jointed, [this](BodyId id) { return bodies_.IndexOf(id) < 0; });
+  return jointed;
+}
+
+// Some of a prefab's may be gone.
+std::vector<BodyId> RegionGame::AssemblyOf(BodyId id) const {
+  std::vector<BodyId> members;
+  for (const BodyId member : bodies_.AssemblyOf(id)) {
+    if (member == id || bodies_.PlaceOf(member) >= 0) members.push_back(member);
+  }
+  return members;
+}
+
+bool RegionGame::AreConnected(BodyId a, BodyId b) const {
+  const auto of_both = [&](const JointDef& joint) {
+    return (joint.body_a == a && joint.body_b == b) || (joint.body_a == b && joint.body_b == a);
+  };
+  bool connected = std::ranges::any_of(bodies_.game_joints(), of_both);
+  catalog_.ForEachJoint(a, [&](const JointDef& joint) { connected = connected || of_both(joint); });
+  return connected;
+}
+
+bool RegionGame::IsRemoved(BodyId id) const {
+  return tombstones_.Has(id) || (id != kInstanceBody && bodies_.FindBodiless(id) != nullptr);
 }
 
 void RegionGame::ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const {

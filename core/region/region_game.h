@@ -78,6 +78,7 @@ class RegionGame : private game::GameWorld {
   Vec3f AngularImpulseFor(BodyId id, Vec3d spin_rad_s) const override {
     return bodies_.world().AngularImpulseFor(id, spin_rad_s);
   }
+  Vec3d CenterOfMassOf(const BodyDef& def) const override;
   bool IsAnchored(BodyId id) const override;
   // What is left of a removed body is nothing that a game sees.
   bool Owns(BodyId id) const override {
@@ -95,6 +96,11 @@ class RegionGame : private game::GameWorld {
   game::GameRecord RecordOf(BodyId id) const override;
   PropertySet KnownOfInstance() const override;
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
+  std::optional<JointId> NextJoint() override { return ids_.NextJoint(); }
+  std::vector<BodyId> Jointed() const override;
+  std::vector<BodyId> AssemblyOf(BodyId id) const override;
+  bool AreConnected(BodyId a, BodyId b) const override;
+  bool IsRemoved(BodyId id) const override;
   void Commit(BodyId id, const PropertySet& changed, const game::GameRecord& record, bool together) override;
   void Spawn(BodyId id, const BodyState& state) override;
   void Place(BodyId id, const BodyState& state) override { ownership_.Place(id, state); }

@@ -142,9 +142,9 @@ void Relevance::CountStill(const Bodies& bodies) {
 }
 
 void Relevance::MarkAssemblies(const Bodies& bodies) {
-  if (!catalog_.has_joints()) return;
+  if (!bodies.has_joints()) return;
   for (std::size_t i = 0; i < bodies.owned().size(); ++i) {
-    if (catalog_.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
+    if (bodies.AssemblyOf(bodies.owned()[i].def->id).size() == 1) continue;
     const std::vector<std::size_t> members = bodies.OwnedAssembly(i);
     if (members.front() == i) table_.Unite(members);
   }

@@ -13,7 +13,7 @@ namespace tessera::region {
 
 // Version of the physics, frames and exchange: grows with every change after which two versions come to other states,
 // as core/physics/golden.txt shows it, or to other states of scenes that the older one could not read.
-inline constexpr std::uint32_t kEngineVersion = 11;
+inline constexpr std::uint32_t kEngineVersion = 12;
 
 // The same number on every host. Never 0, which stands for no rules.
 std::uint64_t RulesOf(const RegionSettings& settings);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/region/game_joints.h"
 #include "core/region/game_motion.h"
 #include "core/region/ghosts.h"
 #include "core/region/handover.h"
@@ -80,6 +81,7 @@ void PlaceGhosts(std::span<const BorderFrame> frames, RegionParts& parts) {
   parts.bodies.PlaceGhosts(GhostsFrom(frames, parts.neighborhood.neighbors(), link_up, parts.bodies));
   parts.shared.KeepOnly(parts.bodies.ghosts());
   parts.bodies.ConnectJoints();
+  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
   parts.bodies.NotePlaces();
 }
 
@@ -143,6 +145,8 @@ void RunGame(game::PlayerChanges players, RegionParts& parts, StepResult& result
     result.departures.push_back(departure);
   }
   ParkHidden(parts);
+  // What it connected is handed over together from now on.
+  if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
 }
 
 void ApplyForces(RegionParts& parts) {
@@ -196,8 +200,9 @@ void CommitInputs(RegionParts& parts) {
 void DecideHandovers(RegionParts& parts) {
   const auto may_grant = [&](RegionId to) { return parts.borders.Speaks(to); };
   std::vector<PreparedGrant> grants;
+  const std::vector<Summons> summoned = FindSummoned(parts.records, parts.bodies);
   for (const PlannedHandover& planned :
-       PlanHandovers(parts.bodies, parts.catalog, parts.neighborhood, parts.settings, may_grant)) {
+       PlanHandovers(parts.bodies, parts.neighborhood, parts.settings, may_grant, summoned)) {
     std::vector<BodyId> assembly;
     for (const std::size_t index : planned.assembly) assembly.push_back(parts.bodies.EntityAt(index).def->id);
     if (parts.output.MustWait(assembly, parts.tick)) continue;

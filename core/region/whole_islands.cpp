@@ -57,8 +57,8 @@ void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
   if (bodies.DefAt(place).kinematic) return;  // it connects nothing, as a static body
   const BodyId id = bodies.IdAt(place);
   near_.clear();
-  if (catalog_.has_joints()) {
-    for (const BodyId jointed : catalog_.AssemblyOf(id)) {
+  if (bodies.has_joints()) {
+    for (const BodyId jointed : bodies.AssemblyOf(id)) {
       near_.push_back(static_cast<std::uint32_t>(bodies.PlaceOf(jointed)));  // -1: kNoTag
     }
   }
@@ -74,7 +74,7 @@ void WholeIslands::AddNext(std::size_t place, const Bodies& bodies) {
 void WholeIslands::Validate([[maybe_unused]] const Bodies& bodies) const {
   assert(whole_.size() == bodies.owned().size());
   assert(most_ >= 2 || std::ranges::find(whole_, true) == whole_.end());
-  if (!catalog_.has_joints()) return;
+  if (!bodies.has_joints()) return;
   for (std::size_t body = 0; body < whole_.size(); ++body) {
     assert(std::ranges::all_of(bodies.OwnedAssembly(body),
                                [&](std::size_t jointed) { return whole_[jointed] == whole_[body]; }));

@@ -42,6 +42,10 @@ constexpr BodyId WithMember(BodyId body, std::size_t member) {
   return BodyId((body.value() & ~(kMaxPrefabBodies - 1)) | member);
 }
 
+// A joint that a game makes between two bodies while the world runs: bit 62 is set, then 18 of the maker and 30 of a
+// count. Those of scenes are lower, those of prefabs have the highest bit.
+constexpr bool IsGameJoint(JointId joint) { return joint.value() >> 62 == 1; }
+
 // Gives ids to what one worker makes. Thread rule: one thread at a time.
 class SpawnedIds {
  public:
@@ -55,9 +59,15 @@ class SpawnedIds {
     return SpawnedBodyId({static_cast<std::uint32_t>(prefab), static_cast<std::uint32_t>(maker_.value()), made_, 0});
   }
 
+  // The same for a joint.
+  std::optional<JointId> NextJoint() {
+    if (maker_.value() > kMaxMaker || joints_ == kMaxMade) return std::nullopt;
+    return JointId(std::uint64_t{1} << 62 | maker_.value() << 30 | ++joints_);
+  }
+
  private:
   const Incarnation maker_;
-  std::uint32_t made_ = 0;
+  std::uint32_t made_ = 0, joints_ = 0;
 };
 
 }  // namespace tessera

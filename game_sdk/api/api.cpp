@@ -80,6 +80,16 @@ constexpr Parameter kMoveToParameters[] = {
 constexpr Parameter kShowToParameters[] = {
     {"who", kTextType,
      "\"everyone\", \"team\": the players of the body's team, by the scene's `team_property`, or \"servers\": nobody"}};
+constexpr Parameter kConnectParameters[] = {
+    {"other", kBodyType, "at most 20 m away"},
+    {"joint", kFieldsType,
+     "`kind`: \"ball\" (without it), \"fixed\", \"hinge\", \"slider\", \"spring\" or \"distance\". `at`: where it is, m in the "
+     "world; without it the other body's place. `axis`, a vector, and `lower` and `upper`, rad or m from now, of a "
+     "hinge or slider. A spring (`stiffness` in N/m, `damping` in N s/m) and a distance (`length` in m, along each of "
+     "the body's axes) hold the point `at` of this body and `at_other` of the other one, without them the bodies' "
+     "places. `collide` = true: the two still touch. `answer`: the name of a message that tells whether it was made",
+     true, true}};
+constexpr Parameter kConnectedParameters[] = {{"other", kBodyType, "the other body"}};
 constexpr Parameter kWorldNameParameters[] = {{"name", kTextType, "one of the scene's `instance_properties`"}};
 constexpr Parameter kWorldSetParameters[] = {
     {"name", kTextType, "one of the scene's `instance_properties`"},
@@ -247,6 +257,17 @@ constexpr Function kFunctions[] = {
      "Moves a kinematic body that this region owns, and that the scene gives no path: straight, at an even pace, so "
      "that it is there after so many ticks, whatever is in its way. Another call takes the place of the one before. At "
      "most 100 m/s."},
+    {kBodyConnect, Receiver::kBody, "connect", kConnectParameters, kNothingType,
+     "Makes a joint between two bodies that this region sees. They are one from then on, and are handed over together. "
+     "Where regions own one each, it is made when they have met, or given up after a second; whoever asked gets the "
+     "message `answer` with `connected`, the two as `body` and `other`, and a `reason` if not. A body has at most 8 "
+     "joints to bodies with higher ids, 32 bodies hang together at most, and one player's among them. A removed body "
+     "takes its joints with it."},
+    {kBodyDisconnect, Receiver::kBody, "disconnect", kConnectedParameters, kFlagType | kNothingType,
+     "Ends the joint that `connect` made between the two. False if there was none; nothing where another region "
+     "decides, some ticks later."},
+    {kBodyIsConnected, Receiver::kBody, "is_connected", kConnectedParameters, kFlagType,
+     "Whether a joint between the two is in force, be it the scene's or one that `connect` made."},
     {kBodyShowTo, Receiver::kBody, "show_to", kShowToParameters, kNothingType,
      "Says which clients see a body from now on. Who sees it no more forgets it at once, whatever it does; its own "
      "player always sees it."},

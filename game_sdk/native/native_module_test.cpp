@@ -144,7 +144,8 @@ TEST(GameHeaderTest, NumbersAreThoseOfTheTable) {
       {native::kBodyImpulse, "impulse"},   {native::kBodySetVelocity, "set_velocity"},
       {native::kBodyAfter, "after"},       {native::kBodyCancel, "cancel"},
       {native::kBodyRemove, "remove"},     {native::kBodyExpireAfter, "expire_after"},
-      {native::kBodyMember, "member"},
+      {native::kBodyMember, "member"},     {native::kBodyConnect, "connect"},
+      {native::kBodyDisconnect, "disconnect"}, {native::kBodyIsConnected, "is_connected"},
   };
   for (const auto& [number, name] : functions) {
     ASSERT_NE(FindFunction(number), nullptr) << name;

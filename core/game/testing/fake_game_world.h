@@ -72,6 +72,7 @@ class FakeGameWorld : public GameWorld {
   }
   BodyState StateOf(BodyId id) const override { return bodies_.at(id).state; }
   Vec3f AngularImpulseFor(BodyId, Vec3d spin_rad_s) const override { return Vec3f(spin_rad_s) * 2.0f; }
+  Vec3d CenterOfMassOf(const BodyDef&) const override { return {}; }
   bool IsAnchored(BodyId id) const override { return id == anchored; }
   bool Owns(BodyId id) const override {
     const auto found = bodies_.find(id);
@@ -123,6 +124,24 @@ class FakeGameWorld : public GameWorld {
   PropertySet KnownOfInstance() const override { return known_; }
   void set_known_of_instance(PropertySet known) { known_ = std::move(known); }
   std::optional<BodyId> NextId(std::size_t prefab) override { return ids_.Next(prefab); }
+  std::optional<JointId> NextJoint() override { return ids_.NextJoint(); }
+  std::vector<BodyId> Jointed() const override {
+    std::vector<BodyId> jointed;
+    for (const auto& [id, body] : bodies_) {
+      if (body.owned && !body.record.joints.empty()) jointed.push_back(id);
+    }
+    return jointed;
+  }
+  std::vector<BodyId> assembly;  // those of it are one, beside what is asked for
+  std::vector<BodyId> AssemblyOf(BodyId id) const override {
+    if (std::ranges::find(assembly, id) != assembly.end()) return assembly;
+    return {id};
+  }
+  bool AreConnected(BodyId a, BodyId b) const override {
+    const GameRecord& record = bodies_.at(std::min(a, b)).record;
+    return std::ranges::any_of(record.joints, [&](const GameJoint& joint) { return joint.other == std::max(a, b); });
+  }
+  bool IsRemoved(BodyId id) const override { return !bodies_.contains(id); }
   void Commit(BodyId id, const PropertySet& changed, const GameRecord& record, bool together) override {
     ++commits_;
     bodies_.at(id).changed = changed;

@@ -77,7 +77,10 @@ enum FunctionNumber : std::uint32_t {
   kBodyCancel = 46,
   kBodyRemove = 47,
   kBodyExpireAfter = 48,
-  kBodyMember = 49
+  kBodyMember = 49,
+  kBodyConnect = 178,
+  kBodyDisconnect = 179,
+  kBodyIsConnected = 180
 };
 
 enum CallbackNumber : std::uint32_t {
@@ -284,6 +287,12 @@ class Body {
   bool cancel(std::int64_t timer) { return world_->call(kBodyCancel, {id_, timer}).flag(); }
   void remove() { world_->call(kBodyRemove, {id_}); }
   void expire_after(std::int64_t ticks) { world_->call(kBodyExpireAfter, {id_, ticks}); }
+  // `kind`, `at` and so on, as docs/games.md has them.
+  void connect(const Body& other, const Values& joint = {}) {
+    world_->call(kBodyConnect, {id_, other.id_, joint.value()});
+  }
+  void disconnect(const Body& other) { world_->call(kBodyDisconnect, {id_, other.id_}); }
+  bool is_connected(const Body& other) const { return world_->call(kBodyIsConnected, {id_, other.id_}).flag(); }
   std::optional<Body> member(std::int64_t number) const {
     const Value body = world_->call(kBodyMember, {id_, number});
     return body.nothing() ? std::nullopt : std::optional(Body(*world_, body.body()));

@@ -1,0 +1,45 @@
+#include "core/region/game_joints.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace tessera::region {
+
+void ConnectGameJoints(const RecordTable& records, Bodies& bodies) {
+  std::vector<JointDef> joints;
+  for (const BodyId id : records.jointed()) {
+    if (bodies.IndexOf(id) < 0) continue;
+    for (const game::GameJoint& joint : records.Find(id)->game.joints) {
+      if (bodies.IndexOf(joint.other) >= 0) joints.push_back(game::DefinitionOf(joint, id));
+    }
+  }
+  for (const Ghost& ghost : bodies.ghosts()) {
+    for (const game::GameJoint& joint : ghost.record.joints) {
+      const Ghost* other = bodies.FindGhost(joint.other);
+      if (other != nullptr && other->owner == ghost.owner) {
+        joints.push_back(game::DefinitionOf(joint, ghost.record.id));
+      }
+    }
+  }
+  std::ranges::sort(joints, {}, &JointDef::id);
+  // Only one of two neighbours that name the same joint can be right.
+  const auto twice = std::ranges::unique(joints, {}, &JointDef::id);
+  joints.erase(twice.begin(), twice.end());
+  bodies.SetGameJoints(std::move(joints));
+}
+
+std::vector<Summons> FindSummoned(const RecordTable& records, const Bodies& bodies) {
+  std::vector<Summons> summoned;
+  for (const BodyId id : records.jointed()) {
+    if (bodies.IndexOf(id) < 0) continue;
+    for (const game::GameJoint& joint : records.Find(id)->game.joints) {
+      const Ghost* other = bodies.FindGhost(joint.other);
+      if (other == nullptr || other->just_granted) continue;
+      summoned.push_back({id, other->owner});
+      break;
+    }
+  }
+  return summoned;
+}
+
+}  // namespace tessera::region
