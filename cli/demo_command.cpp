@@ -23,11 +23,11 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 struct DemoOptions {
-  std::string scene = "plaza";
+  std::string scene = "arena";
   std::string game;
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies;
-  std::uint32_t bots = 2;
+  std::uint32_t bots = 4;
   double seconds = 60;
   bool json = false;
 };
@@ -133,7 +133,7 @@ void Demo(const DemoOptions& options) {
   const std::string scene =
       options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
   local::WorldRun run({.scene = scene,
-                       .game = options.game,
+                       .game = options.game.empty() ? local::GameBeside(scene) : options.game,
                        .regions = options.regions,
                        .bodies = options.bodies,
                        .bots = options.bots});
@@ -157,9 +157,11 @@ void Demo(const DemoOptions& options) {
 void AddDemoCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<DemoOptions>();
   CLI::App* demo = app.add_subcommand("demo", "Run one world on several workers on this machine and show it live");
-  demo->add_option("--scene", options->scene, "Scene file, or the name of one that comes with tessera")
+  demo->add_option("--scene", options->scene,
+                   "Scene file, or the name of one that comes with tessera: arena, plaza and others")
       ->capture_default_str();
-  demo->add_option("--game", options->game, "Lua file that the world's regions run; left out: none");
+  demo->add_option("--game", options->game,
+                   "Lua file that the world's regions run (default: game.lua beside the scene's scene.json, or none)");
   demo->add_option("--regions", options->regions, "Number of region workers")
       ->capture_default_str()
       ->check(CLI::Range(1, 1000));

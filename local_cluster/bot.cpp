@@ -7,6 +7,8 @@ namespace {
 constexpr double kArrived_m = 4;
 // Waypoints keep this far from the edge of the world, as a share of its size, where walls may stand.
 constexpr double kEdge = 0.1;
+constexpr const char* kArena = "arena";  // name of the scene in games/arena
+constexpr std::chrono::microseconds kPlayInterval{16'667};
 
 }  // namespace
 
@@ -37,7 +39,11 @@ bool Bot::Frame(client::TimePoint now) {
   if (self != client_->World().end()) {
     if (region_ != RegionId() && self->second.region != region_) ++region_changes_;
     region_ = self->second.region;
-    Steer(self->second);
+    if (client_->scene().name == kArena) {
+      PlayArena(self->second, now);
+    } else {
+      Steer(self->second);
+    }
   }
   client_->Interpolated(now);
   return true;
@@ -64,6 +70,25 @@ void Bot::Steer(const client::SeenBody& self) {
                   .yaw_rad = player && player->character ? yaw : 0,
                   .pitch_rad = 0,
                   .buttons = 0});
+}
+
+void Bot::PlayArena(const client::SeenBody& self, client::TimePoint now) {
+  for (const client::GameEvent& event : client_->TakeGameEvents()) {
+    const auto* team = event.name == "welcome" && !event.values.empty()
+                           ? std::get_if<std::string>(&event.values.front().second)
+                           : nullptr;
+    if (team != nullptr) arena_player_.Welcome(*team);
+  }
+  if (now < next_play_) return;  // frames may come faster than a player plays
+  next_play_ = now + kPlayInterval;
+  const arena::ArenaPlayer::Action act = arena_player_.Frame(self.state.position);
+  client_->Steer({.force_n = {},
+                  .torque_nm = {},
+                  .move = act.move,
+                  .yaw_rad = act.yaw_rad,
+                  .pitch_rad = 0,
+                  .buttons = act.buttons});
+  if (!act.command.empty()) (void)client_->Send(act.command);  // one that cannot wait is not thrown
 }
 
 double Bot::Random() {  // xorshift64* (Vigna 2016)

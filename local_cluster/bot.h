@@ -1,7 +1,7 @@
 // Bot: a player that wanders through a world, for demos, benchmarks and tests.
 //
 // It walks from waypoint to waypoint, drawn from its seed inside the world's bounds, so that it crosses every border
-// sooner or later. Thread rule: one thread at a time.
+// sooner or later. In the world of games/arena it plays. Thread rule: one thread at a time.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 #include "absl/status/statusor.h"
 #include "client_sdk/client.h"
+#include "games/arena/bot/arena_player.h"
 
 namespace tessera::local {
 
@@ -39,14 +40,17 @@ class Bot {
 
  private:
   Bot(std::unique_ptr<client::Client> client, std::string name, std::uint64_t seed)
-      : client_(std::move(client)), name_(std::move(name)), random_(seed) {}
+      : client_(std::move(client)), name_(std::move(name)), random_(seed), arena_player_(seed) {}
   void Steer(const client::SeenBody& self);
+  void PlayArena(const client::SeenBody& self, client::TimePoint now);
   double Random();  // in [0, 1)
 
   std::unique_ptr<client::Client> client_;
   std::string name_;
   std::uint64_t random_;
   std::optional<Vec3d> waypoint_;
+  arena::ArenaPlayer arena_player_;
+  client::TimePoint next_play_;
   RegionId region_;
   std::vector<client::ClientEvent> events_;
   std::uint64_t pairs_begun_ = 0, pairs_ended_ = 0;

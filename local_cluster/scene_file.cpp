@@ -25,11 +25,18 @@ std::string FindScene(const std::string& name) {
   places.push_back(here.parent_path() / "share/tessera/scenes");
   for (fs::path up = here; up.has_relative_path(); up = up.parent_path()) places.push_back(up / "scenes");
   for (const fs::path& place : places) {
-    const fs::path file = place / (name + ".textproto");
-    if (fs::exists(file, error)) return file.string();
+    for (const fs::path& file : {place / (name + ".textproto"), place.parent_path() / "games" / name / "scene.json"}) {
+      if (fs::exists(file, error)) return file.string();
+    }
   }
   throw CommandError(fmt::format(
       "scene {}: no {}.textproto beside this program; set TESSERA_SCENES to the folder of scenes", name, name));
+}
+
+std::string GameBeside(const std::string& scene_path) {
+  const std::filesystem::path scene(scene_path), game = scene.parent_path() / "game.lua";
+  std::error_code error;
+  return scene.filename() == "scene.json" && std::filesystem::exists(game, error) ? game.string() : "";
 }
 
 }  // namespace tessera::local

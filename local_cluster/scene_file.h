@@ -13,7 +13,10 @@ namespace tessera::local {
 LoadedScene LoadScene(const std::string& path, std::optional<std::uint32_t> bodies = {});
 
 // Where the scenes that come with tessera are: $TESSERA_SCENES, beside an installed binary (../share/tessera/scenes),
-// or in the source tree that built it. CommandError naming the places if `name`.textproto is in none of them.
+// or in the source tree that built it, as `name`.textproto; or in the folder of games beside that of scenes, as
+// `name`/scene.json. CommandError if it is in none of them.
 std::string FindScene(const std::string& name);
+// The game beside a scene of a folder of games: its game.lua, or empty.
+std::string GameBeside(const std::string& scene_path);
 
 }  // namespace tessera::local

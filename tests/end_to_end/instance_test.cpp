@@ -55,7 +55,9 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
 
 TEST(InstanceTest, TheDemoProvesItself) {
   const support::RunResult demo = support::RunProgram(
-      "tessera", {"demo", "--seconds", "5", "--bodies", "100", "--regions", "3", "-o", "json"}, 120s);
+      "tessera", {"demo", "--scene", "plaza", "--seconds", "5", "--bodies", "100", "--regions", "3", "--bots", "2", "-o",
+                  "json"},
+      120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const json summary = json::parse(demo.out);
   EXPECT_EQ(summary.at("lost"), 0);
@@ -65,6 +67,17 @@ TEST(InstanceTest, TheDemoProvesItself) {
   EXPECT_GT(summary.at("censuses"), 0);
   EXPECT_EQ(summary.at("bodies_end"), summary.at("bodies_start"));
   EXPECT_EQ(summary.at("clients").size(), 2u);
+}
+
+TEST(InstanceTest, TheDemoPlaysTheArena) {
+  const support::RunResult demo = support::RunProgram("tessera", {"demo", "--seconds", "8", "-o", "json"}, 120s);
+  ASSERT_EQ(demo.exit_code, 0) << demo.err;
+  const json summary = json::parse(demo.out);
+  EXPECT_EQ(summary.at("lost"), 0);
+  EXPECT_EQ(summary.at("duplicated"), 0);
+  EXPECT_GT(summary.at("censuses"), 0);
+  EXPECT_EQ(summary.at("clients").size(), 4u);
+  EXPECT_GT(summary.at("handovers"), 0);
 }
 
 TEST(InstanceTest, TheOnlyWorkersDeathFailsItsInstanceWithTheReason) {

@@ -10,7 +10,6 @@
 #include <cstdlib>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "core/world/scene_load.h"
 #include "core/world/spawned_id.h"
 #include "game_sdk/lua/lua_module.h"
+#include "games/arena/bot/arena_player.h"
 #include "host/files.h"
 #include "tests/simulation/disturbance.h"
 #include "tests/simulation/instance.h"
@@ -31,8 +31,6 @@ using ::testing::IsEmpty;
 constexpr std::uint32_t kPlayers = 8, kRegions = 6;
 constexpr Tick kLastThrow{9'000};  // of the 10 800 of a match
 constexpr std::uint64_t kBallTicks = 600;
-constexpr double kThrowSpeed_m_s = 16, kGravity_m_s2 = 9.81;
-constexpr Vec3d kRedGoal{-35, 1.2, 0}, kBlueGoal{35, 1.2, 0};
 
 std::string ReadGameFile(const std::string& name) {
   return host::ReadFile(std::string(TESSERA_SOURCE_DIR) + "/games/arena/" + name, kMaxSceneBytes).value();
@@ -53,24 +51,13 @@ PropertyValue ValueIn(const Scene& scene, const Simulation& simulation, BodyId b
   return *ValueOf(declared, {}, PropertySet(), name);
 }
 
-// The elevation of a throw that hits a point so far away and so much higher, the lower of the two; none if it is out of
-// reach. Ballistics without drag: tan a = (v^2 - sqrt(v^4 - g (g d^2 + 2 h v^2))) / (g d).
-std::optional<double> Elevation(double distance_m, double height_m) {
-  const double v2 = kThrowSpeed_m_s * kThrowSpeed_m_s;
-  const double root = v2 * v2 - kGravity_m_s2 * (kGravity_m_s2 * distance_m * distance_m + 2 * height_m * v2);
-  if (root < 0) return std::nullopt;
-  return std::atan2(v2 - std::sqrt(root), kGravity_m_s2 * distance_m);
-}
-
-// Walks to a place from which the other goal can be reached, throws, walks on.
 class Bot {
  public:
-  Bot(Simulation& simulation, std::shared_ptr<const Scene> scene, PlayerNumber player, std::uint64_t seed)
+  Bot(Simulation& simulation, PlayerNumber player, std::uint64_t seed)
       : simulation_(simulation),
-        scene_(std::move(scene)),
         player_(player),
         body_(PlayerBodyId(player)),
-        chance_(seed),
+        play_(seed),
         talk_(simulation, player, {.seed = seed + 1, .loss = 0.1}) {}
 
   void Frame() {
@@ -84,59 +71,34 @@ class Bot {
  private:
   void Hear(const client::GameEvent& event) {
     if (event.name == "welcome") {
-      team_ = std::get<std::string>(event.values.at(0).second);
-      Wander();
+      play_.Welcome(std::get<std::string>(event.values.at(0).second));
     } else if (event.name == "goal") {
       EXPECT_EQ(std::get<std::int64_t>(event.values.at(0).second), ++goals_) << "each goal is told once, in order";
     } else {
       EXPECT_EQ(event.name, "out");
     }
   }
-  void Wander() {
-    const double side = team_ == "red" ? 1 : -1;
-    place_ = {side * chance_.Between(6, 20), 0, chance_.Between(-15, 15)};
-    frames_ = 0;
-  }
   void Play() {
     const RegionId owner = simulation_.OwnerOf(body_);
-    if (team_.empty() || owner == RegionId()) return;
-    const auto state = simulation_.worker(owner.value()).region().world().StateOf(body_);
-    const Vec3d way = place_ - state.position;
-    const bool there = std::hypot(way.x, way.z) < 1 || ++frames_ > 900;
-    if (there && ++stands_ == 20) Throw(state.position);
-    if (stands_ > 40) {
-      stands_ = 0;
-      Wander();
-    }
+    if (owner == RegionId()) return;
+    const Vec3d place = simulation_.worker(owner.value()).region().world().StateOf(body_).position;
+    const arena::ArenaPlayer::Action act = play_.Frame(place);
+    if (!act.command.empty()) talk_.Give(act.command);
     const PlayerInput input{.number = next_++,
                             .player = player_,
                             .body = body_,
-                            .move = {0, there ? 0.0F : 1.0F},
-                            .yaw_rad = static_cast<float>(std::atan2(-way.x, -way.z)),
-                            .buttons = 1};
+                            .move = act.move,
+                            .yaw_rad = act.yaw_rad,
+                            .buttons = act.buttons};
     for (const auto& [id, worker] : simulation_.workers()) (void)worker->region().QueueInput(input);
-  }
-  void Throw(Vec3d from) {
-    Vec3d goal = team_ == "red" ? kBlueGoal : kRedGoal;
-    goal.z += chance_.Between(-2, 2);
-    from.y += 0.6;
-    const Vec3d way = goal - from;
-    const auto pitch = Elevation(std::hypot(way.x, way.z), way.y);
-    char command[64];
-    std::snprintf(command, sizeof command, "throw %.4f %.4f", std::atan2(-way.x, -way.z), pitch.value_or(0.7));
-    talk_.Give(command);
   }
 
   Simulation& simulation_;
-  const std::shared_ptr<const Scene> scene_;
   const PlayerNumber player_;
   const BodyId body_;
-  Chance chance_;
+  arena::ArenaPlayer play_;
   TalkModel talk_;
-  std::string team_;
-  Vec3d place_;
   std::uint32_t next_ = 1;
-  int frames_ = 0, stands_ = 0;
   std::int64_t goals_ = 0;
 };
 
@@ -173,7 +135,7 @@ class ArenaMatch {
     }
     for (std::uint32_t i = 1; i <= kPlayers; ++i) {
       simulation().SpawnPlayer(PlayerNumber(i), RegionId(1 + i % kRegions));
-      bots_.push_back(std::make_unique<Bot>(simulation(), scene_, PlayerNumber(i), seed * 100 + i));
+      bots_.push_back(std::make_unique<Bot>(simulation(), PlayerNumber(i), seed * 100 + i));
     }
     Frame();
   }
