@@ -1,13 +1,17 @@
 -- Arena: two teams throw balls into each other's goal. Barrels explode, chasers run after players, a ferry crosses the
 -- middle. The match and its score are properties of the world; a ball knows who threw it; a player has a team and health.
 --
--- A client sends "throw YAW PITCH", in radians as the look angles of its inputs.
+-- A client sends "throw YAW PITCH", in radians as the look angles of its inputs; "grab YAW PITCH" takes the crate or
+-- ball ahead, and "throw" throws it then.
 
 local MATCH_S = 180
 local BREAK_S = 10
 local THROW_SPEED = 16 -- m/s
 local THROW_TICKS = 30 -- between two throws of a player
 local BALL_TICKS = 600 -- that a ball lives
+local GRAB_REACH = 3 -- m
+local HOLD_STIFFNESS, HOLD_DAMPING = 3000, 300 -- N/m, N s/m of the spring that holds what a player grabbed
+local HELD_THROW_SPEED = 10 -- m/s
 local HIT_IMPULSE = 10 -- N s; a ball that hits harder hurts
 local HIT_DAMAGE = 25
 local BARREL_IMPULSE = 12 -- N s; what hits a barrel harder sets it off
@@ -79,18 +83,43 @@ function on_join(player)
   world.send("joined", { team = body.team })
 end
 
-function on_leave(player) world.send("left", { team = player:body().team }) end
+-- Ends what holds the player's thing, and tells it.
+local function let_go(body, velocity)
+  local thing = body.held
+  if not thing then return end
+  body.held = nil
+  body:disconnect(thing)
+  thing:send("let go", { by = body, velocity = velocity })
+end
+
+-- The thing decides who holds it, so no two do; it asks for the joint, too.
+local function grab(body, ahead)
+  if body.held then return end
+  local from = body:position() + vec(0, 0.3, 0)
+  local hit = world.ray(from, from + GRAB_REACH * ahead, { kinds = { "crate", "ball" } })
+  if hit then hit.body:send("grab", { by = body, at = body:position() + vec(0, 0.6, 0) + 1.5 * ahead }) end
+end
+
+function on_leave(player)
+  let_go(player:body())
+  world.send("left", { team = player:body().team })
+end
 
 function on_command(player, bytes)
   local words = string.split(bytes, " ")
   local yaw, pitch = tonumber(words[2] or ""), tonumber(words[3] or "")
-  if words[1] ~= "throw" or not (yaw and pitch and math.abs(yaw) < 7 and math.abs(pitch) < 1.6) then
+  if (words[1] ~= "throw" and words[1] ~= "grab") or not (yaw and pitch and math.abs(yaw) < 7 and math.abs(pitch) < 1.6) then
     player:send("unknown", { command = string.sub(bytes, 1, 32) })
     return
   end
   local body = player:body()
   if player:is_spectating() or world.tick() < body.ready_at then return end
   local ahead = vec(-math.sin(yaw) * math.cos(pitch), math.sin(pitch), -math.cos(yaw) * math.cos(pitch))
+  if words[1] == "grab" then return grab(body, ahead) end
+  if body.held then
+    body.ready_at = world.tick() + THROW_TICKS
+    return let_go(body, body:velocity() + HELD_THROW_SPEED * ahead)
+  end
   local from = body:position() + vec(0, 0.6, 0) + ahead
   local ball = world.spawn("ball", from, { velocity = body:velocity() + THROW_SPEED * ahead })
   ball.thrower, ball.team = body, body.team
@@ -107,6 +136,7 @@ local function hurt(body, damage)
   body.health = body.health - damage
   if body.health > 0 then return end
   player:send("out")
+  let_go(body)
   player:spectate(body:position() + vec(0, 5, 0))
   body:after(RESPAWN_TICKS, "respawn")
 end
@@ -118,6 +148,16 @@ kinds.player = {
     elseif name == "scored" then
       self.goals = self.goals + 1
       self:player():send("goal", { goals = self.goals })
+    elseif name == "holds" then
+      -- Who has gone out or grabbed something else meanwhile lets go of it.
+      if self:player():is_spectating() or self.held then
+        self:disconnect(values.thing)
+        values.thing:send("let go", { by = self })
+      else
+        self.held = values.thing
+      end
+    elseif name == "lost" and self.held == values.thing then
+      self.held = nil
     end
   end,
   on_timer = function(self, name)
@@ -129,10 +169,36 @@ kinds.player = {
 
 -- --- Things
 
+local function be_held(self, name, values)
+  if name == "grab" then
+    -- A holder who has left without a word holds nothing.
+    if (self.holder and self.holder:is_here()) or not values.by:is_here() then return end
+    self.holder = values.by
+    values.by:connect(self, {
+      kind = "spring", at = values.at, stiffness = HOLD_STIFFNESS, damping = HOLD_DAMPING, collide = true,
+      answer = "held",
+    })
+  elseif name == "held" then
+    if not self.holder then return end
+    if values.connected then
+      self.holder:send("holds", { thing = self })
+    else
+      self.holder = nil
+    end
+  elseif name == "let go" and self.holder == values.by then
+    self.holder = nil
+    if values.velocity then self:set_velocity(values.velocity) end
+  end
+end
+
+kinds.crate = { on_message = be_held }
+
 kinds.ball = {
+  on_message = be_held,
   on_entered = function(self, other)
     if other:kind() ~= "goal" or other.team == self.team then return end
     world.send("goal", { team = self.team, by = self.thrower })
+    if self.holder then self.holder:send("lost", { thing = self }) end
     self:remove()
   end,
   on_contact = function(self, other, contact)
@@ -142,6 +208,7 @@ kinds.ball = {
   end,
   on_timer = function(self, name)
     world.send("ended")
+    if self.holder then self.holder:send("lost", { thing = self }) end
     self:remove()
   end,
 }
