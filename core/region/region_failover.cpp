@@ -93,6 +93,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.exchange.Clear();
   parts.loads.Clear();
   parts.bodies.ForgetGrants();
+  parts.bodies.ForgetPoses();
   parts.bodies.ConnectJoints();
   AdoptMap(parts.failover.End(), true, parts);
 
