@@ -96,6 +96,7 @@ void Client::Impl::MeasureRates(TimePoint now) {
 std::vector<ShownBody> Client::Interpolated(TimePoint now) {
   const TimePoint begin = Clock::now();
   const double tick = impl_->playout.Advance(now);
+  impl_->shown_tick = tick;
   std::vector<ShownBody> shown = impl_->world.At(tick, impl_->session.tick_rate_hz);
   impl_->ShowOnPaths(tick, shown);
   impl_->ShowPredicted(now, shown);

@@ -122,6 +122,7 @@ struct Client::Impl {
   bool look_changed = false;              // since the last input
   std::uint32_t last_steering_input = 0;  // the last that asked for anything
   std::uint32_t next_input = 1;
+  double shown_tick = 0;  // the moment that Interpolated gave last; 0 before the first
   InputQueue inputs;
   InputClock input_clock;
   // The newest report of the own body's region: at `tick` it had applied `input`.

@@ -19,6 +19,7 @@ void Client::Impl::Push(const PlayerInput& asked) {
   PlayerInput input = AsSent(asked);
   input.number = next_input++;
   input.player = session.player;
+  input.shown_at = ShownAt(shown_tick);
   const bool own = input.body == PlayerBodyId(session.player);
   if (own && applied) input.target = applied->tick + (input.number - std::min(input.number, applied->input));
   inputs.Push(input);

@@ -7,7 +7,7 @@
 
 namespace tessera::client {
 
-absl::Status CommandQueue::Push(std::string_view bytes) {
+absl::Status CommandQueue::Push(std::string_view bytes, std::uint64_t shown_at) {
   if (bytes.size() > replication::kMaxCommandBytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("bytes: ", bytes.size(), " are more than ", replication::kMaxCommandBytes));
@@ -15,7 +15,7 @@ absl::Status CommandQueue::Push(std::string_view bytes) {
   if (pending_.size() >= kMaxPending) {
     return absl::ResourceExhaustedError(absl::StrCat(kMaxPending, " commands wait to be taken already"));
   }
-  pending_.emplace_back(bytes);
+  pending_.push_back({std::string(bytes), shown_at});
   return absl::OkStatus();
 }
 
@@ -44,8 +44,11 @@ bool CommandQueue::Due(TimePoint now) const {
 
 std::vector<std::uint8_t> CommandQueue::Write(TimePoint now, std::uint32_t last_event) {
   replication::CommandMessage message{last_event, base_, {}};
-  if (begun_) message.commands.assign(pending_.begin(), pending_.end());
-  message.commands.resize(replication::CommandsThatFit(message.commands));
+  if (begun_) {
+    for (const Pending& command : pending_) message.commands.emplace_back(command.bytes, command.shown_at);
+  }
+  const std::size_t fit = replication::CommandsThatFit(message.commands);
+  message.commands.erase(message.commands.begin() + static_cast<std::ptrdiff_t>(fit), message.commands.end());
   sent_ = pending_.size();  // those that did not fit go when the first are taken, or with the next repetition
   sent_at_ = now;
   acknowledgements_due_ = std::max(0, acknowledgements_due_ - 1);

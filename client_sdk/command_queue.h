@@ -33,7 +33,8 @@ class CommandQueue {
   static constexpr int kAcknowledgements = 3;
 
   // INVALID_ARGUMENT "bytes: 2048 are more than 1024"; RESOURCE_EXHAUSTED "64 commands wait ...".
-  absl::Status Push(std::string_view bytes);
+  // `shown_at`: as PlayerInput has it.
+  absl::Status Push(std::string_view bytes, std::uint64_t shown_at = 0);
   // A region says that all commands up to this number are taken.
   void Taken(std::uint32_t last_command);
   // A region will never take this one.
@@ -49,7 +50,11 @@ class CommandQueue {
  private:
   bool begun_ = false;
   std::uint32_t base_ = 0;  // number of the first one that is pending, or of the next one; 0 before it has begun
-  std::deque<std::string> pending_;
+  struct Pending {
+    std::string bytes;
+    std::uint64_t shown_at = 0;
+  };
+  std::deque<Pending> pending_;
   std::size_t sent_ = 0;  // of those, how many went out at least once
   std::optional<TimePoint> sent_at_;
   int acknowledgements_due_ = 0;

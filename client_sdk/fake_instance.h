@@ -207,7 +207,7 @@ class FakeRegion {
     if (const auto message = replication::DecodeCommands(event.bytes); message.ok()) {
       last_event = message->last_event;
       std::uint32_t number = message->base;
-      for (const std::string_view command : message->commands) commands[number++] = command;
+      for (const replication::Command& command : message->commands) commands[number++] = command.bytes;
       return;
     }
     const auto message = replication::DecodeInput(event.bytes);

@@ -105,15 +105,15 @@ void GamePort::OnCommands(const net::Event& event, ConnectedClient& client, Time
   }
   if (message->last_event > 0) received.event_acknowledgements.push_back({client.player, message->last_event});
   std::uint32_t number = message->base;
-  for (const std::string_view command : message->commands) {
+  for (const replication::Command& command : message->commands) {
     if (number > client.newest_command) {
-      if (!client.commands.Take(now, command.size())) {
+      if (!client.commands.Take(now, command.bytes.size())) {
         metrics_.commands_limited.Increment();
         return ReportRefused(event.peer, client, number, "more commands than a region takes in a second", false, now);
       }
       client.newest_command = number;
     }
-    received.commands.push_back({client.player, message->base, number, std::string(command)});
+    received.commands.push_back({client.player, message->base, number, std::string(command.bytes), command.shown_at});
     ++number;
   }
 }

@@ -68,6 +68,7 @@ struct ReceivedFromClients {
     PlayerNumber player;
     std::uint32_t base = 0, number = 0;
     std::string bytes;
+    std::uint64_t shown_at = 0;
   };
   struct EventAcknowledgement {
     PlayerNumber player;

@@ -25,6 +25,7 @@ struct tessera_game_call {
   const std::uint64_t budget;  // instructions
 
   std::uint32_t callback = 0;  // that is called
+  std::uint64_t shown_at = 0;  // within on_command: PlayerInput::shown_at of the command
   std::uint64_t instructions = 0;
   std::uint32_t randoms = 0;
   std::string error;

@@ -206,20 +206,22 @@ void GameHost::RunJoins(std::span<const PlayerNumber> joined, GameWorld& world) 
 // A command is over whether its callback fails or not.
 void GameHost::RunCommands(GameWorld& world) {
   for (const BodyId id : world.Commanded()) {
-    const std::vector<std::string> commands = world.RecordOf(id).player->commands;
-    for (const std::string& command : commands) {
+    const std::vector<WaitingCommand> commands = world.RecordOf(id).player->commands;
+    for (const WaitingCommand& command : commands) {
       if (Exhausted()) return;
       std::array<tessera_game_value, 2> arguments{ToInterface(GameValue(PlayerOf(id)))};
       arguments[1].type = TESSERA_GAME_TEXT;
-      arguments[1].count = static_cast<std::uint32_t>(command.size());
-      arguments[1].as.text = command.data();
+      arguments[1].count = static_cast<std::uint32_t>(command.bytes.size());
+      arguments[1].as.text = command.bytes.data();
+      shown_at_ = command.shown_at;
       // One that came before it may have sent the player away, and its commands with it.
       Call(world, kOnCommand, id, 0, arguments, [&](Transaction& transaction) {
-        std::vector<std::string>& waiting = transaction.Own(id)->record.player.Change().commands;
+        std::vector<WaitingCommand>& waiting = transaction.Own(id)->record.player.Change().commands;
         if (waiting.empty()) return false;
         waiting.erase(waiting.begin());
         return true;
       });
+      shown_at_ = 0;
     }
   }
 }
@@ -430,6 +432,7 @@ void GameHost::Call(GameWorld& world, std::uint32_t callback, BodyId self, std::
   tessera_game_call call(transaction, tick_, self, seed_, settings_.instructions_per_callback);
   if (arguments.size() >= 2 && arguments[1].type == TESSERA_GAME_BODY) call.other = BodyId(arguments[1].as.id);
   call.callback = callback;
+  call.shown_at = shown_at_;
   const tessera_game_event event{sizeof event, callback, kind == 0 ? nullptr : scene_->kinds[kind].c_str(),
                                  arguments.data(), static_cast<std::uint32_t>(arguments.size())};
   tessera_game_error error;

@@ -184,6 +184,7 @@ class GameHost {
   std::size_t made_ = 0;           // bodies in this tick
   bool removed_ = false;           // a callback removed a body since on_tick of bodies began
   std::size_t sent_ = 0;           // messages in this tick
+  std::uint64_t shown_at_ = 0;     // of the command under way
   std::deque<GameEvent> waiting_;  // events whose turn has not come
   BodyId next_ticked_;             // on_tick of bodies goes on from here; 0: from the first
   std::size_t lines_this_tick_ = 0;

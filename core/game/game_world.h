@@ -10,6 +10,7 @@
 
 #include "absl/functional/function_ref.h"
 #include "core/game/record.h"
+#include "core/world/player_input.h"
 #include "core/world/properties.h"
 #include "core/world/query.h"
 #include "core/world/scene.h"
@@ -41,6 +42,11 @@ class GameWorld {
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, or that expire by then, ascending.
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
+  // The input of a player whose body the region owns that acted in the last step, or stands in for one; null if none
+  // has come yet. Valid until the world changes.
+  virtual const PlayerInput* InputOf(PlayerNumber player) const = 0;
+  // The unit vector of the world along which an input looks, with the same bits on every host.
+  virtual Vec3d LookOf(const PlayerInput& input) const = 0;
   // Owned bodies of players, ascending.
   virtual std::vector<BodyId> PlayerBodies() const = 0;
   // Owned bodies of players with commands that wait, ascending.

@@ -1,5 +1,6 @@
 #include "core/game/player_calls.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <string_view>
@@ -106,6 +107,37 @@ absl::Status Put(tessera_game_call& call, const Function& function, PlayerNumber
   return absl::OkStatus();
 }
 
+tessera_game_value InputFields(tessera_game_call& call, PlayerNumber player) {
+  static const PlayerInput kNothing;
+  const PlayerInput* const known = call.transaction.world().InputOf(player);
+  const PlayerInput& input = known == nullptr ? kNothing : *known;
+  call.fields.clear();
+  const auto add = [&](std::string_view name, const GameValue& value) {
+    call.fields.push_back({name.data(), name.size(), ToInterface(value)});
+  };
+  add("buttons", std::int64_t{input.buttons});
+  add("look", call.transaction.world().LookOf(input));
+  add("move", Vec3d{input.move.x, input.move.y, 0});
+  add("pitch", double{input.pitch_rad});
+  add("yaw", double{input.yaw_rad});
+  tessera_game_value result{};
+  result.type = TESSERA_GAME_FIELDS;
+  result.count = static_cast<std::uint32_t>(call.fields.size());
+  result.as.fields = call.fields.data();
+  return result;
+}
+
+// What a client says is a claim: nobody sees the future, and who says to see a past too long gone gains nothing.
+double ShownTime(const tessera_game_call& call, PlayerNumber player) {
+  const PlayerInput* const input = call.transaction.world().InputOf(player);
+  const bool of_command = call.callback == kOnCommand && call.self == PlayerBodyId(player);
+  const std::uint64_t said = of_command ? call.shown_at : input == nullptr ? 0 : input->shown_at;
+  const auto now = static_cast<double>(call.tick.value());
+  if (said == 0) return now;
+  const double oldest = now - kMaxLookBack_s * call.transaction.world().scene().tick_rate_hz;
+  return std::clamp(static_cast<double>(said) / static_cast<double>(kShownParts), std::max(oldest, 0.0), now);
+}
+
 absl::StatusOr<tessera_game_value> Send(const Function& function, PlayerNumber player, PlayerArguments arguments,
                                         PlayerRecord& record) {
   auto event = EventFrom(function, arguments);
@@ -154,6 +186,7 @@ absl::StatusOr<tessera_game_value> CallPlayer(tessera_game_call& call, const Fun
                                               PlayerArguments arguments) {
   const BodyId id = PlayerBodyId(player);
   if (function.number == kPlayerBody) return ToInterface(GameValue(id));
+  if (function.number == kPlayerNumber) return ToInterface(GameValue(std::int64_t{player.value()}));
   if (function.number == kPlayerIsOwn) return FlagValue(call.transaction.Owns(id));
   const auto body = OwnBody(call, function, player);
   if (!body.ok()) return body.status();
@@ -166,6 +199,10 @@ absl::StatusOr<tessera_game_value> CallPlayer(tessera_game_call& call, const Fun
       result.as.text = call.text.data();
       return result;
     }
+    case kPlayerInput:
+      return InputFields(call, player);
+    case kPlayerShownTime:
+      return ToInterface(GameValue(ShownTime(call, player)));
     case kPlayerIsSpectating:
       return FlagValue((*body)->record.player->stage == PlayerStage::kSpectating);
     default:

@@ -256,5 +256,77 @@ TEST(PlayerRecordTest, ComesOutAsItWentInAndRefusesWhatNoGameMade) {
   EXPECT_THAT(why_not([](PlayerRecord& r) { r.events[0].values = {9}; }), HasSubstr("values"));
 }
 
+// --- Inputs
+
+TEST_F(PlayerCallsTest, AGameReadsTheInputOfTheTick) {
+  world.input = PlayerInput{.number = 4, .move = {0.5F, -0.25F}, .yaw_rad = 1, .pitch_rad = 0.5F, .buttons = 5};
+  int fields = 0;
+  game.On(kOnTick, "", [&](GameCalls& calls, GivenArguments) {
+    EXPECT_TRUE(calls.Call(kPlayerInput, {kAda})) << calls.error();
+    const tessera_game_value& value = calls.result();
+    fields = static_cast<int>(value.count);
+    const auto field = [&](int i) { return std::string(value.as.fields[i].name, value.as.fields[i].name_bytes); };
+    EXPECT_EQ(field(0), "buttons");
+    EXPECT_EQ(value.as.fields[0].value.as.whole, 5);
+    EXPECT_EQ(field(1), "look");
+    EXPECT_EQ(value.as.fields[1].value.as.vector[2], -1);
+    EXPECT_EQ(field(2), "move");
+    EXPECT_EQ(value.as.fields[2].value.as.vector[0], 0.5);
+    EXPECT_EQ(value.as.fields[2].value.as.vector[1], -0.25);
+    EXPECT_EQ(field(3), "pitch");
+    EXPECT_EQ(field(4), "yaw");
+    EXPECT_TRUE(calls.Call(kPlayerNumber, {kBob})) << "anywhere";
+    EXPECT_EQ(calls.result().as.whole, 5);
+    return true;
+  });
+  Load();
+  Run();
+  EXPECT_EQ(fields, 5);
+  EXPECT_THAT(Call(kPlayerInput, {kBob}), HasSubstr("player 5 has no body that this region owns"));
+}
+
+TEST_F(PlayerCallsTest, TheShownTimeIsBelievedWithinLimits) {
+  const double rate = world.scene().tick_rate_hz;
+  tick = Tick(1000);
+  double shown = -1;
+  const auto after = [&](std::uint64_t said) {
+    world.input = PlayerInput{.number = 1, .shown_at = said};
+    game.On(kOnTick, "", [&](GameCalls& calls, GivenArguments) {
+      EXPECT_TRUE(calls.Call(kPlayerShownTime, {kAda})) << calls.error();
+      shown = calls.result().as.real;
+      return true;
+    });
+    Load();
+    Run();
+    return shown;
+  };
+  EXPECT_EQ(after(ShownAt(990.5)), 990.5);
+  EXPECT_EQ(after(0), 1002) << "said nothing";
+  EXPECT_EQ(after(ShownAt(5000)), 1003) << "the future";
+  EXPECT_EQ(after(1), 1004 - 0.4 * rate) << "long ago";
+  EXPECT_EQ(after(~std::uint64_t{0}), 1005);
+  world.input.reset();
+  Run();
+  EXPECT_EQ(shown, 1006);
+}
+
+TEST_F(PlayerCallsTest, ACommandHasItsOwnShownTime) {
+  tick = Tick(1000);
+  world.input = PlayerInput{.number = 1, .shown_at = ShownAt(999)};
+  record().player.Change().last_command = 2;
+  record().player.Change().commands = {{"shoot", ShownAt(985.25)}, "jump"};
+  std::vector<double> shown;
+  const auto note = [&](GameCalls& calls, GivenArguments) {
+    EXPECT_TRUE(calls.Call(kPlayerShownTime, {kAda})) << calls.error();
+    shown.push_back(calls.result().as.real);
+    return true;
+  };
+  game.On(kOnCommand, "", note);
+  game.On(kOnTick, "", note);
+  Load();
+  Run();
+  EXPECT_THAT(shown, ElementsAre(999, 985.25, 1001));
+}
+
 }  // namespace
 }  // namespace tessera::game

@@ -55,7 +55,10 @@ void Write(ByteWriter& out, const PlayerRecord& record) {
   if (record.ended()) out.Block(std::string_view(record.reason));
   out.Varint(record.last_command);
   out.Varint(record.commands.size());
-  for (const std::string& command : record.commands) out.Block(std::string_view(command));
+  for (const WaitingCommand& command : record.commands) {
+    out.Block(std::string_view(command.bytes));
+    out.Varint(command.shown_at);
+  }
   out.Varint(record.last_event);
   out.Varint(record.events.size());
   for (const PlayerEvent& event : record.events) {
@@ -77,7 +80,10 @@ PlayerRecord ReadPlayerRecord(ByteReader& in) {
   record.last_command = in.Varint32();
   const std::uint64_t commands = in.Varint();
   if (commands > kMaxWaitingCommands) in.Fail("too many commands");
-  for (std::uint64_t i = 0; in.ok() && i < commands; ++i) record.commands.push_back(text(kMaxCommandBytes));
+  for (std::uint64_t i = 0; in.ok() && i < commands; ++i) {
+    WaitingCommand& command = record.commands.emplace_back(text(kMaxCommandBytes));
+    command.shown_at = in.Varint();
+  }
   record.last_event = in.Varint32();
   const std::uint64_t events = in.Varint();
   if (events > kMaxWaitingEventsOfPlayer) in.Fail("too many events");

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -31,11 +32,22 @@ struct PlayerEvent {
   friend bool operator==(const PlayerEvent&, const PlayerEvent&) = default;
 };
 
+struct WaitingCommand {
+  std::string bytes;
+  std::uint64_t shown_at = 0;  // as PlayerInput::shown_at, when the client gave it
+  WaitingCommand() = default;
+  // NOLINTBEGIN(google-explicit-constructor): most are nothing but their bytes
+  WaitingCommand(std::string text, std::uint64_t shown = 0) : bytes(std::move(text)), shown_at(shown) {}
+  WaitingCommand(const char* text) : bytes(text) {}
+  // NOLINTEND(google-explicit-constructor)
+  friend bool operator==(const WaitingCommand&, const WaitingCommand&) = default;
+};
+
 struct PlayerRecord {
   PlayerStage stage = PlayerStage::kPlaying;
   std::string reason;  // why the player was refused or kicked
   std::uint32_t last_command = 0;
-  std::vector<std::string> commands;  // taken, and not given to the game yet, in order
+  std::vector<WaitingCommand> commands;  // taken, and not given to the game yet, in order
   std::uint32_t last_event = 0;
   std::vector<PlayerEvent> events;  // the newest ones, up to last_event, which the client may not have
 

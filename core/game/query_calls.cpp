@@ -212,6 +212,18 @@ class QueryReader {
     return absl::OkStatus();
   }
 
+  absl::Status ReadTime(const tessera_game_value& value, std::optional<double>* tick) const {
+    if (!IsQueryNumber(value)) return Wrong("options.at_time", "must be a number, a tick and a part of one");
+    const auto now = static_cast<double>(call_.tick.value());
+    const double at = NumberIn(value), most = kMaxLookBack_s * call_.transaction.world().scene().tick_rate_hz;
+    // Not <: what is not a number fails, too.
+    if (!(at >= now - most - kTimeTolerance && at <= now)) {
+      return Wrong("options.at_time", absl::StrCat("must be from ", now - most, " to ", now, ", got ", at));
+    }
+    *tick = at;
+    return absl::OkStatus();
+  }
+
   absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) {
     const std::string_view name = FieldName(field);
     const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap;
@@ -219,6 +231,7 @@ class QueryReader {
     if (name == "static") return ReadFlag(field, &query.filter.static_bodies);
     if (name == "triggers") return ReadFlag(field, &query.filter.triggers);
     if (name == "self") return ReadFlag(field, self);
+    if (name == "at_time") return ReadTime(field.value, &query.at_tick);
     if (name == "layers") return ReadLayers(field.value, &query.filter.layers);
     if (name == "ignore") return ReadIgnored(field.value, &query.filter.ignored);
     if (name == "kinds") return ReadKinds(field.value);
@@ -229,7 +242,7 @@ class QueryReader {
     }
     if (name == "limit" && lists) return ReadLimit(field.value, &query.most_hits);
     return Wrong(absl::StrCat("options.", Seen(name.substr(0, kMaxLayerLength))),
-                 absl::StrCat("is no option; there are: dynamic, ignore, kinds, layers", lists ? ", limit" : "",
+                 absl::StrCat("is no option; there are: at_time, dynamic, ignore, kinds, layers", lists ? ", limit" : "",
                               ", property, self, static, triggers, value"));
   }
 
@@ -252,6 +265,7 @@ class QueryReader {
     return absl::OkStatus();
   }
 
+  static constexpr double kTimeTolerance = 1e-6;  // ticks; for rounding of what shown_time gave
   static constexpr std::string_view kShapes =
       "must have radius (a ball), radius and half_height (a capsule along y), or half_extents (a box), and may have "
       "rotation";

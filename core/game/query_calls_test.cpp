@@ -243,10 +243,10 @@ TEST_F(QueryCallsTest, OptionsThatAreWrongAreNamed) {
     return ErrorOf(function, {V(0, 0, 0), V(0, 0, 1), options.value()});
   };
   EXPECT_EQ(error(kWorldRay, "layer", TextOf("default")),
-            "ray: `options.layer` is no option; there are: dynamic, ignore, kinds, layers, property, self, "
+            "ray: `options.layer` is no option; there are: at_time, dynamic, ignore, kinds, layers, property, self, "
             "static, triggers, value");
   EXPECT_EQ(error(kWorldRay, "limit", W(2)),
-            "ray: `options.limit` is no option; there are: dynamic, ignore, kinds, layers, property, self, "
+            "ray: `options.limit` is no option; there are: at_time, dynamic, ignore, kinds, layers, property, self, "
             "static, triggers, value");
   EXPECT_EQ(error(kWorldRay, "layers", TextOf("debris")),
             "ray: `options.layers` names \"debris\", which the scene does not; its layers: default");
@@ -284,6 +284,24 @@ TEST_F(QueryCallsTest, ACallbackThatCannotPayFailsEvenIfItGoesOn) {
   EXPECT_EQ(statistics.errors, 1u);
   ASSERT_THAT(world.asked, SizeIs(1));
   EXPECT_EQ(world.asked[0].most_work, GameSettings().instructions_per_callback);
+}
+
+TEST_F(QueryCallsTest, AQueryLooksBackAsFarAsItMay) {
+  const double rate = world.scene().tick_rate_hz, nan = std::numeric_limits<double>::quiet_NaN();
+  const auto error = [&](tessera_game_value value) {
+    const Named options{{"at_time", value}};
+    return ErrorOf(kWorldRay, {V(0, 0, 0), V(0, 0, 1), options.value()});
+  };
+  EXPECT_THAT(error(RealOf(1e6)), HasSubstr("ray: `options.at_time` must be from "));
+  EXPECT_THAT(error(RealOf(-rate)), HasSubstr("ray: `options.at_time` must be from "));
+  EXPECT_THAT(error(RealOf(nan)), HasSubstr("ray: `options.at_time` must be from "));
+  EXPECT_EQ(error(TextOf("now")), "ray: `options.at_time` must be a number, a tick and a part of one");
+  ASSERT_THAT(world.asked, SizeIs(0));
+  const Named options{{"at_time", RealOf(0.25)}};
+  EXPECT_TRUE(InACallback(
+      [&](GameCalls& calls) { return calls.CallRaw(kWorldRay, std::vector{V(0, 0, 0), V(0, 0, 1), options.value()}); }));
+  ASSERT_THAT(world.asked, SizeIs(1));
+  EXPECT_EQ(world.asked[0].at_tick, 0.25);
 }
 
 }  // namespace

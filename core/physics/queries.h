@@ -11,7 +11,9 @@
 
 #include "core/physics/body_store.h"
 #include "core/physics/broad_phase.h"
+#include "core/physics/pose_history.h"
 #include "core/physics/query/meet.h"
+#include "core/physics/query/way.h"
 #include "core/world/query.h"
 
 namespace tessera::physics {
@@ -21,6 +23,8 @@ class Queries {
   // The two outlive it. `origin`: the world position of the broad phase's origin.
   Queries(const BroadPhase& broad_phase, const BodyStore& bodies, Vec3d origin)
       : broad_phase_(broad_phase), bodies_(bodies), origin_(origin) {}
+  // Where bodies were; it outlives this. Without one, all queries see bodies where they are.
+  void SetHistory(const PoseHistory* history) { history_ = history; }
   Queries(const Queries&) = delete;
   Queries& operator=(const Queries&) = delete;
 
@@ -34,17 +38,24 @@ class Queries {
  private:
   struct Candidate {
     double entry;  // share of the way at which it enters the body's bounds: no hit is earlier
-    RigidBody* body;
+    BodyId id;
+    const RigidBody* body;  // null: one of the past
+    std::size_t past = 0;   // index
   };
 
   // Bodies whose own bounds a box of half extents `half_m` crosses on its way, about the origin; in no order. Ends
   // early where the meter is exhausted.
   std::vector<Candidate> CandidatesOf(const BodyQuery& query, const Way& way, Vec3d half_m, WorkMeter& meter);
+  // Adds those of the past.
+  void AddPast(const BodyQuery& query, const Way& way, Vec3d half_m, WorkMeter& meter,
+               std::vector<Candidate>& candidates, std::vector<PastBody>& past) const;
+  bool LooksBack(const BodyQuery& query) const { return query.at_tick.has_value() && history_ != nullptr; }
   void FindStrays();
 
   const BroadPhase& broad_phase_;
   const BodyStore& bodies_;
   Vec3d origin_;
+  const PoseHistory* history_ = nullptr;
   // Awake bodies that the last step put outside of the bounds that the trees hold. The trees hear of it in the next
   // step, not by a query.
   std::vector<RigidBody*> strays_;

@@ -134,6 +134,20 @@ std::optional<Contact> World::ContactBetween(BodyId a, BodyId b) const {
 std::span<const PairEvent> World::events() const { return impl_->report.events(); }
 std::span<const BodyId> World::isolated() const { return impl_->isolated; }
 
+// --- The past
+
+void World::NotePoses(Tick tick, double tick_s, const NotedBodies& noted, std::size_t ticks) {
+  if (impl_->history == nullptr) {
+    impl_->history = std::make_unique<PoseHistory>(ticks);
+    impl_->queries.SetHistory(impl_->history.get());
+  }
+  impl_->history->Note(tick, tick_s, impl_->bodies, noted);
+}
+
+void World::ForgetPoses() {
+  if (impl_->history != nullptr) impl_->history->Forget();
+}
+
 // --- Queries
 
 QueryResult World::FindBodies(const BodyQuery& query, const BodyPredicate& accept) const {

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "core/physics/contact_report.h"
+#include "core/physics/noted_bodies.h"
 #include "core/physics/support_hint.h"
 #include "core/world/query.h"
 #include "core/world/scene.h"
@@ -126,8 +127,14 @@ class World {
   // removed. In no order.
   std::span<const BodyId> isolated() const;
 
+  // --- The past.
+  // Remembers where these bodies are after the step to `tick`, of `tick_s`, for queries that look back so many ticks.
+  // Call it after each step; a tick that does not follow the last one begins anew.
+  void NotePoses(Tick tick, double tick_s, const NotedBodies& noted, std::size_t ticks);
+  void ForgetPoses();
+
   // --- Queries.
-  // They change nothing, and see bodies where the last step or call left them.
+  // They change nothing, and see bodies where the last step or call left them, or where they were noted.
   QueryResult FindBodies(const BodyQuery& query, const BodyPredicate& accept = nullptr) const;
   std::vector<BodyId> Overlapping(const Aabb& box) const;  // ascending; by bounds, triggers among them
   // The first body that a sphere meets on a straight way, which it may touch or overlap at the start: only what it

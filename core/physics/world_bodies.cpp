@@ -50,6 +50,7 @@ void World::Impl::Teleport(RigidBody& body, const BodyState& state) {
 
 void World::Impl::Remove(BodyId id) {
   RigidBody& body = bodies.At(id);
+  if (history != nullptr && !body.isolated) history->Left(body);
   if (!body.isolated) Withdraw(body);
   bodies.Remove(body);
 }

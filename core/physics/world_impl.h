@@ -7,6 +7,7 @@
 // step to step, and their headers name the one part that writes each field.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/physics/awake_joints.h"
@@ -18,6 +19,7 @@
 #include "core/physics/loads.h"
 #include "core/physics/narrow_phase.h"
 #include "core/physics/pair_table.h"
+#include "core/physics/pose_history.h"
 #include "core/physics/queries.h"
 #include "core/physics/report.h"
 #include "core/physics/sleep.h"
@@ -67,6 +69,7 @@ struct World::Impl {
   PairTable pairs;
   BroadPhase broad_phase;
   Queries queries{broad_phase, bodies, settings.origin};
+  std::unique_ptr<PoseHistory> history;  // null: nobody looks back
   Waking waking{bodies, pairs};
   std::vector<BodyId> isolated;  // in the last step; Isolate writes it
 

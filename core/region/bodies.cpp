@@ -337,6 +337,17 @@ void Bodies::Unpark(BodyId id) {
   if (world_.Has(id)) world_.Unpark(id);
 }
 
+void Bodies::NotePoses(Tick tick, double tick_s, std::size_t ticks) {
+  noted_own_.clear();
+  noted_ghosts_.clear();
+  noted_fixed_.clear();
+  for (const OwnedBody& body : owned_) noted_own_.push_back(body.def->id);
+  for (const Ghost& ghost : ghosts_) noted_ghosts_.push_back(ghost.record.id);
+  for (const BodyDef* def : on_paths_) noted_fixed_.push_back(def->id);
+  std::ranges::sort(noted_fixed_);
+  world_.NotePoses(tick, tick_s, {noted_own_, noted_ghosts_, noted_fixed_}, ticks);
+}
+
 void Bodies::Step(double tick_s, Tick tick) {
   FollowPaths(tick);
   if (std::exchange(prime_contacts_, false)) world_.PrimeContacts(tick_s, kPrimingSolves);

@@ -119,6 +119,9 @@ class Bodies {
   // To the tick after `tick`.
   void Step(double tick_s, Tick tick);
   bool stepped() const { return stepped_; }  // at least once
+  // Remembers where the bodies are after the step to `tick`, for queries that look back.
+  void NotePoses(Tick tick, double tick_s, std::size_t ticks);
+  void ForgetPoses() { world_.ForgetPoses(); }
   // Reads the states of the owned bodies. Those that are not sane are taken out and returned, ascending; ghosts that
   // are not sane are taken out silently: their owner reports them anew.
   std::vector<std::pair<BodyId, Epoch>> ReadBack();
@@ -160,6 +163,7 @@ class Bodies {
   std::vector<std::vector<BodyId>> assemblies_;     // those that game joints make, each ascending
   std::map<BodyId, std::size_t> game_assembly_of_;  // index into assemblies_
   std::vector<const BodyDef*> on_paths_;
+  std::vector<BodyId> noted_own_, noted_ghosts_, noted_fixed_;  // scratch of NotePoses
   std::optional<Tick> on_paths_at_;
   bool prime_contacts_ = false;      // before the next step
   bool stepped_ = false;             // at least once

@@ -77,6 +77,7 @@ struct Config {
 struct PlayerCommand {
   std::uint32_t base = 0, number = 0;
   std::string_view bytes;
+  std::uint64_t shown_at = 0;  // as PlayerInput::shown_at
 };
 
 struct EndedPlayer {

@@ -94,6 +94,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.exchange.Clear();
   parts.loads.Clear();
   parts.bodies.ForgetGrants();
+  parts.bodies.ForgetPoses();
   parts.bodies.ConnectJoints();
   if (parts.catalog.has_game()) ConnectGameJoints(parts.records, parts.bodies);
   AdoptMap(parts.failover.End(), true, parts);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/physics/mass_properties.h"
+#include "core/physics/trig.h"
 #include "game_sdk/api/api.h"
 
 namespace tessera::region {
@@ -142,6 +143,16 @@ bool RegionGame::IsRemoved(BodyId id) const {
 
 void RegionGame::ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const {
   for (const OwnedBody& body : bodies_.owned()) visit(body.def->id, *body.def);
+}
+
+const PlayerInput* RegionGame::InputOf(PlayerNumber player) const {
+  const PlayerControl* const control = players_.Find(player);
+  return control == nullptr || control->last_input == 0 ? nullptr : &control->next;
+}
+
+Vec3d RegionGame::LookOf(const PlayerInput& input) const {
+  const physics::SinCos yaw = physics::SinCosOf(input.yaw_rad), pitch = physics::SinCosOf(input.pitch_rad);
+  return {-yaw.sin * pitch.cos, pitch.sin, -yaw.cos * pitch.cos};
 }
 
 std::vector<BodyId> RegionGame::PlayerBodies() const {

@@ -20,6 +20,7 @@
 #include "core/region/message_relay.h"
 #include "core/region/ownership.h"
 #include "core/region/record_table.h"
+#include "core/region/region_players.h"
 #include "core/region/shared_properties.h"
 #include "core/region/tombstones.h"
 #include "core/world/spawned_id.h"
@@ -32,7 +33,8 @@ class RegionGame : private game::GameWorld {
   // Without a host there is no game, and it does nothing. All others must outlive it.
   RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
              const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
-             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages)
+             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages,
+             const RegionPlayers& players)
       : host_(std::move(host)),
         self_(self),
         catalog_(catalog),
@@ -43,6 +45,7 @@ class RegionGame : private game::GameWorld {
         output_(output),
         shared_(shared),
         messages_(messages),
+        players_(players),
         ids_(maker) {}
 
   // After the step to `tick`, with the events that this region reports, and the players who came and go. Returns the
@@ -90,6 +93,8 @@ class RegionGame : private game::GameWorld {
   }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
+  const PlayerInput* InputOf(PlayerNumber player) const override;
+  Vec3d LookOf(const PlayerInput& input) const override;
   std::vector<BodyId> PlayerBodies() const override;
   std::vector<BodyId> Commanded() const override { return {records_.commanded().begin(), records_.commanded().end()}; }
   PropertySet ChangedOf(BodyId id) const override;
@@ -116,6 +121,7 @@ class RegionGame : private game::GameWorld {
   OutputCommit& output_;
   SharedProperties& shared_;
   const MessageRelay& messages_;
+  const RegionPlayers& players_;
   SpawnedIds ids_;
   Tick tick_;
   std::vector<Departure> removed_;  // in this tick

@@ -56,7 +56,7 @@ RegionParts::RegionParts(const Config& config)
       reports(catalog),
       ownership(catalog, bodies, players, reports, records, output, shared),
       game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output,
-           shared, messages),
+           shared, messages, players),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),

@@ -53,7 +53,7 @@ absl::Status Region::TakeCommand(PlayerNumber player, const PlayerCommand& comma
   }
   ChangePlayer(id, parts, [&](game::PlayerRecord& record) {
     record.last_command = command.number;
-    record.commands.emplace_back(command.bytes);
+    record.commands.emplace_back(std::string(command.bytes), command.shown_at);
   });
   return absl::OkStatus();
 }

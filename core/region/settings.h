@@ -52,6 +52,9 @@ inline constexpr double kOriginGrid_m = 64;
 inline constexpr std::uint32_t kMaxPromised = 64;
 // The same where a game may push any body in any tick.
 inline constexpr std::uint32_t kMaxPromisedWithGame = 2;
+// For so many ticks beyond those that a game may look back, regions remember where bodies were: as long as a question
+// from another region takes. Less, and regions that are far from each other give incomplete answers.
+inline constexpr std::size_t kQuestionDelayTicks = 24;
 // A link that is down asks to reconnect every so many ticks: few requests wait for a neighbour that stands still.
 inline constexpr std::uint32_t kReconnectIntervalTicks = 6;
 // A link comes up this many ticks after the later side has heard of it: longer than a message takes to come and go.

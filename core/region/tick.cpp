@@ -1,6 +1,7 @@
 // One tick of a region: the order in which its parts are put to work, as docs/architecture.md describes it.
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -136,6 +137,11 @@ game::PlayerChanges UpdatePlayers(RegionParts& parts, StepResult& result) {
   return changes;
 }
 
+// As far as a game may look back, and as long as a question from another region may take.
+std::size_t LookBackTicks(const Scene& scene) {
+  return static_cast<std::size_t>(std::ceil(kMaxLookBack_s * scene.tick_rate_hz)) + kQuestionDelayTicks;
+}
+
 // One that the step took out has gone already.
 void RunGame(game::PlayerChanges players, RegionParts& parts, StepResult& result) {
   const auto gone = [&](PlayerNumber player) { return !parts.bodies.Owns(PlayerBodyId(player)); };
@@ -244,6 +250,7 @@ StepResult Region::Step(const PhaseObserver& observer) {
   parts.bodies.Step(parts.tick_s, parts.tick);
   result.tick = ++parts.tick;
   ReadBack(parts, result);
+  if (parts.catalog.has_game()) parts.bodies.NotePoses(parts.tick, parts.tick_s, LookBackTicks(parts.scene()));
 
   enter(Phase::kPrediction);
   parts.output.Release(parts.log.standby_has(), parts.tick);

@@ -10,14 +10,14 @@
 namespace tessera::replication {
 namespace {
 
-constexpr std::size_t kMaxHeaderBytes = 1 + 5 + 5 + 1, kMaxLengthBytes = 2;
+constexpr std::size_t kMaxHeaderBytes = 1 + 5 + 5 + 1, kMaxLengthBytes = 2, kMaxShownBytes = 8;
 
 }  // namespace
 
-std::size_t CommandsThatFit(std::span<const std::string_view> commands) {
+std::size_t CommandsThatFit(std::span<const Command> commands) {
   std::size_t bytes = kMaxHeaderBytes, count = 0;
-  for (const std::string_view command : commands) {
-    bytes += kMaxLengthBytes + command.size();
+  for (const Command& command : commands) {
+    bytes += kMaxLengthBytes + command.bytes.size() + kMaxShownBytes;
     if (bytes > kMaxCommandDatagramBytes || count == kMaxCommandsInDatagram) break;
     ++count;
   }
@@ -31,7 +31,10 @@ std::vector<std::uint8_t> EncodeCommands(const CommandMessage& message) {
   out.Varint(message.last_event);
   out.Varint(message.base);
   out.Varint(message.commands.size());
-  for (const std::string_view command : message.commands) out.Block(command);
+  for (const Command& command : message.commands) {
+    out.Block(command.bytes);
+    out.Varint(command.shown_at);
+  }
   return out.Take();
 }
 
@@ -54,7 +57,8 @@ absl::StatusOr<CommandMessage> DecodeCommands(std::span<const std::uint8_t> data
       return absl::InvalidArgumentError(absl::StrCat("commands: ", size, " bytes are more than ", kMaxCommandBytes));
     }
     const std::span<const std::uint8_t> bytes = in.Bytes(size);
-    message.commands.emplace_back(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    message.commands.emplace_back(text, in.Varint());
   }
   if (!in.ok()) return absl::InvalidArgumentError(in.error());
   if (in.remaining() != 0) return absl::InvalidArgumentError("commands: trailing bytes");

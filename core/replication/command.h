@@ -4,13 +4,14 @@
 // for good yet, as many as fit, beginning with the lowest; `base` is the number of that one, so a region knows that
 // none below it comes any more. The player is not on the wire: the receiver knows it from the connection.
 //
-// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes; numbers as varints, the
+// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes, shown at; numbers as varints, the
 // commands have the numbers from base on. Thread rule: free functions; any thread.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -23,14 +24,24 @@ inline constexpr std::size_t kMaxCommandBytes = 1024;
 inline constexpr std::size_t kMaxCommandDatagramBytes = 1148;
 inline constexpr std::size_t kMaxCommandsInDatagram = 32;
 
+struct Command {
+  std::string_view bytes;
+  std::uint64_t shown_at = 0;  // as PlayerInput::shown_at, when the command was given
+  // NOLINTNEXTLINE(google-explicit-constructor): most commands are nothing but their bytes
+  Command(std::string_view text, std::uint64_t shown = 0) : bytes(text), shown_at(shown) {}
+  Command(const std::string& text) : bytes(text) {}  // NOLINT(google-explicit-constructor)
+  Command(const char* text) : bytes(text) {}         // NOLINT(google-explicit-constructor)
+  friend bool operator==(const Command&, const Command&) = default;
+};
+
 struct CommandMessage {
   std::uint32_t last_event = 0;  // all events up to this number are here
   std::uint32_t base = 0;        // number of the first of `commands`
-  std::vector<std::string_view> commands{};
+  std::vector<Command> commands{};
 };
 
 // How many of these commands, from the first on, fit one datagram.
-std::size_t CommandsThatFit(std::span<const std::string_view> commands);
+std::size_t CommandsThatFit(std::span<const Command> commands);
 // Requires commands that fit.
 std::vector<std::uint8_t> EncodeCommands(const CommandMessage& message);
 // The result points into the datagram. Errors: INVALID_ARGUMENT "commands: truncated", "commands: 2048 bytes are more

@@ -8,8 +8,8 @@
 namespace tessera {
 namespace {
 
-constexpr std::uint8_t kForce = 1, kTorque = 2, kMove = 4, kLook = 8, kButtons = 16;
-constexpr std::uint8_t kAllFlags = 31;
+constexpr std::uint8_t kForce = 1, kTorque = 2, kMove = 4, kLook = 8, kButtons = 16, kShown = 32;
+constexpr std::uint8_t kAllFlags = 63;
 constexpr double kMoveUnit = 1.0 / 32767;
 constexpr double kYawUnit_rad = std::numbers::pi / 32768, kPitchUnit_rad = std::numbers::pi / 65534;
 constexpr float kMostYaw_rad = 3.1415928F, kMostPitch_rad = 1.5707964F;  // the floats nearest to pi and pi / 2
@@ -34,6 +34,12 @@ float ReadUnits(ByteReader& in, double unit) { return static_cast<float>(static_
 float Rounded(float value, double unit) { return static_cast<float>(Units(value, unit) * unit); }
 
 }  // namespace
+
+std::uint64_t ShownAt(double tick) {
+  constexpr double kMost = 1e15;  // as many parts as a double tells apart
+  const double parts = std::round(tick * static_cast<double>(kShownParts));
+  return parts >= 1 && parts < kMost ? static_cast<std::uint64_t>(parts) : 0;
+}
 
 const char* WrongField(const PlayerInput& input) {
   if (!IsFinite(input.force_n)) return "force_n is not finite";
@@ -64,7 +70,8 @@ void WriteSteering(ByteWriter& out, const PlayerInput& input) {
   const bool force = !AllZero(input.force_n), torque = !AllZero(input.torque_nm);
   const bool move = input.move != Vec2f(), look = input.yaw_rad != 0 || input.pitch_rad != 0;
   out.U8(static_cast<std::uint8_t>((force ? kForce : 0) | (torque ? kTorque : 0) | (move ? kMove : 0) |
-                                   (look ? kLook : 0) | (input.buttons != 0 ? kButtons : 0)));
+                                   (look ? kLook : 0) | (input.buttons != 0 ? kButtons : 0) |
+                                   (input.shown_at != 0 ? kShown : 0)));
   if (force) out.V(input.force_n);
   if (torque) out.V(input.torque_nm);
   if (move) {
@@ -76,6 +83,7 @@ void WriteSteering(ByteWriter& out, const PlayerInput& input) {
     WriteUnits(out, input.pitch_rad, kPitchUnit_rad);
   }
   if (input.buttons != 0) out.Varint(input.buttons);
+  if (input.shown_at != 0) out.Varint(input.shown_at);
 }
 
 void ReadSteering(ByteReader& in, PlayerInput& input) {
@@ -92,6 +100,7 @@ void ReadSteering(ByteReader& in, PlayerInput& input) {
     input.pitch_rad = ReadUnits(in, kPitchUnit_rad);
   }
   if ((flags & kButtons) != 0) input.buttons = in.Varint32();
+  if ((flags & kShown) != 0) input.shown_at = in.Varint();
 }
 
 }  // namespace tessera

@@ -27,8 +27,15 @@ struct PlayerInput {
   // Where the player looks: yaw about +y, 0 along -z and positive to the left, -pi to pi; pitch up, -pi/2 to pi/2.
   float yaw_rad = 0, pitch_rad = 0;
   std::uint32_t buttons = 0;  // bit i: button i is held down
+  // The moment of the world that the player was shown when the input was made, in 1/kShownParts of a tick; 0: not said.
+  std::uint64_t shown_at = 0;
   friend bool operator==(const PlayerInput&, const PlayerInput&) = default;
 };
+
+// Parts of a tick in which a client says what moment it shows: what moves at 50 m/s is then known to 3 mm.
+inline constexpr std::uint64_t kShownParts = 256;
+// The moment `tick`, a tick and a part of one, as inputs and commands carry it; 0 for one that is none.
+std::uint64_t ShownAt(double tick);
 
 // A move vector may be longer than 1 by this much, which rounding adds.
 inline constexpr float kMoveTolerance = 1e-3F;
@@ -40,7 +47,7 @@ const char* WrongField(const PlayerInput& input);
 // and within their limits. A client predicts with this one, so that it does the same as the region.
 PlayerInput AsSent(PlayerInput input);
 
-// The fields from `force_n` to `buttons`; one that is 0 costs nothing but its part of a byte. A move vector comes back
+// The fields from `force_n` to `shown_at`; one that is 0 costs nothing but its part of a byte. A move vector comes back
 // in multiples of 1/32767, angles of 2 pi / 65536 (yaw) and pi / 65534 (pitch).
 void WriteSteering(ByteWriter& out, const PlayerInput& input);
 void ReadSteering(ByteReader& in, PlayerInput& input);

@@ -75,8 +75,18 @@ TEST(PlayerInputTest, NamesTheFieldThatIsWrong) {
   EXPECT_STREQ(WrongField(Steering({}, 0, -1.6F, 0)), "pitch_rad is not within -pi/2 and pi/2");
 }
 
+TEST(PlayerInputTest, TheShownMomentComesBack) {
+  PlayerInput input;
+  input.shown_at = ShownAt(123'456.25);
+  EXPECT_EQ(input.shown_at, 123'456 * kShownParts + kShownParts / 4);
+  EXPECT_EQ(BackFrom(input), input);
+  EXPECT_EQ(ShownAt(-5), 0U);
+  EXPECT_EQ(ShownAt(std::numeric_limits<double>::quiet_NaN()), 0U);
+  EXPECT_EQ(ShownAt(std::numeric_limits<double>::infinity()), 0U);
+}
+
 TEST(PlayerInputTest, UnknownFlagsAreRefused) {
-  const std::uint8_t bytes[] = {0x20};
+  const std::uint8_t bytes[] = {0x40};
   ByteReader in(bytes);
   PlayerInput input;
   ReadSteering(in, input);

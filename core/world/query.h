@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -38,6 +39,14 @@ using QueryShape = std::variant<PointProbe, SphereShape, CapsuleShape, BoxShape>
 // Whether a query sees a body that passes its filter; null: all of them.
 using BodyPredicate = std::function<bool(BodyId)>;
 
+// Which bodies answer a query that looks back: all that the region sees; those that it owned, and all that is nobody's;
+// or those that it owned alone. So the answers of all regions together name each body once.
+enum class QueryScope : std::uint8_t { kSeen, kOwnedAndFixed, kOwned };
+
+// How far back a query may look, s of the world: longer than the way from a player's screen to a region mostly takes.
+// More, and who was hit has been behind a wall for longer.
+inline constexpr double kMaxLookBack_s = 0.4;
+
 struct BodyQuery {
   QueryShape shape{};
   Quatd orientation{};  // of the shape, unit; it does not turn on its way
@@ -46,6 +55,10 @@ struct BodyQuery {
   std::size_t most_hits = 1;  // the first ones along the way; each body is hit once
   // The query is given up once it needs more work than this, in instructions of a game (some 5 ns each).
   std::uint64_t most_work = std::numeric_limits<std::uint64_t>::max();
+  // Bodies that may move are where they were at this moment, a tick and a part of one, as far as that is known; without
+  // it where the last step left them.
+  std::optional<double> at_tick{};
+  QueryScope scope = QueryScope::kSeen;
 };
 
 // Where the shape first touches a body. A shape that touches it from the beginning has fraction 0, `from` as its point
@@ -63,6 +76,7 @@ struct QueryResult {
   // Spent, at most `most_work`; it follows from the bodies and the question alone, not from how the world was built.
   std::uint64_t work = 0;
   bool complete = true;  // false: it was given up
+  bool known = true;     // false: where the bodies were at that moment is not known here
 };
 
 }  // namespace tessera

@@ -13,7 +13,8 @@ constexpr std::string_view kHitOptions =
     "property "
     "has this value; `ignore`, a body or a list of at most 64; "
     "`static` or `dynamic` = false leaves those out; `triggers` = true takes triggers in; `self` = true takes in the "
-    "body that the callback is about, which is left out otherwise";
+    "body that the callback is about, which is left out otherwise; `at_time`, a tick and a part of one, up to .4 s ago, "
+    "as `shown_time` of a player gives it: bodies are met where they were then";
 constexpr std::string_view kListOptions =
     "which bodies are met, as for `ray`, and `limit`, how many at most, 1 to 64; without it 16 for `ray_all` and 64 "
     "for "
@@ -308,6 +309,28 @@ constexpr Function kFunctions[] = {
     {kPlayerRespawn, Receiver::kPlayer, "respawn", kPlaceParameters, kNothingType,
      "Puts the player's body there, standing still, and back into the world if the player spectates."},
     {kPlayerIsSpectating, Receiver::kPlayer, "is_spectating", {}, kFlagType, "Whether `spectate` was the last word."},
+    {kPlayerInput,
+     Receiver::kPlayer,
+     "input",
+     {},
+     kFieldsType,
+     "What the player asked for in this tick: `move`, a vector with the share of full speed to the right as x and "
+     "forward as y; `look`, a unit vector of the world; `yaw` and `pitch` in rad; `buttons`, whose bits are those that "
+     "are held down. All of it is 0 before the first input."},
+    {kPlayerShownTime,
+     Receiver::kPlayer,
+     "shown_time",
+     {},
+     kRealType,
+     "The moment of the world that the player was shown, a tick and a part of one: within on_command when the command "
+     "was given, else when the input of this tick was made. The client says so, and is believed from .4 s ago to now; "
+     "one that does not say is taken to see the world as it is. For `at_time` of queries."},
+    {kPlayerNumber,
+     Receiver::kPlayer,
+     "number",
+     {},
+     kWholeType,
+     "The player's number in this world, from 1; no other player ever gets it. Anywhere."},
 };
 
 constexpr Parameter kMigrateParameters[] = {

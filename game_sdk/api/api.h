@@ -124,6 +124,9 @@ enum FunctionNumber : std::uint32_t {
   kPlayerSpectate = 207,
   kPlayerRespawn = 208,
   kPlayerIsSpectating = 209,
+  kPlayerInput = 240,
+  kPlayerShownTime = 241,
+  kPlayerNumber = 242,
 };
 
 enum CallbackNumber : std::uint32_t {

@@ -97,6 +97,9 @@ class FakeGameWorld : public GameWorld {
     }
     return due;
   }
+  std::optional<PlayerInput> input;  // of every player
+  const PlayerInput* InputOf(PlayerNumber) const override { return input ? &*input : nullptr; }
+  Vec3d LookOf(const PlayerInput&) const override { return {0, 0, -1}; }
   std::vector<BodyId> PlayerBodies() const override {
     std::vector<BodyId> players;
     for (const auto& [id, body] : bodies_) {

@@ -9,6 +9,7 @@ namespace tessera::physics {
 // that each took: larger ones leave fewer queries to a callback, smaller ones let it take longer than its budget means.
 inline constexpr std::uint64_t kQueryWork = 100;     // a query that meets nothing
 inline constexpr std::uint64_t kCandidateWork = 20;  // a body whose bounds the way crosses
+inline constexpr std::uint64_t kPastWork = 2;        // a body that a query into the past looks at, near or not
 inline constexpr std::uint64_t kAcceptWork = 20;     // asking whether a body is meant
 inline constexpr std::uint64_t kPartWork = 20;       // a convex part, or a plane
 inline constexpr std::uint64_t kCastStepWork = 60;   // one run of GJK
