@@ -324,7 +324,7 @@ absl::StatusOr<tessera_game_value> CallJoint(tessera_game_call& call, const Func
                                              std::span<const tessera_game_value> arguments) {
   const BodyId other(arguments[0].as.id);
   const absl::string_view name(function.name.data(), function.name.size());
-  if (function.number != kBodyDisconnect || id == other) {
+  if (function.number == kBodyConnect || id == other) {
     if (absl::Status status = CheckPair(call, name, id, other); !status.ok()) return status;
   }
   if (function.number == kBodyConnect) return Connect(call, id, other, arguments);

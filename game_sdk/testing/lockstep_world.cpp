@@ -16,12 +16,20 @@ using region::Region;
 using region::StepResult;
 
 // Functions that change nothing, so that calling them once is enough.
+<<<<<<< HEAD
 constexpr std::array<std::uint32_t, 29> kReads = {
-    kWorldTick,   kWorldTickRate,      kWorldRandom, kWorldRay,     kWorldRayAll,  kWorldSweep,   kWorldOverlap,
-    kBodyIsHere,  kBodyIsOwn,          kBodyKind,    kBodyPosition, kBodyRotation, kBodyVelocity, kBodySpin,
-    kBodyMass,    kBodyPlayer,         kBodyGet,     kBodyMember,   kWorldPlayers, kPlayerName,   kPlayerBody,
-    kPlayerIsOwn, kPlayerIsSpectating, kWorldTime,   kWorldGet,     kWorldIsOwn,
+=======
+constexpr std::array<std::uint32_t, 27> kReads = {
+>>>>>>> 0c6874466cfb0c0963cdffac9e85cb015e344070
+    kWorldTick,   kWorldTickRate,      kWorldRandom,  kWorldRay,     kWorldRayAll,  kWorldSweep,   kWorldOverlap,
+    kBodyIsHere,  kBodyIsOwn,          kBodyKind,     kBodyPosition, kBodyRotation, kBodyVelocity, kBodySpin,
+    kBodyMass,    kBodyPlayer,         kBodyGet,      kBodyMember,   kWorldPlayers, kPlayerName,   kPlayerBody,
+    kPlayerIsOwn, kPlayerIsSpectating, kWorldTime,    kWorldGet,     kWorldIsOwn,
+<<<<<<< HEAD
     kPlayerInput, kPlayerShownTime,    kPlayerNumber,
+=======
+    kBodyIsConnected,
+>>>>>>> 0c6874466cfb0c0963cdffac9e85cb015e344070
 };
 
 // The body that a call of this function is for; nothing for those of the world.
