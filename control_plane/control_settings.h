@@ -111,8 +111,8 @@ inline constexpr std::chrono::milliseconds kGameErrorSilence{60'000};
 // Callbacks that are off and become events, of an instance while this process runs; a host that reports more is broken.
 inline constexpr int kMaxCallbacksOff = 100;
 
-// Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can be.
-// A backend that was away for longer than they took to come misses some, and is told.
+// Published events that are kept of an instance, in the store and in memory: some 6 MB where all are as large as can
+// be. A backend that was away for longer than they took to come misses some, and is told.
 inline constexpr std::size_t kMaxPublishedKept = 10'000;
 // Events that one report may bring; the rest comes with the next.
 inline constexpr std::size_t kMaxPublishedTaken = 1'024;

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 #include <utility>
 
@@ -44,6 +45,8 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
   order.key = StandaloneKey();
   order.snapshot_rate_hz = flags.snapshot_rate_hz;
   order.borders = flags.borders;
+  // There is no backend: events for it are dropped as they come.
+  order.backend.published_up_to = std::numeric_limits<std::uint64_t>::max();
   if (!flags.game_path.empty()) {
     const std::string name = std::filesystem::path(flags.game_path).filename().string();
     order.game = {.path = flags.game_path, .hash = {}, .name = name, .number = 0, .failure = {}};

@@ -103,12 +103,12 @@ TEST(WorkerModuleTest, ALibraryOfAnotherInterfaceGivesStatus1NamingBothVersions)
 }
 
 TEST(WorkerModuleTest, ALibraryRunsAsAGame) {
-  const std::string scene = WriteTestFile(
-      "fountain.textproto",
-      "name: 'fountain' bounds { min { x: -20 y: -5 z: -20 } max { x: 20 y: 40 z: 20 } }\n"
-      "properties { name: 'hits' number: 0 }\n"
-      "bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }\n"
-      "prefabs { name: 'ball' bodies { kind: 'ball' mass: 1 shape { sphere { radius: 0.25 } } } }\n");
+  const std::string scene =
+      WriteTestFile("fountain.textproto",
+                    "name: 'fountain' bounds { min { x: -20 y: -5 z: -20 } max { x: 20 y: 40 z: 20 } }\n"
+                    "properties { name: 'hits' number: 0 }\n"
+                    "bodies { id: 1 motion: MOTION_STATIC shape { plane { normal { y: 1 } } } }\n"
+                    "prefabs { name: 'ball' bodies { kind: 'ball' mass: 1 shape { sphere { radius: 0.25 } } } }\n");
   const std::uint16_t base = FreeBasePort(1);
   std::vector<std::string> arguments = Alone(base, scene);
   arguments.insert(arguments.end(), {"--game-module", TESSERA_BINARY_DIR "/game_modules/fountain.so"});

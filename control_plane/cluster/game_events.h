@@ -2,8 +2,8 @@
 //
 // The region that owns the world's record reports its events, numbered, until an order says that they are stored. Here
 // each is stored before that order goes out, so it is kept exactly once, whichever of both ends dies. Readers have a
-// cursor, the number that an event has here; it goes on when a restore from a checkpoint takes the world's numbers back,
-// and the restore is an event of its own, which says up to which number the ones before are still true.
+// cursor, the number that an event has here; it goes on when a restore from a checkpoint takes the world's numbers
+// back, and the restore is an event of its own, which says up to which number the ones before are still true.
 //
 //   events.Take(instance, report, now);                  // each report repeats what no order has called stored
 //   auto more = events.After(instance, cursor, 100);
@@ -53,8 +53,7 @@ class GameEvents {
   };
 
   // Stores `head` with the events that are new, and drops the oldest. False: it could not be, and nothing has changed.
-  bool Store(InstanceEntry& instance, Log& log, const records::GameEvents& head,
-             std::vector<v1::PublishedEvent> added);
+  bool Store(InstanceEntry& instance, Log& log, const records::GameEvents& head, std::vector<v1::PublishedEvent> added);
 
   ClusterState& state_;
   std::map<std::uint64_t, Log> logs_;  // by the instance's number

@@ -162,7 +162,8 @@ void GameMessages::Answer(InstanceEntry& instance, Box& box, Sent& sent, const s
   answered.set_refused(OneLine(refused, kMaxReasonBytes));
   const StoreOp op = PutOp(MessageKey(instance.number, answered.number()), answered.SerializeAsString(), sent.revision);
   const auto written = state_.WriteStored({&op, 1});
-  if (!written.ok()) return LogTrouble(state_, instance, "a message's answer cannot be stored for now", written.status());
+  if (!written.ok())
+    return LogTrouble(state_, instance, "a message's answer cannot be stored for now", written.status());
   sent = {std::move(answered), *written};
   instance.game_messages_waiting = --box.waiting;
   state_.MarkOrders(instance);
@@ -207,7 +208,8 @@ void GameMessages::Forget(std::uint64_t instance) {
   const auto box = boxes_.find(instance);
   if (box == boxes_.end()) return;
   std::vector<StoreOp> ops;
-  for (const auto& [number, sent] : box->second.sent) ops.push_back(DeleteOp(MessageKey(instance, number), sent.revision));
+  for (const auto& [number, sent] : box->second.sent)
+    ops.push_back(DeleteOp(MessageKey(instance, number), sent.revision));
   // What stays behind is removed when the next control plane starts.
   if (!ops.empty()) state_.WriteStored(ops).IgnoreError();
   boxes_.erase(box);

@@ -1,9 +1,9 @@
 // GameMessages: messages of games' backends, on their way to the regions. They are in the orders of all workers of an
 // instance until one of them answers.
 //
-// A message is stored with the request id that its caller gave before any order names it, and its outcome before anybody
-// hears of it; so a request that is made again, to this control plane or the next one, is the same message. The newest
-// kMaxGameRequestsKept requests of an instance are known. Thread rule: as Cluster.
+// A message is stored with the request id that its caller gave before any order names it, and its outcome before
+// anybody hears of it; so a request that is made again, to this control plane or the next one, is the same message. The
+// newest kMaxGameRequestsKept requests of an instance are known. Thread rule: as Cluster.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ class GameMessages {
 
   // The number of the message with this request id; 0: there is none yet.
   std::uint64_t Find(const InstanceEntry& instance, const std::string& request_id) const;
-  // The number of a new message, which the workers are asked to take until one answers; 0: only checked. Errors name the
-  // field. The instance runs a game.
+  // The number of a new message, which the workers are asked to take until one answers; 0: only checked. Errors name
+  // the field. The instance runs a game.
   absl::StatusOr<std::uint64_t> Add(InstanceEntry& instance, const v1::SendToGameRequest& request, Now now);
   // Nothing until a worker has answered. ABORTED: the instance does not run any more.
   std::optional<absl::Status> Outcome(const std::string& id, std::uint64_t number) const;
@@ -47,9 +47,9 @@ class GameMessages {
     Revision revision = kAbsent;
   };
   struct Box {
-    std::map<std::uint64_t, Sent> sent;                // by number
-    std::map<std::string, std::uint64_t> by_request;   // every one in `sent`
-    std::size_t waiting = 0;                           // without an answer
+    std::map<std::uint64_t, Sent> sent;               // by number
+    std::map<std::string, std::uint64_t> by_request;  // every one in `sent`
+    std::size_t waiting = 0;                          // without an answer
   };
   void Answer(InstanceEntry& instance, Box& box, Sent& sent, const std::string& refused);
 

@@ -65,7 +65,7 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
     if (const HostEntry* host = HostAt(state, instance, index)) status.set_host(host->record.name());
     if (!has_worker || !instance.workers[index].reported) continue;
     *status.mutable_report() = instance.workers[index].report;
-    status.mutable_report()->clear_game_lines();  // ListGameLines has them
+    status.mutable_report()->clear_game_lines();   // ListGameLines has them
     status.mutable_report()->clear_game_events();  // WatchGameEvents has them
   }
 }

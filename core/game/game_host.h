@@ -80,8 +80,8 @@ struct GameStatistics {
   std::uint64_t spawned = 0, expired = 0;  // bodies
   std::uint64_t dropped_events = 0;        // more waited than kMaxWaitingEvents
   std::uint64_t dropped_lines = 0;
-  std::uint64_t dropped_counts = 0;  // the game had kMaxCounters counters already
-  std::uint32_t callbacks_off = 0;   // failed too often in a row, and are not called any more
+  std::uint64_t dropped_counts = 0;              // the game had kMaxCounters counters already
+  std::uint32_t callbacks_off = 0;               // failed too often in a row, and are not called any more
   std::uint64_t published = 0, unpublished = 0;  // events for the backend that came to the world's record; left out
   MessageStatistics messages;
 };

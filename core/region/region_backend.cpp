@@ -1,5 +1,5 @@
-// What the game and its backend say to each other, as Region's callers see it. Events for the backend are in the world's
-// record, messages of the backend in the records of their targets, so both go wherever those go.
+// What the game and its backend say to each other, as Region's callers see it. Events for the backend are in the
+// world's record, messages of the backend in the records of their targets, so both go wherever those go.
 #include <algorithm>
 #include <optional>
 #include <utility>

@@ -232,5 +232,11 @@ TEST_F(LockstepWorldTest, WhatCannotBeLoadedIsSaid) {
   EXPECT_THAT(std::string(refused.status().message()), HasSubstr("game.lua:1: "));
 }
 
+TEST_F(LockstepWorldTest, EventsForABackendAreTakenSoThatNoneIsLeftOut) {
+  Begin(R"(kinds.ball = { on_tick = function(self) world.publish("tick") end })");
+  Steps(static_cast<int>(kMaxPublished) / 2 + 100);
+  EXPECT_THAT(world->TakeLines(), ::testing::IsEmpty());
+}
+
 }  // namespace
 }  // namespace tessera::game

@@ -2,8 +2,8 @@
 // them here; and which events for the backend are stored, so that they need not be kept any more.
 //
 // Whoever owns the target takes the message; who gave the order repeats it to all until one answers. So a message is
-// lost neither when its target is just being handed over nor when the owner dies before its standby has heard of it, and
-// the messages' numbers (core/game/mail.h) keep it from coming twice.
+// lost neither when its target is just being handed over nor when the owner dies before its standby has heard of it,
+// and the messages' numbers (core/game/mail.h) keep it from coming twice.
 //
 //   orders.Set(order.backend);             // each time that the order is another
 //   orders.Apply(region);                  // before each step

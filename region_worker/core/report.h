@@ -36,8 +36,8 @@ struct ReportedState {
 v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::RegionAddress& address,
                             const ReportedState& state, const RegionRun* run, TimePoint now);
 
-// Lets a report through when the state differs from the last one's, else every kInterval; while there are events for the
-// game's backend that were not in the last one, every kEventInterval.
+// Lets a report through when the state differs from the last one's, else every kInterval; while there are events for
+// the game's backend that were not in the last one, every kEventInterval.
 class ReportGate {
  public:
   static constexpr Duration kInterval = std::chrono::milliseconds(500);

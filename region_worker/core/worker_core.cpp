@@ -218,8 +218,7 @@ absl::Status WorkerCore::Build() {
 absl::StatusOr<std::shared_ptr<game::GameHost>> WorkerCore::MakeGame(std::uint32_t number) const {
   if (!game_) return std::shared_ptr<game::GameHost>();
   const tessera_game_module& module = setup_.game_module != nullptr ? *setup_.game_module : *game::LuaGameModule();
-  auto host =
-      game::GameHost::Load(module, *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id), number);
+  auto host = game::GameHost::Load(module, *game_, scene_, {}, game::GameSeed(setup_.identity.instance_id), number);
   if (!host.ok()) return host.status();
   return std::shared_ptr<game::GameHost>(*std::move(host));
 }
