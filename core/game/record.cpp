@@ -26,7 +26,8 @@ enum : std::uint16_t {
   kHasMail = 512,
   kRemoved = 1024,
   kHasPlayer = 2048,
-  kAllFlags = 4095,
+  kQuestions = 4096,
+  kAllFlags = 8191,
 };
 enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
 
@@ -37,7 +38,8 @@ std::uint16_t FlagsOf(const GameRecord& record) {
                                     (record.teleport ? kTeleport : 0) | (record.target ? kTarget : 0) |
                                     (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) |
                                     (record.game != 0 ? kLaterGame : 0) | (record.mail.empty() ? 0 : kHasMail) |
-                                    (record.removed ? kRemoved : 0) | (record.player.empty() ? 0 : kHasPlayer));
+                                    (record.removed ? kRemoved : 0) | (record.player.empty() ? 0 : kHasPlayer) |
+                                    (record.last_question != 0 ? kQuestions : 0));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -142,6 +144,10 @@ void Write(ByteWriter& out, const GameRecord& record) {
   if (record.game != 0) out.Varint(record.game);
   if (!record.mail.empty()) Write(out, record.mail);
   if (!record.player.empty()) Write(out, *record.player);
+  if (record.last_question != 0) {
+    out.Varint(record.last_question);
+    Write(out, record.questions);
+  }
 }
 
 GameRecord ReadRecord(ByteReader& in) {
@@ -192,6 +198,10 @@ GameRecord ReadRecord(ByteReader& in) {
   if ((flags & kHasMail) != 0) record.mail = ReadMail(in);
   record.removed = (flags & kRemoved) != 0;
   if ((flags & kHasPlayer) != 0) record.player.Change() = ReadPlayerRecord(in);
+  if ((flags & kQuestions) != 0) {
+    record.last_question = in.Varint32();
+    Read(in, record.questions);
+  }
   return record;
 }
 
@@ -222,7 +232,8 @@ absl::Status CheckRecord(const GameRecord& record) {
     return absl::InvalidArgumentError("target: is not finite, or beyond limits");
   }
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
-  if (record.removed && (!record.timers.empty() || record.expires != Tick() || record.acts())) {
+  if (absl::Status status = CheckQuestions(record.questions, record.last_question); !status.ok()) return status;
+  if (record.removed && (!record.timers.empty() || !record.questions.empty() || record.expires != Tick() || record.acts())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
   if (absl::Status status = CheckMail(record.mail); !status.ok()) return status;

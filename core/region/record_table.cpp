@@ -28,6 +28,10 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
   };
   if (record.bytes.empty() && record.change != 0) return bad("properties: changed to nothing");
   if (const absl::Status game = game::CheckRecord(record.game); !game.ok()) return bad(game.message());
+  for (const game::GameQuestion& question : record.game.questions) {
+    const auto query = game::DecodeQuestion(question.query, catalog.scene());
+    if (!query.ok()) return bad(query.status().message());
+  }
   if (!record.game.player.empty() && !IsPlayerBody(id)) return bad("player: is no player's");
   if (record.bytes.empty()) return absl::OkStatus();
   const Scene& scene = catalog.scene();
@@ -137,6 +141,11 @@ void RecordTable::Put(KeptRecord entry) {
   } else {
     mailing_.insert(id);
   }
+  if (entry.game.questions.empty()) {
+    asking_.erase(id);
+  } else {
+    asking_.insert(id);
+  }
   IncludePlayer(entry);
   if (known) {
     *at = std::move(entry);
@@ -151,6 +160,7 @@ void RecordTable::Release(BodyId id) {
   if (entry->game.next_due()) due_.erase({*entry->game.next_due(), id});
   acting_.erase(id);
   mailing_.erase(id);
+  asking_.erase(id);
   IncludePlayer({id, 0, nullptr, {}});
   all_.erase(all_.begin() + (entry - all_.data()));
 }

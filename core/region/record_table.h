@@ -78,6 +78,8 @@ class RecordTable {
   void Acted(Tick tick);
   // Records that sent messages which are not acknowledged, or remember senders of some; ascending.
   const std::set<BodyId>& mailing() const { return mailing_; }
+  // Records with questions that are not answered; ascending.
+  const std::set<BodyId>& asking() const { return asking_; }
   // A body that is owned here from now on, and one that is not any more. What is carried is sound.
   void Adopt(BodyId id, const CarriedRecord& record);
   void Release(BodyId id);
@@ -97,6 +99,7 @@ class RecordTable {
   std::set<std::pair<Tick, BodyId>> due_;   // of each body the first timer; written with all_
   std::set<BodyId> acting_;                 // written with all_
   std::set<BodyId> mailing_;                // written with all_
+  std::set<BodyId> asking_;                 // written with all_
   std::vector<BodyId> commanded_, hidden_;  // ascending, written with all_
   bool keep_news_ = false;
   std::vector<BodyId> news_;
