@@ -11,6 +11,7 @@
 #include "bench/engine.h"
 #include "bench/games_commands.h"
 #include "bench/games_reload.h"
+#include "bench/lag_shots.h"
 #include "bench/lockstep.h"
 #include "bench/statistics.h"
 #include "core/game/game_host.h"
@@ -401,6 +402,7 @@ absl::Status RunGames(const SuiteOptions& options, Report& report) {
   if (wanted("plaza")) MeasurePlaza(ticks, report);
   if (wanted("reload")) MeasureReload(report);
   if (wanted("commands")) MeasureCommands(options.quick ? 200 : 2000, report);
+  if (wanted("lag")) MeasureLagHits(options.quick, report);
   if (wanted("spawns")) MeasureSpawns(options.quick ? 4 : 60, report);
   if (wanted("messages")) {
     for (const int hops : {1, 3}) MeasureMessages(options.quick ? 120 : 3'600, hops, report);

@@ -282,6 +282,9 @@ absl::StatusOr<tessera_game_value> CallWorld(tessera_game_call& call, const Func
     case kWorldLog:
       call.transaction.Log(OneLine(TextOf(arguments[0])));
       break;
+    case kWorldAskRay:
+    case kWorldAskSweep:
+    case kWorldAskOverlap:
     case kWorldRay:
     case kWorldRayAll:
     case kWorldSweep:

@@ -8,6 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "core/game/calls.h"
 #include "core/game/joint_calls.h"
+#include "core/game/query_calls.h"
+#include "core/game/question.h"
 #include "core/world/utf8.h"
 #include "game_sdk/api/api.h"
 
@@ -161,6 +163,7 @@ void GameHost::Run(Tick tick, std::span<const GameEvent> events, GameWorld& worl
   RunLeaves(players.leaving, world);
   RunEvents(world);
   RunMessages(world);
+  RunAnswers(world);
   RunTimers(world);
   if (ticks_) RunBodyTicks(world);
 }
@@ -292,6 +295,46 @@ void GameHost::RunMessage(BodyId target, const HeldMessage& message, GameWorld& 
     Call(world, kOnWorldMessage, target, 0, std::span(arguments).subspan(1), take);
   } else {
     Call(world, kOnBodyMessage, target, world.Find(target)->kind, arguments, take);
+  }
+}
+
+void GameHost::RunAnswers(GameWorld& world) {
+  for (const BodyId asker : world.DueBy(tick_)) {
+    const std::vector<GameQuestion> questions = world.RecordOf(asker).questions;
+    for (const GameQuestion& question : questions) {
+      if (question.due > tick_) continue;
+      if (Exhausted()) return;
+      if (!world.Owns(asker)) break;  // another one's callback removed it
+      if (const std::optional<Answer> answer = world.AnswerTo(asker, question)) {
+        RunAnswer(asker, question, *answer, world);
+      }
+    }
+  }
+}
+
+void GameHost::RunAnswer(BodyId asker, const GameQuestion& question, const Answer& answer, GameWorld& world) {
+  const auto decoded = DecodeQuestion(question.query, *scene_);
+  const double length_m = decoded.ok() ? Length(decoded->query.to - decoded->query.from) : 0;
+  const KeptFields values(question.values);
+  std::vector<tessera_game_value> hits;
+  std::vector<tessera_game_field> fields;
+  const tessera_game_value list = HitsValue(answer.hits, length_m, hits, fields);
+  const bool of_world = asker == kInstanceBody;
+  const std::array<tessera_game_value, 6> arguments{BodyValue(asker),
+                                                    TextValue(question.name),
+                                                    list,
+                                                    ToInterface(GameValue(answer.complete)),
+                                                    values.value(),
+                                                    of_world ? tessera_game_value{} : BodyValue(asker)};
+  const auto take = [&](Transaction& transaction) {
+    return std::erase_if(transaction.Own(asker)->record.questions,
+                         [&](const GameQuestion& other) { return other.number == question.number; }) > 0;
+  };
+  const std::uint16_t kind = of_world ? std::uint16_t{0} : world.Find(asker)->kind;
+  if (kind != 0 && HandlerOf(kOnBodyAnswer, kind).there) {
+    Call(world, kOnBodyAnswer, asker, kind, std::span(arguments).first(5), take);
+  } else {
+    Call(world, kOnWorldAnswer, asker, 0, std::span(arguments).subspan(1), take);
   }
 }
 

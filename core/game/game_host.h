@@ -10,10 +10,10 @@
 //
 // Order of a tick: on_migrate of bodies that an older game left, by id; on_tick of the world; on_join, on_command and
 // on_leave of players, by their numbers; contacts and overlaps of the step, as they are given; messages, by when they
-// are due and by their senders; by body, that it expires, or its timers that are due, by when and in which order they
-// were set; on_tick of bodies, by id. Work is counted in instructions. Where a tick's are used up, commands wait in
-// their records, contacts wait for the next tick in their order, messages and timers stay due, and on_tick of bodies
-// goes on with the next body in the next tick.
+// are due and by their senders; answers, by their askers; by body, that it expires, or its timers that are due, by when
+// and in which order they were set; on_tick of bodies, by id. Work is counted in instructions. Where a tick's are used
+// up, commands wait in their records, contacts wait for the next tick in their order, messages and timers stay due, and
+// on_tick of bodies goes on with the next body in the next tick.
 //
 // Thread rule: one thread at a time.
 #pragma once
@@ -149,6 +149,8 @@ class GameHost {
   void RunEvents(GameWorld& world);
   void RunMessages(GameWorld& world);
   void RunMessage(BodyId target, const HeldMessage& message, GameWorld& world);
+  void RunAnswers(GameWorld& world);
+  void RunAnswer(BodyId asker, const GameQuestion& question, const Answer& answer, GameWorld& world);
   void RunTimers(GameWorld& world);
   void RunBodyTicks(GameWorld& world);
   void RunTimersOf(BodyId id, GameWorld& world);

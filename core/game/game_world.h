@@ -42,6 +42,10 @@ class GameWorld {
   virtual void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const = 0;
   // Owned bodies with a timer that is due by `tick`, or that expire by then, ascending.
   virtual std::vector<BodyId> DueBy(Tick tick) const = 0;
+  // Borders between this region and the farthest of those that a query touches.
+  virtual std::uint32_t HopsFor(const BodyQuery& query) const = 0;
+  // What the regions have said to a question of a record that is owned here; nothing as long as one is awaited.
+  virtual std::optional<Answer> AnswerTo(BodyId asker, const GameQuestion& question) const = 0;
   // The input of a player whose body the region owns that acted in the last step, or stands in for one; null if none
   // has come yet. Valid until the world changes.
   virtual const PlayerInput* InputOf(PlayerNumber player) const = 0;

@@ -11,8 +11,10 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "core/game/question.h"
 #include "core/world/limits.h"
 #include "core/world/query.h"
+#include "core/world/utf8.h"
 
 namespace tessera::game {
 namespace {
@@ -24,6 +26,9 @@ absl::string_view Seen(std::string_view text) { return {text.data(), text.size()
 std::string_view FieldName(const tessera_game_field& field) { return {field.name, field.name_bytes}; }
 std::string_view TextIn(const tessera_game_value& value) { return {value.as.text, value.count}; }
 Vec3d VectorIn(const tessera_game_value& value) { return {value.as.vector[0], value.as.vector[1], value.as.vector[2]}; }
+bool Asks(std::uint32_t function) {
+  return function == kWorldAskRay || function == kWorldAskSweep || function == kWorldAskOverlap;
+}
 bool IsQueryNumber(const tessera_game_value& value) {
   return value.type == TESSERA_GAME_REAL || value.type == TESSERA_GAME_WHOLE;
 }
@@ -38,8 +43,8 @@ class QueryReader {
 
   absl::StatusOr<BodyQuery> Read(QueryArguments arguments) {
     BodyQuery query;
-    const bool shaped = function_.number == kWorldSweep || function_.number == kWorldOverlap;
-    const bool still = function_.number == kWorldOverlap;
+    const bool still = function_.number == kWorldOverlap || function_.number == kWorldAskOverlap;
+    const bool shaped = still || function_.number == kWorldSweep || function_.number == kWorldAskSweep;
     if (shaped) {
       if (absl::Status status = ReadShape(FieldsIn(arguments[0]), query); !status.ok()) return status;
     }
@@ -47,15 +52,22 @@ class QueryReader {
     query.from = VectorIn(rest[0]);
     query.to = still ? query.from : VectorIn(rest[1]);
     if (absl::Status status = CheckWay(query, still); !status.ok()) return status;
-    query.most_hits = function_.number == kWorldOverlap  ? kMaxQueryHits
-                      : function_.number == kWorldRayAll ? kUsualQueryHits
-                                                         : 1;
+    query.most_hits = still ? kMaxQueryHits : function_.number == kWorldRayAll ? kUsualQueryHits : 1;
     if (call_.self != BodyId()) query.filter.ignored.push_back(call_.self);
     const std::size_t options = still ? 1 : 2;
     if (rest.size() > options && rest[options].type == TESSERA_GAME_FIELDS) {
       if (absl::Status status = ReadOptions(FieldsIn(rest[options]), query); !status.ok()) return status;
     }
     return query;
+  }
+  // The query that was read, as it goes to other regions.
+  Question ToAsk(BodyQuery query) const {
+    Question question{std::move(query), kinds_, {}};
+    if (!question.query.at_tick) question.query.at_tick = static_cast<double>(call_.tick.value());
+    if (property_ != nullptr) {
+      if (const auto value = FromInterface(*given_)) question.property.emplace_back(property_->name, *value);
+    }
+    return question;
   }
   // For the query that was read: by kind and property, which the physics does not know. Valid during the call.
   BodyPredicate accept() const {
@@ -226,7 +238,7 @@ class QueryReader {
 
   absl::Status ReadOption(const tessera_game_field& field, BodyQuery& query, bool* self) {
     const std::string_view name = FieldName(field);
-    const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap;
+    const bool lists = function_.number == kWorldRayAll || function_.number == kWorldOverlap || Asks(function_.number);
     if (name == "dynamic") return ReadFlag(field, &query.filter.dynamic_bodies);
     if (name == "static") return ReadFlag(field, &query.filter.static_bodies);
     if (name == "triggers") return ReadFlag(field, &query.filter.triggers);
@@ -242,8 +254,8 @@ class QueryReader {
     }
     if (name == "limit" && lists) return ReadLimit(field.value, &query.most_hits);
     return Wrong(absl::StrCat("options.", Seen(name.substr(0, kMaxLayerLength))),
-                 absl::StrCat("is no option; there are: at_time, dynamic, ignore, kinds, layers", lists ? ", limit" : "",
-                              ", property, self, static, triggers, value"));
+                 absl::StrCat("is no option; there are: at_time, dynamic, ignore, kinds, layers",
+                              lists ? ", limit" : "", ", property, self, static, triggers, value"));
   }
 
   absl::Status ReadOptions(QueryFields options, BodyQuery& query) {
@@ -276,6 +288,58 @@ class QueryReader {
   const tessera_game_value* given_ = nullptr;
   std::optional<PropertyValue> value_;
 };
+
+// --- Questions
+
+// What an answer costs where it is made, at least.
+constexpr std::uint64_t kAskInstructions = 200;
+
+// What stands after the query's own arguments: values for the answer.
+absl::StatusOr<std::vector<std::uint8_t>> ValuesIn(const Function& function, QueryArguments arguments) {
+  if (arguments.size() < function.parameters.size()) return std::vector<std::uint8_t>();
+  const tessera_game_value& given = arguments.back();
+  if (given.type == TESSERA_GAME_NOTHING) return std::vector<std::uint8_t>();
+  const auto fields = FieldsFrom(given);
+  if (!fields.ok()) return fields.status();
+  return EncodeFields(*fields);
+}
+
+absl::Status AskRegions(tessera_game_call& call, const Function& function, QueryArguments arguments) {
+  const auto wrong = [&](std::string_view what) {
+    return absl::InvalidArgumentError(absl::StrCat(Seen(function.name), ": ", Seen(what)));
+  };
+  call.instructions += kAskInstructions;
+  const std::string_view name = TextIn(arguments[0]);
+  if (name.empty() || name.size() > kMaxQuestionNameBytes) return wrong("`name` must have 1 to 32 bytes");
+  if (!IsUtf8(name)) return wrong("`name` is not UTF-8");
+  QueryReader reader(function, call);
+  absl::StatusOr<BodyQuery> query = reader.Read(arguments.subspan(1));
+  if (!query.ok()) return query.status();
+  auto values = ValuesIn(function, arguments);
+  if (!values.ok()) return wrong(std::string(values.status().message()));
+  const BodyId asker = call.self == BodyId() ? kInstanceBody : call.self;
+  Transaction::Changes* const record = call.transaction.Own(asker);
+  if (record == nullptr) {
+    return absl::FailedPreconditionError(
+        absl::StrCat(Seen(function.name), ": ",
+                     asker == kInstanceBody ? "this region does not own the world's record"
+                                            : absl::StrCat("this region does not own body ", asker.value()),
+                     ", so nobody would get the answer"));
+  }
+  if (record->record.questions.size() >= kMaxQuestions) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(Seen(function.name), ": ", kMaxQuestions, " questions wait for their answers already"));
+  }
+  GameQuestion question;
+  question.number = ++record->record.last_question;
+  question.asked = call.tick;
+  question.due = call.tick + AnswerTicks(call.transaction.world().HopsFor(*query));
+  question.name = std::string(name);
+  question.values = *std::move(values);
+  question.query = EncodeQuestion(reader.ToAsk(*std::move(query)));
+  record->record.questions.push_back(std::move(question));
+  return absl::OkStatus();
+}
 
 // --- Results
 
@@ -327,8 +391,23 @@ tessera_game_value ValueOfHits(tessera_game_call& call, const Function& function
 
 }  // namespace
 
+tessera_game_value HitsValue(const std::vector<QueryHit>& hits, double length_m,
+                             std::vector<tessera_game_value>& values, std::vector<tessera_game_field>& fields) {
+  values.clear();
+  fields.assign(kFieldsOfHit * hits.size(), {});
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    values.push_back(ValueOfHit(hits[i], length_m, fields.data() + kFieldsOfHit * i));
+  }
+  return HitList(values);
+}
+
 absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Function& function,
                                              QueryArguments arguments) {
+  if (Asks(function.number)) {
+    const absl::Status status = AskRegions(call, function, arguments);
+    if (!status.ok()) return status;
+    return tessera_game_value{};
+  }
   QueryReader reader(function, call);
   absl::StatusOr<BodyQuery> query = reader.Read(arguments);
   if (!query.ok()) return query.status();

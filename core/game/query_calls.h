@@ -18,4 +18,8 @@ inline constexpr std::int64_t kMaxQueryHits = 64, kUsualQueryHits = 16;
 absl::StatusOr<tessera_game_value> CallQuery(tessera_game_call& call, const Function& function,
                                              std::span<const tessera_game_value> arguments);
 
+// Hits for the interface; they point into `values` and `fields`.
+tessera_game_value HitsValue(const std::vector<QueryHit>& hits, double length_m,
+                             std::vector<tessera_game_value>& values, std::vector<tessera_game_field>& fields);
+
 }  // namespace tessera::game

@@ -28,7 +28,8 @@ enum : std::uint16_t {
   kHasPlayer = 2048,
   kHasPublished = 4096,
   kHasJoints = 8192,
-  kAllFlags = 16383,
+  kQuestions = 16384,
+  kAllFlags = 32767,
 };
 enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a teleport
 
@@ -40,7 +41,7 @@ std::uint16_t FlagsOf(const GameRecord& record) {
       (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) | (record.game != 0 ? kLaterGame : 0) |
       (record.mail.empty() ? 0 : kHasMail) | (record.removed ? kRemoved : 0) |
       (record.player.empty() ? 0 : kHasPlayer) | (record.published.empty() ? 0 : kHasPublished) |
-      (record.joints.empty() ? 0 : kHasJoints));
+      (record.joints.empty() ? 0 : kHasJoints) | (record.last_question != 0 ? kQuestions : 0));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -147,6 +148,10 @@ void Write(ByteWriter& out, const GameRecord& record) {
   if (!record.player.empty()) Write(out, *record.player);
   if (!record.published.empty()) Write(out, record.published);
   if (!record.joints.empty()) Write(out, record.joints);
+  if (record.last_question != 0) {
+    out.Varint(record.last_question);
+    Write(out, record.questions);
+  }
 }
 
 GameRecord ReadRecord(ByteReader& in) {
@@ -199,6 +204,10 @@ GameRecord ReadRecord(ByteReader& in) {
   if ((flags & kHasPlayer) != 0) record.player.Change() = ReadPlayerRecord(in);
   if ((flags & kHasPublished) != 0) record.published = ReadPublished(in);
   if ((flags & kHasJoints) != 0) ReadJoints(in, record.joints);
+  if ((flags & kQuestions) != 0) {
+    record.last_question = in.Varint32();
+    Read(in, record.questions);
+  }
   return record;
 }
 
@@ -229,8 +238,9 @@ absl::Status CheckRecord(const GameRecord& record) {
     return absl::InvalidArgumentError("target: is not finite, or beyond limits");
   }
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
-  if (record.removed &&
-      (!record.timers.empty() || record.expires != Tick() || record.acts() || !record.joints.empty())) {
+  if (absl::Status status = CheckQuestions(record.questions, record.last_question); !status.ok()) return status;
+  if (record.removed && (!record.timers.empty() || !record.questions.empty() || record.expires != Tick() ||
+                         record.acts() || !record.joints.empty())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
   if (absl::Status status = CheckJoints(record.joints); !status.ok()) return status;

@@ -17,6 +17,7 @@
 #include "core/game/mail.h"
 #include "core/game/player_record.h"
 #include "core/game/published.h"
+#include "core/game/question.h"
 #include "core/world/body_tuning.h"
 #include "core/world/bytes.h"
 #include "core/world/ids.h"
@@ -76,6 +77,9 @@ struct GameRecord {
   BodyTuning tuning;
   std::vector<GameJoint> joints;  // to bodies with higher ids, ascending by them
 
+  std::uint32_t last_question = 0;      // highest number that a question of the body ever had
+  std::vector<GameQuestion> questions;  // ascending by number
+
   Mail mail;
   // The body is gone. The record is left until its messages are acknowledged, and has nothing else.
   bool removed = false;
@@ -98,6 +102,7 @@ struct GameRecord {
     const auto sooner = [&](Tick tick) { next = next ? std::min(*next, tick) : tick; };
     if (!timers.empty()) sooner(timers.front().due);
     if (expires != Tick()) sooner(expires);
+    for (const GameQuestion& question : questions) sooner(question.due);
     return next;
   }
   friend bool operator==(const GameRecord&, const GameRecord&) = default;

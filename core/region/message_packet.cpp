@@ -1,6 +1,7 @@
 #include "core/region/message_packet.h"
 
 #include "absl/strings/str_cat.h"
+#include "core/game/question.h"
 #include "core/region/catalog.h"
 #include "core/region/frame_check.h"
 #include "core/world/properties.h"
@@ -14,7 +15,21 @@ absl::Status BadPacket(const MessagePacket& packet, absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat("a packet of body ", packet.from.value(), ": ", what));
 }
 
-bool HasOrigin(PacketKind kind) { return kind == PacketKind::kMessage || kind == PacketKind::kInstance; }
+bool HasOrigin(PacketKind kind) {
+  return kind == PacketKind::kMessage || kind == PacketKind::kInstance || kind == PacketKind::kQuestion ||
+         kind == PacketKind::kAnswer;
+}
+
+std::size_t MostBytes(PacketKind kind) {
+  switch (kind) {
+    case PacketKind::kQuestion:
+      return game::kMaxQuestionBytes;
+    case PacketKind::kAnswer:
+      return game::kMaxAnswerBytes;
+    default:
+      return kMaxPropertyBytes;
+  }
+}
 
 }  // namespace
 
@@ -47,7 +62,7 @@ void Read(ByteReader& in, std::vector<MessagePacket>& packets) {
     if (!in.ok()) return;
     const std::uint8_t kind = in.U8();
     if (kind < static_cast<std::uint8_t>(PacketKind::kMessage) ||
-        kind > static_cast<std::uint8_t>(PacketKind::kPlace)) {
+        kind > static_cast<std::uint8_t>(PacketKind::kAnswer)) {
       in.Fail("a packet of an unknown kind");
       return;
     }
@@ -65,7 +80,7 @@ void Read(ByteReader& in, std::vector<MessagePacket>& packets) {
       packet.after = in.Varint();
       game::ReadMessage(in, packet.what);
     } else {
-      const auto bytes = in.Block(kMaxPropertyBytes);
+      const auto bytes = in.Block(MostBytes(packet.kind));
       packet.properties.assign(bytes.begin(), bytes.end());
     }
   }
@@ -78,6 +93,13 @@ absl::Status CheckPacket(const MessagePacket& packet, const Catalog& catalog) {
     if (packet.from != kInstanceBody || packet.to != BodyId()) return BadPacket(packet, "is not the world's");
     const auto set = PropertySet::Decode(packet.properties, catalog.scene().instance_properties);
     return set.ok() ? absl::OkStatus() : BadPacket(packet, set.status().message());
+  }
+  if (packet.kind == PacketKind::kQuestion || packet.kind == PacketKind::kAnswer) {
+    if (packet.to != BodyId() || packet.via == RegionId()) return BadPacket(packet, "a question is for a region");
+    const absl::Status status = packet.kind == PacketKind::kQuestion
+                                    ? game::DecodeQuestion(packet.properties, catalog.scene()).status()
+                                    : game::DecodeAnswer(packet.properties).status();
+    return status.ok() ? status : BadPacket(packet, status.message());
   }
   if (packet.kind == PacketKind::kPlace) {
     return packet.to == BodyId() ? absl::OkStatus() : BadPacket(packet, "a place is for all");

@@ -23,6 +23,8 @@ enum class PacketKind : std::uint8_t {
   kConfirmed = 3,     // `from` sends nothing up to this number again
   kGone = 4,          // `from` was removed, and gets no messages
   kInstance = 5,      // properties of the world; the number is the epoch of its record
+  kQuestion = 7,      // a query of `from`, for the region `via`; the number is the question's
+  kAnswer = 8,        // of the region `origin`, for the region `via`
   kPlace = 6,         // `origin` owns the record `from` now, under the epoch that is the number
 };
 
@@ -33,12 +35,13 @@ struct MessagePacket {
   RegionId origin;  // the region that sent this copy
   RegionId via;     // the region that it is sent to; 0: all, until one has the record
   Tick sent;        // when this copy was
-  // Of a message, and of properties: when and in which region it was made.
+  // Of a message, of properties, of a question and its answer: when and in which region it was made.
   Tick made;
   RegionId made_in;
-  std::uint64_t after = 0;               // as in SentMessage
-  game::Message what;                    // of a message
-  std::vector<std::uint8_t> properties;  // of the world: PropertySet::Encode
+  std::uint64_t after = 0;  // as in SentMessage
+  game::Message what;       // of a message
+  std::vector<std::uint8_t>
+      properties;  // of the world: PropertySet::Encode; of questions: EncodeQuestion, EncodeAnswer
   friend bool operator==(const MessagePacket&, const MessagePacket&) = default;
 };
 

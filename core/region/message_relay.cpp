@@ -57,7 +57,17 @@ void MessageRelay::Receive(RegionId from, std::span<const MessagePacket> packets
   }
 }
 
+// Questions and answers go from region to region, and are asked anew where they are lost.
+void MessageRelay::RouteQuestion(const Packet& packet, Tick now) {
+  if (packet.via != self()) {
+    ++statistics_.forwarded;
+    return Direct(packet);
+  }
+  if (const std::optional<Packet> answer = questions_.Take(packet, now)) Direct(*answer);
+}
+
 void MessageRelay::Route(Packet packet, RegionId from, Tick now) {
+  if (packet.kind == PacketKind::kQuestion || packet.kind == PacketKind::kAnswer) return RouteQuestion(packet, now);
   if (packet.kind == PacketKind::kInstance) TakeInstance(packet);
   if (packet.kind == PacketKind::kPlace) NotePlace(packet.from, packet.origin, now);
   if (packet.to != BodyId() && TakeHere(packet, now)) return;
@@ -150,6 +160,8 @@ bool MessageRelay::TakeHere(const Packet& packet, Tick now) {
       break;
     case PacketKind::kInstance:
     case PacketKind::kPlace:
+    case PacketKind::kQuestion:
+    case PacketKind::kAnswer:
       break;
   }
   EndIfDone(packet.to, now);
@@ -251,6 +263,7 @@ void MessageRelay::Send(Tick now, std::optional<Tick> standby_has) {
   if (!catalog_.has_game()) return;
   routes_.Adopt(neighborhood_.map());
   waits_ = false;
+  for (const Packet& question : questions_.Ask(now)) Direct(question);
   PublishInstance(now);
   SendOutboxes(now, standby_has);
   Remind(now);

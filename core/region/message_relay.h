@@ -35,6 +35,7 @@
 #include "core/region/neighborhood.h"
 #include "core/region/outgoing.h"
 #include "core/region/ownership.h"
+#include "core/region/question_desk.h"
 #include "core/region/record_table.h"
 #include "core/region/routes.h"
 #include "core/region/tombstones.h"
@@ -53,7 +54,8 @@ class MessageRelay {
  public:
   // All must outlive it.
   MessageRelay(const Catalog& catalog, const Neighborhood& neighborhood, const Borders& borders, const Bodies& bodies,
-               RecordTable& records, Ownership& ownership, Tombstones& tombstones, OutgoingMessages& outgoing)
+               RecordTable& records, Ownership& ownership, Tombstones& tombstones, OutgoingMessages& outgoing,
+               QuestionDesk& questions)
       : catalog_(catalog),
         neighborhood_(neighborhood),
         borders_(borders),
@@ -61,7 +63,8 @@ class MessageRelay {
         records_(records),
         ownership_(ownership),
         tombstones_(tombstones),
-        outgoing_(outgoing) {}
+        outgoing_(outgoing),
+        questions_(questions) {}
 
   // --- The beginning of the step to `now`.
   // A record went to a neighbour, and came from one.
@@ -123,6 +126,7 @@ class MessageRelay {
   void Route(Packet packet, RegionId from, Tick now);
   void Flood(const Packet& packet, RegionId from);
   void Direct(const Packet& packet);
+  void RouteQuestion(const Packet& packet, Tick now);
   void Emit(Packet packet, Tick now);     // one of this region's
   void Later(Packet packet, Tick since);  // once the standby has this tick
   RegionId WhereIs(BodyId id) const;
@@ -142,6 +146,7 @@ class MessageRelay {
   Ownership& ownership_;
   Tombstones& tombstones_;
   OutgoingMessages& outgoing_;
+  QuestionDesk& questions_;
 
   Routes routes_;
   std::vector<std::pair<Tick, Packet>> later_;  // by the tick that the standby must have

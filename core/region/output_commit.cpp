@@ -12,7 +12,8 @@ bool CountsAsChange(const KeptRecord* before, const KeptRecord& after) {
   }
   const game::GameRecord &a = before->game, &b = after.game;
   return before->bytes != after.bytes || a.timers != b.timers || a.last_timer != b.last_timer ||
-         a.expires != b.expires || a.tuning.visible_to != b.tuning.visible_to || !(a.player == b.player);
+         a.expires != b.expires || a.last_question != b.last_question || a.tuning.visible_to != b.tuning.visible_to ||
+         !(a.player == b.player);
 }
 
 void OutputCommit::Changed(const KeptRecord* before, const KeptRecord& after, Tick tick) {

@@ -28,9 +28,14 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
   };
   if (record.bytes.empty() && record.change != 0) return bad("properties: changed to nothing");
   if (const absl::Status game = game::CheckRecord(record.game); !game.ok()) return bad(game.message());
-  if (const absl::Status joints = game::CheckJointsOf(id, record.game.joints); !joints.ok()) return bad(joints.message());
+  if (const absl::Status joints = game::CheckJointsOf(id, record.game.joints); !joints.ok())
+    return bad(joints.message());
   for (const game::GameJoint& joint : record.game.joints) {
     if (!catalog.Known(joint.other) || joint.other == kInstanceBody) return bad("joints: to no body of the scene");
+  }
+  for (const game::GameQuestion& question : record.game.questions) {
+    const auto query = game::DecodeQuestion(question.query, catalog.scene());
+    if (!query.ok()) return bad(query.status().message());
   }
   if (!record.game.player.empty() && !IsPlayerBody(id)) return bad("player: is no player's");
   if (record.bytes.empty()) return absl::OkStatus();
@@ -146,6 +151,11 @@ void RecordTable::Put(KeptRecord entry) {
   } else {
     jointed_.insert(id);
   }
+  if (entry.game.questions.empty()) {
+    asking_.erase(id);
+  } else {
+    asking_.insert(id);
+  }
   IncludePlayer(entry);
   if (known) {
     *at = std::move(entry);
@@ -161,6 +171,7 @@ void RecordTable::Release(BodyId id) {
   acting_.erase(id);
   mailing_.erase(id);
   jointed_.erase(id);
+  asking_.erase(id);
   IncludePlayer({id, 0, nullptr, {}});
   all_.erase(all_.begin() + (entry - all_.data()));
 }

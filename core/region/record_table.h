@@ -80,6 +80,8 @@ class RecordTable {
   const std::set<BodyId>& mailing() const { return mailing_; }
   // Bodies whose records have joints, ascending.
   const std::set<BodyId>& jointed() const { return jointed_; }
+  // Records with questions that are not answered; ascending.
+  const std::set<BodyId>& asking() const { return asking_; }
   // A body that is owned here from now on, and one that is not any more. What is carried is sound.
   void Adopt(BodyId id, const CarriedRecord& record);
   void Release(BodyId id);
@@ -100,6 +102,7 @@ class RecordTable {
   std::set<BodyId> acting_;                 // written with all_
   std::set<BodyId> mailing_;                // written with all_
   std::set<BodyId> jointed_;                // written with all_
+  std::set<BodyId> asking_;                 // written with all_
   std::vector<BodyId> commanded_, hidden_;  // ascending, written with all_
   bool keep_news_ = false;
   std::vector<BodyId> news_;

@@ -19,6 +19,7 @@
 #include "core/region/catalog.h"
 #include "core/region/message_relay.h"
 #include "core/region/ownership.h"
+#include "core/region/question_desk.h"
 #include "core/region/record_table.h"
 #include "core/region/region_players.h"
 #include "core/region/shared_properties.h"
@@ -33,8 +34,8 @@ class RegionGame : private game::GameWorld {
   // Without a host there is no game, and it does nothing. All others must outlive it.
   RegionGame(std::shared_ptr<game::GameHost> host, RegionId self, Incarnation maker, const Catalog& catalog,
              const Bodies& bodies, RecordTable& records, Ownership& ownership, Tombstones& tombstones,
-             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages,
-             const RegionPlayers& players)
+             OutputCommit& output, SharedProperties& shared, const MessageRelay& messages, const RegionPlayers& players,
+             const QuestionDesk& questions)
       : host_(std::move(host)),
         self_(self),
         catalog_(catalog),
@@ -46,6 +47,7 @@ class RegionGame : private game::GameWorld {
         shared_(shared),
         messages_(messages),
         players_(players),
+        questions_(questions),
         ids_(maker) {}
 
   // After the step to `tick`, with the events that this region reports, and the players who came and go. Returns the
@@ -93,6 +95,10 @@ class RegionGame : private game::GameWorld {
   }
   void ForEachOwned(absl::FunctionRef<void(BodyId, const BodyDef&)> visit) const override;
   std::vector<BodyId> DueBy(Tick tick) const override { return records_.DueBy(tick); }
+  std::uint32_t HopsFor(const BodyQuery& query) const override { return questions_.HopsFor(query); }
+  std::optional<game::Answer> AnswerTo(BodyId asker, const game::GameQuestion& question) const override {
+    return questions_.AnswerTo(asker, question, tick_);
+  }
   const PlayerInput* InputOf(PlayerNumber player) const override;
   Vec3d LookOf(const PlayerInput& input) const override;
   std::vector<BodyId> PlayerBodies() const override;
@@ -122,6 +128,7 @@ class RegionGame : private game::GameWorld {
   SharedProperties& shared_;
   const MessageRelay& messages_;
   const RegionPlayers& players_;
+  const QuestionDesk& questions_;
   SpawnedIds ids_;
   Tick tick_;
   std::vector<Departure> removed_;  // in this tick

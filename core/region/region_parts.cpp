@@ -55,8 +55,9 @@ RegionParts::RegionParts(const Config& config)
       players(*config.scene),
       reports(catalog),
       ownership(catalog, bodies, players, reports, records, output, shared),
+      questions(catalog, neighborhood, bodies, records, shared),
       game(config.game, config.self, config.incarnation, catalog, bodies, records, ownership, tombstones, output,
-           shared, messages, players),
+           shared, messages, players, questions),
       borders(config.self, neighborhood.neighbors(), config.map.version(), catalog),
       outgoing(neighborhood.neighbors()),
       grants_out(catalog),
@@ -66,7 +67,7 @@ RegionParts::RegionParts(const Config& config)
       forces(catalog.scene(), tick_s),
       relevance(catalog, settings, tick_s),
       log(tick_s),
-      messages(catalog, neighborhood, borders, bodies, records, ownership, tombstones, outgoing) {}
+      messages(catalog, neighborhood, borders, bodies, records, ownership, tombstones, outgoing, questions) {}
 
 RegionState StateOf(const RegionParts& parts) {
   RegionState state;

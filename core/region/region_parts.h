@@ -18,6 +18,7 @@
 #include "core/region/output_commit.h"
 #include "core/region/ownership.h"
 #include "core/region/pair_reports.h"
+#include "core/region/question_desk.h"
 #include "core/region/record_table.h"
 #include "core/region/region.h"
 #include "core/region/region_game.h"
@@ -53,6 +54,7 @@ struct RegionParts {
   OutputCommit output;
   SharedProperties shared;
   Ownership ownership;  // writes bodies, players, reports and records, and forgets output and shared
+  QuestionDesk questions;
   // Changes records and, through the ownership, what is owned; notes it in tombstones, output and shared.
   RegionGame game;
 

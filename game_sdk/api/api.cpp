@@ -13,7 +13,8 @@ constexpr std::string_view kHitOptions =
     "property "
     "has this value; `ignore`, a body or a list of at most 64; "
     "`static` or `dynamic` = false leaves those out; `triggers` = true takes triggers in; `self` = true takes in the "
-    "body that the callback is about, which is left out otherwise; `at_time`, a tick and a part of one, up to .4 s ago, "
+    "body that the callback is about, which is left out otherwise; `at_time`, a tick and a part of one, up to .4 s "
+    "ago, "
     "as `shown_time` of a player gives it: bodies are met where they were then";
 constexpr std::string_view kListOptions =
     "which bodies are met, as for `ray`, and `limit`, how many at most, 1 to 64; without it 16 for `ray_all` and 64 "
@@ -35,6 +36,28 @@ constexpr Parameter kSweepParameters[] = {{"shape", kFieldsType, kShapeDoc, fals
 constexpr Parameter kOverlapParameters[] = {{"shape", kFieldsType, kShapeDoc, false, true},
                                             {"at", kVectorType, "where the shape's middle is, m in the world"},
                                             {"options", kFieldsType, kListOptions, true, true}};
+constexpr std::string_view kAskOptions =
+    "which bodies are met, as for `ray`, and `limit`, how many at most, 1 to 64; without it 1 for rays and sweeps and "
+    "64 "
+    "for overlaps";
+constexpr std::string_view kAskNameDoc = "what on_answer is told, 1 to 32 bytes";
+constexpr std::string_view kAskValuesDoc = "what on_answer gets, at most 256 bytes";
+constexpr Parameter kAskRayParameters[] = {{"name", kTextType, kAskNameDoc},
+                                           {"from", kVectorType, "m in the world"},
+                                           {"to", kVectorType, "another point, at most 10 km away"},
+                                           {"options", kFieldsType, kAskOptions, true, true},
+                                           {"values", kFieldsType, kAskValuesDoc, true}};
+constexpr Parameter kAskSweepParameters[] = {{"name", kTextType, kAskNameDoc},
+                                             {"shape", kFieldsType, kShapeDoc, false, true},
+                                             {"from", kVectorType, "where the shape's middle begins, m in the world"},
+                                             {"to", kVectorType, "where it would end, at most 10 km away"},
+                                             {"options", kFieldsType, kAskOptions, true, true},
+                                             {"values", kFieldsType, kAskValuesDoc, true}};
+constexpr Parameter kAskOverlapParameters[] = {{"name", kTextType, kAskNameDoc},
+                                               {"shape", kFieldsType, kShapeDoc, false, true},
+                                               {"at", kVectorType, "where the shape's middle is, m in the world"},
+                                               {"options", kFieldsType, kAskOptions, true, true},
+                                               {"values", kFieldsType, kAskValuesDoc, true}};
 constexpr Parameter kNameParameters[] = {{"name", kTextType, "a property that the scene declares"}};
 constexpr Parameter kSetParameters[] = {
     {"name", kTextType, "a property that the scene declares"},
@@ -84,7 +107,8 @@ constexpr Parameter kShowToParameters[] = {
 constexpr Parameter kConnectParameters[] = {
     {"other", kBodyType, "at most 20 m away"},
     {"joint", kFieldsType,
-     "`kind`: \"ball\" (without it), \"fixed\", \"hinge\", \"slider\", \"spring\" or \"distance\". `at`: where it is, m in the "
+     "`kind`: \"ball\" (without it), \"fixed\", \"hinge\", \"slider\", \"spring\" or \"distance\". `at`: where it is, "
+     "m in the "
      "world; without it the other body's place. `axis`, a vector, and `lower` and `upper`, rad or m from now, of a "
      "hinge or slider. A spring (`stiffness` in N/m, `damping` in N s/m) and a distance (`length` in m, along each of "
      "the body's axes) hold the point `at` of this body and `at_other` of the other one, without them the bodies' "
@@ -141,6 +165,15 @@ constexpr Function kFunctions[] = {
      "touch. A shape that overlaps a body from the beginning has fraction 0, and `from` as the point."},
     {kWorldOverlap, Receiver::kWorld, "overlap", kOverlapParameters, kListType,
      "The bodies that this region sees which have a point in common with a shape, as a list, by id."},
+    {kWorldAskRay, Receiver::kWorld, "ask_ray", kAskRayParameters, kNothingType,
+     "Asks all regions that a ray touches what it meets, as bodies are in this tick or at `at_time`. The body that the "
+     "callback is about gets the answer with on_answer, wherever it is then, 2 ticks later, or 8 and 4 more for each "
+     "further border where the ray leaves the region; else the world does, whose record this region must own. A body "
+     "has at most 8 questions at once."},
+    {kWorldAskSweep, Receiver::kWorld, "ask_sweep", kAskSweepParameters, kNothingType,
+     "The same for a shape that moves straight, without turning."},
+    {kWorldAskOverlap, Receiver::kWorld, "ask_overlap", kAskOverlapParameters, kNothingType,
+     "The same for a shape that stands: all bodies with a point in common with it, by id."},
     {kBodyIsHere,
      Receiver::kBody,
      "is_here",
@@ -354,12 +387,29 @@ constexpr Parameter kPlayerParameters[] = {{"player", kPlayerType, "whom it is a
 constexpr Parameter kCommandParameters[] = {{"player", kPlayerType, "who sent it"},
                                             {"bytes", kTextType, "what the client gave to tessera_send, unchecked"}};
 
+constexpr std::string_view kHitsDoc =
+    "what was met, as `ray` returns it, nearest first; of equally near ones the one with the lower id first";
+constexpr std::string_view kCompleteDoc =
+    "false if a region did not answer within a second, or did not know any more, as after a failover";
+constexpr Parameter kWorldAnswerParameters[] = {
+    {"name", kTextType, "as given to `ask_ray`"},
+    {"hits", kListType, kHitsDoc},
+    {"complete", kFlagType, kCompleteDoc},
+    {"values", kFieldsType, "as given to `ask_ray`"},
+    {"asker", kBodyType | kNothingType, "whom the callback was about that asked; nothing: the world"}};
+constexpr Parameter kBodyAnswerParameters[] = {{"name", kTextType, "as given to `ask_ray`"},
+                                               {"hits", kListType, kHitsDoc},
+                                               {"complete", kFlagType, kCompleteDoc},
+                                               {"values", kFieldsType, "as given to `ask_ray`"}};
+
 constexpr Callback kCallbacks[] = {
     {kOnTick, Receiver::kWorld, "on_tick", {}, "Once a tick in each region, before the callbacks of bodies."},
     {kOnWorldTimer, Receiver::kWorld, "on_timer", kTimerParameters,
      "A timer of the world is due. Called in the region that owns the world's record."},
     {kOnWorldMessage, Receiver::kWorld, "on_message", kMessageParameters,
      "A message to the world. Called in the region that owns the world's record."},
+    {kOnWorldAnswer, Receiver::kWorld, "on_answer", kWorldAnswerParameters,
+     "The answer to a question of the world, or of a body whose kind has no on_answer, such as a player's."},
     {kOnJoin, Receiver::kWorld, "on_join", kPlayerParameters,
      "A player has come: called once, in the tick that makes the player's body, before anybody is shown it."},
     {kOnLeave, Receiver::kWorld, "on_leave", kPlayerParameters,
@@ -383,6 +433,8 @@ constexpr Callback kCallbacks[] = {
      "For triggers: a body overlaps it no more; it may be gone."},
     {kOnBodyTimer, Receiver::kBody, "on_timer", kTimerParameters, "A timer of the body is due."},
     {kOnBodyMessage, Receiver::kBody, "on_message", kMessageParameters, "A message to the body."},
+    {kOnBodyAnswer, Receiver::kBody, "on_answer", kBodyAnswerParameters,
+     "The answer to a question that a callback of the body has asked, such as `ask_ray`."},
 };
 
 template <class Entry>

@@ -72,6 +72,9 @@ enum FunctionNumber : std::uint32_t {
   kWorldRayAll = 11,
   kWorldSweep = 12,
   kWorldOverlap = 13,
+  kWorldAskRay = 14,
+  kWorldAskSweep = 15,
+  kWorldAskOverlap = 16,
   kWorldGet = 60,
   kWorldSet = 61,
   kWorldAfter = 62,
@@ -133,6 +136,7 @@ enum CallbackNumber : std::uint32_t {
   kOnTick = 1,
   kOnWorldTimer = 10,
   kOnWorldMessage = 11,
+  kOnWorldAnswer = 12,
   kOnJoin = 15,
   kOnLeave = 16,
   kOnCommand = 17,
@@ -144,6 +148,7 @@ enum CallbackNumber : std::uint32_t {
   kOnBodyLeft = 36,
   kOnBodyTimer = 37,
   kOnBodyMessage = 45,
+  kOnBodyAnswer = 47,
 };
 
 // Ascending by number.

@@ -97,6 +97,10 @@ class FakeGameWorld : public GameWorld {
     }
     return due;
   }
+  std::uint32_t hops = 1;
+  std::optional<Answer> region_answer;  // to every question
+  std::uint32_t HopsFor(const BodyQuery&) const override { return hops; }
+  std::optional<Answer> AnswerTo(BodyId, const GameQuestion&) const override { return region_answer; }
   std::optional<PlayerInput> input;  // of every player
   const PlayerInput* InputOf(PlayerNumber) const override { return input ? &*input : nullptr; }
   Vec3d LookOf(const PlayerInput&) const override { return {0, 0, -1}; }
