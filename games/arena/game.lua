@@ -77,7 +77,7 @@ end
 
 function on_join(player)
   local body = player:body()
-  body.team = world.red_players <= world.blue_players and "red" or "blue"
+  body.team = player:number() % 2 == 1 and "red" or "blue"
   player:place(home_of(body.team))
   player:send("welcome", { team = body.team })
   world.send("joined", { team = body.team })
