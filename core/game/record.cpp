@@ -33,13 +33,12 @@ enum : std::uint8_t { kRotation = 1, kVelocity = 2, kSpin = 4 };  // of a telepo
 
 std::uint16_t FlagsOf(const GameRecord& record) {
   const bool pushes = record.push_ns != Vec3f() || record.push_nms != Vec3f();
-  return static_cast<std::uint16_t>((pushes ? kPushes : 0) | (record.wakes ? kWakes : 0) |
-                                    (record.jumped ? kJumped : 0) | (record.last_force != 0 ? kForces : 0) |
-                                    (record.teleport ? kTeleport : 0) | (record.target ? kTarget : 0) |
-                                    (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) |
-                                    (record.game != 0 ? kLaterGame : 0) | (record.mail.empty() ? 0 : kHasMail) |
-                                    (record.removed ? kRemoved : 0) | (record.player.empty() ? 0 : kHasPlayer) |
-                                    (record.joints.empty() ? 0 : kHasJoints));
+  return static_cast<std::uint16_t>(
+      (pushes ? kPushes : 0) | (record.wakes ? kWakes : 0) | (record.jumped ? kJumped : 0) |
+      (record.last_force != 0 ? kForces : 0) | (record.teleport ? kTeleport : 0) | (record.target ? kTarget : 0) |
+      (record.jumps != 0 ? kJumps : 0) | (record.tuning.empty() ? 0 : kTuning) | (record.game != 0 ? kLaterGame : 0) |
+      (record.mail.empty() ? 0 : kHasMail) | (record.removed ? kRemoved : 0) |
+      (record.player.empty() ? 0 : kHasPlayer) | (record.joints.empty() ? 0 : kHasJoints));
 }
 
 void WriteTeleport(ByteWriter& out, const GameTeleport& teleport) {
@@ -226,8 +225,8 @@ absl::Status CheckRecord(const GameRecord& record) {
     return absl::InvalidArgumentError("target: is not finite, or beyond limits");
   }
   if (!IsSane(record.tuning)) return absl::InvalidArgumentError("tuning: is not finite, or beyond limits");
-  if (record.removed && (!record.timers.empty() || record.expires != Tick() || record.acts() ||
-                         !record.joints.empty())) {
+  if (record.removed &&
+      (!record.timers.empty() || record.expires != Tick() || record.acts() || !record.joints.empty())) {
     return absl::InvalidArgumentError("timers: of a body that is gone");
   }
   if (absl::Status status = CheckJoints(record.joints); !status.ok()) return status;

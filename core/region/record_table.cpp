@@ -28,7 +28,8 @@ absl::Status CheckRecord(BodyId id, const CarriedRecord& record, const Catalog& 
   };
   if (record.bytes.empty() && record.change != 0) return bad("properties: changed to nothing");
   if (const absl::Status game = game::CheckRecord(record.game); !game.ok()) return bad(game.message());
-  if (const absl::Status joints = game::CheckJointsOf(id, record.game.joints); !joints.ok()) return bad(joints.message());
+  if (const absl::Status joints = game::CheckJointsOf(id, record.game.joints); !joints.ok())
+    return bad(joints.message());
   for (const game::GameJoint& joint : record.game.joints) {
     if (!catalog.Known(joint.other) || joint.other == kInstanceBody) return bad("joints: to no body of the scene");
   }

@@ -80,7 +80,8 @@ constexpr Parameter kMoveToParameters[] = {
 constexpr Parameter kConnectParameters[] = {
     {"other", kBodyType, "at most 20 m away"},
     {"joint", kFieldsType,
-     "`kind`: \"ball\" (without it), \"fixed\", \"hinge\", \"slider\", \"spring\" or \"distance\". `at`: where it is, m in the "
+     "`kind`: \"ball\" (without it), \"fixed\", \"hinge\", \"slider\", \"spring\" or \"distance\". `at`: where it is, "
+     "m in the "
      "world; without it the other body's place. `axis`, a vector, and `lower` and `upper`, rad or m from now, of a "
      "hinge or slider. A spring (`stiffness` in N/m, `damping` in N s/m) and a distance (`length` in m, along each of "
      "the body's axes) hold the point `at` of this body and `at_other` of the other one, without them the bodies' "

@@ -17,11 +17,10 @@ using region::StepResult;
 
 // Functions that change nothing, so that calling them once is enough.
 constexpr std::array<std::uint32_t, 27> kReads = {
-    kWorldTick,   kWorldTickRate,      kWorldRandom, kWorldRay,     kWorldRayAll,  kWorldSweep,   kWorldOverlap,
-    kBodyIsHere,  kBodyIsOwn,          kBodyKind,    kBodyPosition, kBodyRotation, kBodyVelocity, kBodySpin,
-    kBodyMass,    kBodyPlayer,         kBodyGet,     kBodyMember,   kWorldPlayers, kPlayerName,   kPlayerBody,
-    kPlayerIsOwn, kPlayerIsSpectating, kWorldTime,   kWorldGet,     kWorldIsOwn,
-    kBodyIsConnected,
+    kWorldTick,   kWorldTickRate,      kWorldRandom, kWorldRay,     kWorldRayAll,  kWorldSweep,      kWorldOverlap,
+    kBodyIsHere,  kBodyIsOwn,          kBodyKind,    kBodyPosition, kBodyRotation, kBodyVelocity,    kBodySpin,
+    kBodyMass,    kBodyPlayer,         kBodyGet,     kBodyMember,   kWorldPlayers, kPlayerName,      kPlayerBody,
+    kPlayerIsOwn, kPlayerIsSpectating, kWorldTime,   kWorldGet,     kWorldIsOwn,   kBodyIsConnected,
 };
 
 // The body that a call of this function is for; nothing for those of the world.
