@@ -26,9 +26,9 @@ struct JointKindName {
   std::string_view name;
   GameJointKind kind;
 };
-constexpr JointKindName kJointKinds[] = {
-    {"ball", GameJointKind::kBall},     {"fixed", GameJointKind::kFixed},   {"hinge", GameJointKind::kHinge},
-    {"slider", GameJointKind::kSlider}, {"spring", GameJointKind::kSpring}, {"distance", GameJointKind::kDistance}};
+constexpr JointKindName kJointKinds[] = {{"ball", GameJointKind::kBall},     {"fixed", GameJointKind::kFixed},
+                                         {"hinge", GameJointKind::kHinge},   {"slider", GameJointKind::kSlider},
+                                         {"spring", GameJointKind::kSpring}, {"distance", GameJointKind::kDistance}};
 
 Vec3d VectorGiven(const tessera_game_value& value) {
   return {value.as.vector[0], value.as.vector[1], value.as.vector[2]};
@@ -101,7 +101,8 @@ class JointReader {
       joint_.answer = std::string(text);
       return absl::OkStatus();
     }
-    return Wrong(name, "is none of kind, at, at_other, axis, lower, upper, length, stiffness, damping, collide, answer");
+    return Wrong(name,
+                 "is none of kind, at, at_other, axis, lower, upper, length, stiffness, damping, collide, answer");
   }
 
   absl::Status TakeKind(const tessera_game_value& value) {
@@ -148,8 +149,8 @@ class JointReader {
   absl::StatusOr<GameJoint> Made() {
     const BodyState own = call_.transaction.StateOf(self_), its = call_.transaction.StateOf(other_);
     if (const double apart = Length(own.position - its.position); apart > kMaxJointReach_m) {
-      return JointFault("connect", absl::StrCat("body ", other_.value(), " is ", apart, " m away, at most ",
-                                                kMaxJointReach_m));
+      return JointFault("connect",
+                        absl::StrCat("body ", other_.value(), " is ", apart, " m away, at most ", kMaxJointReach_m));
     }
     const Vec3d at = at_.value_or(TwoPoints() ? own.position : its.position);
     const Vec3d at_other = TwoPoints() ? at_other_.value_or(its.position) : at;
@@ -251,8 +252,8 @@ absl::Status Decide(tessera_game_call& call, BodyId body, GameJoint joint) {
   if (absl::Status status = CheckPair(call, "connect", body, joint.other); !status.ok()) return status;
   Transaction::Changes& own = *transaction.Own(body);
   if (FindJoint(own.record, joint.other) != nullptr || IsConnected(transaction, body, joint.other)) {
-    return JointFault("connect", absl::StrCat("bodies ", body.value(), " and ", joint.other.value(),
-                                              " are connected already"));
+    return JointFault("connect",
+                      absl::StrCat("bodies ", body.value(), " and ", joint.other.value(), " are connected already"));
   }
   if (own.record.joints.size() >= kMaxGameJoints) {
     return absl::ResourceExhaustedError(
@@ -309,7 +310,8 @@ absl::StatusOr<tessera_game_value> Disconnect(tessera_game_call& call, const Fun
     swapped[0].as.id = higher.value();
     return SendVerb(call, function, lower, swapped);
   }
-  const bool there = std::erase_if(own->record.joints, [&](const GameJoint& joint) { return joint.other == higher; }) > 0;
+  const bool there =
+      std::erase_if(own->record.joints, [&](const GameJoint& joint) { return joint.other == higher; }) > 0;
   if (there) call.transaction.Own(higher);
   return ToInterface(GameValue(there));
 }
@@ -359,9 +361,8 @@ absl::Status CarryOutConnect(tessera_game_call& call, BodyId body, const Message
 
 bool MustSettleJoints(const GameWorld& world, BodyId body) {
   const GameRecord record = world.RecordOf(body);
-  return std::ranges::any_of(record.joints, [&](const GameJoint& joint) {
-    return joint.until != Tick() || !world.Owns(joint.other);
-  });
+  return std::ranges::any_of(record.joints,
+                             [&](const GameJoint& joint) { return joint.until != Tick() || !world.Owns(joint.other); });
 }
 
 void SettleJoints(Transaction& transaction, BodyId body, Tick now) {

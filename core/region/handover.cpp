@@ -43,8 +43,7 @@ std::optional<RegionId> CalledTo(std::span<const std::size_t> assembly, const Bo
 }  // namespace
 
 std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
-                                           const RegionSettings& settings,
-                                           absl::FunctionRef<bool(RegionId)> may_grant,
+                                           const RegionSettings& settings, absl::FunctionRef<bool(RegionId)> may_grant,
                                            std::span<const Summons> summoned) {
   std::vector<PlannedHandover> plan;
   if (neighborhood.size() == 0) return plan;

@@ -37,10 +37,10 @@ struct Summons {
 
 // Assemblies that are to change hands after this step, ascending by their lowest bodies. No more than
 // max_grants_per_tick bodies, but an assembly goes whole. `may_grant` says whether the next frame to a neighbour will
-// be sent; a body whose target gets none stays for now. Those of `summoned`, ascending by body, go where they are called.
+// be sent; a body whose target gets none stays for now. Those of `summoned`, ascending by body, go where they are
+// called.
 std::vector<PlannedHandover> PlanHandovers(const Bodies& bodies, const Neighborhood& neighborhood,
-                                           const RegionSettings& settings,
-                                           absl::FunctionRef<bool(RegionId)> may_grant,
+                                           const RegionSettings& settings, absl::FunctionRef<bool(RegionId)> may_grant,
                                            std::span<const Summons> summoned = {});
 
 // Bodies and kept copies of grants that are too far outside this region's cells to be seen by those that they could

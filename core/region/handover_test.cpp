@@ -61,8 +61,8 @@ class PlanHandoversTest : public ::testing::Test {
   }
   std::vector<std::vector<std::size_t>> Plan() const {
     std::vector<std::vector<std::size_t>> assemblies;
-    for (const PlannedHandover& planned : PlanHandovers(world->bodies, world->neighborhood, settings,
-                                                        [this](RegionId) { return may_grant; })) {
+    for (const PlannedHandover& planned :
+         PlanHandovers(world->bodies, world->neighborhood, settings, [this](RegionId) { return may_grant; })) {
       assemblies.push_back(planned.assembly);
     }
     return assemblies;

@@ -139,10 +139,9 @@ PreparedGrant Ownership::Prepare(const PlannedHandover& planned, Tick tick) {
     grant.bodies.push_back({id, epoch, body.state, carried});
     grant.touching.insert(grant.touching.end(), touching.begin(), touching.end());
     prepared.departing.push_back({record, planned.to});
-    prepared.copies.push_back(
-        {{id, epoch},
-         {planned.to, tick, body.state, control == nullptr ? PlayerControl() : grant.control, std::move(touching),
-          std::move(carried)}});
+    prepared.copies.push_back({{id, epoch},
+                               {planned.to, tick, body.state, control == nullptr ? PlayerControl() : grant.control,
+                                std::move(touching), std::move(carried)}});
   }
   return prepared;
 }

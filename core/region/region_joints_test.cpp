@@ -156,8 +156,9 @@ TEST_F(RegionJointsTest, DisconnectedBodiesPart) {
 }
 
 TEST_F(RegionJointsTest, TheyAreHandedOverTogetherWithTheirJoint) {
-  Begin({{-3, 0, 0}, {-5, 0, 0}},
-        [](GameCalls& calls, std::int64_t tick) { return tick != 2 || Connect(calls, kLower, kHigher); }, 6);
+  Begin(
+      {{-3, 0, 0}, {-5, 0, 0}},
+      [](GameCalls& calls, std::int64_t tick) { return tick != 2 || Connect(calls, kLower, kHigher); }, 6);
   for (std::uint64_t tick = 3; tick < 80; ++tick) {
     ASSERT_NO_FATAL_FAILURE(StepTo(tick));
     ASSERT_TRUE(SameOwner(kLower, kHigher)) << tick;
@@ -185,8 +186,9 @@ TEST_F(RegionJointsTest, ANeighbourStepsThemAlike) {
 TEST_F(RegionJointsTest, BodiesOfTwoRegionsMeet) {
   for (const std::size_t actor : {std::size_t{0}, std::size_t{1}}) {
     answers.clear();
-    Begin({{-0.6, 0, 0}, {0.6, 0, 0}},
-          [](GameCalls& calls, std::int64_t tick) { return tick != 8 || Connect(calls, kLower, kHigher); }, 0, actor);
+    Begin(
+        {{-0.6, 0, 0}, {0.6, 0, 0}},
+        [](GameCalls& calls, std::int64_t tick) { return tick != 8 || Connect(calls, kLower, kHigher); }, 0, actor);
     StepTo(8);
     EXPECT_FALSE(SameOwner(kLower, kHigher));
     StepTo(40);
@@ -287,8 +289,9 @@ TEST_F(RegionJointsTest, ASavedStateHasThem) {
 
 // Region 2 has taken the pair in and dies before its standby acknowledges anything: region 1 still has its copies.
 TEST_F(RegionJointsTest, ADeathPartsNobody) {
-  Begin({{-2, 0, 0}, {-4, 0, 0}},
-        [](GameCalls& calls, std::int64_t tick) { return tick != 2 || Connect(calls, kLower, kHigher); }, 6);
+  Begin(
+      {{-2, 0, 0}, {-4, 0, 0}},
+      [](GameCalls& calls, std::int64_t tick) { return tick != 2 || Connect(calls, kLower, kHigher); }, 6);
   two->SetStandby(true);
   StandbyCopy copy(kTwo, two->catalog());
   for (int i = 0; i < 60; ++i) {
