@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -36,7 +38,7 @@ constexpr double kNear_m = 0.02;
 const Vec3d kMuzzle{-5, 0, 20};
 
 // The target turns back where it is far from the border, which is at x = 0.
-constexpr char kShootingGame[] = R"(
+constexpr char kShootingGame[] = R"lua(
   local MUZZLE = vec(-5, 0, 20)
   kinds.target = {
     on_tick = function(self)
@@ -46,20 +48,18 @@ constexpr char kShootingGame[] = R"(
     end,
   }
   function on_command(player, bytes)
-    local number, rewind, x, y, z = bytes:match("(%S+) (%S+) (%S+) (%S+) (%S+)")
-    local options = { limit = 4 }
+    local parts = string.split(bytes, " ")
+    local number, rewind, x, y, z = parts[1], parts[2], parts[3], parts[4], parts[5]
+    local options = { kinds = "target" }
     if rewind == "1" then options.at_time = player:shown_time() end
     world.ask_ray("shot", MUZZLE, vec(tonumber(x), tonumber(y), tonumber(z)), options, { number = tonumber(number) })
   end
   function on_answer(name, hits, complete, values, asker)
-    local point
-    for _, hit in ipairs(hits) do
-      if hit.body:kind() == "target" then point = hit.point end
-    end
+    local point = hits[1] and hits[1].point
     asker:player():send("shot", { complete = complete, hit = point ~= nil, number = values.number,
                                   point = point or vec(0, 0, 0) })
   end
-)";
+)lua";
 
 std::shared_ptr<const Scene> ShootingScene() {
   scenes::Builder make("lag");

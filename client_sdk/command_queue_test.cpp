@@ -17,7 +17,9 @@ class CommandQueueTest : public ::testing::Test {
     const auto read = replication::DecodeCommands(bytes);
     EXPECT_TRUE(read.ok()) << read.status();
     base = read->base;
-    return {read->commands.begin(), read->commands.end()};
+    std::vector<std::string> texts;
+    for (const replication::Command& command : read->commands) texts.emplace_back(command.bytes);
+    return texts;
   }
 
   CommandQueue queue;

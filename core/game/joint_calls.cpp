@@ -230,8 +230,8 @@ std::string WhyNotTogether(const GameWorld& world, BodyId a, BodyId b) {
   return players > 1 ? "two players would hang together" : "";
 }
 
-void Answer(Transaction& transaction, BodyId carrier, const GameJoint& joint, bool connected, std::string reason,
-            Tick now) {
+void TellAsker(Transaction& transaction, BodyId carrier, const GameJoint& joint, bool connected, std::string reason,
+               Tick now) {
   if (joint.answer.empty()) return;
   GameFields fields;
   fields.emplace_back("body", carrier);
@@ -355,7 +355,7 @@ absl::Status CarryOutConnect(tessera_game_call& call, BodyId body, const Message
   }
   const absl::Status status = Decide(call, body, joints.front());
   if (status.ok() || joints.front().answer.empty()) return status;
-  Answer(call.transaction, body, joints.front(), false, std::string(status.message()), call.tick);
+  TellAsker(call.transaction, body, joints.front(), false, std::string(status.message()), call.tick);
   return absl::OkStatus();
 }
 
@@ -403,7 +403,7 @@ void SettleJoints(Transaction& transaction, BodyId body, Tick now) {
     if (!one.connected && one.joint.answer.empty() && one.joint.until != Tick()) {
       transaction.Log(absl::StrCat("connect: ", one.reason));
     }
-    Answer(transaction, body, one.joint, one.connected, std::move(one.reason), now);
+    TellAsker(transaction, body, one.joint, one.connected, std::move(one.reason), now);
   }
 }
 
