@@ -40,6 +40,8 @@ class QuestionDesk {
 
   // The end of the step to `now`: the packets that ask other regions.
   std::vector<MessagePacket> Ask(Tick now);
+  // After a failover: regions are gone, and others have their bodies. All are asked again.
+  void Restart() { open_.clear(); }
   // A question or an answer for this region. Returns the answer that goes back, if any.
   std::optional<MessagePacket> Take(const MessagePacket& packet, Tick now);
 

@@ -103,6 +103,7 @@ absl::StatusOr<StepResult> Region::Resume(const Resolution& resolution, std::spa
   parts.reports.TakeChanges();
   parts.records.TakeNews();
   parts.messages.Restart();
+  parts.questions.Restart();
   FindRelevant(parts);
   parts.grants_in.Release(parts.log.standby_has());
   result.frames = MakeFrames(parts);
