@@ -179,7 +179,7 @@ class Supervisor {
   PortRange ports_;
   std::function<bool(std::uint16_t)> ports_free_;
   Workers workers_;
-  std::map<WorkerKey, v1::WorkerExited> exits_;       // still in the desired set
+  std::map<WorkerKey, v1::WorkerExited> exits_;  // still in the desired set
   std::map<Content, KeptContent> contents_;
   std::map<std::string, std::string> next_failures_;  // why a game that is to be next did not come, by hash
   std::uint64_t desired_revision_ = 0;

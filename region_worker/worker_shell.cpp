@@ -171,7 +171,8 @@ void WorkerShell::TakeInput(const PlayerInput& input, TimePoint now) {
 }
 
 void WorkerShell::TakeCommand(const ReceivedFromClients::Command& command, TimePoint now) {
-  const absl::Status status = core_->TakeCommand(command.player, {command.base, command.number, command.bytes, command.shown_at});
+  const absl::Status status =
+      core_->TakeCommand(command.player, {command.base, command.number, command.bytes, command.shown_at});
   switch (status.code()) {
     case absl::StatusCode::kOk:
       return metrics_.commands_taken.Increment();

@@ -298,8 +298,9 @@ TEST_F(QueryCallsTest, AQueryLooksBackAsFarAsItMay) {
   EXPECT_EQ(error(TextOf("now")), "ray: `options.at_time` must be a number, a tick and a part of one");
   ASSERT_THAT(world.asked, SizeIs(0));
   const Named options{{"at_time", RealOf(0.25)}};
-  EXPECT_TRUE(InACallback(
-      [&](GameCalls& calls) { return calls.CallRaw(kWorldRay, std::vector{V(0, 0, 0), V(0, 0, 1), options.value()}); }));
+  EXPECT_TRUE(InACallback([&](GameCalls& calls) {
+    return calls.CallRaw(kWorldRay, std::vector{V(0, 0, 0), V(0, 0, 1), options.value()});
+  }));
   ASSERT_THAT(world.asked, SizeIs(1));
   EXPECT_EQ(world.asked[0].at_tick, 0.25);
 }

@@ -82,8 +82,8 @@ PoseHistory::Pose PoseHistory::Between(const Pose& from, const Pose* to, double 
   Quatd b = to->orientation;
   if (a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w < 0) b = {-b.x, -b.y, -b.z, -b.w};
   const double rest = 1 - part;
-  between.orientation = Normalized(Quatd{a.x * rest + b.x * part, a.y * rest + b.y * part, a.z * rest + b.z * part,
-                                         a.w * rest + b.w * part});
+  between.orientation = Normalized(
+      Quatd{a.x * rest + b.x * part, a.y * rest + b.y * part, a.z * rest + b.z * part, a.w * rest + b.w * part});
   return between;
 }
 

@@ -84,11 +84,11 @@ QueryResult Queries::Find(const BodyQuery& query, const BodyPredicate& accept) {
     if (full && !Precedes(candidate.entry, candidate.id, hits.back().fraction, hits.back().body)) break;
     if (accept != nullptr && (!meter.Spend(kAcceptWork) || !accept(candidate.id))) continue;
     const RigidBody* const body = candidate.body;
-    const PlacedBody placed = body != nullptr
-                                  ? PlacedBody{body->id(), body->geometry(), body->placement().position,
-                                               body->placement().orientation}
-                                  : PlacedBody{candidate.id, *past[candidate.past].geometry,
-                                               past[candidate.past].position, past[candidate.past].orientation};
+    const PlacedBody placed =
+        body != nullptr
+            ? PlacedBody{body->id(), body->geometry(), body->placement().position, body->placement().orientation}
+            : PlacedBody{candidate.id, *past[candidate.past].geometry, past[candidate.past].position,
+                         past[candidate.past].orientation};
     const std::optional<QueryHit> hit = HitOn(placed, query, probe ? &*probe : nullptr, meter);
     if (!hit) continue;
     hits.insert(std::upper_bound(hits.begin(), hits.end(), *hit, earlier), *hit);

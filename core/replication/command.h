@@ -4,8 +4,8 @@
 // for good yet, as many as fit, beginning with the lowest; `base` is the number of that one, so a region knows that
 // none below it comes any more. The player is not on the wire: the receiver knows it from the connection.
 //
-// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes, shown at; numbers as varints, the
-// commands have the numbers from base on. Thread rule: free functions; any thread.
+// Layout, little-endian: kind (1) | last event | base | count | per command: length, bytes, shown at; numbers as
+// varints, the commands have the numbers from base on. Thread rule: free functions; any thread.
 #pragma once
 
 #include <cstddef>

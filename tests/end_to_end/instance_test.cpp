@@ -55,8 +55,8 @@ TEST(InstanceTest, FourRegionsKeepEveryBodyAndLeaveNothingRunning) {
 
 TEST(InstanceTest, TheDemoProvesItself) {
   const support::RunResult demo = support::RunProgram(
-      "tessera", {"demo", "--scene", "plaza", "--seconds", "5", "--bodies", "100", "--regions", "3", "--bots", "2", "-o",
-                  "json"},
+      "tessera",
+      {"demo", "--scene", "plaza", "--seconds", "5", "--bodies", "100", "--regions", "3", "--bots", "2", "-o", "json"},
       120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const json summary = json::parse(demo.out);

@@ -169,6 +169,15 @@ class ArenaMatch {
     }
     return told;
   }
+  // Things that a player has held, and was seen to hold while another one did, too.
+  const std::set<BodyId>& held() const { return held_; }
+  const std::set<BodyId>& in_two_hands() const { return in_two_hands_; }
+  void ExpectThatHoldersAndThingsAgree() {
+    for (const auto& [player, thing] : holders_) {
+      if (thing == BodyId()) continue;
+      EXPECT_EQ(std::get<BodyId>(ValueIn(*scene_, simulation(), thing, "holder")), player) << "of " << thing.value();
+    }
+  }
   void ExpectNoLines() {
     for (const auto& host : hosts_) {
       for (const game::GameLine& line : host->TakeLines()) ADD_FAILURE() << line.text;
@@ -184,6 +193,7 @@ class ArenaMatch {
   }
   void Watch(SimulatedRegion& worker, Tick tick) {
     for (const region::OwnedBody& body : worker.region().owned()) {
+      if (IsPlayerBody(body.def->id)) WatchHand(worker, body.def->id);
       if (!IsSpawned(body.def->id)) continue;
       if (simulation().invariants().expected().contains(body.def->id)) told_.insert(body.def->id);
       const Sight sight{tick, worker.id(), worker.region().world().StateOf(body.def->id).position};
@@ -191,9 +201,24 @@ class ArenaMatch {
     }
   }
 
+  void WatchHand(const SimulatedRegion& worker, BodyId player) {
+    const region::KeptRecord* const record = worker.region().records().Find(player);
+    const PropertySet set = record == nullptr || record->bytes->empty()
+                                ? PropertySet()
+                                : PropertySet::Decode(*record->bytes, scene_->properties).value();
+    const auto thing = std::get<BodyId>(*ValueOf(scene_->properties, {}, set, "held"));
+    holders_[player] = thing;
+    if (thing == BodyId()) return;
+    held_.insert(thing);
+    const auto holds = [&](const auto& entry) { return entry.second == thing; };
+    if (std::ranges::count_if(holders_, holds) > 1) in_two_hands_.insert(thing);
+  }
+
   std::shared_ptr<const Scene> scene_;
   std::vector<std::shared_ptr<game::GameHost>> hosts_;
   std::vector<std::unique_ptr<Bot>> bots_;
+  std::map<BodyId, BodyId> holders_;  // what each player holds
+  std::set<BodyId> held_, in_two_hands_;
   std::map<BodyId, BallLife> balls_;
   std::set<BodyId> told_;
 };
@@ -205,7 +230,7 @@ int MatchesToPlay() {
 
 TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
   std::int64_t scored = 0, scored_elsewhere = 0, thrown = 0;
-  std::uint64_t deaths = 0, handovers = 0, planned = 0;
+  std::uint64_t deaths = 0, handovers = 0, planned = 0, held = 0;
   for (int seed = 1; seed <= MatchesToPlay(); ++seed) {
     SCOPED_TRACE(seed);
     ArenaMatch match(static_cast<std::uint64_t>(seed));
@@ -236,6 +261,10 @@ TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
     EXPECT_EQ(match.World("ended"), static_cast<std::int64_t>(balls.size()));
     EXPECT_EQ(match.World("red_players"), kPlayers / 2);
     EXPECT_EQ(match.World("blue_players"), kPlayers / 2);
+    EXPECT_THAT(match.in_two_hands(), IsEmpty());
+    EXPECT_GT(match.held().size(), 3U) << "nobody grabs anything";
+    match.ExpectThatHoldersAndThingsAgree();
+    held += match.held().size();
     scored += goals;
     thrown += match.World("thrown");
     deaths += simulation.totals().kills;
@@ -244,10 +273,12 @@ TEST(ArenaSimulationTest, TheGamesCountsAreTheWorldsUnderEveryFault) {
   }
   EXPECT_GT(scored, 20 * MatchesToPlay());
   EXPECT_GE(3 * scored_elsewhere, scored) << "a third are thrown in one region and scored in another";
-  std::printf("%lld thrown, %lld scored, %lld of them in another region; %lu deaths, %lu handovers, %lu planned maps\n",
-              static_cast<long long>(thrown), static_cast<long long>(scored), static_cast<long long>(scored_elsewhere),
-              static_cast<unsigned long>(deaths), static_cast<unsigned long>(handovers),
-              static_cast<unsigned long>(planned));
+  std::printf(
+      "%lld thrown, %lld scored, %lld of them in another region, %lu things held; %lu deaths, %lu handovers, %lu "
+      "planned maps\n",
+      static_cast<long long>(thrown), static_cast<long long>(scored), static_cast<long long>(scored_elsewhere),
+      static_cast<unsigned long>(held), static_cast<unsigned long>(deaths), static_cast<unsigned long>(handovers),
+      static_cast<unsigned long>(planned));
 }
 
 }  // namespace

@@ -102,7 +102,8 @@ class TalkModel {
       worker->region().AcknowledgeEvents(player_, message->last_event);
       std::uint32_t number = message->base;
       for (const replication::Command& command : message->commands) {
-        const absl::Status status = worker->region().TakeCommand(player_, {message->base, number++, command.bytes, command.shown_at});
+        const absl::Status status =
+            worker->region().TakeCommand(player_, {message->base, number++, command.bytes, command.shown_at});
         if (status.ok() && on_taken) on_taken(*worker, command.bytes);
         if (absl::IsAlreadyExists(status)) ++repeated_;
       }

@@ -14,6 +14,8 @@ constexpr double kArrived_m = 1;
 constexpr int kPatience = 900;         // frames after which it is near enough
 constexpr int kAim = 20, kWatch = 40;  // frames of standing until it throws, and until it goes on
 constexpr double kHighThrow_rad = 0.7;
+constexpr int kGrabs = 90;  // frames of walking from one try to the next
+constexpr double kGrab_rad = -0.2;
 
 // The lower elevation of a throw that hits a point so far away and so much higher; none if it is out of reach.
 // Ballistics without drag: tan a = (v^2 - sqrt(v^4 - g (g d^2 + 2 h v^2))) / (g d).
@@ -22,6 +24,12 @@ std::optional<double> Elevation(double distance_m, double height_m) {
   const double root = v2 * v2 - kGravity_m_s2 * (kGravity_m_s2 * distance_m * distance_m + 2 * height_m * v2);
   if (root < 0) return std::nullopt;
   return std::atan2(v2 - std::sqrt(root), kGravity_m_s2 * distance_m);
+}
+
+std::string Command(const char* what, double yaw_rad, double pitch_rad) {
+  char command[64];
+  std::snprintf(command, sizeof command, "%s %.4f %.4f", what, yaw_rad, pitch_rad);
+  return command;
 }
 
 }  // namespace
@@ -45,6 +53,7 @@ ArenaPlayer::Action ArenaPlayer::Frame(Vec3d position) {
   if (standing_ > kWatch) Wander();
   action.move = {0, there ? 0.0F : 1.0F};
   action.yaw_rad = static_cast<float>(std::atan2(-way.x, -way.z));
+  if (!there && frames_ % kGrabs == 0) action.command = Command("grab", static_cast<double>(action.yaw_rad), kGrab_rad);
   action.buttons = 1;
   return action;
 }
@@ -53,9 +62,7 @@ std::string ArenaPlayer::Throw(Vec3d from) {
   const Vec3d goal{side_ * kGoal_x_m, kGoalHeight_m, Between(-kGoalHalfWidth_m, kGoalHalfWidth_m)};
   const Vec3d way = goal - (from + Vec3d{0, kHand_m, 0});
   const double pitch_rad = Elevation(std::hypot(way.x, way.z), way.y).value_or(kHighThrow_rad);
-  char command[64];
-  std::snprintf(command, sizeof command, "throw %.4f %.4f", std::atan2(-way.x, -way.z), pitch_rad);
-  return command;
+  return Command("throw", std::atan2(-way.x, -way.z), pitch_rad);
 }
 
 double ArenaPlayer::Between(double low, double high) {  // SplitMix64 (Steele, Lea, Flood 2014)

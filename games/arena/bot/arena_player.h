@@ -1,5 +1,5 @@
-// ArenaPlayer: plays games/arena as a person might: walks to a place from where the other goal can be reached, throws,
-// walks on. For the demo and for tests.
+// ArenaPlayer: plays games/arena as a person might: walks to a place from where the other goal can be reached, grabs
+// what is in its way, throws, walks on. For the demo and for tests.
 //
 //   ArenaPlayer player(seed);
 //   player.Welcome("red");                               // the game's event
