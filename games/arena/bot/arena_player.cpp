@@ -14,7 +14,7 @@ constexpr double kArrived_m = 1;
 constexpr int kPatience = 900;         // frames after which it is near enough
 constexpr int kAim = 20, kWatch = 40;  // frames of standing until it throws, and until it goes on
 constexpr double kHighThrow_rad = 0.7;
-constexpr int kGrabs = 90;  // frames of walking from one try to the next
+constexpr int kGrabs = 40;  // frames of walking from one try to the next
 constexpr double kGrab_rad = -0.2;
 
 // The lower elevation of a throw that hits a point so far away and so much higher; none if it is out of reach.
