@@ -23,7 +23,11 @@ class GameInLuaTest : public ::testing::Test {
     host = *std::move(loaded);
   }
   void Run(std::vector<GameEvent> events = {}) { host->Run(++tick, events, world); }
-  void Touch() { Run({{kOnBodyContact, BodyId(1), BodyId(2)}}); }
+  // Body 1 meets body 2, which is a neighbour's unless the test has said what it is.
+  void Touch() {
+    if (world.Find(BodyId(2)) == nullptr) world.Add(2, 0, false);
+    Run({{kOnBodyContact, BodyId(1), BodyId(2)}});
+  }
   std::vector<std::string> Lines() {
     std::vector<std::string> lines;
     for (const GameLine& line : host->TakeLines()) lines.push_back((line.error ? "error: " : "") + line.text);
