@@ -10,6 +10,7 @@
 #include "core/game/game_host.h"
 #include "core/game/testing/fake_game_world.h"
 #include "core/game/testing/scripted_game.h"
+#include "game_sdk/api/api.h"
 
 namespace tessera::game::question_test {
 namespace {
@@ -159,8 +160,8 @@ TEST_F(AskTest, AQuestionIsKeptUntilItIsAnswered) {
 TEST_F(AskTest, QuestionsThatAreWrongAreNamed) {
   std::vector<std::string> errors;
   Run([&](GameCalls& calls) {
-    const auto ask = [&](std::vector<GameValue> arguments) {
-      if (!calls.Call(kWorldAskRay, std::move(arguments))) errors.push_back(calls.error());
+    const auto ask = [&](const std::vector<GameValue>& arguments) {
+      if (!calls.Call(kWorldAskRay, arguments)) errors.push_back(calls.error());
     };
     ask({std::string(), Vec3d{}, Vec3d{0, 0, 8}});
     ask({std::string(33, 'x'), Vec3d{}, Vec3d{0, 0, 8}});

@@ -21,7 +21,7 @@ class PoseHistoryTest : public ::testing::Test {
     ball.id = kBall;
     ball.motion = Motion::kDynamic;
     ball.mass_kg = 1;
-    ball.shape = std::make_shared<const Shape>(SphereShape{1});
+    ball.shape = std::make_shared<const Shape>(Shape{SphereShape{1}});
     ball.initial.linear_velocity = {10, 0, 0};
     world_.Add(ball, ball.initial);
     BodyDef wall;

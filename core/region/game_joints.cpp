@@ -23,8 +23,8 @@ void ConnectGameJoints(const RecordTable& records, Bodies& bodies) {
   }
   std::ranges::sort(joints, {}, &JointDef::id);
   // Only one of two neighbours that name the same joint can be right.
-  const auto twice = std::ranges::unique(joints, {}, &JointDef::id);
-  joints.erase(twice.begin(), twice.end());
+  const auto same = [](const JointDef& a, const JointDef& b) { return a.id == b.id; };
+  joints.erase(std::unique(joints.begin(), joints.end(), same), joints.end());
   bodies.SetGameJoints(std::move(joints));
 }
 

@@ -257,6 +257,7 @@ TEST_F(RegionJointsTest, BrokenRulesAreNamed) {
 
 TEST_F(RegionJointsTest, MoreThanTheMostAreRefused) {
   std::vector<Vec3d> places;
+  places.reserve(40);
   for (int i = 0; i < 40; ++i) places.push_back({-9 + 1.5 * (i % 6), -9 + 1.5 * (i / 6), 0});
   std::vector<std::string> errors;
   Begin(places, [&](GameCalls& calls, std::int64_t tick) {

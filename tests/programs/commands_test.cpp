@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -15,7 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include "host/child_process.h"
 #include "host/files.h"
 #include "tests/programs/accepted.h"
 #include "tests/programs/documents.h"
@@ -23,10 +21,6 @@
 
 namespace tessera::programs {
 namespace {
-
-using namespace std::chrono_literals;
-using ::testing::IsEmpty;
-using ::testing::Not;
 
 struct NotRun {
   std::string_view begin;  // the first words of the command
