@@ -27,7 +27,7 @@ class PoseHistoryTest : public ::testing::Test {
     BodyDef wall;
     wall.id = kWall;
     wall.motion = Motion::kStatic;
-    wall.shape = std::make_shared<const Shape>(BoxShape{{100, 100, 1}});
+    wall.shape = std::make_shared<const Shape>(Shape{BoxShape{{100, 100, 1}}});
     wall.initial.position = {0, 0, -20};
     world_.Add(wall, wall.initial);
   }

@@ -72,7 +72,8 @@ void RegionGame::Commit(BodyId id, const PropertySet& changed, const game::GameR
     if (id != kInstanceBody) shared_.Changed(before ? &*before : nullptr, *after, tick_);
   }
   if (together) output_.Bound(id, tick_);
-  const BodyTuning was = before ? before->game.tuning : BodyTuning();
+  static const BodyTuning kUntuned;
+  const BodyTuning& was = before ? before->game.tuning : kUntuned;
   if (was != record.tuning) ownership_.Tune(id, record.tuning);
 }
 
