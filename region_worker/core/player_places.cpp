@@ -39,7 +39,7 @@ void PlayerPlaces::Report(PlayerNumber player, Epoch epoch, Tick tick, Vec3d pos
   players_[player].newest = {epoch, tick, position, team};
 }
 
-bool PlayerPlaces::IsOld(const Place& place, Tick tick) const {
+bool PlayerPlaces::IsOld(const PlayerPlace& place, Tick tick) const {
   return place.tick.value() + kLifetime_s * tick_rate_hz_ < tick.value();
 }
 
@@ -55,7 +55,7 @@ bool PlayerPlaces::IsNews(const Player& player) const {
 std::vector<std::uint8_t> PlayerPlaces::Write(Tick tick) {
   if (tick.value() < written_at_.value() + std::max<std::uint64_t>(1, tick_rate_hz_ / kRate_hz)) return {};
   std::erase_if(players_, [&](const auto& entry) { return IsOld(entry.second.newest, tick); });
-  std::vector<std::pair<PlayerNumber, Place>> news;
+  std::vector<std::pair<PlayerNumber, PlayerPlace>> news;
   for (auto& [number, player] : players_) {
     if (!IsNews(player)) continue;
     news.emplace_back(number, player.newest);
@@ -79,7 +79,7 @@ std::vector<std::uint8_t> PlayerPlaces::Write(Tick tick) {
 absl::Status PlayerPlaces::Receive(std::span<const std::uint8_t> message, Tick tick) {
   ByteReader reader(message);
   reader.Field("places");
-  std::vector<std::pair<PlayerNumber, Place>> places(reader.Count(kMinPlaceBytes));
+  std::vector<std::pair<PlayerNumber, PlayerPlace>> places(reader.Count(kMinPlaceBytes));
   for (auto& [number, place] : places) {
     number = PlayerNumber(reader.Varint32());
     place.epoch = Epoch(reader.Varint32());
@@ -98,24 +98,24 @@ absl::Status PlayerPlaces::Receive(std::span<const std::uint8_t> message, Tick t
     if (IsOld(place, tick) || place.tick.value() > tick.value() + kAhead_s * tick_rate_hz_) continue;
     if (players_.size() >= kMaxPlaces && !players_.contains(number)) continue;
     const auto [found, is_new] = players_.try_emplace(number, Player{place, std::nullopt});
-    Place& newest = found->second.newest;
+    PlayerPlace& newest = found->second.newest;
     if (std::pair(place.epoch, place.tick) > std::pair(newest.epoch, newest.tick)) newest = place;
   }
   return absl::OkStatus();
 }
 
-const PlayerPlaces::Place* PlayerPlaces::Find(PlayerNumber player, Tick tick) const {
+const PlayerPlace* PlayerPlaces::Find(PlayerNumber player, Tick tick) const {
   const auto found = players_.find(player);
   return found == players_.end() || IsOld(found->second.newest, tick) ? nullptr : &found->second.newest;
 }
 
 std::optional<Vec3d> PlayerPlaces::At(PlayerNumber player, Tick tick) const {
-  const Place* const place = Find(player, tick);
+  const PlayerPlace* const place = Find(player, tick);
   return place == nullptr ? std::nullopt : std::optional(place->position);
 }
 
 TeamId PlayerPlaces::TeamAt(PlayerNumber player, Tick tick) const {
-  const Place* const place = Find(player, tick);
+  const PlayerPlace* const place = Find(player, tick);
   return place == nullptr ? 0 : place->team;
 }
 

@@ -29,6 +29,14 @@
 
 namespace tessera::worker {
 
+// What a region last said about a player's body.
+struct PlayerPlace {
+  Epoch epoch;
+  Tick tick;
+  Vec3d position;
+  TeamId team = 0;
+};
+
 class PlayerPlaces {
  public:
   // A body that moved so far is reported anew: little against any radius of interest.
@@ -49,19 +57,13 @@ class PlayerPlaces {
   TeamId TeamAt(PlayerNumber player, Tick tick) const;  // 0 where nobody knows
 
  private:
-  struct Place {
-    Epoch epoch;
-    Tick tick;
-    Vec3d position;
-    TeamId team = 0;
-  };
   struct Player {
-    Place newest;
-    std::optional<Place> sent;
+    PlayerPlace newest;
+    std::optional<PlayerPlace> sent;
   };
   bool IsNews(const Player& player) const;
-  bool IsOld(const Place& place, Tick tick) const;
-  const Place* Find(PlayerNumber player, Tick tick) const;
+  bool IsOld(const PlayerPlace& place, Tick tick) const;
+  const PlayerPlace* Find(PlayerNumber player, Tick tick) const;
 
   std::uint32_t tick_rate_hz_;
   Tick written_at_;
