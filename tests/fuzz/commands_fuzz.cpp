@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <vector>
 
 #include "core/game/player_record.h"
 #include "core/replication/command.h"
@@ -11,7 +12,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace tessera;
   const auto message = replication::DecodeCommands({data, size});
   if (message.ok() && replication::CommandsThatFit(message->commands) == message->commands.size()) {
-    const auto again = replication::DecodeCommands(replication::EncodeCommands(*message));
+    const std::vector<std::uint8_t> encoded = replication::EncodeCommands(*message);  // `again` reads from it
+    const auto again = replication::DecodeCommands(encoded);
     if (!again.ok() || again->commands != message->commands) std::abort();
   }
   ByteReader in({data, size});

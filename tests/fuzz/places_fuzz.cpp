@@ -22,11 +22,7 @@ constexpr Tick kNow(1000), kLater(1000 + kRate_hz / 2);
 // A region that owns the body of player 2 and has heard of nobody else.
 PlayerPlaces MakePlaces() {
   PlayerPlaces places(kRate_hz);
-  BodyDef def;
-  def.id = PlayerBodyId(PlayerNumber(2));
-  region::OwnedBody body{.def = &def, .epoch = Epoch(3), .state = {}};
-  body.state.position = {1, 2, 3};
-  places.Follow(kNow, std::span(&body, 1));
+  places.Report(PlayerNumber(2), Epoch(3), kNow, {1, 2, 3}, TeamId{4});
   return places;
 }
 
