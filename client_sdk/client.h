@@ -139,7 +139,7 @@ struct ShownBody {
   bool predicted = false;     // as it will be when the inputs already made act
 };
 
-// What a player asks for (core/world/player_input.h): all of it goes to the region, with every input.
+// A player asks for this (core/world/player_input.h): all of it goes to the region, with every input.
 struct Steering {
   Vec3f force_n, torque_nm;          // world frame
   Vec2f move;                        // x right, y forward, at most 1 long

@@ -1,4 +1,4 @@
-// What the client and the game say to each other: commands up, events down.
+// This file carries commands of the player up to the game, and events of the game down to the player.
 #include <algorithm>
 
 #include "client_sdk/client_impl.h"

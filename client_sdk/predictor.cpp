@@ -130,7 +130,7 @@ void Predictor::Correct(Tick tick, std::uint32_t last_input, const std::map<Body
   }
 }
 
-// Who is simulated along: assemblies whole, since a joint without its other end is another body.
+// Assemblies are simulated along whole, since a joint without its other end is another body.
 void Predictor::Choose(const std::map<BodyId, SeenBody>& bodies) {
   const BodyState& own = bodies.at(own_def_.id).state;
   const double own_radius = RadiusOf(*own_def_.shape);
@@ -239,7 +239,7 @@ void Predictor::Add(const PlayerInput& input) {
   if (running() && simulated_ + 1 == inputs_.size() && simulated_ < kMaxTicks) Step(input);
 }
 
-// What pushes a body in the next step: fields, and a player's input.
+// Fields and a player's input push a body in the next step.
 physics::CharacterDrive Predictor::DriveOf(BodyId id, const Body& body, const PlayerInput& input) const {
   const Scene& scene = catalog_.scene();
   const PlayerRules& rules = *scene.player;

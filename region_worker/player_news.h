@@ -22,7 +22,7 @@
 
 namespace tessera::worker {
 
-// What a connection of a client was sent.
+// It remembers what a connection of a client was sent.
 struct SentNews {
   std::uint32_t last_command = 0, last_event = 0;
   std::optional<Vec3d> view;

@@ -1,4 +1,4 @@
-// What the client of a player is sent of the game, and what of a player nobody is shown.
+// The client of a player is sent what the game tells that player; nobody is shown the rest.
 #include "region_worker/player_news.h"
 
 #include <gmock/gmock.h>

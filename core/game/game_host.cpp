@@ -30,7 +30,7 @@ tessera_game_value TextValue(const std::string& text) {
   return value;
 }
 
-// Who sent a message, as on_message is told.
+// Gives the sender of a message as on_message is told of it.
 tessera_game_value SenderValue(BodyId speaker) {
   static const std::string kBackend = "backend";
   if (speaker == kBackendSender) return TextValue(kBackend);

@@ -124,7 +124,7 @@ class GameHost {
   const GameStatistics& statistics() const { return statistics_; }
   // The game's own counters, at most kMaxCounters.
   const std::map<std::string, std::uint64_t>& counters() const { return counters_; }
-  // What each callback has cost, by its name: "on_tick", "kinds.gate.on_entered".
+  // Gives what each callback has cost, by its name: "on_tick", "kinds.gate.on_entered".
   const std::map<std::string, CallbackCost>& costs() const { return costs_; }
 
  private:

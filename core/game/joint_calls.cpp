@@ -54,7 +54,7 @@ Quatd TurnBetween(Vec3d from, Vec3d to) {
   return Normalized(Quatd{axis.x, axis.y, axis.z, 1 + cosine});
 }
 
-// What game code wrote about a joint between two bodies that are here.
+// Reads what game code wrote about a joint between two bodies that are here.
 class JointReader {
  public:
   JointReader(tessera_game_call& call, BodyId self, BodyId other) : call_(call), self_(self), other_(other) {}

@@ -32,7 +32,7 @@ bool IsVerb(std::uint32_t function);
 absl::StatusOr<tessera_game_value> SendVerb(tessera_game_call& call, const Function& function, BodyId target,
                                             std::span<const tessera_game_value> arguments);
 
-// What a verb was called with, the body first.
+// Holds what a verb was called with, the body first.
 struct VerbArguments {
   std::vector<tessera_game_value> values;  // they point into the two below
   std::unique_ptr<GameFields> kept;

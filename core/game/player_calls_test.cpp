@@ -30,7 +30,7 @@ class PlayerCallsTest : public ::testing::Test {
     host = *std::move(loaded);
   }
   void Run(const PlayerChanges& players = {}) { host->Run(++tick, {}, world, players); }
-  // What a function of the table said in a tick of the world: its error, or nothing.
+  // Gives what a function of the table said in a tick of the world: its error, or nothing.
   std::string Call(std::uint32_t function, std::vector<GameValue> arguments) {
     std::string said;
     game.On(kOnTick, "", [&](GameCalls& calls, GivenArguments) {

@@ -291,10 +291,10 @@ class QueryReader {
 
 // --- Questions
 
-// What an answer costs where it is made, at least.
+// An answer costs at least this where it is made.
 constexpr std::uint64_t kAskInstructions = 200;
 
-// What stands after the query's own arguments: values for the answer.
+// Reads what stands after the query's own arguments: values for the answer.
 absl::StatusOr<std::vector<std::uint8_t>> ValuesIn(const Function& function, QueryArguments arguments) {
   if (arguments.size() < function.parameters.size()) return std::vector<std::uint8_t>();
   const tessera_game_value& given = arguments.back();

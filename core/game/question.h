@@ -53,7 +53,7 @@ absl::StatusOr<Question> DecodeQuestion(std::span<const std::uint8_t> bytes, con
 // Whether the filter takes a body with this definition and these changed properties.
 bool Accepts(const Question& question, const Scene& scene, const BodyDef& def, const PropertySet& changed);
 
-// What one region knows, or all of them together.
+// Holds what one region knows, or all of them together.
 struct Answer {
   std::vector<QueryHit> hits;  // ascending by (fraction, body)
   bool complete = true;

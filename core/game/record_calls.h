@@ -1,4 +1,4 @@
-// What game code does with a record, be it a body's or the world's: its properties and timers.
+// Calls of game code on a record, be it a body's or the world's: its properties and timers.
 #pragma once
 
 #include <cstdint>

@@ -93,7 +93,7 @@ class Transaction {
     bool owned = false;
   };
   const Found& FindAnew(BodyId id) const;
-  // Of a carrier; nullptr if the region owns no such record.
+  // Gives that of a carrier; nullptr if the region owns no such record.
   Mail* MailOf(BodyId carrier);
 
   GameWorld& world_;

@@ -27,7 +27,7 @@ struct CharacterDrive {
   friend bool operator==(const CharacterDrive&, const CharacterDrive&) = default;
 };
 
-// What a character feels around it.
+// Holds what a character feels around it.
 struct Footing {
   bool grounded = false;       // it stands on ground that it can walk on, or may be drawn down to it
   Vec3d normal{0, 1, 0};       // of the contact with the ground, unit

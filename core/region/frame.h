@@ -133,7 +133,7 @@ struct BorderFrameHeader {
   FrameStamp stamp;
 };
 
-// What a neighbour may read of a ghost (shared_properties.h).
+// Holds what a neighbour may read of a ghost (shared_properties.h).
 struct GhostProperties {
   BodyId body;
   std::vector<std::uint8_t> bytes;  // PropertySet::Encode

@@ -35,7 +35,7 @@ struct MessagePacket {
   RegionId origin;  // the region that sent this copy
   RegionId via;     // the region that it is sent to; 0: all, until one has the record
   Tick sent;        // when this copy was
-  // Of a message, of properties, of a question and its answer: when and in which region it was made.
+  // A message, properties, a question and its answer say when and in which region they were made.
   Tick made;
   RegionId made_in;
   std::uint64_t after = 0;  // as in SentMessage

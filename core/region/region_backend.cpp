@@ -1,4 +1,4 @@
-// What the game and its backend say to each other, as Region's callers see it. Events for the backend are in the
+// The talk of the game with its backend, as Region's callers see it. Events for the backend are in the
 // world's record, messages of the backend in the records of their targets, so both go wherever those go.
 #include <algorithm>
 #include <optional>

@@ -1,4 +1,4 @@
-// What players and the game say to each other, as Region's callers see it. It is kept in the record of the player's own
+// The talk of players with the game, as Region's callers see it. It is kept in the record of the player's own
 // body (core/game/player_record.h), so it goes wherever that body goes.
 #include <algorithm>
 #include <optional>

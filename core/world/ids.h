@@ -87,7 +87,7 @@ constexpr PlayerNumber PlayerOf(BodyId body) {
 
 // The world as a whole, where a game runs in it: it has a record like a body, and neither a shape nor a motion.
 inline constexpr BodyId kInstanceBody{2 * kFirstPlayerBody};
-// Who sends the messages of a game's backend. It has no record.
+// It stands for the sender of a backend's messages, and has no record.
 inline constexpr BodyId kBackendSender{2 * kFirstPlayerBody + 1};
 
 }  // namespace tessera

@@ -82,7 +82,7 @@ class PropertySet {
 
   // The same set gives the same bytes. At most kMaxPropertyBytes.
   std::vector<std::uint8_t> Encode() const;
-  // Who looks at a body: its own player sees all that its team sees.
+  // A viewer stands in one of these relations to a body; its own player sees all that its team sees.
   enum class Viewer : std::uint8_t { kAnybody, kTeam, kPlayer };
   // The same of those that such a client may see. Values that the scene gives are no secret, because a client has the
   // scene.

@@ -61,7 +61,7 @@ class LuaModuleTest : public ::testing::Test {
     return game_ == nullptr ? "" : Contact();
   }
 
-  // What the expression prints, or the error.
+  // Gives what the expression prints, or the error.
   std::string Value(const std::string& expression) {
     host_.lines.clear();
     const std::string error = OnContact("print(" + expression + ")");

@@ -23,7 +23,7 @@ constexpr Fault kFaults[] = {{SIGSEGV, "Segmentation fault"},
                              {SIGILL, "Illegal instruction"},
                              {SIGABRT, "Aborted"}};
 
-// What runs now; no game: nothing does. A handler reads it in the thread that wrote it.
+// It says what runs now; without a game nothing does. A handler reads it in the thread that wrote it.
 std::atomic<const char*> running_game, running_callback, running_kind;
 struct sigaction before_note[std::size(kFaults)];
 // A fault because the stack is full needs another one to be handled on.

@@ -78,7 +78,7 @@ class LockstepWorld : private Watcher {
   void Leave(PlayerNumber player);
   // The game gets it in the next tick that has time for it. NOT_FOUND: the player has no body, and will have none.
   absl::Status Command(PlayerNumber player, std::string bytes);
-  // What the game sent the player, as its client has it, since the last call.
+  // Takes what the game sent the player, as its client has it, since the last call.
   struct Event {
     std::string name;
     GameFields values;

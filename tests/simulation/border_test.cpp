@@ -221,7 +221,7 @@ TEST(BorderTest, APileAcrossTheBorderStandsAsHighAsInOneWorld) {
   EXPECT_THAT(two.problems(), IsEmpty());
 }
 
-// Whose cubes belong to the two regions in turn: both see all of it, and solve the same.
+// Its cubes belong to the two regions in turn: both see all of it, and solve the same.
 TEST(BorderTest, AColumnOfOwnersInTurnIsThatOfOneWorldToTheBit) {
   SceneBuilder builder(kHalf);
   builder.Gravity().Floor(0.6);

@@ -98,7 +98,7 @@ std::uint64_t Simulation::Unrest() const {
   return unrest;
 }
 
-// Who waits for whom.
+// Says who waits for whom.
 std::string Simulation::Standstill() const {
   std::string text;
   for (const auto& [id, worker] : workers_) {

@@ -41,7 +41,7 @@ class Probe {
 // `target`, which is within `size_m` of its frame's origin. `steps` counts what it took.
 std::optional<SurfaceHit> CastAtConvex(const Convex& target, double size_m, Probe::Turned& probe, const LocalRay& ray,
                                        int* steps);
-// What is solid below dot(normal, p) = offset.
+// A half space, solid below dot(normal, p) = offset.
 std::optional<SurfaceHit> CastAtPlane(const Geometry& plane, Probe::Turned& probe, const LocalRay& ray);
 
 }  // namespace tessera::physics
