@@ -1,7 +1,11 @@
 // Carries out what a game's records do to bodies after a step, beside forces: bodies that are put elsewhere, and
-// kinematic ones that a game moves.  Both change what neighbours have to step, so they begin with a tick whose frame
-// reaches all neighbours that they concern. With a game promises of silence last two ticks, and none is given while a
-// body waits: so nothing waits longer. Thread rule: one thread at a time.
+// kinematic ones that a game moves.
+//
+// Both change what neighbours have to step, so they begin with a tick whose frame reaches all neighbours that they
+// concern. With a game promises of silence last two ticks, and none is given while a body waits: so nothing waits
+// longer.
+//
+// Thread rule: one thread at a time.
 #pragma once
 
 #include "core/game/record.h"
