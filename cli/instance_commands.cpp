@@ -88,22 +88,17 @@ void Create(const Globals& globals, const InstanceOptions& options) {
 
 void ListInstances(const Globals& globals) {
   local::Connection connection(globals.control);
-  v1::ListInstancesResponse all;
-  v1::ListInstancesRequest request;
-  do {
-    const auto page =
-        connection.Call("instance list", connection.instances(), &v1::InstanceService::Stub::ListInstances, request);
-    all.mutable_instances()->MergeFrom(page.instances());
-    request.set_page_token(page.next_page_token());
-  } while (!request.page_token().empty());
+  const std::vector<v1::Instance> all = local::ListInstances(connection);
   if (globals.format == Format::kJson) {
-    std::cout << ToJson(all);
+    v1::ListInstancesResponse answer;
+    answer.mutable_instances()->Assign(all.begin(), all.end());
+    std::cout << ToJson(answer);
     return;
   }
   const bool wide = globals.format == Format::kWide;  // a reason holds spaces and log lines
   std::vector<TableRow> rows{{"NAME", "STATE", "SCENE", "GAME", "REGIONS", "PLAYERS", "AGE"}};
   if (wide) rows.front().push_back("REASON");
-  for (const v1::Instance& instance : all.instances()) {
+  for (const v1::Instance& instance : all) {
     if (globals.format == Format::kName) std::cout << "instance/" << instance.id() << "\n";
     rows.push_back({instance.id(), local::InstanceStateName(instance), instance.scene_name(), GameOf(instance),
                     std::to_string(instance.regions()), std::to_string(instance.players()),

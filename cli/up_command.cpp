@@ -2,15 +2,22 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "cli/commands.h"
+#include "cli/output.h"
 #include "cli/signals.h"
+#include "cli/table.h"
 #include "local_cluster/command_error.h"
+#include "local_cluster/connection.h"
+#include "local_cluster/instance_state.h"
 #include "local_cluster/local_cluster.h"
 
 namespace tessera::cli {
@@ -31,6 +38,61 @@ std::string DefaultStateDir() {
   return std::string(home != nullptr ? home : ".") + "/.local/state/tessera";
 }
 
+// For the checkpoints of all worlds together, when the cluster ends.
+constexpr std::chrono::seconds kLastCheckpoints{20};
+
+bool IsUnderWay(const v1::Instance& instance) {
+  return instance.state() != v1::INSTANCE_STATE_STOPPING && instance.state() != v1::INSTANCE_STATE_ENDED &&
+         instance.state() != v1::INSTANCE_STATE_FAILED;
+}
+
+std::vector<v1::Instance> InstancesUnderWay(local::Connection& control) {
+  std::vector<v1::Instance> instances = local::ListInstances(control);
+  std::erase_if(instances, [](const v1::Instance& instance) { return !IsUnderWay(instance); });
+  return instances;
+}
+
+// What an earlier run left, which begins again by itself: one line each, with the moment that it goes back to.
+std::vector<std::string> DescribeLeftOver(local::Connection& control) {
+  std::vector<std::string> lines;
+  for (const v1::Instance& instance : InstancesUnderWay(control)) {
+    v1::ListCheckpointsRequest request;
+    request.set_id(instance.id());
+    const auto listed =
+        control.Call("instance list", control.instances(), &v1::InstanceService::Stub::ListCheckpoints, request);
+    const std::string name = fmt::format("{} ({})", instance.id(), instance.scene_name());
+    if (listed.checkpoints().empty()) {
+      lines.push_back(fmt::format("{} has no checkpoint to begin again with", name));
+      continue;
+    }
+    const v1::Checkpoint& newest = *listed.checkpoints().rbegin();
+    lines.push_back(fmt::format("{} begins again with its checkpoint of tick {}, made {} ago", name, newest.tick(),
+                                FormatAge(AgeSeconds(newest.create_time()))));
+  }
+  return lines;
+}
+
+// So that the next run begins where this one ended. Says what it did; a world that cannot be kept is named.
+void KeepWorlds(local::Connection& control, std::ostream& out) {
+  const auto end = std::chrono::steady_clock::now() + kLastCheckpoints;
+  for (const v1::Instance& instance : InstancesUnderWay(control)) {
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    if (left <= std::chrono::milliseconds(0)) {
+      out << fmt::format("{}: no time was left for a checkpoint\n", instance.id());
+      continue;
+    }
+    v1::CheckpointInstanceRequest request;
+    request.set_id(instance.id());
+    try {
+      const auto answer = control.Call("last checkpoint", control.instances(),
+                                       &v1::InstanceService::Stub::CheckpointInstance, request, left);
+      out << fmt::format("{}: checkpoint of tick {}\n", instance.id(), answer.checkpoint().tick()) << std::flush;
+    } catch (const local::CommandError& error) {
+      out << fmt::format("{}: {}\n", instance.id(), error.what()) << std::flush;
+    }
+  }
+}
+
 void Up(const Globals& globals, const UpOptions& options) {
   StopSignal stop;
   local::LocalClusterOptions cluster_options{
@@ -43,13 +105,17 @@ void Up(const Globals& globals, const UpOptions& options) {
   std::filesystem::create_directories(cluster_options.state_dir, error);
   if (error) throw local::CommandError(fmt::format("--state-dir {}: {}", cluster_options.state_dir, error.message()));
   local::LocalCluster cluster(cluster_options);
+  local::Connection control(cluster.control_address());
+  const std::vector<std::string> left_over = DescribeLeftOver(control);
   if (globals.format == Format::kJson) {
     std::cout << nlohmann::ordered_json{{"control", cluster.control_address()},
                                         {"http", cluster.http_address()},
                                         {"hosts", options.hosts},
-                                        {"logs", cluster.log_dir()}}
+                                        {"logs", cluster.log_dir()},
+                                        {"left_over", left_over}}
               << std::endl;
   } else {
+    for (const std::string& line : left_over) std::cout << line << "\n";
     std::cout
         << fmt::format(
                "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs           {}\n\n"
@@ -63,6 +129,8 @@ void Up(const Globals& globals, const UpOptions& options) {
     if (!death.empty()) throw local::CommandError(death + "; its log is in " + cluster.log_dir());
   }
   if (globals.format != Format::kJson) std::cout << "\nstopping\n" << std::flush;
+  std::ostream discarded(nullptr);
+  KeepWorlds(control, globals.format == Format::kJson ? discarded : std::cout);
 }
 
 }  // namespace

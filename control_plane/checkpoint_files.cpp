@@ -144,6 +144,16 @@ void CheckpointFiles::RemoveAll(const std::string& instance) const {
   fs::remove_all(folder_ + "/" + instance, ignored);
 }
 
+std::vector<std::string> CheckpointFiles::Instances() const {
+  std::vector<std::string> instances;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder_, ignored)) {
+    if (entry.is_directory(ignored)) instances.push_back(entry.path().filename().string());
+  }
+  std::ranges::sort(instances);
+  return instances;
+}
+
 std::string Bundle(const records::Bundle& bundle) { return kMagic + Summed(bundle.SerializeAsString()); }
 
 absl::StatusOr<records::Bundle> Unbundle(const std::string& bytes) {

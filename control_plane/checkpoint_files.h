@@ -14,6 +14,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -40,6 +41,8 @@ class CheckpointFiles {
   absl::StatusOr<std::string> Read(const std::string& instance, std::uint64_t tick, const std::string& name) const;
   void Remove(const std::string& instance, std::uint64_t tick) const;
   void RemoveAll(const std::string& instance) const;
+  // The instances that have a folder here, ascending.
+  std::vector<std::string> Instances() const;
 
  private:
   explicit CheckpointFiles(std::string folder) : folder_(std::move(folder)) {}

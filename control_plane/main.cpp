@@ -11,12 +11,17 @@
 #include <chrono>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "control_plane/checkpoint_files.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
 #include "control_plane/sqlite_store.h"
+#include "control_plane/store.h"
 #include "host/files.h"
 #include "host/renamed_options.h"
 #include "host/socket_address.h"
@@ -62,6 +67,17 @@ absl::StatusOr<std::unique_ptr<SqliteStore>> OpenStore(const std::string& state_
   return SqliteStore::Open(state_dir + "/control.db");
 }
 
+// A store that never held anything beside checkpoints was emptied, or is another cluster's: a new cluster in its place
+// would number its worlds from the beginning, over those that the checkpoints belong to.
+absl::Status CheckBelongTogether(const Store& store, const CheckpointFiles& files, const std::string& state_dir) {
+  const std::vector<std::string> instances = files.Instances();
+  if (store.revision() != 0 || instances.empty()) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat(state_dir, "/checkpoints holds checkpoints of ",
+                   instances.size() == 1 ? "" : "worlds, the first of them ", instances.front(), ", but ", state_dir,
+                   "/control.db is empty: put the store back, or, for a new cluster, move the checkpoints away"));
+}
+
 absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::string& address,
                                                                     const ControlMetrics& metrics) {
   const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
@@ -104,13 +120,14 @@ absl::Status Run(const ControlFlags& flags) {
   }
   const auto store = OpenStore(flags.state_dir);
   if (!store.ok()) return store.status();
+  auto files = CheckpointFiles::Open(flags.state_dir + "/checkpoints");
+  if (!files.ok()) return files.status();
+  if (absl::Status status = CheckBelongTogether(**store, **files, flags.state_dir); !status.ok()) return status;
   ControlMetrics metrics;
   const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                 std::chrono::system_clock::now().time_since_epoch()};
   auto cluster = Cluster::Load(**store, flags.settings, SystemRandomBytes, now);
   if (!cluster.ok()) return cluster.status();
-  auto files = CheckpointFiles::Open(flags.state_dir + "/checkpoints");
-  if (!files.ok()) return files.status();
   ControlPlane plane(**store, *std::move(cluster), *std::move(files));
   const auto http = StartHttp(flags.metrics_listen, metrics);
   if (!http.ok()) return http.status();

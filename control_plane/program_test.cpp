@@ -82,6 +82,21 @@ TEST_F(ProgramTest, APortInUseIsOneLineAndStatusOne) {
   EXPECT_THAT(same_store->Output(), HasSubstr("is in use by another process\n"));
 }
 
+TEST_F(ProgramTest, AnEmptiedStoreBesideCheckpointsIsRefused) {
+  const std::string state = folder_.path() + "/state";
+  std::filesystem::create_directories(state + "/checkpoints/inst-3/1200");
+  const auto refused = Start(Arguments());
+  EXPECT_EQ(refused->Wait().code, 1);
+  EXPECT_EQ(refused->Output(), "tessera-control: " + state + "/checkpoints holds checkpoints of inst-3, but " + state +
+                                   "/control.db is empty: put the store back, or, for a new cluster, move the "
+                                   "checkpoints away\n");
+  std::filesystem::rename(state + "/checkpoints/inst-3", folder_.path() + "/inst-3");
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() + "/inst-3/1200"));
+  const auto taken = Start(Arguments());
+  taken->Signal(SIGTERM);
+  EXPECT_TRUE(taken->Wait().Clean());
+}
+
 TEST_F(ProgramTest, WrongUsageIsStatusTwo) {
   const auto no_folder = Start({});
   EXPECT_EQ(no_folder->Wait().code, 2);

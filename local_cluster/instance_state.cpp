@@ -41,6 +41,18 @@ v1::Instance WatchUntil(Connection& connection, const std::string& id, std::chro
 
 }  // namespace
 
+std::vector<v1::Instance> ListInstances(Connection& connection) {
+  std::vector<v1::Instance> all;
+  v1::ListInstancesRequest request;
+  do {
+    const auto page =
+        connection.Call("instance list", connection.instances(), &v1::InstanceService::Stub::ListInstances, request);
+    all.insert(all.end(), page.instances().begin(), page.instances().end());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return all;
+}
+
 std::string InstanceStateName(const v1::Instance& instance) {
   return v1::InstanceState_Name(instance.state()).substr(std::string("INSTANCE_STATE_").size());
 }

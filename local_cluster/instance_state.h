@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "tessera/v1/instance.pb.h"
 
@@ -11,6 +12,9 @@ namespace tessera::local {
 class Connection;
 
 std::string InstanceStateName(const v1::Instance& instance);
+
+// All of them, page by page, without map and figures of regions.
+std::vector<v1::Instance> ListInstances(Connection& connection);
 
 // Watches until RUNNING, WAITING_FOR_PLAYERS, FAILED or ENDED. CommandError with the state it is in when the time is
 // over.

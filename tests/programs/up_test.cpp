@@ -1,0 +1,74 @@
+// `tessera up`: what one run leaves behind is what the next one begins with, and both say so.
+#include <gmock/gmock.h>
+
+#include <csignal>
+#include <regex>
+#include <string>
+#include <vector>
+
+#include "host/temporary_folder.h"
+#include "host/testing/watched_program.h"
+#include "tests/support/run_program.h"
+
+namespace tessera::programs {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+
+class UpTest : public ::testing::Test {
+ protected:
+  std::vector<std::string> Arguments() const {
+    return {support::BinaryPath("tessera"),
+            "up",
+            "--state-dir",
+            state_.path(),
+            "--listen",
+            "127.0.0.1:0",
+            "--metrics-listen",
+            "127.0.0.1:0",
+            "--capacity",
+            "4"};
+  }
+  // The address of a cluster that is up, from what it printed.
+  static std::string ControlOf(const host::WatchedProgram& up) {
+    const std::string output = up.Output();
+    static const std::regex kLine("control plane +([0-9.:]+)");
+    std::smatch match;
+    return std::regex_search(output, match, kLine) ? match[1].str() : "";
+  }
+
+  const host::TemporaryFolder state_;
+};
+
+TEST_F(UpTest, TheNextRunBeginsWithTheLastTick) {
+  std::string kept;
+  {
+    host::WatchedProgram up(Arguments());
+    ASSERT_TRUE(up.WaitForText("Ctrl-C ends it all."));
+    EXPECT_THAT(up.Output(), ::testing::Not(HasSubstr("begins again")));
+    const std::string control = ControlOf(up);
+    const auto made = support::RunProgram(
+        "tessera", {"--control", control, "instance", "create", "--scene", "plaza", "--regions", "2", "--wait"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    up.Signal(SIGINT);
+    EXPECT_TRUE(up.Wait().Clean());
+    const std::string output = up.Output();
+    static const std::regex kLine("inst-1: checkpoint of tick ([0-9]+)\n");
+    std::smatch match;
+    ASSERT_TRUE(std::regex_search(output, match, kLine)) << output;
+    kept = match[1];
+  }
+  host::WatchedProgram up(Arguments());
+  ASSERT_TRUE(up.WaitForText("Ctrl-C ends it all."));
+  EXPECT_THAT(up.Output(), ContainsRegex("inst-1 \\(plaza\\) begins again with its checkpoint of tick " + kept));
+  const std::string control = ControlOf(up);
+  const auto deleted = support::RunProgram("tessera", {"--control", control, "instance", "delete", "inst-1", "--wait"});
+  EXPECT_EQ(deleted.exit_code, 0) << deleted.err;
+  up.Signal(SIGTERM);
+  EXPECT_TRUE(up.Wait().Clean());
+  EXPECT_THAT(up.Output(), ::testing::Not(HasSubstr("checkpoint of tick " + kept + "\n")));
+}
+
+}  // namespace
+}  // namespace tessera::programs
