@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <iostream>
 #include <memory>
 
@@ -16,6 +17,7 @@ struct HostOptions {
   std::string name;
   bool dry_run = false;
   bool undo = false;
+  double token_hours = 24;
 };
 
 std::string StateOf(const v1::Host& host) { return ShortName(v1::HostState_Name(host.state()), "HOST_STATE_"); }
@@ -37,12 +39,15 @@ void Add(const Globals& globals, const HostOptions& options) {
   v1::AddHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
+  request.mutable_join_token_ttl()->set_seconds(std::llround(options.token_hours * 3600));
   const auto response = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
   PrintChange(globals, "host", options.name, "added", options.dry_run, response);
   if (globals.format == Format::kTable && !options.dry_run) {
-    std::cout << "join token (shown once): " << response.join_token() << "\n"
-              << fmt::format("on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {}\n",
-                             globals.control);
+    std::cout << fmt::format("join token (shown once, good for {} h): {}\n", options.token_hours, response.join_token())
+              << fmt::format(
+                     "on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {} --advertise-address <its "
+                     "address>\n",
+                     globals.control);
   }
 }
 
@@ -123,8 +128,12 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
     if (changes) command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
     return command;
   };
-  with_name(host->add_subcommand("add", "Expect a new host; prints the join token that admits its agent"), true)
-      ->callback([&globals, options] { Add(globals, *options); });
+  CLI::App* add =
+      with_name(host->add_subcommand("add", "Expect a new host; prints the join token that admits its agent"), true);
+  add->add_option("--token-hours", options->token_hours, "Hours until the join token runs out")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0 / 60, 720.0));
+  add->callback([&globals, options] { Add(globals, *options); });
   host->add_subcommand("list", "List the hosts")->callback([&globals] { ListHosts(globals); });
   with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {
     Describe(globals, *options);

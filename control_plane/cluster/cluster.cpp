@@ -113,7 +113,7 @@ absl::Status Cluster::RemoveHost(const v1::RemoveHostRequest& request) { return 
 
 absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello) {
   NoteTime(now);
-  auto admission = hosts_.Admit(hello);
+  auto admission = hosts_.Admit(hello, now);
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
   NoteHeard(now, host);

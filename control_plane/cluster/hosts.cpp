@@ -1,6 +1,7 @@
 #include "control_plane/cluster/hosts.h"
 
 #include <algorithm>
+#include <chrono>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -9,7 +10,10 @@
 namespace tessera::control {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr std::size_t kMaxVersionBytes = 128;
+constexpr std::chrono::nanoseconds kDefaultTokenTtl = 24h, kLeastTokenTtl = 1min, kMostTokenTtl = 24h * 30;
 
 bool IsLowerOrDigit(char c) {
   return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c));
@@ -21,6 +25,18 @@ absl::Status CheckHostName(const std::string& name) {
     return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("name: \"", OneLine(name, kMaxNameBytes), "\" is not 1 to ",
                                                  kMaxNameBytes, " lower case letters, digits and dashes between them"));
+}
+
+absl::StatusOr<std::chrono::nanoseconds> TokenTtl(const v1::AddHostRequest& request) {
+  if (!request.has_join_token_ttl()) return kDefaultTokenTtl;
+  const google::protobuf::Duration& ttl = request.join_token_ttl();
+  // Whole seconds are compared first: what is far beyond would not fit into nanoseconds.
+  if (ttl.seconds() >= 0 && ttl.seconds() <= std::chrono::floor<std::chrono::seconds>(kMostTokenTtl).count()) {
+    const auto span = std::chrono::seconds(ttl.seconds()) + std::chrono::nanoseconds(ttl.nanos());
+    if (span >= kLeastTokenTtl && span <= kMostTokenTtl) return span;
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("join_token_ttl: must be 1 minute to 30 days, got ", ttl.seconds(), " s"));
 }
 
 absl::Status CheckHello(const v1::AgentHello& hello) {
@@ -60,6 +76,8 @@ absl::StatusOr<v1::AddHostResponse> Hosts::Add(const v1::AddHostRequest& request
           absl::StrCat("name: ", host.record.id(), " is named ", request.name(), " already"));
     }
   }
+  const auto ttl = TokenTtl(request);
+  if (!ttl.ok()) return ttl.status();
   records::Host record;
   record.set_name(request.name());
   *record.mutable_create_time() = ToTimestamp(now.unix_time);
@@ -72,6 +90,8 @@ absl::StatusOr<v1::AddHostResponse> Hosts::Add(const v1::AddHostRequest& request
   }
   response.set_join_token(MakeJoinToken(random_));
   record.set_join_token_hash(HashSecret(response.join_token()));
+  *record.mutable_join_token_expire_time() = ToTimestamp(now.unix_time + *ttl);
+  *response.mutable_join_token_expire_time() = record.join_token_expire_time();
   const auto added = state_.AddHost(std::move(record));
   if (!added.ok()) return added.status();
   *response.mutable_host() = ViewOf(**added);
@@ -107,10 +127,17 @@ absl::Status Hosts::Remove(const v1::RemoveHostRequest& request) {
 
 // --- For agents.
 
-absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello) {
+absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello, Now now) {
   if (!hello.join_token().empty()) {
     for (HostEntry& host : state_.EachHost()) {
-      if (SecretMatches(hello.join_token(), host.record.join_token_hash())) return &host;
+      if (!SecretMatches(hello.join_token(), host.record.join_token_hash())) continue;
+      // A token of an earlier release has no end.
+      if (!host.record.has_join_token_expire_time() ||
+          now.unix_time < FromTimestamp(host.record.join_token_expire_time())) {
+        return &host;
+      }
+      return absl::UnauthenticatedError(
+          absl::StrCat("hello.join_token: has run out; remove host ", host.record.name(), " and add it anew"));
     }
     return absl::UnauthenticatedError("hello.join_token: unknown, or used already");
   }
@@ -125,9 +152,9 @@ absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello) {
   return host;
 }
 
-absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello) {
+absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
   if (absl::Status status = CheckHello(hello); !status.ok()) return status;
-  const auto authenticated = Authenticate(hello);
+  const auto authenticated = Authenticate(hello, now);
   if (!authenticated.ok()) return authenticated.status();
   HostEntry& host = **authenticated;
   Admission admission;
@@ -141,6 +168,7 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello) {
     admission.admitted.set_host_secret(MakeHostSecret(random_));
     next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
     next.clear_join_token_hash();
+    next.clear_join_token_expire_time();
   }
   if (next.SerializeAsString() != host.record.SerializeAsString()) {
     if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;

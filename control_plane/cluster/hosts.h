@@ -1,6 +1,6 @@
 // Hosts: which machines belong to the cluster, whose agent is attached, and which of them are heard.
 //
-// A host is added with a join token, which admits one agent once; from then on its secret does. The latest stream of an
+// A host is added with a join token, which admits one agent once and runs out; from then on its secret does. The latest stream of an
 // agent counts. A host that is silent for `lost_after` is lost until its next word.
 //
 // Thread rule: as Cluster.
@@ -31,7 +31,7 @@ class Hosts {
   absl::Status Remove(const v1::RemoveHostRequest& request);
 
   // Admits an agent and opens its stream. UNAUTHENTICATED, PERMISSION_DENIED (the host was removed), INVALID_ARGUMENT.
-  absl::StatusOr<Admission> Admit(const v1::AgentHello& hello);
+  absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now);
 
   // The host was loaded: nobody is lost before there was time to be heard.
   void Adopt(HostEntry& host, Now now) { host.last_heard = now.steady; }
@@ -45,7 +45,7 @@ class Hosts {
   bool Lost(HostEntry& host, Now now);
 
  private:
-  absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello);
+  absl::StatusOr<HostEntry*> Authenticate(const v1::AgentHello& hello, Now now);
 
   ClusterState& state_;
   ControlSettings settings_;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/testing/state_rig.h"
 
@@ -35,13 +37,13 @@ class HostsTest : public ::testing::Test {
 
 TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
   v1::AgentHello hello = Hello(Add("alpha").join_token());
-  const auto first = hosts_.Admit(hello);
+  const auto first = hosts_.Admit(hello, rig_.now);
   ASSERT_TRUE(first.ok()) << first.status();
-  EXPECT_EQ(hosts_.Admit(hello).status().code(), absl::StatusCode::kUnauthenticated);
+  EXPECT_EQ(hosts_.Admit(hello, rig_.now).status().code(), absl::StatusCode::kUnauthenticated);
   hello.clear_join_token();
   hello.set_host_id(first->admitted.host_id());
   hello.set_host_secret(first->admitted.host_secret());
-  const auto second = hosts_.Admit(hello);
+  const auto second = hosts_.Admit(hello, rig_.now);
   ASSERT_TRUE(second.ok()) << second.status();
   EXPECT_EQ(rig_.state->HostOf(first->stream), nullptr);
   EXPECT_EQ(rig_.state->HostOf(second->stream)->record.name(), "alpha");
@@ -49,16 +51,45 @@ TEST_F(HostsTest, ATokenAdmitsOnceAndThenTheSecretDoes) {
   EXPECT_FALSE(CheckHostSecret(*rig_.state, "host-1", "guess").ok());
 }
 
+TEST_F(HostsTest, ATokenRunsOutAndItsHostIsAddedAnew) {
+  v1::AddHostRequest request;
+  request.set_name("alpha");
+  request.mutable_join_token_ttl()->set_seconds(120);
+  const auto added = hosts_.Add(request, rig_.now);
+  ASSERT_TRUE(added.ok()) << added.status();
+  EXPECT_EQ(FromTimestamp(added->join_token_expire_time()), rig_.now.unix_time + seconds(120));
+  Now late = rig_.now;
+  late.unix_time += seconds(120);
+  EXPECT_EQ(hosts_.Admit(Hello(added->join_token()), late).status().message(),
+            "hello.join_token: has run out; remove host alpha and add it anew");
+  Now early = rig_.now;
+  early.unix_time += seconds(119);
+  EXPECT_TRUE(hosts_.Admit(Hello(added->join_token()), early).ok());
+}
+
+TEST_F(HostsTest, ATokenLivesADayUnlessToldAndNeverForEver) {
+  const v1::AddHostResponse added = Add("alpha");
+  EXPECT_EQ(FromTimestamp(added.join_token_expire_time()), rig_.now.unix_time + std::chrono::hours(24));
+  for (const std::int64_t wrong : {std::int64_t{-1}, std::int64_t{59}, std::int64_t{30 * 24 * 3600 + 1},
+                                   std::numeric_limits<std::int64_t>::max()}) {
+    v1::AddHostRequest request;
+    request.set_name("beta");
+    request.mutable_join_token_ttl()->set_seconds(wrong);
+    const auto refused = hosts_.Add(request, rig_.now);
+    EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument) << wrong;
+  }
+}
+
 TEST_F(HostsTest, ARemovedHostIsRefusedAndItsStreamClosed) {
   v1::AgentHello hello = Hello(Add("alpha").join_token());
-  const auto admission = hosts_.Admit(hello);
+  const auto admission = hosts_.Admit(hello, rig_.now);
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
   ASSERT_TRUE(hosts_.Remove(remove).ok());
   EXPECT_EQ(rig_.state->effects().closed.at(admission->stream).code(), absl::StatusCode::kPermissionDenied);
   hello.clear_join_token();
   hello.set_host_id("host-1");
-  EXPECT_EQ(hosts_.Admit(hello).status().code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_EQ(hosts_.Admit(hello, rig_.now).status().code(), absl::StatusCode::kPermissionDenied);
 }
 
 TEST_F(HostsTest, IsLostAfterSilenceButNotForOurOwnPause) {
