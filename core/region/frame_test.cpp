@@ -9,53 +9,14 @@
 #include "absl/strings/str_cat.h"
 #include "core/region/catalog.h"
 #include "core/region/frame_check.h"
+#include "core/region/testing/sample_frame.h"
 
 namespace tessera::region {
 namespace {
 
-BodyState State(double x, bool asleep = false) {
-  BodyState state;
-  state.position = {x, 1e-300, -x / 3};
-  state.orientation = {0.6, 0, -0.0, std::nextafter(0.8, 1.0)};
-  state.asleep = asleep;
-  if (!asleep) {
-    state.linear_velocity = {1.1F, -2.2F, 3.3F};
-    state.angular_velocity = {0, 1e-40F, -5};
-    state.angular_momentum = {-0.0F, 7e-41F, 1e20F};
-    state.still_s = 0.25F;
-  }
-  return state;
-}
-
-BorderFrame MakeFrame() {
-  BorderFrame frame;
-  frame.tick = Tick(1'000'000);
-  frame.sender = RegionId(3);
-  frame.map_version = MapVersion(7);
-  frame.ghosts = {{BodyId(1), Epoch(1), State(1), {}, {}, {1, 2, 3}, {4, 5, 6}, true, true, 7.5F},
-                  {BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}},
-                  {PlayerBodyId(PlayerNumber(2)), Epoch(9), State(3), {1, 2, 3}, {4, 5, 6}, {}, {}}};
-  frame.impulses = {{BodyId(1), BodyId(9), {1, 2, 3}, {4, 5, 6}, {7, 8, 9}}};
-  Grant grant;
-  grant.bodies = {{BodyId(20), Epoch(2), State(4)}, {BodyId(21), Epoch(3), State(5)}};
-  grant.touching = {{BodyId(3), BodyId(20), true}};
-  Grant player;
-  player.bodies = {{PlayerBodyId(PlayerNumber(1)), Epoch(4), State(6)}};
-  player.control = {.last_input = 11,
-                    .committed = true,
-                    .next = {.number = 12, .force_n = {1, 0, 0}, .torque_nm = {0, 1, 0}},
-                    .queue = {{.number = 13, .force_n = {1, 1, 1}, .torque_nm = {2, 2, 2}}, {.number = 15}}};
-  frame.grants = {grant, player};
-  frame.acknowledgements = {{BodyId(30), Epoch(31)}};
-  frame.late_corrections = {{BodyId(40), {1, 2, 3}, {4, 5, 6}}};
-  frame.inputs = {{.number = 77, .body = PlayerBodyId(PlayerNumber(4)), .force_n = {1, 2, 3}}};
-  frame.properties = {{BodyId(1), {0, 10}}, {BodyId(5), {0, 0}}};
-  return frame;
-}
-
 // A frame says the same if it encodes to the same bytes: the encoding holds every field.
 TEST(FrameTest, ComesBackWithoutLoss) {
-  const BorderFrame frame = MakeFrame();
+  const BorderFrame frame = SampleFrame();
   const std::vector<std::uint8_t> bytes = Encode(frame, {});
   const absl::StatusOr<BorderFrame> back = Decode(bytes, {});
   ASSERT_TRUE(back.ok()) << back.status();
@@ -88,7 +49,7 @@ TEST(FrameTest, ComesBackWithoutLoss) {
 
 TEST(FrameTest, ASleeperThatDidNotChangeCostsTwoBytesAtMost) {
   BorderFrame frame;
-  frame.ghosts = {{BodyId(5), Epoch(200), State(2, true), {}, {}, {}, {}}};
+  frame.ghosts = {{BodyId(5), Epoch(200), SampleState(2, true), {}, {}, {}, {}}};
   const std::size_t empty = Encode(BorderFrame(), {}).size();
   const std::vector<std::uint8_t> bytes = Encode(frame, frame.ghosts);
   EXPECT_LE(bytes.size(), empty + 2);
@@ -99,7 +60,7 @@ TEST(FrameTest, ASleeperThatDidNotChangeCostsTwoBytesAtMost) {
 }
 
 TEST(FrameTest, EveryTruncationIsRefused) {
-  const std::vector<std::uint8_t> bytes = Encode(MakeFrame(), {});
+  const std::vector<std::uint8_t> bytes = Encode(SampleFrame(), {});
   for (std::size_t n = 0; n < bytes.size(); ++n) {
     EXPECT_TRUE(absl::EndsWith(Decode(std::span(bytes).first(n), {}).status().message(), ": truncated"))
         << n << " bytes";
@@ -134,9 +95,9 @@ class FrameCheckTest : public ::testing::Test {
     scene->joints.push_back(joint);
     scene->properties = {{"score", std::int64_t{0}}};
     catalog = std::make_unique<Catalog>(scene);
-    frame.ghosts = {{BodyId(4), Epoch(1), State(1), {}, {}, {}, {}}};
+    frame.ghosts = {{BodyId(4), Epoch(1), SampleState(1), {}, {}, {}, {}}};
     Grant grant;
-    grant.bodies = {{BodyId(2), Epoch(2), State(1)}, {BodyId(3), Epoch(2), State(1)}};
+    grant.bodies = {{BodyId(2), Epoch(2), SampleState(1)}, {BodyId(3), Epoch(2), SampleState(1)}};
     frame.grants = {grant};
     frame.impulses = {{BodyId(4), BodyId(5), {}, {}, {}}};
   }
@@ -177,18 +138,18 @@ TEST_F(FrameCheckTest, RefusesStatesThatAreNotSane) {
                        : std::isnan(bad)  ? "body 4: position.y must be a finite number, got nan"
                                           : "body 4: position.y must be a finite number, got inf");
   }
-  frame.ghosts[0].state = State(1);
+  frame.ghosts[0].state = SampleState(1);
   frame.ghosts[0].state.orientation = {0, 0, 0, 0};
   EXPECT_NE(Error(), "");
-  frame.ghosts[0].state = State(1);
+  frame.ghosts[0].state = SampleState(1);
   frame.ghosts[0].state.angular_momentum.z = HUGE_VALF;
   EXPECT_NE(Error(), "");
   for (const float bad : {-1.0F, std::nanf(""), HUGE_VALF}) {
-    frame.ghosts[0].state = State(1);
+    frame.ghosts[0].state = SampleState(1);
     frame.ghosts[0].state.still_s = bad;
     EXPECT_NE(Error(), "");
   }
-  frame.ghosts[0].state = State(1);
+  frame.ghosts[0].state = SampleState(1);
   frame.grants[0].bodies[1].state.linear_velocity.x = 2e6F;
   EXPECT_EQ(Error(), "body 3: linear_velocity.x must be -100000 to 100000, got 2e+06");
 }
@@ -198,7 +159,7 @@ TEST_F(FrameCheckTest, NamesEveryNumberOfAStateThatIsAbsurd) {
   const auto errors = [this](const std::string& field, auto&& number_of) {
     for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL, 1e30, -1e30}) {
       for (const bool granted : {false, true}) {
-        frame.ghosts[0].state = frame.grants[0].bodies[1].state = State(1);
+        frame.ghosts[0].state = frame.grants[0].bodies[1].state = SampleState(1);
         BodyState& state = granted ? frame.grants[0].bodies[1].state : frame.ghosts[0].state;
         auto& number = number_of(state);
         number = static_cast<std::remove_reference_t<decltype(number)>>(bad);
@@ -214,7 +175,7 @@ TEST_F(FrameCheckTest, NamesEveryNumberOfAStateThatIsAbsurd) {
   errors("linear_velocity.y", [](BodyState& s) -> float& { return s.linear_velocity.y; });
   errors("angular_velocity.z", [](BodyState& s) -> float& { return s.angular_velocity.z; });
   errors("angular_momentum.x", [](BodyState& s) -> float& { return s.angular_momentum.x; });
-  frame.ghosts[0].state = frame.grants[0].bodies[1].state = State(1);
+  frame.ghosts[0].state = frame.grants[0].bodies[1].state = SampleState(1);
   frame.ghosts[0].state.still_s = std::nanf("");
   EXPECT_EQ(Error(), "body 4: still_s must be a finite number, got nan");
 }
@@ -242,7 +203,7 @@ TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {
   scene.player.emplace().max_force_n = 100;
   catalog = std::make_unique<Catalog>(std::make_shared<const Scene>(scene));
   const BodyId player = PlayerBodyId(PlayerNumber(1));
-  GhostRecord ghost{player, Epoch(1), State(1), {0, 100, 0}, {0, 50, 0}, {}, {}};
+  GhostRecord ghost{player, Epoch(1), SampleState(1), {0, 100, 0}, {0, 50, 0}, {}, {}};
   frame.ghosts = {ghost};
   EXPECT_EQ(Error(), "");
   frame.ghosts[0].force_n.y = 101;
@@ -255,7 +216,7 @@ TEST_F(FrameCheckTest, PushesComeFromPlayersAloneAndWithinTheirLimits) {
 
   frame.ghosts.clear();
   Grant grant;
-  grant.bodies = {{player, Epoch(2), State(1)}};
+  grant.bodies = {{player, Epoch(2), SampleState(1)}};
   grant.control.queue = {
       {.number = 1, .body = player, .force_n = {1e30F, 0, 0}}};  // limits are applied when its tick comes
   frame.grants = {grant};

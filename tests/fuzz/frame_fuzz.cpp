@@ -7,8 +7,17 @@
 #include "core/region/catalog.h"
 #include "core/region/frame.h"
 #include "core/region/frame_check.h"
+#include "core/region/testing/sample_frame.h"
 #include "core/world/state_check.h"
 #include "tests/fuzz/fuzz_catalog.h"
+#include "tests/fuzz/planted_seed.h"
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  using tessera::region::BorderFrame, tessera::region::Encode, tessera::region::SampleFrame;
+  tessera::fuzz::PlantSeed(*argc, *argv, "empty", Encode(BorderFrame(), {}));
+  tessera::fuzz::PlantSeed(*argc, *argv, "all_parts", Encode(SampleFrame(), {}));
+  return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const tessera::region::Catalog catalog = tessera::fuzz::MakeCatalog();

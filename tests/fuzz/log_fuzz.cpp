@@ -9,6 +9,7 @@
 #include "core/region/log.h"
 #include "core/region/log_wire.h"
 #include "core/region/standby_copy.h"
+#include "tests/fuzz/planted_seed.h"
 
 namespace {
 
@@ -57,7 +58,44 @@ RegionState MakeState() {
   return state;
 }
 
+// A message as the fuzzer takes it: what to do with it, then its bytes, without the checksum where that is added.
+Bytes Input(std::uint8_t flags, Bytes message) {
+  if ((flags & kSeal) != 0) message.resize(message.size() - sizeof(std::uint64_t));
+  message.insert(message.begin(), flags);
+  return message;
+}
+
+// The tick after MakeState's: a body has moved, one is new, a record has changed.
+Bytes MakeChanges(const Catalog& catalog) {
+  const RegionState state = MakeState();
+  std::vector<OwnedBody> owned;
+  owned.reserve(state.bodies.size() + 1);
+  for (const StateBody& body : state.bodies)
+    owned.push_back({.def = catalog.Find(body.id), .epoch = body.epoch, .state = body.state});
+  std::erase_if(owned, [](const OwnedBody& body) { return body.def == nullptr; });
+  LogView view{.region = state.region,
+               .incarnation = state.incarnation,
+               .tick = state.tick,
+               .owned = owned,
+               .grants = &state.grants};
+  LogWriter writer(1.0 / 60);
+  (void)writer.Write(view, {});
+  owned[0].state.position.y += 0.25;
+  owned.push_back({.def = catalog.Find(BodyId(30)), .epoch = Epoch(1), .state = {}});
+  view.owned = owned;
+  view.tick = view.tick + 1;
+  return writer.Write(view, {});
+}
+
 }  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
+  const Catalog catalog = MakeCatalog();
+  fuzz::PlantSeed(*argc, *argv, "state", Input(0, EncodeState(MakeState())));
+  fuzz::PlantSeed(*argc, *argv, "state_unsealed", Input(kSeal, EncodeState(MakeState())));
+  fuzz::PlantSeed(*argc, *argv, "changes_unsealed", Input(kSeal | kOnTop, MakeChanges(catalog)));
+  return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Catalog catalog = MakeCatalog();
