@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "client_sdk/client_impl.h"
+#include "core/replication/datagram.h"
 #include "core/world/proto_math.h"
 
 namespace tessera::client {
@@ -255,6 +256,7 @@ void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const
 }
 
 void Client::Impl::OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes) {
+  if (replication::KindOf(bytes) == replication::DatagramKind::kRegionFigures) return connection.TakeFigures(bytes);
   const std::optional<replication::ReceivedSnapshot> snapshot = connection.ReadSnapshot(bytes);
   if (!snapshot.has_value()) return;
   full_records += snapshot->full_records;

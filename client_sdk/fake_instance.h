@@ -23,6 +23,7 @@
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "tessera/v1/game.pb.h"
+#include "tessera/v1/instance.grpc.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::client {
@@ -151,6 +152,10 @@ class FakeRegion {
     endpoint.set_incarnation(incarnation_.value());
     return endpoint;
   }
+  void SendFigures(std::span<const std::uint8_t> datagram) {
+    for (const auto& [peer, sender] : senders_) (void)endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram);
+    endpoint_->Flush();
+  }
   void Snapshot(Tick tick, std::span<const replication::BodyRecord> bodies,
                 std::span<const replication::DepartureRecord> departures = {}) {
     history_.Push(tick, bodies, departures);
@@ -241,6 +246,22 @@ class FakeRegion {
   double dropped_ = 0;
 };
 
+// The list that a menu shows: whatever the test puts there, in pages of two.
+class FakeInstanceList : public v1::InstanceService::Service {
+ public:
+  std::vector<v1::Instance> instances;  // set before the call
+
+  grpc::Status ListInstances(grpc::ServerContext*, const v1::ListInstancesRequest* request,
+                             v1::ListInstancesResponse* response) override {
+    std::size_t at = request->page_token().empty() ? 0 : std::stoul(request->page_token());
+    for (const std::size_t end = std::min(at + 2, instances.size()); at < end; ++at) {
+      *response->add_instances() = instances[at];
+    }
+    if (at < instances.size()) response->set_next_page_token(std::to_string(at));
+    return grpc::Status::OK;
+  }
+};
+
 class FakeInstance : public v1::SessionService::Service {
  public:
   static constexpr const char* kId = "plaza-1";
@@ -266,6 +287,7 @@ class FakeInstance : public v1::SessionService::Service {
     int port = 0;
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
     builder.RegisterService(this);
+    builder.RegisterService(&list);
     server_ = builder.BuildAndStart();
     address = "127.0.0.1:" + std::to_string(port);
   }
@@ -351,6 +373,7 @@ class FakeInstance : public v1::SessionService::Service {
   PartitionMap map;
   std::vector<std::unique_ptr<FakeRegion>> regions;
   std::string address;
+  FakeInstanceList list;
   // Set before Join, read after: gRPC's threads run in between.
   std::atomic<bool> full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
   std::atomic<int> scenes_fetched = 0, left = 0;

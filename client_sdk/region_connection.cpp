@@ -37,6 +37,7 @@ void RegionConnection::Welcomed() {
   receiver_ = replication::SnapshotReceiver(world_bounds_, settings_);  // the region begins from nothing, too
   unacknowledged_ = 0;
   read_here_ = 0;
+  stats_.figures_received = 0;  // it may be another process
   retry_ = kFirstRetry;
   if (was_welcomed_) ++stats_.reconnects;
   was_welcomed_ = true;
@@ -80,6 +81,17 @@ std::optional<replication::ReceivedSnapshot> RegionConnection::ReadSnapshot(std:
   ++read_here_;
   ++stats_.datagrams;
   return *std::move(snapshot);
+}
+
+void RegionConnection::TakeFigures(std::span<const std::uint8_t> datagram) {
+  if (!welcomed()) return;
+  absl::StatusOr<replication::RegionFigures> figures = replication::DecodeRegionFigures(datagram);
+  if (!figures.ok()) return CountError();
+  // They only grow: fewer steps are a datagram that was overtaken.
+  if (stats_.figures_received > 0 && figures->step.count < stats_.figures.step.count) return;
+  stats_.figures_before = stats_.figures_received > 0 ? stats_.figures : replication::RegionFigures{};
+  stats_.figures = *figures;
+  ++stats_.figures_received;
 }
 
 std::size_t RegionConnection::Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs) {

@@ -52,6 +52,8 @@ class RegionConnection {
 
   // Nothing if it is refused or this side is not welcomed yet.
   std::optional<replication::ReceivedSnapshot> ReadSnapshot(std::span<const std::uint8_t> datagram);
+  // Takes the region's figures; counts an error if they are malformed.
+  void TakeFigures(std::span<const std::uint8_t> datagram);
   // Sends inputs with the acknowledgement; the bytes sent, 0 where there is nothing to send.
   std::size_t Send(TimePoint now, ClientEndpoint& endpoint, std::vector<PlayerInput> inputs);
   // Sends a datagram of commands (core/replication/command.h); the bytes sent.

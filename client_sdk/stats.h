@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/replication/region_figures.h"
 #include "core/world/ids.h"
 
 namespace tessera::client {
@@ -41,6 +42,10 @@ struct RegionStats {
   std::uint64_t datagrams_lost = 0;  // or on their way
   std::uint64_t decode_errors = 0;   // refused: malformed, or their baseline was not here
   std::uint64_t reconnects = 0;
+  // The region's own figures, over this connection: how many came, the newest, and those before it. Before the first
+  // two the ones before are those of a region that has done nothing.
+  std::uint32_t figures_received = 0;
+  replication::RegionFigures figures{}, figures_before{};
 };
 
 struct ClientStats {

@@ -244,6 +244,10 @@ std::uint64_t GamePort::SendDatagrams(net::PeerHandle peer, std::span<const net:
   return bytes;
 }
 
+void GamePort::SendToAll(std::span<const std::uint8_t> datagram) {
+  for (const auto& [peer, client] : clients_) (void)endpoint_->Send(peer, net::Delivery::kUnsequenced, datagram);
+}
+
 void GamePort::Send(net::PeerHandle peer, const v1::RegionControl& message) {
   (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(message.SerializeAsString()));
 }

@@ -112,6 +112,8 @@ class GamePort {
   // number of bytes queued.
   std::uint64_t SendDatagrams(net::PeerHandle peer, std::span<const net::Bytes> datagrams, TimePoint now);
   void Send(net::PeerHandle peer, const v1::RegionControl& message);
+  // A datagram to all clients that none of them has to answer, and that may be lost.
+  void SendToAll(std::span<const std::uint8_t> datagram);
   // Sends what is queued; Service does so too.
   void Flush() { endpoint_->Flush(); }
   void SendStarted(Tick tick);

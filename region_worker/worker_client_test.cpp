@@ -76,10 +76,45 @@ class Cluster {
   std::vector<std::unique_ptr<WorkerProcess>> workers_;
 };
 
-double Metric(std::uint16_t port, const std::string& series) {
-  const std::string body = ReadMetrics(port);
-  const auto at = body.find("\n" + series + " ");
-  return at == std::string::npos ? -1 : std::atof(body.c_str() + at + series.size() + 2);
+double MetricIn(const std::string& page, const std::string& series) {
+  const auto at = page.find("\n" + series + " ");
+  return at == std::string::npos ? -1 : std::atof(page.c_str() + at + series.size() + 2);
+}
+
+double Metric(std::uint16_t port, const std::string& series) { return MetricIn(ReadMetrics(port), series); }
+
+// A game shows them without the operators' port, so they are the metrics of the same moment.
+TEST(WorkerClientTest, ClientsGetTheFiguresThatMetricsShow) {
+  Cluster cluster(1);
+  const auto client = cluster.Join(1, 1);
+  ASSERT_TRUE(client->Until([&] { return client->figures && client->figures->step.count > 60; }));
+  const std::uint16_t port = cluster.metrics_port(1);
+  std::string page;
+  const auto shown = [&](const std::string& series) { return MetricIn(page, series); };
+  const auto mean = [&](const std::string& family) { return shown(family + "_sum") / shown(family + "_count"); };
+  const auto mean_of = [](const replication::WorkFigures& work) {
+    return static_cast<double>(work.total_ns) * 1e-9 / static_cast<double>(work.count);
+  };
+  // Until a message and a page that were taken at nearly the same tick agree; the next message is a second later.
+  const auto agree = [&] {
+    const replication::RegionFigures& figures = *client->figures;
+    page = ReadMetrics(port);
+    const auto near = [](double a, double b) { return std::abs(a - b) <= 0.05 * b; };
+    return near(static_cast<double>(figures.tick.value()), shown("tessera_region_tick")) &&
+           near(static_cast<double>(figures.step.count), shown("tessera_region_step_seconds_count")) &&
+           near(mean_of(figures.step), mean("tessera_region_step_seconds")) &&
+           near(mean_of(figures.physics), mean("tessera_region_physics_seconds")) &&
+           near(mean_of(figures.prediction), mean("tessera_region_prediction_seconds")) &&
+           near(mean_of(figures.snapshot_full), mean("tessera_region_snapshot_full_seconds")) &&
+           near(mean_of(figures.snapshot_delta), mean("tessera_region_snapshot_delta_seconds")) &&
+           near(static_cast<double>(figures.memory.process_physical_bytes),
+                shown("tessera_process_resident_memory_bytes"));
+  };
+  EXPECT_TRUE(client->Until(agree));
+  EXPECT_EQ(client->figures->owned, kBalls + 1);
+  EXPECT_EQ(client->figures->clients, 1u);
+  EXPECT_EQ(static_cast<double>(client->figures->memory.host_physical_total_bytes),
+            Metric(port, "tessera_host_physical_memory_total_bytes"));
 }
 
 TEST(WorkerClientTest, TwoRegionsShowAllBodiesOnceTheWorldRuns) {

@@ -66,6 +66,7 @@ int WorkerShell::Run() {
     CarryOut();
     if (steps) Step(now);
     GreetInPause();
+    if (const RegionRun* run = core_->run()) figures_.SendIfDue(run->region(), *game_, Clock::now());
     PrintStatus(Clock::now());
     Wait(steps);
   }

@@ -18,6 +18,7 @@
 #include "region_worker/agent_link.h"
 #include "region_worker/checkpoint_writer.h"
 #include "region_worker/core/worker_core.h"
+#include "region_worker/figures_feed.h"
 #include "region_worker/game_port.h"
 #include "region_worker/pair_broadcast.h"
 #include "region_worker/player_news.h"
@@ -88,6 +89,7 @@ class WorkerShell {
   std::optional<SnapshotBroadcast> snapshots_;  // once the world is built
   std::optional<PairBroadcast> pairs_;          // likewise
   PlayerNewsFeed news_{metrics_};
+  FiguresFeed figures_{metrics_};
   TickMeter meter_{metrics_};
   CheckpointWriter checkpoint_writer_;
   TimePoint next_status_{};

@@ -9,6 +9,8 @@
 
 #include "client_sdk/fake_instance.h"
 #include "client_sdk/include/tessera/tessera.hpp"
+#include "core/replication/datagram.h"
+#include "core/replication/region_figures.h"
 
 namespace tessera::client {
 namespace {
@@ -96,6 +98,105 @@ TEST_F(CApiTest, ReadsPropertiesAndIsToldWhenTheyChange) {
   EXPECT_EQ(tessera_get_property(client, 77, "health", &property), TESSERA_NOT_FOUND);
   EXPECT_EQ(tessera_get_property(client, 1, nullptr, &property), TESSERA_INVALID_ARGUMENT);
   EXPECT_EQ(tessera_get_property(nullptr, 1, "health", &property), TESSERA_INVALID_ARGUMENT);
+}
+
+// A region's sums are given as they are, and what went on between two messages as a mean.
+TEST_F(CApiTest, GivesWhatARegionSaysOfItself) {
+  Play();
+  tessera_region_info info = TESSERA_REGION_INFO;
+  ASSERT_EQ(tessera_region_stats(client, 0, &info), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(info.region, 1u);
+  EXPECT_EQ(info.connected, 1);
+  EXPECT_EQ(info.reports, 0u);
+  EXPECT_EQ(info.process_physical_bytes, 0u);
+
+  replication::RegionFigures figures;
+  figures.tick = Tick(60);
+  figures.owned = 9, figures.ghosts = 2, figures.asleep = 1, figures.clients = 1;
+  figures.step = {60, 60'000'000};
+  figures.physics = {60, 30'000'000};
+  figures.memory.process_physical_bytes = 5 << 20;
+  figures.memory.host_physical_total_bytes = std::uint64_t{8} << 30;
+  const auto send = [&](std::uint32_t reports) {
+    instance.regions[0]->SendFigures(replication::EncodeRegionFigures(figures));
+    return Until([&] { return tessera_region_stats(client, 0, &info) == TESSERA_OK && info.reports == reports; });
+  };
+  ASSERT_TRUE(send(1));
+  EXPECT_EQ(info.tick, 60u);
+  EXPECT_EQ(info.bodies, 9u);
+  EXPECT_EQ(info.ghosts, 2u);
+  EXPECT_EQ(info.asleep, 1u);
+  EXPECT_EQ(info.process_physical_bytes, 5u << 20);
+  EXPECT_EQ(info.host_physical_total_bytes, std::uint64_t{8} << 30);
+  EXPECT_NEAR(info.step.recent, 1e-3, 1e-9);
+
+  figures.step = {120, 180'000'000};
+  ASSERT_TRUE(send(2));
+  EXPECT_EQ(info.step.count, 120u);
+  EXPECT_NEAR(info.step.total, 0.18, 1e-9);
+  EXPECT_NEAR(info.step.recent, 2e-3, 1e-9);
+  EXPECT_EQ(info.physics.recent, 0);  // none in that second
+
+  // Overtaken, and malformed: neither changes anything, and the latter is counted.
+  figures.step = {119, 1};
+  instance.regions[0]->SendFigures(replication::EncodeRegionFigures(figures));
+  const std::vector<std::uint8_t> cut = {static_cast<std::uint8_t>(replication::DatagramKind::kRegionFigures), 1, 5};
+  instance.regions[0]->SendFigures(cut);
+  tessera_stats stats = TESSERA_STATS;
+  ASSERT_TRUE(Until([&] { return tessera_get_stats(client, &stats) == TESSERA_OK && stats.decode_errors == 1; }));
+  ASSERT_EQ(tessera_region_stats(client, 0, &info), TESSERA_OK);
+  EXPECT_EQ(info.reports, 2u);
+  EXPECT_EQ(info.step.count, 120u);
+
+  EXPECT_EQ(tessera_region_stats(client, 1, &info), TESSERA_NOT_FOUND);
+  EXPECT_EQ(tessera_region_stats(client, 0, nullptr), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_region_stats(nullptr, 0, &info), TESSERA_INVALID_ARGUMENT);
+}
+
+TEST_F(CApiTest, ListsInstances) {
+  for (int i = 1; i <= 5; ++i) {
+    v1::Instance& listed = instance.list.instances.emplace_back();
+    listed.set_id("inst-" + std::to_string(i));
+    listed.set_scene_name("plaza");
+    listed.set_state(v1::INSTANCE_STATE_WAITING_FOR_PLAYERS);
+    listed.set_regions(4);
+    listed.set_players(3);
+    listed.set_expected_players(4);
+    for (const char* name : {"ada", "", "gone"}) {
+      v1::Player& player = *listed.add_player_list();
+      player.set_number(static_cast<std::uint32_t>(listed.player_list_size()));
+      player.set_name(name);
+      player.set_left(std::string(name) == "gone");
+    }
+  }
+  instance.list.instances.back().set_scene_name(std::string(500, 'x'));
+  std::vector<InstanceInfo> listed;
+  ASSERT_EQ(ListInstances(instance.address, listed).text, "");
+  ASSERT_EQ(listed.size(), 5u);
+  EXPECT_STREQ(listed[2].id, "inst-3");
+  EXPECT_STREQ(listed[2].scene, "plaza");
+  EXPECT_EQ(listed[2].state, TESSERA_INSTANCE_WAITING);
+  EXPECT_EQ(listed[2].regions, 4u);
+  EXPECT_EQ(listed[2].players, 3u);
+  EXPECT_EQ(listed[2].expected_players, 4u);
+  ASSERT_EQ(listed[2].name_count, 2u);
+  EXPECT_STREQ(listed[2].player_names[0], "ada");
+  EXPECT_STREQ(listed[2].player_names[1], "player 2");
+  EXPECT_EQ(std::string(listed[4].scene), std::string(63, 'x'));
+
+  // Fewer than there are; into a struct that is shorter; nobody there; nonsense.
+  constexpr std::size_t kOld = offsetof(tessera_instance_info, scene);
+  std::vector<unsigned char> raw(kOld + 8, 0xaa);
+  std::size_t count = 0;
+  ASSERT_EQ(tessera_list_instances(instance.address.c_str(), 3000, reinterpret_cast<tessera_instance_info*>(raw.data()),
+                                   kOld, 1, &count),
+            TESSERA_OK);
+  EXPECT_EQ(count, 5u);
+  EXPECT_TRUE(std::all_of(raw.begin() + kOld, raw.end(), [](unsigned char c) { return c == 0xaa; }));
+  EXPECT_EQ(ListInstances("127.0.0.1:1", listed).code, TESSERA_UNAVAILABLE);
+  EXPECT_NE(std::string(tessera_last_error()).find("control plane at 127.0.0.1:1"), std::string::npos);
+  EXPECT_EQ(tessera_list_instances(nullptr, 10, nullptr, 0, 0, &count), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_list_instances("127.0.0.1:1", 10, nullptr, 0, 1, &count), TESSERA_INVALID_ARGUMENT);
 }
 
 TEST_F(CApiTest, JoinsPlaysSeesAndLeaves) {

@@ -8,6 +8,35 @@ namespace {
 
 tessera_duration Give(const client::DurationSummary& d) { return {d.count, d.mean_s, d.p50_s, d.p99_s, d.max_s}; }
 
+tessera_work Give(const replication::WorkFigures& now, const replication::WorkFigures& before) {
+  tessera_work work = {now.count, static_cast<double>(now.total_ns) * 1e-9, 0};
+  if (now.count > before.count && now.total_ns >= before.total_ns) {
+    work.recent =
+        static_cast<double>(now.total_ns - before.total_ns) * 1e-9 / static_cast<double>(now.count - before.count);
+  }
+  return work;
+}
+
+void GiveFigures(const replication::RegionFigures& now, const replication::RegionFigures& before,
+                 tessera_region_info& info) {
+  info.tick = now.tick.value();
+  info.bodies = now.owned;
+  info.ghosts = now.ghosts;
+  info.asleep = now.asleep;
+  info.clients = now.clients;
+  info.step = Give(now.step, before.step);
+  info.physics = Give(now.physics, before.physics);
+  info.prediction = Give(now.prediction, before.prediction);
+  info.snapshot_full = Give(now.snapshot_full, before.snapshot_full);
+  info.snapshot_delta = Give(now.snapshot_delta, before.snapshot_delta);
+  info.process_virtual_bytes = now.memory.process_virtual_bytes;
+  info.process_physical_bytes = now.memory.process_physical_bytes;
+  info.host_virtual_usable_bytes = now.memory.host_virtual_usable_bytes;
+  info.host_virtual_total_bytes = now.memory.host_virtual_total_bytes;
+  info.host_physical_usable_bytes = now.memory.host_physical_usable_bytes;
+  info.host_physical_total_bytes = now.memory.host_physical_total_bytes;
+}
+
 }  // namespace
 
 tessera_code tessera_simulate_network(tessera_client* handle, const tessera_network* given) {
@@ -59,6 +88,23 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
     stats.network_time = Give(from.network_time);
     stats.update_time = Give(from.update_time);
     GiveOut(stats, out);
+    return tessera_code{TESSERA_OK};
+  });
+}
+
+tessera_code tessera_region_stats(const tessera_client* handle, size_t index, tessera_region_info* out) {
+  if (handle == nullptr || out == nullptr || out->size < sizeof(uint32_t)) return Refuse("client or info: is NULL");
+  return Guarded([&] {
+    const client::ClientStats stats = handle->client->Stats();
+    if (index >= stats.regions.size()) return Report(absl::NotFoundError("index: there are no more regions"));
+    const client::RegionStats& from = stats.regions[index];
+    tessera_region_info info = TESSERA_REGION_INFO;
+    info.region = from.region.value();
+    info.connected = from.connected ? 1 : 0;
+    info.reports = from.figures_received;
+    info.round_trip_s = from.round_trip_s;
+    if (from.figures_received > 0) GiveFigures(from.figures, from.figures_before, info);
+    GiveOut(info, out);
     return tessera_code{TESSERA_OK};
   });
 }

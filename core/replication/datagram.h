@@ -7,10 +7,11 @@
 namespace tessera::replication {
 
 enum class DatagramKind : std::uint8_t {
-  kUnknown = 0,   // never sent: the datagram is empty, or this version does not know its kind
-  kSnapshot = 1,  // region -> client: core/replication/snapshot.h
-  kInput = 2,     // client -> region: core/replication/input.h
-  kCommands = 3,  // client -> region: core/replication/command.h
+  kUnknown = 0,        // never sent: the datagram is empty, or this version does not know its kind
+  kSnapshot = 1,       // region -> client: core/replication/snapshot.h
+  kInput = 2,          // client -> region: core/replication/input.h
+  kCommands = 3,       // client -> region: core/replication/command.h
+  kRegionFigures = 4,  // region -> client: core/replication/region_figures.h
 };
 
 // An acknowledgement names the newest datagram that came, and has a bit for each of so many before it.
@@ -20,7 +21,7 @@ inline constexpr std::uint32_t kAckMaskBits = 64;
 inline constexpr std::uint64_t kMaxTick = std::uint64_t{1} << 52;
 
 inline DatagramKind KindOf(std::span<const std::uint8_t> datagram) {
-  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kCommands)) {
+  if (datagram.empty() || datagram[0] > static_cast<std::uint8_t>(DatagramKind::kRegionFigures)) {
     return DatagramKind::kUnknown;
   }
   return static_cast<DatagramKind>(datagram[0]);

@@ -87,6 +87,7 @@ void TestClient::Handle(const net::Event& event) {
 }
 
 void TestClient::ReadSnapshot(const net::Bytes& bytes) {
+  if (const auto read = replication::DecodeRegionFigures(bytes); read.ok()) figures = *read;
   const absl::StatusOr<replication::ReceivedSnapshot> snapshot = receiver_.Read(bytes);
   if (!snapshot.ok()) return;  // lost baselines and doubles are part of the game
   tick = std::max(tick, snapshot->tick);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/replication/input.h"
+#include "core/replication/region_figures.h"
 #include "core/replication/snapshot.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
@@ -45,6 +46,7 @@ class TestClient {
   bool started = false, connected = false, disconnected = false;
   std::map<BodyId, BodyState> bodies;  // as received; departed ones are not in it
   Tick tick;
+  std::optional<replication::RegionFigures> figures;
   std::uint32_t last_input = 0;
   std::uint32_t full_records = 0, records = 0;  // since the start
 

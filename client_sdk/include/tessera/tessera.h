@@ -66,6 +66,42 @@ enum {
 /* One line about the last call on this thread that did not give TESSERA_OK. Valid until the next call on it. */
 TESSERA_API const char* tessera_last_error(void);
 
+/* --- The worlds that there are -------------------------------------------------------------------------------------
+ */
+
+typedef int32_t tessera_instance_state; /* one of these, or of others in between: */
+enum {
+  TESSERA_INSTANCE_WAITING = 4, /* for players; below it: not that far yet */
+  TESSERA_INSTANCE_RUNNING = 5,
+  TESSERA_INSTANCE_ENDED = 8,
+  TESSERA_INSTANCE_PAUSED = 10
+};
+enum { TESSERA_MAX_LISTED_INSTANCES = 256, TESSERA_MAX_LISTED_PLAYERS = 16, TESSERA_MAX_LISTED_NAME = 63 };
+typedef struct tessera_instance_info {
+  uint32_t size;
+  tessera_instance_state state;
+  uint32_t regions;
+  uint32_t players;          /* who have joined and not left */
+  uint32_t expected_players; /* the world starts when so many are in */
+  uint32_t name_count;       /* of player_names */
+  char id[64];               /* each text ends in 0 */
+  char scene[64];
+  char game[64]; /* empty: it runs none */
+  char player_names[TESSERA_MAX_LISTED_PLAYERS][TESSERA_MAX_LISTED_NAME + 1];
+} tessera_instance_info;
+#define TESSERA_INSTANCE_INFO                                      \
+  {                                                                \
+    sizeof(tessera_instance_info), 0, 0, 0, 0, 0, {0}, {0}, {0}, { \
+      { 0 }                                                        \
+    }                                                              \
+  }
+/* The control plane's instances, those that have ended too: writes up to `capacity` of them, `stride` bytes apart
+ * (sizeof your tessera_instance_info), and gives in `count` how many there are, at most TESSERA_MAX_LISTED_INSTANCES.
+ * Waits for the answer, up to the deadline; any thread may call it. */
+TESSERA_API tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms,
+                                                tessera_instance_info* instances, size_t stride, size_t capacity,
+                                                size_t* count);
+
 /* --- Joining ------------------------------------------------------------------------------------------------------ */
 
 typedef struct tessera_client tessera_client;
@@ -446,6 +482,36 @@ typedef struct tessera_stats {
   }
 
 TESSERA_API tessera_code tessera_get_stats(const tessera_client* client, tessera_stats* stats);
+
+/* How often a region has done something since its process began, and for how long together; and the mean of the last
+ * second or so, 0 if it was not done in it. */
+typedef struct tessera_work { /* s */
+  uint64_t count;
+  double total, recent;
+} tessera_work;
+/* What a region says of itself once a second: the same figures as its metrics for operators. */
+typedef struct tessera_region_info {
+  uint32_t size;
+  uint32_t region;
+  int32_t connected;
+  uint32_t reports; /* how many have come over this connection; 0: nothing below round_trip_s is known */
+  double round_trip_s;
+  uint64_t tick, bodies, ghosts, asleep, clients;
+  tessera_work step; /* a whole tick, without waiting; in it: */
+  tessera_work physics, prediction;
+  tessera_work snapshot_full, snapshot_delta; /* broadcasts where some client got bodies whole; and of changes alone */
+  uint64_t process_virtual_bytes, process_physical_bytes;
+  uint64_t host_virtual_usable_bytes, host_virtual_total_bytes; /* memory and swap */
+  uint64_t host_physical_usable_bytes, host_physical_total_bytes;
+} tessera_region_info;
+#define TESSERA_REGION_INFO                                                                                           \
+  {                                                                                                                   \
+    sizeof(tessera_region_info), 0, 0, 0, 0, 0, 0, 0, 0, 0, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0, \
+        0, 0, 0, 0, 0                                                                                                 \
+  }
+/* A region that the client is connected to or dials, by its place: 0, 1, ... until TESSERA_NOT_FOUND; ascending by
+ * number. */
+TESSERA_API tessera_code tessera_region_stats(const tessera_client* client, size_t index, tessera_region_info* info);
 
 /* --- A bad network, to try a game on --------------------------------------------------------------------------------
  */

@@ -75,11 +75,25 @@ using Property = std::variant<bool, std::int64_t, double, std::string, std::arra
 
 using Body = tessera_body;
 using Stats = tessera_stats;
+using RegionStats = tessera_region_info;
+using InstanceInfo = tessera_instance_info;
 using Steering = tessera_steering;  // begins as TESSERA_STEERING
 using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
 using Vector = std::array<float, 3>;
+
+// The worlds of a control plane, ended ones too. Waits for the answer; any thread may call it.
+inline Error ListInstances(const std::string& control_address, std::vector<InstanceInfo>& instances,
+                           std::chrono::milliseconds deadline = std::chrono::milliseconds(3000)) {
+  instances.assign(TESSERA_MAX_LISTED_INSTANCES, InstanceInfo TESSERA_INSTANCE_INFO);
+  std::size_t count = 0;
+  const tessera_code code =
+      tessera_list_instances(control_address.c_str(), static_cast<std::uint32_t>(deadline.count()), instances.data(),
+                             sizeof(InstanceInfo), instances.size(), &count);
+  instances.resize(count);
+  return Error::Of(code);
+}
 
 class Client {
  public:
@@ -245,6 +259,14 @@ class Client {
     Stats stats = TESSERA_STATS;
     tessera_get_stats(get(), &stats);
     return stats;
+  }
+
+  // The regions that the client is connected to or dials, with what they say of themselves; ascending by number.
+  std::vector<RegionStats> Regions() const {
+    std::vector<RegionStats> regions;
+    RegionStats region = TESSERA_REGION_INFO;
+    while (tessera_region_stats(get(), regions.size(), &region) == TESSERA_OK) regions.push_back(region);
+    return regions;
   }
 
   Error SimulateNetwork(const tessera_network& network) { return Error::Of(tessera_simulate_network(get(), &network)); }

@@ -1,0 +1,60 @@
+// The C interface: the worlds that a control plane runs.
+#include "client_sdk/c_api/handle.h"
+#include "client_sdk/instance_list.h"
+#include "tessera/v1/instance.pb.h"
+
+using namespace tessera;
+using namespace tessera::c_api;
+
+namespace {
+
+static_assert(TESSERA_MAX_LISTED_INSTANCES == client::kMostListed);
+static_assert(TESSERA_MAX_LISTED_PLAYERS == client::kMostListedNames);
+static_assert(TESSERA_INSTANCE_WAITING == static_cast<int>(v1::INSTANCE_STATE_WAITING_FOR_PLAYERS));
+static_assert(TESSERA_INSTANCE_RUNNING == static_cast<int>(v1::INSTANCE_STATE_RUNNING));
+static_assert(TESSERA_INSTANCE_ENDED == static_cast<int>(v1::INSTANCE_STATE_ENDED));
+static_assert(TESSERA_INSTANCE_PAUSED == static_cast<int>(v1::INSTANCE_STATE_PAUSED));
+
+template <std::size_t kRoom>
+void CopyText(const std::string& from, char (&to)[kRoom]) {
+  const std::size_t size = std::min(from.size(), kRoom - 1);
+  std::memcpy(to, from.data(), size);
+  to[size] = '\0';
+}
+
+tessera_instance_info InfoFrom(const client::ListedInstance& from) {
+  tessera_instance_info info = TESSERA_INSTANCE_INFO;
+  info.state = from.state;
+  info.regions = from.regions;
+  info.players = from.players;
+  info.expected_players = from.expected_players;
+  CopyText(from.id, info.id);
+  CopyText(from.scene, info.scene);
+  CopyText(from.game, info.game);
+  info.name_count = static_cast<uint32_t>(from.names.size());
+  for (std::size_t i = 0; i < from.names.size(); ++i) CopyText(from.names[i], info.player_names[i]);
+  return info;
+}
+
+}  // namespace
+
+tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms, tessera_instance_info* instances,
+                                    size_t stride, size_t capacity, size_t* count) {
+  if (control_address == nullptr || count == nullptr) return Refuse("control_address or count: is NULL");
+  *count = 0;
+  if (capacity > 0 && (instances == nullptr || stride < sizeof(uint32_t))) {
+    return Refuse("instances: is NULL or stride is no size");
+  }
+  return Guarded([&] {
+    const auto listed = client::ListInstances(control_address, std::chrono::milliseconds(deadline_ms));
+    if (!listed.ok()) return Report(listed.status());
+    for (std::size_t i = 0; i < std::min(capacity, listed->size()); ++i) {
+      const tessera_instance_info info = InfoFrom((*listed)[i]);
+      auto* to = reinterpret_cast<tessera_instance_info*>(reinterpret_cast<char*>(instances) + i * stride);
+      to->size = static_cast<uint32_t>(stride);
+      GiveOut(info, to);
+    }
+    *count = listed->size();
+    return tessera_code{TESSERA_OK};
+  });
+}

@@ -1,0 +1,20 @@
+// What the program was started with.
+#pragma once
+
+#include <string>
+
+namespace desktop {
+
+struct Options {
+  std::string control = "127.0.0.1:7700", instance, name = "player";
+  int width = 1280, height = 720;
+  long frames = 0;  // ends after so many; 0: never
+  std::string script, screenshot;
+  bool help = false;
+  std::string error;  // what is wrong with the arguments
+};
+
+Options ParseOptions(int argc, char** argv);
+extern const char kUsage[];
+
+}  // namespace desktop

@@ -1,0 +1,69 @@
+// Renderer: draws many copies of a few meshes, lit by one sun that casts shadows. One call a mesh, whatever the number
+// of copies.
+//
+//   Renderer renderer(gl);
+//   const std::size_t box = renderer.Add(MeshOf(info, 0));
+//   Picture picture;  picture.copies[box].push_back(...);     // each frame
+//   renderer.Draw(picture, width, height);
+//
+// Thread rule: the thread of the OpenGL context.
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "gl.h"
+#include "meshes.h"
+
+namespace desktop {
+
+// As the vertex shader reads it.
+struct Copy {
+  std::array<float, 4> orientation{0, 0, 0, 1};
+  Vec3 position;        // relative to the eye
+  float is_ground = 0;  // 1: with a grid on what faces up
+  Vec3 colour;
+  float glow = 0;  // 0 to 1: an outline of light, for the own body
+};
+
+struct Picture {
+  std::array<double, 3> eye{};
+  Vec3 direction{0, 0, -1};
+  Vec3 focus;                                       // relative to the eye; shadows are sharp around it
+  float far_m = 400;                                // there all is sky
+  std::map<std::size_t, std::vector<Copy>> copies;  // by mesh
+};
+
+class Renderer {
+ public:
+  explicit Renderer(Gl& gl);
+  ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
+
+  // What the driver said of the shaders; empty if they are well.
+  const std::string& error() const { return error_; }
+  std::size_t Add(const Mesh& mesh);
+  void Clear();
+  void Draw(const Picture& picture, int width, int height);
+
+ private:
+  struct Buffers {
+    GLuint array = 0, vertices = 0, copies = 0;
+    GLsizei vertex_count = 0;
+  };
+  GLuint Link(const char* vertex, const char* fragment);
+  void MakeShadowMap();
+  void DrawCopies();
+  void SetMatrix(GLuint program, const char* name, const Matrix& matrix);
+
+  Gl& gl_;
+  std::string error_;
+  GLuint world_ = 0, shadow_ = 0, sky_ = 0, shadow_map_ = 0, shadow_frame_ = 0, nothing_ = 0;
+  std::vector<Buffers> meshes_;
+  std::vector<std::pair<std::size_t, GLsizei>> drawn_;  // of the frame under way: mesh, copies
+};
+
+}  // namespace desktop

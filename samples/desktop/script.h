@@ -1,0 +1,54 @@
+// Script: what a test, or somebody who wants a picture, has the client do, one step a line.
+//
+//   wait world          until that screen is shown: menu, joining, waiting, world, ended, trouble (the menu says why)
+//   wait figures        until all regions have sent their figures
+//   frames 30           shows so many frames
+//   press Return        a key, by SDL's name for it; hold W, release W
+//   wait moved 2        until the own body is 2 m from where it was when this step began
+//   screenshot a.png    of the next frame
+//   report a.txt        screen, trouble, own body and profiler, as they are shown
+//   quit
+//
+// Keys go through SDL's queue like those of a person. Thread rule: one thread.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace desktop {
+
+// What a step can wait for.
+struct Shown {
+  std::string screen, trouble;
+  bool figures = false;
+  std::optional<std::array<double, 3>> own_position;
+};
+
+class Script {
+ public:
+  // Nothing, with `error` set to "file:3: no step 'jump'", if it makes no sense.
+  static std::optional<Script> Read(const std::string& file, std::string& error);
+
+  // What is to be done in this frame, besides the keys that it presses.
+  struct Orders {
+    std::string screenshot, report;  // files; empty: none
+    bool quit = false;
+  };
+  Orders Advance(const Shown& shown);
+
+ private:
+  struct Step {
+    std::string verb, what;
+    double number = 0;
+  };
+  bool Done(const Step& step, const Shown& shown);
+
+  std::vector<Step> steps_;
+  std::size_t at_ = 0;
+  double frames_ = 0;  // of the step under way
+  std::optional<std::array<double, 3>> from_;
+};
+
+}  // namespace desktop

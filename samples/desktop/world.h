@@ -1,0 +1,60 @@
+// World: the scene and its bodies as a picture, seen from behind the own body.
+//
+//   World world(renderer, client);                       // once: meshes of the scene's shapes
+//   renderer.Draw(world.Look(client, hands), w, h);      // each frame
+//
+// Thread rule: the thread of the OpenGL context. The client outlives it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "input.h"
+#include "renderer.h"
+#include "tessera/tessera.hpp"
+
+namespace desktop {
+
+// One for each region, again from the beginning after the last.
+Vec3 ColourOf(std::uint32_t region);
+
+class World {
+ public:
+  World(Renderer& renderer, const tessera::Client& client);
+
+  const Picture& Look(tessera::Client& client, const Hands& hands, float seconds);
+  // Where the own body was shown last; nothing while it is out of the world.
+  const std::optional<std::array<double, 3>>& own_position() const { return own_position_; }
+
+ private:
+  struct Placed {
+    std::size_t mesh = 0;
+    Part part;
+  };
+  const std::vector<Placed>& MeshesOf(const tessera_shape* shape);
+  const std::vector<Placed>* MeshesOf(const tessera::Client& client, std::uint64_t body);
+  void Paint(const std::vector<Placed>& meshes, const double* position, const double* orientation, Copy as);
+  void PaintStatic();
+  void PlaceCamera(const tessera::Client& client, const std::vector<tessera::Body>& bodies, const Hands& hands,
+                   float seconds);
+
+  struct Standing {
+    const std::vector<Placed>* meshes = nullptr;
+    tessera::BodyInfo info;
+  };
+
+  Renderer& renderer_;
+  tessera::SceneInfo scene_;
+  std::map<const tessera_shape*, std::vector<Placed>> shapes_;
+  std::unordered_map<std::uint64_t, const std::vector<Placed>*> bodies_;
+  std::vector<Standing> standing_;
+  Picture picture_;
+  std::optional<std::array<double, 3>> own_position_;
+  std::array<double, 3> target_{};  // what the camera looks at
+  bool placed_ = false;
+};
+
+}  // namespace desktop
