@@ -29,7 +29,7 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
       clock{.paused = false, .ticks_per_second = static_cast<double>(session.tick_rate_hz)} {
   network.Simulate(options.network);
   steering.body = PlayerBodyId(session.player);
-  if (options.predict && session.scene->player) predictor.emplace(session.scene, session.player);
+  if (options.predict && session.scene->player && !Watches()) predictor.emplace(session.scene, session.player);
   for (const RegionEndpoint& region : session.regions) {
     endpoints.emplace(region.region, region);
     connections.emplace_back(region, session.scene->bounds, replication::SnapshotSettingsFor(*session.scene));
@@ -38,12 +38,12 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
   absl::StatusOr<Session> session = JoinInstance(options.control_address, options.instance_id, options.player_name,
-                                                 options.returning, options.deadline);
+                                                 options.returning, options.watch, options.deadline);
   if (!session.ok()) return session.status();
   const std::size_t peers = std::min(2 * session->regions.size() + kSpareConnections, kMaxConnections);
   auto endpoint = net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = peers});
   if (!endpoint.ok()) {
-    if (options.returning.empty()) {
+    if (options.returning.empty() && !options.watch) {
       (void)LeaveInstance(options.control_address, options.instance_id, session->credentials, options.deadline);
     }
     return endpoint.status();
@@ -105,8 +105,9 @@ std::vector<ShownBody> Client::Interpolated(TimePoint now) {
 }
 
 absl::Status Client::Leave(std::chrono::milliseconds deadline) {
-  if (impl_->replay) {
+  if (impl_->replay || impl_->Watches()) {
     impl_->End(absl::OkStatus(), "left");
+    (void)impl_->EndRecording();
     return absl::OkStatus();
   }
   const absl::Status status =
@@ -119,10 +120,10 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
 
 ClientState Client::state() const { return impl_->state; }
 absl::Status Client::reason() const { return impl_->reason; }
-PlayerNumber Client::player() const { return impl_->session.player; }
-BodyId Client::own_body() const { return PlayerBodyId(impl_->session.player); }
+PlayerNumber Client::player() const { return impl_->Watches() ? PlayerNumber() : impl_->session.player; }
+BodyId Client::own_body() const { return impl_->Watches() ? BodyId() : PlayerBodyId(impl_->session.player); }
 std::vector<std::uint8_t> Client::return_token() const {
-  if (impl_->replay) return {};
+  if (impl_->replay || impl_->Watches()) return {};
   return ReturnTokenOf(impl_->session.credentials);
 }
 const Scene& Client::scene() const { return *impl_->session.scene; }

@@ -57,6 +57,10 @@ struct JoinOptions {
   // Show the own body and the bodies that it touches where the inputs already made will bring them, rather than where
   // the newest snapshot has them. Costs up to a dozen steps of a small world for each snapshot.
   bool predict = false;
+  // Join as a viewer: it sees all of the world, whatever the scene's view, and takes no part in it. It has no player,
+  // no body and no return token, nobody knows of it, and a lazy instance does not start for it. For programs that show
+  // a world or record it; a region serves few of them.
+  bool watch = false;
 };
 
 enum class ClientState : std::uint8_t {
@@ -169,8 +173,8 @@ class Client {
   // refused or kicked the player. OK while it has not.
   absl::Status reason() const;
 
-  PlayerNumber player() const;
-  BodyId own_body() const;
+  PlayerNumber player() const;  // 0: a viewer
+  BodyId own_body() const;      // 0: a viewer has none
   // Makes its holder this player, for a day: to be kept where a later process of the game finds it. Secret.
   std::vector<std::uint8_t> return_token() const;
   const Scene& scene() const;

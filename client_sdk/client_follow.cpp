@@ -113,6 +113,7 @@ bool Client::Impl::Near(RegionId region, double more_m) const {
 
 // Whether bodies of the region may be within the radius of interest and `more_m`.
 bool Client::Impl::Touches(RegionId region, double more_m) const {
+  if (Watches()) return true;
   const std::optional<Vec3d> centre = OwnPosition();
   if (!centre.has_value()) return true;
   const double radius = interest_radius_m + more_m;

@@ -21,6 +21,7 @@
 #include "client_sdk/replay.h"
 #include "client_sdk/session.h"
 #include "client_sdk/world_view.h"
+#include "core/world/viewer_number.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::client {
@@ -58,6 +59,7 @@ struct Client::Impl {
   void AddMissing();
   bool Near(RegionId region, double more_m) const;
   bool Touches(RegionId region, double more_m) const;
+  bool Watches() const { return IsViewer(session.player); }
   std::optional<Vec3d> OwnPosition() const;
   std::vector<RegionConnection>::iterator Drop(std::vector<RegionConnection>::iterator connection);
   void OnClock(TimePoint now, RegionConnection& connection, const v1::WorldClock& message);

@@ -61,6 +61,7 @@ void Client::Impl::SendCommands(TimePoint now) {
 
 absl::Status Client::Send(std::string_view bytes) {
   if (impl_->replay) return absl::FailedPreconditionError("a recording takes no commands");
+  if (impl_->Watches()) return absl::FailedPreconditionError("a viewer sends no commands");
   if (impl_->state == ClientState::kEnded) return absl::FailedPreconditionError("the client has ended");
   return impl_->commands.Push(bytes, ShownAt(impl_->shown_tick));
 }

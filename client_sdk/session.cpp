@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/partition_io.h"
 #include "core/world/scene_load.h"
+#include "core/world/viewer_number.h"
 #include "tessera/v1/session.grpc.pb.h"
 
 namespace tessera::client {
@@ -120,7 +121,7 @@ std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials) {
 
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
-                                     std::chrono::milliseconds deadline) {
+                                     bool watch, std::chrono::milliseconds deadline) {
   const Deadline until = std::chrono::system_clock::now() + deadline;
   const std::unique_ptr<Stub> stub = Dial(control_address);
   grpc::ClientContext context;
@@ -128,6 +129,7 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_id);
   request.set_player_name(player_name);
+  request.set_viewer(watch);
   if (!returning.empty()) {
     if (returning.size() <= net::kKeyBytes) return absl::InvalidArgumentError("returning: is no return token");
     const auto key_at = returning.last(net::kKeyBytes);
@@ -139,6 +141,9 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
     return ToStatus(status, control_address, instance_id);
   }
   if (response.player() == 0) return BadAnswer("player 0");
+  if (IsViewer(PlayerNumber(response.player())) != watch) {
+    return BadAnswer(absl::StrCat("player ", response.player(), watch ? ": no viewer" : ": a viewer"));
+  }
   if (response.tick_rate_hz() < 1 || response.tick_rate_hz() > kMaxRateHz) return BadAnswer("tick_rate_hz");
   if (response.snapshot_rate_hz() < 1 || response.snapshot_rate_hz() > kMaxRateHz) return BadAnswer("snapshot_rate_hz");
   absl::StatusOr<PartitionMap> map = FromProto(response.map());

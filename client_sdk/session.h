@@ -25,7 +25,7 @@ struct RegionEndpoint {
 };
 
 struct Session {
-  PlayerNumber player;
+  PlayerNumber player;           // or a viewer's number
   net::Credentials credentials;  // secret
   PartitionMap map;
   std::vector<RegionEndpoint> regions;  // one for each region of the map, ascending
@@ -43,10 +43,10 @@ std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials);
 inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxTokenBytes + net::kKeyBytes;
 
 // A scene that this process has had before, by its hash, is not fetched again. `returning`: a return token that the
-// player had before, to come back as the same one; empty for a new one.
+// player had before, to come back as the same one; empty for a new one. `watch`: as a viewer.
 absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
-                                     std::chrono::milliseconds deadline);
+                                     bool watch, std::chrono::milliseconds deadline);
 absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
                            const net::Credentials& credentials, std::chrono::milliseconds deadline);
 

@@ -269,7 +269,7 @@ absl::StatusOr<std::string> ControlPlane::GameBytes(const std::string& hash) {
 absl::StatusOr<Joined> ControlPlane::WaitAndJoin(Lock& lock, Watch& watch, const v1::JoinInstanceRequest& request,
                                                  const std::function<bool()>& given_up) {
   while (true) {
-    const absl::StatusOr<bool> ready = CanJoin(cluster_->state(), request.instance_id());
+    const absl::StatusOr<bool> ready = CanJoin(cluster_->state(), request.instance_id(), request.viewer());
     if (!ready.ok()) return ready.status();
     if (*ready) return cluster_->Join(ReadClocks(), request);
     if (absl::Status status = WaitFor(lock, watch, Clock::time_point::max(), given_up); !status.ok()) return status;
@@ -284,7 +284,7 @@ absl::StatusOr<v1::JoinInstanceResponse> ControlPlane::Join(const v1::JoinInstan
   Publish();
   if (!begun.ok()) return begun;
   const auto joined = WaitAndJoin(lock, watch, request, given_up);
-  cluster_->EndWait(ReadClocks(), request.instance_id());
+  if (!request.viewer()) cluster_->EndWait(ReadClocks(), request.instance_id());
   Publish();
   if (!joined.ok()) return joined.status();
 

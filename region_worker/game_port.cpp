@@ -10,6 +10,7 @@
 #include "core/replication/datagram.h"
 #include "core/replication/input.h"
 #include "core/world/byte_view.h"
+#include "core/world/viewer_number.h"
 #include "spdlog/spdlog.h"
 #include "telemetry/logging.h"
 
@@ -77,6 +78,7 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
   if (found == clients_.end()) return;  // it overtook its hello, or its client was dropped
   ConnectedClient& client = found->second;
   if (replication::KindOf(event.bytes) == replication::DatagramKind::kCommands) {
+    if (IsViewer(client.player)) return;
     return OnCommands(event, client, now, received);
   }
   if (replication::KindOf(event.bytes) != replication::DatagramKind::kInput) return;
@@ -88,6 +90,7 @@ void GamePort::OnDatagram(const net::Event& event, TimePoint now, Tick tick, Rec
   }
   client.unanswered_since.reset();
   if (!message->ack.empty()) received.acknowledgements.push_back({event.peer, std::move(message->ack)});
+  if (IsViewer(client.player)) return;
   for (PlayerInput& input : message->inputs) {
     input.player = client.player;
     if (input.number > client.newest_input) NoteMargin(client, input, tick);
@@ -128,6 +131,17 @@ void GamePort::AnswerPending(TimePoint now, Tick tick, bool started) {
 bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started) {
   if (closed_because_) {
     Refuse(peer, v1::REFUSAL_REASON_STOPPING, *closed_because_);
+    return true;
+  }
+  if (IsViewer(pending.player)) {
+    const auto viewers = std::ranges::count_if(clients_, [&](const auto& client) {
+      return IsViewer(client.second.player) && client.second.player != pending.player;
+    });
+    if (static_cast<std::size_t>(viewers) >= kMaxViewers) {
+      Refuse(peer, v1::REFUSAL_REASON_FULL, absl::StrCat(viewers, " viewers watch this region already"));
+    } else {
+      Welcome(peer, pending.player, tick, started);
+    }
     return true;
   }
   const std::uint32_t number = pending.player.value();
@@ -212,7 +226,9 @@ void GamePort::RenewTokens(TimePoint now) {
 
 std::vector<PlayerNumber> GamePort::players() const {
   std::vector<PlayerNumber> players;
-  for (const auto& [peer, client] : clients_) players.push_back(client.player);
+  for (const auto& [peer, client] : clients_) {
+    if (!IsViewer(client.player)) players.push_back(client.player);
+  }
   std::sort(players.begin(), players.end());
   return players;
 }

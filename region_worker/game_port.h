@@ -3,7 +3,8 @@
 // A peer has shown its connect token to the endpoint's acceptor and is welcomed at once. A player that the orders have
 // not named yet waits for kOrderTimeout, because its token may be faster than the order; then it is refused. A player
 // that connects again replaces its older connection. A client that stays has its token renewed, and one that leaves
-// datagrams unanswered for kSilence is dropped.
+// datagrams unanswered for kSilence is dropped. A viewer (core/world/viewer_number.h) needs no order, may only look,
+// and is no player.
 //
 //   GamePort port(*std::move(endpoint), metrics);
 //   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
@@ -105,7 +106,7 @@ class GamePort {
   ReceivedFromClients Service(TimePoint now, Tick tick, bool started);
 
   const std::map<net::PeerHandle, ConnectedClient>& clients() const { return clients_; }
-  std::vector<PlayerNumber> players() const;  // ascending
+  std::vector<PlayerNumber> players() const;  // ascending, without viewers
 
   // Both queue for a client that is still connected. Datagrams may be lost and have to be answered; the result is the
   // number of bytes queued.

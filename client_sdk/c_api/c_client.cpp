@@ -90,6 +90,7 @@ tessera_code tessera_join(const tessera_join_options* given, tessera_client** ou
     join.player_name = OrEmpty(options.player_name);
     join.deadline = std::chrono::milliseconds(options.deadline_ms);
     join.predict = (options.flags & TESSERA_JOIN_PREDICT) != 0;
+    join.watch = (options.flags & TESSERA_JOIN_WATCH) != 0;
     if (options.bind_address != nullptr) join.bind_address = options.bind_address;
     if (options.returning_size > TESSERA_MAX_TOKEN) return Refuse("options.returning_size: more than a token has");
     if (options.returning_size > 0) {

@@ -1,5 +1,7 @@
 #include "control_plane/cluster/instance_players.h"
 
+#include <sodium.h>
+
 #include <algorithm>
 #include <set>
 
@@ -10,12 +12,13 @@
 #include "core/world/limits.h"
 #include "core/world/player_name.h"
 #include "core/world/utf8.h"
+#include "core/world/viewer_number.h"
 #include "net/connect_token.h"
 
 namespace tessera::control {
 namespace {
 
-absl::Status CheckOpen(const records::Instance& record) {
+absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   const v1::InstanceState state = record.state();
   if (IsFinal(state) || state == v1::INSTANCE_STATE_STOPPING) {
     const absl::string_view what = state == v1::INSTANCE_STATE_FAILED  ? " has failed"
@@ -24,6 +27,7 @@ absl::Status CheckOpen(const records::Instance& record) {
     return absl::FailedPreconditionError(
         absl::StrCat("instance_id: ", record.id(), what, record.reason().empty() ? "" : ": ", record.reason()));
   }
+  if (viewer) return absl::OkStatus();
   if (record.spawn_points().empty()) {
     return absl::FailedPreconditionError(
         absl::StrCat("instance_id: ", record.id(), " cannot be joined: scene ", record.scene_name(), " has no player"));
@@ -97,6 +101,9 @@ absl::StatusOr<v1::JoinInstanceResponse> Admit(const InstanceEntry& instance, st
   return response;
 }
 
+// Nothing is kept of it, so numbers are drawn: with so many, two viewers of one world never have the same.
+std::uint32_t DrawViewer() { return kFirstViewer + randombytes_uniform(kFirstViewer); }
+
 // Players with a connection to any worker. A host that is silent may well serve its players still: its last report
 // counts.
 std::set<std::uint32_t> Connected(const InstanceEntry& instance) {
@@ -116,8 +123,11 @@ absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstance
   if (absl::Status status = CheckPlayerName(request.player_name()); !status.ok()) return status;
   InstanceEntry* instance = state_.FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
-  if (absl::Status status = CheckOpen(instance->record); !status.ok()) return status;
-  ++known_[instance->number].waiting;
+  if (request.viewer() && !request.connect_token().empty()) {
+    return absl::InvalidArgumentError("connect_token: a viewer joins anew each time");
+  }
+  if (absl::Status status = CheckOpen(instance->record, request.viewer()); !status.ok()) return status;
+  if (!request.viewer()) ++known_[instance->number].waiting;
   return instance;
 }
 
@@ -133,12 +143,17 @@ int InstancePlayers::Waiting(const InstanceEntry& instance) const {
 }
 
 absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, Now now) {
-  if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id()); !can.ok()) return can.status();
+  if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id(), request.viewer()); !can.ok()) {
+    return can.status();
+  }
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
   const bool returns = !request.connect_token().empty();
   Joined joined;
-  if (!returns) joined.mark = state_.last_revision();  // any order made from here on names the player
-  const auto number = returns ? FindReturning(instance.record, request, now) : Add(instance, request.player_name());
+  if (!returns && !request.viewer())
+    joined.mark = state_.last_revision();  // any order made from here on names the player
+  const auto number = request.viewer() ? absl::StatusOr<std::uint32_t>(DrawViewer())
+                      : returns        ? FindReturning(instance.record, request, now)
+                                       : Add(instance, request.player_name());
   if (!number.ok()) return number.status();
   auto response = Admit(instance, *number, now);
   if (!response.ok()) return response.status();
@@ -262,10 +277,10 @@ void InstancePlayers::Prune(InstanceEntry& instance, Now now) {
 
 // --- Reading.
 
-absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id) {
+absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer) {
   const InstanceEntry* instance = state.FindInstance(instance_id);
   if (instance == nullptr) return NoInstance("instance_id", instance_id);
-  if (absl::Status status = CheckOpen(instance->record); !status.ok()) return status;
+  if (absl::Status status = CheckOpen(instance->record, viewer); !status.ok()) return status;
   return std::all_of(instance->workers.begin(), instance->workers.end(),
                      [](const WorkerEntry& worker) { return worker.bound(); });
 }

@@ -29,13 +29,14 @@ class InstancePlayers {
   InstancePlayers(ClusterState& state, const ControlSettings& settings) : state_(state), settings_(settings) {}
   void Forget(std::uint64_t number) { known_.erase(number); }
 
-  // The instance that the join waits for; it may start because of it. Errors name the field.
+  // The instance that the join waits for; it may start because of it, but for a viewer's, which is not counted. Errors
+  // name the field.
   absl::StatusOr<InstanceEntry*> BeginWait(const v1::JoinInstanceRequest& request);
   // Null: the instance is not there any more.
   InstanceEntry* EndWait(const std::string& instance_id);
   int Waiting(const InstanceEntry& instance) const;
 
-  // A player with a connect token of its own comes back as the one it was.
+  // A player with a connect token of its own comes back as the one it was. A viewer is given a number, and not kept.
   absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, Now now);
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
@@ -69,7 +70,7 @@ class InstancePlayers {
 };
 
 // False: not all workers are bound yet. An error: it will never be.
-absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id);
+absl::StatusOr<bool> CanJoin(const ClusterState& state, const std::string& instance_id, bool viewer = false);
 // True once every worker of the instance has acted on an order made after `mark`.
 bool AllKnow(const ClusterState& state, const std::string& instance_id, std::uint64_t mark);
 // How many players every worker has a connection of.

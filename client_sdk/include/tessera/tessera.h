@@ -90,7 +90,10 @@ typedef struct tessera_join_options {
 enum { TESSERA_MAX_PLAYER_NAME = 32 };
 enum {
   /* Show the own body and the bodies that it touches where the inputs already made will bring them. */
-  TESSERA_JOIN_PREDICT = 1
+  TESSERA_JOIN_PREDICT = 1,
+  /* Join as a viewer: sees all of the world and takes no part in it, without a player, a body or a return token, and
+   * nobody knows of it. For programs that show a world; a region serves few of them. */
+  TESSERA_JOIN_WATCH = 2
 };
 #define TESSERA_JOIN_OPTIONS \
   { sizeof(tessera_join_options), 10000, NULL, NULL, NULL, NULL, TESSERA_JOIN_PREDICT, 0, NULL }

@@ -44,6 +44,7 @@ struct Options {
   std::chrono::milliseconds deadline{10'000};
   std::string bind_address{};  // IPv4, of the local socket; empty: any
   bool predict = true;         // show the own body as the inputs already made will have it
+  bool watch = false;          // join as a viewer: TESSERA_JOIN_WATCH
   // Client::ReturnToken of an earlier client of this player: comes back as the same one. Empty: a new player.
   std::vector<std::uint8_t> returning{};
 };
@@ -89,7 +90,7 @@ class Client {
     given.instance_id = options.instance_id.c_str();
     given.player_name = options.player_name.c_str();
     given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
-    given.flags = options.predict ? TESSERA_JOIN_PREDICT : 0;
+    given.flags = (options.predict ? TESSERA_JOIN_PREDICT : 0u) | (options.watch ? TESSERA_JOIN_WATCH : 0u);
     given.returning = options.returning.data();
     given.returning_size = static_cast<std::uint32_t>(options.returning.size());
     tessera_client* joined = nullptr;

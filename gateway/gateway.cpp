@@ -1,0 +1,291 @@
+#include "gateway/gateway.h"
+
+#include <algorithm>
+#include <future>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "gateway/orders.h"
+#include "spdlog/spdlog.h"
+#include "telemetry/log_value.h"
+
+namespace tessera::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Joins and orders at once; most wait for the network.
+constexpr std::size_t kBackgroundThreads = 8;
+// A world that nobody watches is kept so long: pages are loaded anew.
+constexpr auto kKeepUnwatched = 5s;
+constexpr auto kPlayerJoinDeadline = 5s;
+constexpr auto kLeaveDeadline = 2s;
+
+}  // namespace
+
+Gateway::Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<void()> wake)
+    : options_(std::move(options)),
+      metrics_(metrics),
+      services_{.control_address = options_.control_address,
+                .channel = DialControl(options_.control_address),
+                .background = nullptr,
+                .wake = wake},
+      list_(services_.channel, options_.control_address),
+      background_(kBackgroundThreads, wake) {
+  services_.background = &background_;
+}
+
+Gateway::~Gateway() {
+  std::vector<std::future<absl::Status>> leaving;
+  for (auto& [id, viewer] : viewers_) {
+    if (!viewer.playing || !viewer.playing->source) continue;
+    client::Client& client = viewer.playing->source->client();
+    leaving.push_back(std::async(std::launch::async, [&client] { return client.Leave(kLeaveDeadline); }));
+  }
+}
+
+ViewerId Gateway::Open(const std::string& instance) {
+  const ViewerId id = ++last_viewer_;
+  Viewer& viewer = viewers_[id];
+  viewer.instance = instance;
+  metrics_.viewers.Set(static_cast<double>(viewers_.size()));
+  if (viewers_.size() > options_.max_viewers) {
+    metrics_.refused_full.Increment();
+    viewer.session.Report(
+        {.code = "too_many_viewers",
+         .text = absl::StrCat("this gateway has ", options_.max_viewers, " viewers; --max-viewers allows no more"),
+         .again_s = 10},
+        true);
+    return id;
+  }
+  World& world = worlds_[instance];
+  if (world.world == nullptr || world.world->problem()) {
+    world.world = std::make_shared<WatchedWorld>(instance, services_);
+    metrics_.worlds.Set(static_cast<double>(worlds_.size()));
+  }
+  ++world.viewers;
+  viewer.world = world.world;
+  return id;
+}
+
+void Gateway::Close(ViewerId id) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return;
+  Viewer& viewer = found->second;
+  StopPlaying(viewer);
+  if (viewer.world != nullptr) {
+    World& world = worlds_.at(viewer.instance);
+    if (--world.viewers == 0) world.unwatched_since = std::chrono::steady_clock::now();
+  }
+  viewers_.erase(found);
+  metrics_.viewers.Set(static_cast<double>(viewers_.size()));
+}
+
+// --- What viewers ask for --------------------------------------------------------------------------------------------
+
+void Gateway::Receive(ViewerId id, std::string_view text, TimePoint now) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return;
+  ViewerSession& session = found->second.session;
+  const std::uint64_t bad = session.bad_messages();
+  const std::optional<ViewerMessage> message = session.Receive(text, now);
+  (session.bad_messages() == bad ? metrics_.messages : metrics_.bad_messages).Increment();
+  if (message) Carry(id, found->second, *message);
+}
+
+void Gateway::ReceiveBad(ViewerId id, const std::string& why, TimePoint now) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return;
+  metrics_.bad_messages.Increment();
+  found->second.session.ReceiveBad(why, now);
+}
+
+void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message) {
+  if (const auto* join = std::get_if<JoinWorld>(&message)) return Join(id, viewer, join->name);
+  if (std::holds_alternative<LeaveWorld>(message)) return StopPlaying(viewer);
+  if (const auto* order = std::get_if<Order>(&message)) return GiveOrder(id, viewer, *order);
+  if (const auto* steer = std::get_if<Steer>(&message)) {
+    if (viewer.playing && viewer.playing->source) viewer.playing->source->client().Steer(steer->steering);
+  }
+}
+
+void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
+  if (viewer.playing || viewer.world == nullptr) return;
+  const auto refuse = [&](const std::string& text) {
+    viewer.session.Report({.code = "full", .text = text, .again_s = 5}, true);
+  };
+  if (players_ >= options_.max_players) {
+    metrics_.refused_full.Increment();
+    return refuse(absl::StrCat("this gateway has ", players_, " players; --max-players allows no more"));
+  }
+  const client::JoinOptions options{.control_address = options_.control_address,
+                                    .instance_id = viewer.instance,
+                                    .player_name = name,
+                                    .deadline = kPlayerJoinDeadline,
+                                    .predict = true};
+  const ViewSource* watched = viewer.world->source();
+  const std::shared_ptr<const SceneBook> book = watched == nullptr ? nullptr : watched->book();
+  const bool queued = background_.Run([this, id, options, book]() -> Background::Done {
+    auto joined = std::make_shared<absl::StatusOr<std::unique_ptr<client::Client>>>(client::Client::Join(options));
+    std::shared_ptr<const SceneBook> encoded = book;
+    if (joined->ok() && encoded == nullptr) encoded = std::make_shared<SceneBook>((**joined)->scene());
+    return [this, id, joined, encoded] { Joined(id, std::move(*joined), encoded); };
+  });
+  if (!queued) return refuse("too many join at once");
+  viewer.playing.emplace();
+  metrics_.players.Set(static_cast<double>(++players_));
+}
+
+void Gateway::Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>> joined,
+                     std::shared_ptr<const SceneBook> book) {
+  const auto found = viewers_.find(id);
+  const bool waited_for = found != viewers_.end() && found->second.playing && !found->second.playing->source;
+  if (!waited_for) {
+    if (joined.ok()) Leave(*std::move(joined));
+    return;
+  }
+  Viewer& viewer = found->second;
+  if (!joined.ok()) {
+    StopPlaying(viewer);
+    return viewer.session.Report(ProblemOf(joined.status()), true);
+  }
+  viewer.playing->source =
+      std::make_unique<ViewSource>(*std::move(joined), std::move(book), viewer.instance, ++services_.last_generation);
+  viewer.playing->source->SetHosts(viewer.world->Hosts());
+  viewer.session.FollowBody(viewer.playing->source->client().own_body());
+}
+
+void Gateway::StopPlaying(Viewer& viewer) {
+  if (!viewer.playing) return;
+  viewer.session.Show(nullptr, viewer.world == nullptr ? nullptr : viewer.world->news());
+  viewer.session.FollowBody(BodyId());
+  if (viewer.playing->source) Leave(viewer.playing->source->TakeClient());
+  viewer.playing.reset();
+  metrics_.players.Set(static_cast<double>(--players_));
+}
+
+// Has the player's body removed, for which the control plane is waited for.
+void Gateway::Leave(std::unique_ptr<client::Client> client) {
+  const std::shared_ptr<client::Client> leaving = std::move(client);
+  background_.Run([leaving]() -> Background::Done {
+    (void)leaving->Leave(kLeaveDeadline);
+    return nullptr;
+  });
+}
+
+void Gateway::GiveOrder(ViewerId id, Viewer& viewer, const Order& order) {
+  const std::string name(NameOf(order.kind));
+  if (!options_.orders) {
+    metrics_.orders_refused.Increment();
+    return viewer.session.Answer(
+        order.number,
+        absl::PermissionDeniedError("not_allowed: this gateway takes no orders; it was started without --orders"), "");
+  }
+  if (viewer.world == nullptr) return;
+  OrderContext context{.instance = viewer.instance, .workers_are_here = options_.workers_are_here};
+  if (const ViewSource* source = viewer.world->source(); source != nullptr) {
+    for (const PropertyDef& property : const_cast<ViewSource*>(source)->client().scene().properties) {
+      if (property.name == order.property) context.declared = property.initial;
+    }
+  }
+  if (const v1::Instance* state = viewer.world->state()) {
+    for (const v1::RegionStatus& status : state->region_status()) {
+      if (status.region() == order.region) context.worker_pid = status.report().identity().pid();
+    }
+  }
+  const bool queued = background_.Run([this, id, order, context, channel = services_.channel]() -> Background::Done {
+    auto done = std::make_shared<absl::StatusOr<std::string>>(CarryOut(order, context, channel));
+    return [this, id, order, instance = context.instance, done] {
+      spdlog::info("order instance={} order={} result={}", telemetry::LogValue(instance), NameOf(order.kind),
+                   telemetry::LogValue(done->ok() ? **done : std::string(done->status().message())));
+      (done->ok() ? metrics_.orders_done : metrics_.orders_failed).Increment();
+      const auto found = viewers_.find(id);
+      if (found != viewers_.end()) {
+        found->second.session.Answer(order.number, done->status(), done->ok() ? **done : "");
+      }
+    };
+  });
+  if (!queued) viewer.session.Answer(order.number, absl::ResourceExhaustedError(name + ": too many orders wait"), "");
+}
+
+// --- Time passes -----------------------------------------------------------------------------------------------------
+
+std::vector<ViewerId> Gateway::Tick(TimePoint now) {
+  background_.Finish();
+  for (auto& [id, viewer] : viewers_) {
+    const bool watches = viewer.world != nullptr && !viewer.playing;
+    if (watches && viewer.session.WantsFrame(now)) worlds_.at(viewer.instance).due = true;
+  }
+  TickWorlds(now);
+  std::vector<ViewerId> due;
+  for (auto& [id, viewer] : viewers_) {
+    if (viewer.world != nullptr) {
+      if (viewer.playing && viewer.playing->source) TickPlayer(viewer, now);
+      const bool plays = viewer.playing && viewer.playing->source;
+      viewer.session.Show(plays ? &viewer.playing->source->feed() : viewer.world->view(), viewer.world->news());
+      if (viewer.world->problem()) viewer.session.Report(*viewer.world->problem(), true);
+    }
+    if (viewer.session.Due(now)) due.push_back(id);
+  }
+  return due;
+}
+
+void Gateway::TickPlayer(Viewer& viewer, TimePoint now) {
+  ViewSource& source = *viewer.playing->source;
+  source.Poll(now);
+  if (source.client().state() != client::ClientState::kEnded) {
+    source.SetHosts(viewer.world->Hosts());
+    const bool joined = source.client().state() != client::ClientState::kJoining;
+    if (joined && viewer.session.WantsFrame(now)) source.Show(now);
+    return;
+  }
+  Problem problem = ProblemOf(source.client().reason());
+  if (absl::IsAborted(source.client().reason())) problem.code = "ended";  // the game's own words
+  StopPlaying(viewer);
+  viewer.session.Report(std::move(problem), true);
+}
+
+void Gateway::TickWorlds(TimePoint now) {
+  for (auto at = worlds_.begin(); at != worlds_.end();) {
+    World& world = at->second;
+    if (world.viewers == 0 && now - world.unwatched_since > kKeepUnwatched) {
+      at = worlds_.erase(at);
+      metrics_.worlds.Set(static_cast<double>(worlds_.size()));
+      continue;
+    }
+    world.world->Tick(now, std::exchange(world.due, false));
+    ++at;
+  }
+}
+
+std::optional<OutgoingMessage> Gateway::Next(ViewerId id, TimePoint now) {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end()) return std::nullopt;
+  ViewerSession& session = found->second.session;
+  const std::uint64_t frames = session.frames();
+  const TimePoint begin = std::chrono::steady_clock::now();
+  std::optional<OutgoingMessage> message = session.Next(now);
+  if (!message) return std::nullopt;
+  const auto bytes = static_cast<double>(message->bytes.size());
+  if (session.frames() == frames) {
+    metrics_.other_bytes.Increment(bytes);
+  } else {
+    metrics_.frames.Increment();
+    metrics_.frame_bytes.Increment(bytes);
+    metrics_.frame_seconds.Observe(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
+  return message;
+}
+
+bool Gateway::Due(ViewerId id, TimePoint now) const {
+  const auto found = viewers_.find(id);
+  return found != viewers_.end() && found->second.session.Due(now);
+}
+
+std::optional<std::string> Gateway::Over(ViewerId id) const {
+  const auto found = viewers_.find(id);
+  if (found == viewers_.end() || !found->second.session.over()) return std::nullopt;
+  return found->second.session.close_code();
+}
+
+}  // namespace tessera::gateway

@@ -1,0 +1,101 @@
+// Gateway: worlds, and who watches and plays in them; all but sockets.
+//
+//   Gateway gateway(options, background, metrics, wake);
+//   const auto viewer = gateway.Open("plaza-1");                     // a socket opens; Close when it is gone
+//   gateway.Receive(viewer, text, now);
+//   every frame: for (ViewerId viewer : gateway.Tick(now)) AskForWritable(viewer);
+//   on writable: while (auto message = gateway.Next(viewer, now)) ...;  if (gateway.Over(viewer)) close
+//
+// Thread rule: the event loop's.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/background.h"
+#include "gateway/gateway_metrics.h"
+#include "gateway/viewer_session.h"
+#include "gateway/watched_world.h"
+
+namespace tessera::gateway {
+
+struct GatewayOptions {
+  std::string control_address = "127.0.0.1:7700";
+  bool orders = false;            // viewers may give orders
+  bool workers_are_here = false;  // and end workers, which are processes of this machine
+  std::size_t max_viewers = 256, max_players = 64;
+};
+
+using ViewerId = std::uint64_t;
+
+class Gateway {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  // `wake`: from any thread; the loop calls Tick soon.
+  Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<void()> wake);
+  ~Gateway();
+
+  // A viewer of the instance; one that is too many is told so, and closed.
+  ViewerId Open(const std::string& instance);
+  void Close(ViewerId viewer);
+  void Receive(ViewerId viewer, std::string_view text, TimePoint now);
+  void ReceiveBad(ViewerId viewer, const std::string& why, TimePoint now);
+
+  // Carries all on; the viewers to whom something is to be sent.
+  std::vector<ViewerId> Tick(TimePoint now);
+  std::optional<OutgoingMessage> Next(ViewerId viewer, TimePoint now);
+  bool Due(ViewerId viewer, TimePoint now) const;
+  // The code to close with, once all is sent.
+  std::optional<std::string> Over(ViewerId viewer) const;
+
+  WorldList::List Worlds() const { return list_.Latest(); }
+  std::size_t viewers() const { return viewers_.size(); }
+
+ private:
+  // A viewer that plays: a client of its own.
+  struct Playing {
+    std::unique_ptr<ViewSource> source;  // null while it joins
+  };
+  struct Viewer {
+    std::string instance;
+    std::shared_ptr<WatchedWorld> world{};  // null: it was one too many
+    ViewerSession session{};
+    std::optional<Playing> playing{};
+  };
+  struct World {
+    std::shared_ptr<WatchedWorld> world;  // another one once it is over; its viewers keep the old one
+    std::size_t viewers = 0;
+    TimePoint unwatched_since{};
+    bool due = false;  // a viewer wants a frame
+  };
+
+  void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message);
+  void Join(ViewerId id, Viewer& viewer, const std::string& name);
+  void Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>> joined,
+              std::shared_ptr<const SceneBook> book);
+  void StopPlaying(Viewer& viewer);
+  void Leave(std::unique_ptr<client::Client> client);
+  void GiveOrder(ViewerId id, Viewer& viewer, const Order& order);
+  void TickPlayer(Viewer& viewer, TimePoint now);
+  void TickWorlds(TimePoint now);
+
+  GatewayOptions options_;
+  GatewayMetrics& metrics_;
+  Services services_;
+  WorldList list_;
+  std::map<std::string, World> worlds_;
+  std::map<ViewerId, Viewer> viewers_;
+  ViewerId last_viewer_ = 0;
+  std::size_t players_ = 0;
+  Background background_;  // last: its jobs end before what they refer to
+};
+
+}  // namespace tessera::gateway

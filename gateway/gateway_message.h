@@ -1,0 +1,43 @@
+// The JSON messages that a gateway sends; docs/viewer_protocol.md lists their fields.
+//
+// Texts from outside may hold any bytes: what is not UTF-8 is replaced. Thread rule: free functions on values.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "client_sdk/client.h"
+#include "tessera/v1/instance.pb.h"
+
+namespace tessera::gateway {
+
+// Why a viewer cannot be shown what it asks for, by the protocol's code.
+struct Problem {
+  std::string code;  // "no_world"
+  std::string text;
+  int again_s = 0;  // 0: asking again will not help
+};
+// For a join that failed, or a world that ended so.
+Problem ProblemOf(const absl::Status& status);
+// For an instance that has ended; nothing while it goes on.
+std::optional<Problem> ProblemOf(const v1::Instance& instance);
+std::string ProblemMessage(const Problem& problem);
+
+// `age_s`: how old the figures are. `connected`: the regions that the gateway itself hears.
+std::string StatusMessage(const v1::Instance& instance, double age_s, const std::set<std::uint32_t>& connected);
+std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
+// Empty for an event that is no contact.
+std::string MetMessage(const client::ClientEvent& event);
+// The body that a viewer has selected; it is gone where the client does not see it.
+std::string DetailMessage(const client::Client& client, BodyId body);
+std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text);
+
+// /api/worlds. `problem`: why the list is not what it should be; empty where it is.
+std::string WorldsPage(const std::vector<v1::Instance>& instances, const std::string& problem);
+
+}  // namespace tessera::gateway

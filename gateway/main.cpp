@@ -1,0 +1,151 @@
+// tessera-gateway: shows worlds to people: the page, and the WebSockets that it looks through.
+#include <fmt/format.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sodium.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "gateway/gateway.h"
+#include "gateway/web_server.h"
+#include "host/files.h"
+#include "host/program_folder.h"
+#include "host/renamed_options.h"
+#include "host/socket_address.h"
+#include "telemetry/logging.h"
+#include "telemetry/metrics_server.h"
+
+namespace tessera::gateway {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct GatewayFlags {
+  std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
+  std::string page, ready_file, log_level;
+  std::vector<std::string> allow_origins;
+  GatewayOptions options;
+};
+
+int Fail(const absl::Status& status) {
+  std::fprintf(stderr, "tessera-gateway: %s\n", std::string(status.message()).c_str());
+  return 1;
+}
+
+// Where the page is installed, or built in a source tree; empty where it is neither.
+std::string FindPage() {
+  const fs::path here = host::ProgramFolder();
+  std::vector<fs::path> places{here / "page", here.parent_path() / "share/tessera/page"};
+  for (fs::path up = here; up.has_relative_path(); up = up.parent_path()) places.push_back(up / "web/dist");
+  std::error_code error;
+  for (const fs::path& place : places) {
+    if (fs::exists(place / "index.html", error)) return place.string();
+  }
+  return "";
+}
+
+absl::Status AnnounceReady(const GatewayFlags& flags, const std::string& http, const std::string& metrics) {
+  if (!flags.ready_file.empty()) {
+    const std::string line = nlohmann::json({{"http", http}, {"metrics", metrics}}).dump() + "\n";
+    const absl::Status status = host::WriteFile(flags.ready_file, line, host::Durability::kSurvivesProcess);
+    if (!status.ok()) return absl::UnavailableError("--ready-file " + std::string(status.message()));
+  }
+  sd_notify(0, "READY=1");
+  spdlog::info("ready http={} metrics={}", http, metrics);
+  return absl::OkStatus();
+}
+
+absl::Status Run(const GatewayFlags& flags) {
+  // Blocked before any thread is made; the loop asks for them.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  signal(SIGPIPE, SIG_IGN);
+  if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
+
+  const auto listen = host::ParseSocketAddress(flags.listen, host::PortRule::kFrom0);
+  const auto metrics_listen = host::ParseSocketAddress(flags.metrics_listen, host::PortRule::kFrom0);
+  if (!listen.ok()) return listen.status();
+  if (!metrics_listen.ok()) return metrics_listen.status();
+  const std::string page = flags.page.empty() ? FindPage() : flags.page;
+  if (!page.empty() && !fs::exists(fs::path(page) / "index.html")) {
+    return absl::NotFoundError("--page " + page + ": has no index.html");
+  }
+  if (page.empty()) spdlog::warn("page not found; only the API is served");
+  GatewayMetrics metrics;
+  const auto metrics_server =
+      telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry);
+  if (!metrics_server.ok()) return metrics_server.status();
+  const auto server =
+      WebServer::Start({.listen = *listen, .page = page, .allow_origins = flags.allow_origins}, metrics);
+  if (!server.ok()) return server.status();
+  {
+    Gateway gateway(flags.options, metrics, [&server] { (*server)->Wake(); });
+    (*server)->Serve(gateway);
+    if (absl::Status status = AnnounceReady(flags, (*server)->address(), (*metrics_server)->address()); !status.ok()) {
+      return status;
+    }
+    constexpr timespec kAtOnce{};
+    while (sigtimedwait(&signals, nullptr, &kAtOnce) < 0) (*server)->Service();
+    sd_notify(0, "STOPPING=1");
+    spdlog::info("ending");
+    (*server)->Stop();
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+}  // namespace tessera::gateway
+
+int main(int argc, char** argv) {
+  using namespace tessera;
+  gateway::GatewayFlags flags;
+  CLI::App app("Shows the worlds of a Tessera cluster to people, in a page that it serves.", "tessera-gateway");
+  app.set_version_flag("--version", std::string("tessera-gateway ") + TESSERA_VERSION);
+  const auto is_address = [](const std::string& text) {
+    return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
+  };
+  app.add_option("--control", flags.options.control_address, "address of the control plane")
+      ->envname("TESSERA_CONTROL")
+      ->capture_default_str();
+  app.add_option("--listen", flags.listen, "HTTP address of the page and its viewers; port 0 takes a free one")
+      ->check(is_address)
+      ->capture_default_str();
+  app.add_option("--metrics-listen", flags.metrics_listen, "HTTP address: /metrics; port 0 takes a free one")
+      ->check(is_address)
+      ->capture_default_str();
+  app.add_option("--page", flags.page, "folder of the page; else the installed one, or web/dist of the source tree");
+  app.add_option("--allow-origin", flags.allow_origins,
+                 "a further origin whose pages may connect, e.g. https://play.example; may be repeated");
+  app.add_flag("--orders", flags.options.orders, "viewers may give orders: scale, pause, restore and so on");
+  app.add_flag("--local", flags.options.workers_are_here,
+               "the whole cluster runs on this machine, so an order to end a worker kills its process");
+  app.add_option("--max-viewers", flags.options.max_viewers, "viewers at once")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str();
+  app.add_option("--max-players", flags.options.max_players, "viewers at once that play")
+      ->check(CLI::Range(0, 1'000))
+      ->capture_default_str();
+  app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
+  app.add_option("--log-level", flags.log_level,
+                 "trace, debug, info, warning, error or off; else TESSERA_LOG, else info");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (absl::Status status = telemetry::InitLogging("gateway", flags.log_level); !status.ok()) {
+    gateway::Fail(status);
+    return 2;
+  }
+  const absl::Status status = gateway::Run(flags);
+  return status.ok() ? 0 : gateway::Fail(status);
+}

@@ -1,0 +1,133 @@
+#include "gateway/scene_book.h"
+
+#include "core/physics/collide/hull_growth.h"
+#include "core/physics/mass_properties.h"
+#include "gateway/viewer_format.h"
+
+namespace tessera::gateway {
+namespace {
+
+Vec3f Narrow(const Vec3d& v) { return Vec3f(v); }
+
+void PutQuaternion(const Quatd& q, ByteWriter& out) {
+  out.F32(static_cast<float>(q.x));
+  out.F32(static_cast<float>(q.y));
+  out.F32(static_cast<float>(q.z));
+  out.F32(static_cast<float>(q.w));
+}
+
+void PutSurface(std::span<const Vec3f> vertices, std::span<const std::array<std::uint32_t, 3>> triangles,
+                ByteWriter& out) {
+  out.Varint(vertices.size());
+  for (const Vec3f& vertex : vertices) out.V(vertex);
+  out.Varint(triangles.size());
+  for (const auto& triangle : triangles) {
+    for (const std::uint32_t corner : triangle) out.U32(corner);
+  }
+}
+
+// What follows the number and the kind of a shape, which is its place among the scene's forms. One overload a form.
+struct PutForm {
+  const std::unordered_map<const Shape*, std::uint32_t>& numbers;
+  ByteWriter& out;
+
+  void Floats(std::initializer_list<double> values) const {
+    for (const double value : values) out.F32(static_cast<float>(value));
+  }
+  void operator()(const BoxShape& s) const { Floats({s.half_extents_m.x, s.half_extents_m.y, s.half_extents_m.z}); }
+  void operator()(const SphereShape& s) const { Floats({s.radius_m}); }
+  void operator()(const CapsuleShape& s) const { Floats({s.radius_m, s.half_height_m}); }
+  void operator()(const CylinderShape& s) const { Floats({s.radius_m, s.half_height_m}); }
+  void operator()(const ConeShape& s) const { Floats({s.radius_m, s.height_m}); }
+  void operator()(const ConvexHullShape& s) const {
+    // Points nearer to the surface than this are on it: nobody sees a micrometre.
+    constexpr double kRounding = 1e-6;
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    const physics::GrownHull hull = physics::GrowHull(s.points, kRounding);
+    triangles.reserve(hull.triangles.size());
+    for (const physics::HullTriangle& triangle : hull.triangles) triangles.push_back(triangle.v);
+    PutSurface(s.points, triangles, out);
+  }
+  void operator()(const CompoundShape& s) const {
+    out.Varint(s.children.size());
+    for (const CompoundChild& child : s.children) {
+      out.Varint(numbers.at(child.shape.get()));
+      out.V(Narrow(child.pose.position));
+      PutQuaternion(child.pose.orientation, out);
+    }
+  }
+  void operator()(const TriangleMeshShape& s) const { PutSurface(s.vertices, s.triangles, out); }
+  void operator()(const HeightFieldShape& s) const {
+    out.Varint(s.columns);
+    out.Varint(s.rows);
+    Floats({s.spacing_m});
+    for (const float height : s.heights_m) out.F32(height);
+  }
+  void operator()(const PlaneShape& s) const { Floats({s.normal.x, s.normal.y, s.normal.z, s.offset_m}); }
+};
+
+bool NeverMoves(const BodyDef& def) { return def.motion == Motion::kStatic && def.path == nullptr; }
+
+}  // namespace
+
+SceneBook::SceneBook(const Scene& scene) {
+  for (const BodyDef& def : scene.bodies) AddShape(def.shape);
+  if (scene.player) AddShape(scene.player->body.shape);
+  for (const Prefab& prefab : scene.prefabs) {
+    for (const BodyDef& def : prefab.bodies) AddShape(def.shape);
+  }
+  Flush(static_cast<std::uint8_t>(MessageKind::kShapes), true);
+  shape_messages_ = messages_.size();
+  AddStatics(scene);
+}
+
+std::uint32_t SceneBook::NumberOf(const Shape& shape) const {
+  const auto found = numbers_.find(&shape);
+  return found == numbers_.end() ? 0 : found->second;
+}
+
+void SceneBook::AddShape(const ShapePtr& shape) {
+  if (shape == nullptr || numbers_.contains(shape.get())) return;
+  if (const auto* compound = std::get_if<CompoundShape>(&shape->form)) {
+    for (const CompoundChild& child : compound->children) AddShape(child.shape);
+  }
+  Flush(static_cast<std::uint8_t>(MessageKind::kShapes), false);
+  const auto number = static_cast<std::uint32_t>(origins_.size());
+  numbers_.emplace(shape.get(), number);
+  BodyDef moving;
+  moving.shape = shape;
+  origins_.push_back(-physics::CenterOfMass(moving));
+  pending_.Varint(number);
+  pending_.U8(static_cast<std::uint8_t>(shape->form.index()));
+  std::visit(PutForm{numbers_, pending_}, shape->form);
+  ++pending_count_;
+}
+
+void SceneBook::AddStatics(const Scene& scene) {
+  for (const BodyDef& def : scene.bodies) {
+    if (!NeverMoves(def)) continue;
+    Flush(static_cast<std::uint8_t>(MessageKind::kStatics), false);
+    pending_.Varint(def.id.value());
+    pending_.Block(std::string_view(def.name));
+    pending_.Varint(numbers_.at(def.shape.get()));
+    pending_.U8(def.trigger ? kTriggerFlag : 0);
+    pending_.V(def.initial.position);
+    PutQuaternion(def.initial.orientation, pending_);
+    ++pending_count_;
+  }
+  Flush(static_cast<std::uint8_t>(MessageKind::kStatics), true);
+}
+
+// Ends the message under way if it is `all` there is, or large enough.
+void SceneBook::Flush(std::uint8_t kind, bool all) {
+  if (pending_count_ == 0 || (!all && pending_.size() < kMaxSceneMessage_bytes / 2)) return;
+  ByteWriter message;
+  message.U8(kind);
+  message.Varint(pending_count_);
+  message.Bytes(pending_.bytes());
+  messages_.push_back(message.Take());
+  (void)pending_.Take();
+  pending_count_ = 0;
+}
+
+}  // namespace tessera::gateway

@@ -1,0 +1,49 @@
+// SceneBook: what viewers of a world are sent once: the shapes of its scene, numbered, and its static bodies.
+//
+// Numbers ascend from 1, those of a compound's children before its own. All messages are encoded once, and shared by
+// all viewers of the scene. A pose that a viewer is sent is that of its shape's origin; a dynamic body's state is that
+// of its centre of mass, and `OriginOf` leads from one to the other.
+//
+//   const SceneBook book(client.scene());
+//   for (const Bytes& message : book.messages()) Send(message);
+//
+// Thread rule: constant once made; any thread.
+#pragma once
+
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "core/world/bytes.h"
+#include "core/world/scene.h"
+
+namespace tessera::gateway {
+
+using Bytes = std::vector<std::uint8_t>;
+
+class SceneBook {
+ public:
+  explicit SceneBook(const Scene& scene);
+
+  const std::vector<Bytes>& messages() const { return messages_; }  // shapes, then statics
+  std::size_t shape_messages() const { return shape_messages_; }    // the first so many
+  // 0 for a shape that is not the scene's.
+  std::uint32_t NumberOf(const Shape& shape) const;
+  // The origin of a dynamic body's shape as seen from its centre of mass, in the shape's axes.
+  Vec3d OriginOf(std::uint32_t shape) const { return shape < origins_.size() ? origins_[shape] : Vec3d(); }
+
+ private:
+  void AddShape(const ShapePtr& shape);
+  void AddStatics(const Scene& scene);
+  void Flush(std::uint8_t kind, bool all);
+
+  std::unordered_map<const Shape*, std::uint32_t> numbers_;
+  std::vector<Vec3d> origins_{Vec3d()};  // by number
+  std::vector<Bytes> messages_;
+  std::size_t shape_messages_ = 0;
+  // The message under way.
+  ByteWriter pending_;
+  std::uint64_t pending_count_ = 0;
+};
+
+}  // namespace tessera::gateway

@@ -1,0 +1,56 @@
+#include "gateway/view_source.h"
+
+#include <utility>
+
+#include "gateway/gateway_message.h"
+#include "gateway/viewer_encoder.h"
+#include "gateway/viewer_format.h"
+
+namespace tessera::gateway {
+
+ViewSource::ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<const SceneBook> book,
+                       const std::string& instance, std::uint64_t generation)
+    : client_(std::move(client)), maker_(book) {
+  feed_.generation = generation;
+  feed_.book = std::move(book);
+  feed_.welcome = EncodeWelcome(
+      {.instance = instance, .own_body = client_->own_body(), .own_player = client_->player()}, client_->scene());
+  feed_.detail = [this](BodyId body) { return DetailMessage(*client_, body); };
+  EncodeMap();
+}
+
+void ViewSource::Poll(client::TimePoint now) {
+  using Kind = client::ClientEvent::Kind;
+  const bool was_joining = client_->state() == client::ClientState::kJoining;
+  for (const client::ClientEvent& event : client_->Poll(now)) {
+    if (event.kind == Kind::kMapChanged) EncodeMap();
+    if (event.kind == Kind::kRegionLost || event.kind == Kind::kRegionBack || event.kind == Kind::kMapChanged) {
+      connected_changed_ = true;
+    }
+    if (std::string met = MetMessage(event); !met.empty()) feed_.met.Add(std::move(met), kMaxMetKept);
+  }
+  if (was_joining && client_->state() != client::ClientState::kJoining) connected_changed_ = true;
+}
+
+void ViewSource::Show(client::TimePoint now) { feed_.picture = &maker_.Make(*client_, now); }
+
+void ViewSource::SetHosts(const std::map<RegionId, std::string>& hosts) {
+  if (hosts == hosts_) return;
+  hosts_ = hosts;
+  EncodeMap();
+}
+
+void ViewSource::EncodeMap() {
+  feed_.map = gateway::EncodeMap(client_->map(), hosts_);
+  ++feed_.map_number;
+}
+
+std::set<std::uint32_t> ViewSource::Connected() const {
+  std::set<std::uint32_t> connected;
+  for (const client::RegionStats& region : client_->Stats().regions) {
+    if (region.connected) connected.insert(region.region.value());
+  }
+  return connected;
+}
+
+}  // namespace tessera::gateway

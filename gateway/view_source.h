@@ -1,0 +1,56 @@
+// ViewSource: one client of a world, and the feed of those who look through its eyes: all viewers of a world share one,
+// each player has one of its own.
+//
+//   ViewSource source(std::move(client), book, instance, generation);
+//   loop: source.Poll(now); if (somebody is due) source.Show(now);
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "client_sdk/client.h"
+#include "gateway/picture.h"
+#include "gateway/scene_book.h"
+#include "gateway/viewer_session.h"
+
+namespace tessera::gateway {
+
+class ViewSource {
+ public:
+  // `generation` is of no other source of the process.
+  ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<const SceneBook> book, const std::string& instance,
+             std::uint64_t generation);
+
+  ViewSource(const ViewSource&) = delete;
+  ViewSource& operator=(const ViewSource&) = delete;
+
+  void Poll(client::TimePoint now);
+  // Makes the picture as of now.
+  void Show(client::TimePoint now);
+  // Names of the hosts, for the map.
+  void SetHosts(const std::map<RegionId, std::string>& hosts);
+  // The regions that the client hears.
+  std::set<std::uint32_t> Connected() const;
+  // Whether that has changed since the last call.
+  bool TakeConnectedChanged() { return std::exchange(connected_changed_, false); }
+
+  client::Client& client() { return *client_; }
+  std::unique_ptr<client::Client> TakeClient() { return std::move(client_); }
+  const ViewFeed& feed() const { return feed_; }
+  const std::shared_ptr<const SceneBook>& book() const { return feed_.book; }
+
+ private:
+  void EncodeMap();
+
+  std::unique_ptr<client::Client> client_;
+  PictureMaker maker_;
+  ViewFeed feed_;
+  std::map<RegionId, std::string> hosts_;
+  bool connected_changed_ = true;
+};
+
+}  // namespace tessera::gateway

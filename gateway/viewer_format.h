@@ -1,0 +1,35 @@
+// The numbers of docs/viewer_protocol.md, which both ends must agree on.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace tessera::gateway {
+
+inline constexpr std::uint8_t kViewerProtocolVersion = 1;
+inline constexpr char kViewerSubprotocol[] = "tessera.viewer.1";
+
+enum class MessageKind : std::uint8_t { kWelcome = 1, kShapes = 2, kStatics = 3, kMap = 4, kFrame = 5 };
+
+// A message of shapes or statics grows to this, but for a single shape that is larger.
+inline constexpr std::size_t kMaxSceneMessage_bytes = std::size_t{1} << 20;
+
+// Frames.
+inline constexpr std::uint8_t kPausedFlag = 1;
+inline constexpr std::uint8_t kTriggerFlag = 1, kKinematicFlag = 2;
+inline constexpr std::uint8_t kPositionBit = 1, kOrientationBit = 2, kOwnerBit = 4, kStateBit = 8, kSpeedBit = 16;
+inline constexpr std::uint8_t kAllBits = 31;
+inline constexpr std::uint8_t kAsleepState = 1, kExtrapolatedState = 2, kPredictedState = 4;
+inline constexpr double kPositionSteps_per_m = 1024, kSpeedSteps_per_m_s = 64;
+
+// What a viewer may send. A page that steers sends 60 messages a second; twice that leaves room for its other messages.
+inline constexpr std::size_t kMaxViewerMessage_bytes = 4096;
+inline constexpr double kViewerMessages_per_s = 120;
+inline constexpr int kMaxBadMessages = 10;  // within a minute; then the viewer is closed
+inline constexpr std::uint32_t kMaxFrameRate_hz = 60, kFirstFrameRate_hz = 30;
+// Contacts sent to a viewer in a second, and those that wait for one that reads slowly.
+inline constexpr std::size_t kMaxMet_per_s = 100, kMaxMetKept = 100;
+inline constexpr std::size_t kMaxEventsKept = 64;
+inline constexpr std::uint16_t kCloseStatus = 4000;
+
+}  // namespace tessera::gateway

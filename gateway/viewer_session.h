@@ -1,0 +1,152 @@
+// ViewerSession: one viewer's side of the protocol, without its socket: what it is sent next, and what becomes of what
+// it sends.
+//
+// What viewers share (a world's picture, figures, events) stands in feeds, which the gateway keeps up to date. A
+// session keeps only what it was sent, so nothing queues for a viewer that reads slowly: `Next` makes a message when
+// the socket can take one, out of what is newest then. What cannot be left out (answers, the first messages) is
+// bounded.
+//
+//   session.Show(view_feed, news_feed);
+//   on writable:  if (auto message = session.Next(now)) Write(*message);
+//   on message:   if (auto asked = session.Receive(text, now)) Do(*asked);
+//   every frame:  if (session.Due(now)) AskForWritable();
+//
+// Feeds outlive the session or are replaced by Show. Thread rule: one thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gateway/gateway_message.h"
+#include "gateway/scene_book.h"
+#include "gateway/viewer_encoder.h"
+#include "gateway/viewer_message.h"
+
+namespace tessera::gateway {
+
+// Lines that come one by one, of which a session sends what is new to it. Only the newest are kept.
+template <class Line>
+struct Lines {
+  std::deque<Line> kept;
+  std::uint64_t end = 0;  // number of the last one, from 1
+
+  void Add(Line line, std::size_t most) {
+    kept.push_back(std::move(line));
+    if (kept.size() > most) kept.pop_front();
+    ++end;
+  }
+  // Those after number `sent`, as far as they are kept.
+  std::vector<Line> After(std::uint64_t sent) const {
+    const auto missing = static_cast<std::size_t>(std::min<std::uint64_t>(end - std::min(sent, end), kept.size()));
+    return {kept.end() - static_cast<std::ptrdiff_t>(missing), kept.end()};
+  }
+};
+
+// What those see who look through the eyes of one client.
+struct ViewFeed {
+  std::uint64_t generation = 0;  // of the client; another one begins with a welcome
+  std::shared_ptr<const SceneBook> book;
+  Bytes welcome, map;
+  std::uint64_t map_number = 0;
+  const Picture* picture = nullptr;  // the newest
+  Lines<std::string> met;
+  std::function<std::string(BodyId)> detail;
+};
+// What is known of the world as a whole.
+struct NewsFeed {
+  std::string status;
+  std::uint64_t status_number = 0;
+  Lines<v1::InstanceEvent> events;
+};
+
+struct OutgoingMessage {
+  bool binary = false;
+  std::span<const std::uint8_t> bytes;  // until the next call
+};
+
+class ViewerSession {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  ViewerSession();
+  // Other feeds from now on; null: none yet, or no longer.
+  void Show(const ViewFeed* view, const NewsFeed* news);
+
+  // The next message; nothing while there is none. After a final problem that is the last one.
+  std::optional<OutgoingMessage> Next(TimePoint now);
+  // Whether it is time for a frame, for which there has to be a picture.
+  bool WantsFrame(TimePoint now) const { return !final_ && (view_changed_ || now >= next_frame_); }
+  // Whether there would be one.
+  bool Due(TimePoint now) const;
+
+  // A text that came. The message for the gateway to carry out; nothing for what the session does itself, and for what
+  // is wrong, which the viewer is sent.
+  std::optional<ViewerMessage> Receive(std::string_view text, TimePoint now);
+  // Something came that is no message: too long, or not a text.
+  void ReceiveBad(const std::string& why, TimePoint now);
+
+  void Answer(std::uint64_t number, const absl::Status& status, const std::string& text);
+  // Sends the problem; one that is final closes the viewer once it is sent.
+  void Report(Problem problem, bool final);
+  // Nothing more is to be sent: close with the code.
+  bool over() const { return over_; }
+  const std::string& close_code() const { return close_code_; }
+
+  // What the view of a player follows while it names no centre.
+  void FollowBody(BodyId body) { follow_ = body; }
+  BodyId selected() const { return selected_; }
+  std::uint32_t rate_hz() const { return rate_hz_; }
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t bad_messages() const { return bad_messages_; }
+
+ private:
+  // Answers that wait for a viewer that does not read; then it is closed.
+  static constexpr std::size_t kMaxAnswers = 64;
+
+  std::optional<OutgoingMessage> NextSetup();
+  std::optional<OutgoingMessage> NextText(TimePoint now);
+  std::optional<OutgoingMessage> NextFrame(TimePoint now);
+  OutgoingMessage SendText(std::string text);
+  bool SetupDue() const;
+  bool TextDue(TimePoint now) const;
+  bool FrameDue(TimePoint now) const;
+  bool DetailDue(TimePoint now) const;
+
+  const ViewFeed* view_ = nullptr;
+  const NewsFeed* news_ = nullptr;
+
+  // What was sent of the feeds.
+  std::uint64_t generation_ = 0;  // 0: no welcome yet
+  std::shared_ptr<const SceneBook> kept_book_;
+  std::size_t scene_messages_ = 0;
+  std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0;
+  bool view_changed_ = false;  // since the last frame
+  ViewerEncoder encoder_;
+
+  // What the viewer wants.
+  std::uint32_t rate_hz_;
+  ViewerView shown_;
+  BodyId follow_{}, selected_{};
+  bool center_given_ = false;
+
+  MessageBudget budget_;
+  std::deque<std::string> answers_;
+  std::optional<Problem> problem_;
+  bool final_ = false, over_ = false;
+  std::string close_code_;
+
+  TimePoint next_frame_{}, next_detail_{}, last_frame_{}, met_window_{};
+  std::size_t met_in_window_ = 0;
+  std::string last_detail_;
+  std::uint64_t frames_ = 0, bad_messages_ = 0;
+  ByteWriter frame_;
+  std::string text_;
+};
+
+}  // namespace tessera::gateway

@@ -1,0 +1,141 @@
+#include "gateway/watched_world.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "gateway/viewer_format.h"
+#include "spdlog/spdlog.h"
+
+namespace tessera::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kStatusInterval = 1s;
+constexpr auto kJoinDeadline = 5s;
+constexpr auto kJoinAgain = 1s;
+// A world without any region for so long is reported; a restore from a checkpoint takes less.
+constexpr auto kLostFor = 60s;
+
+bool MayStillCome(const absl::Status& status) {
+  return absl::IsDeadlineExceeded(status) || absl::IsUnavailable(status);
+}
+
+bool SameEvent(const v1::InstanceEvent& a, const v1::InstanceEvent& b) {
+  return a.text() == b.text() && a.time().seconds() == b.time().seconds() && a.time().nanos() == b.time().nanos();
+}
+
+}  // namespace
+
+WatchedWorld::WatchedWorld(std::string instance, Services& services)
+    : instance_(std::move(instance)), services_(services), feed_(services.channel, instance_, services.wake) {}
+
+void WatchedWorld::Tick(TimePoint now, bool show) {
+  if (problem_) return;
+  TakeState(now);
+  if (problem_) return;
+  if (source_ == nullptr) {
+    if (!joining_ && now >= next_join_) Join(now);
+  } else {
+    source_->Poll(now);
+    if (source_->client().state() == client::ClientState::kEnded) {
+      spdlog::info("world lost instance={} reason={}", instance_, std::string(source_->client().reason().message()));
+      source_.reset();
+      lost_since_ = now;
+      next_join_ = now + kJoinAgain;
+      status_due_ = true;
+    } else if (source_->client().state() != client::ClientState::kJoining) {
+      lost_since_.reset();
+      if (show) source_->Show(now);
+    }
+  }
+  const bool connected_changed = source_ != nullptr && source_->TakeConnectedChanged();
+  if (state_.number != 0 && (status_due_ || connected_changed || now >= next_status_)) MakeStatus(now);
+}
+
+void WatchedWorld::Join(TimePoint now) {
+  joining_ = true;
+  next_join_ = now + kJoinAgain;
+  if (!lost_since_) lost_since_ = now;
+  const client::JoinOptions options{.control_address = services_.control_address,
+                                    .instance_id = instance_,
+                                    .player_name = "",
+                                    .deadline = kJoinDeadline,
+                                    .watch = true};
+  const bool queued = services_.background->Run(
+      [this, options, alive = std::weak_ptr<bool>(alive_), book = book_, scene = book_scene_]() -> Background::Done {
+        auto joined = std::make_shared<absl::StatusOr<std::unique_ptr<client::Client>>>(client::Client::Join(options));
+        // Encoding a large level takes a while too.
+        std::shared_ptr<const SceneBook> encoded = book;
+        if (joined->ok() && &(**joined)->scene() != scene) encoded = std::make_shared<SceneBook>((**joined)->scene());
+        return [this, alive, joined, encoded] {
+          if (!alive.expired()) Joined(std::move(*joined), encoded);
+        };
+      });
+  if (!queued) joining_ = false;
+}
+
+void WatchedWorld::Joined(absl::StatusOr<std::unique_ptr<client::Client>> joined,
+                          std::shared_ptr<const SceneBook> book) {
+  joining_ = false;
+  if (joined.ok()) {
+    spdlog::info("world joined instance={}", instance_);
+    book_ = std::move(book);
+    book_scene_ = &(*joined)->scene();
+    source_ = std::make_unique<ViewSource>(*std::move(joined), book_, instance_, ++services_.last_generation);
+    source_->SetHosts(Hosts());
+    return;
+  }
+  // An instance that is starting, or starting again, is waited for.
+  const bool known = state_.number != 0 && !ProblemOf(state_.instance);
+  const bool lost_long = lost_since_ && std::chrono::steady_clock::now() - *lost_since_ > kLostFor;
+  if (known && MayStillCome(joined.status()) && !lost_long) return;
+  spdlog::info("world not joined instance={} reason={}", instance_, std::string(joined.status().message()));
+  problem_ = ProblemOf(joined.status());
+}
+
+void WatchedWorld::TakeState(TimePoint now) {
+  std::optional<InstanceFeed::State> latest = feed_.Latest(state_.number);
+  if (!latest) return;
+  const bool changed = state_.number == 0 || latest->instance.state() != state_.instance.state() ||
+                       latest->instance.changes_size() != state_.instance.changes_size();
+  status_due_ = status_due_ || changed;
+  state_ = *std::move(latest);
+  AddEvents();
+  if (source_) source_->SetHosts(Hosts());
+  if (const auto over = ProblemOf(state_.instance)) {
+    MakeStatus(now);
+    problem_ = over;
+  }
+}
+
+// The instance keeps its newest events; those after the last one that is known are new.
+void WatchedWorld::AddEvents() {
+  const auto& events = state_.instance.events();
+  auto fresh = events.begin();
+  if (!news_.events.kept.empty()) {
+    for (auto event = events.begin(); event != events.end(); ++event) {
+      if (SameEvent(*event, news_.events.kept.back())) fresh = event + 1;
+    }
+  }
+  for (; fresh != events.end(); ++fresh) news_.events.Add(*fresh, kMaxEventsKept);
+}
+
+void WatchedWorld::MakeStatus(TimePoint now) {
+  status_due_ = false;
+  next_status_ = now + kStatusInterval;
+  const double age_s = std::max(0.0, std::chrono::duration<double>(now - state_.since).count());
+  news_.status = StatusMessage(state_.instance, age_s, source_ ? source_->Connected() : std::set<std::uint32_t>());
+  ++news_.status_number;
+}
+
+std::map<RegionId, std::string> WatchedWorld::Hosts() const {
+  std::map<RegionId, std::string> hosts;
+  for (const v1::RegionStatus& status : state_.instance.region_status()) {
+    hosts[RegionId(status.region())] = status.host();
+  }
+  return hosts;
+}
+
+}  // namespace tessera::gateway

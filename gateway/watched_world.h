@@ -1,0 +1,80 @@
+// WatchedWorld: one world that viewers watch: joined once, whoever watches, and joined again when it comes back.
+//
+// It is there while somebody watches it. A join that fails, or a world that ends, is a problem, with which its viewers
+// are closed; they may come again, to a new one.
+//
+//   WatchedWorld world("plaza-1", services);
+//   every frame: world.Tick(now, somebody_is_due);
+//   session.Show(world.view(), world.news());
+//
+// Thread rule: the event loop's.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gateway/background.h"
+#include "gateway/gateway_message.h"
+#include "gateway/instance_feed.h"
+#include "gateway/view_source.h"
+#include "gateway/viewer_session.h"
+
+namespace tessera::gateway {
+
+// What worlds and players share.
+struct Services {
+  std::string control_address;
+  std::shared_ptr<grpc::Channel> channel;
+  Background* background = nullptr;
+  std::function<void()> wake;
+  std::uint64_t last_generation = 0;
+};
+
+class WatchedWorld {
+ public:
+  using TimePoint = std::chrono::steady_clock::time_point;
+
+  WatchedWorld(std::string instance, Services& services);
+  WatchedWorld(const WatchedWorld&) = delete;
+  WatchedWorld& operator=(const WatchedWorld&) = delete;
+
+  // `show`: a viewer is due, so the picture is to be new.
+  void Tick(TimePoint now, bool show);
+
+  const std::string& instance() const { return instance_; }
+  const ViewFeed* view() const { return source_ ? &source_->feed() : nullptr; }
+  const NewsFeed* news() const { return &news_; }
+  const std::optional<Problem>& problem() const { return problem_; }
+  // The newest that is known of the instance; null before the first.
+  const v1::Instance* state() const { return state_.number == 0 ? nullptr : &state_.instance; }
+  // Null while it is being joined.
+  const ViewSource* source() const { return source_.get(); }
+  std::map<RegionId, std::string> Hosts() const;
+
+ private:
+  void Join(TimePoint now);
+  void Joined(absl::StatusOr<std::unique_ptr<client::Client>> joined, std::shared_ptr<const SceneBook> book);
+  void TakeState(TimePoint now);
+  void AddEvents();
+  void MakeStatus(TimePoint now);
+
+  std::string instance_;
+  Services& services_;
+  InstanceFeed feed_;
+  InstanceFeed::State state_;
+  NewsFeed news_;
+  std::unique_ptr<ViewSource> source_;
+  std::shared_ptr<const SceneBook> book_;  // of the last join
+  const Scene* book_scene_ = nullptr;
+  std::optional<Problem> problem_;
+  bool joining_ = false, status_due_ = true;
+  TimePoint next_status_{}, next_join_{};
+  std::optional<TimePoint> lost_since_;
+  // Jobs that end when this is gone must not touch it.
+  std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
+};
+
+}  // namespace tessera::gateway

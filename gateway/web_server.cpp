@@ -1,0 +1,417 @@
+#include "gateway/web_server.h"
+
+#include <arpa/inet.h>
+#include <libwebsockets.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "gateway/viewer_format.h"
+#include "spdlog/spdlog.h"
+
+namespace tessera::gateway {
+namespace {
+
+// A frame of a page is 16.7 ms long; this often worlds are polled while somebody watches.
+constexpr lws_usec_t kFrame_us = 1'000'000 / 60, kIdle_us = 200'000;
+// The kernel takes no more than this of what it has not sent, so a viewer that reads slowly gets new frames, and costs
+// no memory.
+constexpr int kUnsent_bytes = 16 * 1024, kSendBuffer_bytes = 256 * 1024;
+// Bytes that go to a socket at once; the rest of a larger message waits for the socket.
+constexpr std::size_t kWrite_bytes = 256 * 1024;
+// A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
+constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
+constexpr unsigned kRequestTimeout_s = 10;
+constexpr std::size_t kMaxInstanceName = 64;
+constexpr char kWatchPath[] = "/watch/";
+
+void LogLine(int level, const char* line) {
+  const std::string text(absl::StripTrailingAsciiWhitespace(line));
+  if ((level & LLL_ERR) != 0) {
+    spdlog::error("web {}", text);
+  } else {
+    spdlog::debug("web {}", text);
+  }
+}
+
+std::string HeaderOf(lws* wsi, lws_token_indexes header) {
+  std::array<char, 512> text{};
+  const int bytes = lws_hdr_copy(wsi, text.data(), text.size(), header);
+  return bytes > 0 ? std::string(text.data(), static_cast<std::size_t>(bytes)) : "";
+}
+
+// The name in "name:port"; "[::1]" in "[::1]:80".
+std::string NameIn(const std::string& host) {
+  const std::size_t end = host.empty() || host[0] != '[' ? host.rfind(':') : host.find(']') + 1;
+  return host.substr(0, end);
+}
+
+bool IsAddress(const std::string& name) {
+  if (name == "localhost") return true;
+  std::array<unsigned char, sizeof(in6_addr)> address{};
+  if (inet_pton(AF_INET, name.c_str(), address.data()) == 1) return true;
+  return name.size() > 2 && name.front() == '[' && name.back() == ']' &&
+         inet_pton(AF_INET6, name.substr(1, name.size() - 2).c_str(), address.data()) == 1;
+}
+
+std::string WithoutScheme(const std::string& origin) {
+  const std::size_t at = origin.find("://");
+  return at == std::string::npos ? origin : origin.substr(at + 3);
+}
+
+bool IsInstanceName(std::string_view name) {
+  return !name.empty() && name.size() <= kMaxInstanceName && std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
+           c == '.';
+  });
+}
+
+// Headers of all answers: a page loads nothing from elsewhere and is part of no other.
+const lws_protocol_vhost_options* Headers() {
+  static const lws_protocol_vhost_options referrer{nullptr, nullptr, "referrer-policy:", "no-referrer"};
+  static const lws_protocol_vhost_options sniff{&referrer, nullptr, "x-content-type-options:", "nosniff"};
+  static const lws_protocol_vhost_options policy{
+      &sniff, nullptr, "content-security-policy:",
+      "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; worker-src 'self' blob:; "
+      "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"};
+  return &policy;
+}
+
+const lws_protocol_vhost_options* FurtherTypes() {
+  static const lws_protocol_vhost_options any{nullptr, nullptr, "*", "application/octet-stream"};
+  static const lws_protocol_vhost_options map{&any, nullptr, ".map", "application/json"};
+  static const lws_protocol_vhost_options wasm{&map, nullptr, ".wasm", "application/wasm"};
+  return &wasm;
+}
+
+}  // namespace
+
+bool MayConnect(const std::string& host, const std::string& origin, const std::vector<std::string>& allow_origins) {
+  const auto allowed = [&](const std::string& name) {
+    return std::any_of(allow_origins.begin(), allow_origins.end(),
+                       [&](const std::string& allow) { return allow == name || WithoutScheme(allow) == name; });
+  };
+  if (!IsAddress(NameIn(host)) && !allowed(host)) return false;
+  return origin.empty() || WithoutScheme(origin) == host || allowed(origin);
+}
+
+struct WebServer::Impl {
+  // A connection of a viewer.
+  struct Peer {
+    ViewerId viewer = 0;
+    lws* wsi = nullptr;
+    std::string text;
+    bool too_long = false, asked_to_write = false;
+  };
+
+  static int OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
+  static int OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
+  static void OnTick(lws_sorted_usec_list_t* timer);
+  static Impl& Of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
+
+  bool MayConnect(lws* wsi) const {
+    return gateway::MayConnect(HeaderOf(wsi, WSI_TOKEN_HOST), HeaderOf(wsi, WSI_TOKEN_ORIGIN), options.allow_origins);
+  }
+  int Reply(lws* wsi, unsigned status, const char* type, const std::string& body);
+  int Page(lws* wsi);
+  int FilterViewer(lws* wsi);
+  void Open(lws* wsi, Peer& peer);
+  void Receive(lws* wsi, Peer& peer, std::string_view bytes);
+  int Write(lws* wsi, Peer& peer);
+  void Tick();
+
+  WebOptions options;
+  GatewayMetrics& metrics;
+  Gateway* gateway = nullptr;
+  lws_context* context = nullptr;
+  lws_vhost* vhost = nullptr;
+  std::array<lws_protocols, 3> protocols{};
+  lws_http_mount page{}, api{}, health{};
+  lws_retry_bo_t patience{};
+  // The timer, and whose it is.
+  struct Timer {
+    lws_sorted_usec_list_t list{};
+    Impl* owner = nullptr;
+  } timer;
+  std::map<ViewerId, Peer*> peers;
+  std::size_t connections = 0;
+  std::vector<unsigned char> out;
+  std::mutex waking;
+  bool stopped = false;  // under `waking`
+
+  Impl(const WebOptions& options_in, GatewayMetrics& metrics_in) : options(options_in), metrics(metrics_in) {}
+};
+
+// --- Pages -----------------------------------------------------------------------------------------------------------
+
+int WebServer::Impl::Reply(lws* wsi, unsigned status, const char* type, const std::string& body) {
+  std::vector<unsigned char> headers(LWS_PRE + 2048);
+  unsigned char* at = headers.data() + LWS_PRE;
+  unsigned char* const begin = at;
+  unsigned char* const end = headers.data() + headers.size() - 1;
+  const auto* no_store = reinterpret_cast<const unsigned char*>("no-store");
+  if (lws_add_http_common_headers(wsi, status, type, body.size(), &at, end) != 0 ||
+      lws_add_http_header_by_token(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, no_store, 8, &at, end) != 0 ||
+      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
+    return 1;
+  }
+  out.resize(LWS_PRE + body.size());
+  std::copy(body.begin(), body.end(), out.begin() + LWS_PRE);
+  if (lws_write(wsi, out.data() + LWS_PRE, body.size(), LWS_WRITE_HTTP_FINAL) < 0) return 1;
+  return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+}
+
+int WebServer::Impl::Page(lws* wsi) {
+  const std::string path = HeaderOf(wsi, WSI_TOKEN_GET_URI);
+  if (path == "/healthz") return Reply(wsi, HTTP_STATUS_OK, "text/plain; charset=utf-8", "ok\n");
+  if (path == "/api/worlds") {
+    const WorldList::List list = gateway == nullptr ? WorldList::List() : gateway->Worlds();
+    return Reply(wsi, HTTP_STATUS_OK, "application/json", WorldsPage(list.instances, list.problem));
+  }
+  if (path == "/api/recordings") return Reply(wsi, HTTP_STATUS_OK, "application/json", R"({"recordings":[]})");
+  const std::string why = path == "/" ? "The page is not built or not installed; --page names its folder.\n"
+                                      : "There is nothing at this address.\n";
+  return Reply(wsi, HTTP_STATUS_NOT_FOUND, "text/plain; charset=utf-8", why);
+}
+
+int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
+  switch (reason) {
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION: {
+      Impl& me = Of(wsi);
+      if (me.connections < me.options.max_connections) return 0;
+      me.metrics.refused_full.Increment();
+      return 1;
+    }
+    case LWS_CALLBACK_WSI_CREATE:
+    case LWS_CALLBACK_WSI_DESTROY: {
+      Impl& me = Of(wsi);
+      me.connections += reason == LWS_CALLBACK_WSI_CREATE ? 1 : static_cast<std::size_t>(-1);
+      me.metrics.connections.Set(static_cast<double>(me.connections));
+      return 0;
+    }
+    case LWS_CALLBACK_FILTER_HTTP_CONNECTION: {
+      Impl& me = Of(wsi);
+      if (me.MayConnect(wsi)) return 0;
+      me.metrics.refused_origin.Increment();
+      lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "This gateway is not known by that name; see --allow-origin.");
+      return -1;
+    }
+    case LWS_CALLBACK_HTTP:
+      return Of(wsi).Page(wsi);
+    case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+      Of(wsi).Tick();
+      return 0;
+    default:
+      return lws_callback_http_dummy(wsi, reason, user, in, len);
+  }
+}
+
+// --- Viewers ---------------------------------------------------------------------------------------------------------
+
+int WebServer::Impl::FilterViewer(lws* wsi) {
+  const std::string path = HeaderOf(wsi, WSI_TOKEN_GET_URI);
+  if (!MayConnect(wsi)) {
+    metrics.refused_origin.Increment();
+    lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "This page may not connect here; see --allow-origin.");
+    return -1;
+  }
+  if (gateway == nullptr || !absl::StartsWith(path, kWatchPath) ||
+      !IsInstanceName(path.substr(std::strlen(kWatchPath)))) {
+    lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, "Viewers connect to /watch/INSTANCE.");
+    return -1;
+  }
+  return 0;
+}
+
+void WebServer::Impl::Open(lws* wsi, Peer& peer) {
+  const int socket = lws_get_socket_fd(wsi);
+  const int unsent = kUnsent_bytes, buffer = kSendBuffer_bytes, at_once = 1;
+  setsockopt(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &unsent, sizeof unsent);
+  setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
+  peer.wsi = wsi;
+  peer.viewer = gateway->Open(HeaderOf(wsi, WSI_TOKEN_GET_URI).substr(std::strlen(kWatchPath)));
+  peers[peer.viewer] = &peer;
+  Tick();
+}
+
+void WebServer::Impl::Receive(lws* wsi, Peer& peer, std::string_view bytes) {
+  const auto now = std::chrono::steady_clock::now();
+  if (lws_is_first_fragment(wsi) != 0) {
+    peer.text.clear();
+    peer.too_long = false;
+  }
+  if (peer.text.size() + bytes.size() > kMaxViewerMessage_bytes) {
+    peer.too_long = true;
+    peer.text.clear();
+  } else if (!peer.too_long) {
+    peer.text.append(bytes);
+  }
+  if (lws_is_final_fragment(wsi) == 0 || lws_remaining_packet_payload(wsi) != 0) return;
+  if (peer.too_long) {
+    gateway->ReceiveBad(peer.viewer, absl::StrCat("message: longer than ", kMaxViewerMessage_bytes, " bytes"), now);
+  } else if (lws_frame_is_binary(wsi) != 0) {
+    gateway->ReceiveBad(peer.viewer, "message: is binary; viewers send texts", now);
+  } else {
+    gateway->Receive(peer.viewer, peer.text, now);
+  }
+  peer.text.clear();
+  if (gateway->Due(peer.viewer, now)) lws_callback_on_writable(wsi);
+}
+
+int WebServer::Impl::Write(lws* wsi, Peer& peer) {
+  const auto now = std::chrono::steady_clock::now();
+  peer.asked_to_write = false;
+  if (const auto message = gateway->Next(peer.viewer, now)) {
+    out.resize(LWS_PRE + message->bytes.size());
+    std::copy(message->bytes.begin(), message->bytes.end(), out.begin() + LWS_PRE);
+    const lws_write_protocol kind = message->binary ? LWS_WRITE_BINARY : LWS_WRITE_TEXT;
+    if (lws_write(wsi, out.data() + LWS_PRE, message->bytes.size(), kind) < 0) return -1;
+    // Large levels come rarely.
+    if (out.capacity() > 4 * kMaxSceneMessage_bytes) std::vector<unsigned char>().swap(out);
+    if (gateway->Due(peer.viewer, now) || gateway->Over(peer.viewer)) lws_callback_on_writable(wsi);
+    return 0;
+  }
+  if (const auto code = gateway->Over(peer.viewer)) {
+    std::string reason = *code;
+    lws_close_reason(wsi, static_cast<lws_close_status>(kCloseStatus), reinterpret_cast<unsigned char*>(reason.data()),
+                     reason.size());
+    return -1;
+  }
+  return 0;
+}
+
+int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
+  const auto peer = [user]() -> Peer& { return **static_cast<Peer**>(user); };
+  switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+      return Of(wsi).FilterViewer(wsi);
+    case LWS_CALLBACK_ESTABLISHED:
+      *static_cast<Peer**>(user) = new Peer;
+      Of(wsi).Open(wsi, peer());
+      return 0;
+    case LWS_CALLBACK_RECEIVE:
+      Of(wsi).Receive(wsi, peer(), {static_cast<const char*>(in), len});
+      return 0;
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+      return Of(wsi).Write(wsi, peer());
+    case LWS_CALLBACK_CLOSED: {
+      const std::unique_ptr<Peer> gone(*static_cast<Peer**>(user));
+      *static_cast<Peer**>(user) = nullptr;
+      Impl& me = Of(wsi);
+      me.peers.erase(gone->viewer);
+      me.gateway->Close(gone->viewer);
+      return 0;
+    }
+    default:
+      return 0;
+  }
+}
+
+// --- The loop --------------------------------------------------------------------------------------------------------
+
+void WebServer::Impl::Tick() {
+  if (gateway == nullptr) return;
+  for (const ViewerId viewer : gateway->Tick(std::chrono::steady_clock::now())) {
+    const auto peer = peers.find(viewer);
+    if (peer == peers.end()) continue;
+    if (std::exchange(peer->second->asked_to_write, true)) {
+      metrics.late_frames.Increment();
+    } else {
+      lws_callback_on_writable(peer->second->wsi);
+    }
+  }
+}
+
+void WebServer::Impl::OnTick(lws_sorted_usec_list_t* list) {
+  Impl& me = *lws_container_of(list, Timer, list)->owner;
+  me.Tick();
+  const bool idle = me.gateway == nullptr || me.gateway->viewers() == 0;
+  lws_sul_schedule(me.context, 0, list, OnTick, idle ? kIdle_us : kFrame_us);
+}
+
+absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options, GatewayMetrics& metrics) {
+  if (absl::Status status = host::CheckBindable(options.listen, "page"); !status.ok()) return status;
+  auto impl = std::make_unique<Impl>(options, metrics);
+  Impl& me = *impl;
+  lws_set_log_level(LLL_ERR | LLL_WARN, LogLine);
+  me.protocols[0] = {"http", Impl::OnHttp, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes};
+  me.protocols[1] = {kViewerSubprotocol, Impl::OnViewer, sizeof(Impl::Peer*), kMaxViewerMessage_bytes, 0, nullptr,
+                     kWrite_bytes};
+  const auto mount = [](lws_http_mount& to, const char* at, unsigned char kind, const char* origin) {
+    to.mountpoint = at;
+    to.mountpoint_len = static_cast<unsigned char>(std::strlen(at));
+    to.origin = origin;
+    to.origin_protocol = kind;
+  };
+  mount(me.api, "/api", LWSMPRO_CALLBACK, "http");
+  mount(me.health, "/healthz", LWSMPRO_CALLBACK, "http");
+  const bool has_page = !me.options.page.empty();
+  mount(me.page, "/", has_page ? LWSMPRO_FILE : LWSMPRO_CALLBACK, has_page ? me.options.page.c_str() : "http");
+  me.page.def = "index.html";
+  me.page.extra_mimetypes = FurtherTypes();
+  me.api.mount_next = &me.health;
+  me.health.mount_next = &me.page;
+  me.patience.secs_since_valid_ping = kPingAfter_s;
+  me.patience.secs_since_valid_hangup = kHangUpAfter_s;
+
+  lws_context_creation_info info{};
+  info.port = me.options.listen.port;
+  info.iface = me.options.listen.host == "0.0.0.0" ? nullptr : me.options.listen.host.c_str();
+  info.protocols = me.protocols.data();
+  info.mounts = &me.api;
+  info.headers = Headers();
+  info.user = impl.get();
+  info.gid = static_cast<gid_t>(-1);
+  info.uid = static_cast<uid_t>(-1);
+  info.timeout_secs = kRequestTimeout_s;
+  info.retry_and_idle_policy = &me.patience;
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+  if (me.options.listen.host.find(':') == std::string::npos) info.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
+  me.context = lws_create_context(&info);
+  me.vhost = me.context == nullptr ? nullptr : lws_create_vhost(me.context, &info);
+  std::unique_ptr<WebServer> server(new WebServer(std::move(impl)));
+  if (me.vhost == nullptr) {
+    return absl::UnavailableError(absl::StrCat("address ", host::ToString(options.listen), " cannot be served"));
+  }
+  me.timer.owner = &me;
+  lws_sul_schedule(me.context, 0, &me.timer.list, Impl::OnTick, 1);
+  return server;
+}
+
+WebServer::WebServer(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+WebServer::~WebServer() { Stop(); }
+
+void WebServer::Stop() {
+  if (impl_->context == nullptr) return;
+  {
+    const std::lock_guard lock(impl_->waking);
+    impl_->stopped = true;
+  }
+  lws_context_destroy(std::exchange(impl_->context, nullptr));
+}
+
+std::string WebServer::address() const {
+  const auto port = static_cast<std::uint16_t>(lws_get_vhost_listen_port(impl_->vhost));
+  return host::ToString({impl_->options.listen.host, port});
+}
+
+void WebServer::Serve(Gateway& gateway) { impl_->gateway = &gateway; }
+void WebServer::Service() { lws_service(impl_->context, 0); }
+void WebServer::Wake() {
+  const std::lock_guard lock(impl_->waking);
+  if (!impl_->stopped) lws_cancel_service(impl_->context);
+}
+
+}  // namespace tessera::gateway

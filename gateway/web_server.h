@@ -1,0 +1,62 @@
+// WebServer: the gateway's one port: the page, its two lists, and the WebSockets of viewers. One event loop, of
+// libwebsockets; no call in it waits.
+//
+// It answers for itself alone: a request names an address of this machine, or a host that --allow-origin lists, so a
+// page of another site reaches it neither directly nor by a name of its own that leads here (DNS rebinding).
+//
+//   auto server = WebServer::Start(options, gateway, metrics);
+//   while (!stopped) (*server)->Service();
+//
+// Thread rule: one thread, but for Wake.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "gateway/gateway.h"
+#include "gateway/gateway_metrics.h"
+#include "host/socket_address.h"
+
+namespace tessera::gateway {
+
+struct WebOptions {
+  host::SocketAddress listen{"127.0.0.1", 7710};
+  std::string page;                        // folder; empty: none is built
+  std::vector<std::string> allow_origins;  // "https://play.example"
+  std::size_t max_connections = 512;
+};
+
+// Whether a request with these headers is for this gateway, from a page of its own; either may be empty. `host` is
+// "127.0.0.1:7710", `origin` is "http://127.0.0.1:7710".
+bool MayConnect(const std::string& host, const std::string& origin, const std::vector<std::string>& allow_origins);
+
+class WebServer {
+ public:
+  // UNAVAILABLE: the address cannot be bound.
+  static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options, GatewayMetrics& metrics);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  std::string address() const;  // "127.0.0.1:7710"
+  // From now on viewers are the gateway's, which outlives this.
+  void Serve(Gateway& gateway);
+  // Serves what there is, and waits for more for at most a frame's time or so.
+  void Service();
+  // Ends all connections, and with them the viewers of the gateway, which may then go.
+  void Stop();
+  // Service returns soon. Any thread.
+  void Wake();
+
+  struct Impl;
+
+ private:
+  explicit WebServer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tessera::gateway
