@@ -28,6 +28,7 @@ struct DemoOptions {
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies;
   std::uint32_t bots = 4;
+  std::string page_listen = "127.0.0.1:0";
   double seconds = 60;
   bool json = false;
 };
@@ -122,6 +123,14 @@ nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohm
           {"clients", clients}};
 }
 
+void ShowPage(const std::string& address) {
+  std::cout << fmt::format(
+                   "page: http://{}/\nTry there: join and steer with the keys, end a worker and watch another take "
+                   "over, scale.\n",
+                   address)
+            << std::flush;
+}
+
 void Demo(const DemoOptions& options) {
   StopSignal stop;
   if (!options.json) {
@@ -136,7 +145,11 @@ void Demo(const DemoOptions& options) {
                        .game = options.game.empty() ? local::GameBeside(scene) : options.game,
                        .regions = options.regions,
                        .bodies = options.bodies,
-                       .bots = options.bots});
+                       .bots = options.bots,
+                       .page_listen = options.json ? "" : options.page_listen,
+                       .on_cluster = [&options](const local::LocalCluster& cluster) {
+                         if (!options.json) ShowPage(cluster.page_address());
+                       }});
   LiveTable table;
   bool running = true;
   while (running && run.running_s() < options.seconds && !stop.Wait(kFrameTime)) {
@@ -167,6 +180,8 @@ void AddDemoCommand(CLI::App& app, Globals& globals) {
       ->check(CLI::Range(1, 1000));
   demo->add_option("--bodies", options->bodies, "Number of scattered bodies (default: the scene's, 2000)");
   demo->add_option("--bots", options->bots, "Number of clients")->capture_default_str()->check(CLI::Range(0, 64));
+  demo->add_option("--page-listen", options->page_listen, "HTTP address of the page; port 0 takes a free one")
+      ->capture_default_str();
   demo->add_option("--seconds", options->seconds, "How long the world runs")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);

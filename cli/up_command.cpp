@@ -20,6 +20,7 @@ struct UpOptions {
   std::string state_dir;
   std::string listen = "127.0.0.1:7700";
   std::string metrics_listen = "127.0.0.1:7701";
+  std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;
 };
@@ -38,13 +39,15 @@ void Up(const Globals& globals, const UpOptions& options) {
       .listen = options.listen,
       .metrics_listen = options.metrics_listen,
       .hosts = options.hosts,
-      .capacity = options.capacity};
+      .capacity = options.capacity,
+      .page_listen = options.page_listen};
   std::error_code error;
   std::filesystem::create_directories(cluster_options.state_dir, error);
   if (error) throw local::CommandError(fmt::format("--state-dir {}: {}", cluster_options.state_dir, error.message()));
   local::LocalCluster cluster(cluster_options);
   if (globals.format == Format::kJson) {
-    std::cout << nlohmann::ordered_json{{"control", cluster.control_address()},
+    std::cout << nlohmann::ordered_json{{"page", fmt::format("http://{}/", cluster.page_address())},
+                                        {"control", cluster.control_address()},
                                         {"http", cluster.http_address()},
                                         {"hosts", options.hosts},
                                         {"logs", cluster.log_dir()}}
@@ -52,10 +55,11 @@ void Up(const Globals& globals, const UpOptions& options) {
   } else {
     std::cout
         << fmt::format(
-               "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs           {}\n\n"
+               "page: http://{}/\ncontrol plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs         "
+               "  {}\n\n"
                "Try: tessera --control {} instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
-               cluster.control_address(), cluster.http_address(), options.hosts, cluster.log_dir(),
-               cluster.control_address())
+               cluster.page_address(), cluster.control_address(), cluster.http_address(), options.hosts,
+               cluster.log_dir(), cluster.control_address())
         << std::flush;
   }
   while (!stop.Wait(std::chrono::milliseconds(200))) {
@@ -74,6 +78,7 @@ void AddUpCommand(CLI::App& app, Globals& globals) {
   up->add_option("--metrics-listen", options->metrics_listen,
                  "HTTP address of the control plane: /metrics, /healthz, /sd/prometheus")
       ->capture_default_str();
+  up->add_option("--page-listen", options->page_listen, "HTTP address of the page")->capture_default_str();
   up->add_option("--hosts", options->hosts, "Number of agents")->capture_default_str()->check(CLI::Range(1, 16));
   up->add_option("--capacity", options->capacity, "Regions that each agent takes (default: 8 a core)");
   up->add_option("--state-dir", options->state_dir, "State and logs (default: ~/.local/state/tessera)");

@@ -47,9 +47,11 @@ LocalCluster::LocalCluster(const LocalClusterOptions& options)
   if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
+  if (!options_.page_listen.empty()) StartGateway();
 }
 
 LocalCluster::~LocalCluster() {
+  if (gateway_) gateway_->End(kStopPatience);
   // One that was killed may have left workers, which the next one adopts and ends.
   try {
     if (control_->Wait(std::chrono::milliseconds(0))) RestartControl();
@@ -99,6 +101,25 @@ void LocalCluster::StartControl() {
   http_address_ = addresses.at("http").get<std::string>();
 }
 
+void LocalCluster::StartGateway() {
+  const std::string log = log_dir_ + "/gateway.log";
+  const std::string ready = options_.state_dir + "/gateway-ready.json";
+  fs::remove(ready);
+  std::vector<std::string> argv = {ProgramPath("tessera-gateway"),
+                                   "--control",
+                                   control_address_,
+                                   "--listen",
+                                   options_.page_listen,
+                                   "--metrics-listen",
+                                   "127.0.0.1:0",
+                                   "--ready-file",
+                                   ready,
+                                   "--orders"};
+  if (options_.network == nullptr) argv.emplace_back("--local");
+  gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
+  page_address_ = WaitReady(*gateway_, "tessera-gateway", ready, log).at("http").get<std::string>();
+}
+
 host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   const std::string name = fmt::format("local-{}", index + 1);
   const std::string state = MakeFolder(fmt::format("{}/{}", options_.state_dir, name));
@@ -135,6 +156,10 @@ std::string LocalCluster::WaitForDeath(std::chrono::milliseconds timeout) {
   if (const auto status = control_->Wait(timeout)) return "tessera-control: " + status->Describe();
   for (host::ChildProcess& agent : agents_) {
     if (const auto status = agent.Wait(std::chrono::milliseconds(0))) return "tessera-agent: " + status->Describe();
+  }
+  if (gateway_) {
+    if (const auto status = gateway_->Wait(std::chrono::milliseconds(0)))
+      return "tessera-gateway: " + status->Describe();
   }
   return "";
 }

@@ -1,5 +1,5 @@
-// LocalCluster: a control plane and its agents as children of this process, on loopback. What `tessera up`, the demo,
-// the benchmarks and the end-to-end tests run on.
+// LocalCluster: a control plane, its agents and, if wanted, a gateway as children of this process, on loopback. What
+// `tessera up`, the demo, the benchmarks and the end-to-end tests run on.
 //
 //   LocalCluster cluster({.state_dir = dir});
 //   Connection connection(cluster.control_address());
@@ -32,6 +32,8 @@ struct LocalClusterOptions {
   bool workers_outlive_agents = false;
   // Each host in a network namespace of its own there; null: all on loopback. Outlives the cluster.
   const HostNetwork* network = nullptr;
+  // HTTP address of a gateway, whose viewers may give orders; empty: none.
+  std::string page_listen = {};
 };
 
 class LocalCluster {
@@ -41,6 +43,7 @@ class LocalCluster {
 
   const std::string& control_address() const { return control_address_; }
   const std::string& http_address() const { return http_address_; }
+  const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
   const std::string& log_dir() const { return log_dir_; }
   host::ChildProcess& control() { return *control_; }
   host::ChildProcess& agent(std::size_t index) { return agents_.at(index); }
@@ -55,12 +58,14 @@ class LocalCluster {
 
  private:
   void StartControl();
+  void StartGateway();
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;
-  std::string log_dir_, control_address_, http_address_;
+  std::string log_dir_, control_address_, http_address_, page_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;
+  std::optional<host::ChildProcess> gateway_;
 };
 
 // The program `name` of this installation: in TESSERA_BIN, in the bin folder next to the running one's, or beside it.

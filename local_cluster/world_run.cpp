@@ -37,7 +37,9 @@ WorldRun::WorldRun(const RunOptions& options)
                           .hosts = options.hosts,
                           .capacity = options.capacity == 0 ? options.regions : options.capacity,
                           .workers_outlive_agents = options.workers_outlive_agents,
-                          .network = options.network});
+                          .network = options.network,
+                          .page_listen = options.page_listen});
+  if (options.on_cluster) options.on_cluster(*cluster_);
   connection_ = std::make_unique<Connection>(cluster_->control_address());
   CreateInstance(options);
   JoinBots(options.bots);

@@ -41,6 +41,9 @@ struct RunOptions {
   std::uint32_t capacity = 0;            // regions a host; 0: all of them
   bool workers_outlive_agents = false;   // as in LocalClusterOptions
   const HostNetwork* network = nullptr;  // likewise
+  std::string page_listen = {};          // likewise
+  // Called when the cluster stands, before there is a world in it.
+  std::function<void(const LocalCluster&)> on_cluster = {};
   // Further settings of the instance.
   std::function<void(v1::InstanceSpec&)> adjust = {};
 };

@@ -1,0 +1,22 @@
+// Viewers: clients without a body, which see all of a world and take no part in it.
+//
+// A viewer has a number as a player has, from a range that no player reaches, so that every region knows it by its
+// connect token alone: no order names it, and nothing about it is stored.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/world/ids.h"
+
+namespace tessera {
+
+// Players are numbered from 1 as they come; viewers have random numbers from here on.
+inline constexpr std::uint32_t kFirstViewer = std::uint32_t{1} << 31;
+// Viewers that one region serves at once. Each costs it what a player costs that sees everything, so programs that show
+// a world to many (tessera-gateway) join once for all.
+inline constexpr std::size_t kMaxViewers = 32;
+
+constexpr bool IsViewer(PlayerNumber player) { return player.value() >= kFirstViewer; }
+
+}  // namespace tessera
