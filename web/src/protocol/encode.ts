@@ -18,8 +18,8 @@ export class Writer {
   private view = new DataView(this.bytes.buffer);
   private at = 0;
 
-  private room(size: number): number {
-    const begin = this.at;
+  // Makes room for `size` bytes before `at`.
+  private room(size: number): DataView {
     this.at += size;
     if (this.at > this.bytes.length) {
       const grown = new Uint8Array(2 * this.at);
@@ -27,20 +27,20 @@ export class Writer {
       this.bytes = grown;
       this.view = new DataView(grown.buffer);
     }
-    return begin;
+    return this.view;
   }
 
   u8(value: number): void {
-    this.view.setUint8(this.room(1), value);
+    this.room(1).setUint8(this.at - 1, value);
   }
   u32(value: number): void {
-    this.view.setUint32(this.room(4), value, true);
+    this.room(4).setUint32(this.at - 4, value, true);
   }
   f32(...values: number[]): void {
-    for (const value of values) this.view.setFloat32(this.room(4), value, true);
+    for (const value of values) this.room(4).setFloat32(this.at - 4, value, true);
   }
   f64(...values: number[]): void {
-    for (const value of values) this.view.setFloat64(this.room(8), value, true);
+    for (const value of values) this.room(8).setFloat64(this.at - 8, value, true);
   }
   varint(value: number | bigint): void {
     if (typeof value === 'number' && value < 0x80000000) {
@@ -61,7 +61,8 @@ export class Writer {
   text(value: string): void {
     const bytes = new TextEncoder().encode(value);
     this.varint(bytes.length);
-    this.bytes.set(bytes, this.room(bytes.length));
+    this.room(bytes.length);
+    this.bytes.set(bytes, this.at - bytes.length);
   }
   done(): Uint8Array {
     return this.bytes.slice(0, this.at);
