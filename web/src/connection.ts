@@ -1,0 +1,123 @@
+// Connection: the WebSocket to the gateway. It reconnects by itself, waiting longer each time, and says what it does.
+
+import { type BinaryMessage, type JsonMessage, PROTOCOL } from './protocol/messages.ts';
+import { decode } from './protocol/decode.ts';
+
+const FIRST_WAIT_S = 0.5;
+const LONGEST_WAIT_S = 8;
+const SILENCE_S = 6; // status comes every second: a socket that is silent for longer is dead
+
+export type LinkState =
+  | { state: 'connecting' }
+  | { state: 'open' }
+  | { state: 'waiting'; again_at_s: number; why: string; code: string };
+
+export interface ConnectionListener {
+  binary(message: BinaryMessage, bytes: number): void;
+  json(message: JsonMessage): void;
+  changed(state: LinkState): void;
+}
+
+export class Connection {
+  state: LinkState = { state: 'connecting' };
+  received_bytes = 0;
+  private socket: WebSocket | null = null;
+  private wait_s = FIRST_WAIT_S;
+  private timer = 0;
+  private heard_s = 0;
+  private problem: { code: string; text: string; again_s?: number } | null = null;
+  private readonly path: string;
+  private readonly listener: ConnectionListener;
+
+  constructor(path: string, listener: ConnectionListener) {
+    this.path = path;
+    this.listener = listener;
+    this.open();
+    this.timer = window.setInterval(() => this.check(), 250);
+  }
+
+  close(): void {
+    window.clearInterval(this.timer);
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+
+  send(message: object): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  retryNow(): void {
+    if (this.state.state === 'waiting') this.open();
+  }
+
+  private set(state: LinkState): void {
+    this.state = state;
+    this.listener.changed(state);
+  }
+
+  private open(): void {
+    this.problem = null;
+    this.heard_s = performance.now() / 1000;
+    this.set({ state: 'connecting' });
+    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+    const socket = new WebSocket(`${scheme}://${location.host}${this.path}`, PROTOCOL);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    socket.onmessage = (event: MessageEvent<ArrayBuffer | string>) => {
+      if (socket === this.socket) this.receive(event.data);
+    };
+    socket.onclose = (event) => {
+      if (socket === this.socket) this.lost(event.reason);
+    };
+  }
+
+  private receive(data: ArrayBuffer | string): void {
+    this.heard_s = performance.now() / 1000;
+    try {
+      if (typeof data !== 'string') {
+        this.received_bytes += data.byteLength;
+        const message = decode(data);
+        if (this.state.state !== 'open') {
+          this.wait_s = FIRST_WAIT_S;
+          this.set({ state: 'open' });
+        }
+        this.listener.binary(message, data.byteLength);
+        return;
+      }
+      this.received_bytes += data.length;
+      const message = JSON.parse(data) as JsonMessage;
+      if (message.type === 'problem') this.problem = message;
+      this.listener.json(message);
+    } catch (error) {
+      // What follows a message that could not be read builds on it, so the picture begins anew.
+      this.problem = { code: 'unreadable', text: `a message could not be read: ${String(error)}` };
+      const socket = this.socket;
+      this.socket = null;
+      socket?.close();
+      this.lost('');
+    }
+  }
+
+  private lost(reason: string): void {
+    this.socket = null;
+    const wait_s = this.problem?.again_s ?? this.wait_s;
+    this.wait_s = Math.min(LONGEST_WAIT_S, 2 * this.wait_s);
+    const why = this.problem?.text ?? (reason === '' ? 'the connection to the gateway was lost' : reason);
+    this.set({ state: 'waiting', again_at_s: performance.now() / 1000 + wait_s, why, code: this.problem?.code ?? 'lost' });
+  }
+
+  private check(): void {
+    const now_s = performance.now() / 1000;
+    if (this.state.state === 'waiting') {
+      if (now_s >= this.state.again_at_s) this.open();
+    } else if (now_s - this.heard_s > SILENCE_S) {
+      const socket = this.socket;
+      this.socket = null;
+      socket?.close();
+      this.lost('nothing came from the gateway for some seconds');
+    }
+  }
+}

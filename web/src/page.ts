@@ -1,0 +1,380 @@
+// Page: puts the parts together, and draws a picture whenever the screen wants one.
+
+import { type JsonMessage, type PartitionMap, type Welcome, Kind, type BinaryMessage } from './protocol/messages.ts';
+import { type LinkState } from './connection.ts';
+import { Session, type SessionListener } from './session.ts';
+import { DetailPanel } from './ui/detail.ts';
+import { h, setText } from './ui/dom.ts';
+import { Hands } from './ui/hands.ts';
+import { Keys } from './ui/keys.ts';
+import { Labels } from './ui/labels.ts';
+import { MachineRoom } from './ui/machine_room.ts';
+import { TimeBar } from './ui/time_bar.ts';
+import { Tools } from './ui/tools.ts';
+import { WorldList } from './ui/worlds.ts';
+import { Perf } from './ui/perf.ts';
+import { NoWebGl, WorldView } from './view/world_view.ts';
+
+const STALE_S = 1.5;
+const STEER_EVERY_S = 1 / 30;
+const SLOW_UI_EVERY_S = 0.25;
+const TOAST_S = 6;
+
+export class Page implements SessionListener {
+  readonly session: Session = new Session(this);
+  readonly view: WorldView;
+  readonly perf = new Perf();
+  private readonly canvas = h('canvas', { id: 'world', tabindex: 0, 'aria-label': 'The world. Arrows move, T looks from above, H shows it all.' });
+  private readonly order = (order: string, fields?: Record<string, unknown>) => this.session.order(order, fields);
+  private readonly room: MachineRoom;
+  private readonly detail: DetailPanel;
+  private readonly time: TimeBar;
+  private readonly tools: Tools;
+  private readonly hands = new Hands();
+  private readonly labels = new Labels();
+  private readonly list = new WorldList();
+  private readonly name = h('strong', { id: 'name' });
+  private readonly state = h('span', { class: 'pill' });
+  private readonly fresh = h('span', { class: 'pill', id: 'fresh' });
+  private readonly counts = h('span', { id: 'counts' });
+  private readonly banner = h('div', { id: 'banner', role: 'alert', hidden: true });
+  private readonly toasts = h('div', { id: 'toasts', role: 'status' });
+  private names = new Map<number, string>();
+  private steered_s = 0;
+  private steered = '';
+  private slow_s = 0;
+  private last_s = 0;
+  private fitted = '';
+
+  constructor(root: HTMLElement) {
+    this.room = new MachineRoom(this.order, (region) => this.lookAtRegion(region));
+    this.detail = new DetailPanel(this.order, () => this.select(-1), () => this.toggleFollow());
+    this.time = new TimeBar(this.order, (message) => this.session.send(message));
+    this.tools = new Tools({
+      mode: (mode) => this.view.setMode(mode),
+      borders: (on) => this.view.setBorders(on),
+      shadows: (on) => this.view.setShadows(on),
+      home: () => this.home(false),
+      above: () => this.home(true),
+      find: (text) => this.find(text),
+      join: (name) => this.session.send(name === null ? { type: 'leave' } : { type: 'join', name }),
+    });
+    const retry = h('button', { onclick: () => this.session.retryNow() }, 'Try now');
+    this.banner.append(h('span'), retry);
+    const bar = h(
+      'header',
+      { id: 'bar' },
+      h('a', { href: '#', class: 'logo', title: 'All worlds' }, h('i'), 'Tessera'),
+      this.name,
+      this.state,
+      this.fresh,
+      this.counts,
+      h('button', { class: 'quiet', title: 'Show or hide the machine room (M)', onclick: () => this.toggleRoom() }, 'Machine room'),
+    );
+    const stage = h('div', { id: 'stage' }, this.canvas, this.labels.element, this.tools.element, this.detail.element, this.banner, this.toasts);
+    root.append(bar, stage, this.room.element, this.time.element, this.list.element);
+    try {
+      this.view = new WorldView(this.canvas, this.session.bodies, this.session.shapes);
+    } catch (error) {
+      if (!(error instanceof NoWebGl)) throw error;
+      root.replaceChildren(h('main', { id: 'worlds' }, h('h1', {}, 'This browser does not draw in 3D'), h('p', {}, 'The page needs WebGL 2. Turn on hardware acceleration in the settings of the browser, or use a newer Firefox, Chrome or Safari. Without it: tessera top shows the figures in a terminal.')));
+      throw error;
+    }
+    this.listen();
+    this.tools.begin(!this.view.software);
+    new ResizeObserver(() => this.fit()).observe(stage);
+    this.fit();
+    this.route();
+    this.expose();
+    requestAnimationFrame(() => this.loop());
+  }
+
+  private listen(): void {
+    window.addEventListener('hashchange', () => this.route());
+    const dark = window.matchMedia('(prefers-color-scheme: dark)');
+    const theme = () => {
+      this.view.setTheme(dark.matches);
+      this.room.charts.setTheme(dark.matches);
+    };
+    dark.addEventListener('change', theme);
+    theme();
+    let down = { x: 0, y: 0 };
+    this.canvas.addEventListener('pointerdown', (event) => {
+      down = { x: event.clientX, y: event.clientY };
+      this.canvas.focus();
+    });
+    this.canvas.addEventListener('click', (event) => {
+      if (Math.hypot(event.clientX - down.x, event.clientY - down.y) < 5) this.select(this.view.pickAt(event.clientX, event.clientY));
+    });
+    new Keys({
+      home: () => this.home(false),
+      above: () => this.home(true),
+      follow: () => this.toggleFollow(),
+      pause: () => this.time.togglePause(),
+      record: () => this.time.toggleRecord(),
+      room: () => this.toggleRoom(),
+      find: () => this.tools.focusFind(),
+      escape: () => this.select(-1),
+      colour: () => this.tools.nextMode(),
+    });
+  }
+
+  // `#plaza-1` is a world, `#play/FILE` a recording, and nothing the list.
+  private route(): void {
+    const place = decodeURIComponent(location.hash.slice(1));
+    document.body.classList.toggle('listing', place === '');
+    this.session.selected = '';
+    if (place === '') {
+      this.session.close();
+      this.banner.hidden = true;
+      document.title = 'Tessera';
+      this.list.show();
+      return;
+    }
+    this.list.hide();
+    const replay = place.startsWith('play/');
+    const name = replay ? place.slice(5) : place;
+    document.title = `${name} – Tessera`;
+    setText(this.name, name);
+    this.time.setReplay(replay);
+    this.tools.setReplay(replay);
+    this.fitted = '';
+    this.session.open(`/${replay ? 'play' : 'watch'}/${encodeURIComponent(name)}`);
+  }
+
+  // --- SessionListener
+
+  began(): void {
+    this.view?.clear();
+    this.labels.stale = true;
+  }
+
+  welcomed(welcome: Welcome): void {
+    if (this.fitted !== welcome.instance) this.view.setBounds(welcome.bounds);
+    this.fitted = welcome.instance;
+    this.tools.setPlaying(welcome.own_player > 0);
+  }
+
+  statics(message: BinaryMessage & { kind: Kind.statics }): void {
+    this.view.addStatics(message.statics);
+  }
+
+  mapped(map: PartitionMap): void {
+    this.view.setMap(map);
+    this.tools.setRegions(map.regions.map((region) => region.region));
+  }
+
+  framed(): void {
+    this.view.recolourTouched();
+    this.findOwn();
+    if (this.session.selected !== '' && this.view.selected < 0) this.view.selected = this.session.bodies.find(this.session.selected);
+  }
+
+  deadChanged(): void {
+    this.view.setDead(this.session.room.dead);
+  }
+
+  appeared(slot: number): void {
+    this.view.appeared(slot);
+    this.labels.stale = true;
+  }
+
+  vanished(slot: number): void {
+    this.view.vanished(slot);
+    this.labels.stale = true;
+  }
+
+  ownerChanged(slot: number, from: number): void {
+    this.view.ownerChanged(slot, from);
+  }
+
+  linked(link: LinkState): void {
+    this.banner.hidden = link.state !== 'waiting';
+    if (link.state === 'waiting') this.toldWaiting(link);
+  }
+
+  said(message: JsonMessage): void {
+    if (message.type === 'recording') this.time.showRecording(message);
+    if (message.type === 'play') this.time.showPlay(message);
+    if (message.type === 'problem' && message.code === 'bad_message') this.answered(message.text, false);
+    if (message.type === 'status') this.names = new Map((message.player_list ?? []).map((player) => [player.player, player.name]));
+  }
+
+  answered(text: string, ok: boolean): void {
+    const toast = h('p', { class: ok ? 'ok' : 'bad' }, text);
+    this.toasts.append(toast);
+    window.setTimeout(() => toast.remove(), 1000 * TOAST_S);
+  }
+
+  // --- What a person does
+
+  private select(slot: number): void {
+    this.view.selected = slot;
+    if (slot < 0) this.view.follows = this.view.own >= 0;
+    this.session.select(slot < 0 ? '' : this.session.bodies.id(slot));
+    this.detail.show(this.session.bodies, slot, null, this.view.follows);
+  }
+
+  private find(text: string): boolean {
+    const bodies = this.session.bodies;
+    const found = bodies.find(text) >= 0 ? bodies.find(text) : bodies.findName(text);
+    if (found < 0) return false;
+    this.select(found);
+    this.view.follows = true;
+    return true;
+  }
+
+  private toggleFollow(): void {
+    this.view.follows = !this.view.follows && (this.view.selected >= 0 || this.view.own >= 0);
+  }
+
+  private toggleRoom(): void {
+    document.body.classList.toggle('wide');
+  }
+
+  private home(above: boolean): void {
+    this.view.follows = false;
+    this.view.rig.frame(this.session.welcome?.bounds ?? [-50, 0, -50, 50, 20, 50], above);
+  }
+
+  private lookAtRegion(region: number): void {
+    const cells = this.session.map?.cells.filter((cell) => cell.owner === region) ?? [];
+    if (cells.length === 0) return;
+    this.view.follows = false;
+    const bounds = this.session.welcome!.bounds;
+    this.view.rig.frame(
+      [
+        Math.min(...cells.map((cell) => cell.min_x)),
+        bounds[1]!,
+        Math.min(...cells.map((cell) => cell.min_z)),
+        Math.max(...cells.map((cell) => cell.max_x)),
+        bounds[4]!,
+        Math.max(...cells.map((cell) => cell.max_z)),
+      ],
+      false,
+    );
+  }
+
+  private findOwn(): void {
+    const own = this.session.welcome?.own_body ?? '0';
+    if (own === '0' || this.view.own >= 0) return;
+    const slot = this.session.bodies.find(own);
+    if (slot < 0) return;
+    this.view.own = slot;
+    this.view.follows = true;
+    const at = 7 * slot;
+    const { shown } = this.session.bodies;
+    this.view.rig.chase(shown[at]!, shown[at + 1]!, shown[at + 2]!);
+  }
+
+  // --- Each picture
+
+  private loop(): void {
+    requestAnimationFrame(() => this.loop());
+    this.picture();
+  }
+
+  picture(): void {
+    const begin = performance.now();
+    const now_s = begin / 1000;
+    const seconds = Math.min(0.1, now_s - this.last_s);
+    this.last_s = now_s;
+    if (document.body.classList.contains('listing')) return;
+    this.steer(now_s, seconds);
+    this.view.update(this.session.playout.fraction(now_s), now_s);
+    this.labels.draw(this.session.bodies, this.view, this.names);
+    const own_ms = performance.now() - begin;
+    this.view.render();
+    this.perf.add(begin, own_ms + this.session.decode_ms, performance.now() - begin);
+    this.session.decode_ms = 0;
+    if (now_s - this.slow_s > SLOW_UI_EVERY_S) {
+      this.slow_s = now_s;
+      this.drawSlowly(now_s);
+    }
+  }
+
+  private steer(now_s: number, seconds: number): void {
+    const rig = this.view.rig;
+    if (this.view.own < 0) {
+      const [right, forward] = this.hands.move;
+      if (right !== 0 || forward !== 0) {
+        this.view.follows = false;
+        rig.pan(right, forward, seconds);
+      }
+      return;
+    }
+    if (now_s - this.steered_s < STEER_EVERY_S) return;
+    const steering = this.hands.steering(rig.yaw, rig.pitch);
+    const text = JSON.stringify(steering);
+    if (text === this.steered) return;
+    this.steered = text;
+    this.steered_s = now_s;
+    this.session.send({ type: 'steer', ...steering });
+  }
+
+  // What people read need not change more often than they can.
+  private drawSlowly(now_s: number): void {
+    const { session } = this;
+    session.checkOrders(now_s);
+    this.room.draw(session.room, now_s);
+    this.detail.show(session.bodies, this.view.selected, session.detail, this.view.follows);
+    if (session.link.state === 'waiting') this.toldWaiting(session.link);
+    const status = session.room.status;
+    setText(this.state, session.paused ? 'paused' : (status?.state ?? (session.play ? 'recording' : '…')).toLowerCase());
+    this.state.title = status?.reason ?? '';
+    const age_s = now_s - session.frame_at_s;
+    const figures_s = session.room.age_s(now_s);
+    const stale = age_s > STALE_S && !session.paused && !session.play?.paused;
+    const late = status !== null && figures_s > 5;
+    this.fresh.className = `pill ${stale ? 'bad' : late ? 'warn' : 'good'}`;
+    setText(this.fresh, !Number.isFinite(age_s) ? 'waiting' : stale ? `stale ${age_s.toFixed(1)} s` : late ? `figures ${figures_s.toFixed(0)} s old` : 'live');
+    setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps`);
+    this.time.showPaused(session.play ? session.play.paused : session.paused);
+    this.time.showTick(session.tick, session.welcome?.tick_rate ?? 60);
+  }
+
+  private toldWaiting(link: LinkState & { state: 'waiting' }): void {
+    const left = Math.max(0, link.again_at_s - performance.now() / 1000);
+    const advice: Record<string, string> = {
+      no_world: 'Check the name, or choose one from the list of worlds (Tessera, top left).',
+      not_allowed: 'Ask an operator for the right to see it.',
+      lost: 'What is shown is the last that came.',
+    };
+    setText(this.banner.firstElementChild!, `${capital(link.why)}. ${advice[link.code] ?? ''} Connecting again in ${left.toFixed(0)} s.`);
+  }
+
+  private fit(): void {
+    const stage = this.canvas.parentElement!;
+    if (stage.clientWidth > 0) this.view.resize(stage.clientWidth, stage.clientHeight);
+  }
+
+  // For tests and for the curious: window.tessera in the console.
+  private expose(): void {
+    const { session, view, perf } = this;
+    const page = this;
+    Object.assign(window, {
+      tessera: {
+        session,
+        view,
+        perf,
+        page,
+        get counts() {
+          return {
+            bodies: session.bodies.count,
+            drawn: view.batches.drawn,
+            statics: view.level.count,
+            regions: session.map?.regions.length ?? 0,
+            frames: session.frames,
+            owner_changes: session.bodies.owner_changes,
+            dead: [...session.room.dead],
+            link: session.link.state,
+          };
+        },
+      },
+    });
+  }
+}
+
+function capital(text: string): string {
+  return text.charAt(0).toUpperCase() + text.slice(1);
+}

@@ -1,0 +1,214 @@
+// The messages of docs/viewer_protocol.md as plain data.
+
+export const PROTOCOL = 'tessera.viewer.1';
+export const VERSION = 1;
+export const UNITS_PER_METRE = 1024;
+export const SPEED_UNITS = 64; // units of 1 m/s
+
+export const enum Kind {
+  welcome = 1,
+  shapes = 2,
+  statics = 3,
+  map = 4,
+  frame = 5,
+}
+
+export interface Welcome {
+  kind: Kind.welcome;
+  instance: string;
+  scene: string;
+  tick_rate: number;
+  bounds: number[]; // minimum x, y, z, maximum x, y, z
+  gravity: number[];
+  own_body: string; // '0': none
+  own_player: number; // 0: none
+  properties: { name: string; type: number }[];
+}
+
+export type Shape =
+  | { kind: 'box'; half: number[] }
+  | { kind: 'sphere'; radius: number }
+  | { kind: 'capsule' | 'cylinder'; radius: number; half_height: number }
+  | { kind: 'cone'; radius: number; height: number }
+  | { kind: 'hull' | 'mesh'; vertices: Float32Array; triangles: Uint32Array }
+  | { kind: 'compound'; children: { shape: number; position: number[]; orientation: number[] }[] }
+  | { kind: 'field'; columns: number; rows: number; spacing: number; heights: Float32Array }
+  | { kind: 'plane'; normal: number[]; offset: number };
+
+export interface Shapes {
+  kind: Kind.shapes;
+  shapes: { number: number; shape: Shape }[];
+}
+
+export const TRIGGER = 1;
+export const KINEMATIC = 2;
+
+export interface StaticBody {
+  body: string;
+  name: string;
+  shape: number;
+  trigger: boolean;
+  position: number[];
+  orientation: number[];
+}
+
+export interface Statics {
+  kind: Kind.statics;
+  statics: StaticBody[];
+}
+
+export interface Cell {
+  owner: number;
+  min_x: number;
+  min_z: number;
+  max_x: number;
+  max_z: number;
+}
+
+export interface PartitionMap {
+  kind: Kind.map;
+  version: number;
+  regions: { region: number; standby: number; host: string }[];
+  cells: Cell[];
+}
+
+export const ASLEEP = 1;
+export const EXTRAPOLATED = 2;
+export const PREDICTED = 4;
+
+export const enum Changed {
+  position = 1,
+  orientation = 2,
+  owner = 4,
+  state = 8,
+  speed = 16,
+}
+
+// Ids have 64 bits, so they stand in two halves. The columns of `changed` that a body's mask does not name are not set.
+export interface Frame {
+  kind: Kind.frame;
+  tick: number;
+  time: number; // seconds of the gateway's clock
+  paused: boolean;
+  vanished: { high: number; low: number }[];
+  appeared: Appeared[];
+  changed: ChangedBodies;
+}
+
+export interface Appeared {
+  high: number;
+  low: number;
+  shape: number;
+  flags: number;
+  player: number;
+  name: string;
+  mass: number;
+}
+
+export interface ChangedBodies {
+  count: number;
+  high: Uint32Array;
+  low: Uint32Array;
+  mask: Uint8Array;
+  difference: Float64Array; // 3 a body, in units
+  orientation: Uint32Array;
+  owner: Uint32Array;
+  state: Uint8Array;
+  speed: Float32Array; // m/s
+}
+
+export type BinaryMessage = Welcome | Shapes | Statics | PartitionMap | Frame;
+
+export interface RegionStatus {
+  region: number;
+  host: string;
+  standby: number;
+  alive: boolean;
+  tick: number;
+  tick_rate_hz: number;
+  step_p50_ms: number;
+  step_p99_ms: number;
+  bodies: number;
+  ghosts: number;
+  asleep: number;
+  players: number;
+  memory_bytes: number;
+}
+
+export interface Status {
+  type: 'status';
+  state: string;
+  reason: string;
+  age_s: number;
+  players: number;
+  ticks_per_second: number;
+  regions: RegionStatus[];
+  changes: string[];
+  failovers: number;
+  lost_bodies: number;
+  unprotected: number[];
+  player_list: { player: number; name: string; connected: boolean }[];
+}
+
+export interface Detail {
+  type: 'detail';
+  body: string;
+  name: string;
+  owner: number;
+  epoch: number;
+  tick: number;
+  position: number[];
+  linear_velocity: number[];
+  angular_velocity: number[];
+  mass_kg: number;
+  asleep: boolean;
+  properties: Record<string, unknown>;
+  gone?: boolean;
+}
+
+export interface Play {
+  type: 'play';
+  file: string;
+  begin_s: number;
+  end_s: number;
+  at_s: number;
+  paused: boolean;
+  speed: number;
+}
+
+export type JsonMessage =
+  | Status
+  | Detail
+  | Play
+  | { type: 'events'; events: { time: string; text: string }[] }
+  | { type: 'met'; kind: string; body: string; other: string; point: number[]; impulse: number }
+  | { type: 'recording'; on: boolean; file: string; bytes: number; problem: string }
+  | { type: 'answer'; number: number; ok: boolean; text: string }
+  | { type: 'problem'; code: string; text: string; again_s?: number };
+
+export interface WorldEntry {
+  instance: string;
+  scene: string;
+  state: string;
+  regions: number;
+  players: number;
+}
+
+export interface RecordingEntry {
+  file: string;
+  instance: string;
+  bytes: number;
+  seconds: number;
+}
+
+export function idText(high: number, low: number): string {
+  return high === 0 ? String(low) : ((BigInt(high) << 32n) | BigInt(low)).toString();
+}
+
+// The halves of an id in decimal, or null where the text is none.
+export function idHalves(text: string): { high: number; low: number } | null {
+  if (!/^[0-9]{1,20}$/.test(text)) return null;
+  const id = BigInt(text);
+  if (id >= 1n << 64n) return null;
+  return { high: Number(id >> 32n), low: Number(id & 0xffffffffn) };
+}

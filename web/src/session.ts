@@ -1,0 +1,167 @@
+// Session: one world, or one recording, that the page is connected to: what it has been sent, and what it asks for.
+
+import { Connection, type LinkState } from './connection.ts';
+import { type BinaryMessage, type Detail, type JsonMessage, Kind, type PartitionMap, type Play, type Welcome } from './protocol/messages.ts';
+import type { ShapeTable } from './view/geometry.ts';
+import { Bodies, type BodyListener } from './world/bodies.ts';
+import { Playout } from './world/playout.ts';
+import { Room } from './world/room.ts';
+
+const ANSWER_WAIT_S = 15;
+
+export interface SessionListener extends BodyListener {
+  welcomed(welcome: Welcome): void;
+  began(): void; // the picture begins anew: what was shown is void
+  statics(message: BinaryMessage & { kind: Kind.statics }): void;
+  mapped(map: PartitionMap): void;
+  framed(): void;
+  deadChanged(): void;
+  linked(state: LinkState): void;
+  said(message: JsonMessage): void;
+  answered(text: string, ok: boolean): void;
+}
+
+export class Session {
+  readonly shapes: ShapeTable = new Map();
+  readonly bodies: Bodies;
+  readonly playout = new Playout();
+  readonly room = new Room();
+  welcome: Welcome | null = null;
+  map: PartitionMap | null = null;
+  detail: Detail | null = null;
+  play: Play | null = null;
+  tick = 0;
+  paused = false;
+  frames = 0;
+  frame_at_s = -Infinity;
+  decode_ms = 0; // spent on messages since somebody last set it to 0
+  link: LinkState = { state: 'connecting' };
+  selected = '';
+  private connection: Connection | null = null;
+  private number = 0;
+  private readonly asked = new Map<number, { order: string; at_s: number }>();
+  private readonly listener: SessionListener;
+
+  constructor(listener: SessionListener) {
+    this.listener = listener;
+    this.bodies = new Bodies(listener);
+  }
+
+  open(path: string): void {
+    this.close();
+    this.connection = new Connection(path, {
+      binary: (message) => {
+        const begin = performance.now();
+        this.binary(message);
+        this.decode_ms += performance.now() - begin;
+      },
+      json: (message) => this.json(message),
+      changed: (state) => {
+        this.link = state;
+        this.listener.linked(state);
+      },
+    });
+  }
+
+  close(): void {
+    this.connection?.close();
+    this.connection = null;
+    this.room.clear();
+    this.begin();
+  }
+
+  retryNow(): void {
+    this.connection?.retryNow();
+  }
+
+  send(message: object): boolean {
+    return this.connection?.send(message) ?? false;
+  }
+
+  order(order: string, fields: Record<string, unknown> = {}): void {
+    const number = ++this.number;
+    if (!this.send({ type: 'order', number, order, ...fields })) {
+      this.listener.answered(`${order}: there is no connection to the gateway`, false);
+      return;
+    }
+    this.asked.set(number, { order, at_s: performance.now() / 1000 });
+  }
+
+  // Orders that nobody has answered are reported, once.
+  checkOrders(now_s: number): void {
+    for (const [number, asked] of this.asked) {
+      if (now_s - asked.at_s < ANSWER_WAIT_S) continue;
+      this.asked.delete(number);
+      this.listener.answered(`${asked.order}: no answer for ${ANSWER_WAIT_S} s`, false);
+    }
+  }
+
+  select(body: string): void {
+    this.selected = body;
+    this.detail = null;
+    this.send(body === '' ? { type: 'select' } : { type: 'select', body });
+  }
+
+  private begin(): void {
+    this.bodies.clear();
+    this.shapes.clear();
+    this.welcome = this.map = this.detail = null;
+    this.listener.began();
+  }
+
+  private binary(message: BinaryMessage): void {
+    switch (message.kind) {
+      case Kind.welcome:
+        this.begin();
+        this.welcome = message;
+        this.listener.welcomed(message);
+        if (this.selected !== '') this.select(this.selected);
+        return;
+      case Kind.shapes:
+        for (const { number, shape } of message.shapes) this.shapes.set(number, shape);
+        return;
+      case Kind.statics:
+        this.listener.statics(message as BinaryMessage & { kind: Kind.statics });
+        return;
+      case Kind.map:
+        this.map = message;
+        this.listener.mapped(message);
+        return;
+      case Kind.frame:
+        this.tick = message.tick;
+        this.paused = message.paused;
+        this.bodies.apply(message);
+        this.frame_at_s = performance.now() / 1000;
+        this.playout.arrived(message.time, this.frame_at_s);
+        ++this.frames;
+        this.listener.framed();
+    }
+  }
+
+  private json(message: JsonMessage): void {
+    switch (message.type) {
+      case 'status':
+        if (this.room.applyStatus(message, performance.now() / 1000)) this.listener.deadChanged();
+        break;
+      case 'events':
+        this.room.applyEvents(message.events);
+        break;
+      case 'detail':
+        if (message.body === this.selected) this.detail = message;
+        break;
+      case 'play':
+        this.play = message;
+        break;
+      case 'answer': {
+        const asked = this.asked.get(message.number);
+        this.asked.delete(message.number);
+        const text = message.text === '' ? (message.ok ? 'done' : 'refused') : message.text;
+        this.listener.answered(`${asked?.order ?? 'order'}: ${text}`, message.ok);
+        break;
+      }
+      default:
+        break;
+    }
+    this.listener.said(message);
+  }
+}

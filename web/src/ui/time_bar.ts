@@ -1,0 +1,93 @@
+// TimeBar: of a live world the clock and the record button, of a recording play, pause, scrub and step.
+
+import type { Play } from '../protocol/messages.ts';
+import { bytes, clock, h, setText } from './dom.ts';
+import type { Order } from './machine_room.ts';
+
+export class TimeBar {
+  readonly element = h('footer', { id: 'time', role: 'group', 'aria-label': 'Time' });
+  private readonly pause = h('button', { class: 'play', title: 'Pause or go on (P)' }, '❚❚');
+  private readonly step = h('button', { title: 'One step forward' }, '▸|');
+  private readonly back = h('button', { title: 'One step back' }, '|◂');
+  private readonly slider = h('input', { type: 'range', min: 0, max: 1, step: 0.01, 'aria-label': 'Place in the recording' });
+  private readonly at = h('output');
+  private readonly speed = h(
+    'select',
+    { 'aria-label': 'Speed' },
+    ...['0.25', '0.5', '1', '2', '4'].map((value) => h('option', { value, selected: value === '1' }, `${value}×`)),
+  );
+  private readonly record = h('button', { class: 'record', 'aria-pressed': 'false', title: 'Record this world (R)' }, 'Record');
+  private readonly note = h('span', { class: 'note', role: 'status' });
+  private paused = false;
+  private recording = false;
+  private replay = false;
+  private dragging = false;
+  private readonly send: (message: object) => void;
+  private readonly order: Order;
+
+  constructor(order: Order, send: (message: object) => void) {
+    this.order = order;
+    this.send = send;
+    this.pause.addEventListener('click', () => this.togglePause());
+    this.step.addEventListener('click', () => this.stepBy(1));
+    this.back.addEventListener('click', () => this.stepBy(-1));
+    this.record.addEventListener('click', () => this.toggleRecord());
+    this.speed.addEventListener('change', () => this.send({ type: 'play', speed: Number(this.speed.value) }));
+    this.slider.addEventListener('input', () => {
+      this.dragging = true;
+      this.send({ type: 'play', at_s: Number(this.slider.value) });
+    });
+    this.slider.addEventListener('change', () => (this.dragging = false));
+    this.element.append(this.pause, this.back, this.step, this.slider, this.at, this.speed, this.record, this.note);
+    this.setReplay(false);
+  }
+
+  setReplay(replay: boolean): void {
+    this.replay = replay;
+    for (const element of [this.back, this.slider, this.speed]) element.hidden = !replay;
+    this.record.hidden = replay;
+    this.showPaused(false);
+    setText(this.note, '');
+  }
+
+  togglePause(): void {
+    if (this.replay) this.send({ type: 'play', paused: !this.paused });
+    else this.order(this.paused ? 'resume' : 'pause');
+  }
+
+  toggleRecord(): void {
+    if (!this.replay) this.order('record', { on: !this.recording });
+  }
+
+  private stepBy(steps: number): void {
+    if (this.replay) this.send({ type: 'play', paused: true, step: steps });
+    else this.order('step', { ticks: steps });
+  }
+
+  showPaused(paused: boolean): void {
+    this.paused = paused;
+    setText(this.pause, paused ? '▶' : '❚❚');
+    this.pause.setAttribute('aria-label', paused ? 'Go on' : 'Pause');
+    this.step.disabled = !paused && !this.replay;
+  }
+
+  showTick(tick: number, rate: number): void {
+    if (!this.replay) setText(this.at, `tick ${tick.toLocaleString('en-US')} · ${clock(tick / rate)}`);
+  }
+
+  showPlay(play: Play): void {
+    this.showPaused(play.paused);
+    this.slider.min = String(play.begin_s);
+    this.slider.max = String(play.end_s);
+    if (!this.dragging) this.slider.value = String(play.at_s);
+    this.speed.value = String(play.speed);
+    setText(this.at, `${clock(play.at_s - play.begin_s)} of ${clock(play.end_s - play.begin_s)}`);
+  }
+
+  showRecording(message: { on: boolean; file: string; bytes: number; problem: string }): void {
+    this.recording = message.on;
+    this.record.setAttribute('aria-pressed', String(message.on));
+    setText(this.record, message.on ? 'Stop recording' : 'Record');
+    setText(this.note, message.problem || (message.file === '' ? '' : `${message.file}, ${bytes(message.bytes)}`));
+  }
+}

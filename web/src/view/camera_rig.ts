@@ -1,0 +1,105 @@
+// CameraRig: orbits a point, looks from above, follows a body, or chases the player's own.
+
+import * as THREE from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+const CHASE_M = 9;
+
+export class CameraRig {
+  readonly camera = new THREE.PerspectiveCamera(50, 1, 0.1, 5000);
+  readonly controls: OrbitControls;
+  private readonly last = new THREE.Vector3();
+  private following = false;
+
+  constructor(element: HTMLElement) {
+    this.controls = new OrbitControls(this.camera, element);
+    this.controls.enableDamping = true;
+    this.controls.dampingFactor = 0.12;
+    this.controls.maxPolarAngle = Math.PI / 2 - 0.02;
+    this.controls.minDistance = 1;
+    this.controls.maxDistance = 3000;
+    this.controls.zoomToCursor = true;
+  }
+
+  // Shows the whole world from a corner, or from straight above.
+  frame(bounds: number[], above: boolean): void {
+    const centre = [(bounds[0]! + bounds[3]!) / 2, Math.max(0, bounds[1]!), (bounds[2]! + bounds[5]!) / 2];
+    const extent = Math.max(bounds[3]! - bounds[0]!, bounds[5]! - bounds[2]!);
+    this.following = false;
+    const narrow = Math.max(1, 1.25 / this.camera.aspect);
+    this.controls.target.set(centre[0]!, centre[1]!, centre[2]!);
+    if (above) this.camera.position.set(centre[0]!, centre[1]! + 1.12 * extent * narrow, centre[2]! + 0.001 * extent);
+    else {
+      const far = 0.98 * extent * narrow;
+      this.camera.position.set(centre[0]! + 0.42 * far, centre[1]! + 0.55 * far, centre[2]! + 0.8 * far);
+    }
+    this.camera.near = Math.max(0.05, extent / 4000);
+    this.camera.far = Math.max(1000, extent * 20);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+  }
+
+  set(position: number[], target: number[]): void {
+    this.following = false;
+    this.camera.position.fromArray(position);
+    this.controls.target.fromArray(target);
+    this.controls.update();
+  }
+
+  // Moves with a body at x, y, z, and keeps the side that it is looked at from.
+  follow(x: number, y: number, z: number): void {
+    const target = this.controls.target;
+    if (!this.following) {
+      const offset = this.camera.position.clone().sub(target);
+      offset.setLength(Math.min(offset.length(), 3 * CHASE_M));
+      this.last.set(x, y, z);
+      target.copy(this.last);
+      this.camera.position.copy(this.last).add(offset);
+      this.following = true;
+      return;
+    }
+    const step = new THREE.Vector3(x, y, z).sub(this.last);
+    this.last.set(x, y, z);
+    target.add(step);
+    this.camera.position.add(step);
+  }
+
+  stopFollowing(): void {
+    this.following = false;
+  }
+
+  // Behind and above a player, as a game's camera begins.
+  chase(x: number, y: number, z: number): void {
+    const back = this.camera.position.clone().sub(this.controls.target).setY(0);
+    if (back.lengthSq() < 1e-6) back.set(0, 0, 1);
+    back.setLength(CHASE_M);
+    this.controls.target.set(x, y, z);
+    this.camera.position.set(x + back.x, y + 0.55 * CHASE_M, z + back.z);
+    this.last.set(x, y, z);
+    this.following = true;
+  }
+
+  // The direction on the ground that is forward for who looks, as an angle about y; 0 looks along -z.
+  get yaw(): number {
+    const forward = this.controls.target.clone().sub(this.camera.position);
+    return Math.atan2(-forward.x, -forward.z);
+  }
+
+  get pitch(): number {
+    const forward = this.controls.target.clone().sub(this.camera.position).normalize();
+    return Math.asin(forward.y);
+  }
+
+  // Moves over the ground by steps of the screen: right and forward, -1 to 1.
+  pan(right: number, forward: number, seconds: number): void {
+    const speed = 0.9 * this.camera.position.distanceTo(this.controls.target) * seconds;
+    const yaw = this.yaw;
+    const step = new THREE.Vector3(
+      (right * Math.cos(yaw) - forward * Math.sin(yaw)) * speed,
+      0,
+      (-right * Math.sin(yaw) - forward * Math.cos(yaw)) * speed,
+    );
+    this.controls.target.add(step);
+    this.camera.position.add(step);
+  }
+}

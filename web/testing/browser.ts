@@ -1,0 +1,34 @@
+// A headless Chromium with software GL, for tests and measurements.
+
+import { type Browser, type Page, chromium } from 'playwright-core';
+
+export const SIZE = { width: 1280, height: 720 };
+
+export function launch(uncapped = false): Promise<Browser> {
+  const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--hide-scrollbars'];
+  if (uncapped) args.push('--disable-frame-rate-limit', '--disable-gpu-vsync');
+  return chromium.launch({ executablePath: process.env['CHROMIUM'] ?? '/usr/bin/chromium', headless: true, args });
+}
+
+// What a page must not do: say something is wrong, or ask another host for something.
+export interface Complaints {
+  errors: string[];
+  foreign: string[];
+}
+
+export async function open(browser: Browser, address: string, options: { dark?: boolean } = {}): Promise<{ page: Page; complaints: Complaints }> {
+  const context = await browser.newContext({ viewport: SIZE, colorScheme: options.dark === false ? 'light' : 'dark' });
+  const page = await context.newPage();
+  const complaints: Complaints = { errors: [], foreign: [] };
+  const host = new URL(address).host;
+  page.on('console', (message) => {
+    if (message.type() === 'error') complaints.errors.push(message.text());
+  });
+  page.on('pageerror', (error) => complaints.errors.push(String(error)));
+  page.on('request', (request) => {
+    const url = new URL(request.url());
+    if (url.protocol.startsWith('http') && url.host !== host) complaints.foreign.push(request.url());
+  });
+  await page.goto(address);
+  return { page, complaints };
+}

@@ -1,0 +1,164 @@
+// FakeGateway: serves the page and plays a synthetic world over a real WebSocket, as docs/viewer_protocol.md has it.
+//
+//   node build/tests/fake_gateway.mjs [--port 7720] [--bodies 2000]
+
+import { createReadStream, existsSync } from 'node:fs';
+import { type IncomingMessage, type Server, type ServerResponse, createServer } from 'node:http';
+import type { AddressInfo } from 'node:net';
+import { extname, join, normalize } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { createGzip } from 'node:zlib';
+import { type WebSocket, WebSocketServer } from 'ws';
+import { encodeMap, encodeShapes, encodeStatics, encodeWelcome } from '../src/protocol/encode.ts';
+import { PROTOCOL } from '../src/protocol/messages.ts';
+import { FakeViewer } from './fake_viewer.ts';
+import { FakeWorld, HALF_M, fakeShapes, fakeStatics } from './fake_world.ts';
+
+const INSTANCE = 'plaza-1';
+const TYPES: Record<string, string> = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css' };
+
+export interface FakeOptions {
+  page: string; // folder of the built page
+  bodies: number;
+  port?: number;
+  frame_ms?: number;
+  still?: boolean; // the world does not step by itself
+}
+
+export class FakeGateway {
+  readonly world: FakeWorld;
+  served_bytes = 0; // of the page, compressed
+  refuse = false; // closes viewers at once, as a gateway that goes away
+  private readonly server: Server;
+  private readonly sockets: WebSocketServer;
+  private readonly viewers = new Set<FakeViewer>();
+  private readonly timers: NodeJS.Timeout[] = [];
+  private readonly options: FakeOptions;
+
+  constructor(options: FakeOptions) {
+    this.options = options;
+    this.world = new FakeWorld(options.bodies);
+    this.server = createServer((request, response) => this.serve(request, response));
+    this.sockets = new WebSocketServer({ noServer: true, handleProtocols: () => PROTOCOL });
+    this.server.on('upgrade', (request, socket, head) => {
+      if (this.refuse) socket.destroy();
+      else this.sockets.handleUpgrade(request, socket, head, (ws) => this.connected(ws, request.url ?? ''));
+    });
+  }
+
+  async listen(): Promise<string> {
+    await new Promise<void>((done) => this.server.listen(this.options.port ?? 0, '127.0.0.1', done));
+    this.timers.push(setInterval(() => this.frame(), this.options.frame_ms ?? 33));
+    this.timers.push(setInterval(() => this.status(), 1000));
+    return `http://127.0.0.1:${(this.server.address() as AddressInfo).port}`;
+  }
+
+  async close(): Promise<void> {
+    for (const timer of this.timers) clearInterval(timer);
+    this.dropAll();
+    this.server.closeAllConnections();
+    await new Promise((done) => this.server.close(done));
+  }
+
+  dropAll(): void {
+    for (const client of this.sockets.clients) client.terminate();
+  }
+
+  // A status comes when something changes, too.
+  kill(region: number): string {
+    const problem = this.world.kill(region);
+    this.status();
+    return problem;
+  }
+
+  private serve(request: IncomingMessage, response: ServerResponse): void {
+    const path = new URL(request.url ?? '/', 'http://x').pathname;
+    const json = (value: object) => {
+      response.writeHead(200, { 'content-type': 'application/json' });
+      response.end(JSON.stringify(value));
+    };
+    if (path === '/api/worlds') {
+      return json({ worlds: [{ instance: INSTANCE, scene: 'plaza', state: 'RUNNING', regions: 4, players: this.world.players.size }] });
+    }
+    if (path === '/api/recordings') return json({ recordings: [{ file: 'plaza-1-20260101T000000.rec', instance: INSTANCE, bytes: 5400000, seconds: 60 }] });
+    const file = join(this.options.page, normalize(path === '/' ? '/index.html' : path));
+    if (!existsSync(file)) {
+      response.writeHead(404);
+      response.end();
+      return;
+    }
+    response.writeHead(200, { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream', 'content-encoding': 'gzip' });
+    const packed = createReadStream(file).pipe(createGzip({ level: 9 }));
+    packed.on('data', (chunk: Buffer) => (this.served_bytes += chunk.length));
+    packed.pipe(response);
+  }
+
+  private connected(socket: WebSocket, url: string): void {
+    const replay = url.startsWith('/play/');
+    if (!replay && url !== `/watch/${INSTANCE}`) {
+      const name = decodeURIComponent(url.replace('/watch/', ''));
+      socket.send(JSON.stringify({ type: 'problem', code: 'no_world', text: `instance ${name}: no such instance`, again_s: 2 }));
+      return socket.close(4000, 'no_world');
+    }
+    const viewer = new FakeViewer(this.world, socket, { status: () => this.status(), kill: (region) => this.kill(region) }, replay);
+    this.viewers.add(viewer);
+    socket.on('close', () => {
+      this.viewers.delete(viewer);
+      viewer.left();
+    });
+    viewer.greet();
+    this.status();
+  }
+
+  private frame(): void {
+    const playing = [...this.viewers].find((viewer) => viewer.replay);
+    if (!this.options.still && !this.world.paused && !playing?.replay?.paused) {
+      this.world.step();
+      this.world.step();
+    }
+    for (const viewer of this.viewers) viewer.frame();
+  }
+
+  private status(): void {
+    for (const viewer of this.viewers) viewer.status();
+  }
+}
+
+export function greeting(own_body: string, own_player: number): Uint8Array[] {
+  return [
+    encodeWelcome({
+      instance: INSTANCE,
+      scene: 'plaza',
+      tick_rate: 60,
+      bounds: [-HALF_M, -2, -HALF_M, HALF_M, 40, HALF_M],
+      gravity: [0, -9.81, 0],
+      own_body,
+      own_player,
+      properties: [{ name: 'health', type: 1 }],
+    }),
+    encodeShapes(fakeShapes()),
+    encodeStatics(fakeStatics()),
+  ];
+}
+
+export function mapOf(world: FakeWorld): Uint8Array {
+  const side = (low: boolean) => (low ? [-HALF_M, 0] : [0, HALF_M]) as [number, number];
+  return encodeMap({
+    version: world.map_version,
+    regions: world.regions.map(({ region, standby, host }) => ({ region, standby, host })),
+    cells: world.regions.map(({ region }) => {
+      const [min_x, max_x] = side((region - 1) % 2 === 0);
+      const [min_z, max_z] = side(region <= 2);
+      return { owner: region, min_x, min_z, max_x, max_z };
+    }),
+  });
+}
+
+if (process.argv[1] && fileURLToPath(import.meta.url) === process.argv[1] && process.argv[1].endsWith('fake_gateway.mjs')) {
+  const option = (name: string, otherwise: string) => {
+    const at = process.argv.indexOf(name);
+    return at < 0 ? otherwise : process.argv[at + 1]!;
+  };
+  const gateway = new FakeGateway({ page: option('--page', 'dist'), bodies: Number(option('--bodies', '2000')), port: Number(option('--port', '7720')) });
+  console.log(`${await gateway.listen()}/#${INSTANCE}`);
+}
