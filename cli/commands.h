@@ -21,6 +21,7 @@ void AddGameCommands(CLI::App& game, Globals& globals);
 void AddGameLogCommand(CLI::App& game, Globals& globals);
 void AddGameBackendCommands(CLI::App& game, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
+void AddSwarmCommand(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);
 void AddDemoCommand(CLI::App& app, Globals& globals);
 

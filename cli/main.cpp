@@ -47,6 +47,7 @@ int Main(int argc, char** argv) {
   AddGameLogCommand(*game, globals);
   AddGameBackendCommands(*game, globals);
   AddClientCommand(app, globals);
+  AddSwarmCommand(app, globals);
   AddDemoCommand(app, globals);
   try {
     app.parse(argc, argv);

@@ -18,10 +18,11 @@ namespace tessera::local {
 
 class Bot {
  public:
-  // Errors: those of Client::Join. `returning`: as in client::JoinOptions.
+  // Errors: those of Client::Join. `returning`, `predict`: as in client::JoinOptions.
   static absl::StatusOr<std::unique_ptr<Bot>> Join(const std::string& control_address, const std::string& instance_id,
                                                    const std::string& name, std::uint64_t seed,
-                                                   const std::vector<std::uint8_t>& returning = {});
+                                                   const std::vector<std::uint8_t>& returning = {},
+                                                   bool predict = false);
 
   // Watches a recording; errors: those of Client::Play.
   static absl::StatusOr<std::unique_ptr<Bot>> Play(const std::string& file);
