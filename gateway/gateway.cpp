@@ -35,12 +35,14 @@ Gateway::Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<
   services_.background = &background_;
 }
 
-Gateway::~Gateway() {
+void Gateway::LeaveAll() {
   std::vector<std::future<absl::Status>> leaving;
   for (auto& [id, viewer] : viewers_) {
     if (!viewer.playing || !viewer.playing->source) continue;
-    client::Client& client = viewer.playing->source->client();
-    leaving.push_back(std::async(std::launch::async, [&client] { return client.Leave(kLeaveDeadline); }));
+    viewer.session.Show(nullptr, nullptr);
+    leaving.push_back(std::async(
+        std::launch::async, [client = viewer.playing->source->TakeClient()] { return client->Leave(kLeaveDeadline); }));
+    viewer.playing.reset();
   }
 }
 

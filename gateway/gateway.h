@@ -41,7 +41,8 @@ class Gateway {
 
   // `wake`: from any thread; the loop calls Tick soon.
   Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<void()> wake);
-  ~Gateway();
+  // The end: players leave their worlds, which is waited for, for 2 s at most.
+  void LeaveAll();
 
   // A viewer of the instance; one that is too many is told so, and closed.
   ViewerId Open(const std::string& instance);

@@ -97,6 +97,7 @@ absl::Status Run(const GatewayFlags& flags) {
     while (sigtimedwait(&signals, nullptr, &kAtOnce) < 0) (*server)->Service();
     sd_notify(0, "STOPPING=1");
     spdlog::info("ending");
+    gateway.LeaveAll();
     (*server)->Stop();
   }
   return absl::OkStatus();

@@ -77,7 +77,6 @@ SceneBook::SceneBook(const Scene& scene) {
     for (const BodyDef& def : prefab.bodies) AddShape(def.shape);
   }
   Flush(static_cast<std::uint8_t>(MessageKind::kShapes), true);
-  shape_messages_ = messages_.size();
   AddStatics(scene);
 }
 

@@ -26,7 +26,6 @@ class SceneBook {
   explicit SceneBook(const Scene& scene);
 
   const std::vector<Bytes>& messages() const { return messages_; }  // shapes, then statics
-  std::size_t shape_messages() const { return shape_messages_; }    // the first so many
   // 0 for a shape that is not the scene's.
   std::uint32_t NumberOf(const Shape& shape) const;
   // The origin of a dynamic body's shape as seen from its centre of mass, in the shape's axes.
@@ -40,7 +39,6 @@ class SceneBook {
   std::unordered_map<const Shape*, std::uint32_t> numbers_;
   std::vector<Vec3d> origins_{Vec3d()};  // by number
   std::vector<Bytes> messages_;
-  std::size_t shape_messages_ = 0;
   // The message under way.
   ByteWriter pending_;
   std::uint64_t pending_count_ = 0;

@@ -103,10 +103,7 @@ std::optional<OutgoingMessage> ViewerSession::NextSetup() {
   if (!SetupDue()) return std::nullopt;
   if (generation_ != view_->generation) {
     generation_ = view_->generation;
-    // Shapes keep their numbers for as long as the connection shows one scene; statics are sent again.
-    const bool same = kept_book_ == view_->book;
-    kept_book_ = view_->book;
-    scene_messages_ = same ? view_->book->shape_messages() : 0;
+    scene_messages_ = 0;
     map_number_ = 0;
     met_ = view_->met.end;
     encoder_.Begin();

@@ -123,7 +123,6 @@ class ViewerSession {
 
   // What was sent of the feeds.
   std::uint64_t generation_ = 0;  // 0: no welcome yet
-  std::shared_ptr<const SceneBook> kept_book_;
   std::size_t scene_messages_ = 0;
   std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0;
   bool view_changed_ = false;  // since the last frame

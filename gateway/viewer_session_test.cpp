@@ -140,10 +140,10 @@ TEST_F(ViewerSessionTest, AWorldThatStandsStillIsShownNowAndThen) {
   EXPECT_TRUE(session_.Due(now_)) << "but another view at once";
 }
 
-TEST_F(ViewerSessionTest, AnotherClientBeginsWithAWelcomeAndKeepsTheShapes) {
+TEST_F(ViewerSessionTest, AnotherClientBeginsAnewWithAWelcome) {
   Drain();
   Begin(2);
-  EXPECT_THAT(Drain(), ElementsAre("welcome", "statics", "map", "frame"));
+  EXPECT_THAT(Drain(), ElementsAre("welcome", "shapes", "statics", "map", "frame"));
   EXPECT_EQ(decoder_.bodies.size(), 1u);
   EXPECT_EQ(decoder_.welcomes, 2u);
 }

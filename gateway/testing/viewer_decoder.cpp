@@ -156,6 +156,7 @@ Words ViewerDecoder::Welcome(ByteReader& in) {
   words["properties"] = properties;
   ++welcomes;
   bodies.clear();
+  shapes = 0;
   statics = 0;
   return words;
 }
