@@ -31,11 +31,12 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 30> kNotRun = {{
+constexpr std::array<NotRun, 31> kNotRun = {{
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
     {"./dev lint", kTakesLong},
+    {"./dev play", "opens a window; end_to_end_desktop_test runs tessera-desktop"},
     {"./dev demo", "builds the release; end_to_end_instance_test runs tessera demo"},
     {"./dev bench", kTakesLong},
     {"./dev sim", kTakesLong},
