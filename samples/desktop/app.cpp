@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <limits>
 
 namespace desktop {
 namespace {
@@ -207,8 +208,10 @@ Shown App::shown() const {
   shown.trouble = menu_.trouble;
   const std::vector<RegionProfile>& regions = profiler_.shown().regions;
   shown.figures = client_ && !regions.empty() &&
-                  std::all_of(regions.begin(), regions.end(), [](const auto& region) { return region.known; });
+                  std::all_of(regions.begin(), regions.end(), [](const auto& region) { return region.reports > 1; });
   if (screen_ == Screen::kMenu && !menu_.listed && menu_.trouble.empty()) shown.screen = "asking";
+  const tessera::InstanceInfo* listed = Listed(instance_);
+  shown.listed = client_ && listed != nullptr && listed->players > 0;
   if (world_) shown.own_position = world_->own_position();
   return shown;
 }
@@ -216,6 +219,11 @@ Shown App::shown() const {
 std::string App::Report() const {
   const Shown now = shown();
   std::string text = "screen " + now.screen + "\ntrouble " + now.trouble + "\n";
+  if (const tessera::InstanceInfo* listed = Listed(instance_)) {
+    text += "players " + std::to_string(listed->players) + " of " + std::to_string(listed->expected_players) + ":";
+    for (std::uint32_t i = 0; i < listed->name_count; ++i) text += std::string(" ") + listed->player_names[i];
+    text += "\n";
+  }
   if (now.own_position) {
     char line[120];
     const std::array<double, 3>& p = *now.own_position;
@@ -227,7 +235,9 @@ std::string App::Report() const {
     char line[160];
     std::snprintf(line, sizeof line, "stats %.6f %.6f %.6f %.6f\n", stats.frame_time.mean * 1e3,
                   stats.network_time.mean * 1e3, stats.update_time.mean * 1e3, static_cast<double>(stats.bodies));
-    text += line + Text(profiler_.shown());
+    Profiler now_shown = profiler_;  // as it would be shown at this moment
+    now_shown.Sample(std::numeric_limits<double>::max(), *client_);
+    text += line + Text(now_shown.shown());
   }
   return text;
 }

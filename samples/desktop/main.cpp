@@ -25,14 +25,14 @@ constexpr int kOk = 0, kNoWindow = 1, kUsageError = 2, kNoWorld = 3;
 // The window with its OpenGL context and Dear ImGui in it.
 class Window {
  public:
-  Window(int width, int height) {
+  Window(int width, int height, bool smooth) {
     if (SDL_Init(SDL_INIT_VIDEO | SDL_INIT_GAMECONTROLLER) != 0) return;
     SDL_GL_SetAttribute(SDL_GL_CONTEXT_MAJOR_VERSION, 3);
     SDL_GL_SetAttribute(SDL_GL_CONTEXT_MINOR_VERSION, 3);
     SDL_GL_SetAttribute(SDL_GL_CONTEXT_PROFILE_MASK, SDL_GL_CONTEXT_PROFILE_CORE);
     SDL_GL_SetAttribute(SDL_GL_DEPTH_SIZE, 24);
-    SDL_GL_SetAttribute(SDL_GL_MULTISAMPLEBUFFERS, 1);
-    SDL_GL_SetAttribute(SDL_GL_MULTISAMPLESAMPLES, 4);
+    SDL_GL_SetAttribute(SDL_GL_MULTISAMPLEBUFFERS, smooth ? 1 : 0);
+    SDL_GL_SetAttribute(SDL_GL_MULTISAMPLESAMPLES, smooth ? 4 : 0);
     constexpr Uint32 kFlags = SDL_WINDOW_OPENGL | SDL_WINDOW_RESIZABLE | SDL_WINDOW_ALLOW_HIGHDPI;
     const auto open = [&] {
       window_ = SDL_CreateWindow("Tessera", SDL_WINDOWPOS_CENTERED, SDL_WINDOWPOS_CENTERED, width, height, kFlags);
@@ -97,11 +97,11 @@ int Fail(int code, const std::string& why) {
 }
 
 int Run(const Options& options, std::optional<Script> script) {
-  Window window(options.width, options.height);
+  Window window(options.width, options.height, !options.plain);
   if (!window.open()) return Fail(kNoWindow, std::string("no window with OpenGL 3.3: ") + SDL_GetError());
   Gl gl;
   if (const char* missing = gl.Load()) return Fail(kNoWindow, std::string("the OpenGL driver lacks ") + missing);
-  Renderer renderer(gl);
+  Renderer renderer(gl, !options.plain);
   if (!renderer.error().empty()) return Fail(kNoWindow, "shaders: " + renderer.error());
   App app(options, renderer);
 

@@ -6,7 +6,7 @@
 namespace desktop {
 
 const char kUsage[] =
-    "Usage: tessera-desktop [--control HOST:PORT] [--instance ID] [--name NAME] [--size WIDTHxHEIGHT]\n"
+    "Usage: tessera-desktop [--control HOST:PORT] [--instance ID] [--name NAME] [--size WxH] [--plain]\n"
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
@@ -14,6 +14,7 @@ const char kUsage[] =
     "  --instance ID         joins this world at once\n"
     "  --name NAME           shown to others (default player)\n"
     "  --size WxH            of the window (default 1280x720)\n"
+    "  --plain               no shadows and no smooth edges, for a machine without a graphics card\n"
     "  --frames N            ends after so many frames\n"
     "  --screenshot FILE     writes the last of them as a PNG file\n"
     "  --script FILE         does what the file says; samples/desktop/script.h has the steps\n"
@@ -28,6 +29,10 @@ Options ParseOptions(int argc, char** argv) {
     const std::string name = argv[i];
     if (name == "--help" || name == "-h") {
       options.help = true;
+      continue;
+    }
+    if (name == "--plain") {
+      options.plain = true;
       continue;
     }
     const bool known = name == "--control" || name == "--instance" || name == "--name" || name == "--size" ||

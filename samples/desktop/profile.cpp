@@ -27,6 +27,7 @@ RegionProfile ProfileOf(const tessera::RegionStats& stats) {
   profile.region = stats.region;
   profile.connected = stats.connected != 0;
   profile.known = stats.reports > 0;
+  profile.reports = stats.reports;
   profile.round_trip_ms = stats.round_trip_s * 1e3;
   profile.tick = stats.tick;
   profile.bodies = stats.bodies;

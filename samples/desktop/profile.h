@@ -21,6 +21,7 @@ struct Timing {
 struct RegionProfile {
   std::uint32_t region = 0;
   bool connected = false, known = false;  // known: it has sent its figures
+  std::uint32_t reports = 0;              // how often
   double round_trip_ms = 0;
   std::uint64_t tick = 0, bodies = 0, ghosts = 0, asleep = 0, clients = 0;
   Timing step, physics, prediction, snapshot_full, snapshot_delta;

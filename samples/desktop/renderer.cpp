@@ -6,7 +6,7 @@
 namespace desktop {
 namespace {
 
-constexpr GLsizei kShadowPixels = 2048;
+constexpr GLsizei kShadowPixels = 2048, kNoShadowPixels = 16;
 constexpr float kShadowHalf_m = 60, kShadowDepth_m = 300;
 constexpr Vec3 kToSun = {0.45F, 0.8F, 0.35F};
 constexpr float kViewAngle = 1.05F, kNear_m = 0.2F;
@@ -106,7 +106,7 @@ constexpr Vec3 kHaze = {0.72F, 0.79F, 0.86F};
 
 }  // namespace
 
-Renderer::Renderer(Gl& gl) : gl_(gl) {
+Renderer::Renderer(Gl& gl, bool shadows) : gl_(gl), shadows_(shadows) {
   world_ = Link(kPlace, kShade);
   shadow_ = Link(kPlace, kShadowShade);
   sky_ = Link(kSkyPlace, kSkyShade);
@@ -137,9 +137,10 @@ GLuint Renderer::Link(const char* vertex, const char* fragment) {
 }
 
 void Renderer::MakeShadowMap() {
+  const GLsizei shadow_pixels = shadows_ ? kShadowPixels : kNoShadowPixels;
   glGenTextures(1, &shadow_map_);
   glBindTexture(GL_TEXTURE_2D, shadow_map_);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, kShadowPixels, kShadowPixels, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT24, shadow_pixels, shadow_pixels, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
                nullptr);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
@@ -220,12 +221,13 @@ void Renderer::Draw(const Picture& picture, int width, int height) {
   glEnable(GL_DEPTH_TEST);
   glEnable(GL_CULL_FACE);
   gl_.BindFramebuffer(GL_FRAMEBUFFER, shadow_frame_);
-  glViewport(0, 0, kShadowPixels, kShadowPixels);
-  glClear(GL_DEPTH_BUFFER_BIT);
+  const GLsizei shadow_pixels = shadows_ ? kShadowPixels : kNoShadowPixels;
+  glViewport(0, 0, shadow_pixels, shadow_pixels);
+  glClear(GL_DEPTH_BUFFER_BIT);  // where shadows are off, nothing is between the sun and anything
   gl_.UseProgram(shadow_);
   SetMatrix(shadow_, "view", sun_view);
   SetMatrix(shadow_, "sun_view", sun_view);
-  DrawCopies();
+  if (shadows_) DrawCopies();
 
   gl_.BindFramebuffer(GL_FRAMEBUFFER, 0);
   glViewport(0, 0, width, height);
@@ -233,13 +235,13 @@ void Renderer::Draw(const Picture& picture, int width, int height) {
   const auto vector = [&](GLuint program, const char* name, Vec3 v) {
     gl_.Uniform3f(gl_.GetUniformLocation(program, name), v.x, v.y, v.z);
   };
-  glDepthMask(GL_FALSE);
+  glDisable(GL_DEPTH_TEST);
   gl_.UseProgram(sky_);
   vector(sky_, "haze", kHaze);
   vector(sky_, "range", {picture.direction.y, std::tan(kViewAngle / 2), 0});
   gl_.BindVertexArray(nothing_);
   glDrawArrays(GL_TRIANGLES, 0, 3);
-  glDepthMask(GL_TRUE);
+  glEnable(GL_DEPTH_TEST);
 
   gl_.UseProgram(world_);
   SetMatrix(world_, "view", view);

@@ -1,7 +1,7 @@
 // Renderer: draws many copies of a few meshes, lit by one sun that casts shadows. One call a mesh, whatever the number
 // of copies.
 //
-//   Renderer renderer(gl);
+//   Renderer renderer(gl, true);
 //   const std::size_t box = renderer.Add(MeshOf(info, 0));
 //   Picture picture;  picture.copies[box].push_back(...);     // each frame
 //   renderer.Draw(picture, width, height);
@@ -38,7 +38,8 @@ struct Picture {
 
 class Renderer {
  public:
-  explicit Renderer(Gl& gl);
+  // Without shadows a picture costs half as much.
+  Renderer(Gl& gl, bool shadows);
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;
@@ -60,6 +61,7 @@ class Renderer {
   void SetMatrix(GLuint program, const char* name, const Matrix& matrix);
 
   Gl& gl_;
+  bool shadows_;
   std::string error_;
   GLuint world_ = 0, shadow_ = 0, sky_ = 0, shadow_map_ = 0, shadow_frame_ = 0, nothing_ = 0;
   std::vector<Buffers> meshes_;

@@ -12,8 +12,7 @@
 namespace desktop {
 namespace {
 
-const ImVec4 kTrouble = {1.0F, 0.55F, 0.45F, 1}, kFaint = {0.66F, 0.71F, 0.78F, 1},
-                 kStrong = {1.0F, 0.84F, 0.36F, 1};
+const ImVec4 kTrouble = {1.0F, 0.55F, 0.45F, 1}, kFaint = {0.66F, 0.71F, 0.78F, 1}, kStrong = {1.0F, 0.84F, 0.36F, 1};
 constexpr char kFont[] = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr ImGuiWindowFlags kPanel = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
@@ -59,7 +58,8 @@ const char* NameOf(tessera_instance_state state) {
 void ShowWorlds(MenuState& menu) {
   const float line = ImGui::GetTextLineHeightWithSpacing();
   const auto rows = static_cast<float>(std::clamp<std::size_t>(menu.worlds.size() + 1, 4, 10));
-  constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersOuter | ImGuiTableFlags_ScrollY;
+  constexpr ImGuiTableFlags kFlags = ImGuiTableFlags_SizingStretchProp | ImGuiTableFlags_RowBg |
+                                     ImGuiTableFlags_BordersOuter | ImGuiTableFlags_ScrollY;
   if (!ImGui::BeginTable("worlds", 5, kFlags, {0, (rows + 0.6F) * line})) return;
   for (const char* column : {"world", "scene", "state", "regions", "players"}) ImGui::TableSetupColumn(column);
   ImGui::TableHeadersRow();
@@ -85,6 +85,7 @@ void ShowWorlds(MenuState& menu) {
 }
 
 void Bar(const char* label, double used, double total, const char* note) {
+  ImGui::AlignTextToFramePadding();
   ImGui::TextColored(kFaint, "%s", label);
   ImGui::SameLine(0.42F * ImGui::GetWindowWidth());
   char text[64];

@@ -1,7 +1,8 @@
 // Script: what a test, or somebody who wants a picture, has the client do, one step a line.
 //
 //   wait world          until that screen is shown: menu, joining, waiting, world, ended, trouble (the menu says why)
-//   wait figures        until all regions have sent their figures
+//   wait figures        until each region has sent its figures twice, so that a last second is known
+//   wait listed         until the list has the world that is being joined
 //   frames 30           shows so many frames
 //   press Return        a key, by SDL's name for it; hold W, release W
 //   wait moved 2        until the own body is 2 m from where it was when this step began
@@ -22,7 +23,7 @@ namespace desktop {
 // What a step can wait for.
 struct Shown {
   std::string screen, trouble;
-  bool figures = false;
+  bool figures = false, listed = false;
   std::optional<std::array<double, 3>> own_position;
 };
 

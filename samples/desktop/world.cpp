@@ -6,7 +6,7 @@
 namespace desktop {
 namespace {
 
-constexpr Vec3 kOwnColour = {1.0F, 0.80F, 0.22F}, kGroundColour = {0.44F, 0.46F, 0.45F},
+constexpr Vec3 kOwnColour = {0.86F, 0.66F, 0.16F}, kGroundColour = {0.44F, 0.46F, 0.45F},
                kWallColour = {0.62F, 0.60F, 0.56F};
 constexpr Vec3 kAsleepColour = {0.45F, 0.47F, 0.50F};
 constexpr float kAsleepShare = 0.45F;
@@ -131,7 +131,7 @@ const Picture& World::Look(tessera::Client& client, const Hands& hands, float se
     Copy as;
     as.colour = ColourOf(body.region);
     if ((body.flags & TESSERA_BODY_ASLEEP) != 0) as.colour = Mix(as.colour, kAsleepColour, kAsleepShare);
-    if ((body.flags & TESSERA_BODY_OWN) != 0) as.colour = kOwnColour, as.glow = 0.8F;
+    if ((body.flags & TESSERA_BODY_OWN) != 0) as.colour = kOwnColour, as.glow = 0.5F;
     Paint(*meshes, body.position, body.orientation, as);
   }
   return picture_;

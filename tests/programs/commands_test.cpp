@@ -36,6 +36,7 @@ constexpr std::array<NotRun, 31> kNotRun = {{
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
     {"./dev lint", kTakesLong},
+    {"./dev play", "opens a window; end_to_end_desktop_test runs tessera-desktop"},
     {"./dev demo", "builds the release; end_to_end_instance_test runs tessera demo"},
     {"./dev bench", kTakesLong},
     {"./dev sim", kTakesLong},

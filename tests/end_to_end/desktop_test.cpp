@@ -1,0 +1,177 @@
+// The desktop client under a virtual display and Mesa's software renderer: its screens, a player's keys, its profiler
+// against the workers' own pages, and what it says when nothing is there.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/temporary_folder.h"
+#include "telemetry/testing/http_get.h"
+#include "tests/end_to_end/world_fixture.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+// An X server without a screen; it chooses a free number itself.
+class VirtualDisplay {
+ public:
+  explicit VirtualDisplay(const std::string& folder) {
+    const std::string number = folder + "/display";
+    auto server = host::ChildProcess::Start(
+        {.argv = {"/usr/bin/Xvfb", "-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"},
+         .log_path = folder + "/xvfb.log",
+         .output_path = number,
+         .parent_death_signal = SIGTERM});
+    EXPECT_TRUE(server.ok()) << server.status();
+    if (!server.ok()) return;
+    server_.emplace(*std::move(server));
+    const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    std::string said;
+    while (said.find('\n') == std::string::npos && std::chrono::steady_clock::now() < limit) {
+      if (server_->Wait(std::chrono::milliseconds(20))) break;  // it has ended: said below
+      said = host::ReadFile(number, 64).value_or("");
+    }
+    EXPECT_NE(said.find('\n'), std::string::npos) << "Xvfb did not start: " << folder << "/xvfb.log";
+    setenv("DISPLAY", (":" + said.substr(0, said.find('\n'))).c_str(), 1);
+    setenv("SDL_VIDEODRIVER", "x11", 1);
+    setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
+  }
+
+ private:
+  std::optional<host::ChildProcess> server_;
+};
+
+// How many colours there are in a PNG file is not to be had without a decoder; a picture of one colour is small.
+constexpr std::uintmax_t kBlankPngBytes = 3000;
+
+class DesktopTest : public WorldTest {
+ protected:
+  std::string File(const std::string& name) const { return folder_.path() + "/" + name; }
+  support::RunResult Client(std::vector<std::string> arguments, const std::string& script) {
+    std::ofstream(File("script")) << script;
+    arguments.insert(arguments.end(), {"--plain", "--size", "640x360", "--script", File("script")});
+    return support::RunProgram("tessera-desktop", arguments, kPatience);
+  }
+  // Lines "name value" of a report, by name.
+  std::map<std::string, double> Report(const std::string& name) const {
+    std::map<std::string, double> values;
+    std::istringstream text(host::ReadFile(File(name), std::size_t{1} << 20).value_or(""));
+    for (std::string line; std::getline(text, line);) {
+      const auto space = line.rfind(' ');
+      if (space != std::string::npos) values[line.substr(0, space)] = std::atof(line.c_str() + space + 1);
+    }
+    return values;
+  }
+  void ExpectPicture(const std::string& name) const {
+    const std::string bytes = host::ReadFile(File(name), std::size_t{1} << 26).value_or("");
+    EXPECT_EQ(bytes.substr(0, 4), "\x89PNG") << name;
+    EXPECT_GT(bytes.size(), kBlankPngBytes) << name;
+  }
+  std::string Control() { return run_->cluster().control_address(); }
+
+  host::TemporaryFolder folder_;
+  VirtualDisplay display_{folder_.path()};
+};
+
+double MetricOf(const std::string& page, const std::string& series) {
+  const auto at = page.find("\n" + series + " ");
+  return at == std::string::npos ? std::nan("") : std::atof(page.c_str() + at + series.size() + 2);
+}
+
+// From the menu by keys into a world of characters, who stand still unless somebody walks them.
+TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
+  Start({.scene = support::ScenePath("course"), .regions = 2, .bodies = std::nullopt, .bots = 0});
+  ASSERT_TRUE(PlayUntil("running", [&] { return run_->Latest().state() == v1::INSTANCE_STATE_RUNNING; }));
+  const auto played =
+      Client({"--control", Control()}, "wait menu\nframes 2\nscreenshot " + File("menu.png") +
+                                           "\npress Return\nwait world\nwait figures\nreport " + File("before") +
+                                           "\nhold W\nwait moved 2\nrelease W\nscreenshot " + File("world.png") +
+                                           "\nreport " + File("after") + "\nquit\n");
+  ASSERT_EQ(played.exit_code, 0) << played.err;
+  ExpectPicture("menu.png");
+  ExpectPicture("world.png");
+  const auto after = Report("after");
+  // Each step of the report names what tessera_get_stats gave at that moment, and what the profiler shows.
+  EXPECT_GT(after.at("frames_per_s"), 0);
+  EXPECT_GT(after.at("bodies"), 0);
+
+  // A paused world's figures stand, so a report and a page of the same moment can be had.
+  const std::string id = run_->Latest().id();
+  ASSERT_EQ(Tessera({"instance", "pause", id, "--wait"}).exit_code, 0);
+  const auto shown = Client({"--control", Control(), "--instance", id},
+                            "wait world\nwait figures\nreport " + File("paused") + "\nquit\n");
+  ASSERT_EQ(shown.exit_code, 0) << shown.err;
+  const auto report = Report("paused");
+  const v1::Instance instance = run_->Latest();
+  ASSERT_EQ(instance.region_status_size(), 2);
+  for (const v1::RegionStatus& status : instance.region_status()) {
+    const v1::RegionAddress& at = status.report().address();
+    const auto page = telemetry::HttpGet(at.host() + ":" + std::to_string(at.metrics_port()), "/metrics");
+    ASSERT_TRUE(page.ok()) << page.status();
+    const std::string name = "region " + std::to_string(status.region()) + " ";
+    const auto metric = [&](const std::string& series) { return MetricOf(page->body, series); };
+    const auto near = [&](const std::string& value, double expected) {
+      ASSERT_TRUE(report.count(name + value)) << name << value;
+      EXPECT_NEAR(report.at(name + value), expected, 0.05 * expected) << name << value;
+    };
+    const auto mean_ms = [&](const std::string& work) {
+      const std::string family = "tessera_region_" + work + "_seconds";
+      const double count = metric(family + "_count");
+      return count > 0 ? metric(family + "_sum") * 1e3 / count : 0;
+    };
+    for (const char* work : {"step", "physics", "prediction", "snapshot_full", "snapshot_delta"}) {
+      near(std::string(work) + "_ms", mean_ms(work));
+    }
+    constexpr double kMib = 1024.0 * 1024;
+    near("tick", metric("tessera_region_tick"));
+    near("process_virtual_mib", metric("tessera_process_virtual_memory_bytes") / kMib);
+    near("process_physical_mib", metric("tessera_process_resident_memory_bytes") / kMib);
+    near("host_virtual_total_mib", metric("tessera_host_virtual_memory_total_bytes") / kMib);
+    near("host_physical_total_mib", metric("tessera_host_physical_memory_total_bytes") / kMib);
+  }
+}
+
+TEST_F(DesktopTest, ShowsWhoIsAwaited) {
+  Start({.scene = support::ScenePath("course"), .regions = 1, .bodies = std::nullopt, .bots = 0});
+  const auto created = Tessera({"instance", "create", "--scene", support::ScenePath("minimal"), "--regions", "1",
+                                "--players", "2", "--start-deadline", "600"});
+  ASSERT_EQ(created.exit_code, 0) << created.err;
+  // "instance/inst-2 created, ..."
+  const std::string id =
+      created.out.substr(created.out.find('/') + 1, created.out.find(' ') - created.out.find('/') - 1);
+  const auto waited = Client(
+      {"--control", Control(), "--instance", id, "--name", "ada"},
+      "wait waiting\nwait listed\nscreenshot " + File("waiting.png") + "\nreport " + File("waiting") + "\nquit\n");
+  EXPECT_EQ(waited.exit_code, 0) << waited.err;
+  ExpectPicture("waiting.png");
+  const std::string report = host::ReadFile(File("waiting"), std::size_t{1} << 20).value_or("");
+  EXPECT_NE(report.find("players 1 of 2: ada"), std::string::npos) << report;
+}
+
+TEST_F(DesktopTest, SaysWhatIsWrong) {
+  const auto nobody = Client({"--control", "127.0.0.1:1"}, "wait trouble\nframes 2\nscreenshot " + File("nobody.png") +
+                                                               "\nreport " + File("nobody") + "\nquit\n");
+  EXPECT_EQ(nobody.exit_code, 3);
+  EXPECT_NE(nobody.err.find("control plane at 127.0.0.1:1"), std::string::npos) << nobody.err;
+  ExpectPicture("nobody.png");
+  // What is on screen is the same text.
+  const std::string report = host::ReadFile(File("nobody"), std::size_t{1} << 20).value_or("");
+  EXPECT_NE(report.find("screen menu\ntrouble control plane at 127.0.0.1:1"), std::string::npos) << report;
+  const auto no_step = Client({}, "dance\n");
+  EXPECT_EQ(no_step.exit_code, 2);
+  EXPECT_NE(no_step.err.find("no step 'dance'"), std::string::npos) << no_step.err;
+  EXPECT_EQ(support::RunProgram("tessera-desktop", {"--colour"}).exit_code, 2);
+  setenv("DISPLAY", ":59999", 1);
+  const auto blind = support::RunProgram("tessera-desktop", {"--frames", "1"});
+  EXPECT_EQ(blind.exit_code, 1);
+  EXPECT_NE(blind.err.find("no window"), std::string::npos) << blind.err;
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
