@@ -178,6 +178,7 @@ export class WorldView {
     this.batches.upload();
     this.mark(now_s);
     this.rig.controls.update();
+    this.rig.adapt();
   }
 
   render(): void {
