@@ -31,6 +31,40 @@ TEST_F(ClientTest, JoinsWaitsPlaysAndLeaves) {
   EXPECT_EQ(instance->left, 1);
 }
 
+TEST_F(ClientTest, AViewerSeesAllAndTakesNoPart) {
+  Make(2, "view { radius: 5 }");
+  JoinOptions options = Options();
+  options.watch = options.predict = true;
+  auto joined = Client::Join(options);
+  ASSERT_TRUE(joined.ok()) << joined.status();
+  client = *std::move(joined);
+  EXPECT_EQ(client->player(), PlayerNumber());
+  EXPECT_EQ(client->own_body(), BodyId());
+  EXPECT_TRUE(client->return_token().empty());
+  Play();
+  const std::vector<replication::BodyRecord> west = {{BodyId(1), Epoch(1), Moving(-45, 1)}},
+                                             east = {{BodyId(2), Epoch(1), Moving(45, 1)}};
+  Advance([&](Tick at) {
+    instance->regions[0]->Snapshot(at, west);
+    instance->regions[1]->Snapshot(at, east);
+  });
+  ASSERT_TRUE(Until([&] { return client->World().size() == 2; })) << "further apart than a player sees";
+  client->Move({1, 0, 0}, {});
+  EXPECT_EQ(client->MoveBody(BodyId(1), {1, 0, 0}, {}), 0u);
+  EXPECT_EQ(client->Send("hello").code(), absl::StatusCode::kFailedPrecondition);
+  for (int i = 0; i < 10; ++i) {
+    now += kTick;
+    PollOnce();
+  }
+  for (const auto& region : instance->regions) {
+    EXPECT_TRUE(region->inputs.empty());
+    EXPECT_TRUE(region->commands.empty());
+  }
+  EXPECT_TRUE(client->Leave().ok());
+  EXPECT_EQ(client->state(), ClientState::kEnded);
+  EXPECT_EQ(instance->left, 0) << "nobody has to be told";
+}
+
 TEST_F(ClientTest, ASceneIsFetchedOnce) {
   Make(1);
   Join();

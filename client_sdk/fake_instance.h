@@ -19,6 +19,7 @@
 #include "core/replication/snapshot.h"
 #include "core/world/partition_io.h"
 #include "core/world/scene_load.h"
+#include "core/world/viewer_number.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "tessera/v1/game.pb.h"
@@ -300,7 +301,9 @@ class FakeInstance : public v1::SessionService::Service {
     if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
     const std::string& sealed = request->connect_token();
     PlayerNumber player;
-    if (sealed.empty()) {
+    if (request->viewer()) {
+      player = PlayerNumber(kFirstViewer + 5);
+    } else if (sealed.empty()) {
       player = PlayerNumber(++players_);
     } else {
       const auto who =

@@ -110,6 +110,10 @@ int main(int argc, char** argv) {
   gateway::GatewayFlags flags;
   CLI::App app("Shows the worlds of a Tessera cluster to people, in a page that it serves.", "tessera-gateway");
   app.set_version_flag("--version", std::string("tessera-gateway ") + TESSERA_VERSION);
+  if (const std::string refused = host::RefusedOption(argc, argv); !refused.empty()) {
+    gateway::Fail(absl::InvalidArgumentError(refused));
+    return 2;
+  }
   const auto is_address = [](const std::string& text) {
     return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
   };

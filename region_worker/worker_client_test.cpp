@@ -10,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
+#include "core/world/viewer_number.h"
 #include "region_worker/core/player_places.h"
 #include "region_worker/input_files.h"
 #include "region_worker/standalone.h"
@@ -175,6 +176,42 @@ TEST(WorkerClientTest, RegionsThatDoNotHaveTheBodyShowWhatIsAroundItWhateverACli
   })) << testing::PrintToString(PostsOf(*one))
       << testing::PrintToString(PostsOf(*two));
   EXPECT_FALSE(PostsOf(*two).contains(92.5));
+}
+
+TEST(WorkerClientTest, AViewerSeesTheWholeStreetAndTakesNoPart) {
+  Cluster cluster(2, {"--players", "1"}, Street());
+  const auto viewer = cluster.Join(1, kFirstViewer + 7), beyond = cluster.Join(2, kFirstViewer + 7);
+  EXPECT_FALSE(viewer->started) << "it is not the player that the world waits for";
+  const auto player = cluster.Join(1, 1), player_beyond = cluster.Join(2, 1);
+  ASSERT_TRUE(Until({viewer.get(), beyond.get(), player.get(), player_beyond.get()},
+                    [&] { return PostsOf(*viewer).size() == 10 && PostsOf(*beyond).size() == 10; }));
+  const BodyId own = PlayerBodyId(PlayerNumber(1));
+  ASSERT_TRUE(Until({viewer.get(), beyond.get(), player.get(), player_beyond.get()},
+                    [&] { return viewer->bodies.contains(own) && viewer->started; }));
+  EXPECT_FALSE(viewer->bodies.contains(PlayerBodyId(PlayerNumber(kFirstViewer + 7))));
+  const double applied = Metric(cluster.metrics_port(1), "tessera_region_inputs_total{result=\"applied\"}");
+  const Tick then = viewer->tick;
+  std::uint32_t number = 0;
+  ASSERT_TRUE(Until({viewer.get(), beyond.get(), player.get(), player_beyond.get()}, [&] {
+    viewer->SendInput({.number = ++number, .body = own, .target = Tick(), .force_n = {1000, 0, 0}, .torque_nm = {}});
+    return viewer->tick > then + 30;
+  }));
+  EXPECT_FALSE(viewer->input_refused.has_value()) << "nobody reads it";
+  EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_inputs_total{result=\"applied\"}"), applied);
+}
+
+TEST(WorkerClientTest, ARegionServesFewViewers) {
+  Cluster cluster(1);
+  std::vector<std::unique_ptr<TestClient>> viewers;
+  for (std::uint32_t i = 0; i < kMaxViewers; ++i) viewers.push_back(cluster.Join(1, kFirstViewer + i));
+  TestClient late(cluster.scene().bounds);
+  EXPECT_TRUE(late.Connect(cluster.game_port(1), RegionId(1), CredentialsFor(kFirstViewer + 1000)));
+  ASSERT_TRUE(late.Until([&] { return late.refusal.has_value(); }));
+  EXPECT_EQ(late.refusal->reason(), v1::REFUSAL_REASON_FULL);
+  const auto again = cluster.Join(1, kFirstViewer);  // takes its own place
+  EXPECT_TRUE(again->welcome.has_value());
+  const auto player = cluster.Join(1, 1);
+  EXPECT_TRUE(player->welcome.has_value()) << "players have places of their own";
 }
 
 TEST(WorkerClientTest, DeltasFollowWhatIsAcknowledged) {

@@ -134,6 +134,36 @@ TEST_F(PlayersTest, WhoVanishesIsRemovedOrStaysByTheInstancesPolicy) {
   EXPECT_TRUE(instance_.record.players(0).left());
 }
 
+TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(instance_.record.id());
+  request.set_viewer(true);
+  EXPECT_TRUE(players_.BeginWait(request).ok());
+  EXPECT_EQ(players_.Waiting(instance_), 0) << "a lazy world does not start for it";
+  const auto first = players_.Join(request, rig_.now), second = players_.Join(request, rig_.now);
+  ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
+  EXPECT_GE(first->response.player(), std::uint32_t{1} << 31);
+  EXPECT_NE(first->response.player(), second->response.player());
+  EXPECT_FALSE(first->response.connect_token().empty());
+  EXPECT_EQ(instance_.record.players_size(), 0);
+  EXPECT_FALSE(alpha_.desired_changed);
+  EXPECT_TRUE(Leave(first->response).ok()) << "it is no more than not there";
+  EXPECT_EQ(Join().player(), 1U);
+  request.set_connect_token(first->response.connect_token());
+  EXPECT_EQ(players_.BeginWait(request).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(PlayersTest, AWorldWithoutPlayersCanBeWatched) {
+  records::Instance next = instance_.record;
+  next.clear_spawn_points();
+  ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+  v1::JoinInstanceRequest request;
+  request.set_instance_id(instance_.record.id());
+  EXPECT_EQ(players_.Join(request, rig_.now).status().code(), absl::StatusCode::kFailedPrecondition);
+  request.set_viewer(true);
+  EXPECT_TRUE(players_.Join(request, rig_.now).ok());
+}
+
 TEST_F(PlayersTest, WaitingJoinsAreCountedByInstance) {
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());

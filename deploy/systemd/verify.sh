@@ -10,7 +10,7 @@ readonly MOST_EXPOSURE=25  # tenths
 folder=$(mktemp -d)
 trap 'rm -r -- "$folder"' EXIT
 failed=0
-for name in tessera-control tessera-agent; do
+for name in tessera-control tessera-agent tessera-gateway; do
   sed "s|=/usr/bin/|=$BIN/|" "$units/$name.service" >"$folder/$name.service"
   # It exits 0 on a line that it ignores, so silence is what counts.
   said=$(SYSTEMD_LOG_LEVEL=warning systemd-analyze verify --man=no "$folder/$name.service" 2>&1) || failed=1

@@ -64,8 +64,8 @@ std::string NotAcceptedByDev(const std::vector<std::string>& words) {
 }  // namespace
 
 bool IsOurs(const std::vector<std::string>& words) {
-  constexpr std::array<const char*, 5> kPrograms{"./dev", "tessera", "tessera-agent", "tessera-control",
-                                                 "tessera-region"};
+  constexpr std::array<const char*, 6> kPrograms{"./dev",           "tessera",        "tessera-agent",
+                                                 "tessera-control", "tessera-region", "tessera-gateway"};
   return !words.empty() && std::find(kPrograms.begin(), kPrograms.end(), words.front()) != kPrograms.end();
 }
 

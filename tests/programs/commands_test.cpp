@@ -83,12 +83,13 @@ const NotRun* FindNotRun(const std::string& text) {
   return found == kNotRun.end() ? nullptr : found;
 }
 
-// A line of /etc/default/tessera-agent as the command line that the unit makes of it; "" for other lines.
+// A line of /etc/default/tessera-agent, or of another service, as the command line that the unit makes of it; "" for other lines.
 std::string FromEnvironmentFile(const std::string& text) {
-  static const std::regex kLine("TESSERA_(CONTROL|AGENT)_FLAGS=(.*)");
+  static const std::regex kLine("TESSERA_(CONTROL|AGENT|GATEWAY)_FLAGS=(.*)");
   std::smatch match;
   if (!std::regex_match(text, match, kLine)) return "";
-  return (match[1] == "CONTROL" ? "tessera-control " : "tessera-agent ") + match[2].str();
+  const std::string service = match[1] == "CONTROL" ? "control" : match[1] == "AGENT" ? "agent" : "gateway";
+  return "tessera-" + service + " " + match[2].str();
 }
 
 void Prepare(Terminal& terminal, const std::vector<Command>& block) {
@@ -180,7 +181,7 @@ TEST(CommandsTest, NothingIsListedThatNoDocumentShows) {
 TEST(CommandsTest, UnitsGiveOptionsThatTheProgramsHave) {
   static const std::regex kExec("ExecStart=/usr/bin/(.*) \\$TESSERA_[A-Z]+_FLAGS");
   int checked = 0;
-  for (const char* unit : {"tessera-control", "tessera-agent"}) {
+  for (const char* unit : {"tessera-control", "tessera-agent", "tessera-gateway"}) {
     std::ifstream lines(std::string(TESSERA_SOURCE_DIR) + "/deploy/systemd/" + unit + ".service");
     for (std::string line; std::getline(lines, line);) {
       std::smatch match;
@@ -191,7 +192,7 @@ TEST(CommandsTest, UnitsGiveOptionsThatTheProgramsHave) {
       ++checked;
     }
   }
-  EXPECT_EQ(checked, 4);
+  EXPECT_EQ(checked, 6);
 }
 
 }  // namespace

@@ -95,7 +95,7 @@ TEST(OptionsTest, EveryOldNameIsRefusedWithTheNewOne) {
     for (const std::string& command : AllCommands()) {
       EXPECT_THAT(HelpOf(command).options, testing::Not(Contains(Key(old_name)))) << command;
     }
-    for (const char* program : {"tessera", "tessera-control", "tessera-agent", "tessera-region"}) {
+    for (const char* program : {"tessera", "tessera-control", "tessera-agent", "tessera-region", "tessera-gateway"}) {
       const support::RunResult result = support::RunProgram(program, {old_name, "1"});
       EXPECT_EQ(result.exit_code, 2) << program << " " << old_name;
       EXPECT_EQ(result.err, std::string(program) + ": " + old_name + " is called " + new_name + " now\n");

@@ -70,7 +70,7 @@ const CommandHelp& HelpOf(const std::string& command) {
 
 std::vector<std::string> AllCommands() {
   std::vector<std::string> all;
-  for (const char* program : {"tessera", "tessera-control", "tessera-agent", "tessera-region"}) {
+  for (const char* program : {"tessera", "tessera-control", "tessera-agent", "tessera-region", "tessera-gateway"}) {
     AddCommands(program, all);
   }
   return all;

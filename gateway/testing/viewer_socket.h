@@ -1,0 +1,65 @@
+// ViewerSocket: a WebSocket as a browser has one, by hand, so that tests can be slow, loud and wrong on purpose.
+//
+//   ViewerSocket viewer("127.0.0.1:7710", "inst-1");
+//   viewer.Until([&] { return viewer.decoder.bodies.size() == 100; }, patience);
+//
+// Thread rule: one thread.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gateway/testing/viewer_decoder.h"
+
+namespace tessera::gateway {
+
+class ViewerSocket {
+ public:
+  struct Options {
+    std::string path = {};    // else /watch/INSTANCE
+    std::string origin = {};  // none
+    std::string host = {};    // else the address
+    int receive_buffer_bytes = 0;
+  };
+  ViewerSocket(const std::string& address, const std::string& instance) : ViewerSocket(address, instance, Options()) {}
+  ViewerSocket(const std::string& address, const std::string& instance, const Options& options);
+  ~ViewerSocket();
+  ViewerSocket(const ViewerSocket&) = delete;
+  ViewerSocket& operator=(const ViewerSocket&) = delete;
+
+  void Send(const nlohmann::json& message) { SendFrame(kText, message.dump()); }
+  void SendFrame(std::uint8_t opcode, std::string_view payload);
+  void SendBytes(std::string_view bytes);
+
+  // Takes what comes until it holds; false when time is up.
+  bool Until(const std::function<bool()>& holds, std::chrono::milliseconds patience);
+  // Takes what has come by now, and waits for it at most so long.
+  void Take(std::chrono::milliseconds wait);
+
+  static constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8;
+
+  ViewerDecoder decoder;
+  int http_status = 0;
+  std::map<std::string, nlohmann::json> newest;  // texts by their type
+  std::map<std::string, int> texts;              // how many came
+  std::uint64_t bytes = 0;
+  std::optional<std::string> closed;  // "4000 no_world"; empty: without a word
+
+ private:
+  void ReadAnswer();
+  void ReadFrames();
+  void OnFrame(std::uint8_t opcode, std::string_view payload);
+
+  int socket_ = -1;
+  bool upgraded_ = false;
+  std::string received_;
+};
+
+}  // namespace tessera::gateway

@@ -1,0 +1,100 @@
+// What viewers send: every field is checked, and there is a limit to it all.
+#include "gateway/viewer_message.h"
+
+#include <gmock/gmock.h>
+
+#include "gateway/viewer_format.h"
+
+namespace tessera::gateway {
+namespace {
+
+using namespace std::chrono_literals;
+
+template <class Message>
+Message Read(std::string_view text) {
+  const auto message = ParseViewerMessage(text);
+  EXPECT_TRUE(message.ok()) << message.status();
+  const Message* read = message.ok() ? std::get_if<Message>(&*message) : nullptr;
+  EXPECT_NE(read, nullptr) << text;
+  return read == nullptr ? Message() : *read;
+}
+
+std::string WhyNot(std::string_view text) { return std::string(ParseViewerMessage(text).status().message()); }
+
+TEST(ViewerMessageTest, AViewLeavesOutWhatStays) {
+  const auto all = Read<SetView>(R"({"type":"view","rate_hz":60,"center":[1,2,3],"radius_m":50})");
+  EXPECT_EQ(all.rate_hz, 60u);
+  EXPECT_EQ(all.center, (Vec3d{1, 2, 3}));
+  EXPECT_EQ(all.radius_m, 50);
+  const auto none = Read<SetView>(R"({"type":"view"})");
+  EXPECT_FALSE(none.rate_hz.has_value());
+  EXPECT_FALSE(none.center.has_value());
+  EXPECT_EQ(none.radius_m, 0);
+}
+
+TEST(ViewerMessageTest, ReadsWhatAPlayerAndAnOperatorSend) {
+  EXPECT_EQ(Read<Select>(R"({"type":"select","body":"18446744073709551615"})").body, BodyId(~std::uint64_t{0}));
+  EXPECT_EQ(Read<Select>(R"({"type":"select"})").body, BodyId());
+  EXPECT_EQ(Read<JoinWorld>(R"({"type":"join","name":"ада"})").name, "ада");
+  Read<LeaveWorld>(R"({"type":"leave"})");
+  const auto steer = Read<Steer>(
+      R"({"type":"steer","force":[1,2,3],"torque":[0,0,1],"move":[0,1],"yaw":1.5,"pitch":-0.5,"buttons":5})");
+  EXPECT_EQ(steer.steering.force_n, (Vec3f{1, 2, 3}));
+  EXPECT_EQ(steer.steering.move.y, 1);
+  EXPECT_EQ(steer.steering.buttons, 5u);
+  const auto order =
+      Read<Order>(R"({"type":"order","number":3,"order":"set_property","body":"7","name":"health","value":80})");
+  EXPECT_EQ(order.kind, OrderKind::kSetProperty);
+  EXPECT_EQ(order.number, 3u);
+  EXPECT_EQ(order.body, BodyId(7));
+  EXPECT_EQ(order.value, 80);
+  EXPECT_EQ(NameOf(order.kind), "set_property");
+}
+
+TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
+  EXPECT_EQ(WhyNot(""), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot("[1,2]"), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot("{\"type\":\"view\""), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot("\xff\xfe"), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot(std::string(4000, '[')), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot(R"({"type":"dance"})"), "type: must be view, select, join, leave, steer or order");
+  EXPECT_EQ(WhyNot(R"({"type":7})"), "type: must be a text of at most 64 bytes");
+  EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":0})"), "rate_hz: must be a whole number from 1 to 60");
+  EXPECT_EQ(WhyNot(R"({"type":"view","rate_hz":30.5})"), "rate_hz: must be a whole number from 1 to 60");
+  EXPECT_EQ(WhyNot(R"({"type":"view","radius_m":-1})"), "radius_m: must be a number from 0 to 1e+07");
+  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2]})"), "center: must be 3 numbers");
+  EXPECT_EQ(WhyNot(R"({"type":"view","center":[1,2,"x"]})"), "center: must be 3 numbers");
+  EXPECT_EQ(WhyNot(R"({"type":"select","body":7})"), "body: must be the id of a body, as a text");
+  EXPECT_EQ(WhyNot(R"({"type":"select","body":"-7"})"), "body: must be the id of a body, as a text");
+  EXPECT_EQ(WhyNot(R"({"type":"steer","yaw":1e9})"), "yaw: must be a number from -10000 to 10000");
+  EXPECT_EQ(WhyNot(R"({"type":"steer","yaw":1e999})"), "message: must be an object of JSON");
+  EXPECT_EQ(WhyNot(R"({"type":"order","order":"pause"})"), "number: is missing");
+  EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"explode"})"), "order: is none that a gateway knows");
+  EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale"})"), "regions: is missing");
+  EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale","regions":5000})"),
+            "regions: must be a whole number from 1 to 1000");
+  EXPECT_THAT(WhyNot(R"({"type":"join","name":"a\nb"})"), testing::HasSubstr("control character"));
+}
+
+TEST(MessageBudgetTest, ASecondsWorthMayComeAtOnceAndNoMore) {
+  MessageBudget budget;
+  MessageBudget::TimePoint now{1h};
+  int taken = 0;
+  for (int i = 0; i < 1000; ++i) taken += budget.Take(now) ? 1 : 0;
+  EXPECT_EQ(taken, 120);
+  taken = 0;
+  for (int i = 0; i < 10'000; ++i) taken += budget.Take(now += 1ms) ? 1 : 0;
+  EXPECT_NEAR(taken, 1200, 2) << "ten seconds of a thousand a second";
+}
+
+TEST(MessageBudgetTest, TheTenthBadMessageWithinAMinuteIsTheLast) {
+  MessageBudget budget;
+  MessageBudget::TimePoint now{1h};
+  for (int i = 0; i < 100; ++i) EXPECT_FALSE(budget.Strike(now += 7s)) << "nine in a minute at most";
+  int borne = 0;
+  while (!budget.Strike(now += 1s)) ++borne;
+  EXPECT_LE(borne, 9);
+}
+
+}  // namespace
+}  // namespace tessera::gateway
