@@ -1,10 +1,10 @@
 import assert from 'node:assert/strict';
-import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { readFileSync, readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { decode } from '../src/protocol/decode.ts';
 import { Writer, encodeFrame, encodeMap, encodeShapes, encodeStatics, encodeWelcome } from '../src/protocol/encode.ts';
-import { Kind, idHalves, idText } from '../src/protocol/messages.ts';
+import { type BinaryMessage, type Frame, Kind, SPEED_UNITS, idHalves, idText } from '../src/protocol/messages.ts';
 import { packOrientation, unpackOrientation } from '../src/protocol/orientation.ts';
 import { ProtocolError, Reader } from '../src/protocol/reader.ts';
 import { fakeShapes, fakeStatics } from '../testing/fake_world.ts';
@@ -116,12 +116,71 @@ test('texts of ids are decimal and have 64 bits', () => {
   for (const text of ['', '-1', '1.5', 'crate', '18446744073709551616']) assert.equal(idHalves(text), null);
 });
 
-// The gateway's own encoder writes these; each is one message.
-test('what the gateway encodes is read', { skip: !existsSync(GOLDEN) }, () => {
+// The gateway's own encoder writes these: each file is one message, beside what is in it.
+interface GoldenFrame {
+  message: string;
+  tick: number;
+  vanished: number[];
+  appeared: { body: number; shape: number; player: number; name: string; mass_kg: number }[];
+  changed: { body: number; position?: number[]; orientation?: number; owner?: number; state?: number; speed?: number }[];
+  regions: { region: number; standby: number; host: string }[];
+  cells: { owner: number; area: number[] }[];
+  shapes: { shape: number; kind: number }[];
+  statics: { body: number; name: string; position: number[] }[];
+  instance: string;
+  own_body: number;
+  bounds: number[];
+}
+const KINDS = ['box', 'sphere', 'capsule', 'cylinder', 'cone', 'hull', 'compound', 'mesh', 'field', 'plane'];
+
+function check(message: BinaryMessage, wanted: GoldenFrame): void {
+  switch (message.kind) {
+    case Kind.welcome:
+      assert.deepEqual([message.instance, message.own_body, message.bounds], [wanted.instance, String(wanted.own_body), wanted.bounds]);
+      return;
+    case Kind.shapes:
+      assert.deepEqual(message.shapes.map(({ number, shape }) => [number, KINDS.indexOf(shape.kind)]), wanted.shapes.map(({ shape, kind }) => [shape, kind]));
+      return;
+    case Kind.statics:
+      assert.deepEqual(message.statics.map((one) => [one.body, one.name, one.position]), wanted.statics.map((one) => [String(one.body), one.name, one.position]));
+      return;
+    case Kind.map:
+      assert.deepEqual(message.regions, wanted.regions);
+      assert.deepEqual(message.cells.map((cell) => [cell.owner, cell.min_x, cell.min_z, cell.max_x, cell.max_z]), wanted.cells.map((cell) => [cell.owner, ...cell.area]));
+      return;
+    case Kind.frame:
+      checkFrame(message, wanted);
+  }
+}
+
+// The files give positions; a frame has what each differs from the last.
+const positions = new Map<number, number[]>();
+
+function checkFrame(frame: Frame, wanted: GoldenFrame): void {
+  assert.equal(frame.tick, wanted.tick);
+  assert.deepEqual(frame.vanished.map(({ high, low }) => idText(high, low)), wanted.vanished.map(String));
+  assert.deepEqual(frame.appeared.map((one) => [idText(one.high, one.low), one.shape, one.player, one.name, one.mass]), wanted.appeared.map((one) => [String(one.body), one.shape, one.player, one.name, one.mass_kg]));
+  const { changed } = frame;
+  assert.equal(changed.count, wanted.changed.length);
+  wanted.changed.forEach((body, at) => {
+    assert.equal(idText(changed.high[at]!, changed.low[at]!), String(body.body));
+    if (body.position) {
+      const last = positions.get(body.body) ?? [0, 0, 0];
+      assert.deepEqual([...changed.difference.subarray(3 * at, 3 * at + 3)].map((part, axis) => part + last[axis]!), body.position);
+      positions.set(body.body, body.position);
+    }
+    if (body.orientation !== undefined) assert.equal(changed.orientation[at], body.orientation);
+    if (body.owner !== undefined) assert.equal(changed.owner[at], body.owner);
+    if (body.state !== undefined) assert.equal(changed.state[at], body.state);
+    if (body.speed !== undefined) assert.equal(changed.speed[at]! * SPEED_UNITS, body.speed);
+  });
+}
+
+test('what the gateway encodes is read', () => {
   const files = readdirSync(GOLDEN).filter((name) => name.endsWith('.bin'));
+  assert.ok(files.length > 0);
   for (const file of files) {
-    const message = decode(readFileSync(join(GOLDEN, file)));
-    const kind = ['', 'welcome', 'shapes', 'statics', 'map', 'frame'][message.kind]!;
-    assert.ok(file.includes(kind), `${file} holds a ${kind}`);
+    const text = readFileSync(join(GOLDEN, file.replace('.bin', '.json')), 'utf8');
+    check(decode(readFileSync(join(GOLDEN, file))), JSON.parse(text) as GoldenFrame);
   }
 });

@@ -116,6 +116,11 @@ export class WorldView {
     for (const body of statics) this.level.add(body, this.shapes);
   }
 
+  // How many bodies light up because they have changed their owner.
+  get flashing(): number {
+    return this.flashes.size;
+  }
+
   // Of Bodies, as its listener.
   appeared(slot: number): void {
     this.batches.add(slot);
