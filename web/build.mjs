@@ -38,7 +38,7 @@ async function buildTests(folder) {
     format: 'esm',
     target: 'node18',
     outExtension: { '.js': '.mjs' },
-    external: ['playwright-core', 'ws'],
+    external: ['playwright-core', 'ws', 'esbuild'],
     logLevel: 'warning',
   };
   await build({ ...common, entryPoints: sources('tests'), outdir: join(folder, 'tests') });

@@ -25,6 +25,7 @@ export class Connection {
   private wait_s = FIRST_WAIT_S;
   private timer = 0;
   private heard_s = 0;
+  private checked_s = 0;
   private problem: { code: string; text: string; again_s?: number } | null = null;
   private readonly path: string;
   private readonly listener: ConnectionListener;
@@ -111,6 +112,9 @@ export class Connection {
 
   private check(): void {
     const now_s = performance.now() / 1000;
+    // A page that was itself held up has not read what came meanwhile.
+    if (now_s - this.checked_s > 1) this.heard_s = now_s;
+    this.checked_s = now_s;
     if (this.state.state === 'waiting') {
       if (now_s >= this.state.again_at_s) this.open();
     } else if (now_s - this.heard_s > SILENCE_S) {

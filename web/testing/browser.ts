@@ -16,8 +16,8 @@ export interface Complaints {
   foreign: string[];
 }
 
-export async function open(browser: Browser, address: string, options: { dark?: boolean } = {}): Promise<{ page: Page; complaints: Complaints }> {
-  const context = await browser.newContext({ viewport: SIZE, colorScheme: options.dark === false ? 'light' : 'dark' });
+export async function open(browser: Browser, address: string, options: { dark?: boolean; size?: typeof SIZE } = {}): Promise<{ page: Page; complaints: Complaints }> {
+  const context = await browser.newContext({ viewport: options.size ?? SIZE, colorScheme: options.dark === false ? 'light' : 'dark' });
   const page = await context.newPage();
   const complaints: Complaints = { errors: [], foreign: [] };
   const host = new URL(address).host;

@@ -43,6 +43,7 @@ export class FakeViewer {
   private sent = new Map<bigint, Sent>();
   private map_version = 0;
   private events = 0;
+  private frames = 0;
   private player = 0;
   private selected = '';
   private recording = false;
@@ -80,7 +81,7 @@ export class FakeViewer {
       this.events = this.world.events.length;
     }
     this.socket.send(this.makeFrame());
-    if (this.selected !== '' && this.world.tick % 6 === 0) this.detail();
+    if (this.selected !== '' && ++this.frames % 3 === 0) this.detail();
     if (this.replay) this.play(1 / 30);
   }
 

@@ -1,1 +1,99 @@
-export {};
+// Measures the page against a bare page that draws the same 5000 bodies with one InstancedMesh and no more: frame rate,
+// script time a frame against copying 5000 matrices, size, requests, complaints. Frames are not capped; the two pages take
+// turns, so that a busy machine slows both.
+//
+//   node build/tests/measure.mjs [--rounds 5] [--seconds 4]
+
+import { build } from 'esbuild';
+import { createServer } from 'node:http';
+import type { AddressInfo } from 'node:net';
+import type { Page } from 'playwright-core';
+import { launch, open } from './browser.ts';
+import { FakeGateway } from './fake_gateway.ts';
+
+const BODIES = 5000;
+const option = (name: string, otherwise: number) => {
+  const at = process.argv.indexOf(name);
+  return at < 0 ? otherwise : Number(process.argv[at + 1]);
+};
+const rounds = option('--rounds', 5);
+const seconds = option('--seconds', 4);
+
+const BARE = `
+import * as THREE from 'three';
+const canvas = document.querySelector('canvas');
+const renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
+renderer.setSize(innerWidth, innerHeight, false);
+const scene = new THREE.Scene();
+const camera = new THREE.PerspectiveCamera(50, innerWidth / innerHeight, 1, 2000);
+camera.position.set(45, 93, 120);
+camera.lookAt(0, 0, 0);
+scene.add(new THREE.HemisphereLight('#fff', '#888', 1.5), new THREE.DirectionalLight('#fff', 2));
+const mesh = new THREE.InstancedMesh(new THREE.BoxGeometry(1, 1, 1), new THREE.MeshLambertMaterial(), ${BODIES});
+mesh.frustumCulled = false;
+scene.add(mesh);
+const matrices = Array.from({ length: ${BODIES} }, () => new THREE.Matrix4().makeTranslation(120 * Math.random() - 60, 1, 120 * Math.random() - 60));
+window.bare = { frames: 0, copy_ms: [], run: false };
+function loop() {
+  requestAnimationFrame(loop);
+  if (!bare.run) return;
+  const begin = performance.now();
+  for (let index = 0; index < ${BODIES}; ++index) mesh.setMatrixAt(index, matrices[index]);
+  mesh.instanceMatrix.needsUpdate = true;
+  bare.copy_ms.push(performance.now() - begin);
+  renderer.render(scene, camera);
+  ++bare.frames;
+}
+loop();`;
+
+async function barePage(): Promise<{ address: string; close: () => void }> {
+  const bundle = await build({ stdin: { contents: BARE, resolveDir: process.cwd() }, bundle: true, minify: true, format: 'esm', write: false });
+  const html = '<body style="margin:0"><canvas style="width:100vw;height:100vh;display:block"></canvas><script type="module" src="/b.js"></script>';
+  const server = createServer((request, response) => {
+    const script = request.url === '/b.js';
+    response.writeHead(200, { 'content-type': script ? 'text/javascript' : 'text/html' });
+    response.end(script ? bundle.outputFiles[0]!.text : html);
+  });
+  await new Promise<void>((done) => server.listen(0, '127.0.0.1', done));
+  return { address: `http://127.0.0.1:${(server.address() as AddressInfo).port}`, close: () => server.close() };
+}
+
+const percentile = (values: number[], share: number) => [...values].sort((a, b) => a - b)[Math.floor(share * (values.length - 1))] ?? NaN;
+const rest = (page: Page) => page.evaluate((ms) => new Promise<void>((done) => setTimeout(done, ms)), 1000 * seconds);
+
+const gateway = new FakeGateway({ page: 'dist', bodies: BODIES - 420 });
+const browser = await launch(true);
+const bare = await barePage();
+const address = await gateway.listen();
+const plain = await open(browser, bare.address);
+const inspector = await open(browser, `${address}/#plaza-1`);
+await inspector.page.waitForFunction(`window.tessera && tessera.counts.drawn === ${BODIES}`, undefined, { timeout: 60000 });
+// The same number of pixels for the world, and both pages alike uncapped.
+await inspector.page.keyboard.press('m');
+await inspector.page.evaluate('tessera.page.hold = true');
+
+const rates: number[][] = [];
+const own: number[] = [];
+const copies: number[] = [];
+for (let round = 0; round < rounds; ++round) {
+  await plain.page.bringToFront();
+  await plain.page.evaluate('bare.run = true; bare.frames = 0; bare.copy_ms = []');
+  await rest(plain.page);
+  const first = (await plain.page.evaluate('bare.run = false; [bare.frames, bare.copy_ms]').catch(() => [0, []])) as [number, number[]];
+  await inspector.page.bringToFront();
+  await inspector.page.evaluate('tessera.page.hold = false; tessera.perf.reset()');
+  await rest(inspector.page);
+  const second = (await inspector.page.evaluate('tessera.page.hold = true; [tessera.perf.own_ms.length, tessera.perf.own_ms]')) as [number, number[]];
+  rates.push([first[0] / seconds, second[0] / seconds]);
+  copies.push(...first[1]);
+  own.push(...second[1]);
+}
+const ratios = rates.map(([a, b]) => b! / a!);
+console.log(`frames a second, bare and page, by round: ${rates.map((pair) => pair.map((rate) => rate.toFixed(1)).join(' ')).join(', ')}`);
+console.log(`frame_rate_ratio ${percentile(ratios, 0.5).toFixed(2)}`);
+console.log(`script a frame, ms: page p50 ${percentile(own, 0.5).toFixed(2)} p95 ${percentile(own, 0.95).toFixed(2)}; copying ${BODIES} matrices p50 ${percentile(copies, 0.5).toFixed(2)} p95 ${percentile(copies, 0.95).toFixed(2)}`);
+console.log(`script_time_ratio p95 ${(percentile(own, 0.95) / percentile(copies, 0.95)).toFixed(2)}, p50 ${(percentile(own, 0.5) / percentile(copies, 0.5)).toFixed(2)}`);
+console.log(`page_kbytes ${(gateway.served_bytes / 1000).toFixed(1)}, requests to others ${inspector.complaints.foreign.length}, errors ${inspector.complaints.errors.length}`);
+await browser.close();
+bare.close();
+await gateway.close();

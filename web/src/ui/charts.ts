@@ -65,7 +65,7 @@ export class Charts {
         height: HEIGHT,
         legend: { show: false },
         cursor: { show: false },
-        padding: [6, 6, 0, 0],
+        padding: [6, 14, 0, 0],
         scales: { x: { time: false, range: [-KEPT_S, 0] }, y: { range: (_, low, high) => [Math.min(0, low), high * 1.12 + 0.1] } },
         axes: [
           { ...axis, size: 16, gap: 2, values: (_, splits) => splits.map((at) => (at === 0 ? 'now' : `${at / 60} min`)), splits: () => [-240, -180, -120, -60, 0] },

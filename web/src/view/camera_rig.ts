@@ -4,6 +4,11 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const CHASE_M = 9;
+const MARGIN = 0.96; // of half the screen
+
+function fits(place: THREE.Vector3): boolean {
+  return Math.abs(place.x) < MARGIN && Math.abs(place.y) < MARGIN;
+}
 
 export class CameraRig {
   readonly camera = new THREE.PerspectiveCamera(50, 1, 0.1, 5000);
@@ -26,17 +31,25 @@ export class CameraRig {
     const centre = [(bounds[0]! + bounds[3]!) / 2, Math.max(0, bounds[1]!), (bounds[2]! + bounds[5]!) / 2];
     const extent = Math.max(bounds[3]! - bounds[0]!, bounds[5]! - bounds[2]!);
     this.following = false;
-    const narrow = Math.max(1, 1.25 / this.camera.aspect);
+    const ground = [0, 2].flatMap((x) => [0, 2].map((z) => new THREE.Vector3(bounds[x === 0 ? 0 : 3]!, centre[1]!, bounds[z === 0 ? 2 : 5]!)));
+    const way = above ? new THREE.Vector3(0, 1, 0.001) : new THREE.Vector3(0.3, 0.62, 0.8).normalize();
     this.controls.target.set(centre[0]!, centre[1]!, centre[2]!);
-    if (above) this.camera.position.set(centre[0]!, centre[1]! + 1.12 * extent * narrow, centre[2]! + 0.001 * extent);
-    else {
-      const far = 0.98 * extent * narrow;
-      this.camera.position.set(centre[0]! + 0.42 * far, centre[1]! + 0.55 * far, centre[2]! + 0.8 * far);
+    // As near as shows all four corners.
+    for (let distance = 0.7 * extent; distance < 6 * extent; distance *= 1.04) {
+      this.camera.position.copy(this.controls.target).addScaledVector(way, distance);
+      this.controls.update();
+      this.adapt();
+      this.camera.updateMatrixWorld();
+      if (ground.every((corner) => fits(corner.clone().project(this.camera)))) break;
     }
-    this.camera.near = Math.max(0.05, extent / 4000);
-    this.camera.far = Math.max(1000, extent * 20);
+  }
+
+  // The depth buffer's precision goes where it is looked at.
+  adapt(): void {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    this.camera.near = Math.max(0.05, 0.02 * distance);
+    this.camera.far = 40 * distance + 500;
     this.camera.updateProjectionMatrix();
-    this.controls.update();
   }
 
   set(position: number[], target: number[]): void {

@@ -198,10 +198,10 @@ function label(
   context.fillStyle = dead.has(region.region) ? DEAD : regionCss(region.region);
   context.textBaseline = 'alphabetic';
   context.globalAlpha = 0.85;
-  context.font = `700 ${0.2 * size}px system-ui, sans-serif`;
+  context.font = `700 ${0.18 * size}px system-ui, sans-serif`;
   context.fillText(String(region.region), left, bottom);
   const after = left + context.measureText(String(region.region)).width + 0.035 * size;
-  context.font = `500 ${0.062 * size}px system-ui, sans-serif`;
+  context.font = `500 ${0.052 * size}px system-ui, sans-serif`;
   context.globalAlpha = 0.7;
   context.fillStyle = theme.ink;
   context.fillText(region.host, after, bottom - 0.085 * size);

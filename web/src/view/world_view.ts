@@ -116,6 +116,11 @@ export class WorldView {
     for (const body of statics) this.level.add(body, this.shapes);
   }
 
+  // How many bodies light up because they have changed their owner.
+  get flashing(): number {
+    return this.flashes.size;
+  }
+
   // Of Bodies, as its listener.
   appeared(slot: number): void {
     this.batches.add(slot);
@@ -178,6 +183,7 @@ export class WorldView {
     this.batches.upload();
     this.mark(now_s);
     this.rig.controls.update();
+    this.rig.adapt();
   }
 
   render(): void {

@@ -153,7 +153,9 @@ export class Bodies {
     if (this.movingSince[slot] === this.frames) return;
     if (this.movingSince[slot] === 0) {
       // It has just appeared: it is where it is.
-      this.previous.set(this.current.subarray(7 * slot, 7 * slot + 7), 7 * slot);
+      const pose = this.current.subarray(7 * slot, 7 * slot + 7);
+      this.previous.set(pose, 7 * slot);
+      this.shown.set(pose, 7 * slot);
     }
     this.movingSince[slot] = this.frames;
     this.moving[this.moving_count++] = slot;

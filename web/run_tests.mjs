@@ -1,0 +1,47 @@
+// node run_tests.mjs unit | browser [FOLDER]: bundles the tests into FOLDER and runs them with node's own runner.
+// `browser` builds the page anew as well, and compares it with what is committed.
+
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, readdirSync } from 'node:fs';
+import { dirname, join, relative } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const here = dirname(fileURLToPath(import.meta.url));
+process.chdir(here);
+const [what, folder = 'build'] = process.argv.slice(2);
+
+function run(...command) {
+  const { status } = spawnSync(process.execPath, command, { stdio: 'inherit' });
+  if (status !== 0) process.exit(status ?? 1);
+}
+
+function files(root) {
+  return readdirSync(root, { withFileTypes: true }).flatMap((entry) => {
+    const path = join(root, entry.name);
+    return entry.isDirectory() ? files(path) : [path];
+  });
+}
+
+function compare(committed, built) {
+  const names = (root) => files(root).map((path) => relative(root, path)).sort();
+  const same =
+    names(committed).join() === names(built).join() &&
+    names(built).every((name) => readFileSync(join(committed, name)).equals(readFileSync(join(built, name))));
+  if (same) return;
+  console.error('web/dist is not what web/src builds: run ./dev page and commit web/dist');
+  process.exit(1);
+}
+
+if (!existsSync('node_modules')) {
+  console.error('web/node_modules is missing: ./dev page installs it');
+  process.exit(1);
+}
+const bundles = join(folder, `bundles-${what}`);
+run('build.mjs', '--tests', bundles);
+const ending = what === 'browser' ? '.browser.mjs' : '.test.mjs';
+if (what === 'browser') {
+  const built = join(folder, 'dist');
+  run('build.mjs', '--out', built);
+  compare('dist', built);
+}
+run('--test', ...files(bundles).filter((path) => path.endsWith(ending)));

@@ -1,0 +1,201 @@
+// The page in a browser, against the fake gateway.
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import type { Browser, Page } from 'playwright-core';
+import { type Complaints, launch, open } from '../testing/browser.ts';
+import { FakeGateway } from '../testing/fake_gateway.ts';
+
+const BODIES = 300;
+const PILES = 420;
+const WAIT = { timeout: 20000 * Number(process.env['TESSERA_SLOWNESS'] ?? '1') };
+const MOST_BYTES = 400_000;
+const SMALL = { width: 900, height: 560 }; // software GL pays for every pixel
+
+let browser: Browser;
+let gateway: FakeGateway;
+let address: string;
+let page: Page;
+let complaints: Complaints;
+
+before(async () => {
+  gateway = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true });
+  address = await gateway.listen();
+  browser = await launch();
+  ({ page, complaints } = await open(browser, `${address}/#plaza-1`, { size: SMALL }));
+  await settled(page);
+});
+
+after(async () => {
+  await browser?.close();
+  await gateway?.close();
+});
+
+async function settled(of: Page): Promise<void> {
+  await of.waitForFunction(`window.tessera && tessera.counts.drawn >= ${BODIES} && tessera.counts.regions === 4`, undefined, WAIT);
+}
+
+function value<T>(expression: string, of = page): Promise<T> {
+  return of.evaluate(expression) as Promise<T>;
+}
+
+// The colour of the pixel at a point of the world, drawn now. `wait` frames of the page's own clock do not matter to it.
+function pixel(at: number[]): Promise<number[]> {
+  return value(`(() => {
+    const { page, view } = tessera;
+    page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const place = view.project(${at.join()});
+    const out = new Uint8Array(4);
+    gl.readPixels(place.x / canvas.clientWidth * canvas.width, canvas.height - place.y / canvas.clientHeight * canvas.height, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return [...out].slice(0, 3);
+  })()`);
+}
+
+function steps(count: number): void {
+  for (let left = count; left > 0; --left) gateway.world.step();
+}
+
+// A body that is put where nothing hides it, and a camera that looks at it from above.
+async function stage(x: number, z: number): Promise<{ id: string; place: number[] }> {
+  const body = gateway.world.bodies[1]!;
+  body.fixed = true;
+  body.shape = 1;
+  body.position = [x, 6, z];
+  body.velocity = [0, 0, 0];
+  body.owner = gateway.world.regionAt(body.position);
+  await page.waitForFunction(`Math.abs(tessera.session.bodies.shown[7 * tessera.session.bodies.find('${body.id}')] - ${x}) < 0.01`, undefined, WAIT);
+  await value(`tessera.view.rig.set([${x}, 16, ${z + 0.01}], [${x}, 6, ${z}])`);
+  return { id: String(body.id), place: [x, 6, z] };
+}
+
+const ownerIs = (id: string, owner: number) =>
+  page.waitForFunction(`tessera.session.bodies.owner[tessera.session.bodies.find('${id}')] === ${owner} && tessera.view.flashing === 0`, undefined, WAIT);
+
+test('as many bodies are drawn as there are, and the picture is not blank', async () => {
+  const counts = await value<{ bodies: number; drawn: number; statics: number }>('tessera.counts');
+  assert.deepEqual([counts.bodies, counts.drawn, counts.statics], [BODIES + PILES, BODIES + PILES, 9]);
+  const colours = await value<number>(`(() => {
+    tessera.page.picture();
+    const canvas = document.getElementById('world');
+    const gl = canvas.getContext('webgl2');
+    const out = new Uint8Array(4 * canvas.width * canvas.height);
+    gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, out);
+    return new Set(new Uint32Array(out.buffer)).size;
+  })()`);
+  assert.ok(colours > 500, `${colours} colours`);
+});
+
+test('a body that crosses a border takes the colour of its new region', async () => {
+  const { id, place } = await stage(-20, -20);
+  await ownerIs(id, 1);
+  const [red, , blue] = (await pixel(place)) as [number, number, number];
+  assert.ok(blue > 1.5 * red, 'region 1 is blue');
+  const there = await stage(20, -20);
+  await ownerIs(id, 2);
+  const after = (await pixel(there.place)) as [number, number, number];
+  assert.ok(after[0] > 1.5 * after[2], `region 2 is amber: ${after.join()}`);
+});
+
+test('a dead region greys and comes back on its standby’s host', async () => {
+  const { place, id } = await stage(20, 30);
+  await ownerIs(id, 4);
+  assert.equal(gateway.kill(4), '');
+  await page.waitForFunction('tessera.counts.dead.includes(4)', undefined, WAIT);
+  const grey = await pixel(place);
+  assert.ok(Math.max(...grey) - Math.min(...grey) < 40, `grey: ${grey.join()}`);
+  assert.equal(await page.locator('tr.dead').count(), 1);
+  steps(130);
+  await page.waitForFunction('tessera.counts.dead.length === 0', undefined, WAIT);
+  const [red, green] = (await pixel(place)) as [number, number, number];
+  assert.ok(red > 1.3 * green, 'region 4 is pink again');
+  assert.match(await page.locator('#room tbody tr:nth-child(4)').innerText(), /host-1/);
+});
+
+test('a click shows a body, and its properties as they come', async () => {
+  await stage(-20, -20);
+  const box = (await page.locator('#world').boundingBox())!;
+  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+  await page.locator('#detail h2').waitFor();
+  assert.equal(await page.locator('#detail h2').innerText(), gateway.world.bodies[1]!.name);
+  await page.locator('#detail dt:text("health")').waitFor(WAIT);
+  await page.keyboard.press('Escape');
+  await page.locator('#detail').waitFor({ state: 'hidden' });
+});
+
+test('a body is found by name', async () => {
+  await page.keyboard.press('Slash');
+  await page.keyboard.type('crate-1000005');
+  await page.keyboard.press('Enter');
+  await page.locator('#detail dd:text-is("1000005")').waitFor(WAIT);
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('Escape');
+});
+
+test('a player drives, and a second page sees it', async () => {
+  const second = await open(browser, `${address}/#plaza-1`, { size: SMALL });
+  await page.getByLabel('Your name as a player').fill('ada');
+  await page.getByRole('button', { name: 'Play', exact: true }).click();
+  await page.waitForFunction('tessera.view.own >= 0', undefined, WAIT);
+  const player = [...gateway.world.players.values()][0]!;
+  assert.equal(player.name, 'ada');
+  const find = `tessera.session.bodies.find('${player.body.id}')`;
+  await second.page.waitForFunction(`window.tessera && ${find} >= 0`, undefined, WAIT);
+  const begin = [...player.body.position];
+  await page.locator('#world').focus();
+  await page.keyboard.down('w');
+  while (!player.force.some((part) => part !== 0)) await value('new Promise(requestAnimationFrame).then(() => 0)');
+  steps(60);
+  await second.page.waitForFunction(`Math.hypot(tessera.session.bodies.shown[7 * ${find}] - ${begin[0]}, tessera.session.bodies.shown[7 * ${find} + 2] - ${begin[2]}) > 0.5`, undefined, WAIT);
+  await page.keyboard.up('w');
+  await page.getByRole('button', { name: 'Leave' }).click();
+  await second.page.waitForFunction(`${find} < 0`, undefined, WAIT);
+  assert.deepEqual(second.complaints, { errors: [], foreign: [] });
+  await second.page.context().close();
+});
+
+test('an order’s answer is shown', async () => {
+  await page.getByRole('button', { name: 'Checkpoint' }).click();
+  await page.locator('#toasts .ok').waitFor(WAIT);
+  await page.getByRole('button', { name: 'Scale' }).click();
+  await page.locator('#toasts .bad').waitFor(WAIT);
+});
+
+test('the page asks nobody else, complains of nothing and is small', () => {
+  assert.deepEqual(complaints, { errors: [], foreign: [] });
+  // Two pages were served by now.
+  assert.ok(gateway.served_bytes / 2 <= MOST_BYTES, `${gateway.served_bytes / 2} bytes`);
+});
+
+test('a lost connection is said, and comes back by itself', async () => {
+  gateway.refuse = true;
+  gateway.dropAll();
+  await page.locator('#banner').waitFor(WAIT);
+  gateway.refuse = false;
+  await page.waitForFunction('tessera.counts.link === "open"', undefined, WAIT);
+  await settled(page);
+  await page.locator('#banner').waitFor({ state: 'hidden' });
+});
+
+test('the list of worlds, a world that is not there, and a recording', async () => {
+  await page.goto(`${address}/#`);
+  await page.locator('a.card', { hasText: 'plaza-1' }).first().waitFor(WAIT);
+  await page.goto(`${address}/#nowhere`);
+  await page.locator('#banner', { hasText: 'no such instance' }).waitFor(WAIT);
+  await page.goto(`${address}/#play/plaza-1.rec`);
+  await page.waitForFunction('tessera.session.play', undefined, WAIT);
+  await page.getByRole('button', { name: 'Pause' }).click();
+  await page.waitForFunction('tessera.session.play.paused', undefined, WAIT);
+});
+
+test('a browser without WebGL is told so', async () => {
+  const context = await browser.newContext();
+  const without = await context.newPage();
+  await without.addInitScript(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  });
+  await without.goto(`${address}/#plaza-1`);
+  await without.getByText('needs WebGL 2').waitFor(WAIT);
+  await context.close();
+});
