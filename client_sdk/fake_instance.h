@@ -256,8 +256,16 @@ class FakeInstanceList : public v1::InstanceService::Service {
     std::size_t at = request->page_token().empty() ? 0 : std::stoul(request->page_token());
     for (const std::size_t end = std::min(at + 2, instances.size()); at < end; ++at) {
       *response->add_instances() = instances[at];
+      response->mutable_instances()->rbegin()->clear_player_list();  // as the control plane does
     }
     if (at < instances.size()) response->set_next_page_token(std::to_string(at));
+    return grpc::Status::OK;
+  }
+  grpc::Status GetInstance(grpc::ServerContext*, const v1::GetInstanceRequest* request,
+                           v1::GetInstanceResponse* response) override {
+    for (const v1::Instance& instance : instances) {
+      if (instance.id() == request->id()) *response->mutable_instance() = instance;
+    }
     return grpc::Status::OK;
   }
 };

@@ -10,6 +10,7 @@ namespace {
 
 // What a shown text may have: ids and names of scenes and games are shorter.
 constexpr std::size_t kMostTextBytes = 63;
+constexpr std::size_t kMostAsked = 16;  // worlds whose players are asked for, one call each
 
 std::string Shortened(const std::string& text) { return text.substr(0, kMostTextBytes); }
 
@@ -28,6 +29,17 @@ ListedInstance ListedFrom(const v1::Instance& instance) {
   return listed;
 }
 
+// A list leaves out who is in; somebody who waits wants to know. An instance that has gone meanwhile keeps none.
+void AddNames(v1::InstanceService::Stub& stub, std::chrono::system_clock::time_point until, v1::Instance& instance) {
+  grpc::ClientContext context;
+  context.set_deadline(until);
+  v1::GetInstanceRequest request;
+  request.set_id(instance.id());
+  v1::GetInstanceResponse response;
+  if (!stub.GetInstance(&context, request, &response).ok()) return;
+  instance.mutable_player_list()->Swap(response.mutable_instance()->mutable_player_list());
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<ListedInstance>> ListInstances(const std::string& control_address,
@@ -37,6 +49,7 @@ absl::StatusOr<std::vector<ListedInstance>> ListInstances(const std::string& con
   const auto until = std::chrono::system_clock::now() + deadline;
   std::vector<ListedInstance> listed;
   std::string page;
+  std::size_t asked = 0;
   do {
     grpc::ClientContext context;
     context.set_deadline(until);
@@ -47,8 +60,13 @@ absl::StatusOr<std::vector<ListedInstance>> ListInstances(const std::string& con
       return absl::Status(static_cast<absl::StatusCode>(status.error_code()),
                           absl::StrCat("control plane at ", control_address, ": ", status.error_message()));
     }
-    for (const v1::Instance& instance : response.instances()) {
-      if (listed.size() < kMostListed) listed.push_back(ListedFrom(instance));
+    for (v1::Instance& instance : *response.mutable_instances()) {
+      if (listed.size() == kMostListed) break;
+      if (instance.state() == v1::INSTANCE_STATE_WAITING_FOR_PLAYERS && asked < kMostAsked) {
+        ++asked;
+        AddNames(*stub, until, instance);
+      }
+      listed.push_back(ListedFrom(instance));
     }
     if (response.instances().empty()) break;
     page = response.next_page_token();

@@ -11,6 +11,7 @@ namespace desktop {
 namespace {
 
 constexpr double kListEvery_s = 1.5;
+constexpr float kLongestTurn_s = 0.1F;  // a frame that took long does not whirl the camera round
 constexpr std::chrono::milliseconds kListDeadline{3000}, kJoinDeadline{10'000}, kLeaveDeadline{500};
 
 template <class T>
@@ -156,7 +157,7 @@ void App::Play(double now_s, float seconds, int width, int height) {
       break;
   }
   if (screen_ == Screen::kWorld) {
-    hands_.Advance(seconds);
+    hands_.Advance(std::min(seconds, kLongestTurn_s));
     client_->Steer(hands_.Steer(client_->Scene()));
   }
   renderer_.Draw(world_->Look(*client_, hands_, seconds), width, height);

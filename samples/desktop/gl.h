@@ -18,7 +18,7 @@
   F(PFNGLDELETEBUFFERSPROC, DeleteBuffers)                     \
   F(PFNGLDELETESHADERPROC, DeleteShader)                       \
   F(PFNGLDELETEVERTEXARRAYSPROC, DeleteVertexArrays)           \
-  F(PFNGLDRAWARRAYSINSTANCEDPROC, DrawArraysInstanced)         \
+  F(PFNGLDRAWELEMENTSINSTANCEDPROC, DrawElementsInstanced)     \
   F(PFNGLENABLEVERTEXATTRIBARRAYPROC, EnableVertexAttribArray) \
   F(PFNGLFRAMEBUFFERTEXTURE2DPROC, FramebufferTexture2D)       \
   F(PFNGLGENBUFFERSPROC, GenBuffers)                           \

@@ -118,7 +118,7 @@ int Run(const Options& options, std::optional<Script> script) {
     const double now_s = static_cast<double>(SDL_GetPerformanceCounter()) / per_second;
     int width = 0, height = 0;
     window.Begin(&width, &height);
-    app.Frame(now_s, static_cast<float>(std::min(now_s - before_s, 0.1)), width, height);
+    app.Frame(now_s, static_cast<float>(std::min(now_s - before_s, 1.0)), width, height);
     before_s = now_s;
     window.DrawInterface();
     if (frame == options.frames) orders.quit = true;

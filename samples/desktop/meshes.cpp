@@ -7,7 +7,7 @@ namespace desktop {
 namespace {
 
 constexpr float kPi = 3.14159265F;
-constexpr int kAround = 18, kRings = 5;  // segments about the axis; rings of a hemisphere
+constexpr int kAround = 16, kRings = 4;  // segments about the axis; rings of a hemisphere
 
 void Triangle(Mesh& mesh, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 normal = Unit(Cross(b - a, c - a));
@@ -45,7 +45,7 @@ struct Outline {
 Mesh Revolve(const std::vector<Outline>& outline) {
   Mesh mesh;
   const auto at = [](const Outline& o, int step) {
-    const float angle = 2 * kPi * static_cast<float>(step) / kAround;
+    const float angle = 2 * kPi * static_cast<float>(step % kAround) / kAround;
     const float c = std::cos(angle), s = std::sin(angle);
     return Vertex{{o.radius * c, o.height, -o.radius * s}, {o.out * c, o.up, -o.out * s}};
   };

@@ -72,8 +72,8 @@ void main() {
     base = mix(base, base * 1.45, grid(p, 10.0));
   }
   float sun = max(dot(n, to_sun), 0.0) * lit();
-  vec3 sky_light = mix(vec3(0.26, 0.25, 0.25), vec3(0.42, 0.48, 0.58), n.y * 0.5 + 0.5);
-  vec3 light = sky_light + sun * vec3(0.95, 0.88, 0.74);
+  vec3 sky_light = mix(vec3(0.36, 0.35, 0.34), vec3(0.46, 0.51, 0.60), n.y * 0.5 + 0.5);
+  vec3 light = sky_light + sun * vec3(0.82, 0.76, 0.64);
   vec3 colour = base * light;
   colour += (1.0 - ground) * sun * 0.20 * pow(max(dot(n, normalize(to_sun + to_eye)), 0.0), 40.0);
   colour += paint.a * pow(1.0 - max(dot(n, to_eye), 0.0), 2.0) * vec3(1.0, 0.95, 0.7);
@@ -157,8 +157,18 @@ void Renderer::MakeShadowMap() {
 }
 
 std::size_t Renderer::Add(const Mesh& mesh) {
+  // Corners that triangles share are computed once.
+  std::map<std::array<float, 6>, GLuint> known;
+  std::vector<Vertex> corners;
+  std::vector<GLuint> indices;
+  for (const Vertex& v : mesh) {
+    const std::array<float, 6> key = {v.position.x, v.position.y, v.position.z, v.normal.x, v.normal.y, v.normal.z};
+    const auto [found, is_new] = known.try_emplace(key, static_cast<GLuint>(corners.size()));
+    if (is_new) corners.push_back(v);
+    indices.push_back(found->second);
+  }
   Buffers buffers;
-  buffers.vertex_count = static_cast<GLsizei>(mesh.size());
+  buffers.index_count = static_cast<GLsizei>(indices.size());
   gl_.GenVertexArrays(1, &buffers.array);
   gl_.BindVertexArray(buffers.array);
   const auto attribute = [&](GLuint location, GLint numbers, std::size_t stride, std::size_t offset, GLuint divisor) {
@@ -169,7 +179,12 @@ std::size_t Renderer::Add(const Mesh& mesh) {
   };
   gl_.GenBuffers(1, &buffers.vertices);
   gl_.BindBuffer(GL_ARRAY_BUFFER, buffers.vertices);
-  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.size() * sizeof(Vertex)), mesh.data(), GL_STATIC_DRAW);
+  gl_.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(corners.size() * sizeof(Vertex)), corners.data(),
+                 GL_STATIC_DRAW);
+  gl_.GenBuffers(1, &buffers.indices);
+  gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.indices);
+  gl_.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)), indices.data(),
+                 GL_STATIC_DRAW);
   attribute(0, 3, sizeof(Vertex), offsetof(Vertex, position), 0);
   attribute(1, 3, sizeof(Vertex), offsetof(Vertex, normal), 0);
   gl_.GenBuffers(1, &buffers.copies);
@@ -186,6 +201,7 @@ void Renderer::Clear() {
   for (const Buffers& mesh : meshes_) {
     gl_.DeleteVertexArrays(1, &mesh.array);
     gl_.DeleteBuffers(1, &mesh.vertices);
+    gl_.DeleteBuffers(1, &mesh.indices);
     gl_.DeleteBuffers(1, &mesh.copies);
   }
   meshes_.clear();
@@ -198,7 +214,7 @@ void Renderer::SetMatrix(GLuint program, const char* name, const Matrix& matrix)
 void Renderer::DrawCopies() {
   for (const auto& [mesh, count] : drawn_) {
     gl_.BindVertexArray(meshes_[mesh].array);
-    gl_.DrawArraysInstanced(GL_TRIANGLES, 0, meshes_[mesh].vertex_count, count);
+    gl_.DrawElementsInstanced(GL_TRIANGLES, meshes_[mesh].index_count, GL_UNSIGNED_INT, nullptr, count);
   }
 }
 

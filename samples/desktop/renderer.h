@@ -52,8 +52,8 @@ class Renderer {
 
  private:
   struct Buffers {
-    GLuint array = 0, vertices = 0, copies = 0;
-    GLsizei vertex_count = 0;
+    GLuint array = 0, vertices = 0, indices = 0, copies = 0;
+    GLsizei index_count = 0;
   };
   GLuint Link(const char* vertex, const char* fragment);
   void MakeShadowMap();

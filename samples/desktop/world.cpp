@@ -12,6 +12,7 @@ constexpr Vec3 kAsleepColour = {0.45F, 0.47F, 0.50F};
 constexpr float kAsleepShare = 0.45F;
 constexpr double kEyeAbove_m = 1.0;  // what the camera looks at lies so far above the own body's middle
 constexpr float kFollow_s = 0.12F;   // the camera comes after it within about so long
+constexpr float kBehind_m = 30;      // bodies so far behind the eye cast no shadow into the picture
 constexpr double kNearestEnd_m = 150, kFurthestEnd_m = 2500;
 
 Vec3 Mix(Vec3 a, Vec3 b, float share) { return a * (1 - share) + b * share; }
@@ -126,6 +127,10 @@ const Picture& World::Look(tessera::Client& client, const Hands& hands, float se
   for (auto& [mesh, copies] : picture_.copies) copies.clear();
   PaintStatic();
   for (const tessera::Body& body : bodies) {
+    const auto from_eye = [&](std::size_t axis) {
+      return static_cast<float>(body.position[axis] - picture_.eye[axis]);
+    };
+    if (Dot({from_eye(0), from_eye(1), from_eye(2)}, picture_.direction) < -kBehind_m) continue;
     const std::vector<Placed>* meshes = MeshesOf(client, body.id);
     if (meshes == nullptr) continue;
     Copy as;

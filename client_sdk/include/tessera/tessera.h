@@ -83,7 +83,7 @@ typedef struct tessera_instance_info {
   uint32_t regions;
   uint32_t players;          /* who have joined and not left */
   uint32_t expected_players; /* the world starts when so many are in */
-  uint32_t name_count;       /* of player_names */
+  uint32_t name_count;       /* of player_names: known of the first 16 worlds that wait */
   char id[64];               /* each text ends in 0 */
   char scene[64];
   char game[64]; /* empty: it runs none */
