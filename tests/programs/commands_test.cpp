@@ -83,7 +83,7 @@ const NotRun* FindNotRun(const std::string& text) {
   return found == kNotRun.end() ? nullptr : found;
 }
 
-// A line of /etc/default/tessera-agent, or of another service, as the command line that the unit makes of it; "" for other lines.
+// A line of a service's file in /etc/default as the command line that its unit makes of it; "" for other lines.
 std::string FromEnvironmentFile(const std::string& text) {
   static const std::regex kLine("TESSERA_(CONTROL|AGENT|GATEWAY)_FLAGS=(.*)");
   std::smatch match;
