@@ -292,27 +292,31 @@ int WebServer::Impl::Write(lws* wsi, Peer& peer) {
 }
 
 int WebServer::Impl::OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
-  const auto peer = [user]() -> Peer& { return **static_cast<Peer**>(user); };
+  // Null for a connection that was refused: it is closed without having been established.
+  Peer* const peer = user == nullptr ? nullptr : *static_cast<Peer**>(user);
+  Impl& me = Of(wsi);
   switch (reason) {
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
-      return Of(wsi).FilterViewer(wsi);
-    case LWS_CALLBACK_ESTABLISHED:
-      *static_cast<Peer**>(user) = new Peer;
-      Of(wsi).Open(wsi, peer());
-      return 0;
-    case LWS_CALLBACK_RECEIVE:
-      Of(wsi).Receive(wsi, peer(), {static_cast<const char*>(in), len});
-      return 0;
-    case LWS_CALLBACK_SERVER_WRITEABLE:
-      return Of(wsi).Write(wsi, peer());
-    case LWS_CALLBACK_CLOSED: {
-      const std::unique_ptr<Peer> gone(*static_cast<Peer**>(user));
-      *static_cast<Peer**>(user) = nullptr;
-      Impl& me = Of(wsi);
-      me.peers.erase(gone->viewer);
-      me.gateway->Close(gone->viewer);
+      return me.FilterViewer(wsi);
+    case LWS_CALLBACK_ESTABLISHED: {
+      auto* const opened = new Peer;
+      *static_cast<Peer**>(user) = opened;
+      me.Open(wsi, *opened);
       return 0;
     }
+    case LWS_CALLBACK_RECEIVE:
+      if (peer == nullptr) return -1;
+      me.Receive(wsi, *peer, {static_cast<const char*>(in), len});
+      return 0;
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+      return peer == nullptr ? -1 : me.Write(wsi, *peer);
+    case LWS_CALLBACK_CLOSED:
+      if (peer == nullptr) return 0;
+      *static_cast<Peer**>(user) = nullptr;
+      me.peers.erase(peer->viewer);
+      me.gateway->Close(peer->viewer);
+      delete peer;
+      return 0;
     default:
       return 0;
   }

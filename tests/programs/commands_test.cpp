@@ -31,7 +31,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 31> kNotRun = {{
+constexpr std::array<NotRun, 32> kNotRun = {{
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
@@ -85,7 +85,7 @@ const NotRun* FindNotRun(const std::string& text) {
   return found == kNotRun.end() ? nullptr : found;
 }
 
-// A line of /etc/default/tessera-agent, or of another service, as the command line that the unit makes of it; "" for other lines.
+// A line of a service's file in /etc/default as the command line that its unit makes of it; "" for other lines.
 std::string FromEnvironmentFile(const std::string& text) {
   static const std::regex kLine("TESSERA_(CONTROL|AGENT|GATEWAY)_FLAGS=(.*)");
   std::smatch match;
