@@ -13,8 +13,12 @@ for (const dark of [true, false]) {
   await page.waitForFunction('window.tessera && tessera.counts.frames > 5', undefined, { timeout: 60000 });
   await page.evaluate('document.querySelector("#tools button[title^=Draw]").click()');
   const slot = 'tessera.session.bodies.findName("crate-1000010")';
-  if (dark) gateway.kill(1);
-  await page.waitForFunction(`tessera.session.room.samples.length > ${dark ? 1 : 3}`, undefined, { timeout: 60000 });
+  await page.waitForFunction('tessera.session.room.samples.length > 1', undefined, { timeout: 60000 });
+  if (dark) {
+    await page.screenshot({ path: `${folder}/all.png` });
+    gateway.kill(1);
+    await page.waitForFunction('tessera.counts.dead.length > 0', undefined, { timeout: 60000 });
+  }
   if (!dark) await page.evaluate(`tessera.page.select(${slot}); tessera.view.rig.set([50, 14, -6], [33, 2, -27])`);
   await page.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))');
   await page.screenshot({ path: `${folder}/${dark ? 'dark' : 'light'}.png` });
