@@ -24,7 +24,7 @@ export class Page implements SessionListener {
   readonly session: Session = new Session(this);
   readonly view: WorldView;
   readonly perf = new Perf();
-  hold = false; // draws nothing, for measurements of others
+  hold = false; // draws only when asked, for measurements
   private readonly canvas = h('canvas', { id: 'world', tabindex: 0, 'aria-label': 'The world. Arrows move, T looks from above, H shows it all.' });
   private readonly order = (order: string, fields?: Record<string, unknown>) => this.session.order(order, fields);
   private readonly room: MachineRoom;
@@ -272,7 +272,7 @@ export class Page implements SessionListener {
 
   private loop(): void {
     requestAnimationFrame(() => this.loop());
-    this.picture();
+    if (!this.hold) this.picture();
   }
 
   picture(): void {
@@ -280,7 +280,7 @@ export class Page implements SessionListener {
     const now_s = begin / 1000;
     const seconds = Math.min(0.1, now_s - this.last_s);
     this.last_s = now_s;
-    if (this.hold || document.body.classList.contains('listing')) return;
+    if (document.body.classList.contains('listing')) return;
     this.steer(now_s, seconds);
     this.view.update(this.session.playout.fraction(now_s), now_s);
     this.labels.draw(this.session.bodies, this.view, this.names);

@@ -4,9 +4,8 @@ import { type Browser, type Page, chromium } from 'playwright-core';
 
 export const SIZE = { width: 1280, height: 720 };
 
-export function launch(uncapped = false): Promise<Browser> {
-  const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--hide-scrollbars'];
-  if (uncapped) args.push('--disable-frame-rate-limit', '--disable-gpu-vsync');
+export function launch(): Promise<Browser> {
+  const args = ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist', '--hide-scrollbars', '--disable-background-timer-throttling', '--disable-renderer-backgrounding', '--disable-backgrounding-occluded-windows'];
   return chromium.launch({ executablePath: process.env['CHROMIUM'] ?? '/usr/bin/chromium', headless: true, args });
 }
 

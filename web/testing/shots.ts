@@ -1,16 +1,28 @@
-// Pictures of the page: node build/tests/shots.mjs ADDRESS FOLDER
+// Pictures of the page: node build/bundles-unit/shots.mjs FOLDER
 
 import { launch, open } from './browser.ts';
+import { FakeGateway } from './fake_gateway.ts';
 
-const [address, folder] = process.argv.slice(2) as [string, string];
+const folder = process.argv[2] ?? '.';
+const gateway = new FakeGateway({ page: 'dist', bodies: 1500, frame_ms: 50 });
+const address = await gateway.listen();
+for (let tick = 0; tick < 400; ++tick) gateway.world.step();
 const browser = await launch();
-const { page, complaints } = await open(browser, address);
-page.on('console', (m) => console.log(m.text()));
-try { await page.waitForFunction('window.tessera && tessera.counts.frames > 20', undefined, { timeout: 20000 }); } catch { console.log(JSON.stringify(complaints)); await page.screenshot({ path: `${folder}/a.png` }); process.exit(1); }
-await page.screenshot({ path: `${folder}/a.png` });
-await page.click('#tools button:has-text("Shadows")');
-await page.waitForTimeout(4000);
-await page.screenshot({ path: `${folder}/b.png` });
-console.log(JSON.stringify(await page.evaluate('tessera.counts')), JSON.stringify(complaints));
-console.log(await page.evaluate('JSON.stringify([tessera.perf.rate, tessera.perf.own_ms.slice(-20), tessera.perf.whole_ms.slice(-5)])'));
+for (const dark of [true, false]) {
+  const { page } = await open(browser, `${address}/#plaza-1`, { dark });
+  await page.waitForFunction('window.tessera && tessera.counts.frames > 5', undefined, { timeout: 60000 });
+  await page.evaluate('document.querySelector("#tools button[title^=Draw]").click()');
+  const slot = 'tessera.session.bodies.findName("crate-1000010")';
+  await page.waitForFunction('tessera.session.room.samples.length > 1', undefined, { timeout: 60000 });
+  if (dark) {
+    await page.screenshot({ path: `${folder}/all.png` });
+    gateway.kill(1);
+    await page.waitForFunction('tessera.counts.dead.length > 0', undefined, { timeout: 60000 });
+  }
+  if (!dark) await page.evaluate(`tessera.page.select(${slot}); tessera.view.rig.set([50, 14, -6], [33, 2, -27])`);
+  await page.evaluate('new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))');
+  await page.screenshot({ path: `${folder}/${dark ? 'dark' : 'light'}.png` });
+  await page.context().close();
+}
 await browser.close();
+await gateway.close();

@@ -78,6 +78,16 @@ test('a body that appears is shown where it is, whatever frames come before a pi
   assert.equal(bodies.previous[7 * bodies.find('2')], 1);
 });
 
+test('a body that rests stays to be drawn until a picture has shown it', () => {
+  const { bodies } = make();
+  bodies.apply(appear(2n));
+  for (let frames = 0; frames < 3; ++frames) bodies.apply(frame({}));
+  assert.equal(bodies.moving_count, 1);
+  bodies.drawn();
+  bodies.apply(frame({}));
+  assert.equal(bodies.moving_count, 0);
+});
+
 test('bodies are found by name: whole, beginning, part', () => {
   const { bodies } = make();
   bodies.apply(appear(7n, 12n, 120n));

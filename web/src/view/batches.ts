@@ -122,6 +122,7 @@ export class Batches {
       writeMatrix(shown, p, batch.matrices, 16 * this.place[slot]!);
       batch.moved = true;
     }
+    this.bodies.drawn();
     if (fraction === 1) this.arrive();
   }
 
@@ -133,14 +134,6 @@ export class Batches {
       for (let part = p; part < p + 7; ++part) shown[part] = current[part]!;
     }
     this.bodies.moving_count = 0;
-  }
-
-  // Writes the pose that is shown, of a body that has just been added.
-  place_shown(slot: number): void {
-    const batch = this.of[slot];
-    if (!batch) return;
-    writeMatrix(this.bodies.shown, 7 * slot, batch.matrices, 16 * this.place[slot]!);
-    batch.moved = true;
   }
 
   upload(): void {

@@ -197,7 +197,7 @@ export class WorldView {
 
   private setFog(): void {
     const extent = Math.max(this.bounds[3]! - this.bounds[0]!, this.bounds[5]! - this.bounds[2]!);
-    this.scene.fog = new THREE.Fog(this.theme.background, 0.9 * extent, 2.6 * extent);
+    this.scene.fog = new THREE.Fog(this.theme.background, 1.5 * extent, 4 * extent);
     this.sun.position.set(0.35 * extent, 0.8 * extent, 0.25 * extent);
   }
 

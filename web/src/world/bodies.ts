@@ -42,6 +42,7 @@ export class Bodies {
   private units = new Float64Array(0); // current position as the wire has it
   private movingSince = new Uint32Array(0); // number of the frame that put the slot into `moving`
   private frames = 0;
+  private drawn_frame = 0; // number of the newest frame that a picture has shown
   private free: number[] = [];
   private listener: BodyListener;
 
@@ -97,13 +98,18 @@ export class Bodies {
     this.change(frame);
   }
 
+  // Whoever draws says so: until then a body that has arrived has not been seen there.
+  drawn(): void {
+    this.drawn_frame = this.frames;
+  }
+
   // What is on its way goes on from where it is shown.
   private freezeShown(): void {
     const { previous, shown, current, moving } = this;
     let kept = 0;
     for (let index = 0; index < this.moving_count; ++index) {
       const slot = moving[index]!;
-      let arrived = true;
+      let arrived = this.movingSince[slot]! <= this.drawn_frame;
       for (let part = 7 * slot; part < 7 * slot + 7; ++part) {
         previous[part] = shown[part]!;
         if (shown[part] !== current[part]) arrived = false;
