@@ -255,8 +255,13 @@ TEST_F(CApiTest, AnotherProcessComesBackAsTheSamePlayer) {
   const std::uint64_t own = tessera_own_body(client);
 
   const auto join = [&](std::vector<std::uint8_t> returning, ::tessera::Client& again) {
-    return again.Join({instance.address, FakeInstance::kId, "ada", std::chrono::seconds(10), "127.0.0.1", true,
-                       std::move(returning)});
+    ::tessera::Options options;
+    options.control_address = instance.address;
+    options.instance_id = FakeInstance::kId;
+    options.player_name = "ada";
+    options.bind_address = "127.0.0.1";
+    options.returning = std::move(returning);
+    return again.Join(options);
   };
   ::tessera::Client same, other, stranger;
   EXPECT_EQ(join(token, same).code, TESSERA_OK);

@@ -104,7 +104,9 @@ class Client {
     given.instance_id = options.instance_id.c_str();
     given.player_name = options.player_name.c_str();
     given.bind_address = options.bind_address.empty() ? nullptr : options.bind_address.c_str();
-    given.flags = (options.predict ? TESSERA_JOIN_PREDICT : 0u) | (options.watch ? TESSERA_JOIN_WATCH : 0u);
+    given.flags = 0;
+    if (options.predict) given.flags |= TESSERA_JOIN_PREDICT;
+    if (options.watch) given.flags |= TESSERA_JOIN_WATCH;
     given.returning = options.returning.data();
     given.returning_size = static_cast<std::uint32_t>(options.returning.size());
     tessera_client* joined = nullptr;
