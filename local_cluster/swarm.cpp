@@ -22,7 +22,7 @@ double ProcessCpuSeconds() {
   return static_cast<double>(spent.tv_sec) + static_cast<double>(spent.tv_nsec) * 1e-9;
 }
 
-double SecondsSince(TimePoint begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+double SecondsPlayed(TimePoint begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
 }  // namespace
 
@@ -71,7 +71,7 @@ void Swarm::Frame(std::size_t index, TimePoint now) {
   frames_.Add(Clock::now() - now);
   if (going) return;
   player.in = false;
-  past_player_seconds_ += SecondsSince(player.since);
+  past_player_seconds_ += SecondsPlayed(player.since);
   schedule_.Remove(index);
   if (const absl::Status reason = player.bot->client().reason(); !reason.ok()) end_reason_ = reason;
 }
@@ -103,7 +103,7 @@ SwarmReport Swarm::Report() const {
   report.late_polls = schedule_.late();
   report.player_seconds = past_player_seconds_;
   if (begin_) {
-    report.seconds = SecondsSince(*begin_);
+    report.seconds = SecondsPlayed(*begin_);
     report.cpu_seconds = ProcessCpuSeconds() - begin_cpu_s_;
   }
   double bodies = 0;
@@ -115,7 +115,7 @@ SwarmReport Swarm::Report() const {
     report.extrapolations += stats.extrapolations;
     if (!player.in) continue;
     ++report.in;
-    report.player_seconds += SecondsSince(player.since);
+    report.player_seconds += SecondsPlayed(player.since);
     bodies += static_cast<double>(stats.bodies);
   }
   if (report.in != 0) report.mean_bodies = bodies / static_cast<double>(report.in);
