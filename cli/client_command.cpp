@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/checks.h"
 #include "cli/client_view.h"
 #include "cli/commands.h"
 #include "cli/signals.h"
@@ -115,7 +116,8 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
   CLI::Option* id = client->add_option("id", options->instance, "Id of the instance, as 'instance list' shows it");
   client->add_option("--name", options->name, "Name of the player")->capture_default_str();
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->check(Finite());
   client->add_option("--seed", options->seed, "Seed of its way through the world, from 1")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/checks.h"
 #include "cli/client_view.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
@@ -184,7 +185,8 @@ void AddDemoCommand(CLI::App& app, Globals& globals) {
       ->capture_default_str();
   demo->add_option("--seconds", options->seconds, "How long the world runs")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber)
+      ->check(Finite());
   demo->callback([&globals, options] {
     options->json = globals.format == Format::kJson;
     Demo(*options);

@@ -15,6 +15,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/signals.h"
 #include "core/world/proto_math.h"
@@ -230,7 +231,8 @@ void AddGameBackendCommands(CLI::App& game, Globals& globals) {
   send->add_option("--request-id", options->request_id, "Makes it safe to repeat: the same id is the same message");
   send->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber)
+      ->check(Finite());
   send->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
   send->callback([&globals, options] { Send(globals, *options); });
 }

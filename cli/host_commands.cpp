@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/table.h"
 #include "local_cluster/connection.h"
@@ -132,7 +133,8 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
       with_name(host->add_subcommand("add", "Expect a new host; prints the join token that admits its agent"), true);
   add->add_option("--token-hours", options->token_hours, "Hours until the join token runs out")
       ->capture_default_str()
-      ->check(CLI::Range(1.0 / 60, 720.0));
+      ->check(CLI::Range(1.0 / 60, 720.0))
+      ->check(Finite());
   add->callback([&globals, options] { Add(globals, *options); });
   host->add_subcommand("list", "List the hosts")->callback([&globals] { ListHosts(globals); });
   with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {

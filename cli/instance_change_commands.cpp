@@ -10,6 +10,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_split.h"
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
@@ -229,7 +230,8 @@ void AddInstanceChangeCommands(CLI::App& instance, Globals& globals) {
     if (with_id) command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
     command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber)
+        ->check(Finite());
     return command;
   };
   const auto add_dry_run = [&](CLI::App* command) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "local_cluster/connection.h"
@@ -121,7 +122,8 @@ void AddInstanceClockCommands(CLI::App& instance, Globals& globals) {
     command->add_option("id", options->id, "Id of the instance, as 'instance list' shows it")->required();
     command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
         ->capture_default_str()
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber)
+        ->check(Finite());
     command->add_flag("--wait", options->wait, "Return only when it is done");
     command->add_flag("--dry-run", options->dry_run, "Only check whether it could be done");
     return command;

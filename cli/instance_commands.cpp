@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
@@ -154,7 +155,8 @@ void AddWaitOptions(CLI::App* command, InstanceOptions& options, const std::stri
   command->add_flag("--wait", options.wait, "Return only when it is " + until);
   command->add_option("--timeout", options.timeout_s, "Seconds that --wait waits")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(CLI::PositiveNumber)
+      ->check(Finite());
   command->add_flag("--dry-run", options.dry_run, "Only check whether it could be done");
 }
 
@@ -171,7 +173,8 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--players", options->players, "Start when so many players are in; 0: at once")
       ->capture_default_str();
   create->add_option("--bodies", options->bodies, "Number of scattered bodies, instead of the scene's own");
-  create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)");
+  create->add_option("--start-deadline", options->start_deadline_s, "Start anyway after so many seconds (default 30)")
+      ->check(Finite());
   create->add_option("--snapshot-rate", options->snapshot_rate_hz, "Snapshots a second to each client (default 30)");
   create->add_option("--request-id", options->request_id, "The same id again gives the same instance");
   create->add_option("--checkpoint-interval", options->checkpoint_interval_s,

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cli/checks.h"
 #include "cli/commands.h"
 #include "cli/signals.h"
 #include "cli/table.h"
@@ -129,9 +130,11 @@ void AddSwarmCommand(CLI::App& app, Globals& globals) {
   swarm->add_option("--players", command->players, "How many")->capture_default_str()->check(CLI::Range(1, 10'000));
   swarm->add_option("--rate", command->rate_hz, "Frames of a player a second")
       ->capture_default_str()
-      ->check(CLI::Range(1.0, 240.0));
+      ->check(CLI::Range(1.0, 240.0))
+      ->check(Finite());
   swarm->add_option("--seconds", command->seconds, "End after so many seconds (default: on Ctrl-C)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(CLI::NonNegativeNumber)
+      ->check(Finite());
   swarm->add_option("--seed", command->seed, "Seed of the players' ways through the world, from 1")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);

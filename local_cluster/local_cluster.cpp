@@ -117,7 +117,9 @@ void LocalCluster::StartGateway() {
                                    "--orders"};
   if (options_.network == nullptr) argv.emplace_back("--local");
   gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
-  page_address_ = WaitReady(*gateway_, "tessera-gateway", ready, log).at("http").get<std::string>();
+  const nlohmann::json addresses = WaitReady(*gateway_, "tessera-gateway", ready, log);
+  page_address_ = addresses.at("http").get<std::string>();
+  gateway_metrics_address_ = addresses.at("metrics").get<std::string>();
 }
 
 host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {

@@ -44,6 +44,7 @@ class LocalCluster {
   const std::string& control_address() const { return control_address_; }
   const std::string& http_address() const { return http_address_; }
   const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
+  const std::string& gateway_metrics_address() const { return gateway_metrics_address_; }
   const std::string& log_dir() const { return log_dir_; }
   host::ChildProcess& control() { return *control_; }
   host::ChildProcess& agent(std::size_t index) { return agents_.at(index); }
@@ -62,7 +63,7 @@ class LocalCluster {
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;
-  std::string log_dir_, control_address_, http_address_, page_address_;
+  std::string log_dir_, control_address_, http_address_, page_address_, gateway_metrics_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;
   std::optional<host::ChildProcess> gateway_;

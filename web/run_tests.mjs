@@ -2,8 +2,8 @@
 // `browser` builds the page anew as well, and compares it with what is committed.
 
 import { spawnSync } from 'node:child_process';
-import { existsSync, readFileSync, readdirSync } from 'node:fs';
-import { dirname, join, relative } from 'node:path';
+import { existsSync, readFileSync, readdirSync, rmSync, symlinkSync } from 'node:fs';
+import { dirname, join, relative, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
@@ -38,10 +38,14 @@ if (!existsSync('node_modules')) {
 }
 const bundles = join(folder, `bundles-${what}`);
 run('build.mjs', '--tests', bundles);
+// What the bundles import by name is looked for above them, and FOLDER may lie anywhere.
+const packages = join(bundles, 'node_modules');
+rmSync(packages, { force: true });
+symlinkSync(resolve('node_modules'), packages);
 const ending = what === 'browser' ? '.browser.mjs' : '.test.mjs';
 if (what === 'browser') {
   const built = join(folder, 'dist');
   run('build.mjs', '--out', built);
   compare('dist', built);
 }
-run('--test', ...files(bundles).filter((path) => path.endsWith(ending)));
+run('--test', ...files(join(bundles, 'tests')).filter((path) => path.endsWith(ending)));

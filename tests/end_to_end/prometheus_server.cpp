@@ -35,17 +35,19 @@ std::string FreeAddress() {
 
 void Write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
-std::string Adapted(const std::string& config, const std::string& discovery_address) {
-  const std::string sed =
-      std::regex_replace(config, std::regex("http://127\\.0\\.0\\.1:7701/"), "http://" + discovery_address + "/");
-  const std::string faster = std::regex_replace(sed, std::regex("(_interval|scrape_timeout): \\ds"), "$1: 1s");
-  if (sed == config || faster == sed)
-    throw std::runtime_error("deploy/prometheus/prometheus.yml is not as this test expects");
-  return faster;
+std::string Replaced(const std::string& config, const std::string& expression, const std::string& replacement) {
+  std::string changed = std::regex_replace(config, std::regex(expression), replacement);
+  if (changed == config) throw std::runtime_error("deploy/prometheus/prometheus.yml has no " + expression);
+  return changed;
 }
 
-host::ChildProcess Start(const std::string& address, const std::string& discovery_address, const std::string& folder) {
-  Write(folder + "/prometheus.yml", Adapted(ReadSource("deploy/prometheus/prometheus.yml"), discovery_address));
+host::ChildProcess Start(const std::string& address, const std::string& discovery_address,
+                         const std::string& gateway_address, const std::string& folder) {
+  std::string config = ReadSource("deploy/prometheus/prometheus.yml");
+  config = Replaced(config, "http://127\\.0\\.0\\.1:7701/", "http://" + discovery_address + "/");
+  config = Replaced(config, "\"127\\.0\\.0\\.1:7711\"", '"' + gateway_address + '"');
+  config = Replaced(config, "(_interval|scrape_timeout): \\ds", "$1: 1s");
+  Write(folder + "/prometheus.yml", config);
   Write(folder + "/rules.yml", ReadSource("deploy/prometheus/rules.yml"));
   auto process =
       host::ChildProcess::Start({.argv = {TESSERA_PROMETHEUS, "--config.file=" + folder + "/prometheus.yml",
@@ -57,8 +59,11 @@ host::ChildProcess Start(const std::string& address, const std::string& discover
 
 }  // namespace
 
-PrometheusServer::PrometheusServer(const std::string& discovery_address, const std::string& folder)
-    : address_(FreeAddress()), log_folder_(folder + "/data/wal"), process_(Start(address_, discovery_address, folder)) {
+PrometheusServer::PrometheusServer(const std::string& discovery_address, const std::string& gateway_address,
+                                   const std::string& folder)
+    : address_(FreeAddress()),
+      log_folder_(folder + "/data/wal"),
+      process_(Start(address_, discovery_address, gateway_address, folder)) {
   const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
   while (true) {
     const auto answer = telemetry::HttpGet(address_, "/-/ready");

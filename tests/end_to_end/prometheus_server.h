@@ -1,7 +1,7 @@
 // PrometheusServer: Debian's Prometheus as a child process, with deploy/prometheus/prometheus.yml pointed at a control
-// plane.
+// plane and a gateway.
 //
-// Only the address of the service discovery and the intervals (1 s instead of 5 s, so that a test need not wait) differ
+// Only their addresses and the intervals (1 s instead of 5 s, so that a test need not wait) differ
 // from the file that operators install. Destruction ends it. Thread rule: one thread.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace tessera::end_to_end {
 class PrometheusServer {
  public:
   // `folder` exists and takes its configuration, data and log. Throws std::runtime_error if it does not become ready.
-  PrometheusServer(const std::string& discovery_address, const std::string& folder);
+  PrometheusServer(const std::string& discovery_address, const std::string& gateway_address, const std::string& folder);
   ~PrometheusServer();
 
   const std::string& address() const { return address_; }

@@ -10,6 +10,8 @@
 namespace tessera::end_to_end {
 namespace {
 
+constexpr char kNoGateway[] = "127.0.0.1:1";
+
 TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
   auto registry = std::make_shared<prometheus::Registry>();
   prometheus::BuildCounter().Name("tessera_region_ticks_total").Help("Ticks").Register(*registry).Add({}).Increment(42);
@@ -23,7 +25,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
   });
 
   const host::TemporaryFolder folder;
-  const PrometheusServer prometheus((*server)->address(), folder.path());
+  const PrometheusServer prometheus((*server)->address(), kNoGateway, folder.path());
   nlohmann::json result;
   const auto scraped = [&] {
     result =
@@ -41,7 +43,7 @@ TEST(PrometheusServerTest, TellsWhatIsWrongWithAQuery) {
   auto server = telemetry::MetricsServer::Start("127.0.0.1", 0, nullptr);
   ASSERT_TRUE(server.ok()) << server.status();
   const host::TemporaryFolder folder;
-  const PrometheusServer prometheus((*server)->address(), folder.path());
+  const PrometheusServer prometheus((*server)->address(), kNoGateway, folder.path());
   EXPECT_THROW(prometheus.Query("rate("), std::runtime_error);
   EXPECT_TRUE(prometheus.Query("no_such_metric").empty());
 }

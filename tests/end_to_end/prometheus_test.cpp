@@ -41,9 +41,10 @@ class PrometheusTest : public ::testing::Test {
     auto world = std::make_unique<World>();
     // A range of ports of its own, because tests run side by side.
     const auto first_port = static_cast<std::uint16_t>(20000 + getpid() % 20 * 1000);
-    world->cluster = std::make_unique<local::LocalCluster>(
-        local::LocalClusterOptions{.state_dir = world->folder.path(), .first_port = first_port});
-    world->prometheus = std::make_unique<PrometheusServer>(world->cluster->http_address(), world->folder.path());
+    world->cluster = std::make_unique<local::LocalCluster>(local::LocalClusterOptions{
+        .state_dir = world->folder.path(), .first_port = first_port, .page_listen = "127.0.0.1:0"});
+    world->prometheus = std::make_unique<PrometheusServer>(
+        world->cluster->http_address(), world->cluster->gateway_metrics_address(), world->folder.path());
 
     const support::RunResult created = support::RunProgram(
         "tessera", {"--control", world->cluster->control_address(), "-o", "json", "instance", "create", "--scene",
@@ -94,13 +95,13 @@ TEST_F(PrometheusTest, FindsEveryProcessAndKnowsWhichItIs) {
     up.clear();
     targets = prometheus().Api("/api/v1/targets?state=active").at("activeTargets");
     for (const auto& target : targets) up[target.at("labels").at("component")] += target.at("health") == "up";
-    return up == std::map<std::string, int>{{"control", 1}, {"agent", 1}, {"region", kRegions}};
+    return up == std::map<std::string, int>{{"control", 1}, {"agent", 1}, {"gateway", 1}, {"region", kRegions}};
   };
   ASSERT_TRUE(prometheus().Until(all_up)) << targets.dump(1);
   std::set<std::string> regions;
   for (const auto& target : targets) {
     const auto& labels = target.at("labels");
-    if (labels.at("component") != "control") {
+    if (labels.at("component") != "control" && labels.at("component") != "gateway") {
       EXPECT_TRUE(labels.contains("host")) << labels;
     }
     if (labels.at("component") != "region") continue;
