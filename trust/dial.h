@@ -1,0 +1,29 @@
+// Dial: a gRPC channel to a control plane, over its socket or by TLS.
+//
+//   auto channel = trust::Dial("10.0.0.1:7700", {.authority = pem, .bearer_token = token});
+//   if (!channel.ok()) return channel.status();
+//   auto stub = v1::HostService::NewStub(*channel);
+//
+// There is no way without: over TCP it is TLS, and the server's certificate must be of the authority that is given, or
+// that the address names by its fingerprint.
+//
+// Thread rule: any thread. An address with a fingerprint is dialled once here, to have the authority's certificate;
+// that is kept for the life of the process.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "trust/credentials.h"
+
+namespace tessera::trust {
+
+// Errors: INVALID_ARGUMENT (address, token), UNAVAILABLE and UNAUTHENTICATED as FetchAuthority's, FAILED_PRECONDITION:
+// nothing says whom to trust at a TCP address.
+absl::StatusOr<std::shared_ptr<grpc::Channel>> Dial(const std::string& address, const Credentials& credentials = {},
+                                                    grpc::ChannelArguments arguments = {});
+
+}  // namespace tessera::trust

@@ -1,0 +1,121 @@
+// Channels to a server whose certificate is of one authority, dialled by those who trust it, another one or nobody.
+#include "trust/dial.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tessera/v1/host.grpc.pb.h"
+#include "trust/certificate.h"
+#include "trust/fetch_authority.h"
+
+namespace tessera::trust {
+namespace {
+
+using namespace std::chrono_literals;
+
+class DialTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    authority_ = *MakeAuthority();
+    fingerprint_ = ReadCertificate(authority_.certificate)->fingerprint;
+    const KeyedCertificate own = *IssueServer(authority_, "10");
+    grpc::SslServerCredentialsOptions options;
+    options.pem_key_cert_pairs.push_back({own.key, own.certificate + authority_.certificate});
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::SslServerCredentials(options), &port_);
+    builder.RegisterService(&service_);
+    server_ = builder.BuildAndStart();
+    ASSERT_NE(port_, 0);
+    address_ = "127.0.0.1:" + std::to_string(port_);
+  }
+  void TearDown() override {
+    if (server_) server_->Shutdown(std::chrono::system_clock::now());
+  }
+
+  static bool Connects(const absl::StatusOr<std::shared_ptr<grpc::Channel>>& channel) {
+    return channel.ok() && (*channel)->WaitForConnected(std::chrono::system_clock::now() + 10s);
+  }
+  // A channel that trusts somebody else fails at once and tries again; it does not come to connect.
+  static bool Fails(const std::shared_ptr<grpc::Channel>& channel) {
+    grpc_connectivity_state state = channel->GetState(true);
+    while (state != GRPC_CHANNEL_TRANSIENT_FAILURE && state != GRPC_CHANNEL_READY) {
+      if (!channel->WaitForStateChange(state, std::chrono::system_clock::now() + 10s)) return false;
+      state = channel->GetState(true);
+    }
+    return state == GRPC_CHANNEL_TRANSIENT_FAILURE;
+  }
+
+  KeyedCertificate authority_;
+  std::string fingerprint_, address_;
+  int port_ = 0;
+  v1::HostService::Service service_;  // a server has to serve something
+  std::unique_ptr<grpc::Server> server_;
+};
+
+TEST_F(DialTest, WhoKnowsTheAuthorityOrItsFingerprintConnects) {
+  EXPECT_TRUE(Connects(
+      Dial(address_, {.authority = authority_.certificate, .certificate = {}, .key = {}, .bearer_token = {}})));
+  EXPECT_TRUE(Connects(Dial(address_ + "#" + fingerprint_)));
+  const auto fetched = FetchAuthority({"127.0.0.1", static_cast<std::uint16_t>(port_)}, fingerprint_, 10s);
+  ASSERT_TRUE(fetched.ok()) << fetched.status();
+  EXPECT_EQ(ReadCertificate(*fetched)->fingerprint, fingerprint_);
+}
+
+TEST_F(DialTest, WhoTrustsAnotherAuthorityDoesNot) {
+  const KeyedCertificate other = *MakeAuthority();
+  const auto channel =
+      Dial(address_, {.authority = other.certificate, .certificate = {}, .key = {}, .bearer_token = {}});
+  ASSERT_TRUE(channel.ok()) << channel.status();
+  EXPECT_TRUE(Fails(*channel));
+  const std::string others = ReadCertificate(other.certificate)->fingerprint;
+  EXPECT_EQ(Dial(address_ + "#" + others).status().code(), absl::StatusCode::kUnauthenticated);
+}
+
+TEST_F(DialTest, TheFingerprintAndTheKnownAuthorityMustAgree) {
+  const KeyedCertificate other = *MakeAuthority();
+  const Credentials credentials{.authority = other.certificate, .certificate = {}, .key = {}, .bearer_token = {}};
+  EXPECT_EQ(Dial(address_ + "#" + fingerprint_, credentials).status().code(), absl::StatusCode::kUnauthenticated);
+}
+
+// A host's certificate is of the same authority. It must not do to stand in for the control plane.
+TEST_F(DialTest, AHostCannotStandInForTheControlPlane) {
+  const std::string key = *MakeKey();
+  const std::string certificate = *IssueClient(authority_, *MakeRequest(key), kControlName, "20");
+  grpc::SslServerCredentialsOptions options;
+  options.pem_key_cert_pairs.push_back({key, certificate + authority_.certificate});
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::SslServerCredentials(options), &port);
+  builder.RegisterService(&service_);
+  const auto impostor = builder.BuildAndStart();
+  ASSERT_NE(port, 0);
+  const auto channel = Dial("127.0.0.1:" + std::to_string(port),
+                            {.authority = authority_.certificate, .certificate = {}, .key = {}, .bearer_token = {}});
+  ASSERT_TRUE(channel.ok()) << channel.status();
+  EXPECT_TRUE(Fails(*channel));
+  impostor->Shutdown(std::chrono::system_clock::now());
+}
+
+TEST_F(DialTest, NobodyIsTrustedUnasked) {
+  EXPECT_EQ(Dial(address_).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(Dial("nowhere").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Dial(address_, {.authority = authority_.certificate, .certificate = {}, .key = {}, .bearer_token = "a b"})
+                .status()
+                .code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(DialTest, WhereNobodyAnswersByTlsTheFetchEnds) {
+  EXPECT_EQ(FetchAuthority({"127.0.0.1", 1}, fingerprint_, 10s).status().code(), absl::StatusCode::kUnavailable);
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(&service_);
+  const auto plain = builder.BuildAndStart();
+  EXPECT_EQ(FetchAuthority({"127.0.0.1", static_cast<std::uint16_t>(port)}, fingerprint_, 500ms).status().code(),
+            absl::StatusCode::kUnavailable);
+  plain->Shutdown(std::chrono::system_clock::now());
+}
+
+}  // namespace
+}  // namespace tessera::trust
