@@ -4,6 +4,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -16,6 +17,8 @@
 #include "host/last_lines.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
+#include "trust/certificate.h"
+#include "trust/control_address.h"
 
 namespace tessera::agent {
 
@@ -114,7 +117,26 @@ absl::Status Agent::FindJoinToken() {
         absl::StrCat(why, "give --join-token-file, --join-token or TESSERA_JOIN_TOKEN, from `tessera host add NAME`"));
   }
   options_.join_token = *std::move(token);
+  const auto control = trust::ParseControlAddress(options_.control, host::PortRule::kFrom1);
+  if (!control.ok() || control->is_socket()) return control.status();
+  // "tsj_...": over TLS the fingerprint of the control plane's authority comes after it, and says whom to give it to.
+  const std::size_t mark = options_.join_token.find('.');
+  if (mark != std::string::npos && control->fingerprint.empty()) {
+    absl::StrAppend(&options_.control, "#", options_.join_token.substr(mark + 1));
+  }
+  options_.join_token.resize(std::min(mark, options_.join_token.size()));
+  auto key = trust::MakeKey();
+  if (!key.ok()) return key.status();
+  join_key_ = *std::move(key);
   return absl::OkStatus();
+}
+
+trust::Credentials Agent::ControlCredentials() const {
+  if (!identity_) return {};
+  return {.authority = identity_->authority(),
+          .certificate = identity_->certificate(),
+          .key = identity_->key(),
+          .bearer_token = {}};
 }
 
 absl::Status Agent::Restore() {
@@ -152,6 +174,7 @@ void Agent::WatchSignals() {
 int Agent::Run() {
   ControlSession::Callbacks callbacks;
   callbacks.hello = [this] { return Hello(); };
+  callbacks.credentials = [this] { return ControlCredentials(); };
   callbacks.heartbeat = [this] { return Heartbeat(); };
   callbacks.on_admitted = [this](const v1::Admitted& admitted) { OnAdmitted(admitted); };
   callbacks.on_desired = [this](const v1::DesiredSet& set) { OnDesired(set); };

@@ -50,6 +50,7 @@ class Agent {
   Agent(const AgentOptions& options, std::unique_ptr<StateDir> state);
   absl::Status Prepare();
   absl::Status FindJoinToken();
+  trust::Credentials ControlCredentials() const;
   absl::Status Restore();
   void RestoreWorker(const WorkerRecord& record, bool same_boot);
   void WatchSignals();
@@ -91,6 +92,7 @@ class Agent {
   std::unique_ptr<StateDir> state_;
   std::string boot_id_;
   std::optional<HostIdentity> identity_;
+  std::string join_key_;  // of the certificate that is asked for with the join token; PEM, secret
   AgentMetrics metrics_;
   ServiceNotify notify_;
   Supervisor supervisor_;

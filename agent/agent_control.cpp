@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "host/files.h"
 #include "telemetry/logging.h"
+#include "trust/certificate.h"
 
 namespace tessera::agent {
 
@@ -23,6 +24,9 @@ v1::AgentHello Agent::Hello() const {
     hello.set_host_secret(identity_->host_secret());
   } else {
     hello.set_join_token(options_.join_token);
+    if (!join_key_.empty()) {
+      if (auto request = trust::MakeRequest(join_key_); request.ok()) hello.set_certificate_request(*request);
+    }
   }
   hello.set_advertise_address(options_.advertise_address);
   hello.set_metrics_port(metrics_server_->port());
@@ -49,6 +53,8 @@ void Agent::OnAdmitted(const v1::Admitted& admitted) {
     spdlog::error("cannot keep what the control plane gave: {}", std::string(status.message()));
     return Finish(1);
   }
+  // With the certificate that just came: calls without it are not let in.
+  if (!admitted.certificate().empty()) return session_->Redial();
   metrics_.SetConnected(true);
   notify_.Ready();
   WriteReadyFile();
@@ -69,6 +75,11 @@ absl::Status Agent::KeepIdentity(const v1::Admitted& admitted) {
   identity.set_host_id(admitted.host_id());
   identity.set_host_name(admitted.host_name());
   if (!admitted.host_secret().empty()) identity.set_host_secret(admitted.host_secret());
+  if (!admitted.certificate().empty()) {
+    identity.set_certificate(admitted.certificate());
+    identity.set_authority(admitted.authority());
+    identity.set_key(join_key_);
+  }
   if (identity.host_id().empty() || identity.host_secret().empty()) {
     return absl::InvalidArgumentError("admitted: host_id or host_secret is empty");
   }

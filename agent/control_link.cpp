@@ -15,15 +15,14 @@
 namespace tessera::agent {
 namespace {
 
-std::shared_ptr<grpc::Channel> NewChannel(const std::string& address) {
+grpc::ChannelArguments Arguments() {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);  // else a failed attempt's waiting time is inherited
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTime_ms);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return arguments;
 }
 
 template <class Message>
@@ -122,8 +121,8 @@ class StateUpload final : public grpc::ClientWriteReactor<v1::UploadCheckpointRe
 // open until we say that none will be. So the hold is given back when reading is over and no write is under way.
 class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::AgentMessage, v1::ControlMessage> {
  public:
-  Stream(const std::string& address, Callbacks callbacks)
-      : stub_(v1::AgentLinkService::NewStub(NewChannel(address))), callbacks_(std::move(callbacks)) {}
+  Stream(const std::shared_ptr<grpc::Channel>& channel, Callbacks callbacks)
+      : stub_(v1::AgentLinkService::NewStub(channel)), callbacks_(std::move(callbacks)) {}
 
   void Begin(std::shared_ptr<Stream> self, const v1::AgentHello& hello) {
     self_ = std::move(self);
@@ -279,9 +278,12 @@ class Stream final : public ControlLink, public grpc::ClientBidiReactor<v1::Agen
 
 }  // namespace
 
-std::shared_ptr<ControlLink> ControlLink::Dial(const std::string& address, const v1::AgentHello& hello,
-                                               Callbacks callbacks) {
-  auto stream = std::make_shared<Stream>(address, std::move(callbacks));
+absl::StatusOr<std::shared_ptr<ControlLink>> ControlLink::Dial(const std::string& address,
+                                                               const trust::Credentials& credentials,
+                                                               const v1::AgentHello& hello, Callbacks callbacks) {
+  const auto channel = trust::Dial(address, credentials, Arguments());
+  if (!channel.ok()) return channel.status();
+  auto stream = std::make_shared<Stream>(*channel, std::move(callbacks));
   stream->Begin(stream, hello);
   return stream;
 }

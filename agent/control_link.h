@@ -1,9 +1,9 @@
 // ControlLink: one stream to the control plane, from dialling to its end.
 //
-//   auto link = ControlLink::Dial("10.0.0.1:7700", hello, {.on_message = ..., .on_closed = ...});
-//   link->Send(heartbeat);
-//   link->Close();  // messages sent before still go out; on_closed follows when the control plane has ended the stream
-//   too
+//   auto link = ControlLink::Dial("10.0.0.1:7700", credentials, hello, {.on_message = ..., .on_closed = ...});
+//   (*link)->Send(heartbeat);
+//   (*link)->Close();  // messages sent before still go out; on_closed follows when the control plane has ended the
+//   stream too
 //
 // It keeps itself alive until `on_closed`, which comes exactly once and last. Each link dials anew, so none of gRPC's
 // own waiting between attempts is in the way. What waits to be sent never holds two heartbeats, nor two reports of one
@@ -20,6 +20,7 @@
 #include "agent/agent_state.pb.h"
 #include "agent/content.h"
 #include "tessera/v1/agent_link.pb.h"
+#include "trust/dial.h"
 
 namespace tessera::agent {
 
@@ -29,8 +30,10 @@ class ControlLink {
     std::function<void(v1::ControlMessage)> on_message;
     std::function<void(absl::Status)> on_closed;  // OK: the control plane ended the stream
   };
-  static std::shared_ptr<ControlLink> Dial(const std::string& address, const v1::AgentHello& hello,
-                                           Callbacks callbacks);
+  // Errors: those of trust::Dial; nothing was begun then.
+  static absl::StatusOr<std::shared_ptr<ControlLink>> Dial(const std::string& address,
+                                                           const trust::Credentials& credentials,
+                                                           const v1::AgentHello& hello, Callbacks callbacks);
   virtual ~ControlLink() = default;
 
   virtual void Send(v1::AgentMessage message) = 0;

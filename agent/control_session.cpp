@@ -50,8 +50,19 @@ void ControlSession::Dial() {
   callbacks.on_closed = [relay](const absl::Status& status) {
     relay([status](ControlSession& session) { session.OnClosed(status); });
   };
-  link_ = ControlLink::Dial(address_, callbacks_.hello(), std::move(callbacks));
+  auto link = ControlLink::Dial(address_, callbacks_.credentials(), callbacks_.hello(), std::move(callbacks));
+  if (!link.ok()) {
+    return relay([status = link.status()](ControlSession& session) { session.OnClosed(status); });
+  }
+  link_ = *std::move(link);
   SetTimer(Clock::now() + kAdmissionTimeout, [this] { link_->Cancel(); });
+}
+
+void ControlSession::Redial() {
+  if (link_) link_->Cancel();
+  link_.reset();
+  admitted_link_.reset();
+  Dial();  // what the old link still says is not heard
 }
 
 void ControlSession::Send(v1::AgentMessage message) {

@@ -22,6 +22,7 @@ class ControlSession {
  public:
   struct Callbacks {
     std::function<v1::AgentHello()> hello;
+    std::function<trust::Credentials()> credentials;  // for each dial
     std::function<v1::AgentHeartbeat()> heartbeat;
     std::function<void(const v1::Admitted&)> on_admitted;
     std::function<void(const v1::DesiredSet&)> on_desired;
@@ -33,6 +34,8 @@ class ControlSession {
   ~ControlSession();
 
   void Start() { Dial(); }
+  // The link ends, and a new one begins with the credentials and the hello of now.
+  void Redial();
   // Dropped unless admitted: whatever counts is sent again on admission.
   void Send(v1::AgentMessage message);
   // The link while admitted, else null.

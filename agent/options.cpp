@@ -15,6 +15,7 @@
 #include "host/program_folder.h"
 #include "host/renamed_options.h"
 #include "host/socket_address.h"
+#include "trust/control_address.h"
 
 namespace tessera::agent {
 namespace {
@@ -23,7 +24,8 @@ constexpr char kTokenEnvironment[] = "TESSERA_JOIN_TOKEN";
 constexpr std::uint32_t kMaxCapacity = 10'000;
 
 struct AgentFlags {
-  std::string control = "127.0.0.1:7700", join_token, join_token_file, state_dir = "/var/lib/tessera/agent";
+  std::string control = "unix:" + trust::DefaultControlSocket(), join_token, join_token_file,
+              state_dir = "/var/lib/tessera/agent";
   std::string advertise = "127.0.0.1", bind, metrics = "127.0.0.1:7702", region_binary, ready_file, log_level;
   std::string ports = "7800-8799";
   std::uint32_t capacity = 0;
@@ -32,9 +34,10 @@ struct AgentFlags {
 
 void Declare(CLI::App& app, AgentFlags& f) {
   app.set_version_flag("--version", "tessera-agent " TESSERA_VERSION);
-  app.add_option("--control", f.control, "the control plane, HOST:PORT")
-      ->envname("TESSERA_CONTROL")
-      ->capture_default_str();
+  app.add_option(
+         "--control", f.control,
+         "the control plane: unix:PATH, or HOST:PORT, which is TLS; default the socket of this user's `tessera up`")
+      ->envname("TESSERA_CONTROL");
   auto* token =
       app.add_option("--join-token", f.join_token,
                      "from `tessera host add`; the first time only. Others on this machine see it here: better "
@@ -79,8 +82,8 @@ absl::Status CheckAddresses(const AgentFlags& f, AgentOptions& options) {
   if (inet_pton(AF_INET, options.bind_address.c_str(), &ignored) != 1) {
     return absl::InvalidArgumentError(absl::StrCat("--bind-address \"", f.bind, "\" is not an IPv4 address"));
   }
-  if (auto control = ParseAddress("--control", f.control, host::PortRule::kFrom1); !control.ok()) {
-    return control.status();
+  if (auto control = trust::ParseControlAddress(f.control, host::PortRule::kFrom1); !control.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("--control ", control.status().message()));
   }
   options.control = f.control;
   auto metrics = ParseAddress("--metrics-listen", f.metrics, host::PortRule::kFrom0);

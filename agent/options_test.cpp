@@ -9,6 +9,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "trust/control_address.h"
 
 namespace tessera::agent {
 namespace {
@@ -25,7 +26,7 @@ absl::StatusOr<AgentOptions> Parse(std::vector<std::string> flags) {
 
 TEST(OptionsTest, DefaultsFitOneMachine) {
   const AgentOptions options = Parse({}).value();
-  EXPECT_EQ(options.control, "127.0.0.1:7700");
+  EXPECT_EQ(options.control, "unix:" + trust::DefaultControlSocket());
   EXPECT_EQ(options.bind_address, "127.0.0.1");
   EXPECT_EQ(options.metrics_port, 7702);
   EXPECT_EQ(options.ports.ToString(), "7800-8799");

@@ -10,6 +10,7 @@
 #include "cli/checks.h"
 #include "cli/client_view.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/signals.h"
 #include "host/files.h"
 #include "local_cluster/bot.h"
@@ -89,7 +90,7 @@ void Play(const Globals& globals, const ClientOptions& options) {
 void Run(const Globals& globals, const ClientOptions& options) {
   if (!options.play_file.empty()) return Play(globals, options);
   const bool has_file = !options.player_file.empty();
-  auto joined = local::Bot::Join(globals.control, options.instance, options.name, options.seed,
+  auto joined = local::Bot::Join(ControlOf(globals), options.instance, options.name, options.seed,
                                  has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>());
   Check("client: ", joined.status());
   local::Bot& bot = **joined;

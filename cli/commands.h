@@ -10,6 +10,7 @@ class App;
 
 namespace tessera::cli {
 
+void AddAccessCommands(CLI::App& app, Globals& globals);
 void AddHostCommands(CLI::App& app, Globals& globals);
 void AddInstanceCommands(CLI::App& app, Globals& globals);
 // To `tessera instance`.

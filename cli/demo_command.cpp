@@ -157,7 +157,7 @@ void Demo(const DemoOptions& options) {
     running = run.Frame();
     if (!options.json) table.Show(Block(run, options.seconds));
   }
-  const std::string reason = running ? "" : fmt::format("the world ended by itself: {}", run.Latest().reason());
+  const std::string reason = running ? "" : fmt::format("the world ended by itself: {}", run.WhyOver());
   auto clients = nlohmann::ordered_json::array();
   for (local::Bot* bot : run.bots()) clients.push_back(ClientJson(*bot));
   if (!running) throw local::CommandError(reason);

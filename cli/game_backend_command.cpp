@@ -17,6 +17,7 @@
 #include "absl/strings/strip.h"
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/signals.h"
 #include "core/world/proto_math.h"
 #include "local_cluster/connection.h"
@@ -144,7 +145,7 @@ class EventReader {
 
 void WatchEvents(const Globals& globals, const BackendOptions& options) {
   StopSignal stop;
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   EventReader(globals, connection, options).Run(stop);
 }
 
@@ -199,7 +200,7 @@ std::string NewRequestId() {
 }
 
 void Send(const Globals& globals, const BackendOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::SendToGameRequest request;
   request.set_id(options.id);
   request.set_request_id(options.request_id.empty() ? NewRequestId() : options.request_id);

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/signals.h"
 #include "local_cluster/connection.h"
@@ -50,7 +51,7 @@ bool HasEnded(local::Connection& connection, const std::string& id) {
 
 void ShowLog(const Globals& globals, const LogOptions& options) {
   StopSignal stop;
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::ListGameLinesRequest request;
   request.set_id(options.id);
   SeenLines seen;

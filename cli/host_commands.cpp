@@ -8,6 +8,7 @@
 
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/table.h"
 #include "local_cluster/connection.h"
 
@@ -20,6 +21,12 @@ struct HostOptions {
   bool undo = false;
   double token_hours = 24;
 };
+
+// Whoever speaks over the socket does not know at which address other machines reach the control plane.
+std::string AddressForHosts(const Globals& globals) {
+  std::string address = ControlOf(globals).address;
+  return address.starts_with("unix:") ? "<HOST:PORT of the control plane>" : address;
+}
 
 std::string StateOf(const v1::Host& host) { return ShortName(v1::HostState_Name(host.state()), "HOST_STATE_"); }
 
@@ -36,7 +43,7 @@ TableRow HostRow(const v1::Host& host) {
 const TableRow kHostHeader{"NAME", "STATE", "REGIONS", "CAPACITY", "ADDRESS", "VERSION", "AGE"};
 
 void Add(const Globals& globals, const HostOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::AddHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
@@ -48,12 +55,12 @@ void Add(const Globals& globals, const HostOptions& options) {
               << fmt::format(
                      "on that machine: TESSERA_JOIN_TOKEN=<token> tessera-agent --control {} --advertise-address <its "
                      "address>\n",
-                     globals.control);
+                     AddressForHosts(globals));
   }
 }
 
 void ListHosts(const Globals& globals) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::ListHostsResponse all;
   v1::ListHostsRequest request;
   do {
@@ -79,7 +86,7 @@ void ListHosts(const Globals& globals) {
 }
 
 void Describe(const Globals& globals, const HostOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::GetHostRequest request;
   request.set_name(options.name);
   const auto response = connection.Call("host describe", connection.hosts(), &v1::HostService::Stub::GetHost, request);
@@ -100,7 +107,7 @@ void Describe(const Globals& globals, const HostOptions& options) {
 }
 
 void Drain(const Globals& globals, const HostOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::DrainHostRequest request;
   request.set_name(options.name);
   request.set_undo(options.undo);
@@ -111,7 +118,7 @@ void Drain(const Globals& globals, const HostOptions& options) {
 }
 
 void Remove(const Globals& globals, const HostOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::RemoveHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);

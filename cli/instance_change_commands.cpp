@@ -12,6 +12,7 @@
 #include "absl/strings/str_split.h"
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
 #include "core/world/proto_math.h"
@@ -50,7 +51,7 @@ void WaitUntilSettled(local::Connection& connection, const ChangeOptions& option
 }
 
 void Scale(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::ScaleInstanceRequest request;
   request.set_id(options.id);
   request.set_regions(options.regions);
@@ -75,7 +76,7 @@ bool AllReplaced(const v1::Instance& before, const v1::Instance& now) {
 }
 
 void RestartWorkers(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::RestartWorkersRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
@@ -141,7 +142,7 @@ v1::Property ReadProperty(const v1::Instance& instance, const std::string& name,
 }
 
 void SetProperty(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   const v1::Instance instance = GetInstance(connection, "instance set-property", options.id);
   v1::SetPropertyRequest request;
   request.set_id(options.id);
@@ -155,7 +156,7 @@ void SetProperty(const Globals& globals, const ChangeOptions& options) {
 }
 
 void Checkpoint(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::CheckpointInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
@@ -167,7 +168,7 @@ void Checkpoint(const Globals& globals, const ChangeOptions& options) {
 }
 
 void Checkpoints(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::ListCheckpointsRequest request;
   request.set_id(options.id);
   const auto response = connection.Call("instance checkpoints", connection.instances(),
@@ -192,7 +193,7 @@ void Checkpoints(const Globals& globals, const ChangeOptions& options) {
 }
 
 void Restore(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::RestoreInstanceRequest request;
   request.set_id(options.id);
   request.set_tick(options.tick);
@@ -206,7 +207,7 @@ void Restore(const Globals& globals, const ChangeOptions& options) {
 }
 
 void Export(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   local::ExportCheckpoint(connection, options.id, options.tick, options.file, Patience(options));
   v1::Checkpoint checkpoint;
   checkpoint.set_tick(options.tick);
@@ -214,7 +215,7 @@ void Export(const Globals& globals, const ChangeOptions& options) {
 }
 
 void Import(const Globals& globals, const ChangeOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   const v1::Instance made = local::ImportCheckpoint(
       connection, options.file,
       {.request_id = options.request_id, .validate_only = options.dry_run, .timeout = Patience(options)});

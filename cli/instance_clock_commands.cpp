@@ -7,6 +7,7 @@
 
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
@@ -41,7 +42,7 @@ std::uint64_t TickOf(const v1::Instance& instance) {
 }
 
 void Pause(const Globals& globals, const ClockOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::PauseInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
@@ -57,7 +58,7 @@ void Pause(const Globals& globals, const ClockOptions& options) {
 }
 
 void Resume(const Globals& globals, const ClockOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::ResumeInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);
@@ -75,7 +76,7 @@ void Resume(const Globals& globals, const ClockOptions& options) {
 }
 
 void Pace(const Globals& globals, const ClockOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::SetPaceRequest request;
   request.set_id(options.id);
   request.set_ticks_per_second(options.ticks_per_second);
@@ -91,7 +92,7 @@ void Pace(const Globals& globals, const ClockOptions& options) {
 }
 
 void SetGame(const Globals& globals, const ClockOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::SetGameRequest request;
   request.set_id(options.id);
   *request.mutable_game() = local::LoadGame(options.file);

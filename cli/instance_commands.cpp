@@ -9,6 +9,7 @@
 
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
 #include "local_cluster/connection.h"
@@ -69,7 +70,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
 }
 
 void Create(const Globals& globals, const InstanceOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   const v1::CreateInstanceRequest request = RequestOf(options);
   auto response =
       connection.Call("instance create", connection.instances(), &v1::InstanceService::Stub::CreateInstance, request);
@@ -88,7 +89,7 @@ void Create(const Globals& globals, const InstanceOptions& options) {
 }
 
 void ListInstances(const Globals& globals) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   const std::vector<v1::Instance> all = local::ListInstances(connection);
   if (globals.format == Format::kJson) {
     v1::ListInstancesResponse answer;
@@ -115,13 +116,13 @@ void ListInstances(const Globals& globals) {
 }
 
 void Describe(const Globals& globals, const InstanceOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   const v1::Instance instance = GetInstance(connection, "instance describe", options.id);
   std::cout << (globals.format == Format::kJson ? ToJson(instance) : DescribeInstance(instance));
 }
 
 void Watch(const Globals& globals, const InstanceOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::WatchInstanceRequest request;
   request.set_id(options.id);
   grpc::ClientContext context;
@@ -138,7 +139,7 @@ void Watch(const Globals& globals, const InstanceOptions& options) {
 }
 
 void Delete(const Globals& globals, const InstanceOptions& options) {
-  local::Connection connection(globals.control);
+  local::Connection connection = Connect(globals);
   v1::DeleteInstanceRequest request;
   request.set_id(options.id);
   request.set_validate_only(options.dry_run);

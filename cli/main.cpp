@@ -28,16 +28,19 @@ int Main(int argc, char** argv) {
   app.require_subcommand(1);
   app.fallthrough();
   app.option_defaults()->always_capture_default(false);
-  app.add_option("--control", globals.control, "Address of the control plane")
+  app.add_option("--control", globals.control,
+                 "The control plane: unix:PATH, HOST:PORT of a context or HOST:PORT#FINGERPRINT (default: the context "
+                 "in use, else the socket of this user's 'tessera up')")
       ->envname("TESSERA_CONTROL")
-      ->capture_default_str()
-      ->type_name("HOST:PORT");
+      ->type_name("ADDRESS");
+  app.add_option("--context", globals.context, "A cluster that 'tessera context list' shows")->type_name("NAME");
   const std::map<std::string, Format> formats{
       {"table", Format::kTable}, {"wide", Format::kWide}, {"json", Format::kJson}, {"name", Format::kName}};
   app.add_option("-o,--output", globals.format, "Form of the answer: table, wide, json or name")
       ->transform(CLI::CheckedTransformer(formats))
       ->type_name("FORM");
   AddUpCommand(app, globals);
+  AddAccessCommands(app, globals);
   AddHostCommands(app, globals);
   AddInstanceCommands(app, globals);
   AddSceneCommands(app, globals);

@@ -12,7 +12,7 @@ enum class Format { kTable, kWide, kJson, kName };
 
 // The options before the command, e.g. `tessera --control 10.0.0.1:7700 -o json host list`.
 struct Globals {
-  std::string control = "127.0.0.1:7700";
+  std::string control, context;  // empty: see ControlOf
   Format format = Format::kTable;
 };
 

@@ -8,6 +8,7 @@
 
 #include "cli/checks.h"
 #include "cli/commands.h"
+#include "cli/contexts.h"
 #include "cli/signals.h"
 #include "cli/table.h"
 #include "local_cluster/command_error.h"
@@ -85,7 +86,7 @@ nlohmann::ordered_json Json(const local::SwarmReport& report) {
 void Run(const Globals& globals, const SwarmCommand& command) {
   StopSignal stop;
   const bool tables = globals.format == Format::kTable || globals.format == Format::kWide;
-  local::Swarm swarm({.control_address = globals.control,
+  local::Swarm swarm({.control = ControlOf(globals),
                       .instance_id = command.instance,
                       .name = command.name,
                       .players = command.players,

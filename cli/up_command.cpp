@@ -19,13 +19,14 @@
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_state.h"
 #include "local_cluster/local_cluster.h"
+#include "trust/control_address.h"
 
 namespace tessera::cli {
 namespace {
 
 struct UpOptions {
   std::string state_dir;
-  std::string listen = "127.0.0.1:7700";
+  std::string socket, listen, players_listen;
   std::string metrics_listen = "127.0.0.1:7701";
   std::string page_listen = "127.0.0.1:7710";
   std::uint32_t hosts = 1;
@@ -98,7 +99,9 @@ void Up(const Globals& globals, const UpOptions& options) {
   StopSignal stop;
   local::LocalClusterOptions cluster_options{
       .state_dir = options.state_dir.empty() ? DefaultStateDir() : options.state_dir,
+      .socket = options.socket.empty() ? trust::DefaultControlSocket() : options.socket,
       .listen = options.listen,
+      .players_listen = options.players_listen,
       .metrics_listen = options.metrics_listen,
       .hosts = options.hosts,
       .capacity = options.capacity,
@@ -112,6 +115,8 @@ void Up(const Globals& globals, const UpOptions& options) {
   if (globals.format == Format::kJson) {
     std::cout << nlohmann::ordered_json{{"page", fmt::format("http://{}/", cluster.page_address())},
                                         {"control", cluster.control_address()},
+                                        {"operators", cluster.operators_address()},
+                                        {"players", cluster.players_address()},
                                         {"http", cluster.http_address()},
                                         {"hosts", options.hosts},
                                         {"logs", cluster.log_dir()},
@@ -123,9 +128,9 @@ void Up(const Globals& globals, const UpOptions& options) {
         << fmt::format(
                "page: http://{}/\ncontrol plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs         "
                "  {}\n\n"
-               "Try: tessera --control {} instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
+               "Try: tessera {}instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
                cluster.page_address(), cluster.control_address(), cluster.http_address(), options.hosts,
-               cluster.log_dir(), cluster.control_address())
+               cluster.log_dir(), options.socket.empty() ? "" : "--control " + cluster.control_address() + " ")
         << std::flush;
   }
   while (!stop.Wait(std::chrono::milliseconds(200))) {
@@ -142,7 +147,10 @@ void Up(const Globals& globals, const UpOptions& options) {
 void AddUpCommand(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<UpOptions>();
   CLI::App* up = app.add_subcommand("up", "Run a cluster on this machine until Ctrl-C");
-  up->add_option("--listen", options->listen, "gRPC address of the control plane")->capture_default_str();
+  up->add_option("--socket", options->socket,
+                 "Path of the control plane's socket (default: where commands of this user look for it)");
+  up->add_option("--listen", options->listen, "Address for operators and agents elsewhere, by TLS (default: none)");
+  up->add_option("--players-listen", options->players_listen, "Address for players elsewhere, by TLS (default: none)");
   up->add_option("--metrics-listen", options->metrics_listen,
                  "HTTP address of the control plane: /metrics, /healthz, /sd/prometheus")
       ->capture_default_str();

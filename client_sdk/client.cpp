@@ -37,14 +37,16 @@ Client::Impl::Impl(const JoinOptions& options_in, Session session_in, std::uniqu
 }
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Join(const JoinOptions& options) {
-  absl::StatusOr<Session> session = JoinInstance(options.control_address, options.instance_id, options.player_name,
-                                                 options.returning, options.watch, options.deadline);
+  absl::StatusOr<Session> session =
+      JoinInstance({options.control_address, options.credentials}, options.instance_id, options.player_name,
+                   options.returning, options.watch, options.deadline);
   if (!session.ok()) return session.status();
   const std::size_t peers = std::min(2 * session->regions.size() + kSpareConnections, kMaxConnections);
   auto endpoint = net::Endpoint::Create({.bind_address = options.bind_address, .max_peers = peers});
   if (!endpoint.ok()) {
     if (options.returning.empty() && !options.watch) {
-      (void)LeaveInstance(options.control_address, options.instance_id, session->credentials, options.deadline);
+      (void)LeaveInstance({options.control_address, options.credentials}, options.instance_id, session->credentials,
+                          options.deadline);
     }
     return endpoint.status();
   }
@@ -110,8 +112,8 @@ absl::Status Client::Leave(std::chrono::milliseconds deadline) {
     (void)impl_->EndRecording();
     return absl::OkStatus();
   }
-  const absl::Status status =
-      LeaveInstance(impl_->options.control_address, impl_->options.instance_id, impl_->session.credentials, deadline);
+  const absl::Status status = LeaveInstance({impl_->options.control_address, impl_->options.credentials},
+                                            impl_->options.instance_id, impl_->session.credentials, deadline);
   impl_->End(absl::OkStatus(), "left");
   (void)impl_->EndRecording();  // a caller who wants the status has called StopRecording
   impl_->network.Flush();

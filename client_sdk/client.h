@@ -36,6 +36,7 @@
 #include "core/world/partition_map.h"
 #include "core/world/properties.h"
 #include "core/world/scene.h"
+#include "trust/credentials.h"
 
 namespace tessera::client {
 
@@ -43,7 +44,7 @@ using Clock = std::chrono::steady_clock;
 using TimePoint = Clock::time_point;
 
 struct JoinOptions {
-  std::string control_address;  // host:port
+  std::string control_address;  // unix:PATH, or HOST:PORT#FINGERPRINT; see trust/control_address.h
   std::string instance_id;
   std::string player_name;  // shown to others; at most 32 bytes of UTF-8 without control characters
   // Client::return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
@@ -61,6 +62,7 @@ struct JoinOptions {
   // no body and no return token, nobody knows of it, and a lazy instance does not start for it. For programs that show
   // a world or record it; a region serves few of them.
   bool watch = false;
+  trust::Credentials credentials{};  // for a door that asks for them; players need none
 };
 
 enum class ClientState : std::uint8_t {

@@ -1,10 +1,9 @@
-// Test double of an instance: a control plane's SessionService on a loopback port, and regions that speak the real
+// Test double of an instance: a control plane's SessionService on a Unix socket, and regions that speak the real
 // protocol over real sockets but whose worlds the test moves by hand.
 #pragma once
 
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
-#include <atomic>
 
 #include <atomic>
 #include <map>
@@ -20,6 +19,7 @@
 #include "core/world/partition_io.h"
 #include "core/world/scene_load.h"
 #include "core/world/viewer_number.h"
+#include "host/temporary_folder.h"
 #include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "tessera/v1/game.pb.h"
@@ -292,12 +292,11 @@ class FakeInstance : public v1::SessionService::Service {
       regions.push_back(std::make_unique<FakeRegion>(RegionId(i), *scene, map, key_, kId));
     }
     grpc::ServerBuilder builder;
-    int port = 0;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    address = "unix:" + folder_.path() + "/control.sock";
+    builder.AddListeningPort(address, grpc::InsecureServerCredentials());
     builder.RegisterService(this);
     builder.RegisterService(&list);
     server_ = builder.BuildAndStart();
-    address = "127.0.0.1:" + std::to_string(port);
   }
   ~FakeInstance() override { server_->Shutdown(); }
 
@@ -398,6 +397,7 @@ class FakeInstance : public v1::SessionService::Service {
   net::InstanceKey key_ = net::MakeInstanceKey();
   std::string scene_bytes_, scene_hash_;
   std::uint32_t players_ = 0;
+  host::TemporaryFolder folder_;  // of the socket
   std::unique_ptr<grpc::Server> server_;
 };
 

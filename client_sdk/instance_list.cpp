@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/instance.grpc.pb.h"
+#include "trust/dial.h"
 
 namespace tessera::client {
 namespace {
@@ -44,8 +45,9 @@ void AddNames(v1::InstanceService::Stub& stub, std::chrono::system_clock::time_p
 
 absl::StatusOr<std::vector<ListedInstance>> ListInstances(const std::string& control_address,
                                                           std::chrono::milliseconds deadline) {
-  const auto stub =
-      v1::InstanceService::NewStub(grpc::CreateChannel(control_address, grpc::InsecureChannelCredentials()));
+  const auto channel = trust::Dial(control_address);
+  if (!channel.ok()) return channel.status();
+  const auto stub = v1::InstanceService::NewStub(*channel);
   const auto until = std::chrono::system_clock::now() + deadline;
   std::vector<ListedInstance> listed;
   std::string page;

@@ -11,6 +11,7 @@
 #include "core/world/scene_load.h"
 #include "core/world/viewer_number.h"
 #include "tessera/v1/session.grpc.pb.h"
+#include "trust/dial.h"
 
 namespace tessera::client {
 namespace {
@@ -36,10 +37,13 @@ SceneCache& Scenes() {
   return cache;
 }
 
-std::unique_ptr<Stub> Dial(const std::string& address) {
+absl::StatusOr<std::unique_ptr<Stub>> DialSessions(const std::string& address, const trust::Credentials& credentials) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(static_cast<int>(kMaxSceneBytes));
-  return v1::SessionService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+  const auto channel = trust::Dial(address, credentials, arguments);
+  if (!channel.ok())
+    return absl::Status(channel.status().code(), absl::StrCat("control plane at ", channel.status().message()));
+  return v1::SessionService::NewStub(*channel);
 }
 
 // gRPC's codes are Abseil's.
@@ -119,11 +123,14 @@ std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials) {
   return both;
 }
 
-absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
+absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
                                      bool watch, std::chrono::milliseconds deadline) {
   const Deadline until = std::chrono::system_clock::now() + deadline;
-  const std::unique_ptr<Stub> stub = Dial(control_address);
+  const std::string& control_address = control.address;
+  const auto dialled = DialSessions(control_address, control.credentials);
+  if (!dialled.ok()) return dialled.status();
+  Stub* stub = dialled->get();
   grpc::ClientContext context;
   context.set_deadline(until);
   v1::JoinInstanceRequest request;
@@ -170,9 +177,10 @@ absl::StatusOr<Session> JoinInstance(const std::string& control_address, const s
   return session;
 }
 
-absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
+absl::Status LeaveInstance(const trust::ControlPoint& control, const std::string& instance_id,
                            const net::Credentials& credentials, std::chrono::milliseconds deadline) {
-  const std::unique_ptr<Stub> stub = Dial(control_address);
+  const auto dialled = DialSessions(control.address, control.credentials);
+  if (!dialled.ok()) return dialled.status();
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + deadline);
   v1::LeaveInstanceRequest request;
@@ -180,8 +188,8 @@ absl::Status LeaveInstance(const std::string& control_address, const std::string
   request.set_connect_token(credentials.token.data(), credentials.token.size());
   request.set_session_key(credentials.key.data(), credentials.key.size());
   v1::LeaveInstanceResponse response;
-  const grpc::Status status = stub->LeaveInstance(&context, request, &response);
-  return status.ok() ? absl::OkStatus() : ToStatus(status, control_address, instance_id);
+  const grpc::Status status = (*dialled)->LeaveInstance(&context, request, &response);
+  return status.ok() ? absl::OkStatus() : ToStatus(status, control.address, instance_id);
 }
 
 }  // namespace tessera::client

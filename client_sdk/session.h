@@ -14,6 +14,7 @@
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
 #include "net/connect_token.h"
+#include "trust/credentials.h"
 
 namespace tessera::client {
 
@@ -44,10 +45,10 @@ inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxTokenBytes + net::k
 
 // A scene that this process has had before, by its hash, is not fetched again. `returning`: a return token that the
 // player had before, to come back as the same one; empty for a new one. `watch`: as a viewer.
-absl::StatusOr<Session> JoinInstance(const std::string& control_address, const std::string& instance_id,
+absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const std::string& instance_id,
                                      const std::string& player_name, std::span<const std::uint8_t> returning,
                                      bool watch, std::chrono::milliseconds deadline);
-absl::Status LeaveInstance(const std::string& control_address, const std::string& instance_id,
+absl::Status LeaveInstance(const trust::ControlPoint& control, const std::string& instance_id,
                            const net::Credentials& credentials, std::chrono::milliseconds deadline);
 
 }  // namespace tessera::client

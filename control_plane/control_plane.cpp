@@ -310,6 +310,7 @@ absl::StatusOr<std::shared_ptr<ControlPlane::AgentStream>> ControlPlane::Attach(
   auto stream = std::make_shared<AgentStream>();
   stream->id = admission->stream;
   stream->admitted = admission->admitted;
+  stream->certificate_serial = admission->serial;
   stream->cancel = std::move(cancel);
   streams_[stream->id] = stream;
   Publish();

@@ -28,7 +28,8 @@ class ControlPlane {
   struct AgentStream {
     StreamId id = 0;
     v1::Admitted admitted;
-    std::function<void()> cancel;  // ends the stream's reading
+    std::string certificate_serial;  // of the certificate that is to be made; empty: none
+    std::function<void()> cancel;    // ends the stream's reading
     std::condition_variable wake;
     bool desired = false;
     std::deque<v1::LeaseRenewal> leases;

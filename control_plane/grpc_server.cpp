@@ -6,12 +6,18 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
 
+#include <utility>
+#include <vector>
+
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
+#include "control_plane/doors.h"
+#include "control_plane/hello_deadlines.h"
 #include "control_plane/one_line.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
+#include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -27,6 +33,10 @@ using telemetry::LogValue;
 constexpr int kKeepaliveTimeMs = 10'000, kKeepaliveTimeoutMs = 5'000, kMinPingIntervalMs = 1'000;
 // How long calls under way, and clients that do not close, may delay the end.
 constexpr std::chrono::milliseconds kShutdownPatience{500};
+constexpr char kSocketPrefix[] = "unix:";
+// An agent says who it is at once; whoever says nothing holds a thread.
+constexpr std::chrono::seconds kHelloPatience{10};
+constexpr std::size_t kMaxSilentStreams = 64;
 
 grpc::Status ToGrpc(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
@@ -37,7 +47,8 @@ enum class CallKind { kRead, kCommand };
 // Answers unary calls: it times them, logs a line and converts the status.
 class Answerer {
  public:
-  Answerer(ControlPlane& plane, ControlMetrics& metrics) : plane_(plane), metrics_(metrics) {}
+  Answerer(ControlPlane& plane, ControlMetrics& metrics, Door door, const Authority* authority)
+      : plane_(plane), metrics_(metrics), door_(door), authority_(authority) {}
 
  protected:
   // `call() -> absl::Status`. `subject` is logged: a name or an id, never a secret.
@@ -49,9 +60,9 @@ class Answerer {
     const auto took = std::chrono::steady_clock::now() - begun;
     metrics_.ObserveRpc(method, took);
     const auto level = kind == CallKind::kCommand ? spdlog::level::info : spdlog::level::debug;
-    spdlog::log(level, "rpc method={} from={} subject={} result={} ms={:.1f}{}", method, context->peer(),
-                LogValue(OneLine(subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
-                std::chrono::duration<double, std::milli>(took).count(),
+    spdlog::log(level, "rpc method={} who={} from={} subject={} result={} ms={:.1f}{}", method,
+                CallerOf(*context).Name(), context->peer(), LogValue(OneLine(subject, kMaxNameBytes)),
+                absl::StatusCodeToString(status.code()), std::chrono::duration<double, std::milli>(took).count(),
                 status.ok() ? "" : " error=" + LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)));
     return ToGrpc(status);
   }
@@ -63,8 +74,12 @@ class Answerer {
     return absl::OkStatus();
   }
 
+  Caller CallerOf(const grpc::ServerContext& context) const { return control::CallerOf(context, door_, plane_); }
+
   ControlPlane& plane_;
   ControlMetrics& metrics_;
+  const Door door_;
+  const Authority* authority_;  // null: no door needs one
 };
 
 template <class Response>
@@ -94,6 +109,43 @@ absl::Status ReadPieces(grpc::ServerReader<Request>& reader, Request& first, std
   return absl::OkStatus();
 }
 
+class AccessServiceImpl final : public v1::AccessService::Service, Answerer {
+ public:
+  using Answerer::Answerer;
+
+  grpc::Status CreateToken(grpc::ServerContext* context, const v1::CreateTokenRequest* request,
+                           v1::CreateTokenResponse* response) override {
+    const std::string subject = absl::StrCat(request->name(), " as ", v1::Role_Name(request->role()));
+    return Answer(context, "AccessService/CreateToken", CallKind::kCommand, subject, [&] {
+      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.CreateToken(now, *request); }), response);
+    });
+  }
+  grpc::Status ListTokens(grpc::ServerContext* context, const v1::ListTokensRequest*,
+                          v1::ListTokensResponse* response) override {
+    return Answer(context, "AccessService/ListTokens", CallKind::kRead, "", [&] {
+      *response = plane_.Call([](Cluster& cluster, Now) { return cluster.tokens().List(); });
+      return absl::OkStatus();
+    });
+  }
+  grpc::Status RevokeToken(grpc::ServerContext* context, const v1::RevokeTokenRequest* request,
+                           v1::RevokeTokenResponse*) override {
+    return Answer(context, "AccessService/RevokeToken", CallKind::kCommand, request->name(),
+                  [&] { return plane_.Call([&](Cluster& cluster, Now) { return cluster.RevokeToken(*request); }); });
+  }
+  grpc::Status GetAuthority(grpc::ServerContext* context, const v1::GetAuthorityRequest*,
+                            v1::GetAuthorityResponse* response) override {
+    return Answer(context, "AccessService/GetAuthority", CallKind::kRead, "", [&]() -> absl::Status {
+      if (authority_ == nullptr) {
+        return absl::FailedPreconditionError(
+            "this control plane listens on a socket of its machine alone, and has no authority; give it --listen");
+      }
+      response->set_certificate(authority_->signer.certificate);
+      response->set_fingerprint(authority_->fingerprint);
+      return absl::OkStatus();
+    });
+  }
+};
+
 class HostServiceImpl final : public v1::HostService::Service, Answerer {
  public:
   using Answerer::Answerer;
@@ -101,7 +153,13 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   grpc::Status AddHost(grpc::ServerContext* context, const v1::AddHostRequest* request,
                        v1::AddHostResponse* response) override {
     return Answer(context, "HostService/AddHost", CallKind::kCommand, request->name(), [&] {
-      return Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, *request); }), response);
+      const absl::Status status =
+          Take(plane_.Call([&](Cluster& cluster, Now now) { return cluster.AddHost(now, *request); }), response);
+      // With it, the agent knows whom to give the token to.
+      if (authority_ != nullptr && !response->join_token().empty()) {
+        absl::StrAppend(response->mutable_join_token(), ".", authority_->fingerprint);
+      }
+      return status;
     });
   }
   grpc::Status ListHosts(grpc::ServerContext* context, const v1::ListHostsRequest* request,
@@ -299,6 +357,11 @@ class SessionServiceImpl final : public v1::SessionService::Service, Answerer {
   grpc::Status JoinInstance(grpc::ServerContext* context, const v1::JoinInstanceRequest* request,
                             v1::JoinInstanceResponse* response) override {
     return Answer(context, "SessionService/JoinInstance", CallKind::kCommand, request->instance_id(), [&] {
+      const Caller caller = CallerOf(*context);
+      if (caller.door == Door::kOperators && caller.role < v1::ROLE_OPERATOR && !request->viewer()) {
+        return absl::PermissionDeniedError(
+            absl::StrCat("viewer: token ", caller.token, " is a viewer's, which joins to watch and not to play"));
+      }
       const absl::Status status = Take(plane_.Join(*request, [context] { return context->IsCancelled(); }), response);
       metrics_.CountSession(status);
       return status;
@@ -323,7 +386,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
 
   grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
     v1::AgentMessage first;
-    if (!stream->Read(&first)) return ToGrpc(absl::CancelledError("no hello came"));
+    if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return ToGrpc(status);
     const absl::Status status = Serve(context, stream, first);
     spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
                  status.ok() ? "" : " error=" + LogValue(std::string(status.message())));
@@ -333,18 +396,14 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
                           v1::FetchSceneResponse* response) override {
     return Answer(
         context, "AgentLinkService/FetchScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
-          const absl::Status known = plane_.Call([&](Cluster& cluster, Now) {
-            return CheckHostSecret(cluster.state(), request->host_id(), request->host_secret());
-          });
+          const absl::Status known = CheckHost(*context, *request);
           return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
         });
   }
   grpc::Status FetchGame(grpc::ServerContext* context, const v1::FetchGameRequest* request,
                          v1::FetchGameResponse* response) override {
     return Answer(context, "AgentLinkService/FetchGame", CallKind::kRead, request->game_hash(), [&]() -> absl::Status {
-      const absl::Status known = plane_.Call([&](Cluster& cluster, Now) {
-        return CheckHostSecret(cluster.state(), request->host_id(), request->host_secret());
-      });
+      const absl::Status known = CheckHost(*context, *request);
       return known.ok() ? Take(plane_.GameBytes(request->game_hash()), response->mutable_game()) : known;
     });
   }
@@ -352,6 +411,7 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
                           grpc::ServerWriter<v1::FetchStateResponse>* writer) override {
     const std::string subject = absl::StrCat(request->instance_id(), "/", request->region(), " tick ", request->tick());
     return Answer(context, "AgentLinkService/FetchState", CallKind::kRead, subject, [&]() -> absl::Status {
+      if (absl::Status status = CheckHostOf(*context, request->host_id()); !status.ok()) return status;
       const auto bytes = plane_.StateFile(*request);
       if (!bytes.ok()) return bytes.status();
       return SendPieces(*bytes, *writer);
@@ -362,7 +422,8 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return Answer(context, "AgentLinkService/UploadCheckpoint", CallKind::kRead, "", [&]() -> absl::Status {
       v1::UploadCheckpointRequest first;
       std::string bytes;
-      const auto wanted = [this](const v1::UploadCheckpointRequest& request) {
+      const auto wanted = [&](const v1::UploadCheckpointRequest& request) {
+        if (absl::Status status = CheckHostOf(*context, request.host_id()); !status.ok()) return status;
         return plane_.Call([&](Cluster& cluster, Now) { return cluster.CheckUpload(request); });
       };
       if (absl::Status status = ReadPieces(*reader, first, bytes, wanted); !status.ok()) return status;
@@ -371,8 +432,60 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   }
 
  private:
+  // The certificate that a call shows must be of the host in whose name it is made; at the socket its secret suffices.
+  absl::Status CheckHostOf(const grpc::ServerContext& context, const std::string& host_id) const {
+    if (door_ == Door::kSocket || (!host_id.empty() && CallerOf(context).host_id == host_id)) return absl::OkStatus();
+    return absl::UnauthenticatedError(absl::StrCat("host_id: the call shows no certificate of ",
+                                                   host_id.empty() ? "a host" : OneLine(host_id, kMaxNameBytes)));
+  }
+  template <class Request>
+  absl::Status CheckHost(const grpc::ServerContext& context, const Request& request) {
+    if (absl::Status status = CheckHostOf(context, request.host_id()); !status.ok()) return status;
+    return plane_.Call([&](Cluster& cluster, Now) {
+      return CheckHostSecret(cluster.state(), request.host_id(), request.host_secret());
+    });
+  }
+
+  // Those who have proved nothing yet are few at a time, and do not keep out who has.
+  absl::Status ReadHello(grpc::ServerContext* context, Stream* stream, v1::AgentMessage& first) {
+    std::unique_ptr<HelloDeadlines::Waiting> waiting;
+    if (door_ != Door::kSocket && CallerOf(*context).host_id.empty()) {
+      waiting = hellos_.Begin([context] { context->TryCancel(); });
+      if (!waiting) return absl::ResourceExhaustedError("too many streams have not said who they are; try again");
+    }
+    const bool came = stream->Read(&first);
+    if (waiting && !waiting->End()) return absl::DeadlineExceededError("no hello came in time");
+    return came ? absl::OkStatus() : absl::CancelledError("no hello came");
+  }
+
+  // A host that joins by TLS asks for its certificate with the token; one that has joined shows it.
+  absl::Status CheckProof(const grpc::ServerContext& context, const v1::AgentHello& hello) const {
+    if (door_ == Door::kSocket) {
+      return hello.certificate_request().empty()
+                 ? absl::OkStatus()
+                 : absl::InvalidArgumentError("hello.certificate_request: over a socket there are no certificates");
+    }
+    if (hello.join_token().empty()) return CheckHostOf(context, hello.host_id());
+    if (hello.certificate_request().empty()) {
+      return absl::InvalidArgumentError("hello.certificate_request: a host that joins by TLS needs a certificate");
+    }
+    return trust::CheckRequest(hello.certificate_request());
+  }
+
+  absl::Status AddCertificate(const v1::AgentHello& hello, const ControlPlane::AgentStream& agent,
+                              v1::Admitted& admitted) const {
+    if (agent.certificate_serial.empty()) return absl::OkStatus();
+    auto certificate = trust::IssueClient(authority_->signer, hello.certificate_request(), admitted.host_id(),
+                                          agent.certificate_serial);
+    if (!certificate.ok()) return certificate.status();
+    admitted.set_certificate(*std::move(certificate));
+    admitted.set_authority(authority_->signer.certificate);
+    return absl::OkStatus();
+  }
+
   absl::Status Serve(grpc::ServerContext* context, Stream* stream, const v1::AgentMessage& first) {
     if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
+    if (absl::Status status = CheckProof(*context, first.hello()); !status.ok()) return status;
     const auto attached = plane_.Attach(first.hello(), [context] { context->TryCancel(); });
     if (!attached.ok()) return attached.status();
     ControlPlane::AgentStream& agent = **attached;
@@ -381,8 +494,8 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
                  first.hello().workers_size());
     v1::ControlMessage admitted;
     *admitted.mutable_admitted() = agent.admitted;
-    absl::Status status;
-    if (stream->Write(admitted)) {
+    absl::Status status = AddCertificate(first.hello(), agent, *admitted.mutable_admitted());
+    if (status.ok() && stream->Write(admitted)) {
       std::thread writer([&] { WriteDesired(stream, agent); });
       status = ReadMessages(stream, agent);
       plane_.Detach(agent);
@@ -408,6 +521,8 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     }
     return absl::OkStatus();
   }
+
+  HelloDeadlines hellos_{kHelloPatience, kMaxSilentStreams};
 };
 
 // gRPC's own log lines are for those who debug it, so they go out at debug level.
@@ -415,9 +530,17 @@ void ForwardGrpcLog(gpr_log_func_args* args) { spdlog::debug("grpc {}:{}: {}", a
 
 }  // namespace
 
-struct GrpcServer::Impl {
-  Impl(ControlPlane& plane, ControlMetrics& metrics)
-      : hosts(plane, metrics), instances(plane, metrics), sessions(plane, metrics), agents(plane, metrics) {}
+namespace {
+
+// One door: a server of its own, since a call does not say at which address it came in.
+struct DoorServer {
+  DoorServer(Door door, ControlPlane& plane, ControlMetrics& metrics, const Authority* authority)
+      : access(plane, metrics, door, authority),
+        hosts(plane, metrics, door, authority),
+        instances(plane, metrics, door, authority),
+        sessions(plane, metrics, door, authority),
+        agents(plane, metrics, door, authority) {}
+  AccessServiceImpl access;
   HostServiceImpl hosts;
   InstanceFilesImpl instances;
   SessionServiceImpl sessions;
@@ -425,23 +548,7 @@ struct GrpcServer::Impl {
   std::unique_ptr<grpc::Server> server;  // ends before what it serves
 };
 
-GrpcServer::GrpcServer() = default;
-
-absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const std::string& address, ControlPlane& plane,
-                                                              ControlMetrics& metrics) {
-  auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
-  if (!parsed.ok()) return parsed.status();
-  if (absl::Status status = host::CheckBindable(*parsed, "grpc"); !status.ok()) return status;
-  gpr_set_log_function(ForwardGrpcLog);
-  grpc::EnableDefaultHealthCheckService(true);
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-
-  std::unique_ptr<GrpcServer> result(new GrpcServer());
-  result->impl_ = std::make_unique<Impl>(plane, metrics);
-  Impl& impl = *result->impl_;
-  int port = 0;
-  grpc::ServerBuilder builder;
-  builder.AddListeningPort(host::ToString(*parsed), grpc::InsecureServerCredentials(), &port);
+void SetLimits(grpc::ServerBuilder& builder) {
   // Else a second control plane would share the port, and every other call would go to it.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveTimeMs);
@@ -450,26 +557,89 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const std::string&
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kMinPingIntervalMs);
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetMaxSendMessageSize(kMaxMessageBytes);
-  for (grpc::Service* service :
-       std::initializer_list<grpc::Service*>{&impl.hosts, &impl.instances, &impl.sessions, &impl.agents}) {
-    builder.RegisterService(service);
+}
+
+}  // namespace
+
+struct GrpcServer::Impl {
+  // `name`: in errors.
+  absl::Status Open(Door door, const std::string& name, const std::string& address,
+                    const std::shared_ptr<grpc::ServerCredentials>& credentials, int& port) {
+    DoorServer& opened =
+        *doors.emplace_back(std::make_unique<DoorServer>(door, *plane, *metrics, authority ? &*authority : nullptr));
+    grpc::ServerBuilder builder;
+    SetLimits(builder);
+    builder.AddListeningPort(address, credentials, &port);
+    for (grpc::Service* service : std::initializer_list<grpc::Service*>{
+             &opened.access, &opened.hosts, &opened.instances, &opened.sessions, &opened.agents}) {
+      builder.RegisterService(service);
+    }
+    opened.server = builder.BuildAndStart();
+    if (!opened.server)
+      return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (", name, ")"));
+    for (const char* service : {v1::AccessService::service_full_name(), v1::HostService::service_full_name(),
+                                v1::InstanceService::service_full_name(), v1::SessionService::service_full_name(),
+                                v1::AgentLinkService::service_full_name()}) {
+      opened.server->GetHealthCheckService()->SetServingStatus(service, true);
+    }
+    return absl::OkStatus();
   }
-  impl.server = builder.BuildAndStart();
-  if (!impl.server || port == 0)
-    return absl::UnavailableError(absl::StrCat("address ", address, " cannot be bound (grpc)"));
-  for (const char* service : {v1::HostService::service_full_name(), v1::InstanceService::service_full_name(),
-                              v1::SessionService::service_full_name(), v1::AgentLinkService::service_full_name()}) {
-    impl.server->GetHealthCheckService()->SetServingStatus(service, true);
+  // The address as bound; empty: there is to be none.
+  absl::StatusOr<std::string> OpenTcp(Door door, const std::string& name, const std::string& text) {
+    if (text.empty()) return "";
+    auto address = host::ParseSocketAddress(text, host::PortRule::kFrom0);
+    if (!address.ok()) return address.status();
+    if (!authority) return absl::InternalError("a door that speaks TLS needs an authority");
+    if (absl::Status status = host::CheckBindable(*address, name); !status.ok()) return status;
+    const auto credentials = TlsCredentials(door, *authority, *plane);
+    if (!credentials.ok()) return credentials.status();
+    int port = 0;
+    if (absl::Status status = Open(door, name, ToString(*address), *credentials, port); !status.ok()) return status;
+    address->port = static_cast<std::uint16_t>(port);
+    return ToString(*address);
   }
-  parsed->port = static_cast<std::uint16_t>(port);
-  result->address_ = ToString(*parsed);
+
+  std::optional<Authority> authority;
+  ControlPlane* plane;
+  ControlMetrics* metrics;
+  std::vector<std::unique_ptr<DoorServer>> doors;
+};
+
+GrpcServer::GrpcServer() = default;
+
+absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcDoors& doors,
+                                                              std::optional<Authority> authority, ControlPlane& plane,
+                                                              ControlMetrics& metrics) {
+  gpr_set_log_function(ForwardGrpcLog);
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  std::unique_ptr<GrpcServer> result(new GrpcServer());
+  result->impl_ = std::make_unique<Impl>(Impl{std::move(authority), &plane, &metrics, {}});
+  Impl& impl = *result->impl_;
+
+  auto operators = impl.OpenTcp(Door::kOperators, "grpc", doors.operators);
+  if (!operators.ok()) return operators.status();
+  auto players = impl.OpenTcp(Door::kPlayers, "players", doors.players);
+  if (!players.ok()) return players.status();
+  if (absl::Status status = PrepareSocket(doors.socket); !status.ok()) return status;
+  result->socket_ = kSocketPrefix + doors.socket;
+  int ignored = 0;
+  absl::Status status = impl.Open(Door::kSocket, "grpc", result->socket_, grpc::InsecureServerCredentials(), ignored);
+  if (status.ok()) status = CloseToOthers(doors.socket);
+  if (!status.ok()) return status;
+  result->operators_ = *std::move(operators);
+  result->players_ = *std::move(players);
   return result;
 }
 
 GrpcServer::~GrpcServer() {
-  if (!impl_ || !impl_->server) return;
-  impl_->server->GetHealthCheckService()->SetServingStatus(false);
-  impl_->server->Shutdown(std::chrono::system_clock::now() + kShutdownPatience);
+  if (!impl_) return;
+  const auto deadline = std::chrono::system_clock::now() + kShutdownPatience;
+  for (const auto& door : impl_->doors) {
+    if (!door->server) continue;
+    door->server->GetHealthCheckService()->SetServingStatus(false);
+    door->server->Shutdown(deadline);
+  }
 }
 
 }  // namespace tessera::control

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "control_plane/http_pages.h"
+#include "control_plane/memory_store.h"
 #include "control_plane/sqlite_store.h"
 #include "control_plane/testing/fake_workers.h"
 #include "core/world/scene_io.h"
@@ -97,10 +98,11 @@ class GrpcServerTest : public ::testing::Test {
     auto cluster = Cluster::Load(*store_, {}, SystemRandomBytes, now);
     ASSERT_TRUE(cluster.ok()) << cluster.status();
     plane_ = std::make_unique<ControlPlane>(*store_, *std::move(cluster));
-    auto server = GrpcServer::Start("127.0.0.1:0", *plane_, metrics_);
+    auto server = GrpcServer::Start({.socket = folder_.path() + "/control.sock", .operators = {}, .players = {}},
+                                    std::nullopt, *plane_, metrics_);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
-    channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
+    channel_ = grpc::CreateChannel(server_->socket(), grpc::InsecureChannelCredentials());
     hosts_ = v1::HostService::NewStub(channel_);
     instances_ = v1::InstanceService::NewStub(channel_);
     sessions_ = v1::SessionService::NewStub(channel_);
@@ -395,10 +397,20 @@ TEST_F(GrpcServerTest, StoppingEndsWhatWaits) {
 }
 
 TEST_F(GrpcServerTest, APortInUseIsNamed) {
-  const auto second = GrpcServer::Start(server_->address(), *plane_, metrics_);
-  EXPECT_EQ(second.status(), absl::UnavailableError("address " + server_->address() + " is in use (grpc)"));
-  for (const char* wrong : {"", "127.0.0.1", ":80", "127.0.0.1:port", "127.0.0.1:65536", "::1:80"}) {
-    EXPECT_EQ(GrpcServer::Start(wrong, *plane_, metrics_).status().code(), absl::StatusCode::kInvalidArgument) << wrong;
+  MemoryStore store;
+  const auto authority = OpenAuthority(store, folder_.path() + "/seal.key", SystemRandomBytes);
+  ASSERT_TRUE(authority.ok()) << authority.status();
+  const auto start = [&](const std::string& operators) {
+    return GrpcServer::Start({.socket = folder_.path() + "/second.sock", .operators = operators, .players = {}},
+                             *authority, *plane_, metrics_);
+  };
+  const auto first = start("127.0.0.1:0");
+  ASSERT_TRUE(first.ok()) << first.status();
+  const std::string address = (*first)->operators();
+  EXPECT_EQ(start(address).status(), absl::UnavailableError("address " + address + " is in use (grpc)"));
+  EXPECT_EQ(start("").status().code(), absl::StatusCode::kUnavailable) << "the socket is in use, too";
+  for (const char* wrong : {"127.0.0.1", ":80", "127.0.0.1:port", "127.0.0.1:65536", "::1:80"}) {
+    EXPECT_EQ(start(wrong).status().code(), absl::StatusCode::kInvalidArgument) << wrong;
   }
 }
 

@@ -10,16 +10,20 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/authority.h"
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/control_metrics.h"
 #include "control_plane/control_plane.h"
 #include "control_plane/grpc_server.h"
 #include "control_plane/http_pages.h"
+#include "control_plane/secrets.h"
 #include "control_plane/sqlite_store.h"
 #include "control_plane/store.h"
 #include "host/files.h"
@@ -32,7 +36,7 @@ namespace tessera::control {
 namespace {
 
 struct ControlFlags {
-  std::string listen = "127.0.0.1:7700";
+  std::string listen, players_listen, socket;
   std::string metrics_listen = "127.0.0.1:7701";
   std::string state_dir;
   std::string ready_file;
@@ -63,7 +67,7 @@ absl::StatusOr<std::unique_ptr<SqliteStore>> OpenStore(const std::string& state_
   if (absl::Status status = host::MakePrivateFolder(state_dir); !status.ok()) {
     return absl::UnavailableError("--state-dir " + std::string(status.message()));
   }
-  umask(077);  // the store holds instances' keys
+  umask(077);  // the store holds instances' keys, and the socket lets in who can open it
   return SqliteStore::Open(state_dir + "/control.db");
 }
 
@@ -85,15 +89,26 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> StartHttp(const std::s
   return telemetry::MetricsServer::Start(parsed->host, parsed->port, metrics.registry());
 }
 
-absl::Status AnnounceReady(const ControlFlags& flags, const std::string& grpc_address,
-                           const std::string& http_address) {
+// Who listens on this machine alone needs none.
+absl::StatusOr<std::optional<Authority>> AuthorityFor(const ControlFlags& flags, Store& store) {
+  if (flags.listen.empty() && flags.players_listen.empty()) return std::nullopt;
+  auto authority = OpenAuthority(store, flags.state_dir + "/seal.key", SystemRandomBytes);
+  if (!authority.ok()) return authority.status();
+  spdlog::info("authority fingerprint={}", authority->fingerprint);
+  return *std::move(authority);
+}
+
+absl::Status AnnounceReady(const ControlFlags& flags, const GrpcServer& grpc, const std::string& http_address) {
   if (!flags.ready_file.empty()) {
-    const std::string line = nlohmann::json({{"grpc", grpc_address}, {"http", http_address}}).dump() + "\n";
+    const nlohmann::json ready{
+        {"socket", grpc.socket()}, {"grpc", grpc.operators()}, {"players", grpc.players()}, {"http", http_address}};
+    const std::string line = ready.dump() + "\n";
     const absl::Status status = host::WriteFile(flags.ready_file, line, host::Durability::kSurvivesProcess);
     if (!status.ok()) return absl::UnavailableError("--ready-file " + std::string(status.message()));
   }
   sd_notify(0, "READY=1");
-  spdlog::info("ready grpc={} http={}", grpc_address, http_address);
+  spdlog::info("ready socket={} grpc={} players={} http={}", grpc.socket(), grpc.operators(), grpc.players(),
+               http_address);
   return absl::OkStatus();
 }
 
@@ -113,7 +128,9 @@ absl::Status Run(const ControlFlags& flags) {
   if (sodium_init() < 0) return absl::InternalError("libsodium cannot be initialised");
 
   // Ports are tried first of all, so that one in use costs one line and touches nothing.
-  for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.metrics_listen, "http")}) {
+  for (const auto& [address, what] : {std::pair(flags.listen, "grpc"), std::pair(flags.players_listen, "players"),
+                                      std::pair(flags.metrics_listen, "http")}) {
+    if (address.empty()) continue;
     const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom0);
     if (!parsed.ok()) return parsed.status();
     if (absl::Status status = host::CheckBindable(*parsed, what); !status.ok()) return status;
@@ -123,6 +140,8 @@ absl::Status Run(const ControlFlags& flags) {
   auto files = CheckpointFiles::Open(flags.state_dir + "/checkpoints");
   if (!files.ok()) return files.status();
   if (absl::Status status = CheckBelongTogether(**store, **files, flags.state_dir); !status.ok()) return status;
+  auto authority = AuthorityFor(flags, **store);
+  if (!authority.ok()) return authority.status();
   ControlMetrics metrics;
   const Now now{std::chrono::steady_clock::now().time_since_epoch(),
                 std::chrono::system_clock::now().time_since_epoch()};
@@ -131,7 +150,11 @@ absl::Status Run(const ControlFlags& flags) {
   ControlPlane plane(**store, *std::move(cluster), *std::move(files));
   const auto http = StartHttp(flags.metrics_listen, metrics);
   if (!http.ok()) return http.status();
-  const auto grpc = GrpcServer::Start(flags.listen, plane, metrics);
+  const std::string socket = flags.socket.empty() ? flags.state_dir + "/control.sock" : flags.socket;
+  const GrpcDoors doors{.socket = std::filesystem::absolute(socket).lexically_normal().string(),
+                        .operators = flags.listen,
+                        .players = flags.players_listen};
+  const auto grpc = GrpcServer::Start(doors, *std::move(authority), plane, metrics);
   if (!grpc.ok()) return grpc.status();
   const auto summary = std::make_shared<SummaryMetrics>(
       [&plane, &metrics] {
@@ -141,7 +164,7 @@ absl::Status Run(const ControlFlags& flags) {
       [&plane] { return plane.store_revision(); });
   (*http)->AddCollectable(summary);
   AddPages(**http, plane);
-  if (absl::Status status = AnnounceReady(flags, (*grpc)->address(), (*http)->address()); !status.ok()) return status;
+  if (absl::Status status = AnnounceReady(flags, **grpc, (*http)->address()); !status.ok()) return status;
 
   int received = 0;
   sigwait(&signals, &received);
@@ -168,9 +191,15 @@ int main(int argc, char** argv) {
   const auto is_address = [](const std::string& text) {
     return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
   };
-  app.add_option("--listen", flags.listen, "gRPC address, HOST:PORT; port 0 takes a free one")
-      ->check(is_address)
-      ->capture_default_str();
+  app.add_option("--listen", flags.listen,
+                 "address for operators and agents, HOST:PORT, gRPC over TLS; port 0 takes a free one; default none: "
+                 "the socket alone")
+      ->check(is_address);
+  app.add_option("--players-listen", flags.players_listen,
+                 "address for players, HOST:PORT, gRPC over TLS; everybody may join there; default none")
+      ->check(is_address);
+  app.add_option("--socket", flags.socket,
+                 "path of the socket for this user and root; default control.sock in the state folder");
   app.add_option("--metrics-listen", flags.metrics_listen,
                  "HTTP address: /metrics, /healthz, /sd/prometheus; port 0 takes a free one")
       ->check(is_address)

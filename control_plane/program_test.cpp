@@ -29,7 +29,7 @@ class ProgramTest : public ::testing::Test {
     arguments.insert(arguments.begin(), TESSERA_CONTROL_PROGRAM);
     arguments.insert(arguments.end(), {"--ready-file", ready_});
     auto program = std::make_unique<host::WatchedProgram>(std::move(arguments));
-    program->WaitForText("ready grpc=");
+    program->WaitForText("ready socket=");
     return program;
   }
   nlohmann::json Ready() const { return nlohmann::json::parse(host::ReadFile(ready_, kMaxReadyBytes).value()); }
@@ -45,7 +45,7 @@ class ProgramTest : public ::testing::Test {
 TEST_F(ProgramTest, KeepsItsHostsOverAKillAndEndsInOrder) {
   for (const bool first : {true, false}) {
     const auto program = Start(Arguments());
-    const std::string address = Ready().at("grpc");
+    const std::string address = Ready().at("socket");
     const auto hosts = v1::HostService::NewStub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
     v1::ListHostsResponse listed;
     grpc::ClientContext listing, adding;

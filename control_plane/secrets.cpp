@@ -8,7 +8,7 @@
 namespace tessera::control {
 namespace {
 
-constexpr std::size_t kSecretBytes = 32;
+constexpr std::size_t kSecretBytes = 32, kSerialBytes = 16;
 
 }  // namespace
 
@@ -24,6 +24,16 @@ std::string MakeJoinToken(const RandomBytes& random) {
 
 std::string MakeHostSecret(const RandomBytes& random) {
   return absl::StrCat("tsh_", absl::BytesToHexString(random(kSecretBytes)));
+}
+
+std::string MakeAccessSecret(const RandomBytes& random) {
+  return absl::StrCat("tsa_", absl::BytesToHexString(random(kSecretBytes)));
+}
+
+std::string MakeSerial(const RandomBytes& random) {
+  std::string bytes = random(kSerialBytes);
+  bytes.front() = static_cast<char>((bytes.front() & 0x7f) | 0x10);  // positive, and in one spelling
+  return absl::BytesToHexString(bytes);
 }
 
 std::string HashSecret(std::string_view secret) {

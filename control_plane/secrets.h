@@ -15,6 +15,9 @@ std::string SystemRandomBytes(std::size_t n);
 // 32 random bytes as text: "tsj_" (join token) or "tsh_" (host secret) and 64 hexadecimal digits.
 std::string MakeJoinToken(const RandomBytes& random);
 std::string MakeHostSecret(const RandomBytes& random);
+std::string MakeAccessSecret(const RandomBytes& random);  // "tsa_"
+// A certificate's: 16 random bytes as hexadecimal digits, the first not 0.
+std::string MakeSerial(const RandomBytes& random);
 
 // BLAKE2b-256. It needs neither salt nor stretching, since a secret has 256 random bits.
 std::string HashSecret(std::string_view secret);

@@ -23,14 +23,12 @@ constexpr auto kLeaveDeadline = 2s;
 
 }  // namespace
 
-Gateway::Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<void()> wake)
+Gateway::Gateway(GatewayOptions options, std::shared_ptr<grpc::Channel> channel, GatewayMetrics& metrics,
+                 std::function<void()> wake)
     : options_(std::move(options)),
       metrics_(metrics),
-      services_{.control_address = options_.control_address,
-                .channel = DialControl(options_.control_address),
-                .background = nullptr,
-                .wake = wake},
-      list_(services_.channel, options_.control_address),
+      services_{.control = options_.control, .channel = std::move(channel), .background = nullptr, .wake = wake},
+      list_(services_.channel, options_.control.address),
       background_(kBackgroundThreads, wake) {
   services_.background = &background_;
 }
@@ -120,11 +118,12 @@ void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
     metrics_.refused_full.Increment();
     return refuse(absl::StrCat("this gateway has ", players_, " players; --max-players allows no more"));
   }
-  const client::JoinOptions options{.control_address = options_.control_address,
+  const client::JoinOptions options{.control_address = options_.control.address,
                                     .instance_id = viewer.instance,
                                     .player_name = name,
                                     .deadline = kPlayerJoinDeadline,
-                                    .predict = true};
+                                    .predict = true,
+                                    .credentials = options_.control.credentials};
   const ViewSource* watched = viewer.world->source();
   const std::shared_ptr<const SceneBook> book = watched == nullptr ? nullptr : watched->book();
   const bool queued = background_.Run([this, id, options, book]() -> Background::Done {

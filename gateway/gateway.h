@@ -23,11 +23,12 @@
 #include "gateway/gateway_metrics.h"
 #include "gateway/viewer_session.h"
 #include "gateway/watched_world.h"
+#include "trust/credentials.h"
 
 namespace tessera::gateway {
 
 struct GatewayOptions {
-  std::string control_address = "127.0.0.1:7700";
+  trust::ControlPoint control;
   bool orders = false;            // viewers may give orders
   bool workers_are_here = false;  // and end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
@@ -39,8 +40,9 @@ class Gateway {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  // `wake`: from any thread; the loop calls Tick soon.
-  Gateway(GatewayOptions options, GatewayMetrics& metrics, std::function<void()> wake);
+  // `channel`: to the control plane of the options, by DialControl. `wake`: from any thread; the loop calls Tick soon.
+  Gateway(GatewayOptions options, std::shared_ptr<grpc::Channel> channel, GatewayMetrics& metrics,
+          std::function<void()> wake);
   // The end: players leave their worlds, which is waited for, for 2 s at most.
   void LeaveAll();
 

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/instance.grpc.pb.h"
+#include "trust/dial.h"
 
 namespace tessera::gateway {
 namespace {
@@ -20,12 +21,11 @@ bool IsOver(v1::InstanceState state) { return state == v1::INSTANCE_STATE_ENDED 
 
 }  // namespace
 
-std::shared_ptr<grpc::Channel> DialControl(const std::string& address) {
+absl::StatusOr<std::shared_ptr<grpc::Channel>> DialControl(const trust::ControlPoint& control) {
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   arguments.SetMaxReceiveMessageSize(-1);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return trust::Dial(control.address, control.credentials, arguments);
 }
 
 InstanceFeed::InstanceFeed(std::shared_ptr<grpc::Channel> channel, std::string id, std::function<void()> wake)

@@ -15,7 +15,9 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "tessera/v1/instance.pb.h"
+#include "trust/credentials.h"
 
 namespace grpc {
 class Channel;
@@ -24,7 +26,8 @@ class ClientContext;
 
 namespace tessera::gateway {
 
-std::shared_ptr<grpc::Channel> DialControl(const std::string& address);
+// Errors: those of trust::Dial.
+absl::StatusOr<std::shared_ptr<grpc::Channel>> DialControl(const trust::ControlPoint& control);
 
 class InstanceFeed {
  public:

@@ -12,6 +12,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
 #include "gateway/gateway.h"
 #include "gateway/web_server.h"
 #include "host/files.h"
@@ -20,15 +23,18 @@
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "telemetry/metrics_server.h"
+#include "trust/control_address.h"
 
 namespace tessera::gateway {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMaxTokenFileBytes = 1024;
+
 struct GatewayFlags {
   std::string listen = "127.0.0.1:7710", metrics_listen = "127.0.0.1:7711";
-  std::string page, ready_file, log_level;
+  std::string page, ready_file, token_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
 };
@@ -80,6 +86,19 @@ absl::Status Run(const GatewayFlags& flags) {
     return absl::NotFoundError("--page " + page + ": has no index.html");
   }
   if (page.empty()) spdlog::warn("page not found; only the API is served");
+  GatewayOptions options = flags.options;
+  if (options.control.address.empty()) options.control.address = "unix:" + trust::DefaultControlSocket();
+  if (!flags.token_file.empty()) {
+    auto token = host::ReadFile(flags.token_file, kMaxTokenFileBytes);
+    if (!token.ok()) return absl::InvalidArgumentError(absl::StrCat("--token-file ", token.status().message()));
+    absl::StripAsciiWhitespace(&*token);
+    options.control.credentials.bearer_token = *std::move(token);
+  } else if (const char* token = std::getenv("TESSERA_TOKEN"); token != nullptr) {
+    options.control.credentials.bearer_token = token;
+  }
+  const auto channel = DialControl(options.control);
+  if (!channel.ok())
+    return absl::Status(channel.status().code(), absl::StrCat("--control ", channel.status().message()));
   GatewayMetrics metrics;
   const auto metrics_server =
       telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry);
@@ -88,7 +107,7 @@ absl::Status Run(const GatewayFlags& flags) {
       WebServer::Start({.listen = *listen, .page = page, .allow_origins = flags.allow_origins}, metrics);
   if (!server.ok()) return server.status();
   {
-    Gateway gateway(flags.options, metrics, [&server] { (*server)->Wake(); });
+    Gateway gateway(options, *channel, metrics, [&server] { (*server)->Wake(); });
     (*server)->Serve(gateway);
     if (absl::Status status = AnnounceReady(flags, (*server)->address(), (*metrics_server)->address()); !status.ok()) {
       return status;
@@ -118,9 +137,13 @@ int main(int argc, char** argv) {
   const auto is_address = [](const std::string& text) {
     return std::string(host::ParseSocketAddress(text, host::PortRule::kFrom0).status().message());  // empty: fine
   };
-  app.add_option("--control", flags.options.control_address, "address of the control plane")
-      ->envname("TESSERA_CONTROL")
-      ->capture_default_str();
+  app.add_option(
+         "--control", flags.options.control.address,
+         "the control plane: unix:PATH or HOST:PORT#FINGERPRINT; default the socket of this user's `tessera up`")
+      ->envname("TESSERA_CONTROL");
+  app.add_option("--token-file", flags.token_file,
+                 "a file with the secret of a viewer's access token, or an operator's where viewers play or give "
+                 "orders; default TESSERA_TOKEN; not needed at a socket");
   app.add_option("--listen", flags.listen, "HTTP address of the page and its viewers; port 0 takes a free one")
       ->check(is_address)
       ->capture_default_str();

@@ -58,11 +58,12 @@ void WatchedWorld::Join(TimePoint now) {
   joining_ = true;
   next_join_ = now + kJoinAgain;
   if (!lost_since_) lost_since_ = now;
-  const client::JoinOptions options{.control_address = services_.control_address,
+  const client::JoinOptions options{.control_address = services_.control.address,
                                     .instance_id = instance_,
                                     .player_name = "",
                                     .deadline = kJoinDeadline,
-                                    .watch = true};
+                                    .watch = true,
+                                    .credentials = services_.control.credentials};
   const bool queued = services_.background->Run(
       [this, options, alive = std::weak_ptr<bool>(alive_), book = book_, scene = book_scene_]() -> Background::Done {
         auto joined = std::make_shared<absl::StatusOr<std::unique_ptr<client::Client>>>(client::Client::Join(options));

@@ -21,12 +21,13 @@
 #include "gateway/instance_feed.h"
 #include "gateway/view_source.h"
 #include "gateway/viewer_session.h"
+#include "trust/credentials.h"
 
 namespace tessera::gateway {
 
 // What worlds and players share.
 struct Services {
-  std::string control_address;
+  trust::ControlPoint control;
   std::shared_ptr<grpc::Channel> channel;
   Background* background = nullptr;
   std::function<void()> wake;

@@ -12,14 +12,15 @@ constexpr std::chrono::microseconds kPlayInterval{16'667};
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const std::string& control_address, const std::string& instance_id,
+absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const trust::ControlPoint& control, const std::string& instance_id,
                                                const std::string& name, std::uint64_t seed,
                                                const std::vector<std::uint8_t>& returning, bool predict) {
-  auto client = client::Client::Join({.control_address = control_address,
+  auto client = client::Client::Join({.control_address = control.address,
                                       .instance_id = instance_id,
                                       .player_name = name,
                                       .returning = returning,
-                                      .predict = predict});
+                                      .predict = predict,
+                                      .credentials = control.credentials});
   if (!client.ok()) return client.status();
   return std::unique_ptr<Bot>(new Bot(*std::move(client), name, seed));
 }

@@ -13,13 +13,14 @@
 #include "absl/status/statusor.h"
 #include "client_sdk/client.h"
 #include "games/arena/bot/arena_player.h"
+#include "trust/credentials.h"
 
 namespace tessera::local {
 
 class Bot {
  public:
   // Errors: those of Client::Join. `returning`, `predict`: as in client::JoinOptions.
-  static absl::StatusOr<std::unique_ptr<Bot>> Join(const std::string& control_address, const std::string& instance_id,
+  static absl::StatusOr<std::unique_ptr<Bot>> Join(const trust::ControlPoint& control, const std::string& instance_id,
                                                    const std::string& name, std::uint64_t seed,
                                                    const std::vector<std::uint8_t>& returning = {},
                                                    bool predict = false);

@@ -2,15 +2,20 @@
 
 #include <fmt/format.h>
 
-#include "host/socket_address.h"
+#include "trust/dial.h"
 
 namespace tessera::local {
 
-Connection::Connection(const std::string& address) : address_(address) {
-  if (const auto parsed = host::ParseSocketAddress(address, host::PortRule::kFrom1); !parsed.ok()) {
-    throw CommandError(fmt::format("--control {}", std::string(parsed.status().message())));
+Connection::Connection(const trust::ControlPoint& control) : address_(control.address) {
+  auto channel = trust::Dial(control.address, control.credentials);
+  if (!channel.ok()) {
+    const std::string why(channel.status().message());
+    // Whoever is not there, or not the right one, is no fault of the option.
+    const bool reached = absl::IsUnavailable(channel.status()) || absl::IsUnauthenticated(channel.status());
+    throw CommandError(reached ? why : fmt::format("--control {}", why));
   }
-  channel_ = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
+  channel_ = *std::move(channel);
+  access_ = v1::AccessService::NewStub(channel_);
   hosts_ = v1::HostService::NewStub(channel_);
   instances_ = v1::InstanceService::NewStub(channel_);
 }

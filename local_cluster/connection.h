@@ -11,16 +11,20 @@
 #include <string>
 
 #include "local_cluster/command_error.h"
+#include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
+#include "trust/credentials.h"
 
 namespace tessera::local {
 
 class Connection {
  public:
-  // `address` is HOST:PORT. Nothing is dialled before the first call. CommandError if it is not of that form.
-  explicit Connection(const std::string& address);
+  // CommandError: the address is of no form that trust::Dial takes, or what answers there is not to be trusted. At an
+  // address without a fingerprint nothing is dialled before the first call.
+  explicit Connection(const trust::ControlPoint& control);
 
+  v1::AccessService::Stub& access() { return *access_; }
   v1::HostService::Stub& hosts() { return *hosts_; }
   v1::InstanceService::Stub& instances() { return *instances_; }
 
@@ -44,6 +48,7 @@ class Connection {
  private:
   std::string address_;
   std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::AccessService::Stub> access_;
   std::unique_ptr<v1::HostService::Stub> hosts_;
   std::unique_ptr<v1::InstanceService::Stub> instances_;
 };

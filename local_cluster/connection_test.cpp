@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "host/temporary_folder.h"
+
 namespace tessera::local {
 namespace {
 
@@ -27,18 +29,34 @@ class FullDisk final : public v1::HostService::Service {
 TEST(ConnectionTest, AControlPlaneThatAnswersUnavailableIsQuoted) {
   FullDisk service;
   grpc::ServerBuilder builder;
-  int port = 0;
-  builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  const host::TemporaryFolder folder;
+  const std::string address = "unix:" + folder.path() + "/control.sock";
+  builder.AddListeningPort(address, grpc::InsecureServerCredentials());
   builder.RegisterService(&service);
   const auto server = builder.BuildAndStart();
-  ASSERT_NE(port, 0);
-  Connection connection("127.0.0.1:" + std::to_string(port));
+  ASSERT_NE(server, nullptr);
+  Connection connection(address);
   EXPECT_EQ(ErrorOf(connection), "host list: store: database or disk is full (UNAVAILABLE)");
 }
 
 TEST(ConnectionTest, WhereNobodyAnswersTheAddressIsNamed) {
-  Connection connection("127.0.0.1:1");
-  EXPECT_THAT(ErrorOf(connection), HasSubstr("no control plane answers at 127.0.0.1:1"));
+  Connection connection(std::string("unix:/nowhere/control.sock"));
+  EXPECT_THAT(ErrorOf(connection), HasSubstr("no control plane answers at unix:/nowhere/control.sock"));
+}
+
+TEST(ConnectionTest, AnAddressWithoutAnybodyToTrustIsRefusedBeforeAWordIsSent) {
+  const auto error_of = [](const std::string& address) -> std::string {
+    try {
+      Connection connection(address);
+    } catch (const CommandError& error) {
+      return error.what();
+    }
+    return "none";
+  };
+  EXPECT_THAT(error_of("127.0.0.1:7700"),
+              HasSubstr("--control 127.0.0.1:7700: nothing says which cluster is to answer"));
+  EXPECT_THAT(error_of("nowhere"), HasSubstr("--control \"nowhere\" is not of the form HOST:PORT"));
+  EXPECT_THAT(error_of("127.0.0.1:1#" + std::string(64, 'a')), HasSubstr("no control plane answers by TLS"));
 }
 
 }  // namespace

@@ -44,7 +44,6 @@ std::string MakeFolder(const std::string& path) {
 
 LocalCluster::LocalCluster(const LocalClusterOptions& options)
     : options_(options), log_dir_(MakeFolder(options.state_dir + "/logs")) {
-  if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
   if (!options_.page_listen.empty()) StartGateway();
@@ -73,7 +72,8 @@ void LocalCluster::KillControl() {
 
 // At the same addresses, so that agents and clients find it again.
 void LocalCluster::RestartControl() {
-  options_.listen = control_address_;
+  options_.listen = operators_address_;
+  options_.players_listen = players_address_;
   options_.metrics_listen = http_address_;
   StartControl();
 }
@@ -91,13 +91,23 @@ void LocalCluster::StartControl() {
   const std::string log = log_dir_ + "/control.log";
   const std::string ready = options_.state_dir + "/control-ready.json";
   fs::remove(ready);
-  control_ =
-      OrThrow(host::ChildProcess::Start({.argv = {ProgramPath("tessera-control"), "--listen", options_.listen,
-                                                  "--metrics-listen", options_.metrics_listen, "--state-dir",
-                                                  MakeFolder(options_.state_dir + "/control"), "--ready-file", ready},
-                                         .log_path = log}));
+  const std::string state = MakeFolder(options_.state_dir + "/control");
+  std::vector<std::string> argv = {ProgramPath("tessera-control"),
+                                   "--metrics-listen",
+                                   options_.metrics_listen,
+                                   "--state-dir",
+                                   state,
+                                   "--ready-file",
+                                   ready};
+  for (const auto& [option, value] : {std::pair("--socket", options_.socket), std::pair("--listen", options_.listen),
+                                      std::pair("--players-listen", options_.players_listen)}) {
+    if (!value.empty()) argv.insert(argv.end(), {option, value});
+  }
+  control_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));
   const nlohmann::json addresses = WaitReady(*control_, "tessera-control", ready, log);
-  control_address_ = addresses.at("grpc").get<std::string>();
+  control_address_ = addresses.at("socket").get<std::string>();
+  operators_address_ = addresses.at("grpc").get<std::string>();
+  players_address_ = addresses.at("players").get<std::string>();
   http_address_ = addresses.at("http").get<std::string>();
 }
 

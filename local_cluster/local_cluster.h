@@ -1,5 +1,5 @@
 // LocalCluster: a control plane, its agents and, if wanted, a gateway as children of this process, on loopback. What
-// `tessera up`, the demo, the benchmarks and the end-to-end tests run on.
+// `tessera up`, the demo, the benchmarks and the end-to-end tests run on. All speak over the control plane's socket.
 //
 //   LocalCluster cluster({.state_dir = dir});
 //   Connection connection(cluster.control_address());
@@ -20,9 +20,10 @@
 namespace tessera::local {
 
 struct LocalClusterOptions {
-  std::string state_dir;                       // state and logs; must exist
-  std::string listen = "127.0.0.1:0";          // gRPC of the control plane
-  std::string metrics_listen = "127.0.0.1:0";  // its HTTP
+  std::string state_dir;                         // state and logs; must exist
+  std::string socket = {};                       // of the control plane; empty: in the state folder
+  std::string listen = {}, players_listen = {};  // its doors by TLS; empty: none
+  std::string metrics_listen = "127.0.0.1:0";    // its HTTP
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;       // regions a host; 0: the agent's default
   std::string region_binary = {};   // the worker's program; empty: the one beside the agent
@@ -41,7 +42,9 @@ class LocalCluster {
   explicit LocalCluster(const LocalClusterOptions& options);
   ~LocalCluster();
 
-  const std::string& control_address() const { return control_address_; }
+  const std::string& control_address() const { return control_address_; }      // unix:PATH
+  const std::string& operators_address() const { return operators_address_; }  // HOST:PORT; empty: none
+  const std::string& players_address() const { return players_address_; }
   const std::string& http_address() const { return http_address_; }
   const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
   const std::string& gateway_metrics_address() const { return gateway_metrics_address_; }
@@ -63,7 +66,8 @@ class LocalCluster {
   host::ChildProcess StartAgent(std::uint32_t index);
 
   LocalClusterOptions options_;
-  std::string log_dir_, control_address_, http_address_, page_address_, gateway_metrics_address_;
+  std::string log_dir_, control_address_, operators_address_, players_address_, http_address_, page_address_,
+      gateway_metrics_address_;
   std::optional<host::ChildProcess> control_;
   std::vector<host::ChildProcess> agents_;
   std::optional<host::ChildProcess> gateway_;

@@ -40,7 +40,7 @@ Swarm::~Swarm() {
 
 void Swarm::JoinAll() {
   for (std::size_t i = 0; i < options_.players && !stop_; ++i) {
-    auto bot = Bot::Join(options_.control_address, options_.instance_id, absl::StrCat(options_.name, "-", i + 1),
+    auto bot = Bot::Join(options_.control, options_.instance_id, absl::StrCat(options_.name, "-", i + 1),
                          options_.seed + i, {}, /*predict=*/true);
     const std::lock_guard lock(mutex_);
     if (!bot.ok()) {

@@ -4,7 +4,7 @@
 // polls are made by the thread that calls Run. Each player wanders as a Bot does, with prediction, and reads all bodies
 // each frame, as a game would.
 //
-//   Swarm swarm({.control_address = ..., .instance_id = "inst-1", .players = 100});
+//   Swarm swarm({.control = ..., .instance_id = "inst-1", .players = 100});
 //   while (swarm.Run(std::chrono::seconds(1))) Print(swarm.Report());
 //   swarm.Leave();
 //
@@ -25,11 +25,12 @@
 #include "client_sdk/stats.h"
 #include "local_cluster/bot.h"
 #include "local_cluster/poll_schedule.h"
+#include "trust/credentials.h"
 
 namespace tessera::local {
 
 struct SwarmOptions {
-  std::string control_address;
+  trust::ControlPoint control;
   std::string instance_id;
   std::string name = "swarm";  // of the players: "swarm-1", "swarm-2", ...
   std::size_t players = 1;

@@ -117,6 +117,16 @@ bool WorldRun::Frame() {
   return state != v1::INSTANCE_STATE_FAILED && state != v1::INSTANCE_STATE_ENDED;
 }
 
+std::string WorldRun::WhyOver() {
+  for (const auto& bot : bots_) {
+    if (bot->client().state() == client::ClientState::kEnded) {
+      return fmt::format("{} is out: {}", bot->name(), std::string(bot->client().reason().message()));
+    }
+  }
+  const v1::Instance latest = watch_->Latest();
+  return latest.reason().empty() ? v1::InstanceState_Name(latest.state()) : latest.reason();
+}
+
 // Once every bot sees its own body, those bodies exist; they count from a second later, by which time every report
 // knows them.
 void WorldRun::ExpectBotBodies() {

@@ -81,6 +81,9 @@ class WorldRun {
   // Ends the instance in order and the cluster with it.
   RunSummary Finish();
 
+  // In a line, what ended after Frame was false.
+  std::string WhyOver();
+
   v1::Instance Latest() { return watch_->Latest(); }
   std::vector<Bot*> bots();
   const std::string& instance_id() const { return instance_id_; }

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "host/temporary_folder.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 
 namespace tessera::agent {
@@ -71,7 +72,7 @@ class FakeControlPlane::Service final : public v1::AgentLinkService::Service {
   ControlRecord record;
   v1::ControlMessage desired;
   std::set<Stream*> streams;
-  int port = 0;
+  host::TemporaryFolder folder;  // of the socket
   std::unique_ptr<grpc::Server> server;
 
  private:
@@ -115,12 +116,11 @@ FakeControlPlane::FakeControlPlane() : service_(std::make_unique<Service>()) {
 }
 FakeControlPlane::~FakeControlPlane() { Stop(); }
 
-std::string FakeControlPlane::address() const { return "127.0.0.1:" + std::to_string(service_->port); }
+std::string FakeControlPlane::address() const { return "unix:" + service_->folder.path() + "/control.sock"; }
 
 void FakeControlPlane::Start() {
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(address(), grpc::InsecureServerCredentials(), &service_->port);
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddListeningPort(address(), grpc::InsecureServerCredentials());
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1000);
   builder.RegisterService(service_.get());
   service_->server = builder.BuildAndStart();

@@ -3,6 +3,7 @@
 
 #include "client_sdk/c_api/handle.h"
 #include "client_sdk/session.h"
+#include "trust/control_address.h"
 
 using namespace tessera;
 using namespace tessera::c_api;
@@ -66,6 +67,10 @@ tessera_code Report(const absl::Status& status) {
 
 tessera_code Refuse(const char* what) { return Report(absl::InvalidArgumentError(what)); }
 
+std::string ControlAddress(const char* given) {
+  return given == nullptr || given[0] == '\0' ? "unix:" + trust::DefaultControlSocket() : given;
+}
+
 }  // namespace tessera::c_api
 
 uint32_t tessera_version(void) { return TESSERA_VERSION_MAJOR * 1000 + TESSERA_VERSION_MINOR; }
@@ -82,10 +87,9 @@ tessera_code tessera_join(const tessera_join_options* given, tessera_client** ou
   if (given == nullptr || given->size < sizeof(uint32_t)) return Refuse("options: is NULL or has no size");
   return Guarded([&] {
     const tessera_join_options options = TakeIn(given, tessera_join_options TESSERA_JOIN_OPTIONS);
-    if (options.control_address == nullptr) return Refuse("options.control_address: is NULL");
     if (options.instance_id == nullptr) return Refuse("options.instance_id: is NULL");
     client::JoinOptions join;
-    join.control_address = options.control_address;
+    join.control_address = ControlAddress(options.control_address);
     join.instance_id = options.instance_id;
     join.player_name = OrEmpty(options.player_name);
     join.deadline = std::chrono::milliseconds(options.deadline_ms);

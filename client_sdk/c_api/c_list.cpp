@@ -40,13 +40,13 @@ tessera_instance_info InfoFrom(const client::ListedInstance& from) {
 
 tessera_code tessera_list_instances(const char* control_address, uint32_t deadline_ms, tessera_instance_info* instances,
                                     size_t stride, size_t capacity, size_t* count) {
-  if (control_address == nullptr || count == nullptr) return Refuse("control_address or count: is NULL");
+  if (count == nullptr) return Refuse("count: is NULL");
   *count = 0;
   if (capacity > 0 && (instances == nullptr || stride < sizeof(uint32_t))) {
     return Refuse("instances: is NULL or stride is no size");
   }
   return Guarded([&] {
-    const auto listed = client::ListInstances(control_address, std::chrono::milliseconds(deadline_ms));
+    const auto listed = client::ListInstances(ControlAddress(control_address), std::chrono::milliseconds(deadline_ms));
     if (!listed.ok()) return Report(listed.status());
     for (std::size_t i = 0; i < std::min(capacity, listed->size()); ++i) {
       const tessera_instance_info info = InfoFrom((*listed)[i]);

@@ -25,7 +25,8 @@ namespace tessera::c_api {
 
 // Notes the text for tessera_last_error.
 tessera_code Report(const absl::Status& status);
-tessera_code Refuse(const char* what);  // TESSERA_INVALID_ARGUMENT
+tessera_code Refuse(const char* what);          // TESSERA_INVALID_ARGUMENT
+std::string ControlAddress(const char* given);  // NULL and "": the socket of this user's `tessera up`
 
 inline client::TimePoint At(int64_t now_ns) { return client::TimePoint(std::chrono::nanoseconds(now_ns)); }
 

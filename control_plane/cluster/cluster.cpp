@@ -27,7 +27,8 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
     : state_(std::move(state)),
       settings_(settings),
       random_(random),
-      hosts_(*state_, settings, std::move(random)),
+      hosts_(*state_, settings, random),
+      tokens_(*state_, std::move(random)),
       reports_(*state_),
       instances_(*state_, settings),
       changes_(*state_, settings),
@@ -49,6 +50,7 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
 
 // A control plane that died while it restored an instance may not have said so to the backend.
 absl::Status Cluster::LoadParts(Now now) {
+  if (absl::Status status = tokens_.Load(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
   return game_messages_.Load();

@@ -22,6 +22,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "control_plane/cluster/access_tokens.h"
 #include "control_plane/cluster/cluster_state.h"
 #include "control_plane/cluster/desired_sets.h"
 #include "control_plane/cluster/effects.h"
@@ -42,6 +43,7 @@
 #include "control_plane/now.h"
 #include "control_plane/secrets.h"
 #include "control_plane/store.h"
+#include "tessera/v1/access.pb.h"
 #include "tessera/v1/agent_link.pb.h"
 #include "tessera/v1/host.pb.h"
 #include "tessera/v1/instance.pb.h"
@@ -65,6 +67,13 @@ class Cluster {
   absl::StatusOr<v1::AddHostResponse> AddHost(Now now, const v1::AddHostRequest& request);
   absl::StatusOr<v1::DrainHostResponse> DrainHost(const v1::DrainHostRequest& request);
   absl::Status RemoveHost(const v1::RemoveHostRequest& request);
+
+  // --- Access: see access_tokens.h.
+  absl::StatusOr<v1::CreateTokenResponse> CreateToken(Now now, const v1::CreateTokenRequest& request) {
+    return tokens_.Create(request, now);
+  }
+  const AccessTokens& tokens() const { return tokens_; }
+  absl::Status RevokeToken(const v1::RevokeTokenRequest& request) { return tokens_.Revoke(request); }
 
   // --- Agents. The latest stream of a host counts, and earlier ones end with kAborted.
   absl::StatusOr<Admission> HandleHello(Now now, const v1::AgentHello& hello);
@@ -136,6 +145,7 @@ class Cluster {
   ControlSettings settings_;
   RandomBytes random_;
   Hosts hosts_;
+  AccessTokens tokens_;
   WorkerReports reports_;
   Instances instances_;
   PlannedChanges changes_;

@@ -19,14 +19,6 @@ bool IsLowerOrDigit(char c) {
   return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c));
 }
 
-absl::Status CheckHostName(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](char c) { return IsLowerOrDigit(c) || c == '-'; });
-  if (!name.empty() && name.size() <= kMaxNameBytes && plain && name.front() != '-' && name.back() != '-')
-    return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("name: \"", OneLine(name, kMaxNameBytes), "\" is not 1 to ",
-                                                 kMaxNameBytes, " lower case letters, digits and dashes between them"));
-}
-
 absl::StatusOr<std::chrono::nanoseconds> TokenTtl(const v1::AddHostRequest& request) {
   if (!request.has_join_token_ttl()) return kDefaultTokenTtl;
   const google::protobuf::Duration& ttl = request.join_token_ttl();
@@ -69,7 +61,7 @@ Hosts::Hosts(ClusterState& state, const ControlSettings& settings, RandomBytes r
 // --- For operators.
 
 absl::StatusOr<v1::AddHostResponse> Hosts::Add(const v1::AddHostRequest& request, Now now) {
-  if (absl::Status status = CheckHostName(request.name()); !status.ok()) return status;
+  if (absl::Status status = CheckName(request.name()); !status.ok()) return status;
   for (const auto& [number, host] : state_.hosts()) {
     if (host.record.name() == request.name()) {
       return absl::AlreadyExistsError(
@@ -169,6 +161,10 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
     next.set_secret_hash(HashSecret(admission.admitted.host_secret()));
     next.clear_join_token_hash();
     next.clear_join_token_expire_time();
+    if (!hello.certificate_request().empty()) {
+      admission.serial = MakeSerial(random_);
+      next.set_certificate_serial(admission.serial);
+    }
   }
   if (next.SerializeAsString() != host.record.SerializeAsString()) {
     if (absl::Status status = state_.StoreHost(host, next); !status.ok()) return status;
@@ -209,6 +205,14 @@ bool Hosts::Lost(HostEntry& host, Now now) {
 
 // --- Reading.
 
+absl::Status CheckName(const std::string& name) {
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) { return IsLowerOrDigit(c) || c == '-'; });
+  if (!name.empty() && name.size() <= kMaxNameBytes && plain && name.front() != '-' && name.back() != '-')
+    return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("name: \"", OneLine(name, kMaxNameBytes), "\" is not 1 to ",
+                                                 kMaxNameBytes, " lower case letters, digits and dashes between them"));
+}
+
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id) {
   for (const auto& [number, host] : state.hosts()) {
     if (host.record.name() == name_or_id) return &host;
@@ -240,6 +244,15 @@ v1::Host ViewOf(const HostEntry& host) {
     *view.mutable_last_heartbeat_time() = ToTimestamp(host.last_heartbeat_time);
   view.set_metrics_port(host.record.metrics_port());
   return view;
+}
+
+absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial) {
+  const HostEntry* host = state.FindHost(host_id);
+  if (host != nullptr && !serial.empty() && host->record.certificate_serial() == serial) return absl::OkStatus();
+  if (host == nullptr && state.WasHost(NumberOf(host_id, kHostId))) {
+    return absl::PermissionDeniedError(absl::StrCat(host_id, " was removed"));
+  }
+  return absl::UnauthenticatedError(absl::StrCat("the certificate is not that of ", OneLine(host_id, kMaxNameBytes)));
 }
 
 absl::Status CheckHostSecret(const ClusterState& state, const std::string& host_id, const std::string& secret) {

@@ -1,7 +1,7 @@
 // Hosts: which machines belong to the cluster, whose agent is attached, and which of them are heard.
 //
-// A host is added with a join token, which admits one agent once and runs out; from then on its secret does. The latest stream of an
-// agent counts. A host that is silent for `lost_after` is lost until its next word.
+// A host is added with a join token, which admits one agent once and runs out; from then on its secret does. The latest
+// stream of an agent counts. A host that is silent for `lost_after` is lost until its next word.
 //
 // Thread rule: as Cluster.
 #pragma once
@@ -18,7 +18,8 @@ namespace tessera::control {
 
 struct Admission {
   StreamId stream = 0;
-  v1::Admitted admitted;
+  v1::Admitted admitted;  // without certificates, which the caller makes
+  std::string serial;     // of the certificate that is to be made; empty: none was requested
 };
 
 class Hosts {
@@ -54,10 +55,14 @@ class Hosts {
 };
 
 // Names are unique; an id is taken for one only where no host has it as its name. Null: there is none.
+// Of hosts and tokens: 1 to kMaxNameBytes lower case letters, digits and dashes between them. INVALID_ARGUMENT: "name".
+absl::Status CheckName(const std::string& name);
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id);
 absl::Status NoHost(const std::string& name);
 v1::HostState StateOf(const HostEntry& host);
 v1::Host ViewOf(const HostEntry& host);
+// UNAUTHENTICATED unless `serial` is of the one certificate that the host may show.
+absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial);
 // UNAUTHENTICATED unless the secret is that of the host.
 absl::Status CheckHostSecret(const ClusterState& state, const std::string& host_id, const std::string& secret);
 

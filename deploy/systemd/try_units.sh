@@ -60,7 +60,7 @@ boot() {
 
 LOG=$(mktemp)
 if [[ ! -e $ROOT/etc/debian_version ]]; then debootstrap --variant=minbase --include="$PACKAGES" bookworm "$ROOT"; fi
-rm -rf -- "$ROOT/var/lib/tessera" "$ROOT/etc/credstore/tessera.join-token" \
+rm -rf -- "$ROOT/var/lib/tessera" "$ROOT/root/.config/tessera" "$ROOT/etc/credstore/tessera.join-token" \
   "$ROOT"/etc/systemd/system/multi-user.target.wants/tessera-*
 DESTDIR=$ROOT cmake --install "$BUILD" --prefix /usr/local >/dev/null
 boot
@@ -85,8 +85,12 @@ survived() {
 
 inside systemd-sysusers
 inside systemctl daemon-reload
+inside sh -c 'echo "TESSERA_CONTROL_FLAGS=--listen 127.0.0.1:7700" >/etc/default/tessera-control'
+inside sh -c 'echo "TESSERA_AGENT_FLAGS=--control 127.0.0.1:7700" >/etc/default/tessera-agent'
 inside systemctl start tessera-control || fail "tessera-control is not ready"
 echo "ok: tessera-control is ready"
+inside tessera --control unix:/var/lib/tessera/control/control.sock cluster init --address 127.0.0.1:7700 ||
+  fail "no first administrator"
 
 if inside systemctl start tessera-agent 2>/dev/null; then fail "an agent without token is ready"; fi
 inside journalctl --unit=tessera-agent --output=cat --no-pager | grep -q 'has not been admitted yet' ||
@@ -95,7 +99,7 @@ echo "ok: an agent without token says so and stays down"
 
 inside install -d -m 0700 /etc/credstore
 # shellcheck disable=SC2016  # expands inside
-inside sh -c 'umask 077; tessera -o json host add here | grep -o "tsj_[0-9a-f]*" >/etc/credstore/tessera.join-token'
+inside sh -c 'umask 077; tessera -o json host add here | grep -o "tsj_[0-9a-f.]*" >/etc/credstore/tessera.join-token'
 inside systemctl start tessera-agent || fail "tessera-agent is not ready"
 inside rm /etc/credstore/tessera.join-token
 echo "ok: tessera-agent was admitted and is ready"

@@ -6,11 +6,11 @@
 namespace desktop {
 
 const char kUsage[] =
-    "Usage: tessera-desktop [--control HOST:PORT] [--instance ID] [--name NAME] [--size WxH] [--plain]\n"
+    "Usage: tessera-desktop [--control ADDRESS] [--instance ID] [--name NAME] [--size WxH] [--plain]\n"
     "\n"
     "Shows a world, and moves a player in it.\n"
     "\n"
-    "  --control HOST:PORT   control plane (default 127.0.0.1:7700); the menu lists its worlds\n"
+    "  --control ADDRESS     HOST:PORT#FINGERPRINT of a players' door, or unix:PATH (default: this user's tessera up)\n"
     "  --instance ID         joins this world at once\n"
     "  --name NAME           shown to others (default player)\n"
     "  --size WxH            of the window (default 1280x720)\n"

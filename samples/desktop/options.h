@@ -6,7 +6,7 @@
 namespace desktop {
 
 struct Options {
-  std::string control = "127.0.0.1:7700", instance, name = "player";
+  std::string control, instance, name = "player";
   int width = 1280, height = 720;
   long frames = 0;  // ends after so many; 0: never
   std::string script, screenshot;

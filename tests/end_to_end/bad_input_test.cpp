@@ -204,8 +204,9 @@ TEST_F(BadInputTest, APropertyThatCannotBeIsRefusedByItsField) {
 }
 
 TEST_F(BadInputTest, AnAddressWhereNobodyListensIsNamed) {
-  const support::RunResult result = support::RunProgram("tessera", {"--control", "127.0.0.1:1", "host", "list"});
-  ExpectOneLine(result, 1, "127.0.0.1:1");
+  const support::RunResult result =
+      support::RunProgram("tessera", {"--control", "unix:/nowhere/control.sock", "host", "list"});
+  ExpectOneLine(result, 1, "unix:/nowhere/control.sock");
 }
 
 TEST_F(BadInputTest, AnAddressOfTheWrongFormIsNamed) {
@@ -223,11 +224,15 @@ TEST_F(BadInputTest, WrongUsageExitsWith2) {
 TEST_F(BadInputTest, APortInUseIsNamed) {
   const host::TemporaryFolder other;
   const support::RunResult result = support::RunProgram(
-      "tessera-control",
-      {"--listen", cluster_->control_address(), "--metrics-listen", "127.0.0.1:0", "--state-dir", other.path()});
+      "tessera-control", {"--metrics-listen", cluster_->http_address(), "--state-dir", other.path()});
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr(cluster_->control_address()));
+  EXPECT_THAT(result.err, HasSubstr(cluster_->http_address()));
   EXPECT_THAT(result.err, HasSubstr("in use"));
+  const std::string socket = cluster_->control_address().substr(sizeof "unix:" - 1);
+  const support::RunResult same_socket = support::RunProgram(
+      "tessera-control", {"--socket", socket, "--metrics-listen", "127.0.0.1:0", "--state-dir", other.path()});
+  EXPECT_EQ(same_socket.exit_code, 1);
+  EXPECT_THAT(same_socket.err, HasSubstr(socket + ": another control plane listens there"));
 }
 
 TEST_F(BadInputTest, AWrongJoinTokenIsRefused) {

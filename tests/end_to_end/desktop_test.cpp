@@ -163,14 +163,16 @@ TEST_F(DesktopTest, ShowsWhoIsAwaited) {
 }
 
 TEST_F(DesktopTest, SaysWhatIsWrong) {
-  const auto nobody = Client({"--control", "127.0.0.1:1"}, "wait trouble\nframes 2\nscreenshot " + File("nobody.png") +
-                                                               "\nreport " + File("nobody") + "\nquit\n");
+  const auto nobody =
+      Client({"--control", "unix:/nowhere/control.sock"},
+             "wait trouble\nframes 2\nscreenshot " + File("nobody.png") + "\nreport " + File("nobody") + "\nquit\n");
   EXPECT_EQ(nobody.exit_code, 3);
-  EXPECT_NE(nobody.err.find("control plane at 127.0.0.1:1"), std::string::npos) << nobody.err;
+  EXPECT_NE(nobody.err.find("control plane at unix:/nowhere/control.sock"), std::string::npos) << nobody.err;
   ExpectPicture("nobody.png");
   // What is on screen is the same text.
   const std::string report = host::ReadFile(File("nobody"), std::size_t{1} << 20).value_or("");
-  EXPECT_NE(report.find("screen menu\ntrouble control plane at 127.0.0.1:1"), std::string::npos) << report;
+  EXPECT_NE(report.find("screen menu\ntrouble control plane at unix:/nowhere/control.sock"), std::string::npos)
+      << report;
   const auto no_step = Client({}, "dance\n");
   EXPECT_EQ(no_step.exit_code, 2);
   EXPECT_NE(no_step.err.find("no step 'dance'"), std::string::npos) << no_step.err;

@@ -192,7 +192,7 @@ TEST_F(GatewayTest, WhatIsNotThereIsAProblemAndAWorldThatEndsToo) {
   ASSERT_TRUE(viewer->Until([&] { return viewer->closed.has_value(); }, kPatience));
   EXPECT_EQ(viewer->closed, "4000 ended");
   // Two gateways, one without a control plane.
-  FurtherGateway alone("127.0.0.1:1", {});
+  FurtherGateway alone("unix:/nowhere/control.sock", {});
   ViewerSocket waiting(alone.address, "inst-1");
   ASSERT_TRUE(waiting.Until([&] { return waiting.closed.has_value(); }, kPatience));
   EXPECT_EQ(waiting.closed, "4000 no_control_plane");

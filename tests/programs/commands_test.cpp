@@ -31,7 +31,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 32> kNotRun = {{
+constexpr std::array<NotRun, 34> kNotRun = {{
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
@@ -62,6 +62,8 @@ constexpr std::array<NotRun, 32> kNotRun = {{
     {"journalctl -u tessera-agent", kInContainer},
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
     {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
+    {"tessera --control unix:/var/lib/tessera", "needs an installed control plane; end_to_end_trust_test does it with one"},
+    {"tessera context add", "needs a cluster that is reached by TLS; end_to_end_trust_test has one"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
 }};

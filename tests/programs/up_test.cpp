@@ -23,8 +23,8 @@ class UpTest : public ::testing::Test {
             "up",
             "--state-dir",
             state_.path(),
-            "--listen",
-            "127.0.0.1:0",
+            "--socket",
+            state_.path() + "/control.sock",
             "--metrics-listen",
             "127.0.0.1:0",
             "--capacity",
@@ -33,7 +33,7 @@ class UpTest : public ::testing::Test {
   // The address of a cluster that is up, from what it printed.
   static std::string ControlOf(const host::WatchedProgram& up) {
     const std::string output = up.Output();
-    static const std::regex kLine("control plane +([0-9.:]+)");
+    static const std::regex kLine("control plane +(unix:[^ \n]+)");
     std::smatch match;
     return std::regex_search(output, match, kLine) ? match[1].str() : "";
   }

@@ -1,7 +1,7 @@
 /* Tessera's client, for any language that can call C: a player's way into a running world.
  *
  *   tessera_join_options options = TESSERA_JOIN_OPTIONS;
- *   options.control_address = "127.0.0.1:7700";
+ *   options.control_address = "play.example:7702#3fa8...";
  *   options.instance_id = "plaza-1";
  *   tessera_client* client = NULL;
  *   if (tessera_join(&options, &client) != TESSERA_OK) puts(tessera_last_error());
@@ -111,8 +111,10 @@ TESSERA_API int64_t tessera_now(void);
 
 typedef struct tessera_join_options {
   uint32_t size;
-  uint32_t deadline_ms;        /* until the control plane has answered, and then until all regions have */
-  const char* control_address; /* host:port */
+  uint32_t deadline_ms; /* until the control plane has answered, and then until all regions have */
+  /* HOST:PORT#FINGERPRINT of a players' door, which is dialled by TLS: the fingerprint is that of the cluster's
+   * authority. Or unix:PATH, the socket of a control plane on this machine; NULL: that of this user's `tessera up`. */
+  const char* control_address;
   const char* instance_id;
   /* Shown to others: at most TESSERA_MAX_PLAYER_NAME bytes of UTF-8 without control characters; may be NULL. */
   const char* player_name;

@@ -38,7 +38,7 @@ struct Error {
 };
 
 struct Options {
-  std::string control_address{};  // host:port
+  std::string control_address{};  // as in tessera_join_options; empty: this user's `tessera up`
   std::string instance_id{};
   std::string player_name{};
   std::chrono::milliseconds deadline{10'000};

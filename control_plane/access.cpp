@@ -1,0 +1,135 @@
+#include "control_plane/access.h"
+
+#include <algorithm>
+#include <array>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+
+namespace tessera::control {
+namespace {
+
+enum class Need : std::uint8_t { kNothing, kViewer, kOperator, kAdministrator, kHost };
+
+struct Method {
+  std::string_view path;
+  Need need;
+  bool players = false;  // served at the players' door, too
+};
+
+constexpr std::array kMethods{
+    Method{"/grpc.health.v1.Health/Check", Need::kNothing, true},
+    Method{"/grpc.health.v1.Health/Watch", Need::kViewer},
+    Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer},
+    Method{"/tessera.v1.AccessService/CreateToken", Need::kAdministrator},
+    Method{"/tessera.v1.AccessService/GetAuthority", Need::kViewer},
+    Method{"/tessera.v1.AccessService/ListTokens", Need::kAdministrator},
+    Method{"/tessera.v1.AccessService/RevokeToken", Need::kAdministrator},
+    Method{"/tessera.v1.AgentLinkService/Attach", Need::kNothing},  // its first message has the proof
+    Method{"/tessera.v1.AgentLinkService/FetchGame", Need::kHost},
+    Method{"/tessera.v1.AgentLinkService/FetchScene", Need::kHost},
+    Method{"/tessera.v1.AgentLinkService/FetchState", Need::kHost},
+    Method{"/tessera.v1.AgentLinkService/UploadCheckpoint", Need::kHost},
+    Method{"/tessera.v1.HostService/AddHost", Need::kAdministrator},
+    Method{"/tessera.v1.HostService/DrainHost", Need::kAdministrator},
+    Method{"/tessera.v1.HostService/GetHost", Need::kViewer},
+    Method{"/tessera.v1.HostService/ListHosts", Need::kViewer},
+    Method{"/tessera.v1.HostService/RemoveHost", Need::kAdministrator},
+    Method{"/tessera.v1.InstanceService/CheckpointInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/CreateInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/DeleteInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/ExportCheckpoint", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/GetInstance", Need::kViewer, true},
+    Method{"/tessera.v1.InstanceService/ImportCheckpoint", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/ListCheckpoints", Need::kViewer},
+    Method{"/tessera.v1.InstanceService/ListGameLines", Need::kViewer},
+    Method{"/tessera.v1.InstanceService/ListInstances", Need::kViewer, true},
+    Method{"/tessera.v1.InstanceService/PauseInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/RestartWorkers", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/RestoreInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/ResumeInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/ScaleInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/SendToGame", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/SetGame", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/SetPace", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/SetProperty", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/WatchGameEvents", Need::kViewer},
+    Method{"/tessera.v1.InstanceService/WatchInstance", Need::kViewer},
+    Method{"/tessera.v1.SessionService/GetScene", Need::kViewer, true},
+    Method{"/tessera.v1.SessionService/JoinInstance", Need::kViewer, true},  // a viewer's token joins as a viewer only
+    Method{"/tessera.v1.SessionService/LeaveInstance", Need::kViewer, true},
+};
+static_assert(std::is_sorted(kMethods.begin(), kMethods.end(),
+                             [](const Method& a, const Method& b) { return a.path < b.path; }));
+
+Method MethodAt(std::string_view path) {
+  const auto found =
+      std::lower_bound(kMethods.begin(), kMethods.end(), path,
+                       [](const Method& method, std::string_view wanted) { return method.path < wanted; });
+  return found != kMethods.end() && found->path == path ? *found : Method{path, Need::kAdministrator};
+}
+
+v1::Role RoleFor(Need need) {
+  switch (need) {
+    case Need::kNothing:
+    case Need::kHost:
+      return v1::ROLE_UNSPECIFIED;
+    case Need::kViewer:
+      return v1::ROLE_VIEWER;
+    case Need::kOperator:
+      return v1::ROLE_OPERATOR;
+    case Need::kAdministrator:
+      return v1::ROLE_ADMINISTRATOR;
+  }
+  return v1::ROLE_ADMINISTRATOR;
+}
+
+// "ROLE_VIEWER" is "viewer's".
+std::string Possessive(v1::Role role) {
+  return absl::StrCat(absl::AsciiStrToLower(v1::Role_Name(role).substr(sizeof "ROLE_" - 1)), "'s");
+}
+
+absl::Status CheckOperators(const Caller& caller, const Method& method) {
+  if (method.need == Need::kNothing) return absl::OkStatus();
+  if (method.need == Need::kHost) {
+    return caller.host_id.empty() ? absl::UnauthenticatedError("a host's certificate is needed") : absl::OkStatus();
+  }
+  const v1::Role needed = RoleFor(method.need);
+  if (caller.role >= needed) return absl::OkStatus();
+  if (caller.role == v1::ROLE_UNSPECIFIED) {
+    return absl::UnauthenticatedError("an access token is needed, one that stands and has not run out");
+  }
+  return absl::PermissionDeniedError(absl::StrCat("token ", caller.token, " is a ", Possessive(caller.role),
+                                                  "; this call needs an ", Possessive(needed)));
+}
+
+}  // namespace
+
+std::string Caller::Name() const {
+  switch (door) {
+    case Door::kSocket:
+      return "local";
+    case Door::kPlayers:
+      return "player";
+    case Door::kOperators:
+      break;
+  }
+  if (!token.empty()) return absl::StrCat("token/", token);
+  return host_id.empty() ? "nobody" : host_id;
+}
+
+absl::Status CheckAccess(const Caller& caller, std::string_view method) {
+  const Method found = MethodAt(method);
+  switch (caller.door) {
+    case Door::kSocket:
+      return absl::OkStatus();
+    case Door::kOperators:
+      return CheckOperators(caller, found);
+    case Door::kPlayers:
+      return found.players ? absl::OkStatus()
+                           : absl::PermissionDeniedError("the players' door does not serve this call");
+  }
+  return absl::PermissionDeniedError("unknown door");
+}
+
+}  // namespace tessera::control

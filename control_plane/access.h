@@ -1,0 +1,37 @@
+// Access: which caller may call which method at which door.
+//
+//   CallerOfToken/... -> CheckAccess(Door::kOperators, caller, "/tessera.v1.HostService/AddHost")
+//
+// The table in access.cpp has every method; one that it lacks is an administrator's.
+//
+// Thread rule: free functions on values.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "tessera/v1/access.pb.h"
+
+namespace tessera::control {
+
+enum class Door : std::uint8_t {
+  kSocket,     // of this machine; the kernel lets the same user in, and root
+  kOperators,  // TLS: people and programs with tokens, agents with certificates
+  kPlayers,    // TLS: everybody
+};
+
+struct Caller {
+  Door door = Door::kSocket;
+  v1::Role role = v1::ROLE_UNSPECIFIED;  // as a token says
+  std::string token;                     // its name
+  std::string host_id;                   // as a certificate of the cluster's authority says
+
+  // For the log: "local", "token/ada", "host-3", "player", "nobody".
+  std::string Name() const;
+};
+
+// UNAUTHENTICATED: a proof is missing. PERMISSION_DENIED: that proof does not suffice. Both say what would.
+absl::Status CheckAccess(const Caller& caller, std::string_view method);
+
+}  // namespace tessera::control

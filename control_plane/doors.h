@@ -1,0 +1,34 @@
+// The doors of the control plane's gRPC server, and who a call comes from.
+//
+// Each door is an address with credentials of its own. At those that speak TLS a Doorkeeper judges every call before
+// its method sees it: it knows the caller by a bearer token or a certificate, and asks CheckAccess. At the socket the
+// file's mode lets in whom the kernel lets open it.
+//
+// Thread rule: any thread; gRPC calls a Doorkeeper from threads of its own.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "control_plane/access.h"
+#include "control_plane/authority.h"
+#include "control_plane/control_plane.h"
+
+namespace tessera::control {
+
+// TLS with a new certificate of the authority, every call judged. `authority` and `plane` outlive the server.
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door door, const Authority& authority,
+                                                                        ControlPlane& plane);
+// Who calls, now: nobody, where what was shown counts no more since the Doorkeeper let the call in.
+Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane);
+
+// Binds nothing; makes the socket's folder if it is not there, private, and removes the socket that an earlier process
+// left. UNAVAILABLE: somebody listens there still.
+absl::Status PrepareSocket(const std::string& path);
+// Lets in this user alone, and root.
+absl::Status CloseToOthers(const std::string& path);
+
+}  // namespace tessera::control

@@ -1,0 +1,347 @@
+// The doors of a control plane over real TLS: strangers, tokens, hosts and players, each at each.
+#include "control_plane/doors.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sodium.h>
+#include <sys/stat.h>
+
+#include <condition_variable>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "control_plane/grpc_server.h"
+#include "control_plane/memory_store.h"
+#include "host/temporary_folder.h"
+#include "tessera/v1/access.grpc.pb.h"
+#include "tessera/v1/agent_link.grpc.pb.h"
+#include "tessera/v1/host.grpc.pb.h"
+#include "tessera/v1/instance.grpc.pb.h"
+#include "tessera/v1/session.grpc.pb.h"
+#include "trust/dial.h"
+
+namespace tessera::control {
+namespace {
+
+using grpc::StatusCode;
+using ::testing::HasSubstr;
+
+class DoorsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_GE(sodium_init(), 0);
+    const Now now{std::chrono::steady_clock::now().time_since_epoch(),
+                  std::chrono::system_clock::now().time_since_epoch()};
+    auto cluster = Cluster::Load(store_, {}, SystemRandomBytes, now);
+    ASSERT_TRUE(cluster.ok()) << cluster.status();
+    plane_ = std::make_unique<ControlPlane>(store_, *std::move(cluster));
+    auto authority = OpenAuthority(store_, folder_.path() + "/seal.key", SystemRandomBytes);
+    ASSERT_TRUE(authority.ok()) << authority.status();
+    authority_ = *authority;
+    const GrpcDoors doors{
+        .socket = folder_.path() + "/control.sock", .operators = "127.0.0.1:0", .players = "127.0.0.1:0"};
+    auto server = GrpcServer::Start(doors, *std::move(authority), *plane_, metrics_);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  void TearDown() override {
+    plane_->Stop();
+    server_.reset();
+    plane_.reset();
+  }
+
+  std::shared_ptr<grpc::Channel> Operators(const std::string& token = "") {
+    return Dialled(server_->operators(),
+                   {.authority = authority_.signer.certificate, .certificate = {}, .key = {}, .bearer_token = token});
+  }
+  std::shared_ptr<grpc::Channel> Players() { return Dialled(server_->players() + "#" + authority_.fingerprint, {}); }
+  std::shared_ptr<grpc::Channel> Socket() { return Dialled(server_->socket(), {}); }
+  static std::shared_ptr<grpc::Channel> Dialled(const std::string& address, const trust::Credentials& credentials) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto channel = trust::Dial(address, credentials, arguments);
+    EXPECT_TRUE(channel.ok()) << channel.status();
+    return *channel;
+  }
+
+  std::string Token(const std::string& name, v1::Role role) {
+    v1::CreateTokenRequest request;
+    request.set_name(name);
+    request.set_role(role);
+    v1::CreateTokenResponse response;
+    grpc::ClientContext context;
+    EXPECT_TRUE(v1::AccessService::NewStub(Socket())->CreateToken(&context, request, &response).ok());
+    return response.secret();
+  }
+  static grpc::Status AddHost(const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
+                              std::string* token = nullptr) {
+    v1::AddHostRequest request;
+    request.set_name(name);
+    v1::AddHostResponse response;
+    grpc::ClientContext context;
+    const grpc::Status status = v1::HostService::NewStub(channel)->AddHost(&context, request, &response);
+    if (token != nullptr) *token = response.join_token();
+    return status;
+  }
+  static grpc::Status ListHosts(const std::shared_ptr<grpc::Channel>& channel) {
+    v1::ListHostsResponse response;
+    grpc::ClientContext context;
+    return v1::HostService::NewStub(channel)->ListHosts(&context, {}, &response);
+  }
+  static grpc::Status Join(const std::shared_ptr<grpc::Channel>& channel, bool viewer) {
+    v1::JoinInstanceRequest request;
+    request.set_instance_id("inst-1");
+    request.set_viewer(viewer);
+    v1::JoinInstanceResponse response;
+    grpc::ClientContext context;
+    return v1::SessionService::NewStub(channel)->JoinInstance(&context, request, &response);
+  }
+
+  // What the control plane answers to an agent's hello; `admitted` is left alone unless it does.
+  static grpc::Status Hello(const std::shared_ptr<grpc::Channel>& channel, const v1::AgentHello& hello,
+                            v1::Admitted* admitted) {
+    grpc::ClientContext context;
+    const auto stream = v1::AgentLinkService::NewStub(channel)->Attach(&context);
+    v1::AgentMessage message;
+    *message.mutable_hello() = hello;
+    stream->Write(message);
+    v1::ControlMessage answer;
+    if (stream->Read(&answer)) {
+      if (admitted != nullptr) *admitted = answer.admitted();
+      context.TryCancel();
+      while (stream->Read(&answer)) {
+      }
+      (void)stream->Finish();
+      return grpc::Status::OK;
+    }
+    return stream->Finish();
+  }
+  struct Host {
+    std::string id, secret;
+    trust::Credentials credentials;
+  };
+  // Joins by TLS, as an agent does.
+  Host JoinHost(const std::string& name) {
+    std::string token;
+    EXPECT_TRUE(AddHost(Socket(), name, &token).ok());
+    EXPECT_EQ(token.substr(token.find('.') + 1), authority_.fingerprint);
+    Host host;
+    host.credentials.key = *trust::MakeKey();
+    v1::AgentHello hello = PlainHello();
+    hello.set_join_token(token.substr(0, token.find('.')));
+    hello.set_certificate_request(*trust::MakeRequest(host.credentials.key));
+    v1::Admitted admitted;
+    const grpc::Status status = Hello(Operators(), hello, &admitted);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    host.id = admitted.host_id();
+    host.secret = admitted.host_secret();
+    host.credentials.certificate = admitted.certificate();
+    host.credentials.authority = admitted.authority();
+    return host;
+  }
+  static v1::AgentHello PlainHello() {
+    v1::AgentHello hello;
+    hello.set_advertise_address("127.0.0.1");
+    hello.mutable_resources()->set_region_capacity(4);
+    return hello;
+  }
+  static v1::AgentHello HelloOf(const Host& host) {
+    v1::AgentHello hello = PlainHello();
+    hello.set_host_id(host.id);
+    hello.set_host_secret(host.secret);
+    return hello;
+  }
+  grpc::Status FetchScene(const std::shared_ptr<grpc::Channel>& channel, const Host& as) {
+    v1::FetchSceneRequest request;
+    request.set_scene_hash("none");
+    request.set_host_id(as.id);
+    request.set_host_secret(as.secret);
+    v1::FetchSceneResponse response;
+    grpc::ClientContext context;
+    return v1::AgentLinkService::NewStub(channel)->FetchScene(&context, request, &response);
+  }
+
+  const host::TemporaryFolder folder_;
+  MemoryStore store_;
+  ControlMetrics metrics_;
+  Authority authority_;
+  std::unique_ptr<ControlPlane> plane_;
+  std::unique_ptr<GrpcServer> server_;
+};
+
+TEST_F(DoorsTest, TheSocketIsThisUsersAndMayDoAll) {
+  struct stat found {};
+  ASSERT_EQ(stat((folder_.path() + "/control.sock").c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777, 0600u);
+  EXPECT_TRUE(AddHost(Socket(), "alpha").ok());
+  EXPECT_TRUE(ListHosts(Socket()).ok());
+}
+
+TEST_F(DoorsTest, AStrangerGetsNothing) {
+  EXPECT_EQ(ListHosts(Operators()).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(AddHost(Operators(), "alpha").error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(Join(Operators(), true).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(ListHosts(Operators("tsa_" + std::string(64, '0'))).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(ListHosts(Operators(std::string(4096, 'x'))).error_code(), StatusCode::UNAUTHENTICATED);
+  v1::AgentHello hello = PlainHello();
+  hello.set_join_token("tsj_" + std::string(64, '0'));
+  EXPECT_EQ(Hello(Operators(), hello, nullptr).error_code(), StatusCode::INVALID_ARGUMENT);
+  hello.set_certificate_request(*trust::MakeRequest(*trust::MakeKey()));
+  EXPECT_EQ(Hello(Operators(), hello, nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(DoorsTest, PlainTextIsNoWayIn) {
+  for (const std::string& address : {server_->operators(), server_->players()}) {
+    const auto channel = grpc::CreateChannel(address, grpc::InsecureChannelCredentials());
+    EXPECT_EQ(ListHosts(channel).error_code(), StatusCode::UNAVAILABLE);
+  }
+}
+
+TEST_F(DoorsTest, ATokenMayDoWhatItsRoleSays) {
+  const std::string viewer = Token("eve", v1::ROLE_VIEWER), administrator = Token("ada", v1::ROLE_ADMINISTRATOR);
+  EXPECT_TRUE(ListHosts(Operators(viewer)).ok());
+  const grpc::Status refused = AddHost(Operators(viewer), "alpha");
+  EXPECT_EQ(refused.error_code(), StatusCode::PERMISSION_DENIED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("token eve is a viewer's"));
+  EXPECT_TRUE(AddHost(Operators(administrator), "alpha").ok());
+  // It watches; it does not play.
+  EXPECT_EQ(Join(Operators(viewer), true).error_code(), StatusCode::NOT_FOUND);
+  EXPECT_EQ(Join(Operators(viewer), false).error_code(), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(Join(Operators(Token("oscar", v1::ROLE_OPERATOR)), false).error_code(), StatusCode::NOT_FOUND);
+}
+
+// A proxy has one connection for many people.
+TEST_F(DoorsTest, CallsOfOneConnectionAreJudgedEachByItsOwnToken) {
+  const std::string viewer = Token("eve", v1::ROLE_VIEWER), administrator = Token("ada", v1::ROLE_ADMINISTRATOR);
+  const auto channel = Operators();
+  const auto add = [&](const std::string& token, const std::string& name) {
+    v1::AddHostRequest request;
+    request.set_name(name);
+    v1::AddHostResponse response;
+    grpc::ClientContext context;
+    context.set_credentials(grpc::AccessTokenCredentials(token));
+    return v1::HostService::NewStub(channel)->AddHost(&context, request, &response).error_code();
+  };
+  EXPECT_EQ(add(administrator, "alpha"), StatusCode::OK);
+  EXPECT_EQ(add(viewer, "beta"), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(add(administrator, "gamma"), StatusCode::OK);
+  EXPECT_EQ(ListHosts(channel).error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(DoorsTest, ARevokedTokenIsRefusedFromTheNextCallOn) {
+  const std::string token = Token("ada", v1::ROLE_ADMINISTRATOR);
+  const auto channel = Operators(token);
+  EXPECT_TRUE(ListHosts(channel).ok());
+  v1::RevokeTokenRequest request;
+  request.set_name("ada");
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(v1::AccessService::NewStub(channel)->RevokeToken(&context, request, &response).ok());
+  EXPECT_EQ(ListHosts(channel).error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(DoorsTest, PlayersJoinAndReachNothingElse) {
+  EXPECT_EQ(Join(Players(), false).error_code(), StatusCode::NOT_FOUND);
+  EXPECT_EQ(ListHosts(Players()).error_code(), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(AddHost(Players(), "alpha").error_code(), StatusCode::PERMISSION_DENIED);
+  v1::ListInstancesResponse listed;
+  grpc::ClientContext context;
+  EXPECT_TRUE(v1::InstanceService::NewStub(Players())->ListInstances(&context, {}, &listed).ok());
+}
+
+TEST_F(DoorsTest, AHostThatJoinedShowsItsCertificate) {
+  const Host host = JoinHost("alpha");
+  ASSERT_EQ(host.id, "host-1");
+  const auto own = Dialled(server_->operators(), host.credentials);
+  v1::Admitted again;
+  EXPECT_TRUE(Hello(own, HelloOf(host), &again).ok());
+  EXPECT_EQ(again.host_name(), "alpha");
+  EXPECT_EQ(FetchScene(own, host).error_code(), StatusCode::NOT_FOUND) << "let in; there is no such scene";
+  EXPECT_EQ(ListHosts(own).error_code(), StatusCode::UNAUTHENTICATED) << "a host is no operator";
+}
+
+TEST_F(DoorsTest, AHostsSecretAloneIsNotEnoughNorIsAnothersCertificate) {
+  const Host alpha = JoinHost("alpha"), beta = JoinHost("beta");
+  EXPECT_EQ(Hello(Operators(), HelloOf(alpha), nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(FetchScene(Operators(), alpha).error_code(), StatusCode::UNAUTHENTICATED);
+  const auto as_beta = Dialled(server_->operators(), beta.credentials);
+  EXPECT_EQ(Hello(as_beta, HelloOf(alpha), nullptr).error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_EQ(FetchScene(as_beta, alpha).error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(DoorsTest, ACertificateThatTheStoreDoesNotKnowIsWorthNothing) {
+  const Host host = JoinHost("alpha");
+  trust::Credentials forged = host.credentials;
+  // Of the right authority, for the right host; but it was never given to it.
+  forged.certificate =
+      *trust::IssueClient(authority_.signer, *trust::MakeRequest(forged.key), "host-1", MakeSerial(SystemRandomBytes));
+  EXPECT_EQ(Hello(Dialled(server_->operators(), forged), HelloOf(host), nullptr).error_code(),
+            StatusCode::UNAUTHENTICATED);
+  // And of another cluster's authority there is no connection.
+  const auto other = *trust::MakeAuthority();
+  forged.certificate = *trust::IssueClient(other, *trust::MakeRequest(forged.key), "host-1", "10");
+  EXPECT_EQ(Hello(Dialled(server_->operators(), forged), HelloOf(host), nullptr).error_code(), StatusCode::UNAVAILABLE);
+}
+
+TEST_F(DoorsTest, ARemovedHostIsOutAtOnce) {
+  const Host host = JoinHost("alpha");
+  v1::RemoveHostRequest request;
+  request.set_name("alpha");
+  v1::RemoveHostResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(v1::HostService::NewStub(Socket())->RemoveHost(&context, request, &response).ok());
+  const grpc::Status status = Hello(Dialled(server_->operators(), host.credentials), HelloOf(host), nullptr);
+  EXPECT_EQ(status.error_code(), StatusCode::PERMISSION_DENIED);
+  EXPECT_THAT(status.error_message(), HasSubstr("host-1 was removed"));
+}
+
+TEST_F(DoorsTest, StreamsThatSayNothingAreFewAndDoNotKeepOthersOut) {
+  const std::string token = Token("ada", v1::ROLE_ADMINISTRATOR);
+  const auto channel = Operators();
+  const auto stub = v1::AgentLinkService::NewStub(channel);
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::AgentMessage, v1::ControlMessage>>> streams;
+  // Of 100 that say nothing, the most that may wait do, and the others are refused.
+  for (int i = 0; i < 100; ++i) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(stub->Attach(contexts.back().get()));
+  }
+  EXPECT_TRUE(ListHosts(Operators(token)).ok());
+  int refused = 0;
+  std::vector<std::thread> readers;
+  std::mutex mutex;
+  std::condition_variable changed;
+  for (auto& stream : streams) {
+    readers.emplace_back([&] {
+      v1::ControlMessage answer;
+      while (stream->Read(&answer)) {
+      }
+      const bool full = stream->Finish().error_code() == StatusCode::RESOURCE_EXHAUSTED;
+      const std::lock_guard lock(mutex);
+      refused += full ? 1 : 0;
+      changed.notify_all();
+    });
+  }
+  {
+    std::unique_lock lock(mutex);
+    EXPECT_TRUE(changed.wait_for(lock, std::chrono::seconds(30), [&] { return refused >= 100 - 64; }));
+    EXPECT_EQ(refused, 100 - 64);
+  }
+  for (auto& context : contexts) context->TryCancel();
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_TRUE(ListHosts(Operators(token)).ok());
+}
+
+TEST_F(DoorsTest, WhatListensNoMoreMakesRoomAndWhatIsNoSocketStays) {
+  const std::string path = folder_.path() + "/other.sock";
+  EXPECT_TRUE(PrepareSocket(path).ok());
+  EXPECT_EQ(PrepareSocket(folder_.path() + "/control.sock").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(PrepareSocket(folder_.path() + "/seal.key").code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(PrepareSocket("/" + std::string(200, 'x')).code(), absl::StatusCode::kInvalidArgument);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,50 @@
+#include "control_plane/hello_deadlines.h"
+
+#include <utility>
+
+namespace tessera::control {
+
+HelloDeadlines::HelloDeadlines(std::chrono::milliseconds patience, std::size_t most)
+    : patience_(patience), most_(most), thread_([this] { Run(); }) {}
+
+HelloDeadlines::~HelloDeadlines() {
+  {
+    const std::lock_guard lock(mutex_);
+    ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+std::unique_ptr<HelloDeadlines::Waiting> HelloDeadlines::Begin(std::function<void()> cancel) {
+  const std::lock_guard lock(mutex_);
+  if (streams_.size() >= most_) return nullptr;
+  const std::uint64_t number = ++last_;
+  streams_.emplace(number, Stream{Clock::now() + patience_, std::move(cancel)});
+  changed_.notify_all();
+  return std::make_unique<Waiting>(*this, number);
+}
+
+bool HelloDeadlines::Waiting::End() {
+  if (std::exchange(ended_, true)) return in_time_;
+  const std::lock_guard lock(deadlines_.mutex_);
+  in_time_ = deadlines_.streams_.erase(number_) > 0;
+  return in_time_;
+}
+
+void HelloDeadlines::Run() {
+  std::unique_lock lock(mutex_);
+  while (!ending_) {
+    if (streams_.empty()) {
+      changed_.wait(lock);
+    } else if (const auto first = streams_.begin(); first->second.until > Clock::now()) {
+      changed_.wait_until(lock, first->second.until);
+    } else {
+      // Under the lock, so that whoever ends it meanwhile waits, and the call's context is still there.
+      first->second.cancel();
+      streams_.erase(first);
+    }
+  }
+}
+
+}  // namespace tessera::control

@@ -1,0 +1,40 @@
+#include "control_plane/hello_deadlines.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+
+namespace tessera::control {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(HelloDeadlinesTest, WhoSaysNothingIsCancelled) {
+  HelloDeadlines deadlines(1ms, 4);
+  std::promise<void> cancelled;
+  const auto waiting = deadlines.Begin([&] { cancelled.set_value(); });
+  ASSERT_NE(waiting, nullptr);
+  cancelled.get_future().wait();
+  EXPECT_FALSE(waiting->End());
+}
+
+TEST(HelloDeadlinesTest, WhoSpeaksInTimeIsLeftAlone) {
+  HelloDeadlines deadlines(1h, 4);
+  bool cancelled = false;
+  const auto waiting = deadlines.Begin([&] { cancelled = true; });
+  EXPECT_TRUE(waiting->End());
+  EXPECT_TRUE(waiting->End()) << "asked again, it says the same";
+  EXPECT_FALSE(cancelled);
+}
+
+TEST(HelloDeadlinesTest, FewWaitAtATime) {
+  HelloDeadlines deadlines(1h, 2);
+  const auto first = deadlines.Begin([] {});
+  auto second = deadlines.Begin([] {});
+  EXPECT_EQ(deadlines.Begin([] {}), nullptr);
+  second.reset();
+  EXPECT_NE(deadlines.Begin([] {}), nullptr);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,196 @@
+// A cluster that is reached over the network, as operators set it up: the first administrator, tokens, a host that
+// joins by TLS and runs a world, players at their door; and what strangers, former hosts and viewers get.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "host/child_process.h"
+#include "host/files.h"
+#include "host/last_lines.h"
+#include "host/temporary_folder.h"
+#include "local_cluster/bot.h"
+#include "tests/support/run_program.h"
+
+namespace tessera::end_to_end {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr std::chrono::seconds kPatience{60};
+constexpr std::size_t kMaxFileBytes = 1 << 20;
+
+class TrustTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("TESSERA_BIN", TESSERA_BINARY_DIR "/bin", 1);
+    setenv("XDG_CONFIG_HOME", folder_.path().c_str(), 1);
+    unsetenv("TESSERA_CONTROL");
+    unsetenv("TESSERA_TOKEN");
+    StartControl("127.0.0.1:0", "127.0.0.1:0");
+    const support::RunResult made = Tessera({"--control", socket_, "cluster", "init", "--address", operators_});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    fingerprint_ = FirstLine(Tessera({"cluster", "authority"}));
+    ASSERT_EQ(fingerprint_.size(), 64u);
+    EXPECT_THAT(made.out, HasSubstr(fingerprint_));
+  }
+  void TearDown() override {
+    agent_.reset();
+    control_.reset();
+  }
+
+  void StartControl(const std::string& operators, const std::string& players) {
+    const std::string ready = folder_.path() + "/control.json";
+    std::filesystem::remove(ready);
+    auto control = host::ChildProcess::Start(
+        {.argv = {support::BinaryPath("tessera-control"), "--listen", operators, "--players-listen", players,
+                  "--metrics-listen", "127.0.0.1:0", "--state-dir", folder_.path() + "/control", "--ready-file", ready},
+         .log_path = ControlLog()});
+    ASSERT_TRUE(control.ok()) << control.status();
+    control_ = *std::move(control);
+    ASSERT_TRUE(control_->WaitForFile(ready, kPatience)) << host::LastLinesText(ControlLog(), 5);
+    const auto addresses = nlohmann::json::parse(*host::ReadFile(ready, kMaxFileBytes));
+    socket_ = addresses.at("socket");
+    operators_ = addresses.at("grpc");
+    players_ = addresses.at("players");
+  }
+  // An agent that joins by TLS, or has joined: until it is admitted, or has ended.
+  bool StartAgent(const std::string& token) {
+    const std::string ready = folder_.path() + "/agent.json";
+    std::filesystem::remove(ready);
+    const std::string token_file = folder_.path() + "/join-token";
+    std::ofstream(token_file) << token << "\n";
+    const int first = 30'000 + getpid() % 20 * 100;
+    auto agent = host::ChildProcess::Start(
+        {.argv = {support::BinaryPath("tessera-agent"), "--control", operators_, "--state-dir",
+                  folder_.path() + "/agent", "--join-token-file", token_file, "--metrics-listen", "127.0.0.1:0",
+                  "--port-range", fmt::format("{}-{}", first, first + 99), "--capacity", "4", "--ready-file", ready,
+                  "--stop-workers", "--die-with-parent"},
+         .log_path = AgentLog()});
+    EXPECT_TRUE(agent.ok()) << agent.status();
+    agent_ = *std::move(agent);
+    return agent_->WaitForFile(ready, kPatience);
+  }
+  std::string JoinToken(const std::string& name) {
+    const support::RunResult added = Tessera({"-o", "json", "host", "add", name});
+    EXPECT_EQ(added.exit_code, 0) << added.err;
+    return nlohmann::json::parse(added.out).at("join_token");
+  }
+  // A context of somebody with a new token of that role; what follows `--context NAME` is theirs.
+  void AddPerson(const std::string& name, const std::string& role) {
+    const support::RunResult created = Tessera({"-o", "json", "token", "create", name, "--role", role});
+    ASSERT_EQ(created.exit_code, 0) << created.err;
+    const std::string file = folder_.path() + "/" + name + ".token";
+    std::ofstream(file) << nlohmann::json::parse(created.out).at("secret").get<std::string>() << "\n";
+    const support::RunResult added =
+        Tessera({"context", "add", name, "--address", operators_ + "#" + fingerprint_, "--token-file", file});
+    ASSERT_EQ(added.exit_code, 0) << added.err;
+    ASSERT_EQ(Tessera({"context", "use", "admin"}).exit_code, 0);
+  }
+
+  static support::RunResult Tessera(const std::vector<std::string>& arguments) {
+    return support::RunProgram("tessera", arguments);
+  }
+  static std::string FirstLine(const support::RunResult& result) {
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out.substr(0, result.out.find('\n'));
+  }
+  std::string ControlLog() const { return folder_.path() + "/control.log"; }
+  std::string AgentLog() const { return folder_.path() + "/agent.log"; }
+  std::string Everything() const {
+    return *host::ReadFile(ControlLog(), kMaxFileBytes) + *host::ReadFile(AgentLog(), kMaxFileBytes);
+  }
+
+  const host::TemporaryFolder folder_;
+  std::optional<host::ChildProcess> control_, agent_;
+  std::string socket_, operators_, players_, fingerprint_;
+};
+
+TEST_F(TrustTest, AWorldRunsOnAHostThatJoinedByTlsAndPlayersComeIn) {
+  const std::string token = JoinToken("alpha");
+  ASSERT_TRUE(StartAgent(token)) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera(
+      {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "50", "--regions", "2", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  EXPECT_EQ(Tessera({"instance", "checkpoint", "inst-1"}).exit_code, 0) << "the agent uploads it";
+  EXPECT_EQ(Tessera({"instance", "restore", "inst-1", "--wait"}).exit_code, 0) << "and fetches it";
+
+  // A player knows the players' door and the fingerprint, and has no token.
+  const auto bot = local::Bot::Join(players_ + "#" + fingerprint_, "inst-1", "ada", 7);
+  ASSERT_TRUE(bot.ok()) << bot.status();
+  EXPECT_TRUE((*bot)->client().Leave(std::chrono::seconds(10)).ok());
+  const auto at_operators = local::Bot::Join(operators_ + "#" + fingerprint_, "inst-1", "eve", 7);
+  EXPECT_EQ(at_operators.status().code(), absl::StatusCode::kUnauthenticated);
+
+  // Both come back by what they have stored: the authority with its key, the host with its certificate.
+  control_->End(kPatience);
+  StartControl(operators_, players_);
+  agent_->End(kPatience);
+  ASSERT_TRUE(StartAgent("tsj_used." + fingerprint_)) << host::LastLinesText(AgentLog(), 5);
+  EXPECT_EQ(FirstLine(Tessera({"cluster", "authority"})), fingerprint_);
+  EXPECT_THAT(Everything(), Not(HasSubstr(token.substr(0, 68)))) << "no secret is in a log";
+}
+
+TEST_F(TrustTest, EachRoleDoesItsPart) {
+  AddPerson("eve", "viewer");
+  AddPerson("oscar", "operator");
+  EXPECT_EQ(Tessera({"--context", "eve", "host", "list"}).exit_code, 0);
+  const support::RunResult drained = Tessera({"--context", "eve", "host", "add", "beta"});
+  EXPECT_EQ(drained.exit_code, 1);
+  EXPECT_THAT(drained.err,
+              HasSubstr("token eve is a viewer's; this call needs an administrator's (PERMISSION_DENIED)"));
+  const support::RunResult created = Tessera({"--context", "eve", "instance", "create", "--scene", "plaza"});
+  EXPECT_THAT(created.err, HasSubstr("needs an operator's"));
+  // An operator is let in: there is no host to place it on.
+  EXPECT_THAT(Tessera({"--context", "oscar", "instance", "create", "--scene", "plaza"}).err,
+              HasSubstr("RESOURCE_EXHAUSTED"));
+  EXPECT_THAT(Tessera({"--context", "oscar", "token", "list"}).err, HasSubstr("PERMISSION_DENIED"));
+  EXPECT_EQ(Tessera({"token", "revoke", "oscar"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"--context", "oscar", "host", "list"}).err, HasSubstr("an access token is needed"));
+  EXPECT_THAT(Tessera({"token", "list"}).out, ::testing::AllOf(HasSubstr("eve"), Not(HasSubstr("oscar"))));
+  // What was done, and by whom, is in the log.
+  const std::string log = *host::ReadFile(ControlLog(), kMaxFileBytes);
+  EXPECT_THAT(log, HasSubstr("AccessService/RevokeToken who=token/admin"));
+  EXPECT_THAT(log, HasSubstr("refused method=/tessera.v1.HostService/AddHost who=token/eve"));
+}
+
+TEST_F(TrustTest, AnotherClustersFingerprintIsNotBelieved) {
+  const std::string other(64, '7');
+  const support::RunResult result = Tessera({"--control", operators_ + "#" + other, "host", "list"});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("is not the cluster whose authority was named"));
+  // An agent gives its token to nobody else.
+  EXPECT_FALSE(StartAgent("tsj_" + std::string(64, '0') + "." + other));
+  EXPECT_THAT(*host::ReadFile(AgentLog(), kMaxFileBytes), HasSubstr("is not the cluster whose authority was named"));
+}
+
+TEST_F(TrustTest, ARemovedHostStaysOut) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  EXPECT_EQ(Tessera({"host", "remove", "alpha"}).exit_code, 0);
+  const auto ended = agent_->Wait(kPatience);
+  ASSERT_TRUE(ended.has_value()) << "it is told, and ends";
+  EXPECT_FALSE(StartAgent("tsj_none." + fingerprint_));
+  EXPECT_THAT(*host::ReadFile(AgentLog(), kMaxFileBytes), HasSubstr("host-1 was removed"));
+}
+
+TEST_F(TrustTest, AContextIsKeptByItsUserAlone) {
+  const auto file = std::filesystem::status(folder_.path() + "/tessera/contexts.json");
+  EXPECT_EQ(file.permissions() & (std::filesystem::perms::group_all | std::filesystem::perms::others_all),
+            std::filesystem::perms::none);
+  EXPECT_THAT(Tessera({"--context", "nobody", "host", "list"}).err, HasSubstr("--context nobody: there is none"));
+  const support::RunResult again = Tessera({"--control", socket_, "cluster", "init", "--address", operators_});
+  EXPECT_THAT(again.err, HasSubstr("there is a context admin already"));
+  EXPECT_EQ(Tessera({"context", "remove", "admin"}).exit_code, 0);
+  EXPECT_THAT(Tessera({"--control", operators_, "host", "list"}).err, HasSubstr("nothing says which cluster"));
+}
+
+}  // namespace
+}  // namespace tessera::end_to_end
