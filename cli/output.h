@@ -10,7 +10,7 @@ namespace tessera::cli {
 
 enum class Format { kTable, kWide, kJson, kName };
 
-// The options before the command, e.g. `tessera --control 10.0.0.1:7700 -o json host list`.
+// The options before the command, e.g. `tessera --context work -o json host list`.
 struct Globals {
   std::string control, context;  // empty: see ControlOf
   Format format = Format::kTable;

@@ -5,7 +5,7 @@
 // tick. So a body that crosses a border is always there, and there once. Regions that come, go or move while it plays
 // are followed by the map; one that falls silent is dialled again, as the same player.
 //
-//   auto client = Client::Join({.control_address = "127.0.0.1:7700", .instance_id = "plaza-1", .player_name = "ada"});
+//   auto client = Client::Join({.control_address = address, .instance_id = "plaza-1", .player_name = "ada"});
 //   if (!client.ok()) ...                                  // says why
 //   while (running) {                                      // once a frame
 //     for (const ClientEvent& event : (*client)->Poll(Clock::now())) ...

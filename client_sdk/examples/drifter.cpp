@@ -1,7 +1,7 @@
 // Drifter: the smallest game there is, in C++. Joins an instance, pushes its body about in slow circles, and prints
 // what it sees twice a second.
 //
-//   drifter 127.0.0.1:7700 plaza-1 [seconds]
+//   drifter play.example:7703#3fa8... plaza-1 [seconds]
 #include <chrono>
 #include <cmath>
 #include <cstdio>

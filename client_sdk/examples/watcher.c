@@ -1,6 +1,6 @@
 /* Watcher: joins an instance from C and tells what comes, what goes and where its own body is.
  *
- *   watcher 127.0.0.1:7700 plaza-1 [seconds] */
+ *   watcher play.example:7703#3fa8... plaza-1 [seconds] */
 #include <stdio.h>
 #include <stdlib.h>
 #include <tessera/tessera.h>

@@ -13,6 +13,7 @@ namespace desktop {
 namespace {
 
 const ImVec4 kTrouble = {1.0F, 0.55F, 0.45F, 1}, kFaint = {0.66F, 0.71F, 0.78F, 1}, kStrong = {1.0F, 0.84F, 0.36F, 1};
+constexpr char kThisMachine[] = "this machine";
 constexpr char kFont[] = "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf";
 constexpr ImGuiWindowFlags kPanel = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
@@ -206,7 +207,9 @@ MenuChoice ShowMenu(MenuState& menu) {
   Headline("Tessera", "One world, many machines");
   ImGui::PushItemWidth(-1);
   ImGui::TextColored(kFaint, "Control plane");
-  if (ImGui::InputText("##address", &menu.address, ImGuiInputTextFlags_EnterReturnsTrue)) choice = MenuChoice::kRefresh;
+  if (ImGui::InputTextWithHint("##address", kThisMachine, &menu.address, ImGuiInputTextFlags_EnterReturnsTrue)) {
+    choice = MenuChoice::kRefresh;
+  }
   ImGui::TextColored(kFaint, "Your name");
   ImGui::InputText("##name", &menu.player_name);
   ImGui::PopItemWidth();
@@ -215,7 +218,8 @@ MenuChoice ShowMenu(MenuState& menu) {
   if (!menu.trouble.empty()) {
     Wrapped(kTrouble, menu.trouble);
   } else if (!menu.listed) {
-    Wrapped(kFaint, "Asking " + menu.address + " for its worlds ...");
+    Wrapped(kFaint,
+            "Asking " + (menu.address.empty() ? std::string(kThisMachine) : menu.address) + " for its worlds ...");
   } else if (menu.worlds.empty()) {
     Wrapped(kFaint, "No world runs there. Start one: tessera instance create --scene plaza --regions 4");
   }

@@ -15,7 +15,7 @@ namespace desktop {
 enum class Screen { kMenu, kJoining, kWaiting, kWorld, kEnded };
 
 struct MenuState {
-  std::string address = "127.0.0.1:7700", player_name = "player";
+  std::string address, player_name = "player";
   std::vector<tessera::InstanceInfo> worlds;  // those that can be joined
   bool listed = false;                        // an answer has come from `address`
   std::string trouble;                        // why there is no list, or why joining failed

@@ -2,7 +2,7 @@
 // Header only, so no C++ type crosses the library's border; what holds for tessera.h holds here.
 //
 //   tessera::Client client;
-//   if (tessera::Error error = client.Join({"127.0.0.1:7700", "plaza-1", "ada"})) return Fail(error.text);
+//   if (tessera::Error error = client.Join({"play.example:7703#3fa8...", "plaza-1", "ada"})) return Fail(error.text);
 //   while (running) {                                      // once a frame
 //     client.Poll();
 //     for (const tessera::Event& event : client.TakeEvents()) ...
