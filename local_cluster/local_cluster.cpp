@@ -44,6 +44,8 @@ std::string MakeFolder(const std::string& path) {
 
 LocalCluster::LocalCluster(const LocalClusterOptions& options)
     : options_(options), log_dir_(MakeFolder(options.state_dir + "/logs")) {
+  // A socket would reach where the network is cut.
+  if (options_.network != nullptr) options_.listen = options_.network->switch_address() + ":0";
   StartControl();
   for (std::uint32_t index = 0; index < options_.hosts; ++index) agents_.push_back(StartAgent(index));
   if (!options_.page_listen.empty()) StartGateway();
@@ -141,9 +143,10 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
   const std::string address = options_.network != nullptr ? options_.network->address(index) : "127.0.0.1";
   std::vector<std::string> argv;
   if (options_.network != nullptr) argv = options_.network->Enter(index);
-  argv.insert(argv.end(),
-              {ProgramPath("tessera-agent"), "--control", control_address_, "--state-dir", state, "--ready-file", ready,
-               "--advertise-address", address, "--metrics-listen", address + ":0", "--stop-workers"});
+  argv.insert(argv.end(), {ProgramPath("tessera-agent"), "--control",
+                           options_.network != nullptr ? operators_address_ : control_address_, "--state-dir", state,
+                           "--ready-file", ready, "--advertise-address", address, "--metrics-listen", address + ":0",
+                           "--stop-workers"});
   if (!options_.workers_outlive_agents) argv.emplace_back("--die-with-parent");
   if (!fs::exists(state + "/host.json")) {
     Connection connection(control_address_);

@@ -1,5 +1,6 @@
 // LocalCluster: a control plane, its agents and, if wanted, a gateway as children of this process, on loopback. What
-// `tessera up`, the demo, the benchmarks and the end-to-end tests run on. All speak over the control plane's socket.
+// `tessera up`, the demo, the benchmarks and the end-to-end tests run on. All speak over the control plane's
+// socket, but agents in a network of their own: they join by TLS.
 //
 //   LocalCluster cluster({.state_dir = dir});
 //   Connection connection(cluster.control_address());
