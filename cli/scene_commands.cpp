@@ -1,12 +1,18 @@
-// tessera scene validate
+// tessera scene validate | import
 #include <fmt/format.h>
+#include <google/protobuf/util/json_util.h>
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/gltf/gltf_import.h"
+#include "cli/table.h"
+#include "core/world/scene_load.h"
+#include "host/files.h"
 #include "local_cluster/command_error.h"
 #include "local_cluster/scene_file.h"
 
@@ -39,6 +45,61 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
   if (!failures.empty()) throw local::CommandError(failures);
 }
 
+struct ImportOptions {
+  std::string file, out, name;
+};
+
+constexpr std::size_t kMaxLevelBytes = std::size_t{1} << 30;
+
+void WriteScene(const v1::Scene& scene, const std::string& file) {
+  google::protobuf::util::JsonPrintOptions print;
+  print.add_whitespace = true;
+  print.preserve_proto_field_names = true;
+  std::string json;
+  if (const auto status = google::protobuf::util::MessageToJsonString(scene, &json, print); !status.ok()) {
+    throw local::CommandError(fmt::format("{}: {}", file, status.message().as_string()));
+  }
+  local::OrThrow(host::WriteFile(file, json, host::Durability::kSurvivesProcess));
+}
+
+void Import(const Globals& globals, const ImportOptions& options) {
+  const std::filesystem::path path(options.file);
+  const std::string bytes = local::OrThrow(host::ReadFile(options.file, kMaxLevelBytes));
+  auto imported = ImportGltf({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()},
+                             path.parent_path().string(), options.name.empty() ? path.stem().string() : options.name);
+  if (!imported.ok())
+    throw local::CommandError(fmt::format("{}: {}", options.file, std::string(imported.status().message())));
+  // What is written is what a control plane will take.
+  const auto loaded = LoadScene(imported->scene, options.file);
+  if (!loaded.ok()) throw local::CommandError(std::string(loaded.status().message()));
+  WriteScene(imported->scene, options.out);
+  const Aabb& bounds = loaded->scene->bounds;
+  if (globals.format == Format::kJson) {
+    std::cout << nlohmann::ordered_json{{"file", options.out},
+                                        {"name", imported->scene.name()},
+                                        {"nodes", imported->nodes},
+                                        {"static", imported->static_bodies},
+                                        {"dynamic", imported->dynamic_bodies},
+                                        {"kinematic", imported->kinematic_bodies},
+                                        {"triggers", imported->triggers},
+                                        {"triangles", imported->triangles},
+                                        {"spawn_points", imported->spawn_points},
+                                        {"notes", imported->notes}}
+                     .dump(2)
+              << "\n";
+    return;
+  }
+  std::cout << FormatTable(
+      {{"NODES", "STATIC", "DYNAMIC", "KINEMATIC", "TRIGGERS", "TRIANGLES", "SPAWNS", "SIZE"},
+       {std::to_string(imported->nodes), std::to_string(imported->static_bodies),
+        std::to_string(imported->dynamic_bodies), std::to_string(imported->kinematic_bodies),
+        std::to_string(imported->triggers), std::to_string(imported->triangles), std::to_string(imported->spawn_points),
+        fmt::format("{:g} x {:g} x {:g} m", bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y,
+                    bounds.max.z - bounds.min.z)}});
+  for (const std::string& note : imported->notes) std::cout << note << "\n";
+  std::cout << fmt::format("written to {}; try: tessera instance create --scene {} --wait\n", options.out, options.out);
+}
+
 }  // namespace
 
 void AddSceneCommands(CLI::App& app, Globals& globals) {
@@ -47,6 +108,12 @@ void AddSceneCommands(CLI::App& app, Globals& globals) {
   CLI::App* validate = scene->add_subcommand("validate", "Check scene files (textproto or JSON)");
   validate->add_option("files", *files, "Scene files")->required();
   validate->callback([&globals, files] { Validate(globals, *files); });
+  auto import = std::make_shared<ImportOptions>();
+  CLI::App* level = scene->add_subcommand("import", "Make a scene of a glTF 2.0 level (.glb or .gltf)");
+  level->add_option("file", import->file, "The level")->required();
+  level->add_option("out", import->out, "The scene that is to be written, as JSON")->required();
+  level->add_option("--name", import->name, "Name of the scene (default: that of the level's file)");
+  level->callback([&globals, import] { Import(globals, *import); });
 }
 
 }  // namespace tessera::cli

@@ -62,7 +62,8 @@ constexpr std::array<NotRun, 34> kNotRun = {{
     {"journalctl -u tessera-agent", kInContainer},
     {"less /var/lib/tessera/agent/logs/", "needs a person and an installed agent"},
     {"c++ -std=c++17 -O2 -fPIC -shared", "needs a game of the reader's own; game_native_test builds one like it"},
-    {"tessera --control unix:/var/lib/tessera", "needs an installed control plane; end_to_end_trust_test does it with one"},
+    {"tessera --control unix:/var/lib/tessera",
+     "needs an installed control plane; end_to_end_trust_test does it with one"},
     {"tessera context add", "needs a cluster that is reached by TLS; end_to_end_trust_test has one"},
     {"prometheus --config.file=", "runs until it is stopped; deploy_prometheus_config checks the file"},
     {"deploy/systemd/try_units.sh", "needs root, and makes a container from Debian's mirror"},
@@ -72,11 +73,12 @@ constexpr std::array<NotRun, 34> kNotRun = {{
 struct Preparation {
   std::string_view word, maker, command;
 };
-constexpr std::array<Preparation, 4> kPreparations = {{
+constexpr std::array<Preparation, 5> kPreparations = {{
     {"game.lua", "echo", "echo 'function on_tick() end' > game.lua"},
     {"set-game", "tessera instance create", "tessera instance create --scene plaza --game game.lua --regions 2 --wait"},
     {"inst-1", "tessera instance create", "tessera instance create --scene plaza --regions 2 --wait"},
     {"alpha", "tessera host add", "tessera host add alpha"},
+    {"harbour.glb", "cp", "cp " TESSERA_SOURCE_DIR "/tests/fuzz/seeds/gltf_fuzz/harbour.glb ."},
 }};
 
 bool BeginsWith(const std::string& text, std::string_view begin) { return text.rfind(begin, 0) == 0; }

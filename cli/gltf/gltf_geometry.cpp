@@ -1,0 +1,203 @@
+#include "cli/gltf/gltf_geometry.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <span>
+
+#include "absl/strings/str_cat.h"
+#include "core/world/limits.h"
+
+namespace tessera::cli {
+namespace {
+
+// A triangle is flat if its height is less than this share of its longest side.
+constexpr double kFlat = 1e-7;
+
+absl::Status Fault(const std::string& where, const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat(where, ": ", what));
+}
+
+template <class T>
+const T* At(const std::vector<T>& list, int index) {
+  return index >= 0 && static_cast<std::size_t>(index) < list.size() ? &list[static_cast<std::size_t>(index)] : nullptr;
+}
+
+// The elements of an accessor: `count` of them, `stride` bytes apart.
+struct Elements {
+  std::span<const unsigned char> bytes;
+  std::size_t count = 0, stride = 0;
+  int component = 0;
+};
+
+absl::StatusOr<Elements> ElementsOf(const tinygltf::Model& model, int index, int type, const std::string& where) {
+  const tinygltf::Accessor* const accessor = At(model.accessors, index);
+  if (accessor == nullptr) return Fault(where, absl::StrCat("there is no accessor ", index));
+  const std::string here = absl::StrCat(where, ": accessor ", index);
+  if (accessor->sparse.isSparse) return Fault(here, "is sparse, which is not supported");
+  if (accessor->type != type) return Fault(here, "has elements of another type");
+  const tinygltf::BufferView* const view = At(model.bufferViews, accessor->bufferView);
+  if (view == nullptr) return Fault(here, absl::StrCat("there is no buffer view ", accessor->bufferView));
+  const tinygltf::Buffer* const buffer = At(model.buffers, view->buffer);
+  if (buffer == nullptr) return Fault(here, absl::StrCat("there is no buffer ", view->buffer));
+  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor->componentType));
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+  if (component_bytes <= 0 || components <= 0) return Fault(here, "has components of an unknown type");
+  const std::size_t element = static_cast<std::size_t>(component_bytes) * static_cast<std::size_t>(components);
+  Elements elements{{}, accessor->count, view->byteStride == 0 ? element : view->byteStride, accessor->componentType};
+  if (elements.stride < element || elements.stride > 255) return Fault(here, "has a wrong stride");
+  if (elements.count == 0) return elements;
+  const std::size_t size = buffer->data.size();
+  if (view->byteOffset > size || view->byteLength > size - view->byteOffset) {
+    return Fault(here, absl::StrCat("its buffer view ends beyond its buffer of ", size, " bytes"));
+  }
+  // A count that would overflow is larger than any buffer.
+  if (elements.count > size || accessor->byteOffset > view->byteLength ||
+      (elements.count - 1) * elements.stride + element > view->byteLength - accessor->byteOffset) {
+    return Fault(here,
+                 absl::StrCat(elements.count, " elements end beyond its buffer view of ", view->byteLength, " bytes"));
+  }
+  elements.bytes = std::span(buffer->data).subspan(view->byteOffset + accessor->byteOffset);
+  return elements;
+}
+
+absl::Status ReadPositions(const tinygltf::Model& model, int index, const std::string& where,
+                           std::vector<Vec3d>& positions) {
+  const auto elements = ElementsOf(model, index, TINYGLTF_TYPE_VEC3, where);
+  if (!elements.ok()) return elements.status();
+  if (elements->component != TINYGLTF_COMPONENT_TYPE_FLOAT) return Fault(where, "its positions are no floats");
+  if (positions.size() + elements->count > kMaxMeshVertices) {
+    return Fault(where, absl::StrCat("has more than ", kMaxMeshVertices, " vertices; cut the mesh into several"));
+  }
+  positions.reserve(positions.size() + elements->count);
+  for (std::size_t i = 0; i < elements->count; ++i) {
+    float p[3];
+    std::memcpy(p, elements->bytes.data() + i * elements->stride, sizeof p);
+    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+      return Fault(where, absl::StrCat("vertex ", i, " is not finite"));
+    }
+    positions.push_back({p[0], p[1], p[2]});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::uint32_t>> ReadIndices(const tinygltf::Model& model, int index, std::size_t vertices,
+                                                       const std::string& where) {
+  const auto elements = ElementsOf(model, index, TINYGLTF_TYPE_SCALAR, where);
+  if (!elements.ok()) return elements.status();
+  std::vector<std::uint32_t> indices(elements->count);
+  for (std::size_t i = 0; i < elements->count; ++i) {
+    const unsigned char* const at = elements->bytes.data() + i * elements->stride;
+    switch (elements->component) {
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        indices[i] = *at;
+        break;
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: {
+        std::uint16_t value = 0;
+        std::memcpy(&value, at, sizeof value);
+        indices[i] = value;
+        break;
+      }
+      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        std::memcpy(&indices[i], at, sizeof indices[i]);
+        break;
+      default:
+        return Fault(where, "its indices are no unsigned integers");
+    }
+    if (indices[i] >= vertices) {
+      return Fault(where, absl::StrCat("index ", i, " is ", indices[i], ", of ", vertices, " vertices"));
+    }
+  }
+  return indices;
+}
+
+// Writes the triangles that `order` stands for, shifted by `first`.
+void AddTriangles(int mode, std::span<const std::uint32_t> order, std::uint32_t first,
+                  std::vector<std::uint32_t>& indices) {
+  const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+    for (const std::size_t corner : {a, b, c}) indices.push_back(first + order[corner]);
+  };
+  if (mode == TINYGLTF_MODE_TRIANGLES) {
+    for (std::size_t i = 0; i + 2 < order.size(); i += 3) add(i, i + 1, i + 2);
+  } else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
+    for (std::size_t i = 0; i + 2 < order.size(); ++i) add(i, i + 1 + i % 2, i + 2 - i % 2);
+  } else {
+    for (std::size_t i = 1; i + 1 < order.size(); ++i) add(i, i + 1, 0);
+  }
+}
+
+bool IsFlat(Vec3d a, Vec3d b, Vec3d c) {
+  const double longest = std::max({Length(b - a), Length(c - b), Length(a - c)});
+  return !(Length(Cross(b - a, c - a)) > kFlat * longest * longest);
+}
+
+}  // namespace
+
+absl::StatusOr<Triangles> ReadMesh(const tinygltf::Model& model, int mesh) {
+  const tinygltf::Mesh* const found = At(model.meshes, mesh);
+  if (found == nullptr) return Fault("meshes", absl::StrCat("there is no mesh ", mesh));
+  Triangles triangles;
+  for (std::size_t i = 0; i < found->primitives.size(); ++i) {
+    const tinygltf::Primitive& primitive = found->primitives[i];
+    const std::string where = absl::StrCat("mesh ", mesh, " \"", found->name, "\": primitive ", i);
+    const int mode = primitive.mode == -1 ? TINYGLTF_MODE_TRIANGLES : primitive.mode;
+    if (mode < TINYGLTF_MODE_TRIANGLES || mode > TINYGLTF_MODE_TRIANGLE_FAN) {
+      ++triangles.other_primitives;
+      continue;
+    }
+    const auto positions = primitive.attributes.find("POSITION");
+    if (positions == primitive.attributes.end()) return Fault(where, "has no positions");
+    const std::size_t first = triangles.vertices.size();
+    if (absl::Status read = ReadPositions(model, positions->second, where, triangles.vertices); !read.ok()) return read;
+    const std::size_t count = triangles.vertices.size() - first;
+    std::vector<std::uint32_t> order;
+    if (primitive.indices < 0) {
+      order.resize(count);
+      for (std::size_t k = 0; k < count; ++k) order[k] = static_cast<std::uint32_t>(k);
+    } else {
+      auto indices = ReadIndices(model, primitive.indices, count, where);
+      if (!indices.ok()) return indices.status();
+      order = *std::move(indices);
+    }
+    if (triangles.indices.size() / 3 + order.size() > 3 * kMaxMeshTriangles) {
+      return Fault(where, absl::StrCat("has more than ", kMaxMeshTriangles, " triangles; cut the mesh into several"));
+    }
+    AddTriangles(mode, order, static_cast<std::uint32_t>(first), triangles.indices);
+  }
+  if (triangles.indices.size() / 3 > kMaxMeshTriangles) {
+    return Fault(absl::StrCat("mesh ", mesh, " \"", found->name, "\""),
+                 absl::StrCat("has more than ", kMaxMeshTriangles, " triangles; cut the mesh into several"));
+  }
+  return triangles;
+}
+
+void DropDegenerate(Triangles& triangles) {
+  std::vector<std::uint32_t> kept;
+  kept.reserve(triangles.indices.size());
+  for (std::size_t i = 0; i + 2 < triangles.indices.size(); i += 3) {
+    const auto corner = [&](std::size_t k) { return triangles.vertices[triangles.indices[i + k]]; };
+    if (IsFlat(corner(0), corner(1), corner(2))) {
+      ++triangles.degenerate;
+      continue;
+    }
+    kept.insert(kept.end(), triangles.indices.begin() + static_cast<std::ptrdiff_t>(i),
+                triangles.indices.begin() + static_cast<std::ptrdiff_t>(i + 3));
+  }
+  // Vertices in the order of their first use.
+  constexpr std::uint32_t kUnused = 0xffffffff;
+  std::vector<std::uint32_t> place(triangles.vertices.size(), kUnused);
+  std::vector<Vec3d> vertices;
+  for (std::uint32_t& index : kept) {
+    if (place[index] == kUnused) {
+      place[index] = static_cast<std::uint32_t>(vertices.size());
+      vertices.push_back(triangles.vertices[index]);
+    }
+    index = place[index];
+  }
+  triangles.indices = std::move(kept);
+  triangles.vertices = std::move(vertices);
+}
+
+}  // namespace tessera::cli
