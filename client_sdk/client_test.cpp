@@ -93,7 +93,8 @@ TEST_F(ClientTest, AWrongControlAddressIsNamed) {
   const auto joined =
       Client::Join({.control_address = "unix:/nowhere/control.sock", .instance_id = "plaza-1", .player_name = ""});
   EXPECT_EQ(joined.status().code(), absl::StatusCode::kUnavailable);
-  EXPECT_EQ(std::string(joined.status().message()).rfind("control plane at unix:/nowhere/control.sock: ", 0), 0u) << joined.status();
+  EXPECT_EQ(std::string(joined.status().message()).rfind("control plane at unix:/nowhere/control.sock: ", 0), 0u)
+      << joined.status();
 }
 
 TEST_F(ClientTest, AnswersThatMakeNoSenseAreRefused) {
