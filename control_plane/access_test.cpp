@@ -1,3 +1,5 @@
+#include <vector>
+
 #include "control_plane/access.h"
 
 #include <google/protobuf/descriptor.h>

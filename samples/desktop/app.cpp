@@ -3,9 +3,12 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace desktop {
 namespace {

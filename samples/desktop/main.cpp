@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "app.h"
 #include "gl.h"

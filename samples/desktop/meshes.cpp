@@ -1,7 +1,10 @@
 #include "meshes.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
+#include <vector>
 
 namespace desktop {
 namespace {

@@ -1,9 +1,13 @@
 // The parts of the client that need no window: triangles, hands, scripts, options, the profiler's arithmetic.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "input.h"
 #include "meshes.h"

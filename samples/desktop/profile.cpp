@@ -1,6 +1,7 @@
 #include "profile.h"
 
 #include <cstdio>
+#include <string>
 
 namespace desktop {
 namespace {

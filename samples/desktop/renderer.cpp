@@ -1,7 +1,10 @@
 #include "renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <map>
+#include <vector>
 
 namespace desktop {
 namespace {

@@ -2,9 +2,12 @@
 
 #include <SDL.h>
 
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <sstream>
+#include <string>
 
 namespace desktop {
 namespace {

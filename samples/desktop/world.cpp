@@ -1,7 +1,10 @@
 #include "world.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 namespace desktop {
 namespace {

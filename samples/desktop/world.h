@@ -6,6 +6,7 @@
 // Thread rule: the thread of the OpenGL context. The client outlives it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
