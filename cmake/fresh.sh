@@ -4,13 +4,15 @@
 #   fresh.sh COMMAND [ARGUMENT...]     as root, in the folder of the repository
 #
 # The empty system is made once, by debootstrap, and kept in build/fresh/base; each run works on a fresh overlay of it, which is
-# deleted afterwards. It takes the sources and the proxies of this machine's apt. Mounts and processes of a run live in namespaces
-# that end with it, however it ends. The network is that of this machine.
+# deleted afterwards. It takes the sources and the proxies of this machine's apt, and whom this machine trusts, for npm behind a
+# proxy that signs for itself. Mounts and processes of a run live in namespaces that end with it, however it ends. The network is
+# that of this machine.
 set -euo pipefail
 
 readonly FRESH=$PWD/build/fresh
 readonly BASE=$FRESH/base
 readonly RELEASE=bookworm
+readonly AUTHORITIES=/etc/ssl/authorities-of-the-host.crt  # in the empty system; no package's file
 
 say() { printf 'dev: fresh: %s\n' "$*" >&2; }
 fail() {
@@ -57,6 +59,11 @@ copy_network() {
   apt-config dump | grep -E '^Acquire::(http|https|ftp|Check-|Retries|By-Hash|Languages)' >"$root/etc/apt/apt.conf.d/00host" || true
   cp -L /etc/resolv.conf /etc/hosts "$root/etc/"
   if [[ -d /etc/apt/auth.conf.d ]]; then cp -a /etc/apt/auth.conf.d "$root/etc/apt/"; fi
+  local authorities=${NODE_EXTRA_CA_CERTS:-/etc/ssl/certs/ca-certificates.crt}
+  if [[ -r $authorities ]]; then
+    mkdir -p "$root${AUTHORITIES%/*}"
+    cp -L "$authorities" "$root$AUTHORITIES"
+  fi
 }
 
 # The committed files and, as they are now, those that git tracks.
@@ -74,6 +81,8 @@ enter() {
   mount -t overlay overlay -o "lowerdir=$BASE,upperdir=$run/upper,workdir=$run/work" "$root" ||
     fail "cannot mount an overlay on $run"
   copy_network "$root"
+  local authorities=
+  if [[ -e $root$AUTHORITIES ]]; then authorities=$AUTHORITIES; fi
   copy_repository "$root/tessera"
   mount -t proc proc "$root/proc"
   mount -t sysfs sysfs "$root/sys"
@@ -90,6 +99,7 @@ enter() {
   done
   # This shell is process 1 of the namespace and waits for orphans too.
   chroot "$root" /usr/bin/env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin ${CI:+CI="$CI"} \
+    ${authorities:+NODE_EXTRA_CA_CERTS="$authorities"} \
     ${TESSERA_MERGE:+TESSERA_MERGE="$TESSERA_MERGE"} ${TESSERA_SLOWNESS:+TESSERA_SLOWNESS="$TESSERA_SLOWNESS"} \
     bash -c 'cd /tessera && exec ./dev "$@"' dev "$@"
 }

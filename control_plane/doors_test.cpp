@@ -314,6 +314,7 @@ TEST_F(DoorsTest, StreamsThatSayNothingAreFewAndDoNotKeepOthersOut) {
   std::vector<std::thread> readers;
   std::mutex mutex;
   std::condition_variable changed;
+  readers.reserve(streams.size());
   for (auto& stream : streams) {
     readers.emplace_back([&] {
       v1::ControlMessage answer;

@@ -10,11 +10,14 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "control_plane/cluster/host_rights.h"
+#include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/queries.h"
 #include "control_plane/control_settings.h"
 #include "control_plane/doors.h"
 #include "control_plane/hello_deadlines.h"
 #include "control_plane/one_line.h"
+#include "control_plane/stored_records.h"
 #include "host/socket_address.h"
 #include "telemetry/logging.h"
 #include "tessera/v1/access.grpc.pb.h"
@@ -396,15 +399,15 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
                           v1::FetchSceneResponse* response) override {
     return Answer(
         context, "AgentLinkService/FetchScene", CallKind::kRead, request->scene_hash(), [&]() -> absl::Status {
-          const absl::Status known = CheckHost(*context, *request);
-          return known.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : known;
+          const absl::Status may = CheckMayFetch(*context, *request, SceneKey(request->scene_hash()), "scene_hash");
+          return may.ok() ? Take(plane_.SceneBytes(request->scene_hash()), response->mutable_scene()) : may;
         });
   }
   grpc::Status FetchGame(grpc::ServerContext* context, const v1::FetchGameRequest* request,
                          v1::FetchGameResponse* response) override {
     return Answer(context, "AgentLinkService/FetchGame", CallKind::kRead, request->game_hash(), [&]() -> absl::Status {
-      const absl::Status known = CheckHost(*context, *request);
-      return known.ok() ? Take(plane_.GameBytes(request->game_hash()), response->mutable_game()) : known;
+      const absl::Status may = CheckMayFetch(*context, *request, GameKey(request->game_hash()), "game_hash");
+      return may.ok() ? Take(plane_.GameBytes(request->game_hash()), response->mutable_game()) : may;
     });
   }
   grpc::Status FetchState(grpc::ServerContext* context, const v1::FetchStateRequest* request,
@@ -439,10 +442,13 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
                                                    host_id.empty() ? "a host" : OneLine(host_id, kMaxNameBytes)));
   }
   template <class Request>
-  absl::Status CheckHost(const grpc::ServerContext& context, const Request& request) {
+  absl::Status CheckMayFetch(const grpc::ServerContext& context, const Request& request, const std::string& key,
+                             const char* field) {
     if (absl::Status status = CheckHostOf(context, request.host_id()); !status.ok()) return status;
     return plane_.Call([&](Cluster& cluster, Now) {
-      return CheckHostSecret(cluster.state(), request.host_id(), request.host_secret());
+      const ClusterState& state = cluster.state();
+      const absl::Status known = CheckHostSecret(state, request.host_id(), request.host_secret());
+      return known.ok() ? CheckMayFetchContent(state, request.host_id(), key, field) : known;
     });
   }
 

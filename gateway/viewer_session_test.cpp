@@ -118,7 +118,7 @@ TEST_F(ViewerSessionTest, WhoReadsSlowlyGetsTheNewestFrameOnce) {
     now_ += 17ms;
     Move(i * 0.25);
     view_.met.Add(R"({"type":"met"})", kMaxMetKept);
-    news_.status_number = static_cast<std::uint64_t>(i + 2);
+    news_.status_number = static_cast<std::uint64_t>(i) + 2;
   }
   const std::vector<std::string> kinds = Drain();
   EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "frame"), 1);

@@ -16,6 +16,7 @@ struct Credentials {
 // An address stands for itself with no credentials, as a socket needs none.
 struct ControlPoint {
   ControlPoint() = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): most control points are nothing but their address
   ControlPoint(std::string at, Credentials shown = {}) : address(std::move(at)), credentials(std::move(shown)) {}
 
   std::string address;  // as ParseControlAddress takes it

@@ -142,7 +142,7 @@ absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::Age
       TakeReport(now, *host, message.report(), touched);
       break;
     case v1::AgentMessage::kExited:
-      if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(message.exited());
+      if (!reports_.TakeExit(*host, message.exited(), touched)) awaits = failovers_.NoteExit(*host, message.exited());
       break;
     case v1::AgentMessage::kInventory:
       awaits = failovers_.NoteInventory(*host, message.inventory(), now);

@@ -196,13 +196,16 @@ void Failovers::Forgive(Steady pause, Now now) {
   }
 }
 
-InstanceEntry* Failovers::NoteExit(const v1::WorkerExited& exited) {
+// Only the host that ran it knows that it ended: a word of another would let a takeover begin while the worker's lease
+// still holds.
+InstanceEntry* Failovers::NoteExit(const HostEntry& host, const v1::WorkerExited& exited) {
   InstanceEntry* instance = state_.FindInstance(exited.identity().instance_id());
   if (instance == nullptr) return nullptr;
   const auto& dead = instance->record.failover().dead();
   const std::uint64_t incarnation = exited.identity().incarnation();
-  const bool awaited = std::any_of(dead.begin(), dead.end(),
-                                   [&](const records::Dead& entry) { return entry.incarnation() == incarnation; });
+  const bool awaited = std::any_of(dead.begin(), dead.end(), [&](const records::Dead& entry) {
+    return entry.incarnation() == incarnation && entry.host_id() == host.record.id();
+  });
   if (!awaited) return nullptr;
   watches_[instance->number].AddExit(incarnation);
   return instance;

@@ -55,7 +55,7 @@ class Failovers {
   // This process stood still for `pause`: missing witnesses of that time prove nothing.
   void Forgive(Steady pause, Now now);
   // A worker that was declared dead for its silence has ended. The instance, if its failover waits for that.
-  InstanceEntry* NoteExit(const v1::WorkerExited& exited);
+  InstanceEntry* NoteExit(const HostEntry& host, const v1::WorkerExited& exited);
   // The instance, if its failover waits for that inventory.
   InstanceEntry* NoteInventory(const HostEntry& host, const v1::InventoryReport& report, Now now);
 

@@ -57,6 +57,20 @@ class FailoversTest : public ::testing::Test {
   Failovers failovers_{*rig_.state, rig_.settings};
 };
 
+TEST_F(FailoversTest, OnlyTheHostThatRanAWorkerSaysThatItEnded) {
+  const WorkerEntry& silent = StateRig::WorkerOf(instance_, 3);
+  v1::WorkerExited exited;
+  *exited.mutable_identity() = StateRig::IdentityOf(instance_, silent);
+  records::Instance next = instance_.record;
+  records::Dead& dead = *next.mutable_failover()->add_dead();
+  dead.set_region(3);
+  dead.set_incarnation(silent.incarnation);
+  dead.set_host_id(beta_.record.id());
+  ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
+  EXPECT_EQ(failovers_.NoteExit(alpha_, exited), nullptr) << "its lease has to run out";
+  EXPECT_EQ(failovers_.NoteExit(beta_, exited), &instance_);
+}
+
 TEST_F(FailoversTest, AnExitIsWalkedFromTheMapWithoutItToTheWorldThatRunsAgain) {
   EXPECT_FALSE(Take(Next())) << "nobody is dead";
   WorkerEntry& dead = StateRig::WorkerOf(instance_, 3);

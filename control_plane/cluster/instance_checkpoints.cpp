@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/change.h"
 #include "control_plane/checkpoint_files.h"
+#include "control_plane/cluster/host_rights.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/liveness.h"
 #include "control_plane/control_settings.h"
@@ -236,6 +237,10 @@ absl::Status InstanceCheckpoints::Drop(InstanceEntry& instance) {
 
 absl::Status InstanceCheckpoints::CheckFetch(const v1::FetchStateRequest& request) const {
   if (absl::Status status = CheckHostSecret(state_, request.host_id(), request.host_secret()); !status.ok()) {
+    return status;
+  }
+  if (absl::Status status = CheckMayFetchState(state_, request.host_id(), request.instance_id(), request.region());
+      !status.ok()) {
     return status;
   }
   const InstanceEntry* instance = state_.FindInstance(request.instance_id());

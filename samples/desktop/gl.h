@@ -46,7 +46,7 @@ struct Gl {
   const char* Load() {
 #define DESKTOP_GL_LOAD(type, name)                                 \
   name = reinterpret_cast<type>(SDL_GL_GetProcAddress("gl" #name)); \
-  if (name == nullptr) return "gl" #name;
+  if ((name) == nullptr) return "gl" #name;
     DESKTOP_GL_FUNCTIONS(DESKTOP_GL_LOAD)
 #undef DESKTOP_GL_LOAD
     return nullptr;

@@ -204,6 +204,7 @@ TEST(ScriptTest, SaysWhatMakesNoSense) {
 Options Parsed(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), "tessera-desktop");
   std::vector<char*> argv;
+  argv.reserve(arguments.size());
   for (std::string& argument : arguments) argv.push_back(argument.data());
   return ParseOptions(static_cast<int>(argv.size()), argv.data());
 }

@@ -243,6 +243,7 @@ TEST_F(GatewayTest, WhoDoesNotReadCostsNoMemoryAndGetsTheNewestLater) {
   ViewerSocket reader(gateway.address, run_->instance_id());
   ASSERT_TRUE(Until({&reader}, "all bodies", [&] { return SeesAll(reader); }));
   std::vector<std::unique_ptr<ViewerSocket>> slow;
+  slow.reserve(20);
   for (int i = 0; i < 20; ++i) {
     slow.push_back(std::make_unique<ViewerSocket>(gateway.address, run_->instance_id(),
                                                   ViewerSocket::Options{.receive_buffer_bytes = 4096}));
