@@ -87,6 +87,7 @@ std::string SummaryText(const local::RunSummary& summary) {
   line("tick rate", fmt::format("{:.2f} Hz (slowest region)", slowest));
   line("step p99", fmt::format("{:.2f} ms (slowest region, worst seconds)", p99 * 1e3));
   line("late ticks", fmt::format("{} of {}", Total(summary, &v1::WorkerReport::late_ticks), ticks));
+  if (summary.comebacks > 0) line("bots that came back", fmt::format("{}", summary.comebacks));
   line("processes left", fmt::format("{}", summary.processes_left.size()));
   line("verdict", summary.failure.empty() ? "every body is accounted for" : "FAILED: " + summary.failure);
   return out;
@@ -118,6 +119,7 @@ nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohm
           {"nonfinite", summary.nonfinite},
           {"handovers", Total(summary, &v1::WorkerReport::handovers_in)},
           {"late_ticks", Total(summary, &v1::WorkerReport::late_ticks)},
+          {"bot_comebacks", summary.comebacks},
           {"processes_left", summary.processes_left.size()},
           {"failure", summary.failure},
           {"regions", regions},
@@ -147,6 +149,7 @@ void Demo(const DemoOptions& options) {
                        .regions = options.regions,
                        .bodies = options.bodies,
                        .bots = options.bots,
+                       .bots_come_back = true,
                        .page_listen = options.json ? "" : options.page_listen,
                        .on_cluster = [&options](const local::LocalCluster& cluster) {
                          if (!options.json) ShowPage(cluster.page_address());

@@ -9,26 +9,38 @@ constexpr double kArrived_m = 4;
 constexpr double kEdge = 0.1;
 constexpr const char* kArena = "arena";  // name of the scene in games/arena
 constexpr std::chrono::microseconds kPlayInterval{16'667};
+constexpr std::chrono::seconds kComeBackTimeout{2};
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Bot>> Bot::Join(const trust::ControlPoint& control, const std::string& instance_id,
                                                const std::string& name, std::uint64_t seed,
                                                const std::vector<std::uint8_t>& returning, bool predict) {
-  auto client = client::Client::Join({.control_address = control.address,
-                                      .instance_id = instance_id,
-                                      .player_name = name,
-                                      .returning = returning,
-                                      .predict = predict,
-                                      .credentials = control.credentials});
+  client::JoinOptions join{.control_address = control.address,
+                           .instance_id = instance_id,
+                           .player_name = name,
+                           .returning = returning,
+                           .predict = predict,
+                           .credentials = control.credentials};
+  auto client = client::Client::Join(join);
   if (!client.ok()) return client.status();
-  return std::unique_ptr<Bot>(new Bot(*std::move(client), name, seed));
+  return std::unique_ptr<Bot>(new Bot(*std::move(client), std::move(join), seed));
 }
 
 absl::StatusOr<std::unique_ptr<Bot>> Bot::Play(const std::string& file) {
   auto client = client::Client::Play(file);
   if (!client.ok()) return client.status();
-  return std::unique_ptr<Bot>(new Bot(*std::move(client), "recording", 1));
+  return std::unique_ptr<Bot>(new Bot(*std::move(client), client::JoinOptions{}, 1));
+}
+
+absl::Status Bot::ComeBack() {
+  client::JoinOptions join = join_;
+  join.returning = client_->return_token();
+  join.deadline = kComeBackTimeout;
+  auto client = client::Client::Join(join);
+  if (!client.ok()) return client.status();
+  client_ = *std::move(client);
+  return absl::OkStatus();
 }
 
 bool Bot::Frame(client::TimePoint now) {

@@ -28,6 +28,10 @@ class Bot {
   // Watches a recording; errors: those of Client::Play.
   static absl::StatusOr<std::unique_ptr<Bot>> Play(const std::string& file);
 
+  // After its client has ended: joins again as the same player and plays on. Waits for the control plane's answer, 2 s at
+  // most. Errors: those of Client::Join; the bot stays ended.
+  absl::Status ComeBack();
+
   // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.
   bool Frame(client::TimePoint now);
 
@@ -37,18 +41,18 @@ class Bot {
   // Contacts and triggers so far: began or entered, ended or left.
   std::uint64_t pairs_begun() const { return pairs_begun_; }
   std::uint64_t pairs_ended() const { return pairs_ended_; }
-  const std::string& name() const { return name_; }
+  const std::string& name() const { return join_.player_name; }
   std::uint64_t region_changes() const { return region_changes_; }  // how often its own body crossed a border
 
  private:
-  Bot(std::unique_ptr<client::Client> client, std::string name, std::uint64_t seed)
-      : client_(std::move(client)), name_(std::move(name)), random_(seed), arena_player_(seed) {}
+  Bot(std::unique_ptr<client::Client> client, client::JoinOptions join, std::uint64_t seed)
+      : client_(std::move(client)), join_(std::move(join)), random_(seed), arena_player_(seed) {}
   void Steer(const client::SeenBody& self);
   void PlayArena(const client::SeenBody& self, client::TimePoint now);
   double Random();  // in [0, 1)
 
   std::unique_ptr<client::Client> client_;
-  std::string name_;
+  client::JoinOptions join_;
   std::uint64_t random_;
   std::optional<Vec3d> waypoint_;
   arena::ArenaPlayer arena_player_;

@@ -16,6 +16,8 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds kStartTimeout{60};
 constexpr std::chrono::seconds kEndTimeout{20};
 constexpr std::chrono::milliseconds kFrame{4};
+constexpr std::chrono::seconds kComeBackInterval{1};
+constexpr int kMaxRefusals = 10;
 
 double SecondsSince(Clock::time_point then) { return std::chrono::duration<double>(Clock::now() - then).count(); }
 
@@ -31,6 +33,7 @@ std::vector<BodyId> DynamicBodies(const Scene& scene) {
 
 WorldRun::WorldRun(const RunOptions& options)
     : scene_(LoadScene(options.scene, options.bodies)),
+      bots_come_back_(options.bots_come_back),
       conservation_(std::make_unique<Conservation>(DynamicBodies(*scene_.scene))) {
   cluster_ = std::make_unique<LocalCluster>(
       LocalClusterOptions{.state_dir = folder_.path(),
@@ -110,11 +113,25 @@ bool WorldRun::PlayUntil(const std::function<bool()>& holds, std::chrono::millis
 
 bool WorldRun::Frame() {
   for (const auto& bot : bots_) {
-    if (!bot->Frame(Clock::now())) return false;
+    if (!bot->Frame(Clock::now()) && !BringBack(*bot)) return false;
   }
   if (!bots_expected_) ExpectBotBodies();
   const v1::InstanceState state = watch_->Latest().state();
   return state != v1::INSTANCE_STATE_FAILED && state != v1::INSTANCE_STATE_ENDED;
+}
+
+// False: it may not, or has been refused too often.
+bool WorldRun::BringBack(Bot& bot) {
+  if (!bots_come_back_) return false;
+  Refusals& refusals = refusals_[&bot];
+  if (Clock::now() < refusals.next_try) return true;
+  if (bot.ComeBack().ok()) {
+    refusals_.erase(&bot);
+    ++comebacks_;
+    return true;
+  }
+  refusals.next_try = Clock::now() + kComeBackInterval;
+  return ++refusals.count < kMaxRefusals;
 }
 
 std::string WorldRun::WhyOver() {
@@ -184,6 +201,7 @@ RunSummary WorldRun::Finish() {
   RunSummary summary;
   summary.ready_s = ready_s_;
   summary.running_s = running_s();
+  summary.comebacks = comebacks_;
   summary.bodies_at_start = DynamicBodies(*scene_.scene).size() + bots_.size();
   {
     const std::lock_guard lock(mutex_);

@@ -37,6 +37,7 @@ struct RunOptions {
   std::uint32_t regions = 4;
   std::optional<std::uint32_t> bodies = std::nullopt;  // scattered ones, instead of the scene's own number
   std::uint32_t bots = 2;
+  bool bots_come_back = false;  // one that was thrown out joins again; otherwise the run is over
   std::uint32_t hosts = 1;
   std::uint32_t capacity = 0;            // regions a host; 0: all of them
   bool workers_outlive_agents = false;   // as in LocalClusterOptions
@@ -62,6 +63,7 @@ struct RunSummary {
   std::uint64_t bodies_at_start = 0;  // dynamic ones of the scene, and a body for each bot
   std::optional<ConservationResult> conservation;
   std::uint64_t nonfinite = 0;
+  std::uint64_t comebacks = 0;  // of bots that were thrown out
   std::vector<RegionSummary> regions;
   std::string ended_as;                      // state of the instance after it was deleted
   std::vector<std::int64_t> processes_left;  // workers that still run; always empty unless something is badly wrong
@@ -73,7 +75,8 @@ class WorldRun {
   explicit WorldRun(const RunOptions& options);
   ~WorldRun();
 
-  // One frame of every bot. False when the instance or a bot has ended unasked.
+  // One frame of every bot. False when the instance or a bot has ended unasked; bots that come back end it only when they
+  // have been refused for 10 s.
   bool Frame();
   // Frames at a game's pace until it holds, which is asked after each frame and each update of the instance. False when
   // the instance or a bot has ended, or time is up.
@@ -103,8 +106,13 @@ class WorldRun {
     double worst_step_p99_s = 0;
     v1::WorkerReport last;
   };
+  struct Refusals {
+    std::chrono::steady_clock::time_point next_try;
+    int count = 0;
+  };
   void CreateInstance(const RunOptions& options);
   void JoinBots(std::uint32_t count);
+  bool BringBack(Bot& bot);
   void ExpectBotBodies();
   void Observe(const v1::Instance& instance);
   std::string FailureOf(const RunSummary& summary) const;
@@ -117,6 +125,9 @@ class WorldRun {
   double ready_s_ = 0;
   std::chrono::steady_clock::time_point started_;
   std::vector<std::unique_ptr<Bot>> bots_;
+  bool bots_come_back_ = false;
+  std::map<const Bot*, Refusals> refusals_;  // of those that are out now
+  std::uint64_t comebacks_ = 0;
 
   std::mutex mutex_;  // guards what follows: written by the watch's thread
   std::unique_ptr<Conservation> conservation_;

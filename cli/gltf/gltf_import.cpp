@@ -17,6 +17,7 @@
 #include "cli/gltf/gltf_geometry.h"
 #include "cli/gltf/gltf_shapes.h"
 #include "cli/gltf/gltf_transform.h"
+#include "cli/gltf/gltf_values.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
 #include "core/world/utf8.h"
@@ -188,18 +189,16 @@ absl::Status Importer::Enter(const Visit& visit, std::vector<Visit>& next) {
   if (const auto physics = node.extensions.find(kBodyExtension); physics != node.extensions.end()) {
     const tinygltf::Value& value = physics->second;
     if (value.Has("motion")) {
-      if (absl::Status added = AddBody(visit, map, node, value.Get("motion")); !added.ok()) return added;
+      if (absl::Status added = AddBody(visit, map, node, MemberOf(value, "motion")); !added.ok()) return added;
       body = static_cast<int>(bodies_.size()) - 1;
     } else if (value.Has("type")) {
       Count("bodies in the older form of OMI_physics_body");
     }
     for (const auto& [key, trigger] : {std::pair("collider", false), std::pair("trigger", true)}) {
-      const tinygltf::Value& part = value.Get(key);
-      if (!part.IsObject() || !part.Get("shape").IsInt()) continue;
+      const tinygltf::Value& part = MemberOf(value, key);
+      if (!MemberOf(part, "shape").IsInt()) continue;
       shaped = true;
-      if (absl::Status added = AddShape(body, map, node, part.Get("shape").GetNumberAsInt(), trigger); !added.ok()) {
-        return added;
-      }
+      if (absl::Status added = AddShape(body, map, node, IndexIn(part, "shape"), trigger); !added.ok()) return added;
     }
   }
   // What belongs to a body, or has a shape for physics, has its mesh to be drawn.
@@ -225,20 +224,17 @@ absl::Status Importer::AddBody(const Visit& visit, const Affine& map, const tiny
   if (!placed) return Fault(absl::StrCat(where, ": a body cannot be sheared or flat"));
   Body body{where, map, placed->pose, {}, {}};
   body.proto.set_name(NameOf(node));
-  const std::string type = motion.Get("type").IsString() ? motion.Get("type").Get<std::string>() : "";
-  const auto number = [&](const char* key, double otherwise) {
-    return motion.Get(key).IsNumber() ? motion.Get(key).GetNumberAsDouble() : otherwise;
-  };
+  const std::string type = StringIn(motion, "type", "");
   if (type == "static") {
     body.proto.set_motion(v1::MOTION_STATIC);
   } else if (type == "kinematic") {
     body.proto.mutable_kinematic();
   } else if (type == "dynamic") {
     body.proto.set_motion(v1::MOTION_DYNAMIC);
-    body.proto.set_mass(number("mass", 1));
-    if (const double gravity = number("gravityFactor", 1); gravity != 1) body.proto.set_gravity_scale(gravity);
+    body.proto.set_mass(NumberIn(motion, "mass", 1));
+    if (const double gravity = NumberIn(motion, "gravityFactor", 1); gravity != 1) body.proto.set_gravity_scale(gravity);
     const auto velocity = [&](const char* key, auto set) -> absl::Status {
-      const tinygltf::Value& list = motion.Get(key);
+      const tinygltf::Value& list = MemberOf(motion, key);
       if (!list.IsArray()) return absl::OkStatus();
       const auto v = VectorOf(list);
       if (!v) return Fault(absl::StrCat(where, ": ", kBodyExtension, ".motion.", key, " is no vector"));

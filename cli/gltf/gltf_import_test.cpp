@@ -318,6 +318,28 @@ TEST(GltfImportTest, ShapesThatCannotBeAreRefusedByTheirNode) {
   EXPECT_THAT(with({{"type", "trimesh"}, {"trimesh", {{"mesh", 3}}}}, json::object()), HasSubstr("there is no mesh 3"));
 }
 
+TEST(GltfImportTest, ValuesOfAnotherKindAreAsIfTheyWereNotThere) {
+  // Of a shape, one after the other, what it takes a number, a list or an object for.
+  const json wrong = {5, "text", json::array({1}), true};
+  for (const json& value : wrong) {
+    SCOPED_TRACE(value.dump());
+    for (const std::string type : {"box", "sphere", "capsule", "cylinder", "trimesh"}) {
+      Level level;
+      json physics = Physics("dynamic");
+      physics["collider"] = {{"shape", level.Shape({{"type", type}, {type, value}})}};
+      level.Node({{"extensions", {{"OMI_physics_body", physics}}}});
+      EXPECT_EQ(FaultOf(level).empty(), type != "trimesh") << FaultOf(level);
+    }
+    Level listed;
+    listed.Node({{"mesh", listed.Square()}});
+    listed.document["extensions"]["OMI_physics_shape"] = value;
+    EXPECT_EQ(FaultOf(listed), "");
+    Level body;
+    body.Node({{"mesh", body.Square()}, {"extensions", {{"OMI_physics_body", {{"motion", value}}}}}});
+    EXPECT_THAT(FaultOf(body), HasSubstr("motion.type is \"\""));
+  }
+}
+
 TEST(GltfImportTest, RubbishIsRefusedInALine) {
   for (const std::string rubbish : {"", "glTF", "{}", "hello", "glTF\x02\0\0\0\xff\xff\xff\xff"}) {
     const std::vector<std::uint8_t> bytes(rubbish.begin(), rubbish.end());

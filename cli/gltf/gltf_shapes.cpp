@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "cli/gltf/gltf_geometry.h"
+#include "cli/gltf/gltf_values.h"
 #include "core/physics/mass_properties.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
@@ -23,10 +24,6 @@ constexpr double kUneven = 1e-3;
 
 absl::Status Wrong(const std::string& where, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat(where, ": ", what));
-}
-
-double NumberIn(const tinygltf::Value& values, const char* key, double otherwise) {
-  return values.Get(key).IsNumber() ? values.Get(key).GetNumberAsDouble() : otherwise;
 }
 
 // Capsules and cylinders have one radius here, and two there.
@@ -156,16 +153,16 @@ absl::StatusOr<ShapePart> ReadShape(const tinygltf::Model& model, int shape, con
                                     const std::string& where) {
   const auto found = model.extensions.find(kShapeExtension);
   const tinygltf::Value none;
-  const tinygltf::Value& shapes = found == model.extensions.end() ? none : found->second.Get("shapes");
+  const tinygltf::Value& shapes = found == model.extensions.end() ? none : MemberOf(found->second, "shapes");
   if (shape < 0 || !shapes.IsArray() || static_cast<std::size_t>(shape) >= shapes.ArrayLen()) {
     return Wrong(where, absl::StrCat("there is no shape ", shape, " in ", kShapeExtension));
   }
   const tinygltf::Value& entry = shapes.Get(shape);
-  const std::string type = entry.Get("type").IsString() ? entry.Get("type").Get<std::string>() : "";
-  const tinygltf::Value& values = entry.Get(type);
+  const std::string type = StringIn(entry, "type", "");
+  const tinygltf::Value& values = MemberOf(entry, type);
   const std::string here = absl::StrCat(where, ": shape ", shape);
   if (type == "convex" || type == "hull" || type == "trimesh") {
-    const auto mesh = ReadMesh(model, values.Get("mesh").IsInt() ? values.Get("mesh").GetNumberAsInt() : -1);
+    const auto mesh = ReadMesh(model, IndexIn(values, "mesh"));
     if (!mesh.ok()) return Wrong(here, std::string(mesh.status().message()));
     Triangles triangles = *mesh;
     for (Vec3d& vertex : triangles.vertices) vertex = map(vertex);
@@ -186,7 +183,7 @@ absl::StatusOr<ShapePart> ReadShape(const tinygltf::Model& model, int shape, con
   if (type != "box") {
     return Wrong(here, absl::StrCat("type \"", type, "\" is not box, sphere, capsule, cylinder, convex or trimesh"));
   }
-  const Vec3d size = VectorOf(values.Get("size")).value_or(Vec3d{1, 1, 1});
+  const Vec3d size = VectorOf(MemberOf(values, "size")).value_or(Vec3d{1, 1, 1});
   ShapePart part{placed->pose, {}, {}, {}};
   *part.shape.mutable_box()->mutable_half_extents() =
       ToProto(Vec3d{size.x * placed->scale.x, size.y * placed->scale.y, size.z * placed->scale.z} * 0.5);
