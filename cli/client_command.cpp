@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -33,6 +35,7 @@ struct ClientOptions {
   std::string record_file;
   std::uint64_t record_mb = 1024;
   std::string play_file;
+  double from_s = 0, speed = 1;  // of what is played
   bool events = false;
 };
 
@@ -64,7 +67,7 @@ void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot
   bool going = true;
   while (going && !stop.Wait(kFrameTime)) {
     const auto now = client::Clock::now();
-    going = bot.Frame(now);
+    going = bot.Frame(start + std::chrono::duration_cast<client::Clock::duration>((now - start) * options.speed));
     for (const client::ClientEvent& event : bot.events()) {
       const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;
       if (options.events || must) (must ? std::cerr : std::cout) << EventLine(bot.client(), event) << std::flush;
@@ -83,6 +86,14 @@ void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot
 void Play(const Globals& globals, const ClientOptions& options) {
   auto playing = local::Bot::Play(options.play_file);
   Check("client: ", playing.status());
+  client::Client& client = (*playing)->client();
+  if (const double length_s = std::chrono::duration<double>(*client.length()).count(); options.from_s > length_s) {
+    throw local::CommandError(
+        fmt::format("client: --from {:g}: {} is {:.1f} s long", options.from_s, options.play_file, length_s));
+  }
+  if (options.from_s > 0) {
+    Check("client: ", client.Seek(std::chrono::microseconds(std::llround(options.from_s * 1e6))));
+  }
   if (Tables(globals)) std::cout << fmt::format("playing {}\n", options.play_file) << std::flush;
   Watch(globals, options, **playing);
 }
@@ -130,9 +141,18 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
       ->capture_default_str()
       ->check(CLI::Range(1, 1'000'000))
       ->needs(record);
-  client->add_option("--play", options->play_file, "Instead of joining, play what such a file holds")
-      ->excludes(id)
-      ->excludes(record);
+  CLI::Option* play =
+      client->add_option("--play", options->play_file, "Instead of joining, play what such a file holds")
+          ->excludes(id)
+          ->excludes(record);
+  client->add_option("--from", options->from_s, "Play from this time of the file on, seconds")
+      ->check(CLI::NonNegativeNumber)
+      ->check(Finite())
+      ->needs(play);
+  client->add_option("--speed", options->speed, "Play so many times as fast")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 16.0))
+      ->needs(play);
   client->add_flag("--events", options->events, "Print each event: contacts, triggers, bodies that come and go");
   client->callback([&globals, options, id] {
     if (id->count() == 0 && options->play_file.empty()) throw CLI::RequiredError("id, or --play");

@@ -168,6 +168,16 @@ class Client {
   // (not a recording), DATA_LOSS (damaged); each begins with the file's name.
   static absl::StatusOr<std::unique_ptr<Client>> Play(const std::string& file);
 
+  // Of a recording: the next Poll is at this time of it, as if its client had only just come to know what stood then.
+  // That Poll tells first that all bodies known so far vanish. It plays on from a key at most some seconds before, so
+  // it takes a moment in a large world; a recording of an older format has no keys, and is played from its beginning.
+  // Later than its end: its end. FAILED_PRECONDITION for a client of a world.
+  absl::Status Seek(std::chrono::microseconds at);
+  // Of a recording: how long it is.
+  std::optional<std::chrono::microseconds> length() const;
+  // What was noted beside the world (Note), since the last call; of those that nobody takes the newest 256.
+  std::vector<std::string> TakeNotes();
+
   // Takes in what has come, sends what is due. Call at least 30 times a second.
   std::vector<ClientEvent> Poll(TimePoint now);
   ClientState state() const;
@@ -235,6 +245,10 @@ class Client {
   // A file that is not ended, by this or with the client, cannot be played. OK if there is no recording.
   absl::Status StopRecording();
   bool recording() const;
+  std::uint64_t recorded_bytes() const;  // so far; 0 without a recording
+  // Writes a text beside the world into the recording, as of the last Poll; nothing without a recording.
+  // INVALID_ARGUMENT: longer than 1 MiB.
+  absl::Status Note(std::string text);
   // Hours of a busy world.
   static constexpr std::uint64_t kDefaultRecording_bytes = std::uint64_t{1} << 30;
 

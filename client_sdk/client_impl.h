@@ -71,6 +71,7 @@ struct Client::Impl {
   void RecordAllKnown(TimePoint now);
   void RecordEvents(TimePoint now);
   absl::Status EndRecording();
+  static std::unique_ptr<Impl> Playing(Replay from);
   void PlayBack(TimePoint now);
   void PlayStep(Replay::Step step);
 
@@ -140,7 +141,9 @@ struct Client::Impl {
   std::optional<Vec3d> spectator_view;  // while the own body is out of the world
 
   std::optional<Recorder> recorder;
-  std::optional<Replay> replay;  // instead of regions
+  std::optional<Replay> replay;    // instead of regions
+  bool catching_up = false;        // with what stood where it was sought: nobody saw the frames since then
+  std::vector<std::string> notes;  // of the replay
 
   std::optional<TimePoint> joined_by, last_poll, silent_since;
   std::uint64_t bytes_in = 0, bytes_out = 0, full_records = 0, delta_records = 0, inputs_refused = 0;

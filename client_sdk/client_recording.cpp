@@ -3,10 +3,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "client_sdk/client_impl.h"
+#include "client_sdk/recording_format.h"
 #include "core/world/partition_io.h"
 
 namespace tessera::client {
 namespace {
+
+constexpr std::size_t kMaxNotes = 256;  // that nobody has taken
 
 // Whether the event is not recorded: the view makes it again when it is played back, or it is not about the world.
 bool FollowsFromTheWorld(ClientEvent::Kind kind) {
@@ -45,13 +48,24 @@ absl::Status Client::Record(const std::string& file, std::uint64_t max_bytes) {
                                .scene = *me.session.written_scene};
   absl::StatusOr<RecordingWriter> writer = RecordingWriter::Create(file, header, max_bytes);
   if (!writer.ok()) return writer.status();
-  me.recorder.emplace(*std::move(writer), *me.session.scene);
+  me.recorder.emplace(*std::move(writer), *me.session.scene, header);
   if (me.last_poll) me.RecordAllKnown(*me.last_poll);
   return absl::OkStatus();
 }
 
 absl::Status Client::StopRecording() { return impl_->EndRecording(); }
 bool Client::recording() const { return impl_->recorder.has_value(); }
+std::uint64_t Client::recorded_bytes() const { return impl_->recorder ? impl_->recorder->bytes() : 0; }
+
+absl::Status Client::Note(std::string text) {
+  if (text.size() > kMaxNoteBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("text: has ", text.size(), " bytes; at most ", kMaxNoteBytes));
+  }
+  if (impl_->recorder && impl_->last_poll) impl_->recorder->Note(*impl_->last_poll, std::move(text));
+  return absl::OkStatus();
+}
+
+std::vector<std::string> Client::TakeNotes() { return std::exchange(impl_->notes, {}); }
 
 // Records the known world as if the regions had just begun to send, in the order of their ids.
 void Client::Impl::RecordAllKnown(TimePoint now) {
@@ -100,16 +114,34 @@ absl::Status Client::Impl::EndRecording() {
 absl::StatusOr<std::unique_ptr<Client>> Client::Play(const std::string& file) {
   absl::StatusOr<Replay> replay = Replay::Open(file);
   if (!replay.ok()) return replay.status();
+  return std::unique_ptr<Client>(new Client(Impl::Playing(*std::move(replay))));
+}
+
+std::unique_ptr<Client::Impl> Client::Impl::Playing(Replay from) {
   JoinOptions options;
-  options.instance_id = replay->header().instance_id;
-  auto impl = std::make_unique<Impl>(options, replay->session(), nullptr);
-  impl->state = ClientState::kWaiting;
-  if (replay->header().started) {
-    impl->started = true;
-    impl->state = ClientState::kPlaying;
+  options.instance_id = from.header().instance_id;
+  auto impl = std::make_unique<Impl>(options, from.session(), nullptr);
+  impl->state = from.header().started ? ClientState::kPlaying : ClientState::kWaiting;
+  impl->started = from.header().started;
+  impl->replay.emplace(std::move(from));
+  return impl;
+}
+
+absl::Status Client::Seek(std::chrono::microseconds at) {
+  if (!impl_->replay) return absl::FailedPreconditionError("only a recording can be sought in");
+  Replay replay = *std::move(impl_->replay);
+  replay.Seek(at);
+  std::unique_ptr<Impl> sought = Impl::Playing(std::move(replay));
+  sought->catching_up = true;
+  for (const auto& [id, body] : impl_->world.bodies()) {
+    sought->events.push_back({.kind = ClientEvent::Kind::kVanished, .body = id, .region = body.region});
   }
-  impl->replay.emplace(*std::move(replay));
-  return std::unique_ptr<Client>(new Client(std::move(impl)));
+  impl_ = std::move(sought);
+  return absl::OkStatus();
+}
+
+std::optional<std::chrono::microseconds> Client::length() const {
+  return impl_->replay ? std::optional(impl_->replay->length()) : std::nullopt;
 }
 
 void Client::Impl::PlayBack(TimePoint now) {
@@ -117,8 +149,12 @@ void Client::Impl::PlayBack(TimePoint now) {
     absl::StatusOr<std::optional<Replay::Step>> step = replay->Next(now);
     if (!step.ok()) return End(step.status(), "");
     if (!step->has_value()) break;
+    const TimePoint at = (*step)->at;
     PlayStep(**std::move(step));
+    // As the frames would have been drawn, so that the moment that is shown is right at once.
+    if (catching_up) playout.Advance(at);
   }
+  catching_up = false;
   world.Expire(now, events);
   if (replay->ended()) End(absl::OkStatus(), "the recording ends");
 }
@@ -137,6 +173,17 @@ void Client::Impl::PlayStep(Replay::Step step) {
     RegionChanged(step.at, change->region, change->change);
   } else if (auto* map = std::get_if<PartitionMap>(&step.what)) {
     session.map = std::move(*map);
+  } else if (auto* standing = std::get_if<Replay::Standing>(&step.what)) {
+    session.map = std::move(standing->map);
+    started = standing->started;
+    state = started ? ClientState::kPlaying : ClientState::kWaiting;
+    for (const auto& [region, connected] : standing->regions) {
+      RegionChanged(step.at, region, RegionEntry::Change::kBegins);
+      if (!connected) RegionChanged(step.at, region, RegionEntry::Change::kLost);
+    }
+  } else if (auto* note = std::get_if<NoteEntry>(&step.what)) {
+    if (notes.size() == kMaxNotes) notes.erase(notes.begin());
+    notes.push_back(std::move(note->text));
   } else {
     auto& event = std::get<ClientEvent>(step.what);
     if (event.kind == ClientEvent::Kind::kStarted) {

@@ -6,11 +6,12 @@ namespace tessera::client {
 
 using replication::DepartureRecord;
 
-Recorder::Recorder(RecordingWriter writer, const Scene& scene)
+Recorder::Recorder(RecordingWriter writer, const Scene& scene, const RecordingHeader& header)
     : writer_(std::move(writer)),
       quantizer_(scene.bounds, replication::SnapshotSettingsFor(scene)),
-      codec_(replication::MakeDenseCodec(scene.bounds, replication::SnapshotSettingsFor(scene), scene.gravity_m_s2.y)) {
-}
+      codec_(replication::MakeDenseCodec(scene.bounds, replication::SnapshotSettingsFor(scene), scene.gravity_m_s2.y)),
+      started_(header.started),
+      map_(header.map) {}
 
 // Frames of a region wait in the order of their ticks, in whatever order their datagrams come.
 Recorder::OpenFrame& Recorder::FrameOf(TimePoint now, RegionId region, Tick tick) {
@@ -50,6 +51,7 @@ void Recorder::Region(TimePoint now, RegionId region, RegionEntry::Change change
 }
 void Recorder::Map(TimePoint now, std::string map) { Wait({now, MapEntry{std::move(map)}}); }
 void Recorder::Event(TimePoint now, const ClientEvent& event) { Wait({now, event}); }
+void Recorder::Note(TimePoint now, std::string text) { Wait({now, NoteEntry{std::move(text)}}); }
 
 std::chrono::microseconds Recorder::Since(TimePoint at) const {
   if (!begin_) return {};
@@ -92,17 +94,48 @@ absl::Status Recorder::Close() {
 
 absl::Status Recorder::Write(Waiting waiting) {
   RecordedEntry entry{Since(waiting.at), RegionEntry()};
+  if (absl::Status status = WriteKeyIfDue(entry.at); !status.ok()) return status;
   if (auto* frame = std::get_if<OpenFrame>(&waiting.what)) {
     entry.what = Encode(std::move(*frame));
   } else if (auto* change = std::get_if<RegionEntry>(&waiting.what)) {
+    using Change = RegionEntry::Change;
     if (BeginsAnew(change->change)) streams_.erase(change->region);
+    if (change->change == Change::kBegins || change->change == Change::kLost) {
+      connected_[change->region] = change->change == Change::kBegins;
+    } else {
+      connected_.erase(change->region);
+    }
     entry.what = *change;
   } else if (auto* map = std::get_if<MapEntry>(&waiting.what)) {
+    map_ = map->map;
     entry.what = std::move(*map);
+  } else if (auto* note = std::get_if<NoteEntry>(&waiting.what)) {
+    entry.what = std::move(*note);
   } else {
-    entry.what = std::get<ClientEvent>(std::move(waiting.what));
+    auto& event = std::get<ClientEvent>(waiting.what);
+    started_ = started_ || event.kind == ClientEvent::Kind::kStarted;
+    entry.what = std::move(event);
   }
   return writer_.Write(entry);
+}
+
+absl::Status Recorder::WriteKeyIfDue(std::chrono::microseconds at) {
+  const std::uint64_t begin = writer_.bytes();
+  if (at - last_key_ < kKeyInterval || begin - last_key_end_ < last_key_bytes_) return absl::OkStatus();
+  last_key_ = at;
+  KeyEntry key{.started = started_, .map = map_, .regions = {connected_.begin(), connected_.end()}};
+  key.frames = static_cast<std::uint32_t>(streams_.size());
+  absl::Status status = writer_.Write({at, std::move(key)});
+  for (auto& [region, stream] : streams_) {
+    FrameEntry frame{.region = region, .last_input = stream.last_input};
+    frame.properties.assign(stream.properties.begin(), stream.properties.end());
+    stream.frames = {};
+    EncodeBodies(stream, frame);
+    if (status.ok()) status = writer_.Write({at, KeyFrameEntry{std::move(frame)}});
+  }
+  last_key_end_ = writer_.bytes();
+  last_key_bytes_ = last_key_end_ - begin;
+  return status;
 }
 
 void Recorder::Merge(Stream& stream, OpenFrame& frame) {
@@ -114,7 +147,9 @@ void Recorder::Merge(Stream& stream, OpenFrame& frame) {
     const auto [at, fresh] = stream.gone.try_emplace(departure.id, gone);
     if (!fresh && older(at->second, gone)) at->second = gone;
     const auto body = stream.bodies.find(departure.id);
-    if (body != stream.bodies.end() && !older(gone, body->second)) stream.bodies.erase(body);
+    if (body == stream.bodies.end() || older(gone, body->second)) continue;
+    stream.bodies.erase(body);
+    stream.properties.erase(departure.id);
   }
   for (const auto& [id, body] : frame.bodies) {
     if (const auto gone = stream.gone.find(id); gone != stream.gone.end()) {
@@ -134,10 +169,19 @@ FrameEntry Recorder::Encode(OpenFrame frame) {
   FrameEntry entry{.region = frame.region, .last_input = frame.last_input};
   entry.departures = std::move(frame.departures);
   for (auto& [id, property] : frame.properties) {
-    if (stream.bodies.contains(id)) entry.properties.emplace_back(id, std::move(property.second));
+    if (!stream.bodies.contains(id)) continue;
+    stream.properties[id] = property.second;
+    entry.properties.emplace_back(id, std::move(property.second));
   }
+  stream.last_input = std::max(stream.last_input, frame.last_input);
   // A frame that comes after a later one takes that one's next tick: newer states stay.
   stream.written = std::max(frame.tick, stream.written + 1);
+  EncodeBodies(stream, entry);
+  return entry;
+}
+
+// All bodies of the region as of its newest tick, against its frames before.
+void Recorder::EncodeBodies(Stream& stream, FrameEntry& entry) {
   replication::DenseFrame dense{.tick = stream.written, .bodies = {}, .departures = {}};
   dense.bodies.reserve(stream.bodies.size());
   for (const auto& [id, body] : stream.bodies) {
@@ -149,7 +193,6 @@ FrameEntry Recorder::Encode(OpenFrame frame) {
   stream.frames = {.base = std::move(encoded.kept),
                    .older = std::move(stream.frames.base),
                    .oldest = std::move(stream.frames.older)};
-  return entry;
 }
 
 }  // namespace tessera::client

@@ -2,6 +2,7 @@
 //
 // Each tick of a region becomes one frame, coded by the dense coder against the region's frames before it. A late
 // record goes into its own frame for kHold, after that into the next one, so that no record is missing in the end.
+// Every kKeyInterval, and not before as many bytes as the last key took, a key says all that is known.
 //
 //   recorder.Snapshot(now, region, snapshot);  recorder.Region(now, region, change);  recorder.Event(now, event);
 //   if (absl::Status status = recorder.Flush(now); !status.ok()) ...    // once a poll
@@ -27,13 +28,17 @@ class Recorder {
   // How long a frame waits for datagrams that are late.
   static constexpr std::chrono::milliseconds kHold{200};
 
-  // The recording begins with the first call of the others.
-  Recorder(RecordingWriter writer, const Scene& scene);
+  static constexpr std::chrono::seconds kKeyInterval{5};
+
+  // The recording begins with the first call of the others. `header`: what the writer has begun with.
+  Recorder(RecordingWriter writer, const Scene& scene, const RecordingHeader& header);
 
   void Snapshot(TimePoint now, RegionId region, const replication::ReceivedSnapshot& snapshot);
   void Region(TimePoint now, RegionId region, RegionEntry::Change change);
   void Map(TimePoint now, std::string map);
   void Event(TimePoint now, const ClientEvent& event);
+  void Note(TimePoint now, std::string text);
+  std::uint64_t bytes() const { return writer_.bytes(); }
 
   // Writes what need not wait any more. Errors: those of RecordingWriter::Write; nothing more is written then.
   absl::Status Flush(TimePoint now);
@@ -55,6 +60,8 @@ class Recorder {
   struct Stream {
     std::map<BodyId, RecordedBody> bodies;
     std::map<BodyId, Departed> gone;
+    std::map<BodyId, std::shared_ptr<const replication::Bytes>> properties;  // the newest of each
+    std::uint32_t last_input = 0;
     Tick written;
     replication::DenseCodec::References frames{};  // the last three
   };
@@ -68,7 +75,7 @@ class Recorder {
   };
   struct Waiting {
     TimePoint at;
-    std::variant<OpenFrame, RegionEntry, MapEntry, ClientEvent> what;
+    std::variant<OpenFrame, RegionEntry, MapEntry, ClientEvent, NoteEntry> what;
   };
 
   void Wait(Waiting waiting);
@@ -76,8 +83,10 @@ class Recorder {
   OpenFrame& FrameOf(TimePoint now, RegionId region, Tick tick);
   absl::Status WriteWaiting(std::optional<TimePoint> now);  // nothing: all of it
   absl::Status Write(Waiting waiting);
+  absl::Status WriteKeyIfDue(std::chrono::microseconds at);
   static void Merge(Stream& stream, OpenFrame& frame);
   FrameEntry Encode(OpenFrame frame);
+  void EncodeBodies(Stream& stream, FrameEntry& entry);
 
   RecordingWriter writer_;
   replication::Quantizer quantizer_;
@@ -87,6 +96,13 @@ class Recorder {
   bool failed_ = false;
   std::deque<Waiting> waiting_;  // ascending by time
   std::map<RegionId, Stream> streams_;
+
+  // As of what is written.
+  bool started_;
+  std::string map_;                     // tessera.v1.PartitionMap
+  std::map<RegionId, bool> connected_;  // regions that have begun
+  std::chrono::microseconds last_key_{};
+  std::uint64_t last_key_end_ = 0, last_key_bytes_ = 0;
 };
 
 }  // namespace tessera::client

@@ -1,5 +1,7 @@
 #include "client_sdk/recording.h"
 
+#include <algorithm>
+#include <array>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
@@ -125,9 +127,9 @@ absl::Status RecordingReader::Check() {
   if (size_ < preamble.size() || !TakeAll(*in_, preamble) || words.U32() != kRecordingMagic) {
     return absl::InvalidArgumentError(absl::StrCat(name_, ": is not a recording"));
   }
-  if (const std::uint32_t format = words.U32(); format != kRecordingFormat) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(name_, ": has format ", format, ", this library reads ", kRecordingFormat));
+  if (const std::uint32_t format = words.U32(); format < kOldestRecordingFormat || format > kRecordingFormat) {
+    return absl::InvalidArgumentError(absl::StrCat(name_, ": has format ", format, ", this library reads ",
+                                                   kOldestRecordingFormat, " to ", kRecordingFormat));
   }
   at_ = preamble.size();
   auto payload = Take(kMaxHeaderBytes);
@@ -135,24 +137,48 @@ absl::Status RecordingReader::Check() {
   absl::StatusOr<RecordingHeader> header = DecodeHeader(*payload);
   if (!header.ok()) return Damaged(header.status().message());
   header_ = *std::move(header);
-  const std::uint64_t first = at_;
+  starts_ = {{.byte = at_, .entry = entries_}};
+  Place key;  // the last one, as long as some of its frames have not come
+  std::uint64_t frames_missing = 0;
   for (;;) {
+    const Place here{.byte = at_, .entry = entries_};
     payload = Take(kMaxEntryBytes);
     if (!payload.ok()) return payload.status();
     ByteReader in(*payload);
-    const bool last = in.U8() == static_cast<std::uint8_t>(EntryKind::kEnd);
+    const auto kind = static_cast<EntryKind>(in.U8());
     const std::uint64_t at_us = in.Varint();
     if (!in.ok() || at_us > kMaxTime_us || std::chrono::microseconds(at_us) < length_) return Damaged("time");
     length_ = std::chrono::microseconds(at_us);
-    if (!last) continue;
+    if (kind == EntryKind::kKey) {
+      key = {length_, here.byte, here.entry};
+      frames_missing = in.Varint32();
+      if (frames_missing == 0) starts_.push_back(key);
+    } else if (frames_missing > 0) {
+      if (kind != EntryKind::kKeyFrame) {
+        frames_missing = 0;  // the file was full
+      } else if (--frames_missing == 0) {
+        starts_.push_back(key);
+      }
+    }
+    if (kind != EntryKind::kEnd) continue;
     if (in.Varint() != entries_ - 1 || !in.ok() || in.remaining() > 0) return Damaged("the count of entries");
     break;
   }
   if (at_ != size_) return Damaged("goes on after its end");
-  in_->seekg(static_cast<std::streamoff>(first));
-  at_ = first;
-  entries_ = 1;
+  GoTo(starts_.front());
   return absl::OkStatus();
+}
+
+void RecordingReader::GoTo(const Place& place) {
+  in_->seekg(static_cast<std::streamoff>(place.byte));
+  at_ = place.byte;
+  entries_ = place.entry;
+}
+
+void RecordingReader::Seek(std::chrono::microseconds at) {
+  const auto after = std::upper_bound(starts_.begin() + 1, starts_.end(), at,
+                                      [](std::chrono::microseconds t, const Place& place) { return t < place.time; });
+  GoTo(*std::prev(after));
 }
 
 absl::StatusOr<std::optional<RecordedEntry>> RecordingReader::Next() {

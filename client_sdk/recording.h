@@ -10,7 +10,8 @@
 // A file is a magic number, a format, and entries, each sealed with a checksum that counts its place: an entry that is
 // changed, missing, doubled or moved is found, and so is a file that is cut short, since the last entry says so. A
 // malformed entry under a right checksum is an error too; nothing in a file is trusted (docs/protocol.md has the
-// layout). Thread rule: one thread at a time for each object.
+// layout). Every few seconds a key says all that is known then, so that playing can begin there. Thread rule: one
+// thread at a time for each object.
 #pragma once
 
 #include <chrono>
@@ -69,10 +70,29 @@ struct MapEntry {
   std::string map;  // tessera.v1.PartitionMap
 };
 
+// All that stands at a moment, with the key frames that follow directly: who plays on from the beginning needs none of
+// it, but that the next frame of a region refers to its key frame.
+struct KeyEntry {
+  bool started = false;
+  std::string map{};                                 // tessera.v1.PartitionMap
+  std::vector<std::pair<RegionId, bool>> regions{};  // ascending; whether it is connected
+  std::uint32_t frames = 0;
+};
+
+// All bodies of a region, and all their properties; refers to no other frame.
+struct KeyFrameEntry {
+  FrameEntry frame;
+};
+
+// What a program wrote beside the world: Client::Note.
+struct NoteEntry {
+  std::string text;
+};
+
 // A step of the recording. Events that follow from frames are not written.
 struct RecordedEntry {
   std::chrono::microseconds at{};  // since the beginning; never goes back
-  std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent> what;
+  std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent, KeyEntry, KeyFrameEntry, NoteEntry> what;
 };
 
 // Errors of decoding: DATA_LOSS that names the fault.
@@ -114,13 +134,23 @@ class RecordingReader {
 
   const RecordingHeader& header() const { return header_; }
   std::chrono::microseconds length() const { return length_; }
+  // Goes to the last key that is not after `at`; to the beginning where there is none. The next entry is that key.
+  void Seek(std::chrono::microseconds at);
   // Nothing at the end.
   absl::StatusOr<std::optional<RecordedEntry>> Next();
 
  private:
+  // Where an entry begins.
+  struct Place {
+    std::chrono::microseconds time{};
+    std::uint64_t byte = 0;
+    std::uint32_t entry = 0;
+  };
+
   RecordingReader(std::unique_ptr<std::istream> in, std::string name);
   absl::StatusOr<std::vector<std::uint8_t>> Take(std::uint64_t max_bytes);
   absl::Status Check();
+  void GoTo(const Place& place);
   absl::Status Damaged(absl::string_view what) const;
 
   std::unique_ptr<std::istream> in_;
@@ -129,6 +159,7 @@ class RecordingReader {
   std::uint32_t entries_ = 0;
   RecordingHeader header_;
   std::chrono::microseconds length_{};
+  std::vector<Place> starts_;  // the first entry, and keys with all of their frames; ascending
 };
 
 }  // namespace tessera::client

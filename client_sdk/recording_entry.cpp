@@ -11,7 +11,7 @@ namespace {
 
 using replication::Bytes;
 using replication::DepartureRecord;
-using Payload = std::variant<FrameEntry, RegionEntry, MapEntry, ClientEvent>;
+using Payload = decltype(RecordedEntry::what);
 
 constexpr std::size_t kMaxText = 1024;          // the longest line of an event, or name
 constexpr std::size_t kMaxMapBytes = 64 << 20;  // far more than kMaxCells cells take
@@ -53,7 +53,7 @@ void Put(ByteWriter& out, const FrameEntry& entry) {
   }
 }
 
-absl::StatusOr<Payload> TakeFrame(ByteReader& in) {
+absl::StatusOr<FrameEntry> TakeFrame(ByteReader& in) {
   in.Field("frame");
   FrameEntry entry;
   entry.region = RegionId(in.Varint32());
@@ -137,6 +137,51 @@ absl::StatusOr<Payload> TakeEvent(ByteReader& in) {
   return event;
 }
 
+// The count of frames comes first, for whoever looks for keys alone.
+void Put(ByteWriter& out, const KeyEntry& entry) {
+  out.Varint(entry.frames);
+  out.U8(entry.started ? 1 : 0);
+  out.Block(entry.map);
+  out.Varint(entry.regions.size());
+  for (const auto& [region, connected] : entry.regions) {
+    out.Varint(region.value());
+    out.U8(connected ? 1 : 0);
+  }
+}
+
+absl::StatusOr<Payload> TakeKey(ByteReader& in) {
+  in.Field("key");
+  KeyEntry entry;
+  entry.frames = in.Varint32();
+  const std::uint8_t started = in.U8();
+  entry.started = started != 0;
+  entry.map = TakeText(in, kMaxMapBytes);
+  for (std::size_t n = in.Count(2); n > 0 && in.ok(); --n) {
+    const RegionId region(in.Varint32());
+    const std::uint8_t connected = in.U8();
+    if (region == RegionId() || (!entry.regions.empty() && entry.regions.back().first >= region)) {
+      return Bad("key: regions do not ascend");
+    }
+    if (connected > 1) return Bad("key: connected");
+    entry.regions.emplace_back(region, connected != 0);
+  }
+  if (started > 1) return Bad("key: started");
+  return entry;
+}
+
+void Put(ByteWriter& out, const KeyFrameEntry& entry) { Put(out, entry.frame); }
+absl::StatusOr<Payload> TakeKeyFrame(ByteReader& in) {
+  absl::StatusOr<FrameEntry> frame = TakeFrame(in);
+  if (!frame.ok()) return frame.status();
+  return KeyFrameEntry{*std::move(frame)};
+}
+
+void Put(ByteWriter& out, const NoteEntry& entry) { out.Block(entry.text); }
+absl::StatusOr<Payload> TakeNote(ByteReader& in) {
+  in.Field("note");
+  return NoteEntry{TakeText(in, kMaxNoteBytes)};
+}
+
 // In the order of the variant, from EntryKind::kFrame on.
 absl::StatusOr<Payload> TakePayload(ByteReader& in, std::uint8_t kind) {
   switch (static_cast<EntryKind>(kind)) {
@@ -148,6 +193,12 @@ absl::StatusOr<Payload> TakePayload(ByteReader& in, std::uint8_t kind) {
       return TakeMap(in);
     case EntryKind::kEvent:
       return TakeEvent(in);
+    case EntryKind::kKey:
+      return TakeKey(in);
+    case EntryKind::kKeyFrame:
+      return TakeKeyFrame(in);
+    case EntryKind::kNote:
+      return TakeNote(in);
     default:
       return Bad(absl::StrCat("unknown kind ", kind));
   }

@@ -7,14 +7,26 @@
 namespace tessera::client {
 
 inline constexpr std::uint32_t kRecordingMagic = 0x43525354;  // "TSRC", low byte first
-inline constexpr std::uint32_t kRecordingFormat = 1;
+inline constexpr std::uint32_t kRecordingFormat = 2;
+inline constexpr std::uint32_t kOldestRecordingFormat = 1;  // which has no keys and no notes
 
-enum class EntryKind : std::uint8_t { kEnd = 0, kHeader = 1, kFrame = 2, kRegion = 3, kMap = 4, kEvent = 5 };
+enum class EntryKind : std::uint8_t {
+  kEnd = 0,
+  kHeader = 1,
+  kFrame = 2,
+  kRegion = 3,
+  kMap = 4,
+  kEvent = 5,
+  kKey = 6,
+  kKeyFrame = 7,
+  kNote = 8,
+};
 
 // Length and checksum before each payload.
 inline constexpr std::size_t kSealBytes = 8;
 // A scene may have 256 MB on the wire. A frame of a million bodies takes about 40.
 inline constexpr std::size_t kMaxHeaderBytes = std::size_t{320} << 20, kMaxEntryBytes = std::size_t{64} << 20;
+inline constexpr std::size_t kMaxNoteBytes = std::size_t{1} << 20;
 // Thirty years.
 inline constexpr std::uint64_t kMaxTime_us = 1'000'000'000'000'000;
 

@@ -86,6 +86,61 @@ class RecordingTest : public ClientFixture {
     ASSERT_TRUE(Until([&] { return Count(kind) == 1; }));
   }
 
+  RecordingHeader Header() const {
+    return {.instance_id = "x",
+            .player = PlayerNumber(1),
+            .tick_rate_hz = 60,
+            .snapshot_rate_hz = 30,
+            .started = true,
+            .map = ToProto(instance->map).SerializeAsString(),
+            .scene = instance->written_scene()};
+  }
+
+  // Twenty seconds of two regions, in which bodies come, rest, change their properties, cross and go, and the second
+  // region is lost after eight seconds and begins again after twelve.
+  void RecordTwentySeconds(std::uint64_t max_bytes = 1 << 20) {
+    auto writer = RecordingWriter::Create(file, Header(), max_bytes);
+    ASSERT_TRUE(writer.ok()) << writer.status();
+    Recorder recorder(*std::move(writer), *instance->scene, Header());
+    const TimePoint begin = now;
+    bool full = false;
+    for (int step = 0; step < 600 && !full; ++step) {
+      const TimePoint at = begin + step * std::chrono::microseconds(33'333);
+      if (step == 0 || step == 360) recorder.Region(at, RegionId(2), RegionEntry::Change::kBegins);
+      if (step == 0) recorder.Region(at, RegionId(1), RegionEntry::Change::kBegins);
+      if (step == 240) recorder.Region(at, RegionId(2), RegionEntry::Change::kLost);
+      if (step % 30 == 0) recorder.Note(at, "second " + std::to_string(step / 30));
+      replication::ReceivedSnapshot west, east;
+      west.tick = east.tick = Tick(static_cast<std::uint64_t>(2 * step + 10));
+      const bool crossed = step >= 450;
+      (crossed ? east : west).bodies.push_back({kBall, Epoch(crossed ? 2 : 1), Moving(-6 + step * 0.02, 4)});
+      if (step == 450) west.departures.push_back({kBall, Epoch(1), RegionId(2)});
+      if (step < 2) west.bodies.push_back({BodyId(2), Epoch(1), Moving(-20, 0), Properties(7)});  // never said again
+      if (step == 400) west.bodies.push_back({BodyId(2), Epoch(1), Moving(-20, 0), Properties(9)});
+      if (step > 100 && step < 200) east.bodies.push_back({BodyId(3), Epoch(1), Moving(12, 1)});
+      if (step == 200) east.departures.push_back({BodyId(3), Epoch(1), RegionId()});
+      recorder.Snapshot(at, RegionId(1), west);
+      if (step < 240 || step >= 360) recorder.Snapshot(at, RegionId(2), east);
+      full = !recorder.Flush(at).ok();
+    }
+    (void)recorder.Close();
+  }
+  static std::shared_ptr<const replication::Bytes> Properties(std::uint8_t value) {
+    return std::make_shared<const replication::Bytes>(replication::Bytes{value, 1, 2});
+  }
+
+  // What a client knows of all bodies, in a line each.
+  static std::string Known(const Client& of) {
+    std::ostringstream out;
+    for (const auto& [id, body] : of.World()) {
+      out << id.value() << ": region " << body.region.value() << " epoch " << body.epoch.value() << " x "
+          << body.state.position.x << " property " << (body.properties ? int(body.properties->front()) : -1) << "\n";
+    }
+    for (const RegionStats& region : of.Stats().regions) out << region.region.value() << region.connected << "\n";
+    out << of.map().version() << " " << int(of.state()) << "\n";
+    return out.str();
+  }
+
   std::string file;
   std::vector<Seen> seen;
   bool west_had = false;
@@ -160,17 +215,9 @@ TEST_F(RecordingTest, BeginsInTheMiddle) {
 
 TEST_F(RecordingTest, LateAndDoubledNewsAreAllThereInTheEnd) {
   Make(1);
-  auto writer = RecordingWriter::Create(file,
-                                        {.instance_id = "x",
-                                         .player = PlayerNumber(1),
-                                         .tick_rate_hz = 60,
-                                         .snapshot_rate_hz = 30,
-                                         .started = true,
-                                         .map = ToProto(instance->map).SerializeAsString(),
-                                         .scene = instance->written_scene()},
-                                        1 << 20);
+  auto writer = RecordingWriter::Create(file, Header(), 1 << 20);
   ASSERT_TRUE(writer.ok()) << writer.status();
-  Recorder recorder(*std::move(writer), *instance->scene);
+  Recorder recorder(*std::move(writer), *instance->scene, Header());
   const auto told = [&](std::uint64_t t, std::vector<BodyRecord> bodies, std::vector<DepartureRecord> gone = {}) {
     replication::ReceivedSnapshot snapshot;
     snapshot.tick = Tick(t);
@@ -198,6 +245,103 @@ TEST_F(RecordingTest, LateAndDoubledNewsAreAllThereInTheEnd) {
   ASSERT_EQ(world.size(), 2u);
   EXPECT_NEAR(world.at(kBall).state.position.x, 2, 1e-3);
   EXPECT_NEAR(world.at(kNeverAgain).state.position.x, 6, 1e-3);
+}
+
+TEST_F(RecordingTest, FromAnyPlaceItGoesOnAsIfPlayedFromTheBeginning) {
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  auto sought = Client::Play(file);
+  ASSERT_TRUE(sought.ok()) << sought.status();
+  ASSERT_GT((*sought)->length(), std::chrono::seconds(19));
+  TimePoint then = now;
+  // There and back, and beyond the end.
+  for (const double place_s : {0.0, 4.9, 7.7, 5.3, 9.0, 11.0, 13.0, 19.0, 25.0, 2.0, 18.0, 19.5}) {
+    SCOPED_TRACE(place_s);
+    const auto place = std::min(std::chrono::microseconds(static_cast<int>(place_s * 1e6)), *(*sought)->length());
+    auto played = Client::Play(file);
+    ASSERT_TRUE(played.ok());
+    for (auto at = std::chrono::microseconds(0); at < place; at += std::chrono::milliseconds(20)) {
+      (*played)->Poll(now + at);
+      (void)(*played)->Interpolated(now + at);
+    }
+    (*played)->Poll(now + place);
+    (void)(*played)->Interpolated(now + place);
+    then += std::chrono::hours(1);
+    const std::size_t known = (*sought)->World().size();
+    ASSERT_TRUE((*sought)->Seek(place).ok());
+    std::size_t vanished = 0;
+    for (const ClientEvent& event : (*sought)->Poll(then)) vanished += event.kind == ClientEvent::Kind::kVanished;
+    EXPECT_GE(vanished, known);
+    EXPECT_EQ(Known(**sought), Known(**played));
+    (void)(*sought)->Interpolated(then);
+    for (int step = 1; step <= 50 && (*played)->state() != ClientState::kEnded; ++step) {
+      const auto on = std::chrono::milliseconds(20 * step);
+      (*played)->Poll(now + place + on);
+      (*sought)->Poll(then + on);
+      const auto a = (*sought)->Interpolated(then + on), b = (*played)->Interpolated(now + place + on);
+      ASSERT_EQ(a.size(), b.size());
+      for (std::size_t i = 0; i < a.size(); ++i) {
+        EXPECT_EQ(a[i].id, b[i].id);
+        EXPECT_LT(Length(a[i].pose.position - b[i].pose.position), 0.05) << a[i].id.value();
+      }
+    }
+    EXPECT_EQ(Known(**sought), Known(**played));
+  }
+  EXPECT_EQ(client, nullptr);
+}
+
+TEST_F(RecordingTest, NotesComeAtTheirTime) {
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  auto playing = Client::Play(file);
+  ASSERT_TRUE(playing.ok()) << playing.status();
+  (*playing)->Poll(now);
+  EXPECT_THAT((*playing)->TakeNotes(), testing::ElementsAre("second 0"));
+  (*playing)->Poll(now + std::chrono::milliseconds(2500));
+  EXPECT_THAT((*playing)->TakeNotes(), testing::ElementsAre("second 1", "second 2"));
+  EXPECT_TRUE((*playing)->TakeNotes().empty());
+  ASSERT_TRUE((*playing)->Seek(std::chrono::milliseconds(12'500)).ok());
+  (*playing)->Poll(now);
+  EXPECT_THAT((*playing)->TakeNotes(), testing::ElementsAre("second 11", "second 12")) << "since the last key";
+  EXPECT_EQ((*playing)->Note("x").code(), absl::StatusCode::kOk) << "nobody records: nothing is written";
+  EXPECT_EQ((*playing)->Note(std::string(2 << 20, 'x')).code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(RecordingTest, FilesOfTheFormatBeforeAreReadAndSoughtFromTheirBeginning) {
+  ASSERT_NO_FATAL_FAILURE(PlayAMatch());
+  EXPECT_EQ(client->Seek(std::chrono::seconds(1)).code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(client->length(), std::nullopt);
+  std::string bytes = Read(file);
+  ASSERT_EQ(bytes[4], 2);
+  bytes[4] = 1;
+  Write(file, bytes);
+  auto playing = Client::Play(file);
+  ASSERT_TRUE(playing.ok()) << playing.status();
+  ASSERT_TRUE((*playing)->Seek(*(*playing)->length()).ok());
+  (*playing)->Poll(now);
+  EXPECT_EQ((*playing)->World().at(kBall).region, RegionId(2));
+  bytes[4] = 3;
+  Write(file, bytes);
+  EXPECT_THAT(std::string(Client::Play(file).status().message()), HasSubstr("has format 3, this library reads 1 to 2"));
+}
+
+// A key of which frames are missing because the file was full is none.
+TEST_F(RecordingTest, WhereverAFileWasFullItsEndCanBeSought) {
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  const std::size_t whole = Read(file).size();
+  for (std::uint64_t max = whole / 8; max < whole; max += whole / 23) {
+    SCOPED_TRACE(max);
+    ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds(max));
+    auto sought = Client::Play(file), played = Client::Play(file);
+    ASSERT_TRUE(sought.ok() && played.ok()) << sought.status();
+    const std::chrono::microseconds length = *(*sought)->length();
+    ASSERT_TRUE((*sought)->Seek(length).ok());
+    (*sought)->Poll(now);
+    (*played)->Poll(now);
+    (*played)->Poll(now + length);
+    EXPECT_EQ(Known(**sought), Known(**played));
+  }
 }
 
 TEST_F(RecordingTest, EveryFileThatIsNotWholeIsRefusedByName) {

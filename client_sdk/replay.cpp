@@ -59,25 +59,53 @@ Replay::Replay(RecordingReader reader, std::string name, Session session)
                                          session_.scene->gravity_m_s2.y)) {}
 
 absl::StatusOr<std::optional<Replay::Step>> Replay::Next(TimePoint now) {
-  if (!begin_) begin_ = now;
-  if (ended_) return std::optional<Step>();
-  if (!next_) {
-    absl::StatusOr<std::optional<RecordedEntry>> read = reader_.Next();
-    if (!read.ok()) return read.status();
-    next_ = *std::move(read);
+  if (!begin_) begin_ = now - from_;
+  while (!ended_) {
     if (!next_) {
-      ended_ = now - *begin_ > reader_.length() + kLastFrame;
-      return std::optional<Step>();
+      absl::StatusOr<std::optional<RecordedEntry>> read = reader_.Next();
+      if (!read.ok()) return read.status();
+      next_ = *std::move(read);
+      if (!next_) {
+        ended_ = now - *begin_ > reader_.length() + kLastFrame;
+        break;
+      }
     }
+    if (now - *begin_ < next_->at) break;
+    absl::StatusOr<std::optional<Step>> step = StepOf(*std::exchange(next_, std::nullopt));
+    if (!step.ok()) return Named(name_, step.status().message());
+    if (step->has_value()) return step;
   }
-  if (now - *begin_ < next_->at) return std::optional<Step>();
-  absl::StatusOr<Step> step = StepOf(*std::exchange(next_, std::nullopt));
-  if (!step.ok()) return Named(name_, step.status().message());
-  return std::optional<Step>(*std::move(step));
+  return std::optional<Step>();
 }
 
-absl::StatusOr<Replay::Step> Replay::StepOf(RecordedEntry entry) {
+void Replay::Seek(std::chrono::microseconds at) {
+  from_ = std::clamp(at, std::chrono::microseconds(0), reader_.length());
+  reader_.Seek(from_);
+  begin_.reset();
+  next_.reset();
+  ended_ = false;
+  knows_nothing_ = true;
+  frames_.clear();
+}
+
+// Nothing for a key that is met on the way.
+absl::StatusOr<std::optional<Replay::Step>> Replay::StepOf(RecordedEntry entry) {
   const TimePoint at = *begin_ + entry.at;
+  if (const auto* key = std::get_if<KeyEntry>(&entry.what)) {
+    if (!knows_nothing_) return std::optional<Step>();
+    absl::StatusOr<PartitionMap> map = MapFrom(key->map);
+    if (!map.ok()) return absl::DataLossError(absl::StrCat("key: map: ", map.status().message()));
+    return Step{at, Standing{key->started, *std::move(map), key->regions}};
+  }
+  if (const auto* key = std::get_if<KeyFrameEntry>(&entry.what)) {
+    frames_.erase(key->frame.region);
+    absl::StatusOr<Snapshot> snapshot = Decode(key->frame);
+    if (!snapshot.ok()) return snapshot.status();
+    if (!knows_nothing_) return std::optional<Step>();
+    return Step{at, *std::move(snapshot)};
+  }
+  knows_nothing_ = false;
+  if (auto* note = std::get_if<NoteEntry>(&entry.what)) return Step{at, std::move(*note)};
   if (const auto* frame = std::get_if<FrameEntry>(&entry.what)) {
     absl::StatusOr<Snapshot> snapshot = Decode(*frame);
     if (!snapshot.ok()) return snapshot.status();

@@ -24,9 +24,15 @@ class Replay {
     RegionId region;
     replication::ReceivedSnapshot received;
   };
+  // Where playing begins in the middle: what stood then, but for the bodies, which follow.
+  struct Standing {
+    bool started = false;
+    PartitionMap map;
+    std::vector<std::pair<RegionId, bool>> regions;  // whether it was connected
+  };
   struct Step {
     TimePoint at;
-    std::variant<Snapshot, RegionEntry, PartitionMap, ClientEvent> what;
+    std::variant<Snapshot, RegionEntry, PartitionMap, ClientEvent, Standing, NoteEntry> what;
   };
 
   // Errors: those of RecordingReader::Open; INVALID_ARGUMENT or DATA_LOSS where the scene or the map in it is none.
@@ -38,13 +44,17 @@ class Replay {
   const RecordingHeader& header() const { return reader_.header(); }
   std::chrono::microseconds length() const { return reader_.length(); }
 
+  // The next call of Next is at this time of the recording, and gives what stood at the last key before it, and all
+  // since: to a client that knows nothing yet. At most length().
+  void Seek(std::chrono::microseconds at);
+
   // The next entry if its time has come by `now`; the first call is the beginning. Errors: DATA_LOSS (malformed).
   absl::StatusOr<std::optional<Step>> Next(TimePoint now);
   bool ended() const { return ended_; }
 
  private:
   Replay(RecordingReader reader, std::string name, Session session);
-  absl::StatusOr<Step> StepOf(RecordedEntry entry);
+  absl::StatusOr<std::optional<Step>> StepOf(RecordedEntry entry);
   absl::StatusOr<Snapshot> Decode(const FrameEntry& entry);
 
   RecordingReader reader_;
@@ -55,6 +65,8 @@ class Replay {
   std::optional<TimePoint> begin_;
   std::optional<RecordedEntry> next_;
   bool ended_ = false;
+  std::chrono::microseconds from_{};                                // where the first call of Next is
+  bool knows_nothing_ = false;                                      // nor do those to whom the steps are given
   std::map<RegionId, replication::DenseCodec::References> frames_;  // the last three of each
 };
 

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <limits>
 #include <thread>
 
 #include "client_sdk/fake_instance.h"
@@ -302,6 +303,7 @@ TEST_F(CApiTest, RecordsAndPlays) {
   EXPECT_EQ(tessera_record(client, "/no/such/folder/x.tsr", 0), TESSERA_UNAVAILABLE);
   ASSERT_EQ(tessera_record(client, file.c_str(), 0), TESSERA_OK) << tessera_last_error();
   Play();
+  now += 100'000'000;
   ShowTwo();
   ASSERT_EQ(tessera_stop_recording(client), TESSERA_OK);
 
@@ -324,10 +326,29 @@ TEST_F(CApiTest, RecordsAndPlays) {
   EXPECT_EQ(appeared, 2);
   EXPECT_EQ(started, 1);
   EXPECT_EQ(tessera_get_state(playing), TESSERA_ENDED);
+  // From its end back to where both bodies are not yet, and to where they are.
+  const double seconds = tessera_recording_seconds(playing);
+  EXPECT_GT(seconds, 0);
+  ASSERT_EQ(tessera_seek(playing, 0), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(tessera_poll(playing, now), TESSERA_OK);
+  int vanished = 0;
+  while (tessera_next_event(playing, &event) != 0) vanished += event.kind == TESSERA_EVENT_VANISHED ? 1 : 0;
+  EXPECT_EQ(vanished, 2);
+  EXPECT_EQ(tessera_find_body(playing, 1, &body), TESSERA_NOT_FOUND);
+  ASSERT_EQ(tessera_seek(playing, seconds + 5), TESSERA_OK) << "beyond its end is its end";
+  EXPECT_EQ(tessera_poll(playing, now), TESSERA_OK);
+  EXPECT_EQ(tessera_find_body(playing, 1, &body), TESSERA_OK);
+  EXPECT_EQ(tessera_get_state(playing), TESSERA_PLAYING);
   EXPECT_EQ(tessera_leave(playing, 1000), TESSERA_OK);
   tessera_close(playing);
   std::remove(file.c_str());
   EXPECT_EQ(tessera_play(file.c_str(), &playing), TESSERA_NOT_FOUND);
+  EXPECT_EQ(tessera_recording_seconds(nullptr), 0);
+  EXPECT_EQ(tessera_recording_seconds(client), 0);
+  EXPECT_EQ(tessera_seek(client, 1), TESSERA_FAILED_PRECONDITION);
+  EXPECT_EQ(tessera_seek(client, -1), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_seek(client, std::numeric_limits<double>::quiet_NaN()), TESSERA_INVALID_ARGUMENT);
+  EXPECT_EQ(tessera_seek(nullptr, 1), TESSERA_INVALID_ARGUMENT);
   EXPECT_EQ(playing, nullptr);
 }
 

@@ -1,4 +1,8 @@
 // The C interface: recordings.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
 #include "client_sdk/c_api/handle.h"
 
 using namespace tessera;
@@ -26,4 +30,19 @@ tessera_code tessera_play(const char* file, tessera_client** out) {
     *out = new tessera_client{.client = *std::move(playing), .events = {}, .detail = {}, .property = {}};
     return tessera_code{TESSERA_OK};
   });
+}
+
+double tessera_recording_seconds(const tessera_client* handle) {
+  if (handle == nullptr) return 0;
+  const auto length = handle->client->length();
+  return length ? std::chrono::duration<double>(*length).count() : 0;
+}
+
+tessera_code tessera_seek(tessera_client* handle, double seconds) {
+  if (handle == nullptr) return Refuse("client: is NULL");
+  if (!std::isfinite(seconds) || seconds < 0) return Refuse("seconds: must be finite, and not negative");
+  const auto length = std::chrono::duration<double>(handle->client->length().value_or(std::chrono::microseconds(0)));
+  const std::chrono::duration<double> at(std::min(seconds, length.count()));
+  return Guarded(
+      [&] { return Report(handle->client->Seek(std::chrono::duration_cast<std::chrono::microseconds>(at))); });
 }

@@ -276,6 +276,13 @@ TESSERA_API tessera_code tessera_stop_recording(tessera_client* client);
  * events, draw its bodies. It ends with the file. TESSERA_NOT_FOUND, TESSERA_INVALID_ARGUMENT (not a recording),
  * TESSERA_DATA_LOSS (damaged or cut short); tessera_last_error names the file. */
 TESSERA_API tessera_code tessera_play(const char* file, tessera_client** client);
+/* How long a recording is, seconds; 0 for a client of a world. */
+TESSERA_API double tessera_recording_seconds(const tessera_client* client);
+/* The next tessera_poll is at this time of the recording, seconds from its beginning, as if the client had only just
+ * come to know what stood then: that poll tells first that all bodies known so far vanish. Beyond the end: the end, and
+ * back from there. TESSERA_INVALID_ARGUMENT (not finite, or negative), TESSERA_FAILED_PRECONDITION (not a recording).
+ */
+TESSERA_API tessera_code tessera_seek(tessera_client* client, double seconds);
 
 /* --- The world ---------------------------------------------------------------------------------------------------- */
 
