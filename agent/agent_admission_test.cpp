@@ -13,7 +13,7 @@
 #include "gmock/gmock.h"
 #include "host/files.h"
 #include "host/wait_readable.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::agent {
 namespace {

@@ -10,7 +10,7 @@
 #include "bench/scrape.h"
 #include "cli/client_view.h"
 #include "local_cluster/world_run.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::bench {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "bench/scrape.h"
 #include "local_cluster/connection.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::bench {
 namespace {

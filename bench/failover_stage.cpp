@@ -9,7 +9,7 @@
 
 #include "bench/scrape.h"
 #include "bench/statistics.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::bench {
 namespace {

@@ -146,6 +146,7 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
           ->excludes(id)
           ->excludes(record);
   client->add_option("--from", options->from_s, "Play from this time of the file on, seconds")
+      ->capture_default_str()
       ->check(CLI::NonNegativeNumber)
       ->check(Finite())
       ->needs(play);

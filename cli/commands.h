@@ -23,6 +23,7 @@ void AddGameLogCommand(CLI::App& game, Globals& globals);
 void AddGameBackendCommands(CLI::App& game, Globals& globals);
 void AddClientCommand(CLI::App& app, Globals& globals);
 void AddSwarmCommand(CLI::App& app, Globals& globals);
+void AddRecordCommands(CLI::App& app, Globals& globals);
 void AddUpCommand(CLI::App& app, Globals& globals);
 void AddDemoCommand(CLI::App& app, Globals& globals);
 

@@ -51,6 +51,7 @@ int Main(int argc, char** argv) {
   AddGameBackendCommands(*game, globals);
   AddClientCommand(app, globals);
   AddSwarmCommand(app, globals);
+  AddRecordCommands(app, globals);
   AddDemoCommand(app, globals);
   try {
     app.parse(argc, argv);

@@ -17,6 +17,7 @@ using replication::Bytes;
 constexpr std::uint64_t kPreambleBytes = 8;
 // An entry that ends a file: when, and how many there are before it.
 constexpr std::uint64_t kEndBytes = kSealBytes + 1 + 10 + 10;
+constexpr std::size_t kSummaryBytes = 2048;  // more than what is before the end of an instance's id
 
 bool PutAll(std::ostream& out, std::span<const std::uint8_t> bytes) {
   return static_cast<bool>(
@@ -79,6 +80,46 @@ absl::Status RecordingWriter::Close(std::chrono::microseconds at) {
   if (status.ok() && !out_->flush()) status = absl::UnavailableError(absl::StrCat(name_, ": cannot be written"));
   out_.reset();
   return status;
+}
+
+// The last entry's payload has a few bytes, of a length that is not known: it is the one that its seal is right for.
+absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return absl::NotFoundError(absl::StrCat(file, ": cannot be read"));
+  std::vector<std::uint8_t> begin(kSummaryBytes);
+  in.read(reinterpret_cast<char*>(begin.data()), static_cast<std::streamsize>(begin.size()));
+  begin.resize(static_cast<std::size_t>(in.gcount()));
+  ByteReader words(begin);
+  const std::uint32_t magic = words.U32(), format = words.U32();
+  if (!words.ok() || magic != kRecordingMagic || format < kOldestRecordingFormat || format > kRecordingFormat) {
+    return absl::InvalidArgumentError(absl::StrCat(file, ": is not a recording that this library reads"));
+  }
+  words.U32();  // length and checksum of an entry that is not read to its end
+  words.U32();
+  const bool header = words.U8() == static_cast<std::uint8_t>(EntryKind::kHeader);
+  const std::span<const std::uint8_t> instance = words.Block(kSummaryBytes);
+  if (!words.ok() || !header) return absl::DataLossError(absl::StrCat(file, ": damaged: header"));
+  RecordingSummary summary{.instance_id = {instance.begin(), instance.end()}};
+
+  in.clear();
+  in.seekg(0, std::ios::end);
+  const auto size = static_cast<std::uint64_t>(in.tellg());
+  std::vector<std::uint8_t> end(std::min<std::uint64_t>(size, kEndBytes));
+  in.seekg(static_cast<std::streamoff>(size - end.size()));
+  if (!TakeAll(in, end)) return absl::DataLossError(absl::StrCat(file, ": cannot be read"));
+  for (std::size_t at = 0; at + kSealBytes < end.size(); ++at) {
+    const std::span<const std::uint8_t> payload = std::span(end).subspan(at + kSealBytes);
+    const std::span<const std::uint8_t> sealed = std::span(end).subspan(at);
+    ByteReader seal(sealed), entry(payload);
+    const std::uint32_t length = seal.U32(), checksum = seal.U32();
+    if (length != payload.size() || entry.U8() != static_cast<std::uint8_t>(EntryKind::kEnd)) continue;
+    const std::uint64_t time_us = entry.Varint(), entries = entry.Varint();
+    if (!entry.ok() || entry.remaining() > 0 || time_us > kMaxTime_us || entries > UINT32_MAX) continue;
+    if (replication::Crc32c(payload, static_cast<std::uint32_t>(entries)) == checksum) {
+      summary.length = std::chrono::microseconds(time_us);
+    }
+  }
+  return summary;
 }
 
 absl::StatusOr<RecordingReader> RecordingReader::Open(const std::string& file) {

@@ -125,6 +125,15 @@ class RecordingWriter {
   std::uint32_t entries_ = 0;
 };
 
+// What a list of recordings says.
+struct RecordingSummary {
+  std::string instance_id;
+  std::optional<std::chrono::microseconds> length{};  // nothing: it is not ended, or its end is damaged
+};
+// Of a file's first and last entry alone, so that the rest may be as large and as damaged as it likes. Errors: those of
+// RecordingReader::Open.
+absl::StatusOr<RecordingSummary> SummaryOf(const std::string& file);
+
 class RecordingReader {
  public:
   // Errors: NOT_FOUND (no such file), INVALID_ARGUMENT (not a recording, or its format is unknown to

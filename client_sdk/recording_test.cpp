@@ -290,6 +290,29 @@ TEST_F(RecordingTest, FromAnyPlaceItGoesOnAsIfPlayedFromTheBeginning) {
   EXPECT_EQ(client, nullptr);
 }
 
+TEST_F(RecordingTest, ASummaryNeedsOnlyItsEnds) {
+  Make(2);
+  ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());
+  auto summary = SummaryOf(file);
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_EQ(summary->instance_id, "x");
+  EXPECT_EQ(summary->length, (*Client::Play(file))->length());
+  const std::string whole = Read(file);
+  Write(file, whole.substr(0, whole.size() - 1));
+  summary = SummaryOf(file);
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_EQ(summary->length, std::nullopt);
+  for (std::size_t size = 0; size < 40; ++size) {
+    Write(file, whole.substr(0, size));
+    summary = SummaryOf(file);
+    EXPECT_TRUE(!summary.ok() || !summary->length) << size;
+  }
+  Write(file, std::string(10'000, 'x'));
+  EXPECT_EQ(SummaryOf(file).status().code(), absl::StatusCode::kInvalidArgument);
+  std::remove(file.c_str());
+  EXPECT_EQ(SummaryOf(file).status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(RecordingTest, NotesComeAtTheirTime) {
   Make(2);
   ASSERT_NO_FATAL_FAILURE(RecordTwentySeconds());

@@ -31,6 +31,7 @@ Gateway::Gateway(GatewayOptions options, std::shared_ptr<grpc::Channel> channel,
       list_(services_.channel, options_.control.address),
       background_(kBackgroundThreads, wake) {
   services_.background = &background_;
+  services_.recordings = RecordingFolder(options_.recordings_dir, options_.recording_limits);
 }
 
 void Gateway::LeaveAll() {
@@ -44,28 +45,59 @@ void Gateway::LeaveAll() {
   }
 }
 
-ViewerId Gateway::Open(const std::string& instance) {
-  const ViewerId id = ++last_viewer_;
+// Null: it is one too many, and was told so.
+Gateway::Viewer* Gateway::Admit(ViewerId& id) {
+  id = ++last_viewer_;
   Viewer& viewer = viewers_[id];
-  viewer.instance = instance;
   metrics_.viewers.Set(static_cast<double>(viewers_.size()));
-  if (viewers_.size() > options_.max_viewers) {
-    metrics_.refused_full.Increment();
-    viewer.session.Report(
-        {.code = "too_many_viewers",
-         .text = absl::StrCat("this gateway has ", options_.max_viewers, " viewers; --max-viewers allows no more"),
-         .again_s = 10},
-        true);
-    return id;
-  }
+  if (viewers_.size() <= options_.max_viewers) return &viewer;
+  metrics_.refused_full.Increment();
+  viewer.session.Report(
+      {.code = "too_many_viewers",
+       .text = absl::StrCat("this gateway has ", options_.max_viewers, " viewers; --max-viewers allows no more"),
+       .again_s = 10},
+      true);
+  return nullptr;
+}
+
+Gateway::World& Gateway::WorldOf(const std::string& instance) {
   World& world = worlds_[instance];
   if (world.world == nullptr || world.world->problem()) {
     world.world = std::make_shared<WatchedWorld>(instance, services_);
     metrics_.worlds.Set(static_cast<double>(worlds_.size()));
   }
+  return world;
+}
+
+ViewerId Gateway::Open(const std::string& instance) {
+  ViewerId id = 0;
+  Viewer* const viewer = Admit(id);
+  if (viewer == nullptr) return id;
+  World& world = WorldOf(instance);
   ++world.viewers;
-  viewer.world = world.world;
+  viewer->instance = instance;
+  viewer->world = world.world;
   return id;
+}
+
+ViewerId Gateway::OpenRecording(const std::string& file) {
+  ViewerId id = 0;
+  Viewer* const viewer = Admit(id);
+  if (viewer == nullptr) return id;
+  if (players_ >= options_.max_players) {
+    metrics_.refused_full.Increment();
+    viewer->session.Report(PlayersFull(), true);
+    return id;
+  }
+  viewer->played = std::make_unique<PlayedRecording>(file, services_.recordings.PathOf(file), services_);
+  metrics_.players.Set(static_cast<double>(++players_));
+  return id;
+}
+
+Problem Gateway::PlayersFull() const {
+  return {.code = "full",
+          .text = absl::StrCat("this gateway has ", players_, " players; --max-players allows no more"),
+          .again_s = 5};
 }
 
 void Gateway::Close(ViewerId id) {
@@ -73,6 +105,7 @@ void Gateway::Close(ViewerId id) {
   if (found == viewers_.end()) return;
   Viewer& viewer = found->second;
   StopPlaying(viewer);
+  if (viewer.played != nullptr) metrics_.players.Set(static_cast<double>(--players_));
   if (viewer.world != nullptr) {
     World& world = worlds_.at(viewer.instance);
     if (--world.viewers == 0) world.unwatched_since = std::chrono::steady_clock::now();
@@ -104,6 +137,9 @@ void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message) {
   if (const auto* join = std::get_if<JoinWorld>(&message)) return Join(id, viewer, join->name);
   if (std::holds_alternative<LeaveWorld>(message)) return StopPlaying(viewer);
   if (const auto* order = std::get_if<Order>(&message)) return GiveOrder(id, viewer, *order);
+  if (const auto* play = std::get_if<PlayControl>(&message); play != nullptr && viewer.played != nullptr) {
+    return viewer.played->Take(*play);
+  }
   if (const auto* steer = std::get_if<Steer>(&message)) {
     if (viewer.playing && viewer.playing->source) viewer.playing->source->client().Steer(steer->steering);
   }
@@ -111,12 +147,9 @@ void Gateway::Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message) {
 
 void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
   if (viewer.playing || viewer.world == nullptr) return;
-  const auto refuse = [&](const std::string& text) {
-    viewer.session.Report({.code = "full", .text = text, .again_s = 5}, true);
-  };
   if (players_ >= options_.max_players) {
     metrics_.refused_full.Increment();
-    return refuse(absl::StrCat("this gateway has ", players_, " players; --max-players allows no more"));
+    return viewer.session.Report(PlayersFull(), true);
   }
   const client::JoinOptions options{.control_address = options_.control.address,
                                     .instance_id = viewer.instance,
@@ -132,7 +165,9 @@ void Gateway::Join(ViewerId id, Viewer& viewer, const std::string& name) {
     if (joined->ok() && encoded == nullptr) encoded = std::make_shared<SceneBook>((**joined)->scene());
     return [this, id, joined, encoded] { Joined(id, std::move(*joined), encoded); };
   });
-  if (!queued) return refuse("too many join at once");
+  if (!queued) {
+    return viewer.session.Report({.code = "full", .text = "too many join at once", .again_s = 5}, true);
+  }
   viewer.playing.emplace();
   metrics_.players.Set(static_cast<double>(++players_));
 }
@@ -182,7 +217,14 @@ void Gateway::GiveOrder(ViewerId id, Viewer& viewer, const Order& order) {
         order.number,
         absl::PermissionDeniedError("not_allowed: this gateway takes no orders; it was started without --orders"), "");
   }
-  if (viewer.world == nullptr) return;
+  if (viewer.world == nullptr) {
+    return viewer.session.Answer(order.number, absl::FailedPreconditionError("a recording takes no orders"), "");
+  }
+  if (order.kind == OrderKind::kRecord) {
+    const auto recorded = Record(viewer.instance, order.on);
+    const std::string done = order.on ? "is recorded" : "is no longer recorded";
+    return viewer.session.Answer(order.number, recorded.status(), recorded.ok() ? done : "");
+  }
   OrderContext context{.instance = viewer.instance, .workers_are_here = options_.workers_are_here};
   if (const ViewSource* source = viewer.world->source(); source != nullptr) {
     for (const PropertyDef& property : const_cast<ViewSource*>(source)->client().scene().properties) {
@@ -214,6 +256,7 @@ void Gateway::GiveOrder(ViewerId id, Viewer& viewer, const Order& order) {
 std::vector<ViewerId> Gateway::Tick(TimePoint now) {
   background_.Finish();
   for (auto& [id, viewer] : viewers_) {
+    if (viewer.played != nullptr) viewer.played->Tick(now, viewer.session.WantsFrame(now));
     const bool watches = viewer.world != nullptr && !viewer.playing;
     if (watches && viewer.session.WantsFrame(now)) worlds_.at(viewer.instance).due = true;
   }
@@ -225,6 +268,10 @@ std::vector<ViewerId> Gateway::Tick(TimePoint now) {
       const bool plays = viewer.playing && viewer.playing->source;
       viewer.session.Show(plays ? &viewer.playing->source->feed() : viewer.world->view(), viewer.world->news());
       if (viewer.world->problem()) viewer.session.Report(*viewer.world->problem(), true);
+    }
+    if (viewer.played != nullptr) {
+      viewer.session.Show(viewer.played->view(), viewer.played->news());
+      if (viewer.played->problem()) viewer.session.Report(*viewer.played->problem(), true);
     }
     if (viewer.session.Due(now)) due.push_back(id);
   }
@@ -247,16 +294,52 @@ void Gateway::TickPlayer(Viewer& viewer, TimePoint now) {
 }
 
 void Gateway::TickWorlds(TimePoint now) {
+  double recordings = 0;
   for (auto at = worlds_.begin(); at != worlds_.end();) {
     World& world = at->second;
-    if (world.viewers == 0 && now - world.unwatched_since > kKeepUnwatched) {
+    if (world.viewers == 0 && !world.world->recording() && now - world.unwatched_since > kKeepUnwatched) {
       at = worlds_.erase(at);
       metrics_.worlds.Set(static_cast<double>(worlds_.size()));
       continue;
     }
     world.world->Tick(now, std::exchange(world.due, false));
+    recordings += world.world->recording_state().on ? 1 : 0;
     ++at;
   }
+  metrics_.recordings.Set(recordings);
+}
+
+bool Gateway::idle() const {
+  return viewers_.empty() && std::none_of(worlds_.begin(), worlds_.end(),
+                                          [](const auto& world) { return world.second.world->recording(); });
+}
+
+absl::StatusOr<RecordingState> Gateway::Record(const std::string& instance, bool on) {
+  if (!options_.orders) {
+    metrics_.orders_refused.Increment();
+    return absl::PermissionDeniedError("this gateway takes no orders; it was started without --orders");
+  }
+  const auto found = worlds_.find(instance);
+  if (found == worlds_.end()) {
+    if (!on) return RecordingState{};
+    // Whether there is such an instance its join will say.
+    if (worlds_.size() >= options_.max_viewers) {
+      return absl::ResourceExhaustedError(
+          absl::StrCat("this gateway has ", worlds_.size(), " worlds; see --max-viewers"));
+    }
+  } else if (const auto& problem = found->second.world->problem(); problem && on) {
+    const auto code = problem->code == "no_world" ? absl::StatusCode::kNotFound : absl::StatusCode::kUnavailable;
+    return absl::Status(code, problem->text);
+  }
+  World& world = WorldOf(instance);
+  if (world.viewers == 0) world.unwatched_since = std::chrono::steady_clock::now();
+  if (on == world.world->recording()) return world.world->recording_state();
+  const absl::Status status = world.world->SetRecording(on);
+  spdlog::info("order instance={} order=record on={} result={}", telemetry::LogValue(instance), on,
+               telemetry::LogValue(status.ok() ? "done" : std::string(status.message())));
+  (status.ok() ? metrics_.orders_done : metrics_.orders_failed).Increment();
+  if (!status.ok()) return status;
+  return world.world->recording_state();
 }
 
 std::optional<OutgoingMessage> Gateway::Next(ViewerId id, TimePoint now) {

@@ -21,6 +21,7 @@
 
 #include "gateway/background.h"
 #include "gateway/gateway_metrics.h"
+#include "gateway/played_recording.h"
 #include "gateway/viewer_session.h"
 #include "gateway/watched_world.h"
 #include "trust/credentials.h"
@@ -32,6 +33,8 @@ struct GatewayOptions {
   bool orders = false;            // viewers may give orders
   bool workers_are_here = false;  // and end workers, which are processes of this machine
   std::size_t max_viewers = 256, max_players = 64;
+  std::string recordings_dir;  // empty: no recordings
+  RecordingLimits recording_limits{};
 };
 
 using ViewerId = std::uint64_t;
@@ -48,6 +51,8 @@ class Gateway {
 
   // A viewer of the instance; one that is too many is told so, and closed.
   ViewerId Open(const std::string& instance);
+  // A viewer that plays a recording, of whatever name it gives; it counts as a player.
+  ViewerId OpenRecording(const std::string& file);
   void Close(ViewerId viewer);
   void Receive(ViewerId viewer, std::string_view text, TimePoint now);
   void ReceiveBad(ViewerId viewer, const std::string& why, TimePoint now);
@@ -60,7 +65,14 @@ class Gateway {
   std::optional<std::string> Over(ViewerId viewer) const;
 
   WorldList::List Worlds() const { return list_.Latest(); }
-  std::size_t viewers() const { return viewers_.size(); }
+  // Nobody watches, and nothing is recorded.
+  bool idle() const;
+
+  // Records the world, which need not be watched, or ends that; asked again, how far that is. Errors: NOT_FOUND (no
+  // such instance), PERMISSION_DENIED (no orders here), those of WatchedWorld::SetRecording, UNAVAILABLE (it ended
+  // unasked).
+  absl::StatusOr<RecordingState> Record(const std::string& instance, bool on);
+  std::vector<ListedRecording> Recordings() const { return services_.recordings.List(); }
 
  private:
   // A viewer that plays: a client of its own.
@@ -72,6 +84,7 @@ class Gateway {
     std::shared_ptr<WatchedWorld> world{};  // null: it was one too many
     ViewerSession session{};
     std::optional<Playing> playing{};
+    std::unique_ptr<PlayedRecording> played{};  // instead of a world
   };
   struct World {
     std::shared_ptr<WatchedWorld> world;  // another one once it is over; its viewers keep the old one
@@ -80,6 +93,9 @@ class Gateway {
     bool due = false;  // a viewer wants a frame
   };
 
+  Viewer* Admit(ViewerId& id);
+  Problem PlayersFull() const;
+  World& WorldOf(const std::string& instance);
   void Carry(ViewerId id, Viewer& viewer, const ViewerMessage& message);
   void Join(ViewerId id, Viewer& viewer, const std::string& name);
   void Joined(ViewerId id, absl::StatusOr<std::unique_ptr<client::Client>> joined,

@@ -195,6 +195,34 @@ std::string AnswerMessage(std::uint64_t number, const absl::Status& status, cons
                {"text", status.ok() ? text : std::string(status.message())}});
 }
 
+std::string RecordingMessage(const RecordingState& state) {
+  return Text({{"type", "recording"},
+               {"on", state.on},
+               {"file", state.file},
+               {"bytes", state.bytes},
+               {"problem", state.problem}});
+}
+
+std::string PlayMessage(const PlayState& state) {
+  return Text({{"type", "play"},
+               {"file", state.file},
+               {"begin_s", 0},
+               {"end_s", state.length_s},
+               {"at_s", state.at_s},
+               {"paused", state.paused},
+               {"speed", state.speed}});
+}
+
+std::string RecordingsPage(const std::vector<ListedRecording>& recordings) {
+  Json list = Json::array();
+  for (const ListedRecording& recording : recordings) {
+    Json entry{{"file", recording.file}, {"instance", recording.instance}, {"bytes", recording.bytes}};
+    entry["seconds"] = recording.seconds ? Json(*recording.seconds) : Json();
+    list.push_back(std::move(entry));
+  }
+  return Text({{"recordings", std::move(list)}});
+}
+
 std::string WorldsPage(const std::vector<v1::Instance>& instances, const std::string& problem) {
   Json worlds = Json::array();
   for (const v1::Instance& instance : instances) {

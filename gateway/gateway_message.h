@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "client_sdk/client.h"
+#include "gateway/recording_folder.h"
 #include "tessera/v1/instance.pb.h"
 
 namespace tessera::gateway {
@@ -37,6 +38,24 @@ std::string MetMessage(const client::ClientEvent& event);
 std::string DetailMessage(const client::Client& client, BodyId body);
 std::string AnswerMessage(std::uint64_t number, const absl::Status& status, const std::string& text);
 
+// What becomes of a recording of the world.
+struct RecordingState {
+  bool on = false;
+  std::string file;  // of the newest
+  std::uint64_t bytes = 0;
+  std::string problem;  // why it ended unasked, or could not begin
+};
+std::string RecordingMessage(const RecordingState& state);
+// Where a viewer is in a recording.
+struct PlayState {
+  std::string file;
+  double length_s = 0, at_s = 0, speed = 1;
+  bool paused = false;
+};
+std::string PlayMessage(const PlayState& state);
+
+// /api/recordings
+std::string RecordingsPage(const std::vector<ListedRecording>& recordings);
 // /api/worlds. `problem`: why the list is not what it should be; empty where it is.
 std::string WorldsPage(const std::vector<v1::Instance>& instances, const std::string& problem);
 

@@ -14,7 +14,7 @@ struct GatewayMetrics {
   GatewayMetrics();
 
   std::shared_ptr<prometheus::Registry> registry = std::make_shared<prometheus::Registry>();
-  prometheus::Gauge &worlds, &viewers, &players, &connections;
+  prometheus::Gauge &worlds, &viewers, &players, &connections, &recordings;
   prometheus::Counter &frames, &frame_bytes, &other_bytes, &late_frames;
   prometheus::Counter &messages, &bad_messages;
   prometheus::Counter &refused_full, &refused_origin;

@@ -37,6 +37,7 @@ struct GatewayFlags {
   std::string page, ready_file, token_file, log_level;
   std::vector<std::string> allow_origins;
   GatewayOptions options;
+  std::uint64_t recording_mb = 1000, recordings_mb = 10'000;
 };
 
 int Fail(const absl::Status& status) {
@@ -87,6 +88,7 @@ absl::Status Run(const GatewayFlags& flags) {
   }
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
+  options.recording_limits = {flags.recording_mb * 1'000'000, flags.recordings_mb * 1'000'000};
   if (options.control.address.empty()) options.control.address = "unix:" + trust::DefaultControlSocket();
   if (!flags.token_file.empty()) {
     auto token = host::ReadFile(flags.token_file, kMaxTokenFileBytes);
@@ -99,6 +101,7 @@ absl::Status Run(const GatewayFlags& flags) {
   const auto channel = DialControl(options.control);
   if (!channel.ok())
     return absl::Status(channel.status().code(), absl::StrCat("--control ", channel.status().message()));
+  if (absl::Status folder = RecordingFolder(options.recordings_dir, {}).Open(); !folder.ok()) return folder;
   GatewayMetrics metrics;
   const auto metrics_server =
       telemetry::MetricsServer::Start(metrics_listen->host, metrics_listen->port, metrics.registry);
@@ -161,6 +164,16 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--max-players", flags.options.max_players, "viewers at once that play")
       ->check(CLI::Range(0, 1'000))
+      ->capture_default_str();
+  app.add_option(
+      "--recordings-dir", flags.options.recordings_dir,
+      "folder of recordings, made where it is missing: those that viewers order are written there, and all in "
+      "it can be played; without it there are none");
+  app.add_option("--recording-mb", flags.recording_mb, "largest size of one recording, megabytes")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  app.add_option("--recordings-mb", flags.recordings_mb, "of all in the folder; beyond it none is begun, megabytes")
+      ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
   app.add_option("--ready-file", flags.ready_file, "when ready, write the bound addresses here as one line of JSON");
   app.add_option("--log-level", flags.log_level,

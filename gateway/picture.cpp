@@ -35,10 +35,11 @@ std::uint32_t PackSpeed(const Vec3f& velocity) {
   return static_cast<std::uint32_t>(std::lround(Length(Vec3d(velocity)) * kSpeedSteps_per_m_s));
 }
 
-const Picture& PictureMaker::Make(client::Client& client, client::TimePoint now) {
+const Picture& PictureMaker::Make(client::Client& client, client::TimePoint now, client::TimePoint taken_at,
+                                  bool paused) {
   picture_.tick = client.tick();
-  picture_.time_s = std::chrono::duration<double>(now.time_since_epoch()).count();
-  picture_.paused = client.clock().paused;
+  picture_.time_s = std::chrono::duration<double>(taken_at.time_since_epoch()).count();
+  picture_.paused = paused;
   picture_.bodies.clear();
   next_.clear();
   const std::vector<client::ShownBody> shown = client.Interpolated(now);

@@ -4,7 +4,7 @@
 // when the body appears, and has a number: another number means that it has to be sent anew.
 //
 //   PictureMaker maker(book);
-//   const Picture& picture = maker.Make(client, now);
+//   const Picture& picture = maker.Make(client, now, now, client.clock().paused);
 //
 // A picture lasts until the next one. Thread rule: one thread.
 #pragma once
@@ -54,7 +54,8 @@ std::uint32_t PackSpeed(const Vec3f& velocity);
 class PictureMaker {
  public:
   explicit PictureMaker(std::shared_ptr<const SceneBook> book) : book_(std::move(book)) {}
-  const Picture& Make(client::Client& client, client::TimePoint now);
+  // Of the moment `now` of the client's, which stands if `paused`; `taken_at`: on the clock of those who are shown it.
+  const Picture& Make(client::Client& client, client::TimePoint now, client::TimePoint taken_at, bool paused);
 
  private:
   struct Known {

@@ -15,7 +15,7 @@ ViewSource::ViewSource(std::unique_ptr<client::Client> client, std::shared_ptr<c
   feed_.book = std::move(book);
   feed_.welcome = EncodeWelcome(
       {.instance = instance, .own_body = client_->own_body(), .own_player = client_->player()}, client_->scene());
-  feed_.detail = [this](BodyId body) { return DetailMessage(*client_, body); };
+  feed_.detail = [this](BodyId body) { return client_ == nullptr ? "" : DetailMessage(*client_, body); };
   EncodeMap();
 }
 
@@ -27,12 +27,22 @@ void ViewSource::Poll(client::TimePoint now) {
     if (event.kind == Kind::kRegionLost || event.kind == Kind::kRegionBack || event.kind == Kind::kMapChanged) {
       connected_changed_ = true;
     }
+    if (event.kind == Kind::kRecordingEnded) recording_ended_ = event.detail;
     if (std::string met = MetMessage(event); !met.empty()) feed_.met.Add(std::move(met), kMaxMetKept);
   }
   if (was_joining && client_->state() != client::ClientState::kJoining) connected_changed_ = true;
 }
 
-void ViewSource::Show(client::TimePoint now) { feed_.picture = &maker_.Make(*client_, now); }
+void ViewSource::Show(client::TimePoint now) { ShowRecorded(now, now, client_->clock().paused); }
+
+void ViewSource::ShowRecorded(client::TimePoint now, client::TimePoint taken_at, bool paused) {
+  feed_.picture = &maker_.Make(*client_, now, taken_at, paused);
+}
+
+void ViewSource::SetClient(std::unique_ptr<client::Client> client) {
+  client_ = std::move(client);
+  EncodeMap();
+}
 
 void ViewSource::SetHosts(const std::map<RegionId, std::string>& hosts) {
   if (hosts == hosts_) return;

@@ -31,6 +31,8 @@ class ViewSource {
   void Poll(client::TimePoint now);
   // Makes the picture as of now.
   void Show(client::TimePoint now);
+  // Of a recording, whose time is not that of its viewers: as of `now` in it, for viewers at `taken_at`.
+  void ShowRecorded(client::TimePoint now, client::TimePoint taken_at, bool paused);
   // Names of the hosts, for the map.
   void SetHosts(const std::map<RegionId, std::string>& hosts);
   // The regions that the client hears.
@@ -39,7 +41,12 @@ class ViewSource {
   bool TakeConnectedChanged() { return std::exchange(connected_changed_, false); }
 
   client::Client& client() { return *client_; }
+  // Nothing else may be called until there is a client again.
   std::unique_ptr<client::Client> TakeClient() { return std::move(client_); }
+  // Another one of the same scene and player.
+  void SetClient(std::unique_ptr<client::Client> client);
+  // Why a recording ended unasked, since the last call.
+  std::string TakeRecordingEnded() { return std::exchange(recording_ended_, {}); }
   const ViewFeed& feed() const { return feed_; }
   const std::shared_ptr<const SceneBook>& book() const { return feed_.book; }
 
@@ -51,6 +58,7 @@ class ViewSource {
   ViewFeed feed_;
   std::map<RegionId, std::string> hosts_;
   bool connected_changed_ = true;
+  std::string recording_ended_;
 };
 
 }  // namespace tessera::gateway

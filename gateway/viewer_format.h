@@ -30,6 +30,8 @@ inline constexpr std::uint32_t kMaxFrameRate_hz = 60, kFirstFrameRate_hz = 30;
 // Contacts sent to a viewer in a second, and those that wait for one that reads slowly.
 inline constexpr std::size_t kMaxMet_per_s = 100, kMaxMetKept = 100;
 inline constexpr std::size_t kMaxEventsKept = 64;
+// Of a recording that is played.
+inline constexpr double kMinPlaySpeed = 0.1, kMaxPlaySpeed = 16, kMaxPlayTime_s = 1e9, kMaxPlaySteps = 1000;
 inline constexpr std::uint16_t kCloseStatus = 4000;
 
 }  // namespace tessera::gateway

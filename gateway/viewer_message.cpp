@@ -48,6 +48,13 @@ class Fields {
     Refuse(name, absl::StrCat("must be a whole number from ", least, " to ", most));
     return std::nullopt;
   }
+  std::optional<bool> Flag(const char* name) {
+    const json* field = Find(name);
+    if (field == nullptr) return std::nullopt;
+    if (field->is_boolean()) return field->get<bool>();
+    Refuse(name, "must be true or false");
+    return std::nullopt;
+  }
   std::string String(const char* name, std::size_t most) {
     const json* field = Find(name);
     if (field == nullptr) return "";
@@ -126,6 +133,18 @@ ViewerMessage ReadSteer(Fields& in) {
   return steer;
 }
 
+ViewerMessage ReadPlay(Fields& in) {
+  PlayControl play;
+  play.paused = in.Flag("paused");
+  play.speed = in.Real("speed", kMinPlaySpeed, kMaxPlaySpeed);
+  play.at_s = in.Real("at_s", 0, kMaxPlayTime_s);
+  if (const auto step = in.Real("step", -kMaxPlaySteps, kMaxPlaySteps)) {
+    play.step = static_cast<int>(*step);
+    if (*play.step != *step) in.Refuse("step", "must be a whole number");
+  }
+  return play;
+}
+
 constexpr std::array<std::pair<std::string_view, OrderKind>, 11> kOrders{{{"scale", OrderKind::kScale},
                                                                           {"checkpoint", OrderKind::kCheckpoint},
                                                                           {"restore", OrderKind::kRestore},
@@ -165,13 +184,7 @@ ViewerMessage ReadOrder(Fields& in) {
   order.property = in.String("name", kMaxNameBytes);
   order.body = in.Body("body");
   if (const json* value = in.Find("value")) order.value = *value;
-  if (const json* on = in.Find("on")) {
-    if (on->is_boolean()) {
-      order.on = on->get<bool>();
-    } else {
-      in.Refuse("on", "must be true or false");
-    }
-  }
+  order.on = in.Flag("on").value_or(false);
   return order;
 }
 
@@ -189,13 +202,14 @@ absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text) {
   Fields in(message);
   const std::string type = in.String("type", kMaxNameBytes);
   absl::StatusOr<ViewerMessage> read =
-      absl::InvalidArgumentError("type: must be view, select, join, leave, steer or order");
+      absl::InvalidArgumentError("type: must be view, select, join, leave, steer, order or play");
   if (type == "view") read = ReadView(in);
   if (type == "select") read = Select{in.Body("body")};
   if (type == "join") read = ReadJoin(in);
   if (type == "leave") read = LeaveWorld{};
   if (type == "steer") read = ReadSteer(in);
   if (type == "order") read = ReadOrder(in);
+  if (type == "play") read = ReadPlay(in);
   if (!in.status().ok()) return in.status();
   return read;
 }

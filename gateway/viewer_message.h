@@ -64,7 +64,14 @@ struct Order {
   bool on = false;
 };
 
-using ViewerMessage = std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order>;
+// Of a viewer that plays a recording; what is not said stays.
+struct PlayControl {
+  std::optional<bool> paused{};
+  std::optional<double> speed{}, at_s{};
+  std::optional<int> step{};  // ticks, back if negative
+};
+
+using ViewerMessage = std::variant<SetView, Select, JoinWorld, LeaveWorld, Steer, Order, PlayControl>;
 
 // Errors: INVALID_ARGUMENT "rate_hz: must be a whole number from 1 to 60".
 absl::StatusOr<ViewerMessage> ParseViewerMessage(std::string_view text);

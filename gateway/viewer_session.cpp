@@ -19,7 +19,7 @@ constexpr milliseconds kStillInterval{500};
 ViewerSession::ViewerSession() : rate_hz_(kFirstFrameRate_hz) {}
 
 void ViewerSession::Show(const ViewFeed* view, const NewsFeed* news) {
-  if (news != news_) status_number_ = events_ = 0;
+  if (news != news_) status_number_ = events_ = recording_number_ = play_number_ = 0;
   view_ = view;
   news_ = news;
 }
@@ -123,7 +123,10 @@ bool ViewerSession::DetailDue(TimePoint now) const {
 bool ViewerSession::TextDue(TimePoint now) const {
   if (problem_ || !answers_.empty()) return true;
   if (final_) return false;
-  if (news_ != nullptr && (news_->status_number != status_number_ || news_->events.end != events_)) return true;
+  if (news_ != nullptr && (news_->status_number != status_number_ || news_->events.end != events_ ||
+                           news_->recording_number != recording_number_ || news_->play_number != play_number_)) {
+    return true;
+  }
   return (view_ != nullptr && view_->generation == generation_ && view_->met.end != met_) || DetailDue(now);
 }
 
@@ -142,6 +145,14 @@ std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
     events_ = news_->events.end;
     return SendText(EventsMessage(events));
   }
+  if (news_ != nullptr && news_->recording_number != recording_number_) {
+    recording_number_ = news_->recording_number;
+    return SendText(news_->recording);
+  }
+  if (news_ != nullptr && news_->play_number != play_number_) {
+    play_number_ = news_->play_number;
+    return SendText(news_->play);
+  }
   if (view_ != nullptr && view_->generation == generation_ && view_->met.end != met_) {
     if (now - met_window_ >= kMetWindow) {
       met_window_ = now;
@@ -159,7 +170,7 @@ std::optional<OutgoingMessage> ViewerSession::NextText(TimePoint now) {
   if (DetailDue(now)) {
     next_detail_ = now + kDetailInterval;
     std::string detail = view_->detail(selected_);
-    if (detail != last_detail_) return SendText(last_detail_ = std::move(detail));
+    if (!detail.empty() && detail != last_detail_) return SendText(last_detail_ = std::move(detail));
   }
   return std::nullopt;
 }

@@ -63,6 +63,9 @@ struct NewsFeed {
   std::string status;
   std::uint64_t status_number = 0;
   Lines<v1::InstanceEvent> events;
+  // The newest of what is said of a recording of the world, and of where a recording is that is played; empty: nothing.
+  std::string recording, play;
+  std::uint64_t recording_number = 0, play_number = 0;
 };
 
 struct OutgoingMessage {
@@ -124,7 +127,7 @@ class ViewerSession {
   // What was sent of the feeds.
   std::uint64_t generation_ = 0;  // 0: no welcome yet
   std::size_t scene_messages_ = 0;
-  std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0;
+  std::uint64_t map_number_ = 0, status_number_ = 0, events_ = 0, met_ = 0, recording_number_ = 0, play_number_ = 0;
   bool view_changed_ = false;  // since the last frame
   ViewerEncoder encoder_;
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "gateway/gateway_message.h"
 #include "gateway/viewer_format.h"
 #include "spdlog/spdlog.h"
 
@@ -42,11 +44,17 @@ void WatchedWorld::Tick(TimePoint now, bool show) {
     if (source_->client().state() == client::ClientState::kEnded) {
       spdlog::info("world lost instance={} reason={}", instance_, std::string(source_->client().reason().message()));
       source_.reset();
+      if (recording_wanted_) {
+        recording_.on = false;
+        recording_.problem = "the world was lost; another recording begins when it is back";
+        SayRecording();
+      }
       lost_since_ = now;
       next_join_ = now + kJoinAgain;
       status_due_ = true;
     } else if (source_->client().state() != client::ClientState::kJoining) {
       lost_since_.reset();
+      if (recording_wanted_) TickRecording();
       if (show) source_->Show(now);
     }
   }
@@ -93,7 +101,12 @@ void WatchedWorld::Joined(absl::StatusOr<std::unique_ptr<client::Client>> joined
   const bool lost_long = lost_since_ && std::chrono::steady_clock::now() - *lost_since_ > kLostFor;
   if (known && MayStillCome(joined.status()) && !lost_long) return;
   spdlog::info("world not joined instance={} reason={}", instance_, std::string(joined.status().message()));
-  problem_ = ProblemOf(joined.status());
+  Fail(ProblemOf(joined.status()));
+}
+
+void WatchedWorld::Fail(Problem problem) {
+  problem_ = std::move(problem);
+  (void)SetRecording(false);
 }
 
 void WatchedWorld::TakeState(TimePoint now) {
@@ -107,7 +120,7 @@ void WatchedWorld::TakeState(TimePoint now) {
   if (source_) source_->SetHosts(Hosts());
   if (const auto over = ProblemOf(state_.instance)) {
     MakeStatus(now);
-    problem_ = over;
+    Fail(*over);
   }
 }
 
@@ -120,7 +133,9 @@ void WatchedWorld::AddEvents() {
       if (SameEvent(*event, news_.events.kept.back())) fresh = event + 1;
     }
   }
-  for (; fresh != events.end(); ++fresh) news_.events.Add(*fresh, kMaxEventsKept);
+  const std::vector<v1::InstanceEvent> added(fresh, events.end());
+  for (const v1::InstanceEvent& event : added) news_.events.Add(event, kMaxEventsKept);
+  if (recording_.on && source_ && !added.empty()) (void)source_->client().Note(EventsMessage(added));
 }
 
 void WatchedWorld::MakeStatus(TimePoint now) {
@@ -129,6 +144,62 @@ void WatchedWorld::MakeStatus(TimePoint now) {
   const double age_s = std::max(0.0, std::chrono::duration<double>(now - state_.since).count());
   news_.status = StatusMessage(state_.instance, age_s, source_ ? source_->Connected() : std::set<std::uint32_t>());
   ++news_.status_number;
+  if (!recording_.on || !source_) return;
+  (void)source_->client().Note(news_.status);
+  recording_.bytes = source_->client().recorded_bytes();
+  SayRecording();
+}
+
+// --- Recording -------------------------------------------------------------------------------------------------------
+
+absl::Status WatchedWorld::SetRecording(bool on) {
+  if (on == recording_wanted_) return absl::OkStatus();
+  recording_wanted_ = on;
+  if (on) {
+    recording_ = {};
+    const bool joined = source_ && source_->client().state() != client::ClientState::kJoining;
+    const absl::Status begun = joined ? BeginRecording() : absl::OkStatus();
+    recording_wanted_ = begun.ok();
+    return begun;
+  }
+  if (!recording_.on || !source_) return absl::OkStatus();
+  recording_.bytes = source_->client().recorded_bytes();
+  recording_.on = false;
+  const absl::Status stopped = source_->client().StopRecording();
+  if (!stopped.ok()) recording_.problem = std::string(stopped.message());
+  spdlog::info("recording ended instance={} file={} bytes={}", instance_, recording_.file, recording_.bytes);
+  SayRecording();
+  return stopped;
+}
+
+absl::Status WatchedWorld::BeginRecording() {
+  const auto place = services_.recordings.Make(instance_, std::chrono::system_clock::now());
+  absl::Status begun = place.status();
+  if (begun.ok()) begun = source_->client().Record(place->path, place->max_bytes);
+  recording_ = {.on = begun.ok(), .file = begun.ok() ? place->file : "", .bytes = 0, .problem = ""};
+  if (begun.ok()) {
+    spdlog::info("recording began instance={} file={}", instance_, recording_.file);
+    if (news_.status_number > 0) (void)source_->client().Note(news_.status);
+  } else {
+    recording_.problem = std::string(begun.message());
+  }
+  SayRecording();
+  return begun;
+}
+
+void WatchedWorld::TickRecording() {
+  if (!recording_.on) recording_wanted_ = BeginRecording().ok();
+  const std::string ended = source_->TakeRecordingEnded();
+  if (ended.empty()) return;
+  spdlog::warn("recording ended instance={} file={} reason={}", instance_, recording_.file, ended);
+  recording_wanted_ = recording_.on = false;
+  recording_.problem = ended;
+  SayRecording();
+}
+
+void WatchedWorld::SayRecording() {
+  news_.recording = RecordingMessage(recording_);
+  ++news_.recording_number;
 }
 
 std::map<RegionId, std::string> WatchedWorld::Hosts() const {

@@ -19,6 +19,7 @@
 #include "gateway/background.h"
 #include "gateway/gateway_message.h"
 #include "gateway/instance_feed.h"
+#include "gateway/recording_folder.h"
 #include "gateway/view_source.h"
 #include "gateway/viewer_session.h"
 #include "trust/credentials.h"
@@ -32,6 +33,7 @@ struct Services {
   Background* background = nullptr;
   std::function<void()> wake;
   std::uint64_t last_generation = 0;
+  RecordingFolder recordings{"", {}};
 };
 
 class WatchedWorld {
@@ -55,7 +57,18 @@ class WatchedWorld {
   const ViewSource* source() const { return source_.get(); }
   std::map<RegionId, std::string> Hosts() const;
 
+  // Records what the world's viewers are told, from its next frame on, whoever watches, until it is switched off or the
+  // world ends; a world that is lost and comes back goes on in another file. Errors: those of RecordingFolder::Make and
+  // Client::Record; nothing is recorded then.
+  absl::Status SetRecording(bool on);
+  bool recording() const { return recording_wanted_; }
+  const RecordingState& recording_state() const { return recording_; }
+
  private:
+  void Fail(Problem problem);
+  absl::Status BeginRecording();
+  void TickRecording();
+  void SayRecording();
   void Join(TimePoint now);
   void Joined(absl::StatusOr<std::unique_ptr<client::Client>> joined, std::shared_ptr<const SceneBook> book);
   void TakeState(TimePoint now);
@@ -74,6 +87,8 @@ class WatchedWorld {
   bool joining_ = false, status_due_ = true;
   TimePoint next_status_{}, next_join_{};
   std::optional<TimePoint> lost_since_;
+  bool recording_wanted_ = false;
+  RecordingState recording_;
   // Jobs that end when this is gone must not touch it.
   std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);
 };

@@ -33,7 +33,9 @@ constexpr std::size_t kWrite_bytes = 256 * 1024;
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
 constexpr unsigned kRequestTimeout_s = 10;
 constexpr std::size_t kMaxInstanceName = 64;
-constexpr char kWatchPath[] = "/watch/";
+constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json";
+constexpr std::size_t kMaxRecordingName = 128;
+constexpr absl::string_view kWatchPath = "/watch/", kPlayPath = "/play/", kRecordPath = "/api/recordings/";
 
 void LogLine(int level, const char* line) {
   const std::string text(absl::StripTrailingAsciiWhitespace(line));
@@ -69,8 +71,8 @@ std::string WithoutScheme(const std::string& origin) {
   return at == std::string::npos ? origin : origin.substr(at + 3);
 }
 
-bool IsInstanceName(std::string_view name) {
-  return !name.empty() && name.size() <= kMaxInstanceName && std::all_of(name.begin(), name.end(), [](char c) {
+bool IsName(absl::string_view name, std::size_t most) {
+  return !name.empty() && name.size() <= most && std::all_of(name.begin(), name.end(), [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_' ||
            c == '.';
   });
@@ -124,6 +126,7 @@ struct WebServer::Impl {
   }
   int Reply(lws* wsi, unsigned status, const char* type, const std::string& body);
   int Page(lws* wsi);
+  int Post(lws* wsi);
   int FilterViewer(lws* wsi);
   void Open(lws* wsi, Peer& peer);
   void Receive(lws* wsi, Peer& peer, std::string_view bytes);
@@ -171,17 +174,37 @@ int WebServer::Impl::Reply(lws* wsi, unsigned status, const char* type, const st
   return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
 }
 
+// Ends or begins a recording: /api/recordings/INSTANCE/start. The body of the request is not read.
+int WebServer::Impl::Post(lws* wsi) {
+  const std::string path = HeaderOf(wsi, WSI_TOKEN_POST_URI);
+  absl::string_view instance = path;
+  const bool known = absl::ConsumePrefix(&instance, kRecordPath);
+  const bool on = absl::ConsumeSuffix(&instance, "/start");
+  const bool off = !on && absl::ConsumeSuffix(&instance, "/stop");
+  if (gateway == nullptr || !known || (!on && !off) || !IsName(instance, kMaxInstanceName)) {
+    return Reply(wsi, HTTP_STATUS_NOT_FOUND, kPlainText, "There is nothing to post to at this address.\n");
+  }
+  const auto state = gateway->Record(std::string(instance), on);
+  if (state.ok()) return Reply(wsi, HTTP_STATUS_OK, kJson, RecordingMessage(*state));
+  return Reply(wsi, absl::IsNotFound(state.status()) ? HTTP_STATUS_NOT_FOUND : HTTP_STATUS_CONFLICT, kPlainText,
+               absl::StrCat(state.status().message(), "\n"));
+}
+
 int WebServer::Impl::Page(lws* wsi) {
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) > 0) return Post(wsi);
   const std::string path = HeaderOf(wsi, WSI_TOKEN_GET_URI);
-  if (path == "/healthz") return Reply(wsi, HTTP_STATUS_OK, "text/plain; charset=utf-8", "ok\n");
+  if (path == "/healthz") return Reply(wsi, HTTP_STATUS_OK, kPlainText, "ok\n");
   if (path == "/api/worlds") {
     const WorldList::List list = gateway == nullptr ? WorldList::List() : gateway->Worlds();
-    return Reply(wsi, HTTP_STATUS_OK, "application/json", WorldsPage(list.instances, list.problem));
+    return Reply(wsi, HTTP_STATUS_OK, kJson, WorldsPage(list.instances, list.problem));
   }
-  if (path == "/api/recordings") return Reply(wsi, HTTP_STATUS_OK, "application/json", R"({"recordings":[]})");
+  if (path == "/api/recordings") {
+    const auto list = gateway == nullptr ? std::vector<ListedRecording>() : gateway->Recordings();
+    return Reply(wsi, HTTP_STATUS_OK, kJson, RecordingsPage(list));
+  }
   const std::string why = path == "/" ? "The page is not built or not installed; --page names its folder.\n"
                                       : "There is nothing at this address.\n";
-  return Reply(wsi, HTTP_STATUS_NOT_FOUND, "text/plain; charset=utf-8", why);
+  return Reply(wsi, HTTP_STATUS_NOT_FOUND, kPlainText, why);
 }
 
 int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len) {
@@ -225,12 +248,12 @@ int WebServer::Impl::FilterViewer(lws* wsi) {
     lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "This page may not connect here; see --allow-origin.");
     return -1;
   }
-  if (gateway == nullptr || !absl::StartsWith(path, kWatchPath) ||
-      !IsInstanceName(path.substr(std::strlen(kWatchPath)))) {
-    lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, "Viewers connect to /watch/INSTANCE.");
-    return -1;
-  }
-  return 0;
+  absl::string_view name = path;
+  const bool there = (absl::ConsumePrefix(&name, kWatchPath) && IsName(name, kMaxInstanceName)) ||
+                     (absl::ConsumePrefix(&name, kPlayPath) && IsName(name, kMaxRecordingName));
+  if (gateway != nullptr && there) return 0;
+  lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, "Viewers connect to /watch/INSTANCE or /play/RECORDING.");
+  return -1;
 }
 
 void WebServer::Impl::Open(lws* wsi, Peer& peer) {
@@ -240,7 +263,11 @@ void WebServer::Impl::Open(lws* wsi, Peer& peer) {
   setsockopt(socket, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &at_once, sizeof at_once);
   peer.wsi = wsi;
-  peer.viewer = gateway->Open(HeaderOf(wsi, WSI_TOKEN_GET_URI).substr(std::strlen(kWatchPath)));
+  const std::string path = HeaderOf(wsi, WSI_TOKEN_GET_URI);
+  absl::string_view name = path;
+  const bool watches = absl::ConsumePrefix(&name, kWatchPath);
+  if (!watches) absl::ConsumePrefix(&name, kPlayPath);
+  peer.viewer = watches ? gateway->Open(std::string(name)) : gateway->OpenRecording(std::string(name));
   peers[peer.viewer] = &peer;
   Tick();
 }
@@ -340,7 +367,7 @@ void WebServer::Impl::Tick() {
 void WebServer::Impl::OnTick(lws_sorted_usec_list_t* list) {
   Impl& me = *lws_container_of(list, Timer, list)->owner;
   me.Tick();
-  const bool idle = me.gateway == nullptr || me.gateway->viewers() == 0;
+  const bool idle = me.gateway == nullptr || me.gateway->idle();
   lws_sul_schedule(me.context, 0, list, OnTick, idle ? kIdle_us : kFrame_us);
 }
 

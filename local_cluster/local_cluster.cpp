@@ -126,6 +126,8 @@ void LocalCluster::StartGateway() {
                                    "127.0.0.1:0",
                                    "--ready-file",
                                    ready,
+                                   "--recordings-dir",
+                                   options_.state_dir + "/recordings",
                                    "--orders"};
   if (options_.network == nullptr) argv.emplace_back("--local");
   gateway_ = OrThrow(host::ChildProcess::Start({.argv = argv, .log_path = log}));

@@ -47,6 +47,7 @@ class LocalCluster {
   const std::string& operators_address() const { return operators_address_; }  // HOST:PORT; empty: none
   const std::string& players_address() const { return players_address_; }
   const std::string& http_address() const { return http_address_; }
+  const std::string& state_dir() const { return options_.state_dir; }
   const std::string& page_address() const { return page_address_; }  // HOST:PORT; empty without a gateway
   const std::string& gateway_metrics_address() const { return gateway_metrics_address_; }
   const std::string& log_dir() const { return log_dir_; }

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <random>
 
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 namespace tessera::worker {
 namespace {

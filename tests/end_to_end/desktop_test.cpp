@@ -12,7 +12,7 @@
 #include "host/child_process.h"
 #include "host/files.h"
 #include "host/temporary_folder.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {

@@ -14,7 +14,7 @@
 #include "host/temporary_folder.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/instance_watch.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/world_fixture.h"
 
 namespace tessera::end_to_end {

@@ -11,7 +11,7 @@
 
 #include "host/file_watch.h"
 #include "host/last_lines.h"
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 #include "tests/end_to_end/dashboard.h"
 
 namespace tessera::end_to_end {

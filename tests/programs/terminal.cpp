@@ -51,7 +51,8 @@ host::ChildProcess Terminal::Start(const std::string& command) {
   return host::ChildProcess::Start(
              {.argv = {"/usr/bin/env", "-C", desk_.path(),
                        std::string("PATH=") + TESSERA_BINARY_DIR + "/bin:" + (path != nullptr ? path : ""),
-                       "TESSERA_CONTROL=" + cluster_.control_address(), "/bin/sh", "-c", "exec " + command},
+                       "TESSERA_CONTROL=" + cluster_.control_address(), "TESSERA_GATEWAY=" + cluster_.page_address(),
+                       "/bin/sh", "-c", "exec " + command},
               .log_path = output_})
       .value();
 }

@@ -27,7 +27,7 @@ class Terminal {
   std::string Output() const;
 
   host::TemporaryFolder state_, desk_;
-  local::LocalCluster cluster_{{.state_dir = state_.path(), .capacity = 16}};
+  local::LocalCluster cluster_{{.state_dir = state_.path(), .capacity = 16, .page_listen = "127.0.0.1:0"}};
   std::string output_ = state_.path() + "/output";
 };
 

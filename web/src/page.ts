@@ -139,6 +139,7 @@ export class Page implements SessionListener {
     setText(this.name, name);
     this.time.setReplay(replay);
     this.tools.setReplay(replay);
+    this.room.setReplay(replay);
     this.fitted = '';
     this.session.open(`/${replay ? 'play' : 'watch'}/${encodeURIComponent(name)}`);
   }
@@ -321,14 +322,15 @@ export class Page implements SessionListener {
     this.detail.show(session.bodies, this.view.selected, session.detail, this.view.follows);
     if (session.link.state === 'waiting') this.toldWaiting(session.link);
     const status = session.room.status;
-    setText(this.state, session.paused ? 'paused' : (status?.state ?? (session.play ? 'recording' : '…')).toLowerCase());
+    setText(this.state, session.play ? 'recording' : session.paused ? 'paused' : (status?.state ?? '…').toLowerCase());
     this.state.title = status?.reason ?? '';
     const age_s = now_s - session.frame_at_s;
     const figures_s = session.room.age_s(now_s);
     const stale = age_s > STALE_S && !session.paused && !session.play?.paused;
     const late = status !== null && figures_s > 5;
     this.fresh.className = `pill ${stale ? 'bad' : late ? 'warn' : 'good'}`;
-    setText(this.fresh, !Number.isFinite(age_s) ? 'waiting' : stale ? `stale ${age_s.toFixed(1)} s` : late ? `figures ${figures_s.toFixed(0)} s old` : 'live');
+    if (session.play) setText(this.fresh, session.play.paused ? 'paused' : `${session.play.speed}×`);
+    else setText(this.fresh, !Number.isFinite(age_s) ? 'waiting' : stale ? `stale ${age_s.toFixed(1)} s` : late ? `figures ${figures_s.toFixed(0)} s old` : 'live');
     setText(this.counts, `${session.bodies.count.toLocaleString('en-US')} bodies · ${session.bodies.moving_count.toLocaleString('en-US')} moving · ${this.perf.rate.toFixed(0)} fps`);
     this.time.showPaused(session.play ? session.play.paused : session.paused);
     this.time.showTick(session.tick, session.welcome?.tick_rate ?? 60);

@@ -187,6 +187,9 @@ test('the list of worlds, a world that is not there, and a recording', async () 
   await page.waitForFunction('tessera.session.play', undefined, WAIT);
   await page.getByRole('button', { name: 'Pause' }).click();
   await page.waitForFunction('tessera.session.play.paused', undefined, WAIT);
+  assert.equal(await page.getByRole('group', { name: 'Orders' }).isVisible(), false, 'a recording takes no orders');
+  await page.getByLabel('Place in the recording').fill('42');
+  await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42) < 1', undefined, WAIT);
 });
 
 test('a browser without WebGL is told so', async () => {

@@ -198,7 +198,7 @@ export interface RecordingEntry {
   file: string;
   instance: string;
   bytes: number;
-  seconds: number;
+  seconds: number | null;
 }
 
 export function idText(high: number, low: number): string {

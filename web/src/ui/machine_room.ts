@@ -40,10 +40,15 @@ export class MachineRoom {
       'aside',
       { id: 'room', 'aria-label': 'Machine room' },
       h('section', {}, h('h2', {}, 'Regions'), this.summary, h('table', {}, h('thead', {}, head), this.rows), this.changes),
-      h('section', {}, this.orders()),
+      h('section', { class: 'ordering' }, this.orders()),
       h('section', {}, h('h2', {}, 'Last five minutes'), this.charts.element),
       h('section', { class: 'grows' }, h('h2', {}, 'Events'), this.events),
     );
+  }
+
+  // A recording takes no orders.
+  setReplay(replay: boolean): void {
+    this.element.classList.toggle('replay', replay);
   }
 
   draw(room: Room, now_s: number): void {

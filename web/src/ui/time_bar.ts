@@ -88,6 +88,9 @@ export class TimeBar {
     this.recording = message.on;
     this.record.setAttribute('aria-pressed', String(message.on));
     setText(this.record, message.on ? 'Stop recording' : 'Record');
-    setText(this.note, message.problem || (message.file === '' ? '' : `${message.file}, ${bytes(message.bytes)}`));
+    const done = message.file !== '' && !message.on;
+    const what = message.file === '' ? '' : `${message.file}, ${bytes(message.bytes)}`;
+    const link = h('a', { href: `#play/${message.file}` }, what);
+    this.note.replaceChildren(...(message.problem === '' ? [] : [`${message.problem} `]), done ? link : what);
   }
 }

@@ -65,7 +65,11 @@ export class WorldList {
 
   private drawRecordings(recordings: RecordingEntry[]): void {
     const cards = recordings.map((recording) =>
-      card(`#play/${recording.file}`, recording.file, [recording.instance, clock(recording.seconds), bytes(recording.bytes)]),
+      card(`#play/${recording.file}`, recording.file, [
+        recording.instance,
+        recording.seconds === null ? 'not ended' : clock(recording.seconds),
+        bytes(recording.bytes),
+      ]),
     );
     const none = h('p', {}, 'None yet. The Record button of a world makes one.');
     replace(this.recordings, cards.length === 0 ? [none] : cards);

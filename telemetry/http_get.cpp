@@ -1,4 +1,4 @@
-#include "telemetry/testing/http_get.h"
+#include "telemetry/http_get.h"
 
 #include <civetweb.h>
 
@@ -15,9 +15,8 @@ using Connection = std::unique_ptr<mg_connection, decltype(&mg_close_connection)
 
 constexpr int kPatience_ms = 10'000;  // a caller that hangs says less than one that fails
 
-}  // namespace
-
-absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query) {
+absl::StatusOr<HttpAnswer> Ask(const char* method, const char* headers, const std::string& address,
+                               const std::string& path_and_query) {
   const auto fail = [&](const std::string& why) {
     return absl::UnavailableError(absl::StrCat("http://", address, path_and_query, ": ", why));
   };
@@ -29,8 +28,8 @@ absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string
                               mg_close_connection);
   // HTTP/1.0: the answer ends with the connection.
   if (connection == nullptr ||
-      mg_printf(connection.get(), "GET %s HTTP/1.0\r\nHost: %s\r\n\r\n", path_and_query.c_str(), address.c_str()) <=
-          0 ||
+      mg_printf(connection.get(), "%s %s HTTP/1.0\r\nHost: %s\r\n%s\r\n", method, path_and_query.c_str(),
+                address.c_str(), headers) <= 0 ||
       mg_get_response(connection.get(), error.data(), error.size(), kPatience_ms) < 0) {
     return fail(error.data());
   }
@@ -41,6 +40,16 @@ absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string
     answer.body.append(piece.data(), static_cast<std::size_t>(got));
   }
   return answer;
+}
+
+}  // namespace
+
+absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query) {
+  return Ask("GET", "", address, path_and_query);
+}
+
+absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path) {
+  return Ask("POST", "Content-Length: 0\r\n", address, path);
 }
 
 std::string UrlEncode(const std::string& text) {

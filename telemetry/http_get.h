@@ -1,4 +1,4 @@
-// HttpGet: reads one page as Prometheus would, for benchmarks and tests, by CivetWeb's client.
+// HttpGet, HttpPost: one request to a program of ours, by CivetWeb's client.
 //
 // Thread rule: any thread; blocks until the answer is complete, at most 10 s for each piece of it.
 #pragma once
@@ -17,6 +17,9 @@ struct HttpAnswer {
 // `address` is "127.0.0.1:9090", `path_and_query` starts with '/'. UNAVAILABLE, which names the page, where nobody
 // listens or the answer is not HTTP.
 absl::StatusOr<HttpAnswer> HttpGet(const std::string& address, const std::string& path_and_query);
+
+// Without a body.
+absl::StatusOr<HttpAnswer> HttpPost(const std::string& address, const std::string& path);
 
 // `text` as a value in a query.
 std::string UrlEncode(const std::string& text);
