@@ -110,6 +110,11 @@ void Agent::OnRefused(const absl::Status& status) {
                                          "; to join anew, remove it and give a join token)")
                           : "");
   exit_code_ = 1;
+  if (absl::IsPermissionDenied(status) && !supervisor_.Empty()) {
+    // The host was removed, so others carry its regions on: at once, and without a word to their players.
+    EndWorkers();
+    return EndWorkers();
+  }
   if (options_.stop_workers && !supervisor_.Empty()) return EndWorkers();
   Finish(1);
 }

@@ -20,6 +20,8 @@ struct HostOptions {
   bool dry_run = false;
   bool undo = false;
   double token_hours = 24;
+  std::uint32_t max_regions = 64;
+  bool force = false;
 };
 
 // Whoever speaks over the socket does not know at which address other machines reach the control plane.
@@ -34,7 +36,7 @@ TableRow HostRow(const v1::Host& host) {
   return {host.name(),
           StateOf(host),
           std::to_string(host.regions()),
-          std::to_string(host.resources().region_capacity()),
+          std::to_string(std::min(host.resources().region_capacity(), host.max_regions())),
           host.advertise_address().empty() ? "-" : host.advertise_address(),
           host.version().empty() ? "-" : host.version(),
           FormatAge(AgeSeconds(host.create_time()))};
@@ -47,6 +49,7 @@ void Add(const Globals& globals, const HostOptions& options) {
   v1::AddHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
+  request.set_max_regions(options.max_regions);
   request.mutable_join_token_ttl()->set_seconds(std::llround(options.token_hours * 3600));
   const auto response = connection.Call("host add", connection.hosts(), &v1::HostService::Stub::AddHost, request);
   PrintChange(globals, "host", options.name, "added", options.dry_run, response);
@@ -122,8 +125,9 @@ void Remove(const Globals& globals, const HostOptions& options) {
   v1::RemoveHostRequest request;
   request.set_name(options.name);
   request.set_validate_only(options.dry_run);
+  request.set_force(options.force);
   const auto response = connection.Call("host remove", connection.hosts(), &v1::HostService::Stub::RemoveHost, request);
-  PrintChange(globals, "host", options.name, "removed", options.dry_run, response);
+  PrintChange(globals, "host", options.name, options.force ? "evicted" : "removed", options.dry_run, response);
 }
 
 }  // namespace
@@ -142,6 +146,9 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
       ->capture_default_str()
       ->check(CLI::Range(1.0 / 60, 720.0))
       ->check(Finite());
+  add->add_option("--max-regions", options->max_regions, "Place no more regions on it, whatever capacity it claims")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000));
   add->callback([&globals, options] { Add(globals, *options); });
   host->add_subcommand("list", "List the hosts")->callback([&globals] { ListHosts(globals); });
   with_name(host->add_subcommand("describe", "Show a host and its workers"), false)->callback([&globals, options] {
@@ -152,9 +159,10 @@ void AddHostCommands(CLI::App& app, Globals& globals) {
       true);
   drain->add_flag("--undo", options->undo, "Take regions again");
   drain->callback([&globals, options] { Drain(globals, *options); });
-  with_name(host->add_subcommand("remove", "Forget a host on which nothing runs"), true)->callback([&globals, options] {
-    Remove(globals, *options);
-  });
+  CLI::App* remove = with_name(host->add_subcommand("remove", "Forget a host on which nothing runs"), true);
+  remove->add_flag("--force", options->force,
+                   "Evict it: accept nothing from it any more, and have its regions carried on elsewhere");
+  remove->callback([&globals, options] { Remove(globals, *options); });
 }
 
 }  // namespace tessera::cli

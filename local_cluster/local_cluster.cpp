@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/world/limits.h"
 #include "host/files.h"
 #include "host/last_lines.h"
 #include "host/program_folder.h"
@@ -154,6 +155,7 @@ host::ChildProcess LocalCluster::StartAgent(std::uint32_t index) {
     Connection connection(control_address_);
     v1::AddHostRequest request;
     request.set_name(name);
+    request.set_max_regions(kMaxRegions);
     const auto response =
         connection.Call("host add " + name, connection.hosts(), &v1::HostService::Stub::AddHost, request);
     const std::string token = state + "/join-token";

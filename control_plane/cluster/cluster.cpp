@@ -109,7 +109,12 @@ absl::StatusOr<v1::DrainHostResponse> Cluster::DrainHost(const v1::DrainHostRequ
   return hosts_.Drain(request);
 }
 
-absl::Status Cluster::RemoveHost(const v1::RemoveHostRequest& request) { return hosts_.Remove(request); }
+absl::Status Cluster::RemoveHost(Now now, const v1::RemoveHostRequest& request) {
+  InstanceNumbers touched;
+  const absl::Status removed = hosts_.Remove(request, touched);
+  reconciler_.Reconcile(now, touched);
+  return removed;
+}
 
 // --- Agents.
 

@@ -66,7 +66,7 @@ class Cluster {
   // --- Hosts: see hosts.h.
   absl::StatusOr<v1::AddHostResponse> AddHost(Now now, const v1::AddHostRequest& request);
   absl::StatusOr<v1::DrainHostResponse> DrainHost(const v1::DrainHostRequest& request);
-  absl::Status RemoveHost(const v1::RemoveHostRequest& request);
+  absl::Status RemoveHost(Now now, const v1::RemoveHostRequest& request);
 
   // --- Access: see access_tokens.h.
   absl::StatusOr<v1::CreateTokenResponse> CreateToken(Now now, const v1::CreateTokenRequest& request) {

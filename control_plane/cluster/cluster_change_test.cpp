@@ -80,7 +80,7 @@ TEST(ChangeTest, ADrainedHostIsEmptiedWithoutAHalt) {
   ExpectEachBodyOnce(harness, 4);
   v1::RemoveHostRequest remove;
   remove.set_name("beta");
-  EXPECT_TRUE(harness.cluster().RemoveHost(remove).ok());
+  EXPECT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
 }
 
 TEST(ChangeTest, AHostThatComesBackGetsItsShareAgain) {

@@ -105,7 +105,7 @@ TEST(HostTest, IdsAreNeverUsedTwice) {
   harness.AddHost("alpha", 4);
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
-  ASSERT_TRUE(harness.cluster().RemoveHost(remove).ok());
+  ASSERT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
   harness.Restart();
   EXPECT_EQ(harness.cluster().AddHost(harness.now, Add("alpha"))->host().id(), "host-2");
 }
@@ -116,13 +116,13 @@ TEST(HostTest, ARemovedHostIsToldSo) {
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
   harness.cluster().TakeEffects();
-  ASSERT_TRUE(harness.cluster().RemoveHost(remove).ok());
+  ASSERT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
   EXPECT_EQ(harness.cluster().TakeEffects().closed.at(agent.stream).code(), absl::StatusCode::kPermissionDenied);
   v1::AgentHello hello = ClusterHarness::Hello(4);
   hello.set_host_id(agent.host_id);
   hello.set_host_secret(agent.secret);
   EXPECT_EQ(harness.cluster().HandleHello(harness.now, hello).status().code(), absl::StatusCode::kPermissionDenied);
-  EXPECT_EQ(harness.cluster().RemoveHost(remove).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(harness.cluster().RemoveHost(harness.now, remove).code(), absl::StatusCode::kNotFound);
 }
 
 TEST(HostTest, ALaterStreamReplacesAnEarlierOne) {

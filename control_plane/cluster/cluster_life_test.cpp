@@ -270,9 +270,9 @@ TEST(InstanceLifeTest, AnInstanceOnALostHostCanBeDeletedAndTheHostRemoved) {
   harness.Pump();
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
-  const absl::Status refused = harness.cluster().RemoveHost(remove);
+  const absl::Status refused = harness.cluster().RemoveHost(harness.now, remove);
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(refused.message(), "name: 4 regions run on host alpha, first inst-1");
+  EXPECT_EQ(refused.message(), "name: 4 regions run on host alpha, first inst-1; drain it first, or evict it by force");
   agent.silent = true;
   harness.Run(seconds(6));
   Delete(harness, id);
@@ -280,7 +280,7 @@ TEST(InstanceLifeTest, AnInstanceOnALostHostCanBeDeletedAndTheHostRemoved) {
   agent.silent = false;
   harness.Pump();  // it was only cut off: what still runs there ends
   EXPECT_EQ(agent.fake.workers.size(), 0u);
-  EXPECT_TRUE(harness.cluster().RemoveHost(remove).ok());
+  EXPECT_TRUE(harness.cluster().RemoveHost(harness.now, remove).ok());
 }
 
 TEST(InstanceLifeTest, ARestartLeavesARunningWorldAlone) {

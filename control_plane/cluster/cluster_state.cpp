@@ -256,6 +256,7 @@ void ClusterState::FollowPlacements(InstanceEntry& instance) {
     if (const auto old = known.find(placement.incarnation()); old != known.end()) worker = std::move(old->second);
     worker.region = placement.region();
     worker.incarnation = placement.incarnation();
+    worker.evicted = worker.evicted || (host == nullptr && !worker.gone);
     worker.gone = worker.gone || instance.record.state() == v1::INSTANCE_STATE_ENDED || host == nullptr;
     if (!worker.gone) host->workers.emplace(instance.number, instance.workers.size() - 1);
   }

@@ -37,8 +37,9 @@ namespace tessera::control {
 struct WorkerEntry {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
-  bool gone = false;   // has ended; for good, since incarnations are not used twice
-  std::string ending;  // why, if nobody asked it to
+  bool gone = false;     // has ended; for good, since incarnations are not used twice
+  std::string ending;    // why, if nobody asked it to
+  bool evicted = false;  // gone, though nobody says that it has ended: its host was evicted, or it sent what none may
 
   // Written by WorkerReports.
   v1::WorkerReport report;  // the last one; empty before the first
@@ -57,6 +58,9 @@ struct WorkerEntry {
   // Listens, and its address is known.
   bool bound() const { return !gone && report.phase() >= v1::WORKER_PHASE_BOUND && report.address().game_port() != 0; }
 };
+
+// A set of instances.
+using InstanceNumbers = std::set<std::uint64_t>;
 
 struct HostEntry {
   std::uint64_t number = 0;

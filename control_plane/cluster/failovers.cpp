@@ -52,14 +52,14 @@ FailoverStep Failovers::Next(const InstanceEntry& instance, const CutBetween& cu
 
 // --- 1. Declare dead.
 
-// Those that have ended, and those that are silent while another carries them on; the rest may well run, and is left
-// alone. A newcomer that is silent before its map is committed has nothing to lose.
+// Those that have ended or whose host was evicted, and those that are silent while another carries them on; the rest
+// may well run, and is left alone. A newcomer that is silent before its map is committed has nothing to lose.
 std::vector<Death> Failovers::Deaths(const InstanceEntry& instance, Now now) const {
   std::vector<Death> deaths;
   for (std::size_t i = 0; i < instance.workers.size(); ++i) {
     const WorkerEntry& worker = instance.workers[i];
     if (worker.gone) {
-      deaths.push_back({worker.region, worker.incarnation, true});
+      deaths.push_back({worker.region, worker.incarnation, !worker.evicted});
     } else if (Silent(state_, instance, i, settings_.failover_after, now)) {
       const bool joins = instance.record.placements(static_cast<int>(i)).joins();
       const bool has_no_part = joins && !instance.record.planned().committed();

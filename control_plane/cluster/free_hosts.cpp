@@ -13,7 +13,7 @@ std::vector<FreeHost> FreeHosts(const ClusterState& state, const InstanceEntry* 
     const auto taken = std::count_if(host.workers.begin(), host.workers.end(), [without](const auto& worker) {
       return without == nullptr || worker.first != without->number;
     });
-    const std::uint32_t capacity = host.record.resources().region_capacity();
+    const std::uint32_t capacity = CapacityOf(host);
     free.push_back({host.record.id(), capacity > taken ? capacity - static_cast<std::uint32_t>(taken) : 0});
   }
   return free;

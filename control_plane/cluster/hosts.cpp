@@ -6,6 +6,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/one_line.h"
+#include "core/world/limits.h"
 
 namespace tessera::control {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kMaxVersionBytes = 128;
+constexpr std::uint32_t kDefaultMaxRegions = 64;
 constexpr std::chrono::nanoseconds kDefaultTokenTtl = 24h, kLeastTokenTtl = 1min, kMostTokenTtl = 24h * 30;
 
 bool IsLowerOrDigit(char c) {
@@ -70,8 +72,13 @@ absl::StatusOr<v1::AddHostResponse> Hosts::Add(const v1::AddHostRequest& request
   }
   const auto ttl = TokenTtl(request);
   if (!ttl.ok()) return ttl.status();
+  if (request.max_regions() > kMaxRegions) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("max_regions: must be 1 to ", kMaxRegions, ", got ", request.max_regions()));
+  }
   records::Host record;
   record.set_name(request.name());
+  record.set_max_regions(request.max_regions());
   *record.mutable_create_time() = ToTimestamp(now.unix_time);
   v1::AddHostResponse response;
   if (request.validate_only()) {
@@ -104,17 +111,30 @@ absl::StatusOr<v1::DrainHostResponse> Hosts::Drain(const v1::DrainHostRequest& r
   return response;
 }
 
-absl::Status Hosts::Remove(const v1::RemoveHostRequest& request) {
+absl::Status Hosts::Remove(const v1::RemoveHostRequest& request, InstanceNumbers& touched) {
   const HostEntry* host = FindHostByName(state_, request.name());
   if (host == nullptr) return NoHost(request.name());
-  if (!host->workers.empty()) {
+  if (!host->workers.empty() && !request.force()) {
     return absl::FailedPreconditionError(absl::StrCat(
         "name: ", host->workers.size(), host->workers.size() == 1 ? " region runs" : " regions run", " on host ",
-        host->record.name(), ", first ", state_.instances().at(host->workers.begin()->first).record.id()));
+        host->record.name(), ", first ", state_.instances().at(host->workers.begin()->first).record.id(),
+        "; drain it first, or evict it by force"));
   }
   if (request.validate_only()) return absl::OkStatus();
   const auto removed = absl::PermissionDeniedError(absl::StrCat(host->record.id(), " was removed"));
-  return state_.RemoveHost(*state_.FindHost(host->record.id()), removed);
+  const std::string name = host->record.name();
+  const auto workers = host->workers;
+  if (absl::Status status = state_.RemoveHost(*state_.FindHost(host->record.id()), removed); !status.ok()) {
+    return status;
+  }
+  if (!workers.empty()) state_.Log(absl::StrCat("host evicted host=", name, " regions=", workers.size()));
+  for (const auto& [number, index] : workers) {
+    InstanceEntry& instance = state_.instance(number);
+    instance.workers[index].evicted = true;
+    state_.SetGone(instance, instance.workers[index], absl::StrCat("host ", name, " was evicted"));
+    touched.insert(number);
+  }
+  return absl::OkStatus();
 }
 
 // --- For agents.
@@ -230,6 +250,14 @@ v1::HostState StateOf(const HostEntry& host) {
   return host.record.draining() ? v1::HOST_STATE_DRAINING : v1::HOST_STATE_READY;
 }
 
+std::uint32_t MaxRegionsOf(const HostEntry& host) {
+  return host.record.max_regions() == 0 ? kDefaultMaxRegions : host.record.max_regions();
+}
+
+std::uint32_t CapacityOf(const HostEntry& host) {
+  return std::min(host.record.resources().region_capacity(), MaxRegionsOf(host));
+}
+
 v1::Host ViewOf(const HostEntry& host) {
   v1::Host view;
   view.set_id(host.record.id());
@@ -243,6 +271,7 @@ v1::Host ViewOf(const HostEntry& host) {
   if (host.last_heartbeat_time.count() != 0)
     *view.mutable_last_heartbeat_time() = ToTimestamp(host.last_heartbeat_time);
   view.set_metrics_port(host.record.metrics_port());
+  view.set_max_regions(MaxRegionsOf(host));
   return view;
 }
 

@@ -29,7 +29,8 @@ class Hosts {
   // Errors: INVALID_ARGUMENT, ALREADY_EXISTS, NOT_FOUND, FAILED_PRECONDITION, naming the field.
   absl::StatusOr<v1::AddHostResponse> Add(const v1::AddHostRequest& request, Now now);
   absl::StatusOr<v1::DrainHostResponse> Drain(const v1::DrainHostRequest& request);
-  absl::Status Remove(const v1::RemoveHostRequest& request);
+  // `touched`: instances that ran on a host that is evicted.
+  absl::Status Remove(const v1::RemoveHostRequest& request, InstanceNumbers& touched);
 
   // Admits an agent and opens its stream. UNAUTHENTICATED, PERMISSION_DENIED (the host was removed), INVALID_ARGUMENT.
   absl::StatusOr<Admission> Admit(const v1::AgentHello& hello, Now now);
@@ -60,6 +61,9 @@ absl::Status CheckName(const std::string& name);
 const HostEntry* FindHostByName(const ClusterState& state, const std::string& name_or_id);
 absl::Status NoHost(const std::string& name);
 v1::HostState StateOf(const HostEntry& host);
+// How many regions it may be given, and is: as many as it says that it takes, as far as it may.
+std::uint32_t MaxRegionsOf(const HostEntry& host);
+std::uint32_t CapacityOf(const HostEntry& host);
 v1::Host ViewOf(const HostEntry& host);
 // UNAUTHENTICATED unless `serial` is of the one certificate that the host may show.
 absl::Status CheckHostCertificate(const ClusterState& state, const std::string& host_id, const std::string& serial);

@@ -85,7 +85,9 @@ TEST_F(HostsTest, ARemovedHostIsRefusedAndItsStreamClosed) {
   const auto admission = hosts_.Admit(hello, rig_.now);
   v1::RemoveHostRequest remove;
   remove.set_name("alpha");
-  ASSERT_TRUE(hosts_.Remove(remove).ok());
+  InstanceNumbers touched;
+  ASSERT_TRUE(hosts_.Remove(remove, touched).ok());
+  EXPECT_TRUE(touched.empty());
   EXPECT_EQ(rig_.state->effects().closed.at(admission->stream).code(), absl::StatusCode::kPermissionDenied);
   hello.clear_join_token();
   hello.set_host_id("host-1");

@@ -11,6 +11,7 @@
 #include "control_plane/id_ranges.h"
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
+#include "control_plane/report_limits.h"
 
 namespace tessera::control {
 namespace {
@@ -74,6 +75,15 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
                                                         InstanceNumbers& touched, Now now) {
   const auto [instance, worker] = FindWorker(state_, host, report.identity());
   if (instance == nullptr || worker->gone) return std::nullopt;
+  if (const absl::Status fine = CheckReport(report); !fine.ok()) {
+    // Not to be believed that it ends, either; its agent is told to end it, as it is in no desired set any more.
+    worker->evicted = true;
+    state_.Log(absl::StrCat("worker refused instance=", instance->record.id(), " region=", worker->region,
+                            " host=", host.record.name(), ": ", fine.message()));
+    state_.SetGone(*instance, *worker, absl::StrCat("worker refused: ", fine.message()));
+    touched.insert(instance->number);
+    return std::nullopt;
+  }
   v1::WorkerReport before = std::exchange(worker->report, report);
   const bool was_bound = before.phase() >= v1::WORKER_PHASE_BOUND && before.address().game_port() != 0;
   worker->reported = true;

@@ -17,7 +17,6 @@
 
 namespace tessera::control {
 
-using InstanceNumbers = std::set<std::uint64_t>;
 using ReportList = google::protobuf::RepeatedPtrField<v1::WorkerReport>;
 
 class WorkerReports {

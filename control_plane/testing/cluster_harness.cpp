@@ -1,5 +1,9 @@
 #include "control_plane/testing/cluster_harness.h"
 
+#include <algorithm>
+
+#include "core/world/limits.h"
+
 namespace tessera::control {
 
 void ClusterHarness::Restart() {
@@ -16,6 +20,7 @@ Cluster& ClusterHarness::cluster() {
 FakeHost& ClusterHarness::AddHost(const std::string& name, std::uint32_t capacity) {
   v1::AddHostRequest request;
   request.set_name(name);
+  request.set_max_regions(std::min(capacity, kMaxRegions));
   const auto added = cluster().AddHost(now, request);
   EXPECT_TRUE(added.ok()) << added.status();
   v1::AgentHello hello = Hello(capacity);

@@ -6,6 +6,7 @@
 #include "control_plane/cluster/queries.h"
 #include "core/game/game_file.h"
 #include "core/region/testing/kept_bodies.h"
+#include "core/world/limits.h"
 #include "core/world/partition_change.h"
 
 namespace tessera::simulation {
@@ -52,6 +53,7 @@ void Deployment::Begin(const DeploymentOptions& options) {
   for (std::uint32_t i = 1; i <= options.hosts; ++i) {
     v1::AddHostRequest request;
     request.set_name(absl::StrCat("host", i));
+    request.set_max_regions(kMaxRegions);
     const auto added =
         control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.AddHost(now, request); });
     hosts_.push_back(std::make_unique<SimulatedHost>(around_, control_, i, options.capacity, added->join_token()));

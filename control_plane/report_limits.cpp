@@ -1,0 +1,79 @@
+#include "control_plane/report_limits.h"
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
+#include "core/world/limits.h"
+
+namespace tessera::control {
+namespace {
+
+// Of texts, and of lists that no constant of the world bounds; the .proto says how many a worker sends.
+constexpr std::size_t kMaxTextBytes = 16 * 1024;
+constexpr int kMaxCensuses = 64, kMaxNonfinite = 100, kMaxSpread = 256, kMaxRuns = 10'000, kMaxLines = 32,
+              kMaxReportedEvents = 512;
+
+class Checks {
+ public:
+  const absl::Status& status() const { return status_; }
+  void Entries(const char* field, std::size_t has, std::size_t most) {
+    if (has > most) Refuse(absl::StrCat("report.", field, ": has ", has, " entries, at most ", most));
+  }
+  void Text(const char* field, const std::string& text) {
+    if (text.size() > kMaxTextBytes) {
+      Refuse(absl::StrCat("report.", field, ": has ", text.size(), " bytes, at most ", kMaxTextBytes));
+    }
+  }
+  void Real(const char* field, double value) {
+    if (!std::isfinite(value) || value < 0) Refuse(absl::StrCat("report.", field, ": is no time or rate"));
+  }
+  void Refuse(const std::string& why) {
+    if (status_.ok()) status_ = absl::InvalidArgumentError(why);
+  }
+
+ private:
+  absl::Status status_;
+};
+
+std::size_t Size(int entries) { return static_cast<std::size_t>(entries); }
+
+}  // namespace
+
+absl::Status CheckReport(const v1::WorkerReport& report) {
+  Checks checks;
+  checks.Entries("linked_regions", Size(report.linked_regions_size()), kMaxRegions);
+  checks.Entries("connected_players", Size(report.connected_players_size()), kMaxPlayers);
+  checks.Entries("ended_players", Size(report.ended_players_size()), kMaxPlayers);
+  checks.Entries("standby_copies", Size(report.standby_copies_size()), kMaxRegions);
+  checks.Entries("censuses", Size(report.censuses_size()), kMaxCensuses);
+  checks.Entries("nonfinite_ids", Size(report.nonfinite_ids_size()), kMaxNonfinite);
+  checks.Entries("spread_x", Size(report.spread_x_size()), kMaxSpread);
+  checks.Entries("spread_z", Size(report.spread_z_size()), kMaxSpread);
+  checks.Entries("removed_first", Size(report.removed_first_size()), kMaxRuns);
+  checks.Entries("removed_last", Size(report.removed_last_size()), kMaxRuns);
+  checks.Entries("property_answers", Size(report.property_answers_size()), kMaxPropertyChanges);
+  checks.Entries("backend_answers", Size(report.backend_answers_size()), kMaxGameMessages);
+  checks.Entries("game_lines", Size(report.game_lines_size()), kMaxLines);
+  checks.Entries("game_events", Size(report.game_events_size()), kMaxReportedEvents);
+  checks.Text("failure", report.failure());
+  checks.Text("checkpoint_failure", report.checkpoint_failure());
+  checks.Text("next_game.failure", report.next_game().failure());
+  for (const v1::GameLine& line : report.game_lines()) checks.Text("game_lines.text", line.text());
+  for (const v1::EndedPlayer& player : report.ended_players()) checks.Text("ended_players.reason", player.reason());
+  for (const v1::PropertyAnswer& answer : report.property_answers()) {
+    checks.Text("property_answers.refused", answer.refused());
+  }
+  for (const v1::BackendAnswer& answer : report.backend_answers()) {
+    checks.Text("backend_answers.refused", answer.refused());
+  }
+  checks.Real("tick_rate_hz", report.tick_rate_hz());
+  checks.Real("step", report.step().p50_seconds());
+  checks.Real("step", report.step().p99_seconds());
+  checks.Real("step", report.step().max_seconds());
+  return checks.status();
+}
+
+}  // namespace tessera::control

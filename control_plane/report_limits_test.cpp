@@ -1,0 +1,56 @@
+// A worker's report: what an honest one sends is taken at its largest, and one entry more is refused by name.
+#include "control_plane/report_limits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+namespace tessera::control {
+namespace {
+
+v1::WorkerReport Largest() {
+  v1::WorkerReport report;
+  for (std::uint32_t i = 1; i <= 1024; ++i) {
+    report.add_connected_players(i);
+    report.add_ended_players()->set_reason(std::string(200, 'x'));
+  }
+  for (int i = 0; i < 1000; ++i)
+    report.add_linked_regions(1), report.add_standby_copies(), report.add_property_answers();
+  for (int i = 0; i < 10'000; ++i) report.add_removed_first(1), report.add_removed_last(1);
+  for (int i = 0; i < 512; ++i) report.add_game_events();
+  for (int i = 0; i < 256; ++i) report.add_spread_x(1), report.add_spread_z(1);
+  for (int i = 0; i < 100; ++i) report.add_nonfinite_ids(1);
+  for (int i = 0; i < 64; ++i) report.add_backend_answers();
+  for (int i = 0; i < 32; ++i) report.add_game_lines()->set_text(std::string(600, 'x'));
+  report.set_tick_rate_hz(60);
+  return report;
+}
+
+TEST(ReportLimitsTest, WhatAnHonestWorkerSendsIsTaken) {
+  EXPECT_EQ(CheckReport(v1::WorkerReport()), absl::OkStatus());
+  EXPECT_EQ(CheckReport(Largest()), absl::OkStatus());
+}
+
+TEST(ReportLimitsTest, OneMoreIsRefusedByName) {
+  const auto refusal = [](auto change) {
+    v1::WorkerReport report = Largest();
+    change(report);
+    return std::string(CheckReport(report).message());
+  };
+  using R = v1::WorkerReport;
+  EXPECT_EQ(refusal([](R& r) { r.add_connected_players(9); }),
+            "report.connected_players: has 1025 entries, at most 1024");
+  EXPECT_EQ(refusal([](R& r) { r.add_ended_players(); }), "report.ended_players: has 1025 entries, at most 1024");
+  EXPECT_EQ(refusal([](R& r) { r.add_linked_regions(1); }), "report.linked_regions: has 1001 entries, at most 1000");
+  EXPECT_EQ(refusal([](R& r) { r.add_removed_last(1); }), "report.removed_last: has 10001 entries, at most 10000");
+  EXPECT_EQ(refusal([](R& r) { r.add_game_lines(); }), "report.game_lines: has 33 entries, at most 32");
+  EXPECT_EQ(refusal([](R& r) { r.add_spread_x(1); }), "report.spread_x: has 257 entries, at most 256");
+  EXPECT_EQ(refusal([](R& r) { r.set_failure(std::string(1 << 20, 'x')); }),
+            "report.failure: has 1048576 bytes, at most 16384");
+  EXPECT_EQ(refusal([](R& r) { r.set_tick_rate_hz(std::nan("")); }), "report.tick_rate_hz: is no time or rate");
+  EXPECT_EQ(refusal([](R& r) { r.mutable_step()->set_p99_seconds(-1); }), "report.step: is no time or rate");
+}
+
+}  // namespace
+}  // namespace tessera::control
