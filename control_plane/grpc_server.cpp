@@ -187,8 +187,9 @@ class HostServiceImpl final : public v1::HostService::Service, Answerer {
   }
   grpc::Status RemoveHost(grpc::ServerContext* context, const v1::RemoveHostRequest* request,
                           v1::RemoveHostResponse*) override {
-    return Answer(context, "HostService/RemoveHost", CallKind::kCommand, request->name(),
-                  [&] { return plane_.Call([&](Cluster& cluster, Now now) { return cluster.RemoveHost(now, *request); }); });
+    return Answer(context, "HostService/RemoveHost", CallKind::kCommand, request->name(), [&] {
+      return plane_.Call([&](Cluster& cluster, Now now) { return cluster.RemoveHost(now, *request); });
+    });
   }
 };
 

@@ -28,8 +28,8 @@ class Bot {
   // Watches a recording; errors: those of Client::Play.
   static absl::StatusOr<std::unique_ptr<Bot>> Play(const std::string& file);
 
-  // After its client has ended: joins again as the same player and plays on. Waits for the control plane's answer, 2 s at
-  // most. Errors: those of Client::Join; the bot stays ended.
+  // After its client has ended: joins again as the same player and plays on. Waits for the control plane's answer, 2 s
+  // at most. Errors: those of Client::Join; the bot stays ended.
   absl::Status ComeBack();
 
   // One frame of a game: takes in, steers, looks. Call about 60 times a second. False once the client has ended.

@@ -75,8 +75,8 @@ class WorldRun {
   explicit WorldRun(const RunOptions& options);
   ~WorldRun();
 
-  // One frame of every bot. False when the instance or a bot has ended unasked; bots that come back end it only when they
-  // have been refused for 10 s.
+  // One frame of every bot. False when the instance or a bot has ended unasked; bots that come back end it only when
+  // they have been refused for 10 s.
   bool Frame();
   // Frames at a game's pace until it holds, which is asked after each frame and each update of the instance. False when
   // the instance or a bot has ended, or time is up.

@@ -232,7 +232,8 @@ absl::Status Importer::AddBody(const Visit& visit, const Affine& map, const tiny
   } else if (type == "dynamic") {
     body.proto.set_motion(v1::MOTION_DYNAMIC);
     body.proto.set_mass(NumberIn(motion, "mass", 1));
-    if (const double gravity = NumberIn(motion, "gravityFactor", 1); gravity != 1) body.proto.set_gravity_scale(gravity);
+    if (const double gravity = NumberIn(motion, "gravityFactor", 1); gravity != 1)
+      body.proto.set_gravity_scale(gravity);
     const auto velocity = [&](const char* key, auto set) -> absl::Status {
       const tinygltf::Value& list = MemberOf(motion, key);
       if (!list.IsArray()) return absl::OkStatus();
