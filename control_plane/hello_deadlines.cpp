@@ -38,7 +38,9 @@ void HelloDeadlines::Run() {
     if (streams_.empty()) {
       changed_.wait(lock);
     } else if (const auto first = streams_.begin(); first->second.until > Clock::now()) {
-      changed_.wait_until(lock, first->second.until);
+      // A copy: the stream may end meanwhile, and the time that is waited for is read again thereafter.
+      const Clock::time_point until = first->second.until;
+      changed_.wait_until(lock, until);
     } else {
       // Under the lock, so that whoever ends it meanwhile waits, and the call's context is still there.
       first->second.cancel();

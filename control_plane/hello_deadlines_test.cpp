@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <thread>
 
 namespace tessera::control {
 namespace {
@@ -25,6 +26,17 @@ TEST(HelloDeadlinesTest, WhoSpeaksInTimeIsLeftAlone) {
   EXPECT_TRUE(waiting->End());
   EXPECT_TRUE(waiting->End()) << "asked again, it says the same";
   EXPECT_FALSE(cancelled);
+}
+
+// The one that is waited for ends, and another begins, which wakes the thread: under asan what it reads then is seen.
+TEST(HelloDeadlinesTest, StreamsEndWhileTheyAreWaitedFor) {
+  HelloDeadlines deadlines(1h, 4);
+  for (int i = 0; i < 2000; ++i) {
+    const auto first = deadlines.Begin([] {});
+    ASSERT_NE(first, nullptr);
+    std::this_thread::yield();
+    EXPECT_TRUE(first->End());
+  }
 }
 
 TEST(HelloDeadlinesTest, FewWaitAtATime) {
