@@ -31,6 +31,7 @@ struct EngineConfig {
   // Tessera: of every island that is solved; 0: as many as each needs. The others: Step(dt) is so many steps; 0: one.
   int substeps = 0;
   int iterations = 0;   // solver iterations; 0: the engine's default
+  int threads = 1;      // Tessera: that work on a step
   bool sleep = false;   // bodies may sleep, by the engine's own thresholds
   bool direct = false;  // ODE: the direct solver (dWorldStep) rather than the iterative (dWorldQuickStep)
   bool rk4 = false;     // MuJoCo: Runge and Kutta's integrator, which its manual has for energy, rather than Euler's

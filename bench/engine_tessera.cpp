@@ -13,6 +13,7 @@ class TesseraEngine : public Engine {
     if (!scene.fields.empty()) return Lacking(name(), "fields are the region's, not the engine's");
     physics::WorldSettings settings{.origin = config_.origin, .gravity_m_s2 = scene.gravity_m_s2};
     settings.substeps = config_.substeps;
+    settings.threads = config_.threads;
     world_ = std::make_unique<physics::World>(settings);
     for (BodyDef body : scene.bodies) {
       body.may_sleep = body.may_sleep && config_.sleep;

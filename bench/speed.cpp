@@ -1,8 +1,10 @@
 #include "bench/speed.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <functional>
@@ -220,6 +222,71 @@ absl::Status RunAsleep(bool quick, Report& report) {
   return absl::OkStatus();
 }
 
+// --- Threads: what several threads make of a step, by the clock.
+
+struct Timed {
+  double wall_s = 0;
+  long switches = 0;  // of all threads of this process, against their will
+};
+
+Timed TimeChunk(Engine& engine) {
+  const auto switches = [] {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return usage.ru_nivcsw;
+  };
+  const long before = switches();
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < kChunk; ++i) engine.Step(kDt_s);
+  const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+  return {taken.count(), switches() - before};
+}
+
+// One world with one thread and the same with `threads`, in turns. A chunk counts only if both had their processors to
+// themselves.
+absl::Status RunThreads(const Case& test, int threads, Report& report) {
+  const Scene scene = test.scene();
+  fmt::print(stderr, "speed: {}, one thread and {}, {} steps\n", test.name, threads, test.steps);
+  const auto alone = MakeEngine(EngineKind::kTessera, {}),
+             together = MakeEngine(EngineKind::kTessera, {.threads = threads});
+  for (Engine* engine : {alone.get(), together.get()}) {
+    if (absl::Status status = engine->Load(scene); !status.ok()) return status;
+  }
+  std::vector<double> ratios;
+  double alone_s = 0, together_s = 0;
+  const int chunks = test.steps / kChunk;
+  for (int chunk = 0; chunk < chunks; ++chunk) {
+    Timed one, many;
+    if (chunk % 2 == 0) one = TimeChunk(*alone);
+    many = TimeChunk(*together);
+    if (chunk % 2 == 1) one = TimeChunk(*alone);
+    if (one.switches + many.switches > 0) continue;
+    ratios.push_back(many.wall_s / one.wall_s);
+    alone_s += one.wall_s;
+    together_s += many.wall_s;
+  }
+  int unlike = 0;
+  for (const BodyDef& body : scene.bodies) {
+    if (alone->StateOf(body.id) != together->StateOf(body.id)) ++unlike;
+  }
+  const std::string config = fmt::format("threads={} steps={}", threads, test.steps);
+  const auto add = [&](const std::string& metric, double value, const std::string& unit) {
+    report.Add(test.name, std::string(EngineName(EngineKind::kTessera)), config, metric, value, unit);
+  };
+  add("threads_chunks", static_cast<double>(ratios.size()), "1");
+  add("threads_unlike", unlike, "1");
+  if (ratios.empty()) return absl::OkStatus();
+  const double steps = static_cast<double>(ratios.size()) * kChunk;
+  add("threads_ratio", Median(ratios), "1");
+  add("threads_ratio_p10", Quantile(ratios, 0.1), "1");
+  add("threads_ratio_p90", Quantile(ratios, 0.9), "1");
+  add("threads_step_ms", 1e3 * together_s / steps, "ms");
+  add("one_thread_step_ms", 1e3 * alone_s / steps, "ms");
+  fmt::print(stderr, "speed: {}: {:.2f} of one thread's time, {} of {} chunks count\n", test.name, Median(ratios),
+             ratios.size(), chunks);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status RunSpeed(const SuiteOptions& options, Report& report) {
@@ -236,6 +303,11 @@ absl::Status RunSpeed(const SuiteOptions& options, Report& report) {
   for (const Case& test : cases) {
     if (test.name.find(options.only) == std::string::npos) continue;
     if (absl::Status status = RunCase(test, report); !status.ok()) return status;
+  }
+  for (const Case& test : cases) {
+    const bool asked = options.only.empty() || options.only.starts_with("threads");
+    if (!asked || fmt::format("threads_{}", test.name).find(options.only) == std::string::npos) continue;
+    if (absl::Status status = RunThreads(test, 2, report); !status.ok()) return status;
   }
   if (std::string("asleep").find(options.only) == std::string::npos) return absl::OkStatus();
   return RunAsleep(quick, report);

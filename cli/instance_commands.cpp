@@ -34,6 +34,7 @@ struct InstanceOptions {
   v1::LeaverPolicy leaver = v1::LEAVER_POLICY_UNSPECIFIED;
   std::optional<std::uint32_t> ghost_depth;
   std::optional<std::uint32_t> whole_up_to;
+  std::uint32_t region_threads = 1;
   bool balance = false;
   bool lazy = false, wait = false, dry_run = false;
   std::string request_id;
@@ -64,6 +65,7 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   spec.set_balance(options.balance);
   if (options.ghost_depth) spec.mutable_borders()->set_ghost_depth(*options.ghost_depth);
   if (options.whole_up_to) spec.mutable_borders()->set_whole_up_to(*options.whole_up_to);
+  spec.set_region_threads(options.region_threads);
   request.set_request_id(options.request_id);
   request.set_validate_only(options.dry_run);
   return request;
@@ -188,6 +190,10 @@ void AddInstanceCommands(CLI::App& app, Globals& globals) {
   create->add_option("--whole-up-to", options->whole_up_to,
                      "Piles of which a region has no more than so many bodies are relevant to neighbours as a whole "
                      "(0 to 100000, default 32)");
+  create
+      ->add_option("--region-threads", options->region_threads,
+                   "Threads that work on each region's step, 1 to 32; each takes a place of its host")
+      ->capture_default_str();
   create->add_flag("--balance", options->balance, "Move the borders by measured step time");
   const std::map<std::string, v1::LeaverPolicy> policies{
       {"stay", v1::LEAVER_POLICY_STAY}, {"park", v1::LEAVER_POLICY_PARK}, {"remove", v1::LEAVER_POLICY_REMOVE}};

@@ -98,11 +98,11 @@ std::string DescribeInstance(const v1::Instance& instance) {
   if (!instance.reason().empty()) out += fmt::format("Reason:   {}\n", instance.reason());
   out += fmt::format(
       "Scene:    {} ({})\nGame:     {}\nRegions:  {}\nPlayers:  {} of {} expected\nMap:      version {}\nAge:      {}\n"
-      "Pace:     {}\nGhosts:   {} deep, whole up to {}\n\n",
+      "Pace:     {}\nGhosts:   {} deep, whole up to {}\nThreads:  {} a region\n\n",
       instance.scene_name(), instance.scene_hash().substr(0, 12), GameLine(instance), instance.regions(),
       instance.players(), instance.expected_players(), instance.map().version(),
       FormatAge(AgeSeconds(instance.create_time())), PaceLine(instance), instance.borders().ghost_depth(),
-      instance.borders().whole_up_to());
+      instance.borders().whole_up_to(), instance.region_threads());
   return out + RegionTable(instance) + Health(instance);
 }
 

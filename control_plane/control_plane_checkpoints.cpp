@@ -186,6 +186,7 @@ absl::StatusOr<v1::Instance> ControlPlane::ImportCheckpoint(const v1::ImportChec
   create.mutable_spec()->set_regions(static_cast<std::uint32_t>(map->regions().size()));
   create.mutable_spec()->set_snapshot_rate_hz(manifest.snapshot_rate_hz());
   *create.mutable_spec()->mutable_borders() = manifest.borders();
+  create.mutable_spec()->set_region_threads(manifest.region_threads());
   auto plan = PlanInstance(create);
   if (!plan.ok()) return plan.status();
   plan->map = *std::move(map);

@@ -307,6 +307,9 @@ TEST_F(GrpcServerTest, BadSpecsNameTheField) {
   request.mutable_spec()->mutable_borders()->set_ghost_depth(65);
   EXPECT_EQ(refusal(request), "spec.borders.ghost_depth: 65 is not in 0 to 64");
   request = CreateRequest(1);
+  request.mutable_spec()->set_region_threads(33);
+  EXPECT_EQ(refusal(request), "spec.region_threads: 33 is not in 1 to 32");
+  request = CreateRequest(1);
   request.mutable_spec()->mutable_borders()->set_whole_up_to(100'001);
   EXPECT_EQ(refusal(request), "spec.borders.whole_up_to: 100001 is not in 0 to 100000");
   v1::ListInstancesResponse listed;

@@ -69,6 +69,11 @@ absl::Status PlanLife(const v1::InstanceSpec& spec, InstancePlan& plan) {
   plan.leaver_policy =
       spec.leaver_policy() == v1::LEAVER_POLICY_UNSPECIFIED ? v1::LEAVER_POLICY_STAY : spec.leaver_policy();
   plan.balance = spec.balance();
+  if (spec.region_threads() != 0) {
+    const absl::Status status = CheckRange("spec.region_threads", spec.region_threads(), 1, region::kMaxRegionThreads);
+    if (!status.ok()) return status;
+    plan.region_threads = spec.region_threads();
+  }
   return absl::OkStatus();
 }
 

@@ -33,6 +33,7 @@ struct InstancePlan {
   std::chrono::milliseconds checkpoint_interval{0};  // 0: none by themselves
   std::uint32_t keep_checkpoints = 3;
   v1::BorderSettings borders;  // every field set
+  std::uint32_t region_threads = 1;
   v1::LeaverPolicy leaver_policy = v1::LEAVER_POLICY_STAY;
   std::chrono::milliseconds leaver_grace{0};
   PartitionMap map;                           // the grid

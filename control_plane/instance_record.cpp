@@ -40,6 +40,7 @@ records::Instance NewInstance(const InstancePlan& plan, const PlacementPlan& pla
   record.set_start_deadline_ms(plan.start_deadline.count());
   record.set_snapshot_rate_hz(plan.snapshot_rate_hz);
   *record.mutable_borders() = plan.borders;
+  record.set_region_threads(plan.region_threads);
   record.set_lazy(plan.lazy);
   record.set_balance(plan.balance);
   record.set_checkpoint_interval_ms(plan.checkpoint_interval.count());
@@ -126,6 +127,10 @@ bool HasBody(const records::Instance& record, BodyId body) {
   return std::any_of(record.players().begin(), record.players().end(), [&](const v1::Player& player) {
     return PlayerBodyId(PlayerNumber(player.number())) == body && !player.left();
   });
+}
+
+std::uint32_t RegionThreadsOf(const records::Instance& record) {
+  return std::max<std::uint32_t>(1, record.region_threads());
 }
 
 int PlayersPresent(const records::Instance& record) {

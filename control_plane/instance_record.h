@@ -31,6 +31,9 @@ void AddEvent(records::Instance& record, Now now, const std::string& text);
 // Whether there may be such a body: a dynamic one of the scene, one of a player who has not left, or one that was made.
 bool HasBody(const records::Instance& record, BodyId body);
 
+// Threads that work on a step of each of its regions, 1 to region::kMaxRegionThreads.
+std::uint32_t RegionThreadsOf(const records::Instance& record);
+
 // The players who have not left.
 int PlayersPresent(const records::Instance& record);
 

@@ -62,6 +62,10 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->capture_default_str()
       ->group(alone);
 
+  app.add_option("--region-threads", raw.standalone.borders.threads, "threads that work on each region's step, 1 to 32")
+      ->capture_default_str()
+      ->group(alone);
+
   const char* agent = "Under an agent";
   app.add_option("--agent-socket", options.agent_socket, "Unix socket of the agent that gives the orders")
       ->group(agent);
@@ -127,6 +131,10 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   if (alone.borders.ghost_depth > region::kMaxGhostDepth) {
     return absl::InvalidArgumentError(
         absl::StrCat("--ghost-depth ", alone.borders.ghost_depth, ": must be 0 to ", region::kMaxGhostDepth));
+  }
+  if (alone.borders.threads < 1 || alone.borders.threads > region::kMaxRegionThreads) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--region-threads ", alone.borders.threads, ": must be 1 to ", region::kMaxRegionThreads));
   }
   if (alone.borders.whole_up_to > region::kMaxWholeUpTo) {
     return absl::InvalidArgumentError(

@@ -198,7 +198,7 @@ void Cluster::TakeReports(Now now, HostEntry& host, const ReportList& reports,
 
 absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan& plan, bool validate_only) {
   if (const InstanceEntry* made = state_->FindByRequestId(plan.request_id)) return ViewOf(*state_, *made);
-  const auto placed = PlaceAnew(*state_, plan.map, nullptr, settings_.failover_after, now);
+  const auto placed = PlaceAnew(*state_, plan.map, plan.region_threads, nullptr, settings_.failover_after, now);
   if (!placed.ok()) return placed.status();
   records::Instance record = NewInstance(plan, *placed, now);
   if (validate_only) {
@@ -390,7 +390,8 @@ absl::StatusOr<v1::Instance> Cluster::Restore(Now now, const std::string& id, co
   }
   const auto map = FromProto(manifest.map());
   if (!map.ok()) return map.status();
-  const auto placed = PlaceAnew(*state_, *map, instance, settings_.failover_after, now);
+  const auto placed =
+      PlaceAnew(*state_, *map, RegionThreadsOf(instance->record), instance, settings_.failover_after, now);
   if (!placed.ok()) return placed.status();
   if (validate_only) return ViewOf(*state_, *instance);
   const records::Instance next = checkpoints_.Restored(*instance, manifest, *placed, now);

@@ -115,17 +115,26 @@ TEST_F(HostsTest, RegionsArePlacedOnHeardHostsWhileThoseHaveRoom) {
   HostEntry &alpha = rig_.AddHost("alpha", 4), &beta = rig_.AddHost("beta", 4);
   rig_.AddRunning({&alpha, &alpha});
   beta.last_heard = rig_.now.steady - seconds(2);
-  const auto free = FreeHosts(*rig_.state, nullptr);
+  const auto free = FreeHosts(*rig_.state, 1, nullptr);
   ASSERT_EQ(free.size(), 2U);
   EXPECT_EQ(free[0].free, 2U);
-  EXPECT_EQ(HeardHosts(*rig_.state, nullptr, seconds(1), rig_.now).size(), 1U);
+  EXPECT_EQ(HeardHosts(*rig_.state, 1, nullptr, seconds(1), rig_.now).size(), 1U);
   const auto places = [&](std::uint32_t regions) {
-    return PlaceAnew(*rig_.state, *MakeGridMap({0, 0, 100, 100}, regions), nullptr, seconds(1), rig_.now);
+    return PlaceAnew(*rig_.state, *MakeGridMap({0, 0, 100, 100}, regions), 1, nullptr, seconds(1), rig_.now);
   };
   const auto few = places(2);
   for (const PlacedRegion& placed : few->regions) EXPECT_EQ(placed.host_id, alpha.record.id());
   EXPECT_EQ(places(6)->regions.size(), 6U) << "beta may only be busy";
   EXPECT_EQ(places(7).status().code(), absl::StatusCode::kResourceExhausted);
+}
+
+TEST_F(HostsTest, EachThreadOfARegionTakesAPlace) {
+  HostEntry& alpha = rig_.AddHost("alpha", 8);
+  rig_.AddRunning({&alpha, &alpha}).record.set_region_threads(2);
+  EXPECT_EQ(FreeHosts(*rig_.state, 1, nullptr)[0].free, 4U);
+  EXPECT_EQ(FreeHosts(*rig_.state, 2, nullptr)[0].free, 2U);
+  EXPECT_EQ(FreeHosts(*rig_.state, 3, nullptr)[0].free, 1U);
+  EXPECT_EQ(FreeHosts(*rig_.state, 5, nullptr)[0].free, 0U);
 }
 
 }  // namespace

@@ -112,6 +112,7 @@ std::optional<records::Manifest> InstanceCheckpoints::NoteUploaded(const v1::Upl
   SetTerms(terms, *manifest.mutable_map());
   manifest.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *manifest.mutable_borders() = record.borders();
+  manifest.set_region_threads(record.region_threads());
   for (const auto& [region, entry] : draft.files) *manifest.add_files() = entry;
   *manifest.mutable_bodies() = record.bodies();
   return manifest;

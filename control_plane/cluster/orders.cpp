@@ -1,5 +1,6 @@
 #include "control_plane/cluster/orders.h"
 
+#include "control_plane/instance_record.h"
 #include "control_plane/life.h"
 #include "control_plane/standbys.h"
 
@@ -72,6 +73,7 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_snapshot_rate_hz(record.snapshot_rate_hz());
   order.set_expected_players(record.expected_players());
   *order.mutable_borders() = record.borders();
+  order.set_region_threads(RegionThreadsOf(record));
   order.set_joins_running(placement.joins());
   if (record.planned().effective_tick() != 0 || (record.has_planned() && placement.joins())) {
     *order.mutable_planned() = record.planned();

@@ -82,7 +82,8 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Scale(const Ins
   next.set_wanted_regions(regions);
   if (AtRest(next)) {  // else it is tried once that is over
     const auto planned =
-        PlanChange(next, Facts(instance, now), HeardHosts(state_, nullptr, settings_.failover_after, now));
+        PlanChange(next, Facts(instance, now),
+                   HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
     if (!planned.ok()) return planned.status();
   }
   if (next.wanted_regions() == instance.record.wanted_regions()) return std::nullopt;
@@ -99,7 +100,8 @@ absl::StatusOr<std::optional<records::Instance>> PlannedChanges::Restart(const I
   next.set_replace_up_to(next.last_incarnation());
   if (AtRest(next)) {  // else it is tried once that is over
     const auto planned =
-        PlanChange(next, Facts(instance, now), HeardHosts(state_, nullptr, settings_.failover_after, now));
+        PlanChange(next, Facts(instance, now),
+                   HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
     if (!planned.ok()) return planned.status();
   }
   if (next.wanted_regions() == 0) next.set_wanted_regions(static_cast<std::uint32_t>(next.map().regions_size()));
@@ -210,7 +212,9 @@ std::optional<records::Instance> PlannedChanges::Plan(InstanceEntry& instance, s
     const WorkerEntry& worker = instance.workers[i];
     facts[i].step_s = SmoothedStep(worker, change.workers[worker.incarnation]);
   }
-  auto planned = PlanChange(instance.record, facts, HeardHosts(state_, nullptr, settings_.failover_after, now));
+  auto planned =
+      PlanChange(instance.record, facts,
+                 HeardHosts(state_, RegionThreadsOf(instance.record), nullptr, settings_.failover_after, now));
   if (!planned.ok()) {
     change.not_before = now.steady + kChangeRetry;
     LogTrouble(state_, instance, "change cannot be made for now", planned.status());

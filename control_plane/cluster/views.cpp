@@ -99,6 +99,7 @@ v1::Instance SummaryOf(const InstanceEntry& instance) {
   view.set_players(static_cast<std::uint32_t>(PlayersPresent(record)));
   view.set_snapshot_rate_hz(record.snapshot_rate_hz());
   *view.mutable_borders() = record.borders();
+  view.set_region_threads(RegionThreadsOf(record));
   // Records made before there were such settings lack them.
   if (!record.borders().has_ghost_depth())
     view.mutable_borders()->set_ghost_depth(region::RegionSettings().ghost_depth);

@@ -28,7 +28,7 @@ btBroadphasePair* BroadPhase::Sink::addOverlappingPair(btBroadphaseProxy* a, btB
 
 RigidBody& BroadPhase::BodyOf(const btBroadphaseProxy& proxy) { return *static_cast<RigidBody*>(proxy.m_clientObject); }
 
-BroadPhase::BroadPhase(Vec3d origin) : origin_(origin), trees_(&sink_) {
+BroadPhase::BroadPhase(Vec3d origin, ThreadTeam& team) : origin_(origin), team_(team), trees_(&sink_) {
   // Bullet would rebuild a share of the fixed bodies' tree in every step.
   trees_.m_fupdates = 0;
 }
@@ -51,37 +51,45 @@ void BroadPhase::Remove(RigidBody& body) {
   body.proxy = nullptr;
 }
 
-void BroadPhase::Move(RigidBody& body) { SetReach(body, TightBounds(body)); }
+void BroadPhase::Move(RigidBody& body) {
+  body.reach = TightBounds(body);
+  if (!body.fat.Contains(body.reach)) Refit(body);
+}
 
 void BroadPhase::UpdateTrees(RigidBody& body) {
   trees_.setAabbForceUpdate(body.proxy, ToBullet(body.fat.min), ToBullet(body.fat.max), nullptr);
 }
 
-// The trees hear of it only when it leaves the bounds that they hold.
-void BroadPhase::SetReach(RigidBody& body, const Bounds& reach) {
-  body.reach = reach;
-  if (body.fat.Contains(reach)) return;
+// Gives a body whose reach has left the bounds that the trees hold wider ones.
+void BroadPhase::Refit(RigidBody& body) {
   const auto ahead = [](float move_m) { return std::clamp(kBoundsAhead * move_m, -kMostAhead_m, kMostAhead_m); };
   const Vec3f move = body.predicted.move_m;
-  body.fat = reach.Grown(body.dynamic() || body.kinematic() ? kBoundsMargin_m : 0)
+  body.fat = body.reach.Grown(body.dynamic() || body.kinematic() ? kBoundsMargin_m : 0)
                  .Swept({ahead(move.x), ahead(move.y), ahead(move.z)});
   UpdateTrees(body);
 }
 
-void BroadPhase::Predict(RigidBody& body, double dt_s) {
+bool BroadPhase::Predict(RigidBody& body, double dt_s) const {
   body.predicted = PredictMotion(body, dt_s);
   const float grow = kSpeculative_m + std::min(body.predicted.sweep_m, body.geometry().outer_radius_m);
-  SetReach(body, TightBounds(body).Swept(body.predicted.move_m).Grown(grow));
+  body.reach = TightBounds(body).Swept(body.predicted.move_m).Grown(grow);
+  return !body.fat.Contains(body.reach);
 }
 
 void BroadPhase::Predict(std::span<RigidBody* const> awake, double dt_s, std::span<RigidBody* const> moving) {
-  for (RigidBody* body : awake) {
-    body->PrepareDamping(dt_s);
-    Predict(*body, dt_s);
+  outgrown_.resize(awake.size());
+  team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      awake[i]->PrepareDamping(dt_s);
+      outgrown_[i] = Predict(*awake[i], dt_s) ? 1 : 0;
+    }
+  });
+  for (std::size_t i = 0; i < awake.size(); ++i) {
+    if (outgrown_[i] != 0) Refit(*awake[i]);
   }
   for (RigidBody* body : moving) {
     body->driven_s = dt_s;
-    Predict(*body, dt_s);
+    if (Predict(*body, dt_s)) Refit(*body);
   }
   if (++passes_ % kOptimiseSteps == 0) trees_.collide(nullptr);
 }

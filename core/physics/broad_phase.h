@@ -4,7 +4,7 @@
 // bounds come to overlap. Bullet asks a cache to keep every pair and walks all of it in each step; here the trees
 // report a pair once, when it begins, and the pair table keeps it. So a body that sleeps costs nothing.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team; Bullet's trees are for that thread alone.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -17,6 +17,7 @@
 #include "core/physics/pair_table.h"
 #include "core/physics/query/way.h"
 #include "core/physics/rigid_body.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -26,7 +27,7 @@ PredictedMotion PredictMotion(const RigidBody& body, double dt_s);
 class BroadPhase {
  public:
   // Bounds are in single precision about `origin`.
-  explicit BroadPhase(Vec3d origin);
+  explicit BroadPhase(Vec3d origin, ThreadTeam& team = ThreadTeam::Alone());
   BroadPhase(const BroadPhase&) = delete;
   BroadPhase& operator=(const BroadPhase&) = delete;
 
@@ -69,12 +70,15 @@ class BroadPhase {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override;
     std::vector<Meeting> met;
   };
-  void Predict(RigidBody& body, double dt_s);
-  void SetReach(RigidBody& body, const Bounds& reach);
+  // Whether the trees hold too little of the body now.
+  bool Predict(RigidBody& body, double dt_s) const;
+  void Refit(RigidBody& body);
   void UpdateTrees(RigidBody& body);
 
   Vec3d origin_;
-  Sink sink_;  // Pairs that may have begun; a pair may be in there again. Order means nothing.
+  ThreadTeam& team_;
+  std::vector<std::uint8_t> outgrown_;  // by awake_index: the body's reach has left its fat bounds
+  Sink sink_;                           // Pairs that may have begun; a pair may be in there again. Order means nothing.
   btDbvtBroadphase trees_;
   std::uint64_t passes_ = 0;
 };

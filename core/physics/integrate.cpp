@@ -37,10 +37,13 @@ BodyMotion FreeFlightOf(const RigidBody& body, double dt_s) {
 }
 
 void FlyFree(std::span<RigidBody* const> awake, const Islands& islands, std::span<const IslandPlan> plans, double dt_s,
-             std::span<BodyMotion> motions) {
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    if (!plans[islands.IndexOf(i)].solved) motions[i] = FreeFlightOf(*awake[i], dt_s);
-  }
+             std::span<BodyMotion> motions, ThreadTeam& team) {
+  team.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t island = islands.IndexOf(static_cast<std::uint32_t>(i));
+      if (!plans[island].solved) motions[i] = FreeFlightOf(*awake[i], dt_s);
+    }
+  });
 }
 
 void Integrator::Run(std::span<RigidBody* const> awake, const Islands& islands, std::span<const BodyMotion> motions) {
@@ -51,13 +54,15 @@ void Integrator::Run(std::span<RigidBody* const> awake, const Islands& islands, 
     failed_.resize(islands.count(), 0);
     failed_[islands.IndexOf(i)] = 1;
   }
-  for (std::uint32_t i = 0; i < awake.size(); ++i) {
-    RigidBody& body = *awake[i];
-    body.force_n = body.torque_nm = {};
-    if (!failed_.empty() && failed_[islands.IndexOf(i)] != 0) continue;
-    const BodyMotion& motion = motions[i];
-    body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
-  }
+  team_.For(awake.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      RigidBody& body = *awake[i];
+      body.force_n = body.torque_nm = {};
+      if (!failed_.empty() && failed_[islands.IndexOf(static_cast<std::uint32_t>(i))] != 0) continue;
+      const BodyMotion& motion = motions[i];
+      body.Move(motion.position, motion.orientation, motion.velocity, motion.angular_momentum);
+    }
+  });
   if (!failed_.empty()) FindFailing(awake, islands);
 }
 

@@ -135,20 +135,39 @@ void ForgetContact(Pair& pair) {
 void NarrowPhase::Run(double dt_s, PairTable& pairs, Waking& waking) {
   Clear();
   sleepers_.clear();
-  pairs.Walk([&](Pair& pair) {
-    Collide(pair, dt_s, pairs);
-    if (pair.low != nullptr) List(pair);
-  });
-  if (sleepers_.empty()) return;
-  // A body that wakes brings pairs of its own, in which it may wake others.
+  const std::size_t count = pairs.SortIn();
+  findings_.resize(count);
+  if (listings_.size() < count) listings_.resize(count);
+  pairs.Walk(
+      team_, [&](std::size_t i, Pair& pair) { findings_[i] = Examine(pair, dt_s, &listings_[i]); },
+      [&](std::size_t i, Pair& pair) {
+        if (findings_[i].contact) contacts_.push_back(listings_[i]);
+        Settle(pair, findings_[i], pairs);
+      });
+  if (!sleepers_.empty()) WakeSleepers(dt_s, pairs, waking);
+}
+
+// A body that wakes brings pairs of its own, in which it may wake others. In the end all bodies that are awake have
+// another place than before, so everything is listed anew.
+void NarrowPhase::WakeSleepers(double dt_s, PairTable& pairs, Waking& waking) {
   while (!sleepers_.empty()) {
     std::swap(waking_, sleepers_);
     sleepers_.clear();
     for (RigidBody* body : waking_) waking.Wake(*body);
-    for (Pair* pair : pairs.News()) Collide(*pair, dt_s, pairs);
+    for (Pair* pair : pairs.News()) {
+      Finding finding;
+      Search(*pair, dt_s, &finding);
+      Settle(*pair, finding, pairs);
+    }
   }
   Clear();
-  pairs.Revisit([this](Pair& pair) { List(pair); });
+  pairs.Revisit([this](Pair& pair) {
+    Finding finding;
+    ActiveContact contact;
+    List(pair, &finding, &contact);
+    if (finding.contact) contacts_.push_back(contact);
+    if (finding.parting) parting_.push_back(&pair);
+  });
 }
 
 void NarrowPhase::Clear() {
@@ -156,21 +175,34 @@ void NarrowPhase::Clear() {
   parting_.clear();
 }
 
-void NarrowPhase::List(Pair& pair) {
-  if (!pair.manifolds.empty()) {
-    contacts_.push_back(ContactOf(pair));
-    // A kinematic body that passes by a sleeper has not woken it.
-    const ActiveContact& contact = contacts_.back();
-    if (contact.driven && !pair.low->awake() && !pair.high->awake()) contacts_.pop_back();
-  } else if (pair.touching) {
-    parting_.push_back(&pair);
-  }
+NarrowPhase::Finding NarrowPhase::Examine(Pair& pair, double dt_s, ActiveContact* contact) {
+  Finding finding;
+  Search(pair, dt_s, &finding);
+  if (!finding.apart) List(pair, &finding, contact);
+  return finding;
 }
 
-void NarrowPhase::Collide(Pair& pair, double dt_s, PairTable& pairs) {
-  RigidBody &low = *pair.low, &high = *pair.high;
+void NarrowPhase::Settle(Pair& pair, const Finding& finding, PairTable& pairs) {
+  if (finding.parting) parting_.push_back(&pair);
+  if (finding.wakes_low) sleepers_.push_back(pair.low);
+  if (finding.wakes_high) sleepers_.push_back(pair.high);
+  if (finding.apart) pairs.End(pair);
+}
+
+void NarrowPhase::List(Pair& pair, Finding* finding, ActiveContact* contact) {
+  if (pair.manifolds.empty()) {
+    finding->parting = pair.touching;
+    return;
+  }
+  *contact = ContactOf(pair);
+  // A kinematic body that passes by a sleeper has not woken it.
+  finding->contact = !contact->driven || pair.low->awake() || pair.high->awake();
+}
+
+void NarrowPhase::Search(Pair& pair, double dt_s, Finding* finding) {
+  const RigidBody &low = *pair.low, &high = *pair.high;
   if (!low.fat.Overlaps(high.fat)) {
-    pairs.End(pair);
+    finding->apart = true;
     return;
   }
   pair.searched = true;
@@ -187,16 +219,16 @@ void NarrowPhase::Collide(Pair& pair, double dt_s, PairTable& pairs) {
       Length(low.predicted.move_m - high.predicted.move_m) + low.predicted.sweep_m + high.predicted.sweep_m;
   const bool fast = move > kFastShare * pair.inner_m;
   const float speculative = kSpeculative_m + (fast ? 0.0f : move);
-  physics::Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
-                   pair.manifolds);
+  Collide({low.geometry(), low.placement()}, {high.geometry(), high.placement()}, speculative, pair.cache,
+          pair.manifolds);
   MeasureContacts(&pair, static_cast<float>(dt_s));
   if (fast && !pair.trigger && pair.separation_m > kTouchEnd_m) {
     CollideFast(pair, dt_s);
     MeasureContacts(&pair, static_cast<float>(dt_s));
   }
   if (!pair.live || (pair.trigger && !low.moving() && !high.moving())) return;
-  if (low.dynamic() && !low.awake()) sleepers_.push_back(&low);
-  if (high.dynamic() && !high.awake()) sleepers_.push_back(&high);
+  finding->wakes_low = low.dynamic() && !low.awake();
+  finding->wakes_high = high.dynamic() && !high.awake();
 }
 
 bool NarrowPhase::Validate(std::span<RigidBody* const> awake) const {

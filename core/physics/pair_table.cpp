@@ -109,24 +109,25 @@ void PairTable::Activate(const RigidBody& body) {
 }
 
 // Whether the pair leaves the list: it has ended, and so is free again, or it sleeps.
-bool PairTable::Drop(Pair* pair) {
-  if (pair->low == nullptr) {
-    *pair = Pair();
-    free_.push_back(pair);
-    return true;
-  }
-  pair->active = pair->low->stirs() || pair->high->stirs();
-  return !pair->active;
+PairTable::Due PairTable::DueOf(Pair& pair) {
+  if (pair.low == nullptr) return Due::kEnded;
+  pair.active = pair.low->stirs() || pair.high->stirs();
+  return pair.active ? Due::kActive : Due::kResting;
 }
 
-// Merges the pairs that became active into the list.
-void PairTable::SortIn() {
-  if (fresh_.empty()) return;
+void PairTable::Recycle(Pair* pair) {
+  *pair = Pair();
+  free_.push_back(pair);
+}
+
+std::size_t PairTable::SortIn() {
+  if (fresh_.empty()) return active_.size();
   std::sort(fresh_.begin(), fresh_.end());
   merged_.resize(active_.size() + fresh_.size());
   std::merge(active_.begin(), active_.end(), fresh_.begin(), fresh_.end(), merged_.begin());
   std::swap(active_, merged_);
   fresh_.clear();
+  return active_.size();
 }
 
 std::span<Pair* const> PairTable::News() {

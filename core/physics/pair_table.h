@@ -4,7 +4,7 @@
 // ids, the order in which everything is done with them, so that nothing depends on how pairs were found. Pairs of
 // sleepers keep their contacts and cost nothing.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads a team in `Walk`.
 #pragma once
 
 #include <absl/container/flat_hash_map.h>
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/physics/rigid_body.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -82,10 +83,13 @@ class PairTable {
 
   // Makes all pairs of a body that woke active.
   void Activate(const RigidBody& body);
-  // Visits all active pairs in order, after those that became active were sorted in; pairs that have ended or sleep are
-  // dropped. A visit may begin and end pairs; new ones are seen by the next walk, or by `News`.
-  template <class Visit>
-  void Walk(Visit visit);
+  // Sorts in the pairs that became active, and gives the number that a walk goes through at most.
+  std::size_t SortIn();
+  // Visits all active pairs; pairs that have ended or sleep are dropped. `examine(i, pair)` is called for each by some
+  // thread of the team, and may change that pair alone; after that `settle(i, pair)` by the caller, in order, which may
+  // begin and end pairs. New ones are seen by the next walk, or by `News`. `i` ascends, and is below what SortIn gave.
+  template <class Examine, class Settle>
+  void Walk(ThreadTeam& team, Examine examine, Settle settle);
   // Visits the pairs of the last walk, and of `News` since, that have not ended.
   template <class Visit>
   void Revisit(Visit visit) const;
@@ -102,27 +106,38 @@ class PairTable {
     Pair* pair;
     friend bool operator<(const Listed& a, const Listed& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; }
   };
-  void SortIn();
-  bool Drop(Pair* pair);
+  enum class Due : std::uint8_t { kEnded, kResting, kActive };
+  static Due DueOf(Pair& pair);
+  void Recycle(Pair* pair);
   void Await(std::size_t index) const;
 
   absl::flat_hash_map<std::uint64_t, Pair*> pairs_;
   std::deque<Pair> pool_;
   std::vector<Pair*> free_, news_;
   std::vector<Listed> active_, fresh_, merged_;
+  std::vector<Due> due_;  // by place in `active_`, in the walk under way
   std::vector<PairEvent> ended_;
 };
 
-template <class Visit>
-void PairTable::Walk(Visit visit) {
-  SortIn();
+template <class Examine, class Settle>
+void PairTable::Walk(ThreadTeam& team, Examine examine, Settle settle) {
+  constexpr std::size_t kChunkPairs = 64;
+  const std::size_t count = SortIn();
+  due_.resize(count);
+  team.For(count, kChunkPairs, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Await(i);
+      Pair& pair = *active_[i].pair;
+      due_[i] = DueOf(pair);
+      if (due_[i] == Due::kActive) examine(i, pair);
+    }
+  });
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < active_.size(); ++i) {
-    Await(i);
-    const Listed listed = active_[i];
-    if (Drop(listed.pair)) continue;
-    active_[kept++] = listed;
-    visit(*listed.pair);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (due_[i] == Due::kEnded) Recycle(active_[i].pair);
+    if (due_[i] != Due::kActive) continue;
+    active_[kept] = active_[i];
+    settle(i, *active_[kept++].pair);
   }
   active_.resize(kept);
 }

@@ -12,7 +12,9 @@ using ::testing::ElementsAre;
 
 std::vector<std::pair<std::uint64_t, std::uint64_t>> Walked(PairTable& pairs) {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> ids;
-  pairs.Walk([&](Pair& pair) { ids.emplace_back(pair.low->id().value(), pair.high->id().value()); });
+  pairs.Walk(
+      ThreadTeam::Alone(), [](std::size_t, Pair&) {},
+      [&](std::size_t, Pair& pair) { ids.emplace_back(pair.low->id().value(), pair.high->id().value()); });
   return ids;
 }
 

@@ -64,20 +64,19 @@ bool TurnsItsInertia(const RigidBody& body, Vec3f spin, float dt_s) {
   return !body.round() && Length(spin) * dt_s >= kGyroscopicTurn_rad;
 }
 
-void SolveBatches::Fill(const SolveInput& in) {
+void SolveBatches::Fill(const SolveInput& in, ThreadTeam& team) {
   for (IslandBatch& batch : batches_) {
     batch.unanchored = false;
-    batch.bodies.clear();
     batch.sources.clear();
     batch.contacts.clear();
     batch.joints.clear();
   }
-  FillBodies(in);
+  FillBodies(in, team);
   FillContacts(in);
   FillJoints(in);
 }
 
-void SolveBatches::FillBodies(const SolveInput& in) {
+void SolveBatches::FillBodies(const SolveInput& in, ThreadTeam& team) {
   place_.resize(in.awake.size());
   for (std::uint32_t i = 0; i < in.awake.size(); ++i) {
     const IslandPlan& plan = in.plans[in.islands.IndexOf(i)];
@@ -85,9 +84,14 @@ void SolveBatches::FillBodies(const SolveInput& in) {
     IslandBatch& batch = BatchOf(plan);
     batch.substeps = plan.substeps;
     batch.unanchored |= plan.unanchored;
-    place_[i] = static_cast<std::uint32_t>(batch.bodies.size());
-    batch.bodies.push_back(SolverBodyOf(*in.awake[i], in.dt_s));
+    place_[i] = static_cast<std::uint32_t>(batch.sources.size());
     batch.sources.push_back(in.awake[i]);
+  }
+  for (IslandBatch& batch : batches_) {
+    batch.bodies.resize(batch.sources.size());  // of those from the last step, every field is written
+    team.For(batch.bodies.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) batch.bodies[i] = SolverBodyOf(*batch.sources[i], in.dt_s);
+    });
   }
 }
 

@@ -3,7 +3,7 @@
 // Islands with the same number of substeps make one batch. Bodies keep the order of the awake list, and constraints
 // that of the ids of their bodies.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
 
 #include <array>
@@ -15,6 +15,7 @@
 #include "core/physics/loads.h"
 #include "core/physics/rigid_body.h"
 #include "core/physics/solve/solver.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -41,7 +42,7 @@ struct IslandBatch {
 
 class SolveBatches {
  public:
-  void Fill(const SolveInput& in);
+  void Fill(const SolveInput& in, ThreadTeam& team = ThreadTeam::Alone());
 
   std::span<IslandBatch> batches() { return batches_; }  // some are empty
   std::span<const IslandBatch> batches() const { return batches_; }
@@ -51,7 +52,7 @@ class SolveBatches {
   bool Validate(const SolveInput& in) const;
 
  private:
-  void FillBodies(const SolveInput& in);
+  void FillBodies(const SolveInput& in, ThreadTeam& team);
   void FillContacts(const SolveInput& in);
   void FillJoints(const SolveInput& in);
   IslandBatch& BatchOf(const IslandPlan& plan) { return batches_[static_cast<std::size_t>(plan.level)]; }

@@ -22,7 +22,7 @@ void KeepEnergy(Vec3d inertia, float energy, BodyMotion* motion) {
 }  // namespace
 
 void SolvePass::Solve(const SolveInput& in) {
-  batches_.Fill(in);
+  batches_.Fill(in, team_);
   for (IslandBatch& batch : batches_.batches()) {
     if (batch.bodies.empty()) continue;
     solver_.Solve({.bodies = batch.bodies,
@@ -84,11 +84,13 @@ BodyMotion SolvePass::MotionOf(const RigidBody& body, const SolverBody& out, con
 void SolvePass::ReadBack(const SolveInput& in, std::span<BodyMotion> motions) {
   for (const IslandBatch& batch : batches_.batches()) {
     if (batch.unanchored) SumGains(in, batch);
-    for (std::size_t i = 0; i < batch.sources.size(); ++i) {
-      const RigidBody& body = *batch.sources[i];
-      const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;
-      motions[body.awake_index] = MotionOf(body, batch.bodies[i], unanchored ? &gains_[i] : nullptr, in.dt_s);
-    }
+    team_.For(batch.sources.size(), kChunkBodies, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const RigidBody& body = *batch.sources[i];
+        const bool unanchored = batch.unanchored && in.plans[in.islands.IndexOf(body.awake_index)].unanchored;
+        motions[body.awake_index] = MotionOf(body, batch.bodies[i], unanchored ? &gains_[i] : nullptr, in.dt_s);
+      }
+    });
   }
 }
 

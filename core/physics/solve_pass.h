@@ -1,6 +1,6 @@
 // SolvePass: how the bodies of each solved island move, by what contacts and joints do to them.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
 
 #include <span>
@@ -15,7 +15,8 @@ class SolvePass {
  public:
   // `portable`: solve with what every processor has, rather than with the widest that this one has; the bits are the
   // same.
-  explicit SolvePass(bool portable) : solver_(portable ? SimdPath::kSse2 : SimdPath::kBest) {}
+  explicit SolvePass(bool portable, ThreadTeam& team = ThreadTeam::Alone())
+      : team_(team), solver_(portable ? SimdPath::kSse2 : SimdPath::kBest, team) {}
 
   // Solves all islands. The impulses go to the manifolds and the joints, and are where the next solve starts.
   void Solve(const SolveInput& in);
@@ -34,6 +35,7 @@ class SolvePass {
   // `gain`: of a body of an unanchored island; null for others.
   static BodyMotion MotionOf(const RigidBody& body, const SolverBody& out, const Gain* gain, double dt_s);
 
+  ThreadTeam& team_;
   SolveBatches batches_;
   Solver solver_;
   std::vector<Gain> gains_;  // by body of the batch at hand, where its island is unanchored

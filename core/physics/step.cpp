@@ -27,7 +27,7 @@ void World::Impl::Step(double dt_s) {
   FindIslands(dt_s);
 
   motions.resize(bodies.awake().size());
-  FlyFree(bodies.awake(), islands, loads.plans(), dt_s, motions);
+  FlyFree(bodies.awake(), islands, loads.plans(), dt_s, motions, team);
   if (anything_to_solve()) {
     const SolveInput in = SolveInputOf(dt_s);
     solve.Solve(in);

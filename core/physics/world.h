@@ -14,7 +14,8 @@
 // meets.
 //
 // Callers' mistakes (an unknown id, a second Add of one id) are assertions: input is checked before it gets here.
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time. A world may have threads of its own, which work in a step and sleep otherwise;
+// their number changes no bit.
 #pragma once
 
 #include <memory>
@@ -35,6 +36,7 @@ struct WorldSettings {
   int substeps = 0;       // Every island that is solved gets so many; 0: as many as it needs.
   bool sleep = true;      // Bodies that are still fall asleep.
   bool portable = false;  // Solve with what every processor has, rather than with the widest it has; the same bits.
+  int threads = 1;        // that work on a step, the caller's among them: 1 to kMaxStepThreads; the same bits
 };
 
 struct SphereHit {

@@ -9,9 +9,9 @@ namespace tessera::physics {
 
 World::Impl::Impl(const WorldSettings& settings_in)
     : settings(settings_in),
-      broad_phase(settings.origin),
+      broad_phase(settings.origin, team),
       loads(settings.gravity_m_s2, settings.substeps),
-      solve(settings.portable),
+      solve(settings.portable, team),
       sleep(settings.sleep) {}
 
 World::Impl::~Impl() {

@@ -24,6 +24,7 @@
 #include "core/physics/report.h"
 #include "core/physics/sleep.h"
 #include "core/physics/solve_pass.h"
+#include "core/physics/thread_team.h"
 #include "core/physics/waking.h"
 #include "core/physics/world.h"
 
@@ -62,6 +63,7 @@ struct World::Impl {
   StepOutcome Outcome() const;
 
   const WorldSettings settings;
+  ThreadTeam team{settings.threads};
 
   // --- What lives on from step to step.
   FormCache forms;
@@ -74,14 +76,14 @@ struct World::Impl {
   std::vector<BodyId> isolated;  // in the last step; Isolate writes it
 
   // --- The passes.
-  NarrowPhase narrow_phase;
+  NarrowPhase narrow_phase{team};
   AwakeJoints joints;
   Islands islands;
   JointedGroups groups;
   Loads loads;
   SolvePass solve;
   ContinuousCollision continuous;
-  Integrator integrator;
+  Integrator integrator{team};
   SleepPass sleep;
   Report report;
   std::vector<std::uint32_t> restless;  // FindRestless writes it: awake_index of each

@@ -33,6 +33,8 @@ physics::WorldSettings WorldSettingsOf(const Config& config) {
   physics::WorldSettings settings;
   settings.origin = OriginFor(config);
   settings.gravity_m_s2 = config.scene->gravity_m_s2;
+  static_assert(kMaxRegionThreads == physics::kMaxStepThreads);
+  settings.threads = static_cast<int>(config.settings.threads);
   return settings;
 }
 

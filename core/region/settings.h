@@ -35,10 +35,15 @@ struct RegionSettings {
   // All regions compute in the same local coordinates. Equal to the bit, at the price of float error far from the
   // world's centre.
   bool shared_origin = false;
+  // Threads that work on a step of the physics, the region's own among them; their number changes no bit. More than the
+  // processors that it has to itself, and its steps wait for others.
+  std::uint32_t threads = 1;
 };
 
 // The most that an instance may ask for of `ghost_depth` and `whole_up_to`.
 inline constexpr std::uint32_t kMaxGhostDepth = 64, kMaxWholeUpTo = 100'000;
+// The most threads that a region may have: physics::kMaxStepThreads.
+inline constexpr std::uint32_t kMaxRegionThreads = 32;
 
 // A body whose fastest point was slower than this, m/s, for so many ticks is settled: settled ghosts do not touch each
 // other. Fewer ticks, or more speed, and bodies that still move act through loads, which come late; less speed, and a

@@ -203,6 +203,10 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
     return absl::InvalidArgumentError(absl::StrCat("snapshot_rate_hz: ", order.snapshot_rate_hz));
   }
   if (absl::Status status = ReadBorders(message.borders(), order.borders); !status.ok()) return status;
+  if (message.region_threads() > region::kMaxRegionThreads) {
+    return absl::InvalidArgumentError(absl::StrCat("region_threads: ", message.region_threads()));
+  }
+  if (message.region_threads() != 0) order.borders.threads = message.region_threads();
   if (!message.instance_key().empty()) {
     if (absl::Status status = ReadKey(message.instance_key(), order); !status.ok()) return status;
   }

@@ -137,11 +137,12 @@ TEST(InstanceTest, EveryListingSpeaksJson) {
     return json::parse(result.out, nullptr, false);
   };
   const json created = tessera({"instance", "create", "--scene", "minimal", "--regions", "2", "--ghost-depth", "2",
-                                "--whole-up-to", "0", "--wait"});
+                                "--whole-up-to", "0", "--region-threads", "2", "--wait"});
   const std::string id = created.at("id");
   EXPECT_EQ(created.at("state"), "INSTANCE_STATE_RUNNING");
   EXPECT_EQ(created.at("borders").at("ghost_depth"), 2);
   EXPECT_EQ(created.at("borders").at("whole_up_to"), 0);
+  EXPECT_EQ(created.at("region_threads"), 2);
   EXPECT_EQ(tessera({"instance", "list"}).at("instances").at(0).at("id"), id);
   EXPECT_EQ(tessera({"instance", "describe", id}).at("region_status").size(), 2u);
   EXPECT_EQ(tessera({"host", "list"}).at("hosts").at(0).at("regions"), 2);

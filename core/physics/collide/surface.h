@@ -2,7 +2,7 @@
 //
 // Counter-clockwise is outward. Contacts and sweeps both take their triangles from here.
 //
-// Thread rule: immutable once made; `TrianglesIn` allows one thread at a time (Bullet's tree).
+// Thread rule: immutable once made; any thread.
 #pragma once
 
 #include <array>

@@ -2,6 +2,7 @@
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
+#include <LinearMath/btAabbUtil2.h>
 
 #include "core/physics/bullet_math.h"
 
@@ -18,18 +19,6 @@ btIndexedMesh IndexedMesh(const TriangleMeshShape& mesh) {
   part.m_vertexStride = sizeof(mesh.vertices[0]);
   return part;
 }
-
-class AppendTriangle : public btNodeOverlapCallback {
- public:
-  AppendTriangle(std::vector<std::uint32_t>* found, std::size_t most) : found_(found), most_(most) {}
-  void processNode(int, int triangle) override {
-    if (found_->size() <= most_) found_->push_back(static_cast<std::uint32_t>(triangle));
-  }
-
- private:
-  std::vector<std::uint32_t>* found_;
-  std::size_t most_;
-};
 
 }  // namespace
 
@@ -49,9 +38,20 @@ struct TriangleTree::Impl {
 TriangleTree::TriangleTree(const TriangleMeshShape& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
 TriangleTree::~TriangleTree() = default;
 
+// Bullet's own walk writes a static count of its steps, which threads must not share.
 void TriangleTree::TrianglesIn(const Aabb& box, std::vector<std::uint32_t>* found, std::size_t most) const {
-  AppendTriangle append(found, most);
-  impl_->shape->getOptimizedBvh()->reportAabbOverlappingNodex(&append, ToBullet(box.min), ToBullet(box.max));
+  btOptimizedBvh& tree = *impl_->shape->getOptimizedBvh();
+  unsigned short low[3], high[3];
+  tree.quantizeWithClamp(low, ToBullet(box.min), 0);
+  tree.quantizeWithClamp(high, ToBullet(box.max), 1);
+  const QuantizedNodeArray& nodes = tree.getQuantizedNodeArray();
+  for (int i = 0; i < nodes.size() && found->size() <= most;) {
+    const btQuantizedBvhNode& node = nodes[i];
+    const bool overlaps =
+        testQuantizedAabbAgainstQuantizedAabb(low, high, node.m_quantizedAabbMin, node.m_quantizedAabbMax) != 0;
+    if (overlaps && node.isLeafNode()) found->push_back(static_cast<std::uint32_t>(node.getTriangleIndex()));
+    i += overlaps || node.isLeafNode() ? 1 : node.getEscapeIndex();
+  }
 }
 
 }  // namespace tessera::physics

@@ -1,6 +1,6 @@
 // TriangleTree: the triangles of a mesh that may reach into a box, found with Bullet's tree of bounds.
 //
-// Thread rule: one thread at a time (Bullet keeps statics).
+// Thread rule: immutable once made; any thread.
 #pragma once
 
 #include <array>

@@ -141,6 +141,9 @@ void StoreLane(const Block& block, int lane, Manifold& manifold) {
   }
 }
 
+// Number of contacts that a thread takes at a time.
+constexpr std::size_t kChunkContacts = 64;
+
 // Inverse of a body's inertia, 1 / (kg m^2).
 float Ease(const SolvedMass& mass) {
   const float* q = mass.root_inertia;
@@ -159,8 +162,7 @@ void Turn(SolvedState& state, const SolvedMass& mass, Vec3f by) {
 // is touched under its middle wherever it goes: then the contact has moved over the other body, which has to bear the
 // correction. Of two alike surfaces, the body that is harder to turn bears more.
 template <class Block>
-void MakeGood(const ContactConstraint& contact, const Block& block, int lane, SolvedState* states,
-              const SolvedMass* masses) {
+void MakeGood(const ContactConstraint& contact, const Block& block, int lane, std::span<const SolvedMass> masses) {
   Manifold& manifold = *contact.manifold;
   Vec3f impulse = manifold.total_friction;
   for (int i = 0; i < manifold.count; ++i) impulse += manifold.normal * block.points[i].total.f[lane];
@@ -172,12 +174,11 @@ void MakeGood(const ContactConstraint& contact, const Block& block, int lane, So
   const float share_a = round_a == round_b ? ease_b / (ease_a + ease_b) : round_a ? 0.0f : 1.0f;
   manifold.turn_on_a = lacks * share_a;
   manifold.turn_on_b = lacks - manifold.turn_on_a;
-  Turn(states[contact.a], masses[contact.a], manifold.turn_on_a);
-  Turn(states[contact.b], masses[contact.b], manifold.turn_on_b);
 }
 
-std::size_t LanesOf(int kind) {
-  return ForKind(kind, [](auto* block) { return sizeof(*block) / sizeof(Lanes); });
+// Both of its bodies count what it gives them.
+bool IsMutual(const ContactConstraint& contact) {
+  return contact.a != kStatic && contact.b != kStatic && !contact.driven;
 }
 
 }  // namespace
@@ -188,12 +189,29 @@ Softness SoftnessOf(float share, float damping_ratio, float h) {
   return {stiff / (1 + stiff), 1 / (1 + stiff), omega_h / h / (2 * damping_ratio + omega_h)};
 }
 
+const std::array<std::size_t, kContactKinds> ContactBlocks::kLanesOfKind = [] {
+  std::array<std::size_t, kContactKinds> lanes{};
+  for (int kind = 0; kind < kContactKinds; ++kind) {
+    lanes[static_cast<std::size_t>(kind)] = ForKind(kind, [](auto* block) { return sizeof(*block) / sizeof(Lanes); });
+  }
+  return lanes;
+}();
+
+// Runs of one color make a stage; a contact that is left over is one by itself.
+void ContactBlocks::AddRun(const ContactRun& run) {
+  const bool begins = runs_.empty() || run.color == kLeftOver || runs_.back().color != run.color;
+  if (begins) stages_.push_back({.first = static_cast<std::uint32_t>(runs_.size())});
+  ContactStage& stage = stages_.back();
+  runs_.push_back(run);
+  runs_.back().before = stage.blocks;
+  ++stage.runs;
+  stage.blocks += run.blocks;
+}
+
 // Decides on the place of each contact. Contacts with restitution have runs of their own.
-void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring) {
+void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Coloring& coloring, const ThreadTeam& team) {
   constexpr std::size_t kBuckets = 2 * kContactKinds;  // in each color
   const std::span<const std::uint8_t> colors = coloring.contacts();
-  std::size_t size[kContactKinds];
-  for (int kind = 0; kind < kContactKinds; ++kind) size[kind] = LanesOf(kind);
   const auto bucket_of = [&](std::size_t i) {
     return colors[i] * kBuckets + (places_[i].bounces ? kContactKinds : 0) + places_[i].kind;
   };
@@ -207,66 +225,93 @@ void ContactBlocks::Lay(std::span<const ContactConstraint> contacts, const Color
     if (colors[i] != kLeftOver) ++counts_[bucket_of(i)];
   }
   runs_.clear();
+  stages_.clear();
   std::size_t end = 0;
   for (std::size_t bucket = 0; bucket < counts_.size(); ++bucket) {
-    starts_[bucket] = end;
     if (counts_[bucket] == 0) continue;
     const std::size_t kind = bucket % kContactKinds;
     const std::uint32_t blocks = (counts_[bucket] + kLanes - 1) / kLanes;
-    runs_.push_back({static_cast<std::uint8_t>(kind), static_cast<std::uint8_t>(bucket / kBuckets),
-                     bucket % kBuckets >= kContactKinds, blocks, end});
-    end += blocks * size[kind];
+    AddRun({.kind = static_cast<std::uint8_t>(kind),
+            .color = static_cast<std::uint8_t>(bucket / kBuckets),
+            .bounces = bucket % kBuckets >= kContactKinds,
+            .blocks = blocks,
+            .offset = end});
+    starts_[bucket] = {end, runs_.back().before};
+    end += blocks * kLanesOfKind[kind];
     counts_[bucket] = 0;
   }
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     ContactPlace& place = places_[i];
     if (colors[i] == kLeftOver) {
-      runs_.push_back({place.kind, kLeftOver, place.bounces, 1, end});
-      place.lane = 0;
+      AddRun({.kind = place.kind, .color = kLeftOver, .bounces = place.bounces, .blocks = 1, .offset = end});
+      place.lane = place.thread = 0;
       place.offset = end;
-      end += size[place.kind];
+      end += kLanesOfKind[place.kind];
       continue;
     }
     const std::size_t bucket = bucket_of(i);
-    const std::uint32_t n = counts_[bucket]++;
+    const std::uint32_t n = counts_[bucket]++, block = n / kLanes;
     place.lane = static_cast<std::uint8_t>(n % kLanes);
-    place.offset = starts_[bucket] + n / kLanes * size[place.kind];
+    place.thread = static_cast<std::uint8_t>(team.ThreadOf(starts_[bucket].before + block, kChunkBlocks));
+    place.offset = starts_[bucket].offset + block * kLanesOfKind[place.kind];
   }
   if (memory_.size() < end) memory_.resize(end);
 }
 
 void ContactBlocks::Fill(std::span<const ContactConstraint> contacts, const Coloring& coloring, std::uint32_t nobody,
-                         float h) {
+                         float h, ThreadTeam& team) {
   const Softness softness = SoftnessOf(kContactShare, kContactDamping, h);
-  Lay(contacts, coloring);
+  Lay(contacts, coloring, team);
   for (const ContactRun& run : runs_) {
-    // Empty lanes name the body that stands for the world on both sides; everything else in them is 0.
+    // Empty lanes name a body that stands for the world on both sides; everything else in them is 0.
+    const auto world = static_cast<std::int32_t>(nobody + team.ThreadOf(run.before + run.blocks - 1, kChunkBlocks));
     ForKind(run.kind, [&](auto* type) {
       auto* last = static_cast<decltype(type)>(BlocksOf(run)) + (run.blocks - 1);
       std::memset(static_cast<void*>(last), 0, sizeof(*last));
-      std::fill_n(last->head.a, kLanes, static_cast<std::int32_t>(nobody));
-      std::fill_n(last->head.b, kLanes, static_cast<std::int32_t>(nobody));
+      std::fill_n(last->head.a, kLanes, world);
+      std::fill_n(last->head.b, kLanes, world);
     });
   }
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size()) Prefetch(*contacts[i + kAhead].manifold);
-    const ContactPlace& place = places_[i];
-    Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody, softness, block); });
-  }
+  team.For(contacts.size(), kChunkContacts, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
+      const ContactPlace& place = places_[i];
+      Visit(place, [&](auto& block) { FillLane(contacts[i], place.lane, nobody + place.thread, softness, block); });
+    }
+  });
 }
 
+// Several threads may store contacts of one body at once; their corrections are applied after, in the order of
+// contacts.
 void ContactBlocks::Store(std::span<const ContactConstraint> contacts, std::span<SolvedState> states,
-                          std::span<const SolvedMass> masses) {
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (i + kAhead < contacts.size()) Prefetch(*contacts[i + kAhead].manifold);
-    const ContactPlace& place = places_[i];
-    Visit(place, [&](auto& block) {
+                          std::span<const SolvedMass> masses, ThreadTeam& team) {
+  const bool alone = team.size() == 1;
+  if (!alone) corrections_.resize(contacts.size());
+  const auto apply = [&](const ContactConstraint& contact, const Correction& correction) {
+    Turn(states[contact.a], masses[contact.a], correction.on_a);
+    Turn(states[contact.b], masses[contact.b], correction.on_b);
+  };
+  team.For(contacts.size(), kChunkContacts, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (i + kAhead < end) Prefetch(*contacts[i + kAhead].manifold);
       const ContactConstraint& contact = contacts[i];
-      StoreLane(block, place.lane, *contact.manifold);
-      if (contact.a != kStatic && contact.b != kStatic && !contact.driven) {
-        MakeGood(contact, block, place.lane, states.data(), masses.data());
+      const ContactPlace& place = places_[i];
+      Visit(place, [&](auto& block) {
+        StoreLane(block, place.lane, *contact.manifold);
+        if (IsMutual(contact)) MakeGood(contact, block, place.lane, masses);
+      });
+      if (!IsMutual(contact)) continue;
+      const Correction correction{contact.manifold->turn_on_a, contact.manifold->turn_on_b};
+      if (alone) {
+        apply(contact, correction);
+      } else {
+        corrections_[i] = correction;
       }
-    });
+    }
+  });
+  if (alone) return;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (IsMutual(contacts[i])) apply(contacts[i], corrections_[i]);
   }
 }
 

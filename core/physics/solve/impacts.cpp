@@ -172,13 +172,13 @@ bool StrikeOn(Striking<Block> contact, float h) {
 
 }  // namespace
 
-void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodies) {
+void Impacts::Fill(std::span<const ContactConstraint> contacts, std::size_t bodies, std::size_t worlds) {
   bodies_.clear();
   for (const ContactConstraint& contact : contacts) {
     if (!(contact.material.restitution > 0)) continue;
     if (bodies_.empty()) {
       listed_.assign(bodies, false);
-      shifts_.assign(bodies + 1, {});
+      shifts_.assign(bodies + worlds, {});
     }
     for (const std::uint32_t body : {contact.a, contact.b}) {
       if (body == kStatic || listed_[body]) continue;
@@ -226,8 +226,8 @@ bool Impacts::Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState*
             const Striking contact(block, lane, states, before);
             if (!(sweep == 0 ? FirstStrike(contact, shift, h) : StrikeOn(contact, h))) return;
             any = true;
-            if (a + 1 < struck_.size()) struck_[a] = true;
-            if (b + 1 < struck_.size()) struck_[b] = true;
+            if (a < listed_.size()) struck_[a] = true;
+            if (b < listed_.size()) struck_[b] = true;
           });
         }
       }

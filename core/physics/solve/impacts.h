@@ -20,8 +20,8 @@ namespace tessera::physics {
 
 class Impacts {
  public:
-  // Finds the bodies that may bounce.
-  void Fill(std::span<const ContactConstraint> contacts, std::size_t bodies);
+  // Finds the bodies that may bounce. After the bodies come `worlds` that stand for the world.
+  void Fill(std::span<const ContactConstraint> contacts, std::size_t bodies, std::size_t worlds);
   // Bounces, after the kick of each substep; `before` are the velocities before it. Returns whether any body was moved.
   bool Bounce(const Kernels& kernels, ContactBlocks& blocks, SolvedState* states, const SolvedMass* masses,
               SolvedMemory* before, const SolvedKick* kicks, float h);
@@ -34,8 +34,8 @@ class Impacts {
 
   std::vector<std::uint32_t> bodies_;  // those with such contacts, each once
   std::vector<bool> listed_;           // by body
-  std::vector<Vec3f> shifts_;          // by body, m; the last stands for the world
-  std::vector<bool> struck_;           // by body, in this substep: only a body that was struck may strike on
+  std::vector<Vec3f> shifts_;          // by body, m, and of those that stand for the world
+  std::vector<bool> struck_;           // likewise, in this substep: only a body that was struck may strike on
   std::vector<std::uint8_t> lanes_;    // contacts that approach, by block of a run
 };
 

@@ -32,18 +32,23 @@ Vec3f Root(Vec3f v) { return {std::sqrt(v.x), std::sqrt(v.y), std::sqrt(v.z)}; }
 }  // namespace
 
 struct Solver::Impl {
-  explicit Impl(const Kernels& kernels_in) : kernels(kernels_in) {}
+  Impl(const Kernels& kernels_in, ThreadTeam& team_in) : kernels(kernels_in), team(team_in) {}
 
   void LoadBodies(std::span<const SolverBody> bodies, float h);
+  void LoadBody(const SolverBody& body, std::size_t i, float h);
   void Kick(bool first);
-  void Run(ContactKernel ContactKernels::*kernel, const ContactRun& run);
+  void Drift();
+  void Run(ContactKernel ContactKernels::*kernel, const ContactStage& stage);
+  void RunAll(ContactKernel ContactKernels::*kernel);
   void SolveAll(bool relax);
   void Substeps(int count);
-  void StoreBodies(std::span<SolverBody> bodies) const;
+  void StoreBodies(std::span<SolverBody> bodies);
+  void StoreBody(std::size_t i, SolverBody& body) const;
 
   const Kernels& kernels;
+  ThreadTeam& team;
   StepConstants step{};
-  std::size_t count = 0;  // number of moving bodies; the one after the last stands for the world
+  std::size_t count = 0;  // number of moving bodies; those after the last, one a thread, stand for the world
   std::vector<SolvedState> states;
   std::vector<SolvedMass> masses;
   std::vector<SolvedMemory> before;  // velocities before the last kick
@@ -56,47 +61,73 @@ struct Solver::Impl {
 
 void Solver::Impl::LoadBodies(std::span<const SolverBody> bodies, float h) {
   count = bodies.size();
-  states.resize(count + 1);
-  masses.resize(count + 1);
-  before.resize(count + 1);
-  kicks.resize(count + 1);
-  for (std::size_t i = 0; i < count; ++i) {
-    const SolverBody& body = bodies[i];
-    const float root_mass = std::sqrt(body.mass_kg);
-    const Vec3f root = Root(body.inertia_kg_m2);
-    const SymMat3f root_inertia = Turned(body.rotation, root);
-    const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
-    masses[i] = {{inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz}, 1 / root_mass, 0};
+  const std::size_t all = count + team.size();
+  states.resize(all);
+  masses.resize(all);
+  before.resize(all);
+  kicks.resize(all);
+  team.For(count, kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) LoadBody(bodies[i], i, h);
+  });
+  for (std::size_t i = count; i < all; ++i) {
     states[i] = {};
-    Put(states[i].velocity, body.velocity * root_mass);
-    Put(states[i].spin, root_inertia * body.angular_velocity);
-    Put(kicks[i].velocity, body.acceleration * (h * root_mass));
-    Put(kicks[i].spin, (root_inertia * body.angular_acceleration) * h);
+    masses[i] = {};
+    before[i] = {};
+    kicks[i] = {};
   }
-  states[count] = {};
-  masses[count] = {};
-  before[count] = {};
-  kicks[count] = {};
+}
+
+void Solver::Impl::LoadBody(const SolverBody& body, std::size_t i, float h) {
+  const float root_mass = std::sqrt(body.mass_kg);
+  const Vec3f root = Root(body.inertia_kg_m2);
+  const SymMat3f root_inertia = Turned(body.rotation, root);
+  const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
+  masses[i] = {{inverse.xx, inverse.yy, inverse.zz, inverse.xy, inverse.xz, inverse.yz}, 1 / root_mass, 0};
+  states[i] = {};
+  Put(states[i].velocity, body.velocity * root_mass);
+  Put(states[i].spin, root_inertia * body.angular_velocity);
+  Put(kicks[i].velocity, body.acceleration * (h * root_mass));
+  Put(kicks[i].spin, (root_inertia * body.angular_acceleration) * h);
 }
 
 // A kick is the change of velocities by accelerations over a substep. The whole change that a substep made to a body is
 // its kick plus all its impulses; so giving the body the same change once more is both the next kick and the warm
 // start, and no constraint need be looked at.
 void Solver::Impl::Kick(bool first) {
-  for (std::size_t i = 0; i < count; ++i) {
-    SolvedState& state = states[i];
-    for (int k = 0; k < 4; ++k) {
-      const float v = state.velocity[k], w = state.spin[k];
-      state.velocity[k] = first ? v + kicks[i].velocity[k] : v + (v - before[i].velocity[k]);
-      state.spin[k] = first ? w + kicks[i].spin[k] : w + (w - before[i].spin[k]);
-      before[i].velocity[k] = v;
-      before[i].spin[k] = w;
+  team.For(count, kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      SolvedState& state = states[i];
+      for (int k = 0; k < 4; ++k) {
+        const float v = state.velocity[k], w = state.spin[k];
+        state.velocity[k] = first ? v + kicks[i].velocity[k] : v + (v - before[i].velocity[k]);
+        state.spin[k] = first ? w + kicks[i].spin[k] : w + (w - before[i].spin[k]);
+        before[i].velocity[k] = v;
+        before[i].spin[k] = w;
+      }
     }
-  }
+  });
 }
 
-void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactRun& run) {
-  (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run), run.blocks, {states.data(), masses.data()}, step);
+void Solver::Impl::Drift() {
+  team.For(count, kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    kernels.drift(states.data() + begin, masses.data() + begin, end - begin, step.h);
+  });
+}
+
+void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactStage& stage) {
+  team.For(stage.blocks, kChunkBlocks, [&](std::size_t begin, std::size_t end) {
+    for (const ContactRun& run : contacts.RunsOf(stage)) {
+      const std::size_t first = std::max<std::size_t>(begin, run.before);
+      const std::size_t last = std::min<std::size_t>(end, run.before + run.blocks);
+      if (first >= last) continue;
+      (kernels.contacts[run.kind].*kernel)(contacts.BlocksOf(run, first - run.before), last - first,
+                                           {states.data(), masses.data()}, step);
+    }
+  });
+}
+
+void Solver::Impl::RunAll(ContactKernel ContactKernels::*kernel) {
+  for (const ContactStage& stage : contacts.stages()) Run(kernel, stage);
 }
 
 // Joints come before contacts, so that overlaps have the last word. Contacts are solved there and back: in one
@@ -104,9 +135,11 @@ void Solver::Impl::Run(ContactKernel ContactKernels::*kernel, const ContactRun& 
 // if that of the points of a contact were reversed as well, the wall would sway again.
 void Solver::Impl::SolveAll(bool relax) {
   if (!joints.empty()) joints.Solve(states.data(), masses.data(), step, relax);
-  const std::span<const ContactRun> runs = contacts.runs();
-  for (const ContactRun& run : runs) Run(relax ? &ContactKernels::relax : &ContactKernels::solve, run);
-  for (std::size_t i = runs.size(); i-- > 0;) Run(relax ? &ContactKernels::settle : &ContactKernels::solve, runs[i]);
+  RunAll(relax ? &ContactKernels::relax : &ContactKernels::solve);
+  const std::span<const ContactStage> stages = contacts.stages();
+  for (std::size_t i = stages.size(); i-- > 0;) {
+    Run(relax ? &ContactKernels::settle : &ContactKernels::solve, stages[i]);
+  }
 }
 
 void Solver::Impl::Substeps(int substeps) {
@@ -114,35 +147,38 @@ void Solver::Impl::Substeps(int substeps) {
     Kick(i == 0);
     if (i == 0) {
       joints.Warm(states.data());
-      for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::warm, run);
+      RunAll(&ContactKernels::warm);
     }
     if (!impacts.empty() &&
         impacts.Bounce(kernels, contacts, states.data(), masses.data(), before.data(), kicks.data(), step.h)) {
-      for (const ContactRun& run : contacts.runs()) Run(&ContactKernels::locate, run);
+      RunAll(&ContactKernels::locate);
     }
     SolveAll(false);
-    kernels.drift(states.data(), masses.data(), count, step.h);
+    Drift();
     joints.Turn(states.data(), masses.data(), before.data(), step.h);
     SolveAll(true);
   }
 }
 
-void Solver::Impl::StoreBodies(std::span<SolverBody> bodies) const {
-  for (std::size_t i = 0; i < count; ++i) {
-    SolverBody& body = bodies[i];
-    const Vec3f root = Root(body.inertia_kg_m2);
-    const SymMat3f root_inertia = Turned(body.rotation, root);
-    const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
-    const Vec3f spin = Get(states[i].spin);
-    body.angular_impulse_nms = root_inertia * (spin - root_inertia * body.angular_velocity);
-    body.velocity = Get(states[i].velocity) * masses[i].inverse_root_mass;
-    body.angular_velocity = inverse * spin;
-    body.moved_m = Get(states[i].moved);
-    body.turned_rad = Get(states[i].turned);
-  }
+void Solver::Impl::StoreBodies(std::span<SolverBody> bodies) {
+  team.For(count, kChunkBodies, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) StoreBody(i, bodies[i]);
+  });
 }
 
-Solver::Solver(SimdPath path) : impl_(std::make_unique<Impl>(KernelsOf(path))) {}
+void Solver::Impl::StoreBody(std::size_t i, SolverBody& body) const {
+  const Vec3f root = Root(body.inertia_kg_m2);
+  const SymMat3f root_inertia = Turned(body.rotation, root);
+  const SymMat3f inverse = Turned(body.rotation, {1 / root.x, 1 / root.y, 1 / root.z});
+  const Vec3f spin = Get(states[i].spin);
+  body.angular_impulse_nms = root_inertia * (spin - root_inertia * body.angular_velocity);
+  body.velocity = Get(states[i].velocity) * masses[i].inverse_root_mass;
+  body.angular_velocity = inverse * spin;
+  body.moved_m = Get(states[i].moved);
+  body.turned_rad = Get(states[i].turned);
+}
+
+Solver::Solver(SimdPath path, ThreadTeam& team) : impl_(std::make_unique<Impl>(KernelsOf(path), team)) {}
 Solver::~Solver() = default;
 
 void Solver::Solve(const SolveBatch& batch) {
@@ -155,11 +191,11 @@ void Solver::Solve(const SolveBatch& batch) {
   impl.coloring.Color(batch);
   const auto nobody = static_cast<std::uint32_t>(impl.count);
   impl.joints.Fill(batch.joints, impl.coloring, impl.states.data(), impl.masses.data(), nobody, h);
-  impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h);
-  for (const ContactRun& run : impl.contacts.runs()) impl.Run(&ContactKernels::prepare, run);
-  impl.impacts.Fill(batch.contacts, impl.count);
+  impl.contacts.Fill(batch.contacts, impl.coloring, nobody, h, impl.team);
+  impl.RunAll(&ContactKernels::prepare);
+  impl.impacts.Fill(batch.contacts, impl.count, impl.team.size());
   impl.Substeps(batch.substeps);
-  impl.contacts.Store(batch.contacts, impl.states, impl.masses);
+  impl.contacts.Store(batch.contacts, impl.states, impl.masses, impl.team);
   impl.StoreBodies(batch.bodies);
   impl.joints.Store(batch.joints);
 }

@@ -4,13 +4,13 @@
 // step"). Restitution acts once per impact. Contacts are coloured so that no two of a colour share a moving body, and
 // solved eight at a time; which lane or path (SSE2, AVX2) does the work changes no bit. The colour of a constraint
 // depends only on the constraints that it is connected to and their order, so an island comes out the same in any
-// company.
+// company. A team of threads shares the contacts of each colour, and that changes no bit either.
 //
 // Velocities inside are mass-normalised: v' = sqrt(m) v, w' = sqrt(I) w. Then a row is one vector for measuring and for
 // applying, a static body is a row of zeros, and rows of a joint can be made orthogonal, which solves them as one
 // block.
 //
-// Thread rule: one thread at a time.
+// Thread rule: one thread at a time, which leads the team.
 #pragma once
 
 #include <memory>
@@ -20,6 +20,7 @@
 #include "core/physics/linear.h"
 #include "core/physics/solve/rows.h"
 #include "core/physics/solve/tuning.h"
+#include "core/physics/thread_team.h"
 
 namespace tessera::physics {
 
@@ -69,7 +70,7 @@ enum class SimdPath { kBest, kSse2, kAvx2 };
 
 class Solver {
  public:
-  explicit Solver(SimdPath path = SimdPath::kBest);
+  explicit Solver(SimdPath path = SimdPath::kBest, ThreadTeam& team = ThreadTeam::Alone());
   ~Solver();
   void Solve(const SolveBatch& batch);
 

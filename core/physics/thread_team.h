@@ -1,0 +1,75 @@
+// ThreadTeam: the threads that work on the loops of a step together.
+//
+// The thread that owns the team leads. It hands out one loop at a time, does its own share of it, and goes on when all
+// shares are done. Indices are dealt in chunks, chunk number c to thread c % size(): which thread does what depends on
+// nothing but the numbers, so a loop finds in its cache what it left there, and loops whose chunks do not touch each
+// other's data give the same bits with any number of threads.
+//
+// Between loops the others spin for a moment, then sleep until the next one; a world that does not step costs nothing.
+// A loop of one chunk, and every loop of a team of one, is a plain call.
+//
+//   ThreadTeam team(2);
+//   team.For(bodies.size(), 64, [&](std::size_t begin, std::size_t end) { ... });
+//
+// Thread rule: one thread owns a team and calls it; loops do not nest. `Alone` may be called from any thread.
+#pragma once
+
+#include <absl/functional/function_ref.h>
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <thread>
+#include <vector>
+
+namespace tessera::physics {
+
+inline constexpr int kMaxStepThreads = 32;
+// Number of bodies that a thread takes at a time in loops that do little with each.
+inline constexpr std::size_t kChunkBodies = 64;
+
+class ThreadTeam {
+ public:
+  // 1 to kMaxStepThreads, the caller's own among them.
+  explicit ThreadTeam(int threads);
+  ~ThreadTeam();
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+
+  // A team of the caller alone.
+  static ThreadTeam& Alone();
+
+  std::size_t size() const { return threads_.size() + 1; }
+  // Number of the thread that does the chunk of this index.
+  std::size_t ThreadOf(std::size_t index, std::size_t chunk) const { return index / chunk % size(); }
+
+  // Calls `work(begin, end)` for ranges that cover 0 to `count`, each of one chunk or, by one thread, of all. Returns
+  // when all are done, and what they wrote is there for the caller.
+  template <class Work>
+  void For(std::size_t count, std::size_t chunk, Work&& work) {
+    if (count == 0) return;
+    if (threads_.empty() || count <= chunk) {
+      work(std::size_t{0}, count);
+    } else {
+      Share([&](std::size_t thread) {
+        for (std::size_t begin = thread * chunk; begin < count; begin += chunk * size()) {
+          work(begin, begin + chunk < count ? begin + chunk : count);
+        }
+      });
+    }
+  }
+
+ private:
+  using Loop = absl::FunctionRef<void(std::size_t thread)>;
+
+  void Share(Loop loop);
+  void Follow(std::size_t thread);
+
+  const Loop* loop_ = nullptr;  // null: the threads end
+  // Written in turns by the leader and by the others, so each has a cache line.
+  alignas(64) std::atomic<std::uint32_t> round_{0};    // number of loops handed out
+  alignas(64) std::atomic<std::uint32_t> at_work_{0};  // threads that have yet to end this round
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace tessera::physics
