@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/world/limits.h"
+
 namespace tessera::control {
 
 // Settings that an operator may change. Spans are counted on the steady clock.
@@ -86,6 +88,12 @@ inline constexpr std::size_t kMaxNameBytes = 63;        // of hosts: a DNS label
 inline constexpr std::size_t kMaxEndReasonBytes = 200;  // why a game refused or kicked a player
 inline constexpr std::size_t kMaxRequestIdBytes = 128;
 inline constexpr std::size_t kMaxAddressBytes = 253;  // a DNS name
+// Of a join token or a host's secret: ours have 68. What is longer is none, and is not hashed.
+inline constexpr std::size_t kMaxSecretBytes = 256;
+// Workers that one message of an agent may name: as many as a host may run, and as many again that are to end.
+inline constexpr std::size_t kMaxNamedWorkers = 2 * std::size_t{kMaxRegions};
+// A certificate request of a P-256 key, PEM: ours have some 400.
+inline constexpr std::size_t kMaxCertificateRequestBytes = 4096;
 inline constexpr std::int32_t kDefaultPageSize = 100, kMaxPageSize = 1000;
 inline constexpr std::size_t kMaxReasonBytes = 600;  // one line of a terminal, or a few
 inline constexpr std::size_t kReasonLogLines = 3;

@@ -4,6 +4,7 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "control_plane/control_settings.h"
 
 namespace tessera::control {
 namespace {
@@ -43,9 +44,12 @@ std::string HashSecret(std::string_view secret) {
   return hash;
 }
 
-bool SecretMatches(std::string_view secret, std::string_view hash) {
-  const std::string computed = HashSecret(secret);
-  return hash.size() == computed.size() && sodium_memcmp(hash.data(), computed.data(), computed.size()) == 0;
+bool HashMatches(std::string_view hash, std::string_view stored) {
+  return !hash.empty() && hash.size() == stored.size() && sodium_memcmp(hash.data(), stored.data(), hash.size()) == 0;
+}
+
+bool SecretMatches(std::string_view secret, std::string_view stored) {
+  return secret.size() <= kMaxSecretBytes && HashMatches(HashSecret(secret), stored);
 }
 
 }  // namespace tessera::control

@@ -21,7 +21,9 @@ std::string MakeSerial(const RandomBytes& random);
 
 // BLAKE2b-256. It needs neither salt nor stretching, since a secret has 256 random bits.
 std::string HashSecret(std::string_view secret);
-// Compares in constant time. An empty `hash` matches nothing.
-bool SecretMatches(std::string_view secret, std::string_view hash);
+// Both compare in constant time. An empty stored hash matches nothing, nor does a secret of more than kMaxSecretBytes,
+// which is not hashed.
+bool HashMatches(std::string_view hash, std::string_view stored);
+bool SecretMatches(std::string_view secret, std::string_view stored);
 
 }  // namespace tessera::control

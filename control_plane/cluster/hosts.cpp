@@ -33,7 +33,30 @@ absl::StatusOr<std::chrono::nanoseconds> TokenTtl(const v1::AddHostRequest& requ
       absl::StrCat("join_token_ttl: must be 1 minute to 30 days, got ", ttl.seconds(), " s"));
 }
 
+// Sizes come first: whoever says hello has proved nothing yet, and nothing of his is read through before.
+absl::Status CheckSizes(const v1::AgentHello& hello) {
+  struct Field {
+    const char* name;
+    const std::string& text;
+    std::size_t most;
+  };
+  for (const Field& field :
+       {Field{"join_token", hello.join_token(), kMaxSecretBytes}, Field{"host_id", hello.host_id(), kMaxNameBytes},
+        Field{"host_secret", hello.host_secret(), kMaxSecretBytes},
+        Field{"advertise_address", hello.advertise_address(), kMaxAddressBytes},
+        Field{"version", hello.version(), kMaxVersionBytes}, Field{"boot_id", hello.boot_id(), kMaxVersionBytes},
+        Field{"certificate_request", hello.certificate_request(), kMaxCertificateRequestBytes}}) {
+    if (field.text.size() <= field.most) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("hello.", field.name, ": has ", field.text.size(), " bytes, at most ", field.most));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status CheckHello(const v1::AgentHello& hello) {
+  if (absl::Status status = CheckSizes(hello); !status.ok()) return status;
   const std::string& address = hello.advertise_address();
   const bool plain = std::all_of(address.begin(), address.end(), [](char c) {
     return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-';
@@ -41,21 +64,15 @@ absl::Status CheckHello(const v1::AgentHello& hello) {
   if (hello.join_token().empty() == hello.host_id().empty()) {
     return absl::InvalidArgumentError("hello: needs either join_token, or host_id and host_secret");
   }
-  if (address.empty() || address.size() > kMaxAddressBytes || !plain) {
+  if (address.empty() || !plain) {
     return absl::InvalidArgumentError(absl::StrCat("hello.advertise_address: \"", OneLine(address, kMaxNameBytes),
                                                    "\" is not an IPv4 address or a host name"));
   }
   if (hello.metrics_port() > kMaxPort) {
     return absl::InvalidArgumentError(absl::StrCat("hello.metrics_port: ", hello.metrics_port(), " is not a port"));
   }
-  if (hello.version().size() > kMaxVersionBytes || hello.boot_id().size() > kMaxVersionBytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("hello.version, hello.boot_id: at most ", kMaxVersionBytes, " bytes"));
-  }
   return absl::OkStatus();
 }
-
-}  // namespace
 
 Hosts::Hosts(ClusterState& state, const ControlSettings& settings, RandomBytes random)
     : state_(state), settings_(settings), random_(std::move(random)) {}
@@ -141,8 +158,9 @@ absl::Status Hosts::Remove(const v1::RemoveHostRequest& request, InstanceNumbers
 
 absl::StatusOr<HostEntry*> Hosts::Authenticate(const v1::AgentHello& hello, Now now) {
   if (!hello.join_token().empty()) {
+    const std::string hash = HashSecret(hello.join_token());
     for (HostEntry& host : state_.EachHost()) {
-      if (!SecretMatches(hello.join_token(), host.record.join_token_hash())) continue;
+      if (!HashMatches(hash, host.record.join_token_hash())) continue;
       // A token of an earlier release has no end.
       if (!host.record.has_join_token_expire_time() ||
           now.unix_time < FromTimestamp(host.record.join_token_expire_time())) {

@@ -55,6 +55,8 @@ class Hosts {
   Steady last_call_{0};  // 0: not yet
 };
 
+// INVALID_ARGUMENT "hello.join_token: has 4096 bytes, at most 256". What it takes does not grow with what is too long.
+absl::Status CheckHello(const v1::AgentHello& hello);
 // Names are unique; an id is taken for one only where no host has it as its name. Null: there is none.
 // Of hosts and tokens: 1 to kMaxNameBytes lower case letters, digits and dashes between them. INVALID_ARGUMENT: "name".
 absl::Status CheckName(const std::string& name);

@@ -80,6 +80,40 @@ TEST_F(HostsTest, ATokenLivesADayUnlessToldAndNeverForEver) {
   }
 }
 
+TEST_F(HostsTest, WhatIsTooLongIsRefusedByNameBeforeAnythingIsHashed) {
+  const std::string token = Add("alpha").join_token();
+  const auto refusal = [&](auto change) {
+    v1::AgentHello hello = Hello(token);
+    change(hello);
+    return hosts_.Admit(hello, rig_.now).status();
+  };
+  using H = v1::AgentHello;
+  const std::string long_one(1 << 20, 'x');
+  const auto says = [](const std::string& field, int most) {
+    return absl::InvalidArgumentError("hello." + field + ": has 1048576 bytes, at most " + std::to_string(most));
+  };
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_join_token(long_one); }), says("join_token", 256));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_host_id(long_one); }), says("host_id", 63));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_host_secret(long_one); }), says("host_secret", 256));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_advertise_address(long_one); }), says("advertise_address", 253));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_version(long_one); }), says("version", 128));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_boot_id(long_one); }), says("boot_id", 128));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_certificate_request(long_one); }), says("certificate_request", 4096));
+  // It would match, and is not looked at.
+  EXPECT_FALSE(SecretMatches(long_one, HashSecret(long_one)));
+  EXPECT_FALSE(SecretMatches("", ""));
+  EXPECT_TRUE(hosts_.Admit(Hello(token), rig_.now).ok()) << "the token still stands";
+}
+
+TEST_F(HostsTest, ATokenFindsItsHostAmongMany) {
+  std::vector<std::string> tokens;
+  for (const char* name : {"alpha", "beta", "gamma"}) tokens.push_back(Add(name).join_token());
+  const auto admitted = hosts_.Admit(Hello(tokens[1]), rig_.now);
+  ASSERT_TRUE(admitted.ok()) << admitted.status();
+  EXPECT_EQ(admitted->admitted.host_name(), "beta");
+  EXPECT_EQ(hosts_.Admit(Hello(tokens[1]), rig_.now).status().code(), absl::StatusCode::kUnauthenticated);
+}
+
 TEST_F(HostsTest, ARemovedHostIsRefusedAndItsStreamClosed) {
   v1::AgentHello hello = Hello(Add("alpha").join_token());
   const auto admission = hosts_.Admit(hello, rig_.now);
