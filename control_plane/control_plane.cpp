@@ -54,7 +54,7 @@ void ControlPlane::Publish() {
   failovers_.insert(failovers_.end(), effects.failovers.begin(), effects.failovers.end());
   for (auto& [id, renewal] : effects.leases) {
     if (const auto found = streams_.find(id); found != streams_.end()) {
-      found->second->leases.push_back(std::move(renewal));
+      found->second->leases.Put(std::move(renewal));
       found->second->wake.notify_all();
     }
   }
@@ -332,9 +332,8 @@ std::optional<v1::ControlMessage> ControlPlane::NextMessage(AgentStream& stream)
   while (true) {
     stream.wake.wait(lock, [&stream] { return stream.desired || stream.closed || !stream.leases.empty(); });
     if (stream.closed) return std::nullopt;
-    if (!stream.leases.empty()) {
-      message.mutable_lease()->Swap(&stream.leases.front());
-      stream.leases.pop_front();
+    if (std::optional<v1::LeaseRenewal> lease = stream.leases.Take()) {
+      message.mutable_lease()->Swap(&*lease);
       return message;
     }
     stream.desired = false;

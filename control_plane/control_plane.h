@@ -8,7 +8,6 @@
 #pragma once
 
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -19,6 +18,7 @@
 
 #include "control_plane/checkpoint_files.h"
 #include "control_plane/cluster/cluster.h"
+#include "control_plane/pending_leases.h"
 
 namespace tessera::control {
 
@@ -32,7 +32,7 @@ class ControlPlane {
     std::function<void()> cancel;    // ends the stream's reading
     std::condition_variable wake;
     bool desired = false;
-    std::deque<v1::LeaseRenewal> leases;
+    PendingLeases leases;
     std::optional<absl::Status> closed;
   };
 

@@ -14,27 +14,35 @@ namespace {
 // Of texts, and of lists that no constant of the world bounds; the .proto says how many a worker sends.
 constexpr std::size_t kMaxTextBytes = 16 * 1024;
 constexpr int kMaxCensuses = 64, kMaxNonfinite = 100, kMaxSpread = 256, kMaxRuns = 10'000, kMaxLines = 32,
-              kMaxReportedEvents = 512;
+              kMaxReportedEvents = 512, kMaxLogLines = 64;
 
 class Checks {
  public:
+  explicit Checks(const char* message) : message_(message) {}
   const absl::Status& status() const { return status_; }
   void Entries(const char* field, std::size_t has, std::size_t most) {
-    if (has > most) Refuse(absl::StrCat("report.", field, ": has ", has, " entries, at most ", most));
+    if (has > most) Refuse(absl::StrCat(message_, ".", field, ": has ", has, " entries, at most ", most));
   }
   void Text(const char* field, const std::string& text) {
     if (text.size() > kMaxTextBytes) {
-      Refuse(absl::StrCat("report.", field, ": has ", text.size(), " bytes, at most ", kMaxTextBytes));
+      Refuse(absl::StrCat(message_, ".", field, ": has ", text.size(), " bytes, at most ", kMaxTextBytes));
+    }
+  }
+  void Name(const char* field, const v1::WorkerIdentity& identity) {
+    const std::size_t has = identity.instance_id().size();
+    if (has > kMaxNameBytes) {
+      Refuse(absl::StrCat(message_, ".", field, ".instance_id: has ", has, " bytes, at most ", kMaxNameBytes));
     }
   }
   void Real(const char* field, double value) {
-    if (!std::isfinite(value) || value < 0) Refuse(absl::StrCat("report.", field, ": is no time or rate"));
+    if (!std::isfinite(value) || value < 0) Refuse(absl::StrCat(message_, ".", field, ": is no time or rate"));
   }
   void Refuse(const std::string& why) {
     if (status_.ok()) status_ = absl::InvalidArgumentError(why);
   }
 
  private:
+  const char* message_;
   absl::Status status_;
 };
 
@@ -43,7 +51,7 @@ std::size_t Size(int entries) { return static_cast<std::size_t>(entries); }
 }  // namespace
 
 absl::Status CheckReport(const v1::WorkerReport& report) {
-  Checks checks;
+  Checks checks("report");
   checks.Entries("linked_regions", Size(report.linked_regions_size()), kMaxRegions);
   checks.Entries("connected_players", Size(report.connected_players_size()), kMaxPlayers);
   checks.Entries("ended_players", Size(report.ended_players_size()), kMaxPlayers);
@@ -74,6 +82,51 @@ absl::Status CheckReport(const v1::WorkerReport& report) {
   checks.Real("step", report.step().p99_seconds());
   checks.Real("step", report.step().max_seconds());
   return checks.status();
+}
+
+absl::Status CheckNamedWorkers(const char* message,
+                               const google::protobuf::RepeatedPtrField<v1::WorkerReport>& workers) {
+  Checks checks(message);
+  checks.Entries("workers", Size(workers.size()), kMaxNamedWorkers);
+  if (!checks.status().ok()) return checks.status();
+  for (const v1::WorkerReport& report : workers) checks.Name("workers.identity", report.identity());
+  return checks.status();
+}
+
+absl::Status CheckMessage(const v1::AgentMessage& message) {
+  switch (message.kind_case()) {
+    case v1::AgentMessage::kHello:
+      return CheckNamedWorkers("hello", message.hello().workers());
+    case v1::AgentMessage::kHeartbeat:
+      return CheckNamedWorkers("heartbeat", message.heartbeat().workers());
+    case v1::AgentMessage::kReport: {
+      Checks checks("report");
+      checks.Name("identity", message.report().identity());
+      return checks.status();
+    }
+    case v1::AgentMessage::kExited: {
+      const v1::WorkerExited& exited = message.exited();
+      Checks checks("exited");
+      checks.Name("identity", exited.identity());
+      checks.Text("reason", exited.reason());
+      checks.Entries("last_log_lines", Size(exited.last_log_lines_size()), kMaxLogLines);
+      for (const std::string& line : exited.last_log_lines()) checks.Text("last_log_lines", line);
+      return checks.status();
+    }
+    case v1::AgentMessage::kInventory: {
+      Checks checks("inventory");
+      checks.Name("identity", message.inventory().identity());
+      return checks.status();
+    }
+    case v1::AgentMessage::kLease: {
+      Checks checks("lease");
+      checks.Name("identity", message.lease().identity());
+      return checks.status();
+    }
+    case v1::AgentMessage::KIND_NOT_SET:
+      break;
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::control

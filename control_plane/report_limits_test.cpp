@@ -52,5 +52,58 @@ TEST(ReportLimitsTest, OneMoreIsRefusedByName) {
   EXPECT_EQ(refusal([](R& r) { r.mutable_step()->set_p99_seconds(-1); }), "report.step: is no time or rate");
 }
 
+TEST(ReportLimitsTest, AnAgentNamesNoMoreWorkersThanAHostMayRun) {
+  v1::AgentMessage message;
+  for (int i = 0; i < 2000; ++i) {
+    message.mutable_heartbeat()->add_workers()->mutable_identity()->set_instance_id("inst-18446744073709551615");
+  }
+  v1::AgentMessage hello;
+  *hello.mutable_hello()->mutable_workers() = message.heartbeat().workers();
+  EXPECT_EQ(CheckMessage(message), absl::OkStatus());
+  EXPECT_EQ(CheckMessage(hello), absl::OkStatus());
+  message.mutable_heartbeat()->add_workers();
+  hello.mutable_hello()->add_workers();
+  EXPECT_EQ(CheckMessage(message).message(), "heartbeat.workers: has 2001 entries, at most 2000");
+  EXPECT_EQ(CheckMessage(hello).message(), "hello.workers: has 2001 entries, at most 2000");
+}
+
+TEST(ReportLimitsTest, TheLastWordsOfAWorkerAreFewAndShort) {
+  v1::AgentMessage message;
+  v1::WorkerExited& exited = *message.mutable_exited();
+  for (int i = 0; i < 20; ++i) exited.add_last_log_lines(std::string(500, 'x'));  // as an agent sends
+  EXPECT_EQ(CheckMessage(message), absl::OkStatus());
+  const auto refusal = [&](auto change) {
+    v1::AgentMessage changed = message;
+    change(*changed.mutable_exited());
+    return std::string(CheckMessage(changed).message());
+  };
+  using E = v1::WorkerExited;
+  EXPECT_EQ(refusal([](E& e) {
+              for (int i = 0; i < 45; ++i) e.add_last_log_lines("x");
+            }),
+            "exited.last_log_lines: has 65 entries, at most 64");
+  EXPECT_EQ(refusal([](E& e) { e.set_last_log_lines(3, std::string(20'000, 'x')); }),
+            "exited.last_log_lines: has 20000 bytes, at most 16384");
+  EXPECT_EQ(refusal([](E& e) { e.set_reason(std::string(20'000, 'x')); }),
+            "exited.reason: has 20000 bytes, at most 16384");
+}
+
+TEST(ReportLimitsTest, AnIdentityThatNoInstanceCanHaveIsRefused) {
+  v1::WorkerIdentity identity;
+  identity.set_instance_id(std::string(64, 'x'));
+  v1::AgentMessage heartbeat, report, exited, inventory, lease;
+  *heartbeat.mutable_heartbeat()->add_workers()->mutable_identity() = identity;
+  *report.mutable_report()->mutable_identity() = identity;
+  *exited.mutable_exited()->mutable_identity() = identity;
+  *inventory.mutable_inventory()->mutable_identity() = identity;
+  *lease.mutable_lease()->mutable_identity() = identity;
+  const std::string says = ".instance_id: has 64 bytes, at most 63";
+  EXPECT_EQ(CheckMessage(heartbeat).message(), "heartbeat.workers.identity" + says);
+  EXPECT_EQ(CheckMessage(report).message(), "report.identity" + says);
+  EXPECT_EQ(CheckMessage(exited).message(), "exited.identity" + says);
+  EXPECT_EQ(CheckMessage(inventory).message(), "inventory.identity" + says);
+  EXPECT_EQ(CheckMessage(lease).message(), "lease.identity" + says);
+}
+
 }  // namespace
 }  // namespace tessera::control

@@ -7,6 +7,7 @@
 #include "control_plane/cluster/views.h"
 #include "control_plane/instance_record.h"
 #include "control_plane/life.h"
+#include "control_plane/report_limits.h"
 #include "control_plane/world_terms.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
@@ -120,6 +121,7 @@ absl::Status Cluster::RemoveHost(Now now, const v1::RemoveHostRequest& request) 
 
 absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& hello) {
   NoteTime(now);
+  if (absl::Status status = CheckNamedWorkers("hello", hello.workers()); !status.ok()) return status;
   auto admission = hosts_.Admit(hello, now);
   if (!admission.ok()) return admission;
   HostEntry& host = *state_->HostOf(admission->stream);
@@ -134,6 +136,7 @@ absl::StatusOr<Admission> Cluster::HandleHello(Now now, const v1::AgentHello& he
 absl::Status Cluster::HandleAgentMessage(Now now, StreamId stream, const v1::AgentMessage& message) {
   HostEntry* host = state_->HostOf(stream);
   if (host == nullptr) return absl::AbortedError("this stream was replaced by another one");
+  if (absl::Status status = CheckMessage(message); !status.ok()) return status;
   NoteTime(now);
   NoteHeard(now, *host);
   InstanceNumbers touched;
