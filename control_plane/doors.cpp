@@ -8,16 +8,15 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/one_line.h"
 #include "host/files.h"
+#include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
 #include "trust/control_address.h"
 
@@ -26,7 +25,6 @@ namespace {
 
 constexpr char kPathHeader[] = ":path", kTokenHeader[] = "authorization", kBearer[] = "Bearer ";
 constexpr std::size_t kMaxTokenBytes = 256, kMaxLoggedBytes = 128;
-constexpr std::chrono::milliseconds kBetweenRefusals{100};
 
 grpc::Status Refusal(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
@@ -95,26 +93,17 @@ class Doorkeeper final : public grpc::AuthMetadataProcessor {
  private:
   // Whoever reaches the port can be refused as often as he likes; the log stays short.
   void LogRefusal(const std::string& method, const std::string& who, const absl::Status& status) {
-    const auto now = std::chrono::steady_clock::now();
-    std::uint64_t silent = 0;
-    {
-      const std::lock_guard lock(mutex_);
-      if (now - logged_at_ < kBetweenRefusals) {
-        ++silent_;
-        return;
-      }
-      logged_at_ = now;
-      silent = std::exchange(silent_, 0);
-    }
+    const auto left_out = refusals_.Take(telemetry::LogThrottle::Clock::now());
+    if (!left_out) return;
     spdlog::warn("refused method={} who={} reason={} more={}", telemetry::LogValue(OneLine(method, kMaxLoggedBytes)),
-                 who, telemetry::LogValue(std::string(status.message())), silent);
+                 who, telemetry::LogValue(std::string(status.message())), *left_out);
   }
 
   const Door door_;
   ControlPlane& plane_;
-  std::mutex mutex_;  // guards what follows
-  std::chrono::steady_clock::time_point logged_at_{};
-  std::uint64_t silent_ = 0;  // refusals since then
+  telemetry::LogThrottle refusals_;
+};
+std::uint64_t silent_ = 0;  // refusals since then
 };
 
 absl::Status SocketError(const std::string& path, const std::string& why) {

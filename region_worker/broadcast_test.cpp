@@ -17,6 +17,8 @@
 #include "region_worker/pair_broadcast.h"
 #include "region_worker/snapshot_broadcast.h"
 #include "region_worker/worker_metrics.h"
+#include "telemetry/log_throttle.h"
+#include "telemetry/testing/captured_log.h"
 
 namespace tessera::worker {
 namespace {
@@ -134,6 +136,20 @@ TEST_F(BroadcastTest, AConnectionFirstGetsAllPairsInItsReachAndThenChangesAlone)
   pairs.AfterTick(region_, {}, nullptr, port_);
   ASSERT_TRUE(Until(*second, [&] { return !second->pairs.empty(); }));
   EXPECT_TRUE(second->pairs[0].whole());
+}
+
+// A player may come back as often as it likes; what is logged of it may not grow with that.
+TEST_F(BroadcastTest, OneWhoComesBackAgainAndAgainFillsNoLog) {
+  const telemetry::CapturedLog log;
+  constexpr std::size_t kTimes = 60;
+  const auto begun = Clock::now();
+  std::unique_ptr<Connected> last;
+  for (std::size_t i = 0; i < kTimes; ++i) last = Join();
+  const auto seconds = static_cast<std::size_t>(std::chrono::ceil<std::chrono::seconds>(Clock::now() - begun).count());
+  const auto lines = log.LinesWith("client welcome");
+  ASSERT_FALSE(lines.empty());
+  EXPECT_EQ(lines.front().find("info client welcome player=1 from=127.0.0.1"), 0U) << lines.front();
+  EXPECT_LE(lines.size(), std::min(kTimes, seconds * telemetry::LogThrottle::kLinesPerSecond));
 }
 
 TEST_F(BroadcastTest, EachConnectionHasASenderOfItsOwn) {

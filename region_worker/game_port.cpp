@@ -54,7 +54,9 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
       case net::Event::Kind::kDisconnected:
         pending_.erase(event.peer);
         if (const auto gone = clients_.find(event.peer); gone != clients_.end()) {
-          spdlog::info("client gone player={}", gone->second.player.value());
+          if (const auto left_out = departures_.Take(Clock::now())) {
+            spdlog::info("client gone player={} more={}", gone->second.player.value(), *left_out);
+          }
           clients_.erase(gone);
         }
         break;
@@ -181,12 +183,16 @@ void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, boo
   *welcome.mutable_endpoints() = rules_->map.endpoints();
   if (clock_) *welcome.mutable_clock() = *clock_;
   Send(peer, message);
-  spdlog::info("client welcome player={} from={}", player.value(), endpoint_->AddressOf(peer));
+  if (const auto left_out = welcomes_.Take(Clock::now())) {
+    spdlog::info("client welcome player={} from={} more={}", player.value(), endpoint_->AddressOf(peer), *left_out);
+  }
 }
 
 void GamePort::Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail) {
-  spdlog::warn("client refused from={} reason={} detail={}", endpoint_->AddressOf(peer), v1::RefusalReason_Name(reason),
-               telemetry::LogValue(detail));
+  if (const auto left_out = refusals_[reason].Take(Clock::now())) {
+    spdlog::warn("client refused from={} reason={} detail={} more={}", endpoint_->AddressOf(peer),
+                 v1::RefusalReason_Name(reason), telemetry::LogValue(detail), *left_out);
+  }
   v1::RegionControl message;
   message.mutable_refusal()->set_reason(reason);
   message.mutable_refusal()->set_detail(std::string(detail));

@@ -35,6 +35,7 @@
 #include "region_worker/core/identity.h"
 #include "region_worker/core/time.h"
 #include "region_worker/worker_metrics.h"
+#include "telemetry/log_throttle.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::worker {
@@ -163,6 +164,9 @@ class GamePort {
   EndedBecause ended_because_;
   std::map<net::PeerHandle, PendingClient> pending_;
   std::map<net::PeerHandle, ConnectedClient> clients_;
+  // Lines for which a client gives cause as often as it likes.
+  telemetry::LogThrottle welcomes_, departures_;
+  std::map<v1::RefusalReason, telemetry::LogThrottle> refusals_;
 };
 
 }  // namespace tessera::worker
