@@ -19,6 +19,7 @@
 #include "control_plane/one_line.h"
 #include "control_plane/stored_records.h"
 #include "host/socket_address.h"
+#include "telemetry/log_throttle.h"
 #include "telemetry/logging.h"
 #include "tessera/v1/access.grpc.pb.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
@@ -45,9 +46,9 @@ grpc::Status ToGrpc(const absl::Status& status) {
   return {static_cast<grpc::StatusCode>(status.code()), std::string(status.message())};
 }
 
-enum class CallKind { kRead, kCommand };
+enum class CallKind { kRead, kWatch, kCommand };
 
-// Answers unary calls: it times them, logs a line and converts the status.
+// Answers calls: it times them, logs a line and converts the status.
 class Answerer {
  public:
   Answerer(ControlPlane& plane, ControlMetrics& metrics, Door door, const Authority* authority)
@@ -58,15 +59,13 @@ class Answerer {
   template <class Call>
   grpc::Status Answer(grpc::ServerContext* context, const char* method, CallKind kind, const std::string& subject,
                       Call&& call) {
+    const std::string who = CallerOf(*context).Name();  // before the call, which may revoke its own token
     const auto begun = std::chrono::steady_clock::now();
     const absl::Status status = call();
     const auto took = std::chrono::steady_clock::now() - begun;
-    metrics_.ObserveRpc(method, took);
-    const auto level = kind == CallKind::kCommand ? spdlog::level::info : spdlog::level::debug;
-    spdlog::log(level, "rpc method={} who={} from={} subject={} result={} ms={:.1f}{}", method,
-                CallerOf(*context).Name(), context->peer(), LogValue(OneLine(subject, kMaxNameBytes)),
-                absl::StatusCodeToString(status.code()), std::chrono::duration<double, std::milli>(took).count(),
-                status.ok() ? "" : " error=" + LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)));
+    // How long somebody watched is no time to answer.
+    if (kind != CallKind::kWatch) metrics_.ObserveRpc(method, took);
+    Log(*context, {method, kind, who, subject, took}, status);
     return ToGrpc(status);
   }
   // Puts the value of a StatusOr into `out`.
@@ -83,6 +82,31 @@ class Answerer {
   ControlMetrics& metrics_;
   const Door door_;
   const Authority* authority_;  // null: no door needs one
+  // Of what strangers can give cause for as often as they like: calls of players that fail, and hellos.
+  telemetry::LogThrottle strangers_;
+
+ private:
+  struct Answered {
+    const char* method;
+    CallKind kind;
+    const std::string& who;
+    const std::string& subject;
+    std::chrono::steady_clock::duration took;
+  };
+  void Log(const grpc::ServerContext& context, const Answered& call, const absl::Status& status) {
+    std::uint64_t left_out = 0;
+    if (door_ == Door::kPlayers && !status.ok()) {
+      const auto passes = strangers_.Take(telemetry::LogThrottle::Clock::now());
+      if (!passes) return;
+      left_out = *passes;
+    }
+    const auto level = call.kind == CallKind::kCommand ? spdlog::level::info : spdlog::level::debug;
+    spdlog::log(level, "rpc method={} who={} from={} subject={} result={} ms={:.1f}{}{}", call.method, call.who,
+                context.peer(), LogValue(OneLine(call.subject, kMaxNameBytes)), absl::StatusCodeToString(status.code()),
+                std::chrono::duration<double, std::milli>(call.took).count(),
+                status.ok() ? "" : " error=" + LogValue(OneLine(std::string(status.message()), kMaxReasonBytes)),
+                left_out == 0 ? "" : absl::StrCat(" more=", left_out));
+  }
 };
 
 template <class Response>
@@ -228,7 +252,9 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
       *response.mutable_instance() = instance;
       return writer->Write(response);
     };
-    return ToGrpc(plane_.WatchInstance(request->id(), sink, [context] { return context->IsCancelled(); }));
+    return Answer(context, "InstanceService/WatchInstance", CallKind::kWatch, request->id(), [&] {
+      return plane_.WatchInstance(request->id(), sink, [context] { return context->IsCancelled(); });
+    });
   }
   grpc::Status ScaleInstance(grpc::ServerContext* context, const v1::ScaleInstanceRequest* request,
                              v1::ScaleInstanceResponse* response) override {
@@ -291,7 +317,8 @@ class InstanceServiceImpl : public v1::InstanceService::Service, protected Answe
       *response.mutable_event() = event;
       return writer->Write(response);
     };
-    return ToGrpc(plane_.WatchGameEvents(*request, sink, [context] { return context->IsCancelled(); }));
+    return Answer(context, "InstanceService/WatchGameEvents", CallKind::kWatch, request->id(),
+                  [&] { return plane_.WatchGameEvents(*request, sink, [context] { return context->IsCancelled(); }); });
   }
   grpc::Status SendToGame(grpc::ServerContext* context, const v1::SendToGameRequest* request,
                           v1::SendToGameResponse*) override {
@@ -391,9 +418,15 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
   grpc::Status Attach(grpc::ServerContext* context, Stream* stream) override {
     v1::AgentMessage first;
     if (absl::Status status = ReadHello(context, stream, first); !status.ok()) return ToGrpc(status);
-    const absl::Status status = Serve(context, stream, first);
-    spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
-                 status.ok() ? "" : " error=" + LogValue(std::string(status.message())));
+    bool is_attached = false;
+    const absl::Status status = Serve(context, stream, first, is_attached);
+    if (is_attached) {
+      spdlog::info("agent gone from={} result={}{}", context->peer(), absl::StatusCodeToString(status.code()),
+                   status.ok() ? "" : " error=" + LogValue(std::string(status.message())));
+    } else if (const auto left_out = strangers_.Take(telemetry::LogThrottle::Clock::now())) {
+      spdlog::warn("agent refused from={} result={} error={} more={}", context->peer(),
+                   absl::StatusCodeToString(status.code()), LogValue(std::string(status.message())), *left_out);
+    }
     return ToGrpc(status);
   }
   grpc::Status FetchScene(grpc::ServerContext* context, const v1::FetchSceneRequest* request,
@@ -490,11 +523,13 @@ class AgentLinkServiceImpl final : public v1::AgentLinkService::Service, Answere
     return absl::OkStatus();
   }
 
-  absl::Status Serve(grpc::ServerContext* context, Stream* stream, const v1::AgentMessage& first) {
+  absl::Status Serve(grpc::ServerContext* context, Stream* stream, const v1::AgentMessage& first, bool& is_attached) {
     if (!first.has_hello()) return absl::InvalidArgumentError("hello: must be the first message of a stream");
+    if (absl::Status status = CheckHello(first.hello()); !status.ok()) return status;
     if (absl::Status status = CheckProof(*context, first.hello()); !status.ok()) return status;
     const auto attached = plane_.Attach(first.hello(), [context] { context->TryCancel(); });
     if (!attached.ok()) return attached.status();
+    is_attached = true;
     ControlPlane::AgentStream& agent = **attached;
     spdlog::info("agent attached host={} id={} from={} address={} workers={}", agent.admitted.host_name(),
                  agent.admitted.host_id(), context->peer(), LogValue(first.hello().advertise_address()),

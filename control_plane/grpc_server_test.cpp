@@ -14,6 +14,7 @@
 #include "control_plane/testing/fake_workers.h"
 #include "core/world/scene_io.h"
 #include "host/temporary_folder.h"
+#include "telemetry/testing/captured_log.h"
 #include "tessera/v1/agent_link.grpc.pb.h"
 #include "tessera/v1/host.grpc.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
@@ -22,6 +23,7 @@
 namespace tessera::control {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 // Far beyond what anything here takes: a hang fails the test, a slow machine does not.
@@ -382,6 +384,49 @@ TEST_F(GrpcServerTest, AJoinWaitsForTheWorkers) {
   joining.join();
   EXPECT_EQ(joined.regions_size(), 4);
   for (const v1::RegionAddress& address : joined.regions()) EXPECT_NE(address.game_port(), 0u);
+}
+
+TEST_F(GrpcServerTest, WatchesAreLoggedAsOtherCallsAre) {
+  const telemetry::CapturedLog log;
+  Context context;
+  v1::WatchInstanceRequest watch;
+  watch.set_id("inst-9");
+  EXPECT_EQ(instances_->WatchInstance(&context, watch)->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  Context other;
+  v1::WatchGameEventsRequest events;
+  events.set_id("inst-8");
+  EXPECT_EQ(instances_->WatchGameEvents(&other, events)->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  // The answer may be there before its line is.
+  plane_->Stop();
+  server_.reset();
+  const auto line = [&](const std::string& method) {
+    const auto lines = log.LinesWith("rpc method=" + method);
+    return lines.size() == 1 ? lines[0] : "lines: " + std::to_string(lines.size());
+  };
+  EXPECT_THAT(line("InstanceService/WatchInstance"),
+              AllOf(HasSubstr("who=local"), HasSubstr("subject=inst-9"), HasSubstr("result=NOT_FOUND")));
+  EXPECT_THAT(line("InstanceService/WatchGameEvents"),
+              AllOf(HasSubstr("who=local"), HasSubstr("subject=inst-8"), HasSubstr("result=NOT_FOUND")));
+}
+
+TEST_F(GrpcServerTest, StrangersHellosFillNoLog) {
+  const telemetry::CapturedLog log;
+  const std::string long_token(1 << 20, 'x');
+  hello_.set_join_token(long_token);
+  hello_.set_advertise_address("127.0.0.1");
+  for (int i = 0; i < 100; ++i) {
+    const grpc::Status status = StreamAgent(channel_, hello_).Finish();
+    EXPECT_EQ(status.error_message(), "hello.join_token: has 1048576 bytes, at most 256");
+  }
+  plane_->Stop();
+  server_.reset();
+  std::size_t bytes = 0;
+  for (const std::string& line : log.Lines()) bytes += line.size();
+  const auto refused = log.LinesWith("agent refused");
+  ASSERT_FALSE(refused.empty());
+  EXPECT_THAT(refused.front(), HasSubstr("result=INVALID_ARGUMENT"));
+  EXPECT_LT(refused.size(), 100U);
+  EXPECT_LT(bytes, 100'000U);
 }
 
 TEST_F(GrpcServerTest, StoppingEndsWhatWaits) {
