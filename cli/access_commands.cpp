@@ -27,7 +27,7 @@ constexpr std::chrono::seconds kFetchTimeout{5};
 constexpr std::size_t kMaxTokenFileBytes = 1024;
 
 struct AccessOptions {
-  std::string name, role = "viewer", address, token_file;
+  std::string name, role = "viewer", instances, address, token_file;
   double hours = 0;
 };
 
@@ -48,6 +48,7 @@ v1::CreateTokenResponse CreateToken(local::Connection& connection, const AccessO
   v1::CreateTokenRequest request;
   request.set_name(options.name);
   request.set_role(RoleFrom(options.role));
+  request.set_instances(options.instances);
   if (options.hours > 0) request.mutable_ttl()->set_seconds(std::llround(options.hours * 3600));
   return connection.Call("token create", connection.access(), &v1::AccessService::Stub::CreateToken, request);
 }
@@ -65,12 +66,12 @@ void Init(const Globals& globals, const AccessOptions& options) {
                                           options.name, options.name));
   }
   local::Connection connection = Connect(globals);
-  const v1::GetAuthorityResponse authority = AuthorityOf(connection);
-  AccessOptions token_options = options;
-  token_options.role = "administrator";
-  const v1::CreateTokenResponse token = CreateToken(connection, token_options);
+  v1::InitClusterRequest request;
+  request.set_name(options.name);
+  const auto made =
+      connection.Call("cluster init", connection.access(), &v1::AccessService::Stub::InitCluster, request);
   contexts.by_name[options.name] = {
-      .address = address->target(), .authority = authority.certificate(), .token = token.secret()};
+      .address = address->target(), .authority = made.certificate(), .token = made.secret()};
   contexts.current = options.name;
   SaveContexts(contexts);
   std::cout << fmt::format(
@@ -79,7 +80,7 @@ void Init(const Globals& globals, const AccessOptions& options) {
       "try: tessera host list\n"
       "let others in: tessera token create NAME --role operator, and there\n"
       "               tessera context add {} --address {}#{} --token-file FILE\n",
-      options.name, ContextsPath(), authority.fingerprint(), options.name, address->target(), authority.fingerprint());
+      options.name, ContextsPath(), made.fingerprint(), options.name, address->target(), made.fingerprint());
 }
 
 void ShowAuthority(const Globals& globals) {
@@ -106,12 +107,13 @@ void List(const Globals& globals) {
     std::cout << ToJson(response);
     return;
   }
-  std::vector<TableRow> rows{{"NAME", "ROLE", "AGE", "RUNS OUT"}};
+  std::vector<TableRow> rows{{"NAME", "ROLE", "INSTANCES", "AGE", "RUNS OUT"}};
   for (const v1::AccessToken& token : response.tokens()) {
     if (globals.format == Format::kName) std::cout << "token/" << token.name() << "\n";
     const long long age = token.has_expire_time() ? AgeSeconds(token.expire_time()) : 0;
     const std::string end = !token.has_expire_time() ? "never" : age >= 0 ? "has run out" : "in " + FormatAge(-age);
-    rows.push_back({token.name(), RoleName(token.role()), FormatAge(AgeSeconds(token.create_time())), end});
+    const std::string instances = token.instances().empty() ? "all" : token.instances();
+    rows.push_back({token.name(), RoleName(token.role()), instances, FormatAge(AgeSeconds(token.create_time())), end});
   }
   if (globals.format == Format::kName) return;
   if (rows.size() == 1) {
@@ -222,6 +224,9 @@ void AddAccessCommands(CLI::App& app, Globals& globals) {
   create->add_option("--hours", options->hours, "Hours until it runs out (default: never)")
       ->check(CLI::Range(1.0 / 60, 87600.0))
       ->check(Finite());
+  create->add_option(
+      "--instances", options->instances,
+      "The beginning of the ids of those that it is for: inst-7 for that one (default: the whole cluster)");
   create->callback([&globals, options] { Create(globals, *options); });
   token->add_subcommand("list", "List the tokens")->callback([&globals] { List(globals); });
   CLI::App* revoke = token->add_subcommand("revoke", "Revoke a token, from the next call on");

@@ -4,25 +4,30 @@
 #include <array>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 
 namespace tessera::control {
 namespace {
 
-enum class Need : std::uint8_t { kNothing, kViewer, kOperator, kAdministrator, kHost };
+enum class Need : std::uint8_t { kNothing, kViewer, kOperator, kAdministrator, kHost, kSocket };
+// Whose tokens may call it: those for some instances alone, too, or only those for the whole cluster.
+enum class For : std::uint8_t { kCluster, kInstances };
 
 struct Method {
   std::string_view path;
   Need need;
+  For whose = For::kCluster;
   bool players = false;  // served at the players' door, too
 };
 
 constexpr std::array kMethods{
-    Method{"/grpc.health.v1.Health/Check", Need::kNothing, true},
-    Method{"/grpc.health.v1.Health/Watch", Need::kViewer},
-    Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer},
+    Method{"/grpc.health.v1.Health/Check", Need::kNothing, For::kInstances, true},
+    Method{"/grpc.health.v1.Health/Watch", Need::kViewer, For::kInstances},
+    Method{"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", Need::kViewer, For::kInstances},
     Method{"/tessera.v1.AccessService/CreateToken", Need::kAdministrator},
-    Method{"/tessera.v1.AccessService/GetAuthority", Need::kViewer},
+    Method{"/tessera.v1.AccessService/GetAuthority", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.AccessService/InitCluster", Need::kSocket},
     Method{"/tessera.v1.AccessService/ListTokens", Need::kAdministrator},
     Method{"/tessera.v1.AccessService/RevokeToken", Need::kAdministrator},
     Method{"/tessera.v1.AgentLinkService/Attach", Need::kNothing},  // its first message has the proof
@@ -35,29 +40,30 @@ constexpr std::array kMethods{
     Method{"/tessera.v1.HostService/GetHost", Need::kViewer},
     Method{"/tessera.v1.HostService/ListHosts", Need::kViewer},
     Method{"/tessera.v1.HostService/RemoveHost", Need::kAdministrator},
-    Method{"/tessera.v1.InstanceService/CheckpointInstance", Need::kOperator},
+    Method{"/tessera.v1.InstanceService/CheckpointInstance", Need::kOperator, For::kInstances},
     Method{"/tessera.v1.InstanceService/CreateInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/DeleteInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/ExportCheckpoint", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/GetInstance", Need::kViewer, true},
+    Method{"/tessera.v1.InstanceService/DeleteInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/ExportCheckpoint", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/GetInstance", Need::kViewer, For::kInstances, true},
     Method{"/tessera.v1.InstanceService/ImportCheckpoint", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/ListCheckpoints", Need::kViewer},
-    Method{"/tessera.v1.InstanceService/ListGameLines", Need::kViewer},
-    Method{"/tessera.v1.InstanceService/ListInstances", Need::kViewer, true},
-    Method{"/tessera.v1.InstanceService/PauseInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/RestartWorkers", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/RestoreInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/ResumeInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/ScaleInstance", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/SendToGame", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/SetGame", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/SetPace", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/SetProperty", Need::kOperator},
-    Method{"/tessera.v1.InstanceService/WatchGameEvents", Need::kViewer},
-    Method{"/tessera.v1.InstanceService/WatchInstance", Need::kViewer},
-    Method{"/tessera.v1.SessionService/GetScene", Need::kViewer, true},
-    Method{"/tessera.v1.SessionService/JoinInstance", Need::kViewer, true},  // a viewer's token joins as a viewer only
-    Method{"/tessera.v1.SessionService/LeaveInstance", Need::kViewer, true},
+    Method{"/tessera.v1.InstanceService/ListCheckpoints", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.InstanceService/ListGameLines", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.InstanceService/ListInstances", Need::kViewer, For::kInstances, true},
+    Method{"/tessera.v1.InstanceService/PauseInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/RestartWorkers", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/RestoreInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/ResumeInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/ScaleInstance", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/SendToGame", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/SetGame", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/SetPace", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/SetProperty", Need::kOperator, For::kInstances},
+    Method{"/tessera.v1.InstanceService/WatchGameEvents", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.InstanceService/WatchInstance", Need::kViewer, For::kInstances},
+    Method{"/tessera.v1.SessionService/GetScene", Need::kViewer, For::kInstances, true},
+    Method{"/tessera.v1.SessionService/JoinInstance", Need::kViewer, For::kInstances,
+           true},  // a viewer's token joins as a viewer only
+    Method{"/tessera.v1.SessionService/LeaveInstance", Need::kViewer, For::kInstances, true},
 };
 static_assert(std::is_sorted(kMethods.begin(), kMethods.end(),
                              [](const Method& a, const Method& b) { return a.path < b.path; }));
@@ -73,6 +79,7 @@ v1::Role RoleFor(Need need) {
   switch (need) {
     case Need::kNothing:
     case Need::kHost:
+    case Need::kSocket:
       return v1::ROLE_UNSPECIFIED;
     case Need::kViewer:
       return v1::ROLE_VIEWER;
@@ -94,8 +101,15 @@ absl::Status CheckOperators(const Caller& caller, const Method& method) {
   if (method.need == Need::kHost) {
     return caller.host_id.empty() ? absl::UnauthenticatedError("a host's certificate is needed") : absl::OkStatus();
   }
+  if (method.need == Need::kSocket) {
+    return absl::PermissionDeniedError("this call is served at the control plane's socket alone, on its machine");
+  }
   const v1::Role needed = RoleFor(method.need);
-  if (caller.role >= needed) return absl::OkStatus();
+  if (caller.role >= needed) {
+    if (caller.instances.empty() || method.whose == For::kInstances) return absl::OkStatus();
+    return absl::PermissionDeniedError(absl::StrCat("token ", caller.token, " is for the instances ", caller.instances,
+                                                    "; this call concerns the whole cluster"));
+  }
   if (caller.role == v1::ROLE_UNSPECIFIED) {
     return absl::UnauthenticatedError("an access token is needed, one that stands and has not run out");
   }
@@ -130,6 +144,24 @@ absl::Status CheckAccess(const Caller& caller, std::string_view method) {
                            : absl::PermissionDeniedError("the players' door does not serve this call");
   }
   return absl::PermissionDeniedError("unknown door");
+}
+
+bool IsFor(std::string_view prefix, std::string_view id) {
+  if (!absl::StartsWith(id, prefix)) return false;
+  const auto digit = [](char c) { return absl::ascii_isdigit(static_cast<unsigned char>(c)); };
+  return prefix.empty() || id.size() == prefix.size() || !digit(prefix.back()) || !digit(id[prefix.size()]);
+}
+
+bool HasAllInstances(const Caller& caller) {
+  return caller.door != Door::kOperators || (caller.role != v1::ROLE_UNSPECIFIED && caller.instances.empty());
+}
+
+absl::Status CheckInstance(const Caller& caller, std::string_view id) {
+  if (HasAllInstances(caller)) return absl::OkStatus();
+  if (caller.role == v1::ROLE_UNSPECIFIED) return absl::UnauthenticatedError("the access token stands no more");
+  if (IsFor(caller.instances, id)) return absl::OkStatus();
+  return absl::PermissionDeniedError(
+      absl::StrCat("token ", caller.token, " is for the instances ", caller.instances, " alone"));
 }
 
 }  // namespace tessera::control

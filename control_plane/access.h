@@ -25,6 +25,7 @@ struct Caller {
   Door door = Door::kSocket;
   v1::Role role = v1::ROLE_UNSPECIFIED;  // as a token says
   std::string token;                     // its name
+  std::string instances;                 // prefix of the ids of those that it is for; empty: all
   std::string host_id;                   // as a certificate of the cluster's authority says
 
   // For the log: "local", "token/ada", "host-3", "player", "nobody".
@@ -33,5 +34,15 @@ struct Caller {
 
 // UNAUTHENTICATED: a proof is missing. PERMISSION_DENIED: that proof does not suffice. Both say what would.
 absl::Status CheckAccess(const Caller& caller, std::string_view method);
+
+// Whether a token for the instances `prefix` is for the one with this id. After a digit at its end none follows:
+// "inst-1" is for inst-1 and not for inst-12.
+bool IsFor(std::string_view prefix, std::string_view id);
+// PERMISSION_DENIED unless the caller's token is for this instance, whether there is one or not. Whatever names an
+// instance asks it; CheckAccess has refused what concerns the whole cluster. UNAUTHENTICATED: the token was revoked
+// since then.
+absl::Status CheckInstance(const Caller& caller, std::string_view id);
+// Whether CheckInstance lets the caller have every instance.
+bool HasAllInstances(const Caller& caller);
 
 }  // namespace tessera::control

@@ -48,12 +48,13 @@ std::string TokenOf(const Headers& headers) {
 // Who shows a token and a certificate at the operators' door. The authority of the certificate has been checked;
 // whether it still counts is in the store, and an error if not. A token that proves nothing is none.
 absl::StatusOr<Caller> Recognise(const std::string& token, const std::string& certificate, ControlPlane& plane) {
-  Caller caller{.door = Door::kOperators, .role = {}, .token = {}, .host_id = {}};
+  Caller caller{.door = Door::kOperators, .role = {}, .token = {}, .instances = {}, .host_id = {}};
   if (!token.empty()) {
     plane.Call([&](const Cluster& cluster, Now now) {
       if (const records::AccessToken* found = cluster.tokens().Find(token, now); found != nullptr) {
         caller.role = found->role();
         caller.token = found->name();
+        caller.instances = found->instances();
       }
       return true;
     });
@@ -80,7 +81,7 @@ class Doorkeeper final : public grpc::AuthMetadataProcessor {
     const auto path = metadata.find(kPathHeader);
     if (path == metadata.end()) return Refusal(absl::InternalError("the call has no method"));
     const std::string method(path->second.data(), path->second.size());
-    absl::StatusOr<Caller> caller = Caller{.door = door_, .role = {}, .token = {}, .host_id = {}};
+    absl::StatusOr<Caller> caller = Caller{.door = door_, .role = {}, .token = {}, .instances = {}, .host_id = {}};
     if (door_ == Door::kOperators) caller = Recognise(TokenOf(metadata), CertificateOf(*context), plane_);
     const absl::Status status = caller.ok() ? CheckAccess(*caller, method) : caller.status();
     if (!status.ok()) {
@@ -139,10 +140,10 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> TlsCredentials(Door doo
 }
 
 Caller CallerOf(const grpc::ServerContext& context, Door door, ControlPlane& plane) {
-  const Caller nobody{.door = door, .role = {}, .token = {}, .host_id = {}};
+  const Caller nobody{.door = door, .role = {}, .token = {}, .instances = {}, .host_id = {}};
   switch (door) {
     case Door::kSocket:
-      return {.door = door, .role = v1::ROLE_ADMINISTRATOR, .token = {}, .host_id = {}};
+      return {.door = door, .role = v1::ROLE_ADMINISTRATOR, .token = {}, .instances = {}, .host_id = {}};
     case Door::kPlayers:
       return nobody;
     case Door::kOperators:

@@ -2,6 +2,9 @@
 #include "control_plane/doors.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+#include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 #include <sodium.h>
 #include <sys/stat.h>
@@ -67,10 +70,11 @@ class DoorsTest : public ::testing::Test {
     return *channel;
   }
 
-  std::string Token(const std::string& name, v1::Role role) {
+  std::string Token(const std::string& name, v1::Role role, const std::string& instances = "") {
     v1::CreateTokenRequest request;
     request.set_name(name);
     request.set_role(role);
+    request.set_instances(instances);
     v1::CreateTokenResponse response;
     grpc::ClientContext context;
     EXPECT_TRUE(v1::AccessService::NewStub(Socket())->CreateToken(&context, request, &response).ok());
@@ -211,6 +215,91 @@ TEST_F(DoorsTest, ATokenMayDoWhatItsRoleSays) {
   EXPECT_EQ(Join(Operators(viewer), true).error_code(), StatusCode::NOT_FOUND);
   EXPECT_EQ(Join(Operators(viewer), false).error_code(), StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(Join(Operators(Token("oscar", v1::ROLE_OPERATOR)), false).error_code(), StatusCode::NOT_FOUND);
+}
+
+// The outcome of a call by its name, with the request's `id` or `instance_id` set.
+grpc::Status CallAbout(const std::shared_ptr<grpc::Channel>& channel, const google::protobuf::MethodDescriptor& method,
+                       const std::string& instance) {
+  const std::unique_ptr<google::protobuf::Message> request(
+      google::protobuf::MessageFactory::generated_factory()->GetPrototype(method.input_type())->New());
+  const google::protobuf::FieldDescriptor* field = method.input_type()->FindFieldByName("id");
+  if (field == nullptr) field = method.input_type()->FindFieldByName("instance_id");
+  request->GetReflection()->SetString(request.get(), field, instance);
+  grpc::GenericStub stub(channel);
+  grpc::CompletionQueue queue;
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  const auto call = stub.PrepareCall(&context, "/" + method.service()->full_name() + "/" + method.name(), &queue);
+  const auto await = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  call->StartCall(nullptr);
+  await();
+  const grpc::Slice slice(request->SerializeAsString());
+  call->WriteLast(grpc::ByteBuffer(&slice, 1), {}, nullptr);
+  await();
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  await();
+  return status;
+}
+
+// Every method that names an instance, whatever methods there will be.
+TEST_F(DoorsTest, ATokenForOneInstanceReachesNoOther) {
+  const auto channel = Operators(Token("eve", v1::ROLE_OPERATOR, "inst-1"));
+  int methods = 0;
+  for (const google::protobuf::FileDescriptor* file :
+       {v1::Instance::descriptor()->file(), v1::JoinInstanceRequest::descriptor()->file()}) {
+    for (int i = 0; i < file->service(0)->method_count(); ++i) {
+      const google::protobuf::MethodDescriptor& method = *file->service(0)->method(i);
+      const google::protobuf::Descriptor& request = *method.input_type();
+      if (request.FindFieldByName("id") == nullptr && request.FindFieldByName("instance_id") == nullptr) continue;
+      ++methods;
+      for (const char* other : {"inst-2", "inst-12", ""}) {
+        const grpc::Status refused = CallAbout(channel, method, other);
+        EXPECT_EQ(refused.error_code(), StatusCode::PERMISSION_DENIED) << method.full_name() << " of " << other;
+        EXPECT_THAT(refused.error_message(), HasSubstr("token eve is for the instances inst-1 alone"));
+      }
+      const grpc::Status own = CallAbout(channel, method, "inst-1");
+      EXPECT_NE(own.error_code(), StatusCode::PERMISSION_DENIED) << method.full_name() << own.error_message();
+      EXPECT_FALSE(own.ok()) << "there is no such instance";
+    }
+  }
+  EXPECT_GE(methods, 19);
+  EXPECT_EQ(ListHosts(channel).error_code(), StatusCode::PERMISSION_DENIED);
+  v1::ListInstancesResponse listed;
+  grpc::ClientContext context;
+  EXPECT_TRUE(v1::InstanceService::NewStub(channel)->ListInstances(&context, {}, &listed).ok());
+  v1::GetSceneRequest scene;
+  scene.set_scene_hash("feed");
+  v1::GetSceneResponse got;
+  grpc::ClientContext other;
+  const grpc::Status none = v1::SessionService::NewStub(channel)->GetScene(&other, scene, &got);
+  EXPECT_EQ(none.error_code(), StatusCode::NOT_FOUND);
+  EXPECT_EQ(none.error_message(), "scene_hash: no instance that token eve is for uses it");
+}
+
+TEST_F(DoorsTest, TheFirstAdministratorIsMadeAtTheSocketAlone) {
+  const auto init = [](const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
+                       v1::InitClusterResponse& response) {
+    v1::InitClusterRequest request;
+    request.set_name(name);
+    grpc::ClientContext context;
+    return v1::AccessService::NewStub(channel)->InitCluster(&context, request, &response).error_code();
+  };
+  v1::InitClusterResponse made, none;
+  ASSERT_EQ(init(Socket(), "admin", made), StatusCode::OK);
+  EXPECT_EQ(made.fingerprint(), authority_.fingerprint);
+  EXPECT_EQ(made.certificate(), authority_.signer.certificate);
+  EXPECT_EQ(made.token().role(), v1::ROLE_ADMINISTRATOR);
+  EXPECT_TRUE(AddHost(Operators(made.secret()), "alpha").ok());
+  EXPECT_EQ(init(Operators(made.secret()), "second", none), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(init(Operators(), "second", none), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(init(Players(), "second", none), StatusCode::PERMISSION_DENIED);
+  EXPECT_TRUE(none.secret().empty());
+  EXPECT_EQ(init(Socket(), "admin", none), StatusCode::ALREADY_EXISTS);
 }
 
 // A proxy has one connection for many people.

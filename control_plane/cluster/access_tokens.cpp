@@ -1,8 +1,10 @@
 #include "control_plane/cluster/access_tokens.h"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/one_line.h"
@@ -22,7 +24,24 @@ v1::AccessToken ViewOf(const records::AccessToken& record) {
   view.set_role(record.role());
   *view.mutable_create_time() = record.create_time();
   if (record.has_expire_time()) *view.mutable_expire_time() = record.expire_time();
+  view.set_instances(record.instances());
   return view;
+}
+
+absl::Status CheckInstances(const v1::CreateTokenRequest& request) {
+  const std::string& prefix = request.instances();
+  const bool plain = std::all_of(prefix.begin(), prefix.end(), [](char c) {
+    return absl::ascii_islower(static_cast<unsigned char>(c)) || absl::ascii_isdigit(static_cast<unsigned char>(c)) ||
+           c == '-';
+  });
+  if (prefix.size() > kMaxNameBytes || !plain) {
+    return absl::InvalidArgumentError(absl::StrCat("instances: \"", OneLine(prefix, kMaxNameBytes),
+                                                   "\" does not begin an instance's id, as \"inst-7\" does"));
+  }
+  if (!prefix.empty() && request.role() == v1::ROLE_ADMINISTRATOR) {
+    return absl::InvalidArgumentError("instances: an administrator's token is for the whole cluster");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckRequest(const v1::CreateTokenRequest& request) {
@@ -35,7 +54,7 @@ absl::Status CheckRequest(const v1::CreateTokenRequest& request) {
                             ttl.nanos() > 999'999'999)) {
     return absl::InvalidArgumentError(absl::StrCat("ttl: must be 1 minute to 10 years, got ", ttl.seconds(), " s"));
   }
-  return absl::OkStatus();
+  return CheckInstances(request);
 }
 
 }  // namespace
@@ -68,6 +87,7 @@ absl::StatusOr<v1::CreateTokenResponse> AccessTokens::Create(const v1::CreateTok
   entry.record.set_name(request.name());
   entry.record.set_role(request.role());
   entry.record.set_secret_hash(HashSecret(response.secret()));
+  entry.record.set_instances(request.instances());
   *entry.record.mutable_create_time() = ToTimestamp(now.unix_time);
   if (request.has_ttl()) {
     const auto ttl = std::chrono::seconds(request.ttl().seconds()) + std::chrono::nanoseconds(request.ttl().nanos());

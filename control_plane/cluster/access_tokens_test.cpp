@@ -78,6 +78,27 @@ TEST_F(AccessTokensTest, BadRequestsNameTheField) {
   EXPECT_EQ(tokens_.Create(Request("ada"), rig_.now).status().code(), absl::StatusCode::kAlreadyExists);
 }
 
+TEST_F(AccessTokensTest, OneForSomeInstancesStaysSoInTheNextLife) {
+  v1::CreateTokenRequest request = Request("eve", v1::ROLE_VIEWER);
+  request.set_instances("inst-7");
+  const auto made = tokens_.Create(request, rig_.now);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->token().instances(), "inst-7");
+  AccessTokens next{*rig_.state, SystemRandomBytes};
+  ASSERT_TRUE(next.Load().ok());
+  EXPECT_EQ(next.Find(made->secret(), rig_.now)->instances(), "inst-7");
+  EXPECT_EQ(next.List().tokens(0).instances(), "inst-7");
+  for (const std::string& wrong : {std::string("Inst-7"), std::string("inst 7"), std::string(64, 'x')}) {
+    request = Request("bob");
+    request.set_instances(wrong);
+    EXPECT_THAT(std::string(tokens_.Create(request, rig_.now).status().message()), HasSubstr("instances: ")) << wrong;
+  }
+  request = Request("ada", v1::ROLE_ADMINISTRATOR);
+  request.set_instances("inst-7");
+  EXPECT_EQ(tokens_.Create(request, rig_.now).status().message(),
+            "instances: an administrator's token is for the whole cluster");
+}
+
 TEST_F(AccessTokensTest, ThereIsAMost) {
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(tokens_.Create(Request("t" + std::to_string(i)), rig_.now).ok());
   EXPECT_EQ(tokens_.Create(Request("one-more"), rig_.now).status().code(), absl::StatusCode::kResourceExhausted);
