@@ -49,7 +49,7 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
       boot_id_(host::BootId()),
       notify_(loop_),
       supervisor_(options_.ports,
-                  [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, first); }),
+                  [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, options_.metrics_host, first); }),
       contents_(loop_, *state_,
                 {.on_ready =
                      [this](const Content& content, const std::string& path) {

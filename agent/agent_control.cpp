@@ -30,6 +30,7 @@ v1::AgentHello Agent::Hello() const {
   }
   hello.set_advertise_address(options_.advertise_address);
   hello.set_metrics_port(metrics_server_->port());
+  hello.set_metrics_address(MetricsAddressOfHost(options_.metrics_host));
   hello.mutable_resources()->set_cores(std::max(std::thread::hardware_concurrency(), 1U));
   hello.mutable_resources()->set_memory_bytes(static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                                               static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)));

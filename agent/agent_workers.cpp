@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "host/last_lines.h"
+#include "host/socket_address.h"
 #include "telemetry/logging.h"
 
 namespace tessera::agent {
@@ -126,8 +127,8 @@ std::vector<std::string> Agent::WorkerArguments(const SpawnWorker& action) const
           port(0),
           "--link-port",
           port(1),
-          "--metrics-port",
-          port(2),
+          "--metrics-listen",
+          host::ToString(host::SocketAddress{options_.metrics_host, static_cast<std::uint16_t>(action.first_port + 2)}),
           "--log-file",
           state_->LogPath(IdentityOf(action.key))};
 }

@@ -51,6 +51,9 @@ TEST_F(AgentWorkersTest, DesiredSetBecomesProcessesWithOrdersAndBack) {
     const std::string arguments =
         host::ReadFile("/proc/" + std::to_string(report.identity().pid()) + "/cmdline", kMaxStateFileBytes).value();
     EXPECT_THAT(arguments, Not(HasSubstr("TOP-SECRET")));
+    // At the agent's own metrics' address, whatever the address for players is.
+    EXPECT_THAT(arguments, HasSubstr(std::string("--metrics-listen") + '\0' +
+                                     "127.0.0.1:" + std::to_string(report.address().metrics_port())));
   }
   EXPECT_EQ(record.scene_fetches, 1);
   ASSERT_TRUE(control_.WaitUntil([](const ControlRecord& r) { return r.acted_on == 1; }));

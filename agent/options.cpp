@@ -54,7 +54,8 @@ void Declare(CLI::App& app, AgentFlags& f) {
       "IPv4 address on which workers listen; default 127.0.0.1 if the advertised one is loopback, else 0.0.0.0");
   app.add_option("--port-range", f.ports, "ports of workers, three each, FIRST-LAST")->capture_default_str();
   app.add_option("--capacity", f.capacity, "how many workers this host takes; default 8 a core");
-  app.add_option("--metrics-listen", f.metrics, "ADDRESS:PORT of /metrics; port 0 takes a free one")
+  app.add_option("--metrics-listen", f.metrics,
+                 "ADDRESS:PORT of /metrics; port 0 takes a free one; workers serve theirs at the same address")
       ->capture_default_str();
   app.add_option("--region-binary", f.region_binary, "the worker program; default tessera-region beside this one");
   app.add_option("--ready-file", f.ready_file, "written with one line of JSON once admitted");
@@ -125,6 +126,12 @@ absl::StatusOr<std::string> ReadJoinToken(const AgentOptions& options) {
 
 std::string DefaultBindAddress(const std::string& address) {
   return absl::StartsWith(address, "127.") || address == "localhost" ? "127.0.0.1" : "0.0.0.0";
+}
+
+std::string MetricsAddressOfHost(const std::string& metrics_host) {
+  const bool everywhere = metrics_host == "0.0.0.0" || metrics_host == "::";
+  const bool loopback = absl::StartsWith(metrics_host, "127.") || metrics_host == "localhost" || metrics_host == "::1";
+  return everywhere || loopback ? "" : metrics_host;
 }
 
 absl::StatusOr<AgentOptions> ParseOptions(int argc, char** argv) {

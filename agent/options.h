@@ -39,4 +39,8 @@ absl::StatusOr<std::string> ReadJoinToken(const AgentOptions& options);
 // "127.0.0.1" if only this machine reaches `address`, else "0.0.0.0".
 std::string DefaultBindAddress(const std::string& address);
 
+// The address at which others find metrics that are served at `metrics_host`; empty: the advertised one. An address
+// that listens everywhere is none to connect to, and loopback is each machine's own.
+std::string MetricsAddressOfHost(const std::string& metrics_host);
+
 }  // namespace tessera::agent

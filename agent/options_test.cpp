@@ -41,6 +41,16 @@ TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
   EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3", "--bind-address", "10.1.2.3"})->bind_address, "10.1.2.3");
 }
 
+// What is served at loopback, or everywhere, is found at the advertised address or not at all.
+TEST(OptionsTest, MetricsAreFoundWhereTheyAreServed) {
+  for (const char* none : {"127.0.0.1", "127.0.0.9", "localhost", "::1", "0.0.0.0", "::"}) {
+    EXPECT_EQ(MetricsAddressOfHost(none), "") << none;
+  }
+  EXPECT_EQ(MetricsAddressOfHost("10.9.0.2"), "10.9.0.2");
+  EXPECT_EQ(MetricsAddressOfHost("metrics.example"), "metrics.example");
+  EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3"})->metrics_host, "127.0.0.1") << "not where players come";
+}
+
 TEST(OptionsTest, BadValuesNameTheirFlag) {
   const std::vector<std::vector<std::string>> bad = {{"--control", "nowhere"},       {"--metrics-listen", "7702"},
                                                      {"--port-range", "5"},          {"--advertise-address", "a b"},

@@ -134,7 +134,7 @@ void ControlMetrics::ObserveRpc(const std::string& method, std::chrono::nanoseco
 }
 
 std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
-  const ClusterSummary summary = count_();
+  const ClusterSummary summary = count_.Get(std::chrono::steady_clock::now());
   prometheus::MetricFamily hosts{"tessera_control_hosts", "hosts by state", prometheus::MetricType::Gauge, {}};
   for (int state = v1::HOST_STATE_EXPECTED; state <= v1::HOST_STATE_DRAINING; ++state) {
     const auto found = summary.hosts.find(static_cast<v1::HostState>(state));

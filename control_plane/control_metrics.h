@@ -9,6 +9,7 @@
 #include <string>
 
 #include "control_plane/cluster/queries.h"
+#include "control_plane/remembered.h"
 #include "prometheus/collectable.h"
 #include "prometheus/counter.h"
 #include "prometheus/histogram.h"
@@ -38,7 +39,8 @@ class ControlMetrics {
   prometheus::Histogram& failover_seconds_;
 };
 
-// Hosts and instances by state, how running instances fare, and writes to the store, read when scraped.
+// Hosts and instances by state, how running instances fare, and writes to the store, read when scraped; the first two
+// once a second at most, since they are counted under the cluster's lock.
 class SummaryMetrics final : public prometheus::Collectable {
  public:
   SummaryMetrics(std::function<ClusterSummary()> count, std::function<Revision()> revision)
@@ -46,7 +48,7 @@ class SummaryMetrics final : public prometheus::Collectable {
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
-  std::function<ClusterSummary()> count_;
+  mutable Remembered<ClusterSummary> count_;
   std::function<Revision()> revision_;
   Revision first_revision_;
 };

@@ -2,7 +2,11 @@
 
 #include <unistd.h>
 
+#include <chrono>
+#include <memory>
 #include <nlohmann/json.hpp>
+
+#include "control_plane/remembered.h"
 
 namespace tessera::control {
 namespace {
@@ -41,9 +45,13 @@ std::string ScrapeTargetsJson(const std::vector<ScrapeTarget>& targets, const st
 
 void AddPages(telemetry::MetricsServer& server, ControlPlane& plane) {
   server.AddHandler("/healthz", [](const telemetry::HttpRequest&) { return telemetry::HttpReply{.body = "ok\n"}; });
-  server.AddHandler("/sd/prometheus", [&plane, own = Reachable(server.address())](const telemetry::HttpRequest&) {
-    const auto targets = plane.Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
-    return telemetry::HttpReply{.content_type = "application/json", .body = ScrapeTargetsJson(targets, own)};
+  const auto targets = std::make_shared<Remembered<std::string>>([&plane, own = Reachable(server.address())] {
+    const auto found = plane.Call([](Cluster& cluster, Now) { return ScrapeTargets(cluster.state()); });
+    return ScrapeTargetsJson(found, own);
+  });
+  server.AddHandler("/sd/prometheus", [targets](const telemetry::HttpRequest&) {
+    return telemetry::HttpReply{.content_type = "application/json",
+                                .body = targets->Get(std::chrono::steady_clock::now())};
   });
 }
 

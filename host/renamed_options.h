@@ -16,13 +16,14 @@ struct RenamedOption {
 };
 
 // One table serves all programs: none of them has an option by an old name.
-inline constexpr std::array<RenamedOption, 6> kRenamedOptions = {{
+inline constexpr std::array<RenamedOption, 7> kRenamedOptions = {{
     {"--data-dir", "--state-dir"},
     {"--http", "--metrics-listen"},
     {"--json", "-o json"},
     {"--log", "--log-level"},
     {"--failover-after-ms", "--failover-after (seconds)"},
     {"--lost-after-ms", "--lost-after (seconds)"},
+    {"--metrics-port", "--metrics-listen (HOST:PORT)"},
 }};
 
 // "--data-dir is called --state-dir now" for the first old name among the arguments before "--"; empty if there is

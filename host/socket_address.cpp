@@ -81,11 +81,12 @@ absl::Status CheckBindable(const SocketAddress& address, const std::string& what
   return absl::UnavailableError(absl::StrCat(name, " cannot be bound: ", std::strerror(error), " (", what, ")"));
 }
 
-bool PortsFree(const std::string& address, std::uint16_t first) {
-  sockaddr_in name{};
-  name.sin_family = AF_INET;
-  if (inet_pton(AF_INET, address.c_str(), &name.sin_addr) != 1) return true;  // a name: the worker finds out
+bool PortsFree(const std::string& address, const std::string& metrics_address, std::uint16_t first) {
   for (const int offset : {0, 1, 2}) {
+    sockaddr_in name{};
+    name.sin_family = AF_INET;
+    const std::string& where = offset < 2 ? address : metrics_address;
+    if (inet_pton(AF_INET, where.c_str(), &name.sin_addr) != 1) continue;  // a name: the worker finds out
     const int fd = socket(AF_INET, (offset < 2 ? SOCK_DGRAM : SOCK_STREAM) | SOCK_CLOEXEC, 0);
     const int on = 1;
     // As HTTP servers do, so that a port in TIME_WAIT counts as free.

@@ -28,7 +28,8 @@ bool IsHostName(const std::string& text);
 // 127.0.0.1:7700 is in use (grpc)", or "... cannot be bound: Permission denied (grpc)"; `what` is the part in brackets.
 absl::Status CheckBindable(const SocketAddress& address, const std::string& what);
 
-// Whether the three ports of a worker, from `first` on, can be bound on `address` (IPv4) now: UDP, UDP, TCP.
-bool PortsFree(const std::string& address, std::uint16_t first);
+// Whether the three ports of a worker, from `first` on, can be bound now: two of UDP on `address` (IPv4), and one of
+// TCP for its metrics on `metrics_address`.
+bool PortsFree(const std::string& address, const std::string& metrics_address, std::uint16_t first);
 
 }  // namespace tessera::host

@@ -60,8 +60,15 @@ TEST(SocketAddressTest, AnAddressThatCannotBeBoundIsAnErrorThatSaysWhy) {
 
 TEST(PortsFreeTest, SeesWhichPortsAreTaken) {
   const TakenPort taken(SOCK_DGRAM);
-  EXPECT_FALSE(PortsFree("127.0.0.1", taken.port()));
-  EXPECT_FALSE(PortsFree("0.0.0.0", static_cast<std::uint16_t>(taken.port() - 1)));  // the second of the three
+  EXPECT_FALSE(PortsFree("127.0.0.1", "127.0.0.1", taken.port()));
+  EXPECT_FALSE(PortsFree("0.0.0.0", "127.0.0.1", static_cast<std::uint16_t>(taken.port() - 1)));  // the second
+}
+
+TEST(PortsFreeTest, TheMetricsPortIsLookedForWhereMetricsAreServed) {
+  const TakenPort taken(SOCK_STREAM);
+  const auto first = static_cast<std::uint16_t>(taken.port() - 2);
+  EXPECT_FALSE(PortsFree("127.0.0.2", "127.0.0.1", first));
+  EXPECT_TRUE(PortsFree("127.0.0.1", "127.0.0.2", first));
 }
 
 }  // namespace

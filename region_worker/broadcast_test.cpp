@@ -1,6 +1,7 @@
 // The broadcasts to clients, over real connections, of a region in the same process.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "host/renamed_options.h"
+#include "host/socket_address.h"
 #include "region_worker/standalone.h"
 
 namespace tessera::worker {
@@ -20,6 +21,7 @@ struct RawFlags {
   std::uint32_t region = 0;
   std::uint64_t incarnation = 0;
   WorkerOptions options;
+  std::string metrics_listen;
 };
 
 void Declare(CLI::App& app, RawFlags& raw) {
@@ -28,6 +30,8 @@ void Declare(CLI::App& app, RawFlags& raw) {
   app.set_version_flag("--version", "tessera-region " TESSERA_VERSION);
   app.add_option("--region", raw.region, "which region of the instance this is, from 1")->required();
   app.add_option("--bind-address", options.bind_address, "IPv4 address to listen on")->capture_default_str();
+  app.add_option("--metrics-listen", raw.metrics_listen,
+                 "ADDRESS:PORT of /metrics; port 0 takes a free one; left out: 127.0.0.1, alone at the third port");
   app.add_option("--log-level", options.log_level,
                  "trace, debug, info, warning, error or off; else TESSERA_LOG, else info")
       ->check(CLI::IsMember({"trace", "debug", "info", "warning", "error", "off"}));
@@ -76,7 +80,6 @@ void Declare(CLI::App& app, RawFlags& raw) {
       ->group(agent);
   app.add_option("--game-port", options.game_port, "UDP port for clients; 0: any")->check(port)->group(agent);
   app.add_option("--link-port", options.link_port, "UDP port for other regions; 0: any")->check(port)->group(agent);
-  app.add_option("--metrics-port", options.metrics_port, "HTTP port of /metrics; 0: any")->check(port)->group(agent);
 }
 
 absl::Status CheckAgentFlags(RawFlags& raw) {
@@ -157,6 +160,17 @@ absl::Status CheckStandaloneFlags(RawFlags& raw, bool has_seconds) {
   return absl::OkStatus();
 }
 
+absl::Status CheckMetricsAddress(RawFlags& raw) {
+  if (raw.metrics_listen.empty()) return absl::OkStatus();
+  const auto address = host::ParseSocketAddress(raw.metrics_listen, host::PortRule::kFrom0);
+  if (!address.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat("--metrics-listen ", address.status().message()));
+  }
+  raw.options.metrics_host = address->host;
+  raw.options.metrics_port = address->port;
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* argv) {
@@ -186,6 +200,7 @@ std::variant<WorkerOptions, ExitNow> ParseFlags(int argc, const char* const* arg
   } else {
     status = under_agent ? CheckAgentFlags(raw) : CheckStandaloneFlags(raw, app.count("--seconds") > 0);
   }
+  if (status.ok()) status = CheckMetricsAddress(raw);
   if (!status.ok()) return ExitNow{kExitUsage, absl::StrCat("tessera-region: ", status.message(), "\n")};
   raw.options.identity.region = RegionId(raw.region);
   if (raw.options.advertise_address.empty()) raw.options.advertise_address = raw.options.bind_address;

@@ -87,7 +87,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
                                       .max_peers = kLinkPeers,
                                       .max_message_bytes = net::kMaxFrameBytes});
   if (!links.ok()) return PortError(links.status(), "link port");
-  auto server = telemetry::MetricsServer::Start(options_.bind_address, options_.metrics_port, metrics_.registry());
+  auto server = telemetry::MetricsServer::Start(options_.metrics_host, options_.metrics_port, metrics_.registry());
   if (!server.ok()) return PortError(server.status(), "metrics port");
   game_.emplace(*std::move(game), metrics_);
   links_.emplace(*std::move(links), metrics_);
@@ -108,7 +108,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   core_.emplace(std::move(setup));
   spdlog::info("listening instance={} region={} at={} game={} links={} metrics={}",
                telemetry::LogValue(options_.identity.instance_id), options_.identity.region.value(),
-               options_.bind_address, game_->port(), links_->port(), metrics_server_->port());
+               options_.bind_address, game_->port(), links_->port(), metrics_server_->address());
   return absl::OkStatus();
 }
 

@@ -80,6 +80,10 @@ class Worker {
 
  private:
   std::uint64_t Number(const std::string& flag) { return std::stoull(flags_[flag]); }
+  std::uint32_t MetricsPort() {
+    const std::string& address = flags_["metrics-listen"];
+    return static_cast<std::uint32_t>(std::stoul(address.substr(address.rfind(':') + 1)));
+  }
 
   grpc::Status Attach(v1::WorkerLinkService::Stub& stub) {
     grpc::ClientContext context;
@@ -121,7 +125,7 @@ class Worker {
     address.set_host(flags_["advertise-address"]);
     address.set_game_port(static_cast<std::uint32_t>(Number("game-port")));
     address.set_link_port(static_cast<std::uint32_t>(Number("link-port")));
-    address.set_metrics_port(static_cast<std::uint32_t>(Number("metrics-port")));
+    address.set_metrics_port(MetricsPort());
     report_.set_phase(order.run() ? v1::WORKER_PHASE_RUNNING : v1::WORKER_PHASE_LINKED);
     if (order.run() && mode_ == "abort") {
       for (int line = 1; line <= 30; ++line) std::fprintf(stderr, "crash line %d\n", line);

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/one_line.h"
 #include "core/world/limits.h"
@@ -58,15 +59,22 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
 absl::Status CheckHello(const v1::AgentHello& hello) {
   if (absl::Status status = CheckSizes(hello); !status.ok()) return status;
   const std::string& address = hello.advertise_address();
-  const bool plain = std::all_of(address.begin(), address.end(), [](char c) {
-    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '-';
-  });
+  const auto has_only = [](const std::string& text, const char* more) {
+    return std::all_of(text.begin(), text.end(), [more](char c) {
+      return absl::ascii_isalnum(static_cast<unsigned char>(c)) || absl::StrContains(more, c);
+    });
+  };
   if (hello.join_token().empty() == hello.host_id().empty()) {
     return absl::InvalidArgumentError("hello: needs either join_token, or host_id and host_secret");
   }
-  if (address.empty() || !plain) {
+  if (address.empty() || !has_only(address, ".-")) {
     return absl::InvalidArgumentError(absl::StrCat("hello.advertise_address: \"", OneLine(address, kMaxNameBytes),
                                                    "\" is not an IPv4 address or a host name"));
+  }
+  if (!has_only(hello.metrics_address(), ".-:")) {
+    return absl::InvalidArgumentError(absl::StrCat("hello.metrics_address: \"",
+                                                   OneLine(hello.metrics_address(), kMaxNameBytes),
+                                                   "\" is neither an IP address nor a host name"));
   }
   if (hello.metrics_port() > kMaxPort) {
     return absl::InvalidArgumentError(absl::StrCat("hello.metrics_port: ", hello.metrics_port(), " is not a port"));
@@ -191,6 +199,7 @@ absl::StatusOr<Admission> Hosts::Admit(const v1::AgentHello& hello, Now now) {
   records::Host next = host.record;
   next.set_advertise_address(hello.advertise_address());
   next.set_metrics_port(hello.metrics_port());
+  next.set_metrics_address(hello.metrics_address());
   *next.mutable_resources() = hello.resources();
   next.set_version(hello.version());
   next.set_boot_id(hello.boot_id());

@@ -96,6 +96,7 @@ TEST_F(HostsTest, WhatIsTooLongIsRefusedByNameBeforeAnythingIsHashed) {
   EXPECT_EQ(refusal([&](H& hello) { hello.set_host_id(long_one); }), says("host_id", 63));
   EXPECT_EQ(refusal([&](H& hello) { hello.set_host_secret(long_one); }), says("host_secret", 256));
   EXPECT_EQ(refusal([&](H& hello) { hello.set_advertise_address(long_one); }), says("advertise_address", 253));
+  EXPECT_EQ(refusal([&](H& hello) { hello.set_metrics_address(long_one); }), says("metrics_address", 253));
   EXPECT_EQ(refusal([&](H& hello) { hello.set_version(long_one); }), says("version", 128));
   EXPECT_EQ(refusal([&](H& hello) { hello.set_boot_id(long_one); }), says("boot_id", 128));
   EXPECT_EQ(refusal([&](H& hello) { hello.set_certificate_request(long_one); }), says("certificate_request", 4096));

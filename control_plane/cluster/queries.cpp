@@ -1,5 +1,8 @@
 #include "control_plane/cluster/queries.h"
 
+#include <algorithm>
+
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/views.h"
@@ -46,18 +49,30 @@ absl::StatusOr<v1::Instance> GetByRequestId(const ClusterState& state, const std
 }
 
 absl::StatusOr<v1::ListInstancesResponse> ListInstances(const ClusterState& state,
-                                                        const v1::ListInstancesRequest& request) {
+                                                        const v1::ListInstancesRequest& request,
+                                                        const std::function<bool(const std::string&)>& is_shown) {
   const auto page = ReadPage(request.page_size(), request.page_token());
   if (!page.ok()) return page.status();
   v1::ListInstancesResponse response;
+  std::uint64_t last = page->after;
   for (auto it = state.instances().upper_bound(page->after); it != state.instances().end(); ++it) {
+    if (is_shown && !is_shown(it->second.record.id())) continue;
     if (response.instances_size() == page->size) {
-      response.set_next_page_token(PageToken(std::prev(it)->first));
+      response.set_next_page_token(PageToken(last));
       break;
     }
     *response.add_instances() = SummaryOf(it->second);
+    last = it->first;
   }
   return response;
+}
+
+bool ShowsScene(const ClusterState& state, const std::string& hash,
+                const std::function<bool(const std::string&)>& is_shown) {
+  return std::any_of(state.instances().begin(), state.instances().end(), [&](const auto& entry) {
+    const records::Instance& record = entry.second.record;
+    return record.scene_hash() == hash && is_shown(record.id());
+  });
 }
 
 absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const ClusterState& state,
@@ -75,42 +90,55 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
   return StateOf(*instance);
 }
 
+// It looks at what it needs alone: this runs under the lock, and an instance's view has its whole map and every report.
 ClusterSummary Summarise(const ClusterState& state) {
   ClusterSummary summary;
   for (const auto& [number, host] : state.hosts()) ++summary.hosts[StateOf(host)];
   for (const auto& [number, instance] : state.instances()) {
     ++summary.instances[StateOf(instance)];
-    if (instance.record.state() != v1::INSTANCE_STATE_RUNNING) continue;
-    const v1::Instance view = ViewOf(state, instance);
+    const records::Instance& record = instance.record;
+    if (record.state() != v1::INSTANCE_STATE_RUNNING) continue;
     InstanceHealth& health = summary.health.emplace_back();
-    health.id = view.id();
-    health.unprotected = view.unprotected_regions_size();
-    if (!view.checkpoints().empty()) health.last_checkpoint = FromTimestamp(view.checkpoints().rbegin()->create_time());
-    health.imbalance = view.imbalance();
-    health.lost_bodies = view.lost_bodies();
-    health.lost_ticks = view.lost_ticks();
+    health.id = record.id();
+    health.unprotected =
+        static_cast<int>(std::count_if(instance.workers.begin(), instance.workers.end(),
+                                       [](const auto& worker) { return worker.report.unprotected(); }));
+    if (!record.checkpoints().empty())
+      health.last_checkpoint = FromTimestamp(record.checkpoints().rbegin()->create_time());
+    health.imbalance = ImbalanceOf(instance);
+    health.lost_bodies = record.lost_bodies();
+    health.lost_ticks = record.lost_ticks();
     health.published_events = instance.published_events;
     health.game_messages_waiting = instance.game_messages_waiting;
-    health.checkpoints_expected = instance.record.checkpoint_interval_ms() > 0;
+    health.checkpoints_expected = record.checkpoint_interval_ms() > 0;
   }
   return summary;
 }
+
+namespace {
+
+// Where a process of the host serves its metrics.
+std::string MetricsAt(const HostEntry& host, std::uint32_t port) {
+  const std::string& own = host.record.metrics_address();
+  const std::string& address = own.empty() ? host.record.advertise_address() : own;
+  return absl::StrContains(address, ':') ? absl::StrCat("[", address, "]:", port) : absl::StrCat(address, ":", port);
+}
+
+}  // namespace
 
 std::vector<ScrapeTarget> ScrapeTargets(const ClusterState& state) {
   std::vector<ScrapeTarget> targets;
   for (const auto& [number, host] : state.hosts()) {
     if (host.record.secret_hash().empty() || host.record.metrics_port() == 0) continue;
-    targets.push_back(
-        {absl::StrCat(host.record.advertise_address(), ":", host.record.metrics_port()), host.record.name(), "", 0});
+    targets.push_back({MetricsAt(host, host.record.metrics_port()), host.record.name(), "", 0});
   }
   for (const auto& [number, instance] : state.instances()) {
     for (std::size_t i = 0; i < instance.workers.size(); ++i) {
       const WorkerEntry& worker = instance.workers[i];
-      const v1::RegionAddress& address = worker.report.address();
-      if (!worker.bound() || address.metrics_port() == 0) continue;
+      const std::uint32_t port = worker.report.address().metrics_port();
       const HostEntry* host = HostAt(state, instance, i);
-      targets.push_back({absl::StrCat(address.host(), ":", address.metrics_port()),
-                         host == nullptr ? "" : host->record.name(), instance.record.id(), worker.region});
+      if (!worker.bound() || port == 0 || host == nullptr) continue;
+      targets.push_back({MetricsAt(*host, port), host->record.name(), instance.record.id(), worker.region});
     }
   }
   return targets;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,8 +25,13 @@ absl::StatusOr<v1::GetHostResponse> GetHost(const ClusterState& state, const v1:
 absl::StatusOr<v1::Instance> GetInstance(const ClusterState& state, const std::string& id);
 // The instance that this request id made before.
 absl::StatusOr<v1::Instance> GetByRequestId(const ClusterState& state, const std::string& request_id);
-absl::StatusOr<v1::ListInstancesResponse> ListInstances(const ClusterState& state,
-                                                        const v1::ListInstancesRequest& request);
+// Those whose ids `is_shown` accepts; null: all.
+absl::StatusOr<v1::ListInstancesResponse> ListInstances(
+    const ClusterState& state, const v1::ListInstancesRequest& request,
+    const std::function<bool(const std::string&)>& is_shown = nullptr);
+// Whether an instance that is shown uses the scene.
+bool ShowsScene(const ClusterState& state, const std::string& hash,
+                const std::function<bool(const std::string&)>& is_shown);
 absl::StatusOr<v1::ListCheckpointsResponse> ListCheckpoints(const ClusterState& state,
                                                             const v1::ListCheckpointsRequest& request);
 // As GetInstance has it; nothing if there is no such instance.

@@ -45,13 +45,10 @@ void AddChange(const InstanceEntry& instance, v1::Instance& view) {
 }
 
 void AddLoads(const InstanceEntry& instance, v1::Instance& view) {
-  RegionLoads loads;
   for (const WorkerEntry& worker : instance.workers) {
     if (worker.report.unprotected()) view.add_unprotected_regions(worker.region);
-    loads[RegionId(worker.region)] = worker.report.step().p50_seconds();
   }
-  const bool measured = std::all_of(loads.begin(), loads.end(), [](const auto& load) { return load.second > 0; });
-  if (measured && !loads.empty()) view.set_imbalance(Imbalance(loads));
+  view.set_imbalance(ImbalanceOf(instance));
 }
 
 void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::Instance& view) {
@@ -71,6 +68,15 @@ void AddRegions(const ClusterState& state, const InstanceEntry& instance, v1::In
 }
 
 }  // namespace
+
+double ImbalanceOf(const InstanceEntry& instance) {
+  RegionLoads loads;
+  for (const WorkerEntry& worker : instance.workers) {
+    loads[RegionId(worker.region)] = worker.report.step().p50_seconds();
+  }
+  const bool measured = std::all_of(loads.begin(), loads.end(), [](const auto& load) { return load.second > 0; });
+  return measured && !loads.empty() ? Imbalance(loads) : 0;
+}
 
 v1::InstanceState StateOf(const InstanceEntry& instance) {
   const bool degraded = instance.record.state() == v1::INSTANCE_STATE_RUNNING && !instance.degraded.empty();

@@ -9,6 +9,9 @@ namespace tessera::control {
 // The stored state, or DEGRADED.
 v1::InstanceState StateOf(const InstanceEntry& instance);
 
+// Step time of the busiest region by the mean of all; 0: not all have told theirs.
+double ImbalanceOf(const InstanceEntry& instance);
+
 // As in a listing: without the map, players, events, checkpoints, regions and changes.
 v1::Instance SummaryOf(const InstanceEntry& instance);
 
