@@ -87,7 +87,7 @@ struct ClientEvent {
     kStarted,       // the world moves from now on
     kInputRefused,  // body, input_number, detail
     kRegionLost,    // region: the connection is gone, it is dialled again; its bodies stand still
-    kRegionBack,    // region
+    kRegionBack,    // region: one that was lost, and only then
     kMapChanged,
     kEnded,            // detail
     kContactBegan,     // body, other, region, contact: one of them is a player's
@@ -108,6 +108,8 @@ struct ClientEvent {
   std::string detail{};
   std::string property{};                 // its name
   std::optional<MeetingPoint> contact{};  // nothing for a pair that met before this client came
+  bool since_before =
+      false;  // of a pair that begins: it touched or overlapped already when the region was connected to
 };
 
 // How the world's time goes. A tick is as long in the world's own time at each pace, so fewer of them are slow motion.

@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -114,6 +115,7 @@ struct Client::Impl {
   std::vector<ClientEvent> events;  // the result of the Poll under way
 
   WorldView world;
+  std::set<RegionId> lost_regions;  // of which the caller knows, until they are back
   PairBook pairs;
   PlayoutClock playout;
   WorldClock clock;

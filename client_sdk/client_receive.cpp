@@ -94,6 +94,7 @@ void Client::Impl::OnDisconnected(TimePoint now, RegionConnection& connection) {
   connection.Disconnected(now);
   if (!lost) return;
   RegionChanged(now, connection.region(), RegionEntry::Change::kLost);
+  lost_regions.insert(connection.region());
   events.push_back({.kind = ClientEvent::Kind::kRegionLost, .region = connection.region()});
 }
 
@@ -146,10 +147,11 @@ void Client::Impl::OnWelcome(TimePoint now, RegionConnection& connection, const 
                                                 " to player ", welcome.player())),
                "");
   }
-  const bool again = state != ClientState::kJoining;
   connection.Welcomed();
   RegionChanged(now, connection.region(), RegionEntry::Change::kBegins);
-  if (again) events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
+  // One that is dialled for the first time, or at another address, was never lost.
+  if (lost_regions.erase(connection.region()) > 0)
+    events.push_back({.kind = ClientEvent::Kind::kRegionBack, .region = connection.region()});
   AdoptEndpoints(connection, welcome.endpoints());
   AdoptMap(connection, welcome.map());
   if (welcome.has_clock()) OnClock(now, connection, welcome.clock());

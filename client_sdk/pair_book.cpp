@@ -3,13 +3,13 @@
 namespace tessera::client {
 
 void PairBook::Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin,
-                    const std::optional<MeetingPoint>& contact) {
+                    const std::optional<MeetingPoint>& contact, bool since_before) {
   const auto [at, fresh] = pairs_.try_emplace(pair);
   Entry& entry = at->second;
   if (fresh) entry.idle_since = now;
   // Ignore an update that is known already, or older than the present state.
   if (!fresh && (tick < entry.tick || (tick == entry.tick && begin == entry.touches))) return;
-  entry.waiting.insert({tick, begin, from, now + kHold, contact});
+  entry.waiting.insert({tick, begin, from, now + kHold, contact, since_before});
 }
 
 void PairBook::TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
@@ -19,12 +19,12 @@ void PairBook::TakeAll(TimePoint now, RegionId from, Tick tick, const std::vecto
     if (entry.from != from || named.contains(pair) || elsewhere(pair)) continue;
     if (entry.tick > tick) entry.tick = tick;  // the world has gone back to an earlier state
     entry.waiting.clear();
-    if (entry.touches) entry.waiting.insert({tick, false, from, now, {}});
+    if (entry.touches) entry.waiting.insert({tick, false, from, now, {}, false});
   }
   for (const BodyPair& pair : named) {
     const auto known = pairs_.find(pair);
     if (known == pairs_.end() || !known->second.touches) {
-      Take(now, from, tick, pair, true);
+      Take(now, from, tick, pair, true, std::nullopt, true);
     } else {
       known->second.from = from;
       known->second.tick = tick;
@@ -39,7 +39,9 @@ void PairBook::Report(const BodyPair& pair, Entry& entry, bool begin, std::vecto
   const Kind trigger = begin ? Kind::kTriggerEntered : Kind::kTriggerLeft;
   entry.reported = begin;
   events.push_back({.kind = pair.trigger ? trigger : contact, .body = pair.a, .other = pair.b, .region = entry.from});
-  if (begin) events.back().contact = entry.contact;
+  if (!begin) return;
+  events.back().contact = entry.contact;
+  events.back().since_before = entry.since_before;
 }
 
 void PairBook::Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEvent>& events) {
@@ -58,6 +60,7 @@ void PairBook::Settle(TimePoint now, const Seen& in_sight, std::vector<ClientEve
       entry.tick = update.tick;
       entry.from = update.from;
       entry.contact = update.contact;
+      entry.since_before = update.since_before;
       if (seen && update.begin != entry.reported) Report(pair, entry, update.begin, events);
     }
     if (seen && entry.touches && !entry.reported) Report(pair, entry, true, events);

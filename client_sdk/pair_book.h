@@ -40,7 +40,7 @@ class PairBook {
   static constexpr std::chrono::milliseconds kUnseen{10'000};
 
   void Take(TimePoint now, RegionId from, Tick tick, const BodyPair& pair, bool begin,
-            const std::optional<MeetingPoint>& contact = std::nullopt);
+            const std::optional<MeetingPoint>& contact = std::nullopt, bool since_before = false);
   // `from` begins anew: at `tick` these are all its pairs. Others that it had sent before are over, but for those that
   // another region has by now, as `elsewhere` says.
   void TakeAll(TimePoint now, RegionId from, Tick tick, const std::vector<BodyPair>& pairs,
@@ -55,6 +55,7 @@ class PairBook {
     RegionId from;
     TimePoint until;
     std::optional<MeetingPoint> contact;
+    bool since_before = false;  // the region had it when it was connected to
     friend bool operator<(const Update& x, const Update& y) {
       return x.tick != y.tick ? x.tick < y.tick : x.begin < y.begin;
     }
@@ -65,6 +66,7 @@ class PairBook {
     Tick tick;              // time of the known state
     RegionId from;
     std::optional<MeetingPoint> contact;  // of the last begin
+    bool since_before = false;            // the last begin was before there was a connection to hear of it
     std::set<Update> waiting;
     TimePoint idle_since{};  // since when nothing waits and nothing is reported
   };

@@ -184,6 +184,29 @@ TEST_F(PairBookTest, AnyInterleavingIsOneHistory) {
   }
 }
 
+// Somebody who joins in the middle of a zone has not walked into it.
+TEST_F(PairBookTest, WhatARegionHadWhenItWasConnectedToIsToldApartFromWhatBegan) {
+  const auto settle = [&] {
+    std::vector<ClientEvent> events;
+    book.Settle(
+        now, [](BodyId) { return true; }, events);
+    return events;
+  };
+  book.TakeAll(now, kLeft, Tick(10), {kZone}, Nowhere);
+  const auto joined = settle();
+  ASSERT_EQ(joined.size(), 1u);
+  EXPECT_EQ(joined[0].kind, ClientEvent::Kind::kTriggerEntered);
+  EXPECT_TRUE(joined[0].since_before);
+  Told(kLeft, 12, false, kZone);
+  Told(kLeft, 14, true, kZone);
+  const auto walked = settle();
+  ASSERT_EQ(walked.size(), 2u);
+  EXPECT_EQ(walked[0].kind, ClientEvent::Kind::kTriggerLeft);
+  EXPECT_FALSE(walked[0].since_before);
+  EXPECT_EQ(walked[1].kind, ClientEvent::Kind::kTriggerEntered);
+  EXPECT_FALSE(walked[1].since_before);
+}
+
 class ClientPairTest : public ClientFixture {};
 
 // The trigger is static: it is in the scene, and never among the bodies.

@@ -243,6 +243,107 @@ TEST_F(CApiTest, KeepsWithinTheCallersStruct) {
   EXPECT_EQ(stats.size, offsetof(tessera_stats, bytes_out));
 }
 
+// Sizes that nobody can have meant are refused by name, and nothing is written.
+TEST_F(CApiTest, RefusesSizesThatWereNotSet) {
+  Play();
+  ShowTwo();
+  const auto refuses = [](tessera_code code, const std::string& argument) {
+    EXPECT_EQ(code, TESSERA_INVALID_ARGUMENT) << argument;
+    EXPECT_EQ(std::string(tessera_last_error()).rfind(argument + ": has ", 0), 0u) << tessera_last_error();
+  };
+  for (const std::uint32_t size : {0u, 3u, 4u, 7u}) {
+    tessera_property property = TESSERA_PROPERTY;
+    property.size = size;
+    property.integer = 77;
+    refuses(tessera_get_property(client, 1, "health", &property), "property.size");
+    EXPECT_EQ(property.integer, 77);
+    tessera_body body = TESSERA_BODY;
+    body.size = size;
+    refuses(tessera_find_body(client, 1, &body), "body.size");
+    tessera_clock clock = TESSERA_CLOCK;
+    clock.size = size;
+    refuses(tessera_get_clock(client, &clock), "clock.size");
+    tessera_scene_info scene = TESSERA_SCENE_INFO;
+    scene.size = size;
+    refuses(tessera_get_scene(client, &scene), "scene.size");
+    tessera_body_info info = TESSERA_BODY_INFO;
+    info.size = size;
+    refuses(tessera_scene_body(client, 0, &info), "info.size");
+    refuses(tessera_body_of(client, 1, &info), "info.size");
+    tessera_body_info whole = TESSERA_BODY_INFO;
+    ASSERT_EQ(tessera_body_of(client, 1, &whole), TESSERA_OK);
+    tessera_shape_info shape = TESSERA_SHAPE_INFO;
+    shape.size = size;
+    refuses(tessera_get_shape(whole.shape, &shape), "info.size");
+    tessera_stats stats = TESSERA_STATS;
+    stats.size = size;
+    refuses(tessera_get_stats(client, &stats), "stats.size");
+    tessera_region_info region = TESSERA_REGION_INFO;
+    region.size = size;
+    refuses(tessera_region_stats(client, 0, &region), "info.size");
+    tessera_network network = TESSERA_NETWORK;
+    network.size = size;
+    refuses(tessera_simulate_network(client, &network), "network.size");
+    tessera_game_event_field field = TESSERA_GAME_EVENT_FIELD;
+    field.size = size;
+    refuses(tessera_game_event_field_at(client, 0, &field), "field.size");
+    tessera_join_options options = TESSERA_JOIN_OPTIONS;
+    options.size = size;
+    tessera_client* none = nullptr;
+    refuses(tessera_join(&options, &none), "options.size");
+    EXPECT_EQ(none, nullptr);
+    tessera_steering steering = TESSERA_STEERING;
+    steering.size = size;
+    EXPECT_EQ(tessera_steer(client, &steering), 0u);
+    EXPECT_EQ(std::string(tessera_last_error()).rfind("steering.size: has ", 0), 0u);
+    std::size_t count = 0;
+    tessera_instance_info listed = TESSERA_INSTANCE_INFO;
+    refuses(tessera_list_instances(instance.address.c_str(), 1000, &listed, size, 1, &count), "stride");
+    tessera_event event = TESSERA_EVENT;
+    event.size = size;
+    EXPECT_EQ(tessera_next_event(client, &event), 0);
+    EXPECT_EQ(std::string(tessera_last_error()).rfind("event.size: has ", 0), 0u);
+  }
+  tessera_event event = TESSERA_EVENT;
+  EXPECT_EQ(tessera_next_event(client, &event), 1) << "what was refused has taken nothing away";
+  tessera_body bodies[2] = {TESSERA_BODY, TESSERA_BODY};
+  EXPECT_EQ(tessera_bodies(client, now, bodies, 8, 2), 0u);
+  EXPECT_STREQ(tessera_last_error(), "stride: has 8 bytes, at least 40; the TESSERA_... initialisers set it");
+  EXPECT_EQ(bodies[0].id, 0u);
+}
+
+TEST_F(CApiTest, WhatOverlapsAtJoiningHasNotJustEntered) {
+  Play();
+  ShowTwo();
+  const BodyId own(tessera_own_body(client));
+  tessera_event event = TESSERA_EVENT;
+  const auto next = [&] {
+    while (tessera_next_event(client, &event) != 0) {
+      if (event.kind == TESSERA_EVENT_CONTACT_BEGAN) return true;
+    }
+    return false;
+  };
+  instance.regions[0]->TellPairs(Tick(2), {{BodyId(1), own, false, true}}, true);
+  ASSERT_TRUE(Until(next));
+  EXPECT_EQ(event.flags, std::uint32_t{TESSERA_EVENT_SINCE_BEFORE});
+  instance.regions[0]->TellPairs(Tick(3), {{BodyId(1), own, false, false}});
+  instance.regions[0]->TellPairs(Tick(4), {{BodyId(1), own, false, true}});
+  ASSERT_TRUE(Until(next));
+  EXPECT_EQ(event.flags, 0u);
+}
+
+TEST(CApi, SaysWhichBodyAPlayerHas) {
+  EXPECT_EQ(tessera_player_body(1), (std::uint64_t{1} << 32) + 1);
+  EXPECT_EQ(tessera_player_body(0), 0u);
+  for (const std::uint32_t player : {1u, 1024u, 0xffffffffu}) {
+    EXPECT_EQ(tessera_player_of_body(tessera_player_body(player)), player);
+  }
+  for (const std::uint64_t other :
+       {std::uint64_t{0}, std::uint64_t{7}, std::uint64_t{1} << 32, std::uint64_t{1} << 40}) {
+    EXPECT_EQ(tessera_player_of_body(other), 0u) << other;
+  }
+}
+
 TEST_F(CApiTest, AnotherProcessComesBackAsTheSamePlayer) {
   Play();
   EXPECT_EQ(tessera_return_token(nullptr, nullptr, 0), 0u);
@@ -393,7 +494,7 @@ TEST(CApi, RefusesWhatMakesNoSense) {
   EXPECT_EQ(tessera_bodies(nullptr, 0, nullptr, 0, 0), 0u);
   EXPECT_EQ(tessera_move(nullptr, nullptr, nullptr), 0u);
   EXPECT_EQ(tessera_steer(nullptr, nullptr), 0u);
-  EXPECT_STREQ(tessera_last_error(), "client or steering: is NULL or has no size");
+  EXPECT_STREQ(tessera_last_error(), "client or steering: is NULL");
   EXPECT_EQ(tessera_get_state(nullptr), TESSERA_ENDED);
   tessera_close(nullptr);
 }
@@ -412,6 +513,17 @@ TEST(CppApi, IsTheSameClient) {
   ASSERT_FALSE(error) << error.text;
   EXPECT_EQ(client.player(), 1u);
   EXPECT_STREQ(client.Scene().name, "plaza");
+  EXPECT_EQ(client.own_body(), ::tessera::BodyOfPlayer(1));
+  EXPECT_EQ(::tessera::PlayerOfBody(client.own_body()), 1u);
+  const std::vector<BodyInfo> scene = client.SceneBodies();
+  ASSERT_EQ(scene.size(), instance.scene->bodies.size());
+  for (std::size_t i = 0; i < scene.size(); ++i) {
+    EXPECT_EQ(scene[i].id, instance.scene->bodies[i].id.value());
+    const ::tessera::SceneShape shape(scene[i].shape);
+    EXPECT_EQ(shape.Info().kind, static_cast<int>(instance.scene->bodies[i].shape->form.index()));
+    EXPECT_EQ(shape.Children().size(), shape.Info().child_count);
+  }
+  EXPECT_TRUE(::tessera::SceneShape().Children().empty());
   EXPECT_FALSE(client.Poll(1));
   EXPECT_TRUE(client.Bodies(1).empty());
   EXPECT_FALSE(client.Leave());

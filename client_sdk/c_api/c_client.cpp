@@ -1,6 +1,7 @@
 // The C interface: joining, polling, the world, moving.
 #include <map>
 
+#include "absl/strings/str_cat.h"
 #include "client_sdk/c_api/handle.h"
 #include "client_sdk/session.h"
 #include "trust/control_address.h"
@@ -67,6 +68,11 @@ tessera_code Report(const absl::Status& status) {
 
 tessera_code Refuse(const char* what) { return Report(absl::InvalidArgumentError(what)); }
 
+void RefuseSize(const char* argument, std::size_t has, std::size_t least) {
+  Report(absl::InvalidArgumentError(
+      absl::StrCat(argument, ": has ", has, " bytes, at least ", least, "; the TESSERA_... initialisers set it")));
+}
+
 std::string ControlAddress(const char* given) {
   return given == nullptr || given[0] == '\0' ? "unix:" + trust::DefaultControlSocket() : given;
 }
@@ -84,7 +90,8 @@ int64_t tessera_now(void) {
 tessera_code tessera_join(const tessera_join_options* given, tessera_client** out) {
   if (out == nullptr) return Refuse("client: is NULL");
   *out = nullptr;
-  if (given == nullptr || given->size < sizeof(uint32_t)) return Refuse("options: is NULL or has no size");
+  if (given == nullptr) return Refuse("options: is NULL");
+  if (!IsSize<tessera_join_options>(given->size, "options.size")) return TESSERA_INVALID_ARGUMENT;
   return Guarded([&] {
     const tessera_join_options options = TakeIn(given, tessera_join_options TESSERA_JOIN_OPTIONS);
     if (options.instance_id == nullptr) return Refuse("options.instance_id: is NULL");
@@ -137,7 +144,8 @@ tessera_state tessera_get_state(const tessera_client* handle) {
 }
 
 int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
-  if (handle == nullptr || out == nullptr || handle->events.empty()) return 0;
+  if (handle == nullptr || out == nullptr || !IsSize<tessera_event>(out->size, "event.size")) return 0;
+  if (handle->events.empty()) return 0;
   ClientEvent event = std::move(handle->events.front());
   handle->events.pop_front();
   handle->detail = std::move(event.detail);
@@ -150,6 +158,7 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
   given.input = event.input_number;
   given.detail = handle->detail.c_str();
   given.property = handle->property.c_str();
+  if (event.since_before) given.flags |= TESSERA_EVENT_SINCE_BEFORE;
   if (event.contact) {
     const client::MeetingPoint& met = *event.contact;
     given.contact_point[0] = met.point.x, given.contact_point[1] = met.point.y, given.contact_point[2] = met.point.z;
@@ -162,7 +171,8 @@ int32_t tessera_next_event(tessera_client* handle, tessera_event* out) {
 }
 
 size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodies, size_t stride, size_t capacity) {
-  if (handle == nullptr || (capacity > 0 && (bodies == nullptr || stride < sizeof(uint32_t)))) return 0;
+  if (handle == nullptr || (capacity > 0 && bodies == nullptr)) return 0;
+  if (capacity > 0 && !IsSize<tessera_body>(stride, "stride")) return 0;
   return GuardedValue(size_t{0}, [&] {
     client::Client& client = *handle->client;
     const std::vector<client::ShownBody> shown = client.Interpolated(At(now_ns));
@@ -185,6 +195,7 @@ size_t tessera_bodies(tessera_client* handle, int64_t now_ns, tessera_body* bodi
 
 tessera_code tessera_find_body(const tessera_client* handle, uint64_t id, tessera_body* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or body: is NULL");
+  if (!IsSize<tessera_body>(out->size, "body.size")) return TESSERA_INVALID_ARGUMENT;
   const auto found = handle->client->World().find(BodyId(id));
   if (found == handle->client->World().end()) return Report(absl::NotFoundError("body: not in sight"));
   const client::SeenBody& seen = found->second;
@@ -198,6 +209,10 @@ uint32_t tessera_player(const tessera_client* handle) {
 uint64_t tessera_own_body(const tessera_client* handle) {
   return handle == nullptr ? 0 : handle->client->own_body().value();
 }
+uint64_t tessera_player_body(uint32_t player) { return player == 0 ? 0 : PlayerBodyId(PlayerNumber(player)).value(); }
+uint32_t tessera_player_of_body(uint64_t body) {
+  return IsPlayerBody(BodyId(body)) ? PlayerOf(BodyId(body)).value() : 0;
+}
 uint64_t tessera_tick(const tessera_client* handle) { return handle == nullptr ? 0 : handle->client->tick().value(); }
 uint64_t tessera_map_version(const tessera_client* handle) {
   return handle == nullptr ? 0 : handle->client->map().version().value();
@@ -205,6 +220,7 @@ uint64_t tessera_map_version(const tessera_client* handle) {
 
 tessera_code tessera_get_clock(const tessera_client* handle, tessera_clock* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or clock: is NULL");
+  if (!IsSize<tessera_clock>(out->size, "clock.size")) return TESSERA_INVALID_ARGUMENT;
   const client::WorldClock from = handle->client->clock();
   tessera_clock clock = TESSERA_CLOCK;
   clock.paused = from.paused ? 1 : 0;
@@ -217,10 +233,11 @@ uint32_t tessera_move(tessera_client* handle, const float force[3], const float 
   return handle == nullptr ? 0 : handle->client->Move(VectorFrom(force), VectorFrom(torque));
 }
 uint32_t tessera_steer(tessera_client* handle, const tessera_steering* given) {
-  if (handle == nullptr || given == nullptr || given->size < sizeof(uint32_t)) {
-    Refuse("client or steering: is NULL or has no size");
+  if (handle == nullptr || given == nullptr) {
+    Refuse("client or steering: is NULL");
     return 0;
   }
+  if (!IsSize<tessera_steering>(given->size, "steering.size")) return 0;
   const tessera_steering from = TakeIn(given, tessera_steering TESSERA_STEERING);
   return handle->client->Steer({.force_n = VectorFrom(from.force),
                                 .torque_nm = VectorFrom(from.torque),

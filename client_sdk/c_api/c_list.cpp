@@ -42,9 +42,8 @@ tessera_code tessera_list_instances(const char* control_address, uint32_t deadli
                                     size_t stride, size_t capacity, size_t* count) {
   if (count == nullptr) return Refuse("count: is NULL");
   *count = 0;
-  if (capacity > 0 && (instances == nullptr || stride < sizeof(uint32_t))) {
-    return Refuse("instances: is NULL or stride is no size");
-  }
+  if (capacity > 0 && instances == nullptr) return Refuse("instances: is NULL");
+  if (capacity > 0 && !IsSize<tessera_instance_info>(stride, "stride")) return TESSERA_INVALID_ARGUMENT;
   return Guarded([&] {
     const auto listed = client::ListInstances(ControlAddress(control_address), std::chrono::milliseconds(deadline_ms));
     if (!listed.ok()) return Report(listed.status());

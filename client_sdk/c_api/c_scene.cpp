@@ -83,6 +83,7 @@ tessera_body_info InfoOf(const BodyDef& def) {
 
 tessera_code tessera_get_scene(const tessera_client* handle, tessera_scene_info* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or scene: is NULL");
+  if (!IsSize<tessera_scene_info>(out->size, "scene.size")) return TESSERA_INVALID_ARGUMENT;
   const Scene& scene = handle->client->scene();
   tessera_scene_info info = TESSERA_SCENE_INFO;
   info.tick_rate_hz = scene.tick_rate_hz;
@@ -105,6 +106,7 @@ tessera_code tessera_get_scene(const tessera_client* handle, tessera_scene_info*
 
 tessera_code tessera_scene_body(const tessera_client* handle, size_t index, tessera_body_info* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  if (!IsSize<tessera_body_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
   const std::vector<BodyDef>& bodies = handle->client->scene().bodies;
   if (index >= bodies.size()) return Refuse("index: beyond the scene's bodies");
   GiveOut(InfoOf(bodies[index]), out);
@@ -113,6 +115,7 @@ tessera_code tessera_scene_body(const tessera_client* handle, size_t index, tess
 
 tessera_code tessera_body_of(const tessera_client* handle, uint64_t id, tessera_body_info* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  if (!IsSize<tessera_body_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
   const BodyDef* def = handle->client->DefOf(BodyId(id));
   if (def == nullptr) return Report(absl::NotFoundError("body: the scene has none of that id"));
   tessera_body_info info = InfoOf(*def);
@@ -123,6 +126,7 @@ tessera_code tessera_body_of(const tessera_client* handle, uint64_t id, tessera_
 
 tessera_code tessera_get_property(const tessera_client* handle, uint64_t id, const char* name, tessera_property* out) {
   if (handle == nullptr || name == nullptr || out == nullptr) return Refuse("client, name or property: is NULL");
+  if (!IsSize<tessera_property>(out->size, "property.size")) return TESSERA_INVALID_ARGUMENT;
   return Guarded([&] {
     const client::Client& client = *handle->client;
     if (client.DefOf(BodyId(id)) == nullptr) return Report(absl::NotFoundError("body: the scene has none of that id"));
@@ -149,6 +153,7 @@ tessera_code tessera_get_property(const tessera_client* handle, uint64_t id, con
 
 tessera_code tessera_get_shape(const tessera_shape* shape, tessera_shape_info* out) {
   if (shape == nullptr || out == nullptr) return Refuse("shape or info: is NULL");
+  if (!IsSize<tessera_shape_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
   tessera_shape_info info = TESSERA_SHAPE_INFO;
   std::visit(Describe{info}, ShapeOf(shape).form);
   GiveOut(info, out);

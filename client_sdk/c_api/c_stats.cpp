@@ -40,8 +40,8 @@ void GiveFigures(const replication::RegionFigures& now, const replication::Regio
 }  // namespace
 
 tessera_code tessera_simulate_network(tessera_client* handle, const tessera_network* given) {
-  if (handle == nullptr || given == nullptr || given->size < sizeof(uint32_t))
-    return Refuse("client or network: is NULL");
+  if (handle == nullptr || given == nullptr) return Refuse("client or network: is NULL");
+  if (!IsSize<tessera_network>(given->size, "network.size")) return TESSERA_INVALID_ARGUMENT;
   const tessera_network network = TakeIn(given, tessera_network TESSERA_NETWORK);
   const auto share = [](double value) { return value >= 0 && value <= 1; };
   if (!share(network.loss)) return Refuse("network.loss: is not 0 to 1");
@@ -60,6 +60,7 @@ tessera_code tessera_simulate_network(tessera_client* handle, const tessera_netw
 
 tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or stats: is NULL");
+  if (!IsSize<tessera_stats>(out->size, "stats.size")) return TESSERA_INVALID_ARGUMENT;
   return Guarded([&] {
     const client::ClientStats from = handle->client->Stats();
     tessera_stats stats = TESSERA_STATS;
@@ -93,7 +94,8 @@ tessera_code tessera_get_stats(const tessera_client* handle, tessera_stats* out)
 }
 
 tessera_code tessera_region_stats(const tessera_client* handle, size_t index, tessera_region_info* out) {
-  if (handle == nullptr || out == nullptr || out->size < sizeof(uint32_t)) return Refuse("client or info: is NULL");
+  if (handle == nullptr || out == nullptr) return Refuse("client or info: is NULL");
+  if (!IsSize<tessera_region_info>(out->size, "info.size")) return TESSERA_INVALID_ARGUMENT;
   return Guarded([&] {
     const client::ClientStats stats = handle->client->Stats();
     if (index >= stats.regions.size()) return Report(absl::NotFoundError("index: there are no more regions"));

@@ -43,7 +43,7 @@ tessera_code tessera_send(tessera_client* handle, const void* bytes, size_t size
 }
 
 int32_t tessera_next_game_event(tessera_client* handle, tessera_game_event* out) {
-  if (handle == nullptr || out == nullptr) return 0;
+  if (handle == nullptr || out == nullptr || !IsSize<tessera_game_event>(out->size, "event.size")) return 0;
   return GuardedValue(int32_t{0}, [&]() -> int32_t {
     for (client::GameEvent& event : handle->client->TakeGameEvents()) handle->game_events.push_back(std::move(event));
     if (handle->game_events.empty()) return 0;
@@ -59,6 +59,7 @@ int32_t tessera_next_game_event(tessera_client* handle, tessera_game_event* out)
 
 tessera_code tessera_game_event_field_at(const tessera_client* handle, size_t index, tessera_game_event_field* out) {
   if (handle == nullptr || out == nullptr) return Refuse("client or field: is NULL");
+  if (!IsSize<tessera_game_event_field>(out->size, "field.size")) return TESSERA_INVALID_ARGUMENT;
   const auto& values = handle->game_event.values;
   if (index >= values.size()) return Report(absl::NotFoundError("index: the event has fewer fields"));
   tessera_game_event_field given = TESSERA_GAME_EVENT_FIELD;
@@ -71,6 +72,7 @@ tessera_code tessera_game_event_field_at(const tessera_client* handle, size_t in
 tessera_code tessera_find_game_event_field(const tessera_client* handle, const char* name,
                                            tessera_game_event_field* out) {
   if (handle == nullptr || name == nullptr || out == nullptr) return Refuse("client, name or field: is NULL");
+  if (!IsSize<tessera_game_event_field>(out->size, "field.size")) return TESSERA_INVALID_ARGUMENT;
   const auto& values = handle->game_event.values;
   for (size_t i = 0; i < values.size(); ++i) {
     if (values[i].first == name) return tessera_game_event_field_at(handle, i, out);

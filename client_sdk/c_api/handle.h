@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <cstring>
 #include <deque>
 #include <memory>
@@ -25,10 +26,44 @@ namespace tessera::c_api {
 
 // Notes the text for tessera_last_error.
 tessera_code Report(const absl::Status& status);
-tessera_code Refuse(const char* what);          // TESSERA_INVALID_ARGUMENT
+tessera_code Refuse(const char* what);  // TESSERA_INVALID_ARGUMENT
+void RefuseSize(const char* argument, std::size_t has, std::size_t least);
 std::string ControlAddress(const char* given);  // NULL and "": the socket of this user's `tessera up`
 
 inline client::TimePoint At(int64_t now_ns) { return client::TimePoint(std::chrono::nanoseconds(now_ns)); }
+
+// The least size of a struct that a program can have meant: through the fields without which it says nothing. A smaller
+// one was not set.
+template <class T>
+inline constexpr std::size_t kLeastSize = 2 * sizeof(uint32_t);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_body> = offsetof(tessera_body, orientation);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_body_info> = offsetof(tessera_body_info, mass_kg);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_event> = offsetof(tessera_event, detail);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_game_event> = sizeof(tessera_game_event);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_game_event_field> = sizeof(tessera_game_event_field);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_instance_info> = offsetof(tessera_instance_info, scene);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_join_options> = offsetof(tessera_join_options, bind_address);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_property> = offsetof(tessera_property, text);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_shape_info> = offsetof(tessera_shape_info, vertices);
+template <>
+inline constexpr std::size_t kLeastSize<tessera_clock> = sizeof(tessera_clock);
+
+// Whether so many bytes are a T; if not, tessera_last_error names the argument.
+template <class T>
+bool IsSize(std::size_t bytes, const char* argument) {
+  if (bytes >= kLeastSize<T>) return true;
+  RefuseSize(argument, bytes, kLeastSize<T>);
+  return false;
+}
 
 // Fields that both sides know; the size stays the program's.
 template <class T>

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Installs the client library into an empty prefix, builds the examples against that alone, and runs both in an instance.
+# Installs the client library into an empty prefix, builds the installed examples against that alone, and runs both in an
+# instance.
 #
-#   package_test.sh CMAKE GENERATOR BUILD_DIR FAKE_INSTANCE EXAMPLES_DIR
+#   package_test.sh CMAKE GENERATOR BUILD_DIR FAKE_INSTANCE
 set -euo pipefail
-cmake=$1 generator=$2 build=$3 fake_instance=$4 examples=$5
+cmake=$1 generator=$2 build=$3 fake_instance=$4
 
 work=$(mktemp -d)
 instance=
@@ -20,6 +21,15 @@ headers=$(cd "$work/prefix" && find . -name '*.h' -o -name '*.hpp' | sort | tr '
 library=$(echo "$work"/prefix/lib*/*/libtessera-client.so "$work"/prefix/lib*/libtessera-client.so | tr ' ' '\n' | grep -v '[*]' | head -n 1)
 foreign=$(nm -D --defined-only "$library" | awk '$2 != "A" && $3 !~ /^tessera_/ { print $3 }')
 [[ -z $foreign ]] || fail "symbols that should be hidden: $foreign"
+
+# A backend finds the messages that it speaks, each with what it imports.
+protos=$work/prefix/share/tessera/proto examples=$work/prefix/share/tessera/examples
+for service in access instance session; do
+  [[ -f $protos/tessera/v1/$service.proto ]] || fail "$service.proto is not installed"
+done
+grep -rhoE '^import "tessera/[^"]+' "$protos" | sed 's/^import "//' | sort -u | while read -r imported; do
+  [[ -f $protos/$imported ]] || fail "$imported is imported and not installed"
+done
 
 # The generator of this build: CMake's own choice may be a program that is not installed.
 "$cmake" -G "$generator" -S "$examples" -B "$work/examples" -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; fail "configure"; }

@@ -23,7 +23,9 @@
  * pointers that lead nowhere.
  *
  * Stability: structs begin with their size, which the caller sets (the TESSERA_... initialisers do). A library that
- * knows more fields than the program leaves them out; one that knows fewer leaves the program's as they are. Functions
+ * knows more fields than the program leaves them out; one that knows fewer leaves the program's as they are. A size (or
+ * a stride) that leaves out the first fields as well was never set: TESSERA_INVALID_ARGUMENT, or 0, and nothing is
+ * written. Functions
  * and fields are added, never changed, while the major version stays. */
 #ifndef TESSERA_TESSERA_H_
 #define TESSERA_TESSERA_H_
@@ -170,7 +172,7 @@ enum {
   TESSERA_EVENT_STARTED = 2,       /* the world moves from now on */
   TESSERA_EVENT_INPUT_REFUSED = 3, /* body, input, detail */
   TESSERA_EVENT_REGION_LOST = 4,   /* region: is dialled again; its bodies stand still */
-  TESSERA_EVENT_REGION_BACK = 5,   /* region */
+  TESSERA_EVENT_REGION_BACK = 5,   /* region: one that was lost, and only then */
   TESSERA_EVENT_MAP_CHANGED = 6,
   TESSERA_EVENT_ENDED = 7,         /* detail */
   TESSERA_EVENT_CONTACT_BEGAN = 8, /* body, other, region, contact: of players' bodies */
@@ -198,9 +200,16 @@ typedef struct tessera_event {
   double contact_point[3];
   double contact_normal[3];
   double contact_impulse;
+  uint32_t flags; /* TESSERA_EVENT_..., of: */
+  uint32_t reserved;
 } tessera_event;
+enum {
+  /* CONTACT_BEGAN, TRIGGER_ENTERED: the two touched or overlapped already when this client connected to the region, at
+   * joining or later; nothing has just begun. */
+  TESSERA_EVENT_SINCE_BEFORE = 1
+};
 #define TESSERA_EVENT \
-  { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0, NULL, {0}, {0}, 0 }
+  { sizeof(tessera_event), 0, 0, 0, 0, NULL, 0, NULL, {0}, {0}, 0, 0, 0 }
 
 /* 1 and the next event since the last tessera_poll, 0 when there is none. */
 TESSERA_API int32_t tessera_next_event(tessera_client* client, tessera_event* event);
@@ -347,6 +356,10 @@ TESSERA_API tessera_code tessera_get_property(const tessera_client* client, uint
 
 TESSERA_API uint32_t tessera_player(const tessera_client* client);
 TESSERA_API uint64_t tessera_own_body(const tessera_client* client);
+/* Id of the body that a player has, whether it is in the world or not, and back; 0 for player 0, and for a body that is
+ * no player's. */
+TESSERA_API uint64_t tessera_player_body(uint32_t player);
+TESSERA_API uint32_t tessera_player_of_body(uint64_t body);
 TESSERA_API uint64_t tessera_tick(const tessera_client* client); /* the newest of any region */
 TESSERA_API uint64_t tessera_map_version(const tessera_client* client);
 

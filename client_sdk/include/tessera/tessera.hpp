@@ -58,6 +58,7 @@ struct Event {
   std::string property{};
   std::array<double, 3> contact_point{}, contact_normal{};
   double contact_impulse = 0;
+  bool since_before = false;  // the two touched or overlapped already when this client connected to the region
 };
 
 // A value of an event of the game; bodies and players are their ids.
@@ -82,6 +83,46 @@ using BodyInfo = tessera_body_info;
 using SceneInfo = tessera_scene_info;
 using ShapeInfo = tessera_shape_info;
 using Vector = std::array<float, 3>;
+
+// A shape of the scene; valid as long as its client.
+//   for (const ShapeChild& child : shape.Children()) Draw(child.shape, child.position, child.orientation);
+struct ShapeChild;
+class SceneShape {
+ public:
+  SceneShape() = default;
+  explicit SceneShape(const tessera_shape* handle) : handle_(handle) {}
+  explicit operator bool() const { return handle_ != nullptr; }
+  // kind, dimensions, vertices, indices: as the kind has them.
+  ShapeInfo Info() const {
+    ShapeInfo info = TESSERA_SHAPE_INFO;
+    tessera_get_shape(handle_, &info);
+    return info;
+  }
+  // Of a compound; of others there are none.
+  std::vector<ShapeChild> Children() const;
+  const tessera_shape* get() const { return handle_; }
+
+ private:
+  const tessera_shape* handle_ = nullptr;
+};
+struct ShapeChild {
+  SceneShape shape{};
+  std::array<double, 3> position{};  // in the compound
+  std::array<double, 4> orientation{};
+};
+inline std::vector<ShapeChild> SceneShape::Children() const {
+  std::vector<ShapeChild> children(handle_ == nullptr ? 0 : Info().child_count);
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    const tessera_shape* child = nullptr;
+    tessera_shape_child(handle_, i, &child, children[i].position.data(), children[i].orientation.data());
+    children[i].shape = SceneShape(child);
+  }
+  return children;
+}
+
+// The body that a player has, in the world or not; 0 for a body that is no player's, and the other way round.
+inline std::uint64_t BodyOfPlayer(std::uint32_t player) { return tessera_player_body(player); }
+inline std::uint32_t PlayerOfBody(std::uint64_t body) { return tessera_player_of_body(body); }
 
 // The worlds of a control plane, ended ones too. Waits for the answer; any thread may call it.
 inline Error ListInstances(const std::string& control_address, std::vector<InstanceInfo>& instances,
@@ -129,6 +170,9 @@ class Client {
   Error Record(const std::string& file, std::uint64_t max_bytes = 0) {
     return Error::Of(tessera_record(get(), file.c_str(), max_bytes));
   }
+  // How long a recording is, and where it is played from next: seconds.
+  double RecordingSeconds() const { return tessera_recording_seconds(get()); }
+  Error Seek(double seconds) { return Error::Of(tessera_seek(get(), seconds)); }
   Error StopRecording() { return Error::Of(tessera_stop_recording(get())); }
 
   // Makes whoever has it this player, for a day. Secret.
@@ -152,7 +196,8 @@ class Client {
                         event.property,
                         {event.contact_point[0], event.contact_point[1], event.contact_point[2]},
                         {event.contact_normal[0], event.contact_normal[1], event.contact_normal[2]},
-                        event.contact_impulse});
+                        event.contact_impulse,
+                        (event.flags & TESSERA_EVENT_SINCE_BEFORE) != 0});
     }
     return events;
   }
@@ -237,6 +282,8 @@ class Client {
   std::uint32_t player() const { return tessera_player(get()); }
   std::uint64_t own_body() const { return tessera_own_body(get()); }
   std::uint64_t tick() const { return tessera_tick(get()); }
+  std::uint64_t map_version() const { return tessera_map_version(get()); }
+  std::uint32_t last_applied_input() const { return tessera_last_applied_input(get()); }
   tessera_clock Clock() const {
     tessera_clock clock = TESSERA_CLOCK;
     tessera_get_clock(get(), &clock);
@@ -251,6 +298,13 @@ class Client {
     SceneInfo scene = TESSERA_SCENE_INFO;
     tessera_get_scene(get(), &scene);
     return scene;
+  }
+  // All bodies of the scene, ascending by id; static ones never appear among Bodies().
+  //   for (const BodyInfo& body : client.SceneBodies()) Draw(SceneShape(body.shape), body.position, body.orientation);
+  std::vector<BodyInfo> SceneBodies() const {
+    std::vector<BodyInfo> bodies(Scene().body_count, BodyInfo TESSERA_BODY_INFO);
+    for (std::size_t i = 0; i < bodies.size(); ++i) tessera_scene_body(get(), i, &bodies[i]);
+    return bodies;
   }
   std::optional<BodyInfo> InfoOf(std::uint64_t id) const {
     BodyInfo info = TESSERA_BODY_INFO;
