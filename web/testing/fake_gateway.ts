@@ -12,7 +12,7 @@ import { type WebSocket, WebSocketServer } from 'ws';
 import { encodeMap, encodeShapes, encodeStatics, encodeWelcome } from '../src/protocol/encode.ts';
 import { PROTOCOL } from '../src/protocol/messages.ts';
 import { FakeViewer } from './fake_viewer.ts';
-import { FakeWorld, HALF_M, fakeShapes, fakeStatics } from './fake_world.ts';
+import { FakeWorld, HALF_M, fakeShapes, fakeStatics, largeLevel } from './fake_world.ts';
 
 const INSTANCE = 'plaza-1';
 const TYPES: Record<string, string> = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.css': 'text/css' };
@@ -23,6 +23,7 @@ export interface FakeOptions {
   port?: number;
   frame_ms?: number;
   still?: boolean; // the world does not step by itself
+  level?: number; // triangles of a level beyond its own
 }
 
 export class FakeGateway {
@@ -38,6 +39,7 @@ export class FakeGateway {
   constructor(options: FakeOptions) {
     this.options = options;
     this.world = new FakeWorld(options.bodies);
+    if (options.level) this.world.level = largeLevel(options.level);
     this.server = createServer((request, response) => this.serve(request, response));
     this.sockets = new WebSocketServer({ noServer: true, handleProtocols: () => PROTOCOL });
     this.server.on('upgrade', (request, socket, head) => {
@@ -69,6 +71,11 @@ export class FakeGateway {
     const problem = this.world.kill(region);
     this.status();
     return problem;
+  }
+
+  // A message of the world, to all who watch.
+  say(message: object): void {
+    for (const client of this.sockets.clients) client.send(JSON.stringify(message));
   }
 
   private serve(request: IncomingMessage, response: ServerResponse): void {

@@ -1,6 +1,7 @@
 // FakeWorld: a synthetic world for the fake gateway: bodies that fall, roll, cross borders and sleep, in four regions of
 // which one can die and come back. It is a picture of a world, not physics: spheres push each other apart and no more.
 
+import { encodeShapes, encodeStatics } from '../src/protocol/encode.ts';
 import { ASLEEP, type Shape, type StaticBody } from '../src/protocol/messages.ts';
 
 export const HALF_M = 60;
@@ -43,6 +44,7 @@ export class FakeWorld {
   regions: FakeRegion[] = [1, 2, 3, 4].map((region) => ({ region, host: `host-${region}`, standby: (region % 4) + 1, alive: true }));
   events: { time: string; text: string }[] = [];
   players = new Map<number, { name: string; body: FakeBody; force: number[] }>();
+  level: Uint8Array[] = []; // messages of a level beyond the fake one
   private dies_at = new Map<number, number>(); // region: tick at which its standby takes over
   private next_player = 1;
   private random = 12345;
@@ -359,4 +361,39 @@ export function fakeStatics(): StaticBody[] {
     level(8, 'wall', 13, [0, 1.5, HALF_M + 0.4], quarter),
     level(9, 'goal', 14, [-24, 2, -14], [0, 0, 0, 1], true),
   ];
+}
+
+const PART_TRIANGLES = 50;
+
+// Messages of a level of so many triangles, of bodies that have a mesh of their own each, as imported ones are.
+export function largeLevel(triangles: number): Uint8Array[] {
+  const parts = Math.ceil(triangles / PART_TRIANGLES);
+  const first = fakeShapes().length + 1;
+  const messages: Uint8Array[] = [];
+  for (let begin = 0; begin < parts; begin += 500) {
+    const numbers = Array.from({ length: Math.min(500, parts - begin) }, (_, at) => begin + at);
+    messages.push(
+      encodeShapes(numbers.map((part) => ({ number: first + part, shape: fence(part) }))),
+      encodeStatics(
+        numbers.map((part) => ({
+          body: String(50_000 + part),
+          name: `part-${part}`,
+          shape: first + part,
+          trigger: false,
+          position: [-45 + 1.4 * (part % 64), 0.2, -45 + 1.4 * Math.floor(part / 64)],
+          orientation: [0, 0, 0, 1],
+        })),
+      ),
+    );
+  }
+  return messages;
+}
+
+// A strip that stands up, as high as its number says.
+function fence(part: number): Shape {
+  const vertices = new Float32Array(3 * (PART_TRIANGLES + 2));
+  const triangles = new Uint32Array(3 * PART_TRIANGLES);
+  for (let at = 0; at < PART_TRIANGLES + 2; ++at) vertices.set([(at >> 1) / 26, at % 2 === 0 ? 0 : 0.3 + 0.1 * (part % 7), 0.2 * Math.sin(at)], 3 * at);
+  for (let at = 0; at < PART_TRIANGLES; ++at) triangles.set(at % 2 === 0 ? [at, at + 1, at + 2] : [at + 1, at, at + 2], 3 * at);
+  return { kind: 'mesh', vertices, triangles };
 }

@@ -1,9 +1,17 @@
 // Level: the bodies that never move, coloured by who owns the ground below them.
+//
+// A level may have thousands of bodies. Those of one message are sorted by their shape: a shape that many of them have is
+// drawn as instances, and all others are baked together, so that the picture takes a few calls however many bodies there
+// are. The work is linear in what the messages hold, and what has been drawn once is not touched again.
 
 import * as THREE from 'three';
 import type { StaticBody } from '../protocol/messages.ts';
+import { type Placed, bake, bakedSize } from './bake.ts';
 import { type ShapeTable, makeGeometry } from './geometry.ts';
 import type { Territory, Theme } from './territory.ts';
+
+const INSTANCED_FROM = 8; // bodies of one shape in a message
+const MOST_BAKED = 1 << 20; // vertices of a mesh: 28 MB
 
 const GROUND = new THREE.PlaneGeometry(4000, 4000).rotateX(-Math.PI / 2);
 
@@ -18,11 +26,12 @@ export class Level {
     opacity: 0.22,
     depthWrite: false,
   });
-  private readonly geometries = new Map<number, THREE.BufferGeometry>();
   private readonly floor: THREE.Mesh;
   private has_plane = false;
+  private lowest = Infinity;
+  private bodies = 0;
 
-  constructor(territory: Territory) {
+  constructor(territory: Pick<Territory, 'texture' | 'area'>) {
     this.uniforms = {
       territory: { value: territory.texture },
       area: { value: territory.area },
@@ -35,7 +44,7 @@ export class Level {
   }
 
   get count(): number {
-    return this.group.children.length - 1;
+    return this.bodies;
   }
 
   // Colours what is lit by the picture of the territory, `bright` times as light as the ground.
@@ -45,7 +54,15 @@ export class Level {
       Object.assign(shader.uniforms, this.uniforms);
       shader.vertexShader = shader.vertexShader
         .replace('#include <common>', '#include <common>\nvarying vec3 vWorld;')
-        .replace('#include <project_vertex>', '#include <project_vertex>\nvWorld = (modelMatrix * vec4(transformed, 1.0)).xyz;');
+        .replace(
+          '#include <project_vertex>',
+          `#include <project_vertex>
+           vec4 placed = vec4(transformed, 1.0);
+           #ifdef USE_INSTANCING
+             placed = instanceMatrix * placed;
+           #endif
+           vWorld = (modelMatrix * placed).xyz;`,
+        );
       shader.fragmentShader = shader.fragmentShader
         .replace(
           '#include <common>',
@@ -66,43 +83,99 @@ export class Level {
     this.uniforms.outside.value.set(theme.ground).multiplyScalar(0.8);
   }
 
-  add(body: StaticBody, shapes: ShapeTable): void {
-    const shape = shapes.get(body.shape);
-    if (!shape) return;
-    let geometry = this.geometries.get(body.shape);
-    if (!geometry) {
-      geometry = makeGeometry(shape, shapes, true);
-      this.geometries.set(body.shape, geometry);
+  // All bodies of a message, whose shapes are known.
+  add(statics: StaticBody[], shapes: ShapeTable): void {
+    const groups = new Map<string, StaticBody[]>();
+    for (const body of statics) {
+      if (!shapes.has(body.shape)) continue;
+      const key = `${body.shape}${body.trigger ? ' trigger' : ''}`;
+      const group = groups.get(key);
+      if (group) group.push(body);
+      else groups.set(key, [body]);
     }
-    const flat = shape.kind === 'plane' || shape.kind === 'field';
-    const mesh = new THREE.Mesh(geometry, body.trigger ? this.trigger : flat ? this.ground : this.solid);
-    mesh.position.fromArray(body.position);
-    mesh.quaternion.fromArray(body.orientation);
-    mesh.receiveShadow = !body.trigger;
-    mesh.castShadow = !body.trigger && !flat;
-    mesh.updateMatrixWorld();
-    mesh.matrixAutoUpdate = false;
-    mesh.name = body.name;
-    this.group.add(mesh);
-    if (shape.kind === 'plane') this.has_plane = true;
+    const baked = new Map<THREE.MeshLambertMaterial, Placed[]>();
+    for (const group of groups.values()) {
+      const shape = shapes.get(group[0]!.shape)!;
+      const many = group.length >= INSTANCED_FROM;
+      const geometry = makeGeometry(shape, shapes, !many);
+      const flat = shape.kind === 'plane' || shape.kind === 'field';
+      if (shape.kind === 'plane') this.has_plane = true;
+      const material = group[0]!.trigger ? this.trigger : flat ? this.ground : this.solid;
+      const placed = group.map((body) => ({ geometry, matrix: matrixOf(body) }));
+      this.measure(geometry, placed);
+      this.bodies += group.length;
+      if (many) this.show(instances(geometry, material, placed), material);
+      else if (baked.has(material)) baked.get(material)!.push(...placed);
+      else baked.set(material, placed);
+    }
+    for (const [material, placed] of baked) this.bake(material, placed);
     this.placeFloor();
+  }
+
+  private bake(material: THREE.MeshLambertMaterial, placed: Placed[]): void {
+    let begin = 0;
+    let vertices = 0;
+    for (let at = 0; at <= placed.length; ++at) {
+      const size = at < placed.length ? bakedSize(placed[at]!.geometry) : Infinity;
+      if (at > begin && vertices + size > MOST_BAKED) {
+        this.show(new THREE.Mesh(bake(placed.slice(begin, at)), material), material);
+        begin = at;
+        vertices = 0;
+      }
+      vertices += size;
+    }
+    for (const { geometry } of placed) geometry.dispose();
+  }
+
+  private show(mesh: THREE.Mesh, material: THREE.MeshLambertMaterial): void {
+    mesh.receiveShadow = material !== this.trigger;
+    mesh.castShadow = material === this.solid;
+    mesh.matrixAutoUpdate = false;
+    this.group.add(mesh);
+  }
+
+  private measure(geometry: THREE.BufferGeometry, placed: Placed[]): void {
+    geometry.computeBoundingBox();
+    const box = new THREE.Box3();
+    for (const { matrix } of placed) {
+      box.copy(geometry.boundingBox!).applyMatrix4(matrix);
+      if (!box.isEmpty()) this.lowest = Math.min(this.lowest, box.min.y);
+    }
   }
 
   // A world without a plane gets a floor just below all that it has, so that depth can be read.
   private placeFloor(): void {
     this.floor.visible = !this.has_plane;
-    if (this.has_plane) return;
-    const box = new THREE.Box3();
-    for (const child of this.group.children) if (child !== this.floor) box.expandByObject(child);
-    this.floor.position.y = box.isEmpty() ? 0 : box.min.y - 0.02;
+    this.floor.position.y = Number.isFinite(this.lowest) ? this.lowest - 0.02 : 0;
   }
 
   clear(): void {
-    for (const child of [...this.group.children]) if (child !== this.floor) this.group.remove(child);
-    for (const geometry of this.geometries.values()) geometry.dispose();
-    this.geometries.clear();
+    for (const child of [...this.group.children] as THREE.Mesh[]) {
+      if (child === this.floor) continue;
+      this.group.remove(child);
+      child.geometry.dispose();
+      if (child instanceof THREE.InstancedMesh) child.dispose();
+    }
     this.has_plane = false;
-    this.floor.visible = true;
-    this.floor.position.y = 0;
+    this.lowest = Infinity;
+    this.bodies = 0;
+    this.placeFloor();
   }
+}
+
+const ONE = new THREE.Vector3(1, 1, 1);
+
+function matrixOf(body: StaticBody): THREE.Matrix4 {
+  return new THREE.Matrix4().compose(
+    new THREE.Vector3().fromArray(body.position),
+    new THREE.Quaternion().fromArray(body.orientation),
+    ONE,
+  );
+}
+
+function instances(geometry: THREE.BufferGeometry, material: THREE.Material, placed: Placed[]): THREE.InstancedMesh {
+  const mesh = new THREE.InstancedMesh(geometry, material, placed.length);
+  placed.forEach(({ matrix }, index) => mesh.setMatrixAt(index, matrix));
+  mesh.computeBoundingSphere();
+  return mesh;
 }
