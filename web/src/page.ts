@@ -40,6 +40,7 @@ export class Page implements SessionListener {
   private readonly counts = h('span', { id: 'counts' });
   private readonly banner = h('div', { id: 'banner', role: 'alert', hidden: true });
   private readonly toasts = h('div', { id: 'toasts', role: 'status' });
+  private marks = true; // contacts are shown
   private names = new Map<number, string>();
   private steered_s = 0;
   private steered = '';
@@ -54,6 +55,7 @@ export class Page implements SessionListener {
     this.tools = new Tools({
       mode: (mode) => this.view.setMode(mode),
       borders: (on) => this.view.setBorders(on),
+      contacts: (on) => (this.marks = on),
       shadows: (on) => this.view.setShadows(on),
       home: () => this.home(false),
       above: () => this.home(true),
@@ -198,7 +200,10 @@ export class Page implements SessionListener {
   said(message: JsonMessage): void {
     if (message.type === 'recording') this.time.showRecording(message);
     if (message.type === 'play') this.time.showPlay(message);
-    if (message.type === 'problem' && message.code === 'bad_message') this.answered(message.text, false);
+    if (message.type === 'met' && this.marks) this.view.showContact(message);
+    // Who may watch and not play is connected again at once, to watch: the reason stays to be read.
+    const said = message.type === 'problem' && (message.code === 'bad_message' || (message.code === 'not_allowed' && this.session.welcome !== null));
+    if (said) this.answered(message.text, false);
     if (message.type === 'status') this.names = new Map((message.player_list ?? []).map((player) => [player.player, player.name]));
   }
 
@@ -297,6 +302,8 @@ export class Page implements SessionListener {
 
   private steer(now_s: number, seconds: number): void {
     const rig = this.view.rig;
+    const [turn, tilt] = this.hands.turn;
+    if (turn !== 0 || tilt !== 0) rig.turn(turn, tilt, seconds);
     if (this.view.own < 0) {
       const [right, forward] = this.hands.move;
       if (right !== 0 || forward !== 0) {
@@ -340,7 +347,7 @@ export class Page implements SessionListener {
     const left = Math.max(0, link.again_at_s - performance.now() / 1000);
     const advice: Record<string, string> = {
       no_world: 'Check the name, or choose one from the list of worlds (Tessera, top left).',
-      not_allowed: 'Ask an operator for the right to see it.',
+      not_allowed: 'It is the gateway that needs the right, not this browser.',
       lost: 'What is shown is the last that came.',
     };
     setText(this.banner.firstElementChild!, `${capital(link.why)}. ${advice[link.code] ?? ''} Connecting again in ${left.toFixed(0)} s.`);
@@ -370,6 +377,7 @@ export class Page implements SessionListener {
             frames: session.frames,
             owner_changes: session.bodies.owner_changes,
             dead: [...session.room.dead],
+            contacts: view.contacts.count,
             link: session.link.state,
           };
         },

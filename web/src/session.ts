@@ -33,6 +33,7 @@ export class Session {
   tick = 0;
   paused = false;
   frames = 0;
+  met = 0; // contacts that have come
   frame_at_s = -Infinity;
   decode_ms = 0; // spent on messages since somebody last set it to 0
   link: LinkState = { state: 'connecting' };
@@ -148,6 +149,9 @@ export class Session {
         break;
       case 'detail':
         if (message.body === this.selected) this.detail = message;
+        break;
+      case 'met':
+        ++this.met;
         break;
       case 'play':
         this.play = message;

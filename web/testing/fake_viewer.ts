@@ -30,7 +30,6 @@ interface Request {
   name?: string;
   region?: number;
   on?: boolean;
-  ticks?: number;
   force?: number[];
   paused?: boolean;
   speed?: number;
@@ -63,6 +62,7 @@ export class FakeViewer {
     this.map_version = 0;
     const own = this.world.players.get(this.player)?.body.id ?? 0n;
     for (const message of greeting(String(own), this.player)) this.socket.send(message);
+    for (const message of this.world.level) this.socket.send(message);
   }
 
   left(): void {
@@ -143,6 +143,8 @@ export class FakeViewer {
           ghosts: Math.round(own.length / 14),
           asleep: own.filter((body) => body.asleep).length,
           players: own.filter((body) => body.player > 0).length,
+          broadcast_ms: 0.2,
+          prediction_ms: 0.1,
           memory_bytes: 61e6 + 9000 * own.length,
         };
       }),
@@ -226,9 +228,6 @@ export class FakeViewer {
       case 'pause':
       case 'resume':
         this.world.paused = request.order === 'pause';
-        break;
-      case 'step':
-        for (let left = request.ticks ?? 1; left > 0; --left) this.world.step();
         break;
       case 'record':
         this.recording = request.on === true;

@@ -133,6 +133,34 @@ test('a body is found by name', async () => {
   await page.keyboard.press('Escape');
 });
 
+test('a contact is marked where it is, for a moment, unless it is switched off', async () => {
+  const met = (kind: string, point?: number[]) => gateway.say({ type: 'met', kind, body: '101', other: '102', point, impulse: 3 });
+  met('contact_ended');
+  met('contact_began', [-20, 6, -20]);
+  await page.waitForFunction('tessera.counts.contacts === 1', undefined, WAIT);
+  await page.waitForFunction('tessera.counts.contacts === 0', undefined, WAIT);
+  met('trigger_entered'); // where its body is
+  await page.waitForFunction('tessera.counts.contacts === 1', undefined, WAIT);
+  await page.waitForFunction('tessera.counts.contacts === 0', undefined, WAIT);
+  await page.getByRole('button', { name: 'Contacts' }).click();
+  met('contact_began', [0, 0, 0]);
+  await page.waitForFunction('tessera.session.met === 4', undefined, WAIT);
+  assert.equal(await value<number>('tessera.counts.contacts'), 0);
+  await page.getByRole('button', { name: 'Contacts' }).click();
+});
+
+test('the right stick turns the camera', async () => {
+  const yaw = await value<number>('tessera.view.rig.yaw');
+  const stick = (right: number) => value(`void (navigator.getGamepads = () => [{ connected: true, axes: [0, 0, ${right}, 0], buttons: [] }])`);
+  await stick(1);
+  await page.waitForFunction(`tessera.view.rig.yaw < ${yaw} - 0.2`, undefined, WAIT);
+  await stick(0);
+});
+
+test('a live world has no steps', async () => {
+  assert.equal(await page.getByTitle('One step forward').isVisible(), false);
+});
+
 test('a player drives, and a second page sees it', async () => {
   const second = await open(browser, `${address}/#plaza-1`, { size: SMALL });
   await page.getByLabel('Your name as a player').fill('ada');
@@ -190,6 +218,21 @@ test('the list of worlds, a world that is not there, and a recording', async () 
   assert.equal(await page.getByRole('group', { name: 'Orders' }).isVisible(), false, 'a recording takes no orders');
   await page.getByLabel('Place in the recording').fill('42');
   await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42) < 1', undefined, WAIT);
+  await page.getByTitle('One step forward').click();
+  await page.waitForFunction('Math.abs(tessera.session.play.at_s - 42 - 1 / 60) < 0.005', undefined, WAIT);
+});
+
+test('a level of 200 000 triangles is drawn in a few calls', async () => {
+  const large = new FakeGateway({ page: process.env['TESSERA_PAGE'] ?? 'dist', bodies: BODIES, still: true, level: 200_000 });
+  const shown = await open(browser, `${await large.listen()}/#plaza-1`, { size: SMALL });
+  await shown.page.waitForFunction('window.tessera && tessera.counts.statics === 4009', undefined, WAIT);
+  await settled(shown.page);
+  const { calls, triangles } = await shown.page.evaluate('(tessera.page.picture(), { ...tessera.view.renderer.info.render })') as { calls: number; triangles: number };
+  assert.ok(triangles > 200_000, `${triangles} triangles`);
+  assert.ok(calls < 50, `${calls} calls`);
+  assert.deepEqual(shown.complaints, { errors: [], foreign: [] });
+  await shown.page.context().close();
+  await large.close();
 });
 
 test('a browser without WebGL is told so', async () => {

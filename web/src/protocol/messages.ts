@@ -133,6 +133,8 @@ export interface RegionStatus {
   asleep: number;
   players: number;
   memory_bytes: number;
+  broadcast_ms?: number; // both are missing before the region has sent them
+  prediction_ms?: number;
 }
 
 export interface Status {
@@ -176,12 +178,21 @@ export interface Play {
   speed: number;
 }
 
+export interface Met {
+  type: 'met';
+  kind: 'contact_began' | 'contact_ended' | 'trigger_entered' | 'trigger_left';
+  body: string;
+  other: string;
+  point?: number[]; // of a contact that begins
+  impulse?: number;
+}
+
 export type JsonMessage =
   | Status
   | Detail
   | Play
   | { type: 'events'; events: { time: string; text: string }[] }
-  | { type: 'met'; kind: string; body: string; other: string; point: number[]; impulse: number }
+  | Met
   | { type: 'recording'; on: boolean; file: string; bytes: number; problem: string }
   | { type: 'answer'; number: number; ok: boolean; text: string }
   | { type: 'problem'; code: string; text: string; again_s?: number };

@@ -44,10 +44,11 @@ export class Hands {
     return [right / length, forward / length];
   }
 
-  // How far the right stick turns the camera.
-  get turn(): number {
-    const axis = pad()?.axes[2] ?? 0;
-    return Math.abs(axis) > DEAD_ZONE ? axis : 0;
+  // How far the right stick turns the camera: to the right and up, -1 to 1 each.
+  get turn(): [number, number] {
+    const axes = pad()?.axes;
+    const beyond = (axis: number) => (Math.abs(axis) > DEAD_ZONE ? axis : 0);
+    return [beyond(axes?.[2] ?? 0), -beyond(axes?.[3] ?? 0)];
   }
 
   steering(yaw: number, pitch: number): Steering {

@@ -13,12 +13,17 @@ const HEADS: [string, string][] = [
   ['Host', 'where it runs, and the region that stands by'],
   ['Hz', 'ticks a second'],
   ['Step', 'milliseconds of a physics step: median and 99th percentile'],
+  ['Send', 'milliseconds of a broadcast of snapshots, and of the prediction in a tick'],
   ['Bodies', 'bodies it owns, and how many of them sleep'],
   ['Ghosts', 'copies of neighbours’ bodies'],
   ['Plr', 'players'],
   ['Mem', 'memory of its process'],
   ['', 'orders'],
 ];
+
+function ms(value: number | undefined): string {
+  return value === undefined ? '–' : number(value, 1);
+}
 
 export class MachineRoom {
   readonly charts = new Charts();
@@ -109,6 +114,7 @@ export class MachineRoom {
       h('td', { title: unprotected ? 'its standby does not have its state yet' : '' }, region.host, ' ', h('small', { class: unprotected ? 'warn' : '' }, standby)),
       h('td', {}, region.alive ? number(region.tick_rate_hz) : 'lost'),
       h('td', { class: late ? 'warn' : '' }, number(region.step_p50_ms, 1), ' ', h('small', {}, number(region.step_p99_ms, 1))),
+      h('td', {}, ms(region.broadcast_ms), ' ', h('small', {}, ms(region.prediction_ms))),
       h('td', {}, number(region.bodies), ' ', h('small', {}, region.asleep > 0 ? `${number(region.asleep)} z` : '')),
       h('td', {}, number(region.ghosts)),
       h('td', {}, number(region.players)),

@@ -1,4 +1,4 @@
-// TimeBar: of a live world the clock and the record button, of a recording play, pause, scrub and step.
+// TimeBar: of a live world the clock, pause and the record button, of a recording play, pause, scrub and step.
 
 import type { Play } from '../protocol/messages.ts';
 import { bytes, clock, h, setText } from './dom.ts';
@@ -44,7 +44,7 @@ export class TimeBar {
 
   setReplay(replay: boolean): void {
     this.replay = replay;
-    for (const element of [this.back, this.slider, this.speed]) element.hidden = !replay;
+    for (const element of [this.back, this.step, this.slider, this.speed]) element.hidden = !replay;
     this.record.hidden = replay;
     this.showPaused(false);
     setText(this.note, '');
@@ -60,15 +60,13 @@ export class TimeBar {
   }
 
   private stepBy(steps: number): void {
-    if (this.replay) this.send({ type: 'play', paused: true, step: steps });
-    else this.order('step', { ticks: steps });
+    this.send({ type: 'play', paused: true, step: steps });
   }
 
   showPaused(paused: boolean): void {
     this.paused = paused;
     setText(this.pause, paused ? '▶' : '❚❚');
     this.pause.setAttribute('aria-label', paused ? 'Go on' : 'Pause');
-    this.step.disabled = !paused && !this.replay;
   }
 
   showTick(tick: number, rate: number): void {

@@ -6,6 +6,7 @@ import { h, setText } from './dom.ts';
 export interface ToolActions {
   mode(mode: ColourMode): void;
   borders(on: boolean): void;
+  contacts(on: boolean): void;
   shadows(on: boolean): void;
   home(): void;
   above(): void;
@@ -54,7 +55,7 @@ export class Tools {
     this.hands.addEventListener('submit', (event) => this.submit(event));
     this.element.append(
       h('div', {}, this.mode, h('button', { title: 'Show all (H)', onclick: () => actions.home() }, 'Overview'), h('button', { title: 'From above (T)', onclick: () => actions.above() }, 'From above')),
-      h('div', {}, this.search, toggle('Borders', 'Show borders', true, (on) => actions.borders(on)), this.shadows),
+      h('div', {}, this.search, toggle('Borders', 'Show borders', true, (on) => actions.borders(on)), toggle('Contacts', 'Mark where players and triggers meet something', true, (on) => actions.contacts(on)), this.shadows),
       this.legend,
       this.hands,
     );

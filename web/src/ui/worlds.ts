@@ -48,7 +48,7 @@ export class WorldList {
   }
 
   private drawWorlds(worlds: WorldEntry[]): void {
-    const empty = ['No world runs. Start one with ', h('code', {}, 'tessera create SCENE'), ', or try ', h('code', {}, './dev demo'), '.'];
+    const empty = ['No world runs. Start one with ', h('code', {}, 'tessera instance create --scene plaza --regions 4'), ', or try ', h('code', {}, './dev demo'), '.'];
     this.note.replaceChildren(...(worlds.length === 0 ? empty : []));
     replace(
       this.worlds,

@@ -4,6 +4,7 @@ import * as THREE from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 const CHASE_M = 9;
+const TURN_RAD_S = 2.5; // with the stick all the way
 const MARGIN = 0.96; // of half the screen
 
 function fits(place: THREE.Vector3): boolean {
@@ -101,6 +102,14 @@ export class CameraRig {
   get pitch(): number {
     const forward = this.controls.target.clone().sub(this.camera.position).normalize();
     return Math.asin(forward.y);
+  }
+
+  // Turns what is looked at to the right and up, as a stick does: -1 to 1 each.
+  turn(right: number, up: number, seconds: number): void {
+    const offset = new THREE.Spherical().setFromVector3(this.camera.position.clone().sub(this.controls.target));
+    offset.theta -= TURN_RAD_S * seconds * right;
+    offset.phi = Math.min(this.controls.maxPolarAngle, Math.max(0.02, offset.phi + TURN_RAD_S * seconds * up));
+    this.camera.position.setFromSpherical(offset).add(this.controls.target);
   }
 
   // Moves over the ground by steps of the screen: right and forward, -1 to 1.

@@ -1,11 +1,12 @@
 // WorldView: the world in 3D. It is given messages through World and draws what that holds.
 
 import * as THREE from 'three';
-import type { PartitionMap, StaticBody } from '../protocol/messages.ts';
+import type { Met, PartitionMap, StaticBody } from '../protocol/messages.ts';
 import type { Bodies } from '../world/bodies.ts';
 import { Batches } from './batches.ts';
 import { CameraRig } from './camera_rig.ts';
 import { type ColourMode, bodyColour } from './colours.ts';
+import { Contacts } from './contacts.ts';
 import type { ShapeTable } from './geometry.ts';
 import { Level } from './level.ts';
 import { pick } from './picking.ts';
@@ -21,12 +22,13 @@ export class WorldView {
   readonly rig: CameraRig;
   readonly batches: Batches;
   readonly level: Level;
+  readonly contacts = new Contacts();
   readonly software: boolean;
   mode: ColourMode = 'region';
   selected = -1;
   follows = false;
   own = -1;
-  private readonly renderer: THREE.WebGLRenderer;
+  readonly renderer: THREE.WebGLRenderer;
   private readonly scene = new THREE.Scene();
   private readonly territory = new Territory();
   private readonly sky = new THREE.HemisphereLight('#ffffff', '#8a90a0', 1.9);
@@ -62,7 +64,7 @@ export class WorldView {
     this.sun.shadow.bias = -0.0006;
     this.sun.shadow.normalBias = 0.04;
     this.scene.add(this.sky, this.sun, this.sun.target, this.level.group, this.batches.group, this.territory.curtains);
-    this.scene.add(this.outline, this.arrow);
+    this.scene.add(this.outline, this.arrow, this.contacts.points);
     this.setTheme(true);
     this.rig.frame(this.bounds, false);
   }
@@ -113,7 +115,13 @@ export class WorldView {
   }
 
   addStatics(statics: StaticBody[]): void {
-    for (const body of statics) this.level.add(body, this.shapes);
+    this.level.add(statics, this.shapes);
+  }
+
+  showContact(met: Met): void {
+    const slot = [met.body, met.other].map((body) => this.bodies.find(body)).find((found) => found >= 0);
+    const place = slot === undefined ? null : this.bodies.shown.subarray(7 * slot, 7 * slot + 3);
+    this.contacts.add(met, place);
   }
 
   // How many bodies light up because they have changed their owner.
@@ -150,6 +158,7 @@ export class WorldView {
     this.batches.clear();
     this.level.clear();
     this.flashes.clear();
+    this.contacts.clear();
     this.selected = this.own = -1;
     this.follows = false;
   }
@@ -180,6 +189,7 @@ export class WorldView {
   update(fraction: number, now_s: number): void {
     this.batches.pose(fraction);
     this.fade(now_s);
+    this.contacts.fade(now_s);
     this.batches.upload();
     this.mark(now_s);
     this.rig.controls.update();
