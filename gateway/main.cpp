@@ -83,9 +83,6 @@ absl::Status Run(const GatewayFlags& flags) {
   if (!listen.ok()) return listen.status();
   if (!metrics_listen.ok()) return metrics_listen.status();
   const std::string page = flags.page.empty() ? FindPage() : flags.page;
-  if (!page.empty() && !fs::exists(fs::path(page) / "index.html")) {
-    return absl::NotFoundError("--page " + page + ": has no index.html");
-  }
   if (page.empty()) spdlog::warn("page not found; only the API is served");
   GatewayOptions options = flags.options;
   options.recording_limits = {flags.recording_mb * 1'000'000, flags.recordings_mb * 1'000'000};

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <mutex>
 #include <utility>
@@ -16,6 +15,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "gateway/page_files.h"
 #include "gateway/viewer_format.h"
 #include "spdlog/spdlog.h"
 
@@ -29,9 +29,11 @@ constexpr lws_usec_t kFrame_us = 1'000'000 / 60, kIdle_us = 200'000;
 constexpr int kUnsent_bytes = 16 * 1024, kSendBuffer_bytes = 256 * 1024;
 // Bytes that go to a socket at once; the rest of a larger message waits for the socket.
 constexpr std::size_t kWrite_bytes = 256 * 1024;
+// Of the page, at once: what libwebsockets may have to keep for a socket that takes less.
+constexpr std::size_t kPagePiece_bytes = 32 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
-constexpr unsigned kRequestTimeout_s = 10;
+constexpr int kRequestTimeout_s = 10;
 constexpr std::size_t kMaxInstanceName = 64;
 constexpr char kPlainText[] = "text/plain; charset=utf-8", kJson[] = "application/json";
 constexpr std::size_t kMaxRecordingName = 128;
@@ -89,11 +91,9 @@ const lws_protocol_vhost_options* Headers() {
   return &policy;
 }
 
-const lws_protocol_vhost_options* FurtherTypes() {
-  static const lws_protocol_vhost_options any{nullptr, nullptr, "*", "application/octet-stream"};
-  static const lws_protocol_vhost_options map{&any, nullptr, ".map", "application/json"};
-  static const lws_protocol_vhost_options wasm{&map, nullptr, ".wasm", "application/wasm"};
-  return &wasm;
+bool AddHeader(lws* wsi, lws_token_indexes header, const std::string& value, unsigned char** at, unsigned char* end) {
+  return lws_add_http_header_by_token(wsi, header, reinterpret_cast<const unsigned char*>(value.data()),
+                                      static_cast<int>(value.size()), at, end) == 0;
 }
 
 }  // namespace
@@ -116,6 +116,12 @@ struct WebServer::Impl {
     bool too_long = false, asked_to_write = false;
   };
 
+  // What a connection of HTTP is being sent of the page; null: nothing.
+  struct Download {
+    const std::string* bytes = nullptr;
+    std::size_t sent = 0;
+  };
+
   static int OnHttp(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static int OnViewer(lws* wsi, lws_callback_reasons reason, void* user, void* in, size_t len);
   static void OnTick(lws_sorted_usec_list_t* timer);
@@ -125,8 +131,10 @@ struct WebServer::Impl {
     return gateway::MayConnect(HeaderOf(wsi, WSI_TOKEN_HOST), HeaderOf(wsi, WSI_TOKEN_ORIGIN), options.allow_origins);
   }
   int Reply(lws* wsi, unsigned status, const char* type, const std::string& body);
-  int Page(lws* wsi);
+  int Answer(lws* wsi, Download& download);
   int Post(lws* wsi);
+  int SendPage(lws* wsi, const PageFile& file, bool with_body, Download& download);
+  static int SendMore(lws* wsi, Download& download);
   int FilterViewer(lws* wsi);
   void Open(lws* wsi, Peer& peer);
   void Receive(lws* wsi, Peer& peer, std::string_view bytes);
@@ -139,7 +147,8 @@ struct WebServer::Impl {
   lws_context* context = nullptr;
   lws_vhost* vhost = nullptr;
   std::array<lws_protocols, 3> protocols{};
-  lws_http_mount page{}, api{}, health{};
+  PageFiles page;
+  lws_http_mount mount{};
   lws_retry_bo_t patience{};
   // The timer, and whose it is.
   struct Timer {
@@ -162,9 +171,8 @@ int WebServer::Impl::Reply(lws* wsi, unsigned status, const char* type, const st
   unsigned char* at = headers.data() + LWS_PRE;
   unsigned char* const begin = at;
   unsigned char* const end = headers.data() + headers.size() - 1;
-  const auto* no_store = reinterpret_cast<const unsigned char*>("no-store");
   if (lws_add_http_common_headers(wsi, status, type, body.size(), &at, end) != 0 ||
-      lws_add_http_header_by_token(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, no_store, 8, &at, end) != 0 ||
+      !AddHeader(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, "no-store", &at, end) ||
       lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
     return 1;
   }
@@ -190,9 +198,54 @@ int WebServer::Impl::Post(lws* wsi) {
                absl::StrCat(state.status().message(), "\n"));
 }
 
-int WebServer::Impl::Page(lws* wsi) {
+// A browser asks each time whether what it has is still the newest, for the names of files stay the same.
+int WebServer::Impl::SendPage(lws* wsi, const PageFile& file, bool with_body, Download& download) {
+  std::vector<unsigned char> headers(LWS_PRE + 2048);
+  unsigned char* at = headers.data() + LWS_PRE;
+  unsigned char* const begin = at;
+  unsigned char* const end = headers.data() + headers.size() - 1;
+  const bool packed = !file.gzip.empty() && AcceptsGzip(HeaderOf(wsi, WSI_TOKEN_HTTP_ACCEPT_ENCODING));
+  const bool known = HasTag(HeaderOf(wsi, WSI_TOKEN_HTTP_IF_NONE_MATCH), file.tag);
+  const std::string& body = packed ? file.gzip : file.plain;
+  const unsigned status = known ? HTTP_STATUS_NOT_MODIFIED : HTTP_STATUS_OK;
+  if (lws_add_http_common_headers(wsi, status, file.type, known ? 0 : body.size(), &at, end) != 0 ||
+      !AddHeader(wsi, WSI_TOKEN_HTTP_CACHE_CONTROL, "no-cache", &at, end) ||
+      !AddHeader(wsi, WSI_TOKEN_HTTP_ETAG, absl::StrCat("W/\"", file.tag, "\""), &at, end) ||
+      !AddHeader(wsi, WSI_TOKEN_HTTP_VARY, "Accept-Encoding", &at, end) ||
+      (packed && !known && !AddHeader(wsi, WSI_TOKEN_HTTP_CONTENT_ENCODING, "gzip", &at, end)) ||
+      lws_finalize_write_http_header(wsi, begin, &at, end) != 0) {
+    return 1;
+  }
+  if (known || !with_body || body.empty()) return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+  download = {.bytes = &body, .sent = 0};
+  lws_callback_on_writable(wsi);
+  return 0;
+}
+
+// No more at once than the socket takes, so that a browser that reads slowly costs no memory.
+int WebServer::Impl::SendMore(lws* wsi, Download& download) {
+  Impl& me = Of(wsi);
+  const std::size_t size = std::min(kPagePiece_bytes, download.bytes->size() - download.sent);
+  const auto from = download.bytes->begin() + static_cast<std::ptrdiff_t>(download.sent);
+  me.out.resize(LWS_PRE + size);
+  std::copy(from, from + static_cast<std::ptrdiff_t>(size), me.out.begin() + LWS_PRE);
+  download.sent += size;
+  const bool last = download.sent == download.bytes->size();
+  if (lws_write(wsi, me.out.data() + LWS_PRE, size, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0) return -1;
+  if (!last) {
+    lws_set_timeout(wsi, PENDING_TIMEOUT_HTTP_CONTENT, kRequestTimeout_s);
+    lws_callback_on_writable(wsi);
+    return 0;
+  }
+  download = {};
+  return lws_http_transaction_completed(wsi) != 0 ? -1 : 0;
+}
+
+int WebServer::Impl::Answer(lws* wsi, Download& download) {
   if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) > 0) return Post(wsi);
-  const std::string path = HeaderOf(wsi, WSI_TOKEN_GET_URI);
+  const bool with_body = lws_hdr_total_length(wsi, WSI_TOKEN_HEAD_URI) <= 0;
+  const std::string path = HeaderOf(wsi, with_body ? WSI_TOKEN_GET_URI : WSI_TOKEN_HEAD_URI);
+  if (const PageFile* file = page.Find(path)) return SendPage(wsi, *file, with_body, download);
   if (path == "/healthz") return Reply(wsi, HTTP_STATUS_OK, kPlainText, "ok\n");
   if (path == "/api/worlds") {
     const WorldList::List list = gateway == nullptr ? WorldList::List() : gateway->Worlds();
@@ -229,14 +282,23 @@ int WebServer::Impl::OnHttp(lws* wsi, lws_callback_reasons reason, void* user, v
       lws_return_http_status(wsi, HTTP_STATUS_FORBIDDEN, "This gateway is not known by that name; see --allow-origin.");
       return -1;
     }
-    case LWS_CALLBACK_HTTP:
-      return Of(wsi).Page(wsi);
+    case LWS_CALLBACK_HTTP: {
+      auto& download = *static_cast<Download*>(user);
+      download = {};
+      return Of(wsi).Answer(wsi, download);
+    }
+    case LWS_CALLBACK_HTTP_WRITEABLE: {
+      auto* const download = static_cast<Download*>(user);
+      if (download == nullptr || download->bytes == nullptr) break;
+      return SendMore(wsi, *download);
+    }
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
       Of(wsi).Tick();
       return 0;
     default:
-      return lws_callback_http_dummy(wsi, reason, user, in, len);
+      break;
   }
+  return lws_callback_http_dummy(wsi, reason, user, in, len);
 }
 
 // --- Viewers ---------------------------------------------------------------------------------------------------------
@@ -375,24 +437,19 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   if (absl::Status status = host::CheckBindable(options.listen, "page"); !status.ok()) return status;
   auto impl = std::make_unique<Impl>(options, metrics);
   Impl& me = *impl;
+  if (!options.page.empty()) {
+    auto page = PageFiles::Read(options.page);
+    if (!page.ok()) return page.status();
+    me.page = *std::move(page);
+  }
   lws_set_log_level(LLL_ERR | LLL_WARN, LogLine);
-  me.protocols[0] = {"http", Impl::OnHttp, 0, kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes};
+  me.protocols[0] = {"http", Impl::OnHttp, sizeof(Impl::Download), kMaxViewerMessage_bytes, 0, nullptr, kWrite_bytes};
   me.protocols[1] = {kViewerSubprotocol, Impl::OnViewer, sizeof(Impl::Peer*), kMaxViewerMessage_bytes, 0, nullptr,
                      kWrite_bytes};
-  const auto mount = [](lws_http_mount& to, const char* at, unsigned char kind, const char* origin) {
-    to.mountpoint = at;
-    to.mountpoint_len = static_cast<unsigned char>(std::strlen(at));
-    to.origin = origin;
-    to.origin_protocol = kind;
-  };
-  mount(me.api, "/api", LWSMPRO_CALLBACK, "http");
-  mount(me.health, "/healthz", LWSMPRO_CALLBACK, "http");
-  const bool has_page = !me.options.page.empty();
-  mount(me.page, "/", has_page ? LWSMPRO_FILE : LWSMPRO_CALLBACK, has_page ? me.options.page.c_str() : "http");
-  me.page.def = "index.html";
-  me.page.extra_mimetypes = FurtherTypes();
-  me.api.mount_next = &me.health;
-  me.health.mount_next = &me.page;
+  me.mount.mountpoint = "/";
+  me.mount.mountpoint_len = 1;
+  me.mount.origin = "http";
+  me.mount.origin_protocol = LWSMPRO_CALLBACK;
   me.patience.secs_since_valid_ping = kPingAfter_s;
   me.patience.secs_since_valid_hangup = kHangUpAfter_s;
 
@@ -400,7 +457,7 @@ absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& op
   info.port = me.options.listen.port;
   info.iface = me.options.listen.host == "0.0.0.0" ? nullptr : me.options.listen.host.c_str();
   info.protocols = me.protocols.data();
-  info.mounts = &me.api;
+  info.mounts = &me.mount;
   info.headers = Headers();
   info.user = impl.get();
   info.gid = static_cast<gid_t>(-1);

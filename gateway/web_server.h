@@ -36,7 +36,7 @@ bool MayConnect(const std::string& host, const std::string& origin, const std::v
 
 class WebServer {
  public:
-  // UNAVAILABLE: the address cannot be bound.
+  // UNAVAILABLE: the address cannot be bound. Those of PageFiles::Read.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options, GatewayMetrics& metrics);
   ~WebServer();
   WebServer(const WebServer&) = delete;

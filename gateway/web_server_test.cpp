@@ -1,0 +1,130 @@
+// What the gateway's one port serves of a page, as it goes over the wire.
+#include "gateway/web_server.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "gateway/page_files.h"
+#include "gateway/testing/page_request.h"
+#include "host/temporary_folder.h"
+
+namespace tessera::gateway {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+class WebServerTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::filesystem::create_directories(folder_.path() + "/page/assets");
+    Write("../secret", "hidden");
+    for (int line = 0; line < 40'000; ++line) script_ += "let line_" + std::to_string(line) + " = 0;\n";
+    Write("index.html", "<!doctype html><title>page</title>");
+    Write("assets/page.js", script_);
+    Write("assets/dot.png", "\x89PNG\x01\x02");
+    auto server =
+        WebServer::Start({.listen = {"127.0.0.1", 0}, .page = folder_.path() + "/page", .allow_origins = {}}, metrics_);
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+    thread_ = std::thread([this] {
+      while (!stopped_) server_->Service();
+    });
+  }
+  void TearDown() override {
+    stopped_ = true;
+    if (!thread_.joinable()) return;
+    server_->Wake();
+    thread_.join();
+  }
+
+  void Write(const std::string& name, const std::string& content) {
+    std::ofstream(folder_.path() + "/page/" + name, std::ios::binary) << content;
+  }
+  PageAnswer Get(const std::string& path, const std::vector<std::string>& headers = {},
+                 const std::string& method = "GET") {
+    return RequestPage(server_->address(), path, headers, method);
+  }
+
+  const host::TemporaryFolder folder_;
+  GatewayMetrics metrics_;
+  std::string script_;
+  std::unique_ptr<WebServer> server_;
+  std::atomic<bool> stopped_ = false;
+  std::thread thread_;
+};
+
+TEST_F(WebServerTest, CompressesForWhoAcceptsIt) {
+  PageAnswer packed = Get("/assets/page.js", {"Accept-Encoding: br, gzip;q=0.8"});
+  EXPECT_EQ(packed.status, 200);
+  EXPECT_EQ(packed.headers["content-encoding"], "gzip");
+  EXPECT_EQ(packed.headers["vary"], "Accept-Encoding");
+  EXPECT_THAT(packed.headers["content-type"], HasSubstr("text/javascript"));
+  EXPECT_THAT(packed.headers["content-security-policy"], HasSubstr("default-src 'self'"));
+  EXPECT_EQ(packed.headers["content-length"], std::to_string(packed.body.size()));
+  EXPECT_LT(packed.body.size(), script_.size() / 4);
+  EXPECT_TRUE(Gunzip(packed.body) == script_);
+
+  PageAnswer plain = Get("/assets/page.js", {"Accept-Encoding: gzip;q=0, br"});
+  EXPECT_FALSE(plain.headers.contains("content-encoding"));
+  EXPECT_TRUE(plain.body == script_) << plain.body.size() << " of " << script_.size() << " bytes";
+  EXPECT_TRUE(Get("/assets/page.js").body == script_);
+  EXPECT_FALSE(Get("/assets/dot.png", {"Accept-Encoding: gzip"}).headers.contains("content-encoding"))
+      << "it would not be smaller";
+}
+
+TEST_F(WebServerTest, ABrowserThatHasItIsSentNothing) {
+  PageAnswer first = Get("/", {"Accept-Encoding: gzip"});
+  const std::string tag = first.headers["etag"];
+  ASSERT_GT(tag.size(), 10u);
+  EXPECT_EQ(first.headers["cache-control"], "no-cache") << "it asks each time";
+  const PageAnswer again = Get("/", {"Accept-Encoding: gzip", "If-None-Match: " + tag});
+  EXPECT_EQ(again.status, 304);
+  EXPECT_THAT(again.body, IsEmpty());
+  EXPECT_EQ(Get("/", {"If-None-Match: \"another\""}).status, 200);
+  EXPECT_NE(Get("/assets/page.js").headers["etag"], tag);
+}
+
+TEST_F(WebServerTest, ServesNothingElse) {
+  for (const char* path : {"/assets/none.js", "/assets", "/assets/", "/../secret", "/assets/..%2f..%2fsecret"}) {
+    const PageAnswer answer = Get(path);
+    EXPECT_TRUE(answer.status == 404 || answer.status == 403) << path << ": " << answer.status;
+    EXPECT_THAT(answer.body, Not(HasSubstr("hidden"))) << path;
+  }
+  EXPECT_EQ(Get("/healthz").body, "ok\n");
+  PageAnswer head = Get("/assets/page.js", {}, "HEAD");
+  EXPECT_EQ(head.status, 200);
+  EXPECT_EQ(head.headers["content-length"], std::to_string(script_.size()));
+  EXPECT_THAT(head.body, IsEmpty());
+  EXPECT_EQ(RequestPage(server_->address(), "/").status, 200) << "it is still there";
+}
+
+TEST(PageFilesTest, AFolderWithoutAPageIsRefused) {
+  const host::TemporaryFolder folder;
+  EXPECT_EQ(PageFiles::Read(folder.path()).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(PageFiles::Read("/nowhere").status().message()), HasSubstr("has no index.html"));
+}
+
+TEST(PageFilesTest, ReadsWhatBrowsersAccept) {
+  EXPECT_TRUE(AcceptsGzip("gzip"));
+  EXPECT_TRUE(AcceptsGzip("br, GZIP ; q=0.5"));
+  EXPECT_TRUE(AcceptsGzip("*"));
+  EXPECT_FALSE(AcceptsGzip(""));
+  EXPECT_FALSE(AcceptsGzip("gzip;q=0, *"));
+  EXPECT_FALSE(AcceptsGzip("gzip;q=none"));
+  EXPECT_FALSE(AcceptsGzip("notgzip"));
+  EXPECT_TRUE(HasTag("\"a\", W/\"b\"", "b"));
+  EXPECT_TRUE(HasTag("*", "b"));
+  EXPECT_FALSE(HasTag("\"ab\"", "b"));
+  EXPECT_FALSE(HasTag("", "b"));
+}
+
+}  // namespace
+}  // namespace tessera::gateway
