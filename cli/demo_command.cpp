@@ -126,22 +126,17 @@ nlohmann::ordered_json SummaryJson(const local::RunSummary& summary, const nlohm
           {"clients", clients}};
 }
 
-void ShowPage(const std::string& address) {
+// The page's address comes first: everything else can be seen there.
+void ShowPage(const DemoOptions& options, const std::string& address) {
   std::cout << fmt::format(
                    "page: http://{}/\nTry there: join and steer with the keys, end a worker and watch another take "
-                   "over, scale.\n",
-                   address)
+                   "over, scale.\nStarting {} on {} workers with {} bots. Ctrl-C ends it.\n",
+                   address, options.scene, options.regions, options.bots)
             << std::flush;
 }
 
 void Demo(const DemoOptions& options) {
   StopSignal stop;
-  if (!options.json) {
-    std::cout << fmt::format(
-                     "Starting a control plane and an agent, then {} on {} workers with {} bots. Ctrl-C ends it.\n",
-                     options.scene, options.regions, options.bots)
-              << std::flush;
-  }
   const std::string scene =
       options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
   local::WorldRun run({.scene = scene,
@@ -152,7 +147,7 @@ void Demo(const DemoOptions& options) {
                        .bots_come_back = true,
                        .page_listen = options.json ? "" : options.page_listen,
                        .on_cluster = [&options](const local::LocalCluster& cluster) {
-                         if (!options.json) ShowPage(cluster.page_address());
+                         if (!options.json) ShowPage(options, cluster.page_address());
                        }});
   LiveTable table;
   bool running = true;

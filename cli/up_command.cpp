@@ -123,15 +123,15 @@ void Up(const Globals& globals, const UpOptions& options) {
                                         {"left_over", left_over}}
               << std::endl;
   } else {
+    std::cout << fmt::format("page: http://{}/\n", cluster.page_address());
     for (const std::string& line : left_over) std::cout << line << "\n";
-    std::cout
-        << fmt::format(
-               "page: http://{}/\ncontrol plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs         "
-               "  {}\n\n"
-               "Try: tessera {}instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
-               cluster.page_address(), cluster.control_address(), cluster.http_address(), options.hosts,
-               cluster.log_dir(), options.socket.empty() ? "" : "--control " + cluster.control_address() + " ")
-        << std::flush;
+    std::cout << fmt::format(
+                     "control plane  {}\nmetrics        http://{}/metrics\nhosts          {}\nlogs         "
+                     "  {}\n\n"
+                     "Try: tessera {}instance create --scene plaza --regions 4 --wait\nCtrl-C ends it all.\n",
+                     cluster.control_address(), cluster.http_address(), options.hosts, cluster.log_dir(),
+                     options.socket.empty() ? "" : "--control " + cluster.control_address() + " ")
+              << std::flush;
   }
   while (!stop.Wait(std::chrono::milliseconds(200))) {
     const std::string death = cluster.WaitForDeath(std::chrono::milliseconds(0));

@@ -27,6 +27,8 @@ class UpTest : public ::testing::Test {
             state_.path() + "/control.sock",
             "--metrics-listen",
             "127.0.0.1:0",
+            "--page-listen",
+            "127.0.0.1:0",
             "--capacity",
             "4"};
   }
@@ -61,6 +63,7 @@ TEST_F(UpTest, TheNextRunBeginsWithTheLastTick) {
   }
   host::WatchedProgram up(Arguments());
   ASSERT_TRUE(up.WaitForText("Ctrl-C ends it all."));
+  EXPECT_EQ(up.Output().rfind("page: http://127.0.0.1:", 0), 0u) << "the page's address comes first: " << up.Output();
   EXPECT_THAT(up.Output(), ContainsRegex("inst-1 \\(plaza\\) begins again with its checkpoint of tick " + kept));
   const std::string control = ControlOf(up);
   const auto deleted = support::RunProgram("tessera", {"--control", control, "instance", "delete", "inst-1", "--wait"});
