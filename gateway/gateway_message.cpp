@@ -32,24 +32,29 @@ Json ValueOf(const PropertyValue& value) {
   return PropertyText(value);
 }
 
-Json RegionFigures(const v1::RegionStatus& status, std::uint32_t standby, bool alive) {
+Json RegionFigures(const v1::RegionStatus& status, std::uint32_t standby, const HeardRegion* heard) {
   const v1::WorkerReport& report = status.report();
-  return {{"region", status.region()},
-          {"host", status.host()},
-          {"standby", standby},
-          {"alive", alive},
-          {"tick", report.tick()},
-          {"tick_rate_hz", report.tick_rate_hz()},
-          {"step_p50_ms", report.step().p50_seconds() * 1e3},
-          {"step_p99_ms", report.step().p99_seconds() * 1e3},
-          {"bodies", report.owned()},
-          {"ghosts", report.ghosts()},
-          {"asleep", report.asleep()},
-          {"players", report.connected_players_size()},
-          {"memory_bytes", report.resident_bytes()}};
+  Json figures{{"region", status.region()},
+               {"host", status.host()},
+               {"standby", standby},
+               {"alive", heard != nullptr},
+               {"tick", report.tick()},
+               {"tick_rate_hz", report.tick_rate_hz()},
+               {"step_p50_ms", report.step().p50_seconds() * 1e3},
+               {"step_p99_ms", report.step().p99_seconds() * 1e3},
+               {"bodies", report.owned()},
+               {"ghosts", report.ghosts()},
+               {"asleep", report.asleep()},
+               {"players", report.connected_players_size()},
+               {"memory_bytes", report.resident_bytes()}};
+  if (heard != nullptr && heard->work) {
+    figures["broadcast_ms"] = heard->work->broadcast_ms;
+    figures["prediction_ms"] = heard->work->prediction_ms;
+  }
+  return figures;
 }
 
-Json RegionsOf(const v1::Instance& instance, const std::set<std::uint32_t>& connected) {
+Json RegionsOf(const v1::Instance& instance, const HeardRegions& heard) {
   Json regions = Json::array();
   for (const v1::MapRegion& region : instance.map().regions()) {
     v1::RegionStatus status;
@@ -57,7 +62,8 @@ Json RegionsOf(const v1::Instance& instance, const std::set<std::uint32_t>& conn
     for (const v1::RegionStatus& known : instance.region_status()) {
       if (known.region() == region.id()) status = known;
     }
-    regions.push_back(RegionFigures(status, region.standby(), connected.contains(region.id())));
+    const auto known = heard.find(region.id());
+    regions.push_back(RegionFigures(status, region.standby(), known == heard.end() ? nullptr : &known->second));
   }
   return regions;
 }
@@ -85,6 +91,13 @@ Problem ProblemOf(const absl::Status& status) {
       return {.code = "full", .text = text, .again_s = 5};
     case absl::StatusCode::kInvalidArgument:
       return {.code = "no_world", .text = text};
+    // No time helps: the gateway needs another token.
+    case absl::StatusCode::kPermissionDenied:
+    case absl::StatusCode::kUnauthenticated:
+      return {
+          .code = "not_allowed",
+          .text = absl::StrCat(text, "; start the gateway with --token-file and a viewer's token, or an operator's ",
+                               "where viewers play or give orders (tessera token create)")};
     default:
       return {.code = "no_control_plane", .text = text, .again_s = 2};
   }
@@ -109,7 +122,22 @@ std::string ProblemMessage(const Problem& problem) {
   return Text(message);
 }
 
-std::string StatusMessage(const v1::Instance& instance, double age_s, const std::set<std::uint32_t>& connected) {
+RegionWork WorkOf(const replication::RegionFigures& now, const replication::RegionFigures& before) {
+  const auto mean_ms = [](std::uint64_t count, std::uint64_t total_ns) {
+    return count == 0 ? 0.0 : static_cast<double>(total_ns) / static_cast<double>(count) / 1e6;
+  };
+  const auto count = [](const replication::RegionFigures& of) {
+    return of.snapshot_full.count + of.snapshot_delta.count;
+  };
+  const auto total_ns = [](const replication::RegionFigures& of) {
+    return of.snapshot_full.total_ns + of.snapshot_delta.total_ns;
+  };
+  return {.broadcast_ms = mean_ms(count(now) - count(before), total_ns(now) - total_ns(before)),
+          .prediction_ms = mean_ms(now.prediction.count - before.prediction.count,
+                                   now.prediction.total_ns - before.prediction.total_ns)};
+}
+
+std::string StatusMessage(const v1::Instance& instance, double age_s, const HeardRegions& heard) {
   Json changes = Json::array(), players = Json::array(), unprotected = Json::array();
   for (const v1::InstanceChange& change : instance.changes()) changes.push_back(change.text());
   for (const std::uint32_t region : instance.unprotected_regions()) unprotected.push_back(region);
@@ -124,7 +152,7 @@ std::string StatusMessage(const v1::Instance& instance, double age_s, const std:
                {"age_s", age_s},
                {"players", instance.players()},
                {"ticks_per_second", instance.ticks_per_second()},
-               {"regions", RegionsOf(instance, connected)},
+               {"regions", RegionsOf(instance, heard)},
                {"changes", std::move(changes)},
                {"failovers", instance.failovers()},
                {"lost_bodies", instance.lost_bodies()},

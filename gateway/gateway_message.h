@@ -4,14 +4,15 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "client_sdk/client.h"
+#include "core/replication/region_figures.h"
 #include "gateway/recording_folder.h"
 #include "tessera/v1/instance.pb.h"
 
@@ -29,8 +30,20 @@ Problem ProblemOf(const absl::Status& status);
 std::optional<Problem> ProblemOf(const v1::Instance& instance);
 std::string ProblemMessage(const Problem& problem);
 
-// `age_s`: how old the figures are. `connected`: the regions that the gateway itself hears.
-std::string StatusMessage(const v1::Instance& instance, double age_s, const std::set<std::uint32_t>& connected);
+// What a region's work costs it, as it sends its clients once a second (docs/decisions/0040): the mean of a time that
+// it was done, over the last second.
+struct RegionWork {
+  double broadcast_ms = 0, prediction_ms = 0;
+};
+RegionWork WorkOf(const replication::RegionFigures& now, const replication::RegionFigures& before);
+// A region that the gateway itself hears.
+struct HeardRegion {
+  std::optional<RegionWork> work;  // nothing before it has sent its figures
+};
+using HeardRegions = std::map<std::uint32_t, HeardRegion>;  // by number
+
+// `age_s`: how old the figures are. A region that is not heard is dead.
+std::string StatusMessage(const v1::Instance& instance, double age_s, const HeardRegions& heard);
 std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
 // Empty for an event that is no contact.
 std::string MetMessage(const client::ClientEvent& event);

@@ -38,7 +38,7 @@ v1::Instance TwoRegions() {
 }
 
 TEST(GatewayMessageTest, AStatusHasEveryRegionOfTheMapAndSaysWhichAreHeard) {
-  const json status = json::parse(StatusMessage(TwoRegions(), 0.5, {1}));
+  const json status = json::parse(StatusMessage(TwoRegions(), 0.5, {{1, HeardRegion()}}));
   EXPECT_EQ(status["state"], "DEGRADED");
   EXPECT_EQ(status["age_s"], 0.5);
   ASSERT_EQ(status["regions"].size(), 2u);
@@ -47,8 +47,37 @@ TEST(GatewayMessageTest, AStatusHasEveryRegionOfTheMapAndSaysWhichAreHeard) {
   EXPECT_EQ(status["regions"][0]["alive"], true);
   EXPECT_EQ(status["regions"][1]["alive"], false);
   EXPECT_EQ(status["regions"][1]["standby"], 1);
+  EXPECT_FALSE(status["regions"][0].contains("broadcast_ms")) << "it has not sent its figures";
   ASSERT_EQ(status["player_list"].size(), 1u) << "one has left";
   EXPECT_EQ(status["player_list"][0]["connected"], true);
+}
+
+TEST(GatewayMessageTest, AStatusSaysWhatBroadcastAndPredictionCost) {
+  replication::RegionFigures before, now;
+  before.snapshot_full = {.count = 10, .total_ns = 9'000'000};
+  before.snapshot_delta = {.count = 100, .total_ns = 7'000'000};
+  before.prediction = {.count = 50, .total_ns = 1'000'000};
+  now.snapshot_full = {.count = 11, .total_ns = 12'000'000};    // 3 ms
+  now.snapshot_delta = {.count = 129, .total_ns = 19'000'000};  // 12 ms
+  now.prediction = {.count = 110, .total_ns = 7'000'000};       // 6 ms in 60 times
+  const json status = json::parse(StatusMessage(TwoRegions(), 0, {{1, HeardRegion{.work = WorkOf(now, before)}}}));
+  EXPECT_DOUBLE_EQ(status["regions"][0]["broadcast_ms"], 0.5);
+  EXPECT_DOUBLE_EQ(status["regions"][0]["prediction_ms"], 0.1);
+  EXPECT_FALSE(status["regions"][1].contains("broadcast_ms")) << "it is not heard";
+  EXPECT_EQ(WorkOf(now, now).broadcast_ms, 0) << "it did nothing";
+}
+
+TEST(GatewayMessageTest, WhoMayNotIsToldWhatToDoAndNotToAskAgain) {
+  for (const absl::Status& status :
+       {absl::PermissionDeniedError("token eve is a viewer's; this call needs an operator's"),
+        absl::UnauthenticatedError("an access token is needed")}) {
+    const Problem problem = ProblemOf(status);
+    EXPECT_EQ(problem.code, "not_allowed");
+    EXPECT_EQ(problem.again_s, 0);
+    EXPECT_THAT(problem.text, testing::HasSubstr(std::string(status.message())));
+    EXPECT_THAT(problem.text, testing::HasSubstr("--token-file"));
+    EXPECT_FALSE(json::parse(ProblemMessage(problem)).contains("again_s"));
+  }
 }
 
 TEST(GatewayMessageTest, AProblemSaysWhetherToAskAgain) {

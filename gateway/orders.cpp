@@ -178,8 +178,6 @@ absl::StatusOr<std::string> CarryOut(const Order& order, const OrderContext& con
       return SetProperty(*instances, order, context);
     case OrderKind::kEndWorker:
       return EndWorker(order, context);
-    case OrderKind::kStep:
-      return absl::UnimplementedError("step: the control plane has no order for single ticks; set a slow pace instead");
     case OrderKind::kRecord:
       break;  // the gateway's own
   }

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "gateway/gateway_message.h"
 #include "gateway/viewer_encoder.h"
 #include "gateway/viewer_format.h"
 
@@ -55,12 +54,14 @@ void ViewSource::EncodeMap() {
   ++feed_.map_number;
 }
 
-std::set<std::uint32_t> ViewSource::Connected() const {
-  std::set<std::uint32_t> connected;
+HeardRegions ViewSource::Heard() const {
+  HeardRegions heard;
   for (const client::RegionStats& region : client_->Stats().regions) {
-    if (region.connected) connected.insert(region.region.value());
+    if (!region.connected) continue;
+    HeardRegion& known = heard[region.region.value()];
+    if (region.figures_received > 0) known.work = WorkOf(region.figures, region.figures_before);
   }
-  return connected;
+  return heard;
 }
 
 }  // namespace tessera::gateway

@@ -9,10 +9,10 @@
 
 #include <map>
 #include <memory>
-#include <set>
 #include <string>
 
 #include "client_sdk/client.h"
+#include "gateway/gateway_message.h"
 #include "gateway/picture.h"
 #include "gateway/scene_book.h"
 #include "gateway/viewer_session.h"
@@ -35,8 +35,8 @@ class ViewSource {
   void ShowRecorded(client::TimePoint now, client::TimePoint taken_at, bool paused);
   // Names of the hosts, for the map.
   void SetHosts(const std::map<RegionId, std::string>& hosts);
-  // The regions that the client hears.
-  std::set<std::uint32_t> Connected() const;
+  // The regions that the client hears, with what they say of themselves.
+  HeardRegions Heard() const;
   // Whether that has changed since the last call.
   bool TakeConnectedChanged() { return std::exchange(connected_changed_, false); }
 

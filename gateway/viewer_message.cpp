@@ -145,13 +145,12 @@ ViewerMessage ReadPlay(Fields& in) {
   return play;
 }
 
-constexpr std::array<std::pair<std::string_view, OrderKind>, 11> kOrders{{{"scale", OrderKind::kScale},
+constexpr std::array<std::pair<std::string_view, OrderKind>, 10> kOrders{{{"scale", OrderKind::kScale},
                                                                           {"checkpoint", OrderKind::kCheckpoint},
                                                                           {"restore", OrderKind::kRestore},
                                                                           {"pause", OrderKind::kPause},
                                                                           {"resume", OrderKind::kResume},
                                                                           {"pace", OrderKind::kPace},
-                                                                          {"step", OrderKind::kStep},
                                                                           {"drain", OrderKind::kDrain},
                                                                           {"set_property", OrderKind::kSetProperty},
                                                                           {"end_worker", OrderKind::kEndWorker},
@@ -178,7 +177,6 @@ ViewerMessage ReadOrder(Fields& in) {
   order.regions = static_cast<std::uint32_t>(in.Whole("regions", 1, kMaxRegions).value_or(0));
   order.region = static_cast<std::uint32_t>(in.Whole("region", 1, 0xffffffff).value_or(0));
   order.tick = in.Whole("tick", 0, std::uint64_t{1} << 53).value_or(0);
-  order.ticks = in.Whole("ticks", 1, 1000).value_or(1);
   order.ticks_per_second = in.Real("ticks_per_second", 1, kMaxTickRateHz).value_or(0);
   order.host = in.String("host", kMaxNameBytes);
   order.property = in.String("name", kMaxNameBytes);

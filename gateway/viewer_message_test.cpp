@@ -76,6 +76,8 @@ TEST(ViewerMessageTest, WhatIsWrongIsNamed) {
   EXPECT_EQ(WhyNot(R"({"type":"steer","yaw":1e999})"), "message: must be an object of JSON");
   EXPECT_EQ(WhyNot(R"({"type":"order","order":"pause"})"), "number: is missing");
   EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"explode"})"), "order: is none that a gateway knows");
+  EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"step"})"), "order: is none that a gateway knows")
+      << "a world's clock is paused, resumed and slowed down; single ticks are a recording's";
   EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale"})"), "regions: is missing");
   EXPECT_EQ(WhyNot(R"({"type":"order","number":1,"order":"scale","regions":5000})"),
             "regions: must be a whole number from 1 to 1000");

@@ -142,7 +142,7 @@ void WatchedWorld::MakeStatus(TimePoint now) {
   status_due_ = false;
   next_status_ = now + kStatusInterval;
   const double age_s = std::max(0.0, std::chrono::duration<double>(now - state_.since).count());
-  news_.status = StatusMessage(state_.instance, age_s, source_ ? source_->Connected() : std::set<std::uint32_t>());
+  news_.status = StatusMessage(state_.instance, age_s, source_ ? source_->Heard() : HeardRegions());
   ++news_.status_number;
   if (!recording_.on || !source_) return;
   (void)source_->client().Note(news_.status);

@@ -2,12 +2,15 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "gateway/testing/page_request.h"
 #include "gateway/testing/viewer_socket.h"
+#include "host/files.h"
 #include "telemetry/http_get.h"
 #include "tests/end_to_end/gateway_fixture.h"
 
@@ -30,6 +33,11 @@ TEST_F(GatewayTest, AViewerSeesTheWorldAsItMoves) {
   EXPECT_GT(viewer->decoder.statics, 0u);
   ASSERT_TRUE(Until({viewer.get()}, "the map with its hosts, and all regions heard", [&] {
     return viewer->decoder.hosts.size() == 4 && !viewer->decoder.hosts[0].empty() && RegionsAlive(*viewer) == 4;
+  }));
+  ASSERT_TRUE(Until({viewer.get()}, "what snapshots and prediction cost each region", [&] {
+    return std::ranges::all_of(viewer->newest["status"].at("regions"), [](const json& region) {
+      return region.value("broadcast_ms", 0.0) > 0 && region.contains("prediction_ms");
+    });
   }));
 
   const std::size_t before = viewer->decoder.frames;
@@ -57,6 +65,27 @@ TEST_F(GatewayTest, AViewerSeesTheWorldAsItMoves) {
   ASSERT_TRUE(worlds.ok()) << worlds.status();
   EXPECT_EQ(json::parse(worlds->body).at("worlds").at(0).at("instance"), run_->instance_id());
   EXPECT_EQ(telemetry::HttpGet(address(), "/healthz")->status, 200);
+}
+
+// The page of this repository, as the program sends it to a browser. It needs no cluster.
+TEST(GatewayPageTest, IsSmallOverTheWire) {
+  FurtherGateway gateway("unix:/nowhere/control.sock", {"--page", TESSERA_SOURCE_DIR "/web/dist"});
+  std::size_t wire_bytes = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(TESSERA_SOURCE_DIR "/web/dist")) {
+    if (!entry.is_regular_file()) continue;
+    const std::string path = "/" + entry.path().lexically_relative(TESSERA_SOURCE_DIR "/web/dist").string();
+    gateway::PageAnswer answer =
+        gateway::RequestPage(gateway.address, path, {"Accept-Encoding: gzip, deflate, br, zstd"});
+    ASSERT_EQ(answer.status, 200) << path;
+    EXPECT_EQ(answer.headers["content-encoding"], "gzip") << path;
+    EXPECT_TRUE(gateway::Gunzip(answer.body) == host::ReadFile(entry.path().string(), 10'000'000).value_or("?"))
+        << path;
+    wire_bytes += answer.body.size();
+  }
+  RecordProperty("page_bytes", std::to_string(wire_bytes));
+  EXPECT_GT(wire_bytes, 100'000u);
+  EXPECT_LE(wire_bytes, 400'000u);
+  EXPECT_TRUE(gateway.End().Clean());
 }
 
 TEST_F(GatewayTest, APlayerJoinsSteersIsSeenAndLeaves) {

@@ -69,6 +69,16 @@ TEST(InstanceTest, TheDemoProvesItself) {
   EXPECT_EQ(summary.at("clients").size(), 2u);
 }
 
+TEST(InstanceTest, TheDemoSaysFirstWhereItsPageIs) {
+  const support::RunResult demo = support::RunProgram(
+      "tessera", {"demo", "--scene", "plaza", "--seconds", "1", "--bodies", "20", "--regions", "1", "--bots", "0"},
+      120s);
+  ASSERT_EQ(demo.exit_code, 0) << demo.err;
+  const std::string first = demo.out.substr(0, demo.out.find('\n'));
+  EXPECT_EQ(first.rfind("page: http://127.0.0.1:", 0), 0u) << demo.out;
+  EXPECT_EQ(first.back(), '/') << first;
+}
+
 TEST(InstanceTest, TheDemoPlaysTheArena) {
   const support::RunResult demo = support::RunProgram("tessera", {"demo", "--seconds", "8", "-o", "json"}, 120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;

@@ -17,6 +17,7 @@
 #include "host/last_lines.h"
 #include "host/temporary_folder.h"
 #include "local_cluster/bot.h"
+#include "tests/end_to_end/gateway_fixture.h"
 #include "tests/support/run_program.h"
 
 namespace tessera::end_to_end {
@@ -160,6 +161,36 @@ TEST_F(TrustTest, EachRoleDoesItsPart) {
   const std::string log = *host::ReadFile(ControlLog(), kMaxFileBytes);
   EXPECT_THAT(log, HasSubstr("AccessService/RevokeToken who=token/admin"));
   EXPECT_THAT(log, HasSubstr("refused method=/tessera.v1.HostService/AddHost who=token/eve"));
+}
+
+TEST_F(TrustTest, AGatewayWithTooSmallARightSaysWhichItNeeds) {
+  ASSERT_TRUE(StartAgent(JoinToken("alpha"))) << host::LastLinesText(AgentLog(), 5);
+  const support::RunResult running = Tessera(
+      {"instance", "create", "--scene", support::ScenePath("plaza"), "--bodies", "20", "--regions", "1", "--wait"});
+  ASSERT_EQ(running.exit_code, 0) << running.err;
+  AddPerson("eve", "viewer");
+  const auto text = [](gateway::ViewerSocket& viewer) { return viewer.newest["problem"].value("text", ""); };
+
+  // Eve's right is enough to watch, and not to play.
+  FurtherGateway eves(operators_ + "#" + fingerprint_, {"--token-file", folder_.path() + "/eve.token"});
+  gateway::ViewerSocket viewer(eves.address, "inst-1");
+  ASSERT_TRUE(viewer.Until([&] { return viewer.decoder.bodies.size() >= 20; }, kPatience)) << text(viewer);
+  viewer.Send({{"type", "join"}, {"name", "eve"}});
+  ASSERT_TRUE(viewer.Until([&] { return viewer.closed.has_value(); }, kPatience));
+  EXPECT_EQ(viewer.closed, "4000 not_allowed");
+  EXPECT_THAT(text(viewer), ::testing::AllOf(HasSubstr("eve"), HasSubstr("--token-file")));
+  EXPECT_FALSE(viewer.newest["problem"].contains("again_s")) << "asking again does not help";
+  EXPECT_TRUE(eves.End().Clean());
+
+  // A stranger's token is worth nothing.
+  const std::string file = folder_.path() + "/stranger.token";
+  std::ofstream(file) << "tst_" + std::string(64, '0') + "\n";
+  FurtherGateway strangers(operators_ + "#" + fingerprint_, {"--token-file", file});
+  gateway::ViewerSocket stranger(strangers.address, "inst-1");
+  ASSERT_TRUE(stranger.Until([&] { return stranger.closed.has_value(); }, kPatience));
+  EXPECT_EQ(stranger.closed, "4000 not_allowed");
+  EXPECT_FALSE(stranger.newest["problem"].contains("again_s"));
+  EXPECT_TRUE(strangers.End().Clean());
 }
 
 TEST_F(TrustTest, AnotherClustersFingerprintIsNotBelieved) {
