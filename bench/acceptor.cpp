@@ -14,6 +14,7 @@
 #include "net/acceptor.h"
 #include "net/endpoint.h"
 #include "net/testing/spoofed_flood.h"
+#include "net/testing/test_identity.h"
 
 namespace tessera::bench {
 namespace {
@@ -36,25 +37,23 @@ double CpuSeconds() {
   return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec) * 1e-9;
 }
 double Seconds(Clock::duration span) { return std::chrono::duration<double>(span).count(); }
-std::uint64_t UnixSeconds() { return static_cast<std::uint64_t>(std::time(nullptr)); }
 
-net::EndpointIdentity IdentityOf(const net::InstanceKey& key) {
-  return {.instance_id = kInstance, .region = RegionId(1), .incarnation = Incarnation(1), .key = key};
+net::EndpointIdentity IdentityOf(const net::SigningKey& key) {
+  return net::TestWorker(key, kInstance, RegionId(1), Incarnation(1));
 }
 
-net::Credentials CredentialsOf(const net::InstanceKey& key, std::uint32_t player) {
-  return net::Issue({.instance_id = kInstance, .player = PlayerNumber(player), .expires_unix_s = UnixSeconds() + 3600},
-                    key);
+net::Credentials CredentialsOf(const net::SigningKey& key, std::uint32_t player) {
+  return net::IssuePlayer(kInstance, PlayerNumber(player), net::Generation(1), key);
 }
 
 // Two acceptors in one process, and a session between them.
 struct Ends {
   Ends() {
     server.Open(IdentityOf(key));
-    dial = *dialler.Dial(now, kServer, RegionId(1), CredentialsOf(key, 1));
+    dial = *dialler.Dial(now, kServer, RegionId(1), Incarnation(1), CredentialsOf(key, 1));
     Bytes bytes = dialler.Due(now).at(0).bytes;
     for (net::Acceptor* at = &server; !bytes.empty(); at = at == &server ? &dialler : &server) {
-      const auto received = at->Receive(now, UnixSeconds(), at == &server ? kDialler : kServer, bytes);
+      const auto received = at->Receive(now, at == &server ? kDialler : kServer, bytes);
       if (received.kind != net::Acceptor::Received::Kind::kReply) break;
       Bytes next(received.bytes.begin(), received.bytes.end());
       if (at == &dialler) login = next;
@@ -67,10 +66,10 @@ struct Ends {
     return datagram;
   }
   bool AtServer(Bytes& bytes) {
-    return server.Receive(now, UnixSeconds(), kDialler, bytes).kind == net::Acceptor::Received::Kind::kPayload;
+    return server.Receive(now, kDialler, bytes).kind == net::Acceptor::Received::Kind::kPayload;
   }
 
-  net::InstanceKey key = net::MakeInstanceKey();
+  net::SigningKey key = net::SigningKey::Make();
   Clock::time_point now = Clock::now();
   // Without a limit on logins, so that forged ones are looked at as closely as can be.
   net::Acceptor server{{.max_sessions = 64, .logins_per_s = 1e12, .login_burst = 1e12}}, dialler{{.max_sessions = 64}};
@@ -97,6 +96,32 @@ absl::Status MeasureSealing(bool quick, Report& report) {
   }
   report.Add(kScene, kEngine, "1200 B", "seal_ns", sealing_s * 1e9 / rounds, "ns");
   report.Add(kScene, kEngine, "1200 B", "open_ns", opening_s * 1e9 / rounds, "ns");
+  return absl::OkStatus();
+}
+
+// What a whole handshake costs each side: hello, challenge, login, acceptance.
+absl::Status MeasureLogins(bool quick, Report& report) {
+  Ends ends;
+  const net::Credentials credentials = CredentialsOf(ends.key, 2);
+  const int rounds = quick ? 500 : 5'000;
+  double dialler_s = 0, server_s = 0;
+  for (int i = 0; i < rounds; ++i) {
+    double begin = CpuSeconds();
+    const net::SessionNumber dial = *ends.dialler.Dial(ends.now, kServer, RegionId(1), Incarnation(1), credentials);
+    Bytes bytes = ends.dialler.Due(ends.now).at(0).bytes;
+    dialler_s += CpuSeconds() - begin;
+    for (net::Acceptor* at = &ends.server; !bytes.empty(); at = at == &ends.server ? &ends.dialler : &ends.server) {
+      begin = CpuSeconds();
+      const auto received = at->Receive(ends.now, at == &ends.server ? kDialler : kServer, bytes);
+      (at == &ends.server ? server_s : dialler_s) += CpuSeconds() - begin;
+      const bool reply = received.kind == net::Acceptor::Received::Kind::kReply;
+      bytes = reply ? Bytes(received.bytes.begin(), received.bytes.end()) : Bytes();
+    }
+    if (!ends.dialler.IsOpen(dial)) return absl::InternalError("a player with a good credential did not come in");
+    ends.dialler.Forget(dial);
+  }
+  report.Add(kScene, kEngine, "memory", "login_acceptor_us", server_s * 1e6 / rounds, "us");
+  report.Add(kScene, kEngine, "memory", "login_dialler_us", dialler_s * 1e6 / rounds, "us");
   return absl::OkStatus();
 }
 
@@ -161,7 +186,7 @@ class House {
     if (thread_.joinable()) thread_.join();
   }
   std::uint16_t port() const { return port_; }
-  const net::InstanceKey& key() const { return key_; }
+  const net::SigningKey& key() const { return key_; }
   std::uint64_t events() const { return events_; }
   const net::AcceptorStats& stats() const { return endpoint_->acceptor_stats(); }  // after Stop
 
@@ -173,7 +198,7 @@ class House {
     });
   }
 
-  net::InstanceKey key_ = net::MakeInstanceKey();
+  net::SigningKey key_ = net::SigningKey::Make();
   std::unique_ptr<net::Endpoint> endpoint_;
   std::uint16_t port_;
   std::atomic<bool> stopped_ = false;
@@ -219,14 +244,15 @@ absl::StatusOr<double> JoinSeconds(const House& server, std::uint32_t player) {
   auto client = net::Endpoint::Create({.bind_address = "127.0.0.1", .max_peers = 2, .peer_timeout = kPatience});
   if (!client.ok()) return client.status();
   const Clock::time_point begin = Clock::now();
-  const auto peer = (*client)->Connect("127.0.0.1", server.port(), RegionId(1), CredentialsOf(server.key(), player));
+  const auto peer =
+      (*client)->Connect("127.0.0.1", server.port(), RegionId(1), Incarnation(1), CredentialsOf(server.key(), player));
   if (!peer.ok()) return peer.status();
   while (Clock::now() - begin < kPatience) {
     for (const net::Event& event : (*client)->Service(milliseconds(5))) {
       if (event.kind == net::Event::Kind::kConnected) return Seconds(Clock::now() - begin);
     }
   }
-  return absl::DeadlineExceededError("a client with a good token could not join");
+  return absl::DeadlineExceededError("a client with a good credential could not join");
 }
 
 absl::Status MeasureJoins(const std::string& config, bool quick, Report& report) {
@@ -280,6 +306,7 @@ absl::Status ForgeOverSockets(bool quick, Report& report) {
 
 absl::Status RunAcceptor(const SuiteOptions& options, Report& report) {
   if (absl::Status status = MeasureSealing(options.quick, report); !status.ok()) return status;
+  if (absl::Status status = MeasureLogins(options.quick, report); !status.ok()) return status;
   for (const char* config : {"quiet", "connects", "hellos"}) {
     if (absl::Status status = MeasureJoins(config, options.quick, report); !status.ok()) return status;
   }

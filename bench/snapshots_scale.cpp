@@ -16,6 +16,7 @@
 #include "core/replication/snapshot.h"
 #include "core/replication/testing/moving_bodies.h"
 #include "net/endpoint.h"
+#include "net/testing/test_identity.h"
 
 namespace tessera::bench {
 namespace {
@@ -76,16 +77,13 @@ class Field {
 // The far side: a socket, what it got, and its answers, late.
 class FarClient {
  public:
-  FarClient(std::uint32_t number, const net::InstanceKey& key, std::uint16_t port, const Aabb& bounds)
+  FarClient(std::uint32_t number, const net::SigningKey& key, std::uint16_t port, const Aabb& bounds)
       : random_(number), delay_(1 + number % 4) {
     auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1", .max_peers = 1, .peer_timeout = kPatience});
     if (!endpoint.ok()) throw std::runtime_error(std::string(endpoint.status().message()));
     endpoint_ = *std::move(endpoint);
-    const net::Credentials pass = net::Issue({.instance_id = kInstance,
-                                              .player = PlayerNumber(number),
-                                              .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 3600},
-                                             key);
-    peer_ = *endpoint_->Connect("127.0.0.1", port, RegionId(1), pass);
+    const net::Credentials pass = net::IssuePlayer(kInstance, PlayerNumber(number), net::Generation(1), key);
+    peer_ = *endpoint_->Connect("127.0.0.1", port, RegionId(1), Incarnation(1), pass);
     if (number % 20 == 0) receiver_.emplace(bounds, ScaleSettings());
     place_ = {Uniform(-120, 120), 1, Uniform(-120, 120)};
     heading_ = Uniform(0, 6.28);
@@ -169,8 +167,8 @@ class Scale {
         net::Endpoint::Create({.bind_address = "127.0.0.1", .max_peers = clients + 8, .peer_timeout = kPatience});
     if (!endpoint.ok()) throw std::runtime_error(std::string(endpoint.status().message()));
     endpoint_ = *std::move(endpoint);
-    const net::InstanceKey key = net::MakeInstanceKey();
-    endpoint_->Open({.instance_id = kInstance, .region = RegionId(1), .incarnation = Incarnation(1), .key = key});
+    const net::SigningKey key = net::SigningKey::Make();
+    endpoint_->Open(net::TestWorker(key, kInstance, RegionId(1), Incarnation(1)));
     for (std::uint32_t n = 1; n <= clients; ++n) {
       far_.push_back(std::make_unique<FarClient>(n, key, endpoint_->port(), field_.bounds()));
       while (!far_.back()->connected || near_.size() < n) {

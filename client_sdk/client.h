@@ -48,7 +48,7 @@ struct JoinOptions {
   std::string instance_id;
   std::string player_name;  // shown to others; at most 32 bytes of UTF-8 without control characters
   // Client::return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
-  // body is where the world left it. Empty: a new player.
+  // body is where the world left it; a process that plays it still is told so and ends. Empty: a new player.
   std::vector<std::uint8_t> returning{};
   // Until the control plane has answered, and then until all regions have. A lazy instance starts its workers
   // meanwhile.
@@ -184,12 +184,14 @@ class Client {
   std::vector<ClientEvent> Poll(TimePoint now);
   ClientState state() const;
   // Why it ended: OK after Leave and when the instance ended in order; ABORTED with the game's own words when the game
-  // refused or kicked the player. OK while it has not.
+  // refused or kicked the player; ALREADY_EXISTS when another process has joined as this player since. OK while it has
+  // not.
   absl::Status reason() const;
 
   PlayerNumber player() const;  // 0: a viewer
   BodyId own_body() const;      // 0: a viewer has none
-  // Makes its holder this player, for a day: to be kept where a later process of the game finds it. Secret.
+  // Makes its holder this player, until it leaves: to be kept where a later process of the game finds it. Secret. The
+  // process that joins with it last plays; the others end.
   std::vector<std::uint8_t> return_token() const;
   const Scene& scene() const;
   // The definition of one of the scene's bodies or, the same for all, of a player's; null if the scene has no such

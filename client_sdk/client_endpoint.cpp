@@ -9,9 +9,9 @@ void ClientEndpoint::Simulate(const NetworkConditions& conditions) {
 }
 
 absl::StatusOr<net::PeerHandle> ClientEndpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,
-                                                        const net::Credentials& credentials) {
+                                                        Incarnation least, const net::Credentials& credentials) {
   if (endpoint_ == nullptr) return absl::UnavailableError("a replay has no connections");
-  return endpoint_->Connect(host, port, region, credentials);
+  return endpoint_->Connect(host, port, region, least, credentials);
 }
 
 void ClientEndpoint::Disconnect(net::PeerHandle peer) {

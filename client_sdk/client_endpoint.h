@@ -26,7 +26,7 @@ class ClientEndpoint {
 
   // As net::Endpoint.
   absl::StatusOr<net::PeerHandle> Connect(const std::string& host, std::uint16_t port, RegionId region,
-                                          const net::Credentials& credentials);
+                                          Incarnation least, const net::Credentials& credentials);
   void Disconnect(net::PeerHandle peer);
   net::PeerStats StatsOf(net::PeerHandle peer) const;
   void Flush();

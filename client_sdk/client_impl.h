@@ -40,7 +40,6 @@ struct Client::Impl {
   void OnStopping(TimePoint now, RegionConnection& connection, const std::string& why);
   void OnSnapshot(TimePoint now, RegionConnection& connection, const net::Bytes& bytes);
   void OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal);
-  void OnRenewedToken(RegionConnection& connection, const v1::RenewedToken& renewed);
   void OnPairEvents(TimePoint now, RegionConnection& connection, const v1::PairEvents& message);
   void OnSessionEnded(const std::string& why);
   bool IsStatic(BodyId body) const;

@@ -13,9 +13,8 @@ namespace {
 
 // The acceptor and the region behind it refuse by one list of reasons.
 static_assert(v1::REFUSAL_REASON_PROTOCOL == static_cast<int>(net::Refused::kProtocol));
-static_assert(v1::REFUSAL_REASON_BAD_TOKEN == static_cast<int>(net::Refused::kBadToken));
+static_assert(v1::REFUSAL_REASON_BAD_CREDENTIAL == static_cast<int>(net::Refused::kBadCredential));
 static_assert(v1::REFUSAL_REASON_WRONG_INSTANCE == static_cast<int>(net::Refused::kWrongInstance));
-static_assert(v1::REFUSAL_REASON_EXPIRED_TOKEN == static_cast<int>(net::Refused::kExpired));
 static_assert(v1::REFUSAL_REASON_FULL == static_cast<int>(net::Refused::kFull));
 static_assert(v1::REFUSAL_REASON_STOPPING == static_cast<int>(net::Refused::kStopping));
 static_assert(v1::REFUSAL_REASON_WRONG_REGION == static_cast<int>(net::Refused::kWrongRegion));
@@ -29,12 +28,10 @@ v1::RegionRefusal ToProto(const net::Refusal& refusal) {
 
 absl::StatusCode CodeOf(v1::RefusalReason reason) {
   switch (reason) {
-    case v1::REFUSAL_REASON_BAD_TOKEN:
+    case v1::REFUSAL_REASON_BAD_CREDENTIAL:
       return absl::StatusCode::kUnauthenticated;
     case v1::REFUSAL_REASON_WRONG_INSTANCE:
       return absl::StatusCode::kNotFound;
-    case v1::REFUSAL_REASON_EXPIRED_TOKEN:
-      return absl::StatusCode::kDeadlineExceeded;
     case v1::REFUSAL_REASON_UNKNOWN_PLAYER:
       return absl::StatusCode::kPermissionDenied;
     case v1::REFUSAL_REASON_FULL:
@@ -123,8 +120,6 @@ void Client::Impl::OnControl(TimePoint now, RegionConnection& connection, const 
     }
     case v1::RegionControl::kStopping:
       return OnStopping(now, connection, control.stopping().reason());
-    case v1::RegionControl::kRenewedToken:
-      return OnRenewedToken(connection, control.renewed_token());
     case v1::RegionControl::kPairEvents:
       return OnPairEvents(now, connection, control.pair_events());
     case v1::RegionControl::kClock:
@@ -184,6 +179,9 @@ void Client::Impl::OnSessionEnded(const std::string& why) { End(absl::AbortedErr
 void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const v1::RegionRefusal& refusal) {
   if (refusal.reason() == v1::REFUSAL_REASON_STOPPING) return OnStopping(now, connection, refusal.detail());
   if (refusal.reason() == v1::REFUSAL_REASON_SESSION_ENDED) return OnSessionEnded(refusal.detail());
+  if (refusal.reason() == v1::REFUSAL_REASON_REPLACED) {
+    return End(absl::AlreadyExistsError("another process joined as this player"), "");
+  }
   const absl::string_view reason_name = absl::StripPrefix(v1::RefusalReason_Name(refusal.reason()), "REFUSAL_REASON_");
   End(absl::Status(CodeOf(refusal.reason()),
                    absl::StrCat(connection.Where(), " refuses: ", reason_name, ": ", refusal.detail())),
@@ -193,8 +191,7 @@ void Client::Impl::OnRefusal(TimePoint now, RegionConnection& connection, const 
 // Once in the world, a client dials again when another region answers at an address, or the region is full: it may be
 // moving to another address, which the map will give.
 void Client::Impl::OnDialRefused(TimePoint now, RegionConnection& connection, const net::Refusal& refusal) {
-  const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kExpired ||
-                        refusal.reason == net::Refused::kStopping;
+  const bool for_good = refusal.reason == net::Refused::kProtocol || refusal.reason == net::Refused::kStopping;
   if (state == ClientState::kJoining || for_good) return OnRefusal(now, connection, ToProto(refusal));
   connection.Failed(refusal.detail);
   OnDisconnected(now, connection);
@@ -229,13 +226,6 @@ bool Client::Impl::IsStatic(BodyId body) const {
 void Client::Impl::SettlePairs(TimePoint now) {
   pairs.Settle(
       now, [&](BodyId body) { return world.bodies().contains(body) || IsStatic(body); }, events);
-}
-
-void Client::Impl::OnRenewedToken(RegionConnection& connection, const v1::RenewedToken& renewed) {
-  const absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(renewed.session_key());
-  const std::string& token = renewed.connect_token();
-  if (!key.ok() || token.size() > net::kMaxTokenBytes) return connection.CountError();
-  session.credentials = {.token = {token.begin(), token.end()}, .key = *key};
 }
 
 void Client::Impl::OnStopping(TimePoint now, RegionConnection& connection, const std::string& why) {

@@ -104,16 +104,20 @@ TEST_F(ClientTest, AnswersThatMakeNoSenseAreRefused) {
   instance->wrong_hash = false;
   instance->forget_a_region = true;
   EXPECT_EQ(Client::Join(Options()).status().message(), "the control plane's answer: regions: not those of the map");
+  instance->forget_a_region = false;
+  instance->short_instance_key = true;
+  EXPECT_EQ(Client::Join(Options()).status().message(),
+            "the control plane's answer: instance_key has 31 bytes; it needs 32");
 }
 
-TEST_F(ClientTest, ATokenOfAnotherKeyIsRefusedWithItsReason) {
+TEST_F(ClientTest, ACredentialOfAnotherKeyIsRefusedWithItsReason) {
   Make(2);
   instance->wrong_key = true;
   Join();
   ASSERT_TRUE(Until([&] { return client->state() == ClientState::kEnded; }));
   EXPECT_EQ(client->reason().code(), absl::StatusCode::kUnauthenticated);
   ASSERT_NE(Find(ClientEvent::Kind::kEnded), nullptr);
-  EXPECT_NE(Find(ClientEvent::Kind::kEnded)->detail.find("refuses: BAD_TOKEN: connect token is damaged"),
+  EXPECT_NE(Find(ClientEvent::Kind::kEnded)->detail.find("refuses: BAD_CREDENTIAL: the player credential is damaged"),
             std::string::npos)
       << Find(ClientEvent::Kind::kEnded)->detail;
 }

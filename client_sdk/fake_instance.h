@@ -20,8 +20,9 @@
 #include "core/world/scene_load.h"
 #include "core/world/viewer_number.h"
 #include "host/temporary_folder.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/endpoint.h"
+#include "net/testing/test_identity.h"
 #include "tessera/v1/game.pb.h"
 #include "tessera/v1/instance.grpc.pb.h"
 #include "tessera/v1/session.grpc.pb.h"
@@ -40,7 +41,7 @@ inline replication::SnapshotSettings ShowsAll(const Scene& scene) {
 // One region. Poll with Service; what clients send is gathered.
 class FakeRegion {
  public:
-  FakeRegion(RegionId self, const Scene& scene, const PartitionMap& map, const net::InstanceKey& key,
+  FakeRegion(RegionId self, const Scene& scene, const PartitionMap& map, const net::SigningKey& key,
              const std::string& instance_id, std::uint16_t port = 0, Incarnation incarnation = Incarnation(1))
       : self_(self),
         incarnation_(incarnation),
@@ -48,7 +49,7 @@ class FakeRegion {
         endpoint_(*net::Endpoint::Create({.bind_address = "127.0.0.1", .port = port})),
         settings_(ShowsAll(scene)),
         history_(scene.bounds, settings_) {
-    endpoint_->Open({.instance_id = instance_id, .region = self, .incarnation = incarnation, .key = key});
+    endpoint_->Open(net::TestWorker(key, instance_id, self, incarnation));
   }
 
   RegionId id() const { return self_; }
@@ -73,8 +74,8 @@ class FakeRegion {
     }
   }
   // Another region is behind this address from now on.
-  void BecomeAnother(const net::InstanceKey& key, const std::string& instance_id) {
-    endpoint_->Open({.instance_id = instance_id, .region = RegionId(99), .incarnation = Incarnation(9), .key = key});
+  void BecomeAnother(const net::SigningKey& key, const std::string& instance_id) {
+    endpoint_->Open(net::TestWorker(key, instance_id, RegionId(99), Incarnation(9)));
     for (const auto& [peer, sender] : senders_) endpoint_->Disconnect(peer);
     senders_.clear();
   }
@@ -102,12 +103,6 @@ class FakeRegion {
     message.mutable_clock()->set_paused(paused);
     message.mutable_clock()->set_ticks_per_second(ticks_per_second);
     message.mutable_clock()->set_tick(tick.value());
-    TellAll(message);
-  }
-  void SendRenewedToken(const net::Credentials& credentials) {
-    v1::RegionControl message;
-    message.mutable_renewed_token()->set_connect_token(credentials.token.data(), credentials.token.size());
-    message.mutable_renewed_token()->set_session_key(credentials.key.data(), credentials.key.size());
     TellAll(message);
   }
   void TellNews(const v1::PlayerNews& news) {
@@ -194,6 +189,7 @@ class FakeRegion {
     if (refuse_all) return Refuse(event.peer, refuse_all->reason(), refuse_all->detail());
     replication::SnapshotSettings every_one = settings_;  // the tests' clock goes by them
     every_one.idle_ticks = 0;
+    if (IsReplaced(event.who)) return Refuse(event.peer, v1::REFUSAL_REASON_REPLACED, "");
     senders_.emplace(event.peer, replication::SnapshotSender(every_one));
     players_[event.peer] = event.who.player;
     v1::RegionControl message;
@@ -206,6 +202,18 @@ class FakeRegion {
     welcome.set_started(started);
     *welcome.mutable_map() = ToProto(map_);
     Tell(event.peer, message);
+  }
+
+  // Whether a newer process of the player was here; an older one is refused now.
+  bool IsReplaced(const net::PeerIdentity& who) {
+    net::Generation& newest = generations_[who.player];
+    if (who.generation < newest) return true;
+    if (who.generation == newest) return false;
+    newest = who.generation;
+    for (const auto& [peer, player] : players_) {
+      if (player == who.player && senders_.erase(peer) > 0) Refuse(peer, v1::REFUSAL_REASON_REPLACED, "");
+    }
+    return false;
   }
 
   void OnInput(const net::Event& event) {
@@ -242,6 +250,7 @@ class FakeRegion {
   replication::SnapshotHistory history_;
   std::map<net::PeerHandle, replication::SnapshotSender> senders_;
   std::map<net::PeerHandle, PlayerNumber> players_;
+  std::map<PlayerNumber, net::Generation> generations_;
   std::uint32_t last_input_ = 0;
   double dropped_ = 0;
 };
@@ -311,13 +320,6 @@ class FakeInstance : public v1::SessionService::Service {
     regions.push_back(std::make_unique<FakeRegion>(id, *scene, map, key_, kId, 0, incarnation));
     return *regions.back();
   }
-  // Gives the player a token that only regions made from now on accept.
-  void RenewPass(PlayerNumber player) {
-    key_ = net::MakeInstanceKey();
-    const net::Credentials credentials =
-        net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}}, key_);
-    for (const auto& region : regions) region->SendRenewedToken(credentials);
-  }
   const std::string& written_scene() const { return scene_bytes_; }
   void BecomeAnother(std::size_t index) { regions[index]->BecomeAnother(key_, kId); }
   void Service() {
@@ -328,25 +330,26 @@ class FakeInstance : public v1::SessionService::Service {
                             v1::JoinInstanceResponse* response) override {
     if (request->instance_id() != kId) return {grpc::StatusCode::NOT_FOUND, "instance_id: no instance"};
     if (full) return {grpc::StatusCode::RESOURCE_EXHAUSTED, "full: 64 players"};
-    const std::string& sealed = request->connect_token();
     PlayerNumber player;
+    net::Generation generation(1);
     if (request->viewer()) {
       player = PlayerNumber(kFirstViewer + 5);
-    } else if (sealed.empty()) {
+    } else if (request->credential().empty()) {
       player = PlayerNumber(++players_);
     } else {
-      const auto who =
-          net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000);
-      if (!who.ok()) return {grpc::StatusCode::UNAUTHENTICATED, "connect_token"};
-      if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "session_key"};
+      const std::optional<net::PlayerCredential> who = Proves(*request);
+      if (!who) return {grpc::StatusCode::UNAUTHENTICATED, "credential"};
       player = who->player;
+      generation = net::Generation(1 + ++returned_);
     }
     const net::Credentials credentials =
-        net::Issue({.instance_id = kId, .player = player, .expires_unix_s = ~std::uint64_t{0}},
-                   wrong_key ? net::MakeInstanceKey() : key_);
+        net::IssuePlayer(kId, player, generation, wrong_key ? net::SigningKey::Make() : key_);
+    const net::VerificationKey& instance_key = key_.verification_key();
+    const net::Seed seed = credentials.key.seed();
     response->set_player(player.value());
-    response->set_connect_token(std::string(credentials.token.begin(), credentials.token.end()));
-    response->set_session_key(credentials.key.data(), credentials.key.size());
+    response->set_credential(std::string(credentials.statement.begin(), credentials.statement.end()));
+    response->set_credential_key(seed.data(), seed.size());
+    response->set_instance_key(instance_key.data(), instance_key.size() - (short_instance_key ? 1 : 0));
     *response->mutable_map() = ToProto(map);
     for (std::size_t i = 0; i < regions.size(); ++i) {
       v1::RegionAddress& address_of = *response->add_regions();
@@ -367,11 +370,7 @@ class FakeInstance : public v1::SessionService::Service {
   }
   grpc::Status LeaveInstance(grpc::ServerContext*, const v1::LeaveInstanceRequest* request,
                              v1::LeaveInstanceResponse*) override {
-    const std::string& sealed = request->connect_token();
-    if (!net::Open({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, kId, key_, 1000).ok() ||
-        !Proves(*request)) {
-      return {grpc::StatusCode::UNAUTHENTICATED, "token"};
-    }
+    if (!Proves(*request)) return {grpc::StatusCode::UNAUTHENTICATED, "credential"};
     ++left;
     return grpc::Status::OK;
   }
@@ -382,21 +381,25 @@ class FakeInstance : public v1::SessionService::Service {
   std::string address;
   FakeInstanceList list;
   // Set before Join, read after: gRPC's threads run in between.
-  std::atomic<bool> full = false, wrong_key = false, wrong_hash = false, forget_a_region = false;
+  std::atomic<bool> full = false, wrong_key = false, short_instance_key = false, wrong_hash = false,
+                    forget_a_region = false;
   std::atomic<int> scenes_fetched = 0, left = 0;
 
  private:
+  // The player whose credential and key a request shows.
   template <class Request>
-  bool Proves(const Request& request) const {
-    const std::string& sealed = request.connect_token();
-    const auto shown = net::SessionKeyFrom(request.session_key());
-    return shown.ok() &&
-           *shown == net::SessionKeyOf({reinterpret_cast<const std::uint8_t*>(sealed.data()), sealed.size()}, key_);
+  std::optional<net::PlayerCredential> Proves(const Request& request) const {
+    const std::string& bytes = request.credential();
+    const auto credential = net::ReadPlayerCredential(
+        {reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, kId, key_.verification_key());
+    const auto key = net::SigningKey::FromSeed(request.credential_key(), "credential_key");
+    const bool proves = credential.ok() && key.ok() && key->verification_key() == credential->key;
+    return proves ? std::optional(*credential) : std::nullopt;
   }
 
-  net::InstanceKey key_ = net::MakeInstanceKey();
+  const net::SigningKey key_ = net::SigningKey::Make();
   std::string scene_bytes_, scene_hash_;
-  std::uint32_t players_ = 0;
+  std::uint32_t players_ = 0, returned_ = 0;
   host::TemporaryFolder folder_;  // of the socket
   std::unique_ptr<grpc::Server> server_;
 };

@@ -18,7 +18,8 @@ std::string RegionConnection::Where() const {
 
 void RegionConnection::DialIfDue(TimePoint now, ClientEndpoint& endpoint, const net::Credentials& credentials) {
   if (state_ != State::kIdle || (dial_at_.has_value() && now < *dial_at_)) return;
-  const absl::StatusOr<net::PeerHandle> peer = endpoint.Connect(where_.host, where_.port, where_.region, credentials);
+  const absl::StatusOr<net::PeerHandle> peer =
+      endpoint.Connect(where_.host, where_.port, where_.region, where_.incarnation, credentials);
   if (!peer.ok()) {
     last_error_ = std::string(peer.status().message());
     return Disconnected(now);

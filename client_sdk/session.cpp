@@ -91,6 +91,22 @@ absl::StatusOr<FetchedScene> FetchScene(Stub& stub, const std::string& hash, Dea
   return fetched;
 }
 
+absl::StatusOr<net::Credentials> CredentialsFrom(const v1::JoinInstanceResponse& response,
+                                                 const std::string& instance_id) {
+  const auto key = net::SigningKey::FromSeed(response.credential_key(), "credential_key");
+  if (!key.ok()) return key.status();
+  const auto instance_key = net::VerificationKeyFrom(response.instance_key(), "instance_key");
+  if (!instance_key.ok()) return instance_key.status();
+  const std::string& credential = response.credential();
+  if (credential.size() > net::kMaxCredentialBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("credential: has ", credential.size(), " bytes"));
+  }
+  return net::Credentials{.instance_id = instance_id,
+                          .statement = {credential.begin(), credential.end()},
+                          .key = *key,
+                          .instance_key = *instance_key};
+}
+
 absl::Status TakeRegions(const v1::JoinInstanceResponse& response, Session& session) {
   for (const v1::RegionAddress& address : response.regions()) {
     auto endpoint = EndpointFrom(address.region(), address.host(), address.game_port(), address.incarnation());
@@ -118,8 +134,9 @@ absl::StatusOr<RegionEndpoint> EndpointFrom(std::uint32_t region, const std::str
 }
 
 std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials) {
-  std::vector<std::uint8_t> both = credentials.token;
-  both.insert(both.end(), credentials.key.data(), credentials.key.data() + credentials.key.size());
+  std::vector<std::uint8_t> both = credentials.statement;
+  const net::Seed seed = credentials.key.seed();
+  both.insert(both.end(), seed.data(), seed.data() + seed.size());
   return both;
 }
 
@@ -140,8 +157,8 @@ absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const s
   if (!returning.empty()) {
     if (returning.size() <= net::kKeyBytes) return absl::InvalidArgumentError("returning: is no return token");
     const auto key_at = returning.last(net::kKeyBytes);
-    request.set_connect_token(returning.data(), returning.size() - key_at.size());
-    request.set_session_key(key_at.data(), key_at.size());
+    request.set_credential(returning.data(), returning.size() - key_at.size());
+    request.set_credential_key(key_at.data(), key_at.size());
   }
   v1::JoinInstanceResponse response;
   if (const grpc::Status status = stub->JoinInstance(&context, request, &response); !status.ok()) {
@@ -156,13 +173,11 @@ absl::StatusOr<Session> JoinInstance(const trust::ControlPoint& control, const s
   absl::StatusOr<PartitionMap> map = FromProto(response.map());
   if (!map.ok()) return BadAnswer(absl::StrCat("map: ", map.status().message()));
 
-  absl::StatusOr<net::SessionKey> key = net::SessionKeyFrom(response.session_key());
-  if (!key.ok()) return BadAnswer(std::string(key.status().message()));
-  const std::string& token = response.connect_token();
-  if (token.size() > net::kMaxTokenBytes) return BadAnswer("connect_token");
+  absl::StatusOr<net::Credentials> credentials = CredentialsFrom(response, instance_id);
+  if (!credentials.ok()) return BadAnswer(std::string(credentials.status().message()));
 
   Session session{.player = PlayerNumber(response.player()),
-                  .credentials = {.token = {token.begin(), token.end()}, .key = *key},
+                  .credentials = *std::move(credentials),
                   .map = *std::move(map),
                   .regions = {},
                   .scene = nullptr,
@@ -185,8 +200,9 @@ absl::Status LeaveInstance(const trust::ControlPoint& control, const std::string
   context.set_deadline(std::chrono::system_clock::now() + deadline);
   v1::LeaveInstanceRequest request;
   request.set_instance_id(instance_id);
-  request.set_connect_token(credentials.token.data(), credentials.token.size());
-  request.set_session_key(credentials.key.data(), credentials.key.size());
+  request.set_credential(credentials.statement.data(), credentials.statement.size());
+  const net::Seed seed = credentials.key.seed();
+  request.set_credential_key(seed.data(), seed.size());
   v1::LeaveInstanceResponse response;
   const grpc::Status status = (*dialled)->LeaveInstance(&context, request, &response);
   return status.ok() ? absl::OkStatus() : ToStatus(status, control.address, instance_id);

@@ -13,7 +13,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/partition_map.h"
 #include "core/world/scene.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "trust/credentials.h"
 
 namespace tessera::client {
@@ -39,9 +39,9 @@ struct Session {
 absl::StatusOr<RegionEndpoint> EndpointFrom(std::uint32_t region, const std::string& host, std::uint32_t port,
                                             std::uint64_t incarnation);
 
-// Makes its holder the player: the connect token, then its session key. Secret.
+// Makes its holder the player: the credential, then the seed of its key. Secret.
 std::vector<std::uint8_t> ReturnTokenOf(const net::Credentials& credentials);
-inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxTokenBytes + net::kKeyBytes;
+inline constexpr std::size_t kMaxReturnTokenBytes = net::kMaxCredentialBytes + net::kKeyBytes;
 
 // A scene that this process has had before, by its hash, is not fetched again. `returning`: a return token that the
 // player had before, to come back as the same one; empty for a new one. `watch`: as a viewer.

@@ -77,9 +77,6 @@ inline constexpr std::chrono::milliseconds kDefaultStartDeadline{30'000};
 inline constexpr std::chrono::milliseconds kMaxStartDeadline{24 * 3'600'000};
 inline constexpr std::uint32_t kDefaultSnapshotRateHz = 30;
 
-// How long a connect token admits its player. A client that comes back later joins anew.
-inline constexpr std::chrono::seconds kConnectTokenLifetime{24 * 3600};
-
 // Missed heartbeats (the hello counts as one) after which a worker that its agent no longer names is taken as dead.
 // More than one: an agent that has just started names its workers as it finds them.
 inline constexpr int kMissedBeforeVanished = 3;

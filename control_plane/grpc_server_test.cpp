@@ -194,8 +194,8 @@ TEST_F(GrpcServerTest, LeadsAWorldFromCreateToEnd) {
 
   v1::LeaveInstanceRequest leave;
   leave.set_instance_id(id);
-  leave.set_connect_token(joined.connect_token());
-  leave.set_session_key(joined.session_key());
+  leave.set_credential(joined.credential());
+  leave.set_credential_key(joined.credential_key());
   v1::LeaveInstanceResponse left;
   EXPECT_TRUE(sessions_->LeaveInstance(&Context(), leave, &left).ok());
 

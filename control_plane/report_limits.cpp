@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "control_plane/control_settings.h"
 #include "core/world/limits.h"
+#include "net/signing_key.h"
 
 namespace tessera::control {
 namespace {
@@ -66,6 +67,9 @@ absl::Status CheckReport(const v1::WorkerReport& report) {
   checks.Entries("backend_answers", Size(report.backend_answers_size()), kMaxGameMessages);
   checks.Entries("game_lines", Size(report.game_lines_size()), kMaxLines);
   checks.Entries("game_events", Size(report.game_events_size()), kMaxReportedEvents);
+  if (const std::size_t bytes = report.public_key().size(); bytes != 0 && bytes != net::kKeyBytes) {
+    checks.Refuse(absl::StrCat("report.public_key: has ", bytes, " bytes, not ", net::kKeyBytes));
+  }
   checks.Text("failure", report.failure());
   checks.Text("checkpoint_failure", report.checkpoint_failure());
   checks.Text("next_game.failure", report.next_game().failure());

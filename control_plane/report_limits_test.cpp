@@ -24,6 +24,7 @@ v1::WorkerReport Largest() {
   for (int i = 0; i < 64; ++i) report.add_backend_answers();
   for (int i = 0; i < 32; ++i) report.add_game_lines()->set_text(std::string(600, 'x'));
   report.set_tick_rate_hz(60);
+  report.set_public_key(std::string(32, 'k'));
   return report;
 }
 
@@ -48,6 +49,8 @@ TEST(ReportLimitsTest, OneMoreIsRefusedByName) {
   EXPECT_EQ(refusal([](R& r) { r.add_spread_x(1); }), "report.spread_x: has 257 entries, at most 256");
   EXPECT_EQ(refusal([](R& r) { r.set_failure(std::string(1 << 20, 'x')); }),
             "report.failure: has 1048576 bytes, at most 16384");
+  EXPECT_EQ(refusal([](R& r) { r.set_public_key(std::string(33, 'k')); }), "report.public_key: has 33 bytes, not 32");
+  EXPECT_EQ(refusal([](R& r) { r.set_public_key(std::string(31, 'k')); }), "report.public_key: has 31 bytes, not 32");
   EXPECT_EQ(refusal([](R& r) { r.set_tick_rate_hz(std::nan("")); }), "report.tick_rate_hz: is no time or rate");
   EXPECT_EQ(refusal([](R& r) { r.mutable_step()->set_p99_seconds(-1); }), "report.step: is no time or rate");
 }

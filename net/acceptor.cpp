@@ -22,14 +22,7 @@ std::uint64_t SecondsOf(Acceptor::TimePoint now) {
 }
 
 Refused ReasonOf(const absl::Status& status) {
-  switch (status.code()) {
-    case absl::StatusCode::kNotFound:
-      return Refused::kWrongInstance;
-    case absl::StatusCode::kDeadlineExceeded:
-      return Refused::kExpired;
-    default:
-      return Refused::kBadToken;
-  }
+  return absl::IsNotFound(status) ? Refused::kWrongInstance : Refused::kBadCredential;
 }
 
 }  // namespace
@@ -78,7 +71,7 @@ void Acceptor::Forget(SessionNumber number) {
   Session* session = Find(number);
   if (session == nullptr) return;
   SetDue(*session, std::nullopt);
-  if (!session->dialled) index_->Leave(number, session->greeting(), session->token_id, session->token.player);
+  if (!session->dialled) index_->Leave(number, session->greeting(), session->holder, session->who.player);
   const std::uint32_t slot = number.value() & kSlotMask;
   slots_[slot].reset();
   free_.push_back(slot);
@@ -92,12 +85,12 @@ void Acceptor::SetDue(Session& session, std::optional<TimePoint> due) {
 void Acceptor::Settle(SessionNumber number) {
   Session& session = *Find(number);
   SetDue(session, std::nullopt);
-  if (!session.dialled) index_->Settle(number, session.token_id);
+  if (!session.dialled) index_->Settle(number, session.holder);
 }
 bool Acceptor::IsOpen(SessionNumber session) const { return Find(session)->channel.has_value(); }
 bool Acceptor::IsDialled(SessionNumber session) const { return Find(session)->dialled; }
 const Address& Acceptor::AddressOf(SessionNumber session) const { return Find(session)->address; }
-const ConnectToken& Acceptor::TokenOf(SessionNumber session) const { return Find(session)->token; }
+const PeerIdentity& Acceptor::WhoIs(SessionNumber session) const { return Find(session)->who; }
 const std::optional<Refusal>& Acceptor::RefusalOf(SessionNumber session) const { return Find(session)->refusal; }
 
 std::size_t Acceptor::Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
@@ -108,8 +101,7 @@ std::size_t Acceptor::Seal(SessionNumber session, DatagramKind kind, std::span<s
 
 // --- Received datagrams
 
-Acceptor::Received Acceptor::Receive(TimePoint now, std::uint64_t unix_s, const Address& from,
-                                     std::span<std::uint8_t> datagram) {
+Acceptor::Received Acceptor::Receive(TimePoint now, const Address& from, std::span<std::uint8_t> datagram) {
   const auto kind = datagram.empty() ? DatagramKind{} : static_cast<DatagramKind>(datagram[0]);
   if (kind == DatagramKind::kSealed || kind == DatagramKind::kDirect) return OnSealed(from, datagram);
   stats_.bytes_from_unproven += datagram.size();
@@ -117,7 +109,7 @@ Acceptor::Received Acceptor::Receive(TimePoint now, std::uint64_t unix_s, const 
     case DatagramKind::kHello:
       return OnHello(now, from, datagram);
     case DatagramKind::kLogin:
-      return OnLogin(now, unix_s, from, datagram);
+      return OnLogin(now, from, datagram);
     case DatagramKind::kChallenge:
       return OnChallenge(now, from, datagram);
     case DatagramKind::kAccept:
@@ -174,8 +166,7 @@ Acceptor::Received Acceptor::OnHello(TimePoint now, const Address& from, std::sp
 }
 
 // The checks go from the cheapest to the dearest.
-Acceptor::Received Acceptor::OnLogin(TimePoint now, std::uint64_t unix_s, const Address& from,
-                                     std::span<const std::uint8_t> bytes) {
+Acceptor::Received Acceptor::OnLogin(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
   const std::optional<Login> login = ReadLogin(bytes);
   if (!identity_ || !login) {
     ++stats_.unknown;
@@ -199,48 +190,73 @@ Acceptor::Received Acceptor::OnLogin(TimePoint now, std::uint64_t unix_s, const 
   const auto refuse = [&](Refused reason, std::string_view why) {
     return Refuse(reason, login->session, login->nonce, std::string(why), bytes.size());
   };
-  absl::StatusOr<ConnectToken> token = net::Open(login->token, identity_->instance_id, identity_->key, unix_s);
-  if (!token.ok()) {
-    const absl::string_view why = token.status().message();
-    return refuse(ReasonOf(token.status()), {why.data(), why.size()});
+  const absl::StatusOr<Holder> holder = HolderOf(login->credential);
+  if (!holder.ok()) {
+    const absl::string_view why = holder.status().message();
+    return refuse(ReasonOf(holder.status()), {why.data(), why.size()});
   }
-  const SessionKey key = SessionKeyOf(login->token, identity_->key);
-  if (!IsProven(bytes, key)) return refuse(Refused::kBadToken, "the connect token is shown by another than its holder");
-  if ((token->region != RegionId()) != identity_->for_regions) {
-    return refuse(Refused::kBadToken, "the connect token is for another kind of port");
+  if (!IsSigned(bytes, holder->key)) {
+    return refuse(Refused::kBadCredential, "the credential is shown by another than its holder");
   }
   if (closed_because_) return refuse(Refused::kStopping, *closed_because_);
   if (login->region != identity_->region) {
     return refuse(Refused::kWrongRegion,
                   absl::StrCat("this is region ", identity_->region.value(), ", not ", login->region.value()));
   }
-  DropUnsettled(login->token);
+  DropUnsettled(holder->key);
   if (free_.empty()) return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_sessions, " places are taken"));
   if (index_->CountFrom(from.host) >= limits_.max_per_address) {
     return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_address, " places of one address are taken"));
   }
-  if (token->player != PlayerNumber() && index_->CountOf(token->player) >= limits_.max_per_player) {
+  const PlayerNumber player = holder->who.player;
+  if (player != PlayerNumber() && index_->CountOf(player) >= limits_.max_per_player) {
     return refuse(Refused::kFull, absl::StrCat("all ", limits_.max_per_player, " places of one player are taken"));
   }
-  return Admit(now, from, *login, key, *std::move(token));
+  return Admit(now, from, *login, bytes, *holder);
 }
 
-Acceptor::Received Acceptor::Admit(TimePoint now, const Address& from, const Login& login, const SessionKey& key,
-                                   ConnectToken token) {
+absl::StatusOr<Acceptor::Holder> Acceptor::HolderOf(std::span<const std::uint8_t> credential) const {
+  Holder holder;
+  if (identity_->for_regions) {
+    const auto certificate = ReadWorkerCertificate(credential, identity_->instance_id, identity_->instance_key);
+    if (!certificate.ok()) return certificate.status();
+    holder.who.region = certificate->region;
+    holder.who.incarnation = certificate->incarnation;
+    holder.key = certificate->key;
+  } else {
+    const auto player = ReadPlayerCredential(credential, identity_->instance_id, identity_->instance_key);
+    if (!player.ok()) return player.status();
+    holder.who.player = player->player;
+    holder.who.generation = player->generation;
+    holder.key = player->key;
+  }
+  return holder;
+}
+
+Acceptor::Received Acceptor::Admit(TimePoint now, const Address& from, const Login& login,
+                                   std::span<const std::uint8_t> bytes, const Holder& holder) {
+  const EphemeralKey ephemeral;
+  const std::optional<SharedSecret> shared = ephemeral.SharedWith(login.ephemeral);
+  if (!shared) {
+    return Refuse(Refused::kBadCredential, login.session, login.nonce, "the ephemeral key is a point of low order",
+                  bytes.size());
+  }
   ++stats_.accepted;
   Session& session = *Make(from);
   session.peer = login.session;
   session.nonce = login.nonce;
-  session.token = std::move(token);
-  session.token_id = TokenIdOf(login.token);
+  session.who = holder.who;
+  session.holder = holder.key;
   SetDue(session, now + kUnsettled);
-  index_->Enter(session.number, session.greeting(), session.token_id, session.token.player);
-  Nonce nonce;
-  randombytes_buf(nonce.data(), nonce.size());
-  const DirectionKeys keys = DeriveKeys(key, identity_->region, identity_->incarnation, login.nonce, nonce);
+  index_->Enter(session.number, session.greeting(), session.holder, session.who.player);
+  session.sent = Write(Accept{.session = login.session,
+                              .peer = session.number.value(),
+                              .ephemeral = ephemeral.public_key(),
+                              .certificate = identity_->certificate},
+                       bytes, identity_->key);
+  assert(session.sent.size() < bytes.size());
+  const DirectionKeys keys = DeriveKeys(*shared, bytes, session.sent);
   session.channel.emplace(keys.to_dialler, keys.to_acceptor);
-  session.sent =
-      Write(Accept{.session = login.session, .peer = session.number.value(), .nonce = nonce}, keys.to_dialler);
   return Reply(session.sent);
 }
 
@@ -259,9 +275,9 @@ Acceptor::Received Acceptor::Refuse(Refused reason, std::uint32_t session, const
                      question_bytes));
 }
 
-// A token has at most one unsettled session, so its holder cannot fill the acceptor with them.
-void Acceptor::DropUnsettled(std::span<const std::uint8_t> token) {
-  if (const auto number = index_->UnsettledOf(TokenIdOf(token))) Forget(*number);
+// A credential has at most one unsettled session, so its holder cannot fill the acceptor with them.
+void Acceptor::DropUnsettled(const VerificationKey& holder) {
+  if (const auto number = index_->UnsettledOf(holder)) Forget(*number);
 }
 
 bool Acceptor::WithinShare(TimePoint now, const Address& from) {

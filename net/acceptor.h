@@ -2,13 +2,14 @@
 // ENet.
 //
 // As the side that is dialled it answers a handshake (handshake.h): a peer that has not proven that it uses its address
-// and holds a token of this instance leaves nothing behind and gets fewer bytes than it sent. As the side that dials it
-// sends Hello and Login, again and again, until it is accepted, refused or forgotten. In either case a session follows
-// whose datagrams are sealed by keys that only this pair and this connection have.
+// and holds a credential of this instance leaves nothing behind and gets fewer bytes than it sent. As the side that
+// dials it sends Hello and Login, again and again, until it is accepted, refused or forgotten; it takes nobody for the
+// region that it dialled who does not prove to be that. In either case a session follows whose datagrams are sealed by
+// keys that only this pair and this connection have.
 //
 //   Acceptor acceptor({.max_sessions = 64});
-//   acceptor.Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
-//   for each datagram:  switch (const Received r = acceptor.Receive(now, unix_s, from, bytes); r.kind) ...
+//   acceptor.Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), ...});
+//   for each datagram:  switch (const Received r = acceptor.Receive(now, from, bytes); r.kind) ...
 //   now and then:       for (Outgoing& out : acceptor.Due(now)) send(out.to, out.bytes);
 //
 // A datagram is answered in the same time however many sessions there are (session_index.h).
@@ -25,10 +26,11 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/world/ids.h"
 #include "net/address.h"
 #include "net/channel.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/handshake.h"
 
 namespace tessera::net {
@@ -36,13 +38,32 @@ namespace tessera::net {
 // Goes into every sealed datagram, 24 bits; from 1, and reused only after 4095 others of its slot.
 using SessionNumber = Id<struct SessionTag, std::uint32_t>;
 
-// The region behind an acceptor, and the key of the tokens that it accepts.
+// The region behind an acceptor, what it proves that with, and the key by which it verifies others.
 struct EndpointIdentity {
   std::string instance_id;
   RegionId region;
   Incarnation incarnation;
-  InstanceKey key;
-  bool for_regions = false;  // accepts tokens of regions instead of players
+  VerificationKey instance_key{};
+  std::vector<std::uint8_t> certificate;  // a signed WorkerCertificate: of this region, incarnation and key
+  SigningKey key;
+  bool for_regions = false;  // accepts certificates of workers instead of players' credentials
+};
+
+// With which the region dials others.
+inline Credentials CredentialsOf(const EndpointIdentity& self) {
+  return {.instance_id = self.instance_id,
+          .statement = self.certificate,
+          .key = self.key,
+          .instance_key = self.instance_key};
+}
+
+// Who a peer has proven to be: a player, or a region that dials its neighbour. The other is left out.
+struct PeerIdentity {
+  PlayerNumber player{};
+  Generation generation{};
+  RegionId region{};
+  Incarnation incarnation{};
+  friend bool operator==(const PeerIdentity&, const PeerIdentity&) = default;
 };
 
 struct AcceptorLimits {
@@ -50,7 +71,7 @@ struct AcceptorLimits {
   std::size_t max_per_address = 64;  // accepted sessions of one IPv4 address
   // Accepted sessions of one player: the connection in use, earlier ones that fade, one that begins.
   std::size_t max_per_player = 8;
-  // Logins with a good cookie of one address; each costs some 10 us. Many players or bots may share one address.
+  // Logins with a good cookie of one address; each costs some 200 us. Many players or bots may share one address.
   double logins_per_s = 256, login_burst = 512;
 };
 
@@ -89,8 +110,10 @@ class Acceptor {
   // From now on logins are refused with STOPPING.
   void Close(std::string why);
 
-  // Begins to dial an acceptor of that region; nothing where all sessions are in use.
-  std::optional<SessionNumber> Dial(TimePoint now, const Address& to, RegionId region, Credentials credentials);
+  // Begins to dial an acceptor of that region, in its life `least` or a later one; nothing where all sessions are in
+  // use.
+  std::optional<SessionNumber> Dial(TimePoint now, const Address& to, RegionId region, Incarnation least,
+                                    Credentials credentials);
 
   struct Received {
     enum class Kind : std::uint8_t {
@@ -105,8 +128,8 @@ class Acceptor {
     SessionNumber session{};
     std::span<std::uint8_t> bytes{};  // valid until the next call
   };
-  // `datagram` is overwritten. `unix_s` is held against the expiry of tokens.
-  Received Receive(TimePoint now, std::uint64_t unix_s, const Address& from, std::span<std::uint8_t> datagram);
+  // `datagram` is overwritten.
+  Received Receive(TimePoint now, const Address& from, std::span<std::uint8_t> datagram);
 
   // As Channel::Seal. Requires an open session.
   std::size_t Seal(SessionNumber session, DatagramKind kind, std::span<std::uint8_t> datagram,
@@ -129,7 +152,7 @@ class Acceptor {
   bool IsOpen(SessionNumber session) const;
   bool IsDialled(SessionNumber session) const;
   const Address& AddressOf(SessionNumber session) const;
-  const ConnectToken& TokenOf(SessionNumber session) const;              // requires an accepted session
+  const PeerIdentity& WhoIs(SessionNumber session) const;                // requires an accepted session
   const std::optional<Refusal>& RefusalOf(SessionNumber session) const;  // requires a dialled session
 
   std::size_t sessions() const { return live_; }
@@ -152,13 +175,20 @@ class Acceptor {
                   std::size_t question_bytes);
   Received OnSealed(const Address& from, std::span<std::uint8_t> datagram);
   Received OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
-  Received OnLogin(TimePoint now, std::uint64_t unix_s, const Address& from, std::span<const std::uint8_t> bytes);
-  Received Admit(TimePoint now, const Address& from, const Login& login, const SessionKey& key, ConnectToken token);
+  Received OnLogin(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
+  // Who the holder of a login's credential is, and by which key.
+  struct Holder {
+    PeerIdentity who;
+    VerificationKey key{};
+  };
+  absl::StatusOr<Holder> HolderOf(std::span<const std::uint8_t> credential) const;
+  Received Admit(TimePoint now, const Address& from, const Login& login, std::span<const std::uint8_t> bytes,
+                 const Holder& holder);
   Received OnChallenge(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   Received OnAccept(const Address& from, std::span<const std::uint8_t> bytes);
   Received OnRefusal(const Address& from, std::span<const std::uint8_t> bytes);
 
-  void DropUnsettled(std::span<const std::uint8_t> token);
+  void DropUnsettled(const VerificationKey& holder);
   void SetDue(Session& session, std::optional<TimePoint> due);
   bool WithinShare(TimePoint now, const Address& from);
   void SendHello(Session& session);

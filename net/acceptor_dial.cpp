@@ -10,18 +10,13 @@
 
 namespace tessera::net {
 
-TokenId TokenIdOf(std::span<const std::uint8_t> token) {
-  TokenId id;
-  std::copy_n(token.begin(), id.size(), id.begin());
-  return id;
-}
-
-std::optional<SessionNumber> Acceptor::Dial(TimePoint now, const Address& to, RegionId region,
+std::optional<SessionNumber> Acceptor::Dial(TimePoint now, const Address& to, RegionId region, Incarnation least,
                                             Credentials credentials) {
   Session* session = Make(to);
   if (session == nullptr) return std::nullopt;
   session->dialled = true;
   session->region = region;
+  session->least = least;
   session->credentials = std::move(credentials);
   SetDue(*session, now);
   SendHello(*session);
@@ -31,6 +26,7 @@ std::optional<SessionNumber> Acceptor::Dial(TimePoint now, const Address& to, Re
 void Acceptor::SendHello(Session& session) {
   randombytes_buf(session.nonce.data(), session.nonce.size());
   session.incarnation.reset();
+  session.ephemeral.reset();
   session.sent = Write(Hello{.protocol = kProtocolVersion, .session = session.number.value(), .nonce = session.nonce});
   session.tries = 0;
 }
@@ -44,17 +40,19 @@ Acceptor::Session* Acceptor::DialOf(std::uint32_t number, const Nonce& nonce, co
 Acceptor::Received Acceptor::OnChallenge(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes) {
   const std::optional<Challenge> challenge = ReadChallenge(bytes);
   Session* session = challenge ? DialOf(challenge->session, challenge->nonce, from) : nullptr;
-  if (session == nullptr || session->incarnation) {
+  if (session == nullptr || session->incarnation || challenge->incarnation < session->least) {
     ++stats_.unknown;
     return {};
   }
   session->incarnation = challenge->incarnation;
+  session->ephemeral.emplace();
   session->sent = Write(Login{.session = session->number.value(),
                               .nonce = session->nonce,
                               .cookie = challenge->cookie,
                               .region = session->region,
                               .incarnation = challenge->incarnation,
-                              .token = session->credentials.token},
+                              .ephemeral = session->ephemeral->public_key(),
+                              .credential = session->credentials.statement},
                         session->credentials.key);
   session->retry = kFirstRetry;
   SetDue(*session, now + session->retry);
@@ -71,15 +69,22 @@ Acceptor::Received Acceptor::OnAccept(const Address& from, std::span<const std::
     ++stats_.unknown;
     return {};
   }
-  const DirectionKeys keys =
-      DeriveKeys(session->credentials.key, session->region, *session->incarnation, session->nonce, accept->nonce);
-  if (!IsAccepted(bytes, keys.to_dialler)) {
+  // Only what the instance's key says of this region and this life of it counts, and what that worker's own key signed.
+  const Credentials& own = session->credentials;
+  const auto certificate = ReadWorkerCertificate(accept->certificate, own.instance_id, own.instance_key);
+  const bool proven = certificate.ok() && certificate->region == session->region &&
+                      certificate->incarnation == *session->incarnation &&
+                      IsSigned(bytes, session->sent, certificate->key);
+  const std::optional<SharedSecret> shared = proven ? session->ephemeral->SharedWith(accept->ephemeral) : std::nullopt;
+  if (!shared) {
     ++stats_.forged;
     return {};
   }
+  const DirectionKeys keys = DeriveKeys(*shared, session->sent, bytes);
   session->peer = accept->peer;
   session->channel.emplace(keys.to_acceptor, keys.to_dialler);
   session->credentials = {};
+  session->ephemeral.reset();
   session->sent.clear();
   SetDue(*session, std::nullopt);
   return {.kind = Received::Kind::kDialled, .session = session->number, .bytes = {}};

@@ -10,9 +10,6 @@
 
 namespace tessera::net {
 
-// Requires a token that opened.
-TokenId TokenIdOf(std::span<const std::uint8_t> token);
-
 struct Acceptor::Session {
   SessionNumber number;
   Address address;
@@ -26,14 +23,16 @@ struct Acceptor::Session {
   std::optional<Channel> channel;
 
   // Fields of an accepted session.
-  ConnectToken token;
-  TokenId token_id{};
-  bool heard = false;  // a sealed datagram has come, so the other end knows that it was accepted
+  PeerIdentity who;
+  VerificationKey holder{};  // of the credential
+  bool heard = false;        // a sealed datagram has come, so the other end knows that it was accepted
 
   // Fields of a dialled session until it is open.
   RegionId region;
+  Incarnation least;                       // an earlier life of the region is not dialled
   std::optional<Incarnation> incarnation;  // from the challenge
   Credentials credentials;
+  std::optional<EphemeralKey> ephemeral;  // from the challenge on
   Duration retry = kFirstRetry;
   int tries = 0;
   std::optional<Refusal> refusal;

@@ -142,7 +142,7 @@ void Endpoint::Impl::OnConnect(ENetPeer& peer, std::vector<Event>& out) {
     acceptor.Settle(session);
     handle = NewHandle(false, session);
     Attach(handle, peer);
-    event.who = acceptor.TokenOf(session);
+    event.who = acceptor.WhoIs(session);
   }
   Peer& known = peers.at(handle);
   known.connected = true;
@@ -233,7 +233,7 @@ void Endpoint::Open(EndpointIdentity identity) { impl_->acceptor.Open(std::move(
 void Endpoint::Close(std::string why) { impl_->acceptor.Close(std::move(why)); }
 
 absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint16_t port, RegionId region,
-                                             Credentials credentials) {
+                                             Incarnation least, Credentials credentials) {
   if (port == 0) return absl::InvalidArgumentError("port 0: nobody can listen there");
   const absl::StatusOr<ENetAddress> address = Resolve(host, port);
   if (!address.ok()) return address.status();
@@ -246,7 +246,7 @@ absl::StatusOr<PeerHandle> Endpoint::Connect(const std::string& host, std::uint1
   const Impl::Clock::time_point now = Impl::Clock::now();
   impl_->Sweep();
   const std::optional<SessionNumber> session =
-      impl_->acceptor.Dial(now, {.host = address->host, .port = port}, region, std::move(credentials));
+      impl_->acceptor.Dial(now, {.host = address->host, .port = port}, region, least, std::move(credentials));
   if (!session) {
     return absl::ResourceExhaustedError(absl::StrCat("all ", impl_->options.max_peers, " peers are in use"));
   }

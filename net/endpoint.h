@@ -7,8 +7,8 @@
 // work.
 //
 //   auto endpoint = Endpoint::Create({.bind_address = "127.0.0.1", .port = 0, .max_peers = 64});
-//   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), .key = key});
-//   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777, RegionId(1), credentials);
+//   (*endpoint)->Open({.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(9), ...});
+//   PeerHandle peer = *(*endpoint)->Connect("127.0.0.1", 7777, RegionId(1), Incarnation(4), credentials);
 //   for (const Event& event : (*endpoint)->Service(std::chrono::milliseconds(2))) ...
 //   (*endpoint)->Send(peer, Delivery::kReliable, bytes);
 //
@@ -28,7 +28,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/ids.h"
 #include "net/acceptor.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/protocol.h"
 
 namespace tessera::net {
@@ -64,7 +64,7 @@ struct Event {
   Delivery delivery = Delivery::kReliable;  // kMessage
   Bytes bytes{};                            // kMessage
   bool outgoing = false;                    // kConnected: this side dialled
-  ConnectToken who{};                       // kConnected, not outgoing: the token that the peer proved to hold
+  PeerIdentity who{};                       // kConnected, not outgoing: who the peer has proven to be
   std::optional<Refusal> refusal{};         // kDisconnected, outgoing: the other side's acceptor refused
 };
 
@@ -85,14 +85,15 @@ class Endpoint {
   std::uint16_t port() const;
   // For poll(2), so that one thread can wait for several endpoints at once: readable means that Service has work.
   int socket() const;
-  // From now on peers with a token of this instance are accepted; before, nobody is answered. A second call changes the
-  // identity.
+  // From now on peers with a credential of this instance are accepted; before, nobody is answered. A second call
+  // changes the identity.
   void Open(EndpointIdentity identity);
   // From now on everybody is refused with STOPPING. Peers stay.
   void Close(std::string why);
-  // Begins to connect to the port of `region`; kConnected or kDisconnected follows. `host` is an IPv4 address or a
-  // name, whose look-up blocks. Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no route), RESOURCE_EXHAUSTED (peers).
-  absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port, RegionId region,
+  // Begins to connect to the port of `region`, in its life `least` or a later one; kConnected or kDisconnected follows.
+  // `host` is an IPv4 address or a name, whose look-up blocks. Errors: INVALID_ARGUMENT (address), UNAVAILABLE (no
+  // route), RESOURCE_EXHAUSTED (peers).
+  absl::StatusOr<PeerHandle> Connect(const std::string& host, std::uint16_t port, RegionId region, Incarnation least,
                                      Credentials credentials);
   // Errors: NOT_FOUND (no such peer any more), INVALID_ARGUMENT (too long).
   absl::Status Send(PeerHandle peer, Delivery delivery, std::span<const std::uint8_t> bytes);

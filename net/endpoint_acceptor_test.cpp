@@ -17,7 +17,8 @@ namespace {
 
 TEST(EndpointAcceptorTest, WhoIsRefusedHearsWhy) {
   EndpointPair pair;
-  ASSERT_TRUE(pair.client->Connect("127.0.0.1", pair.server->port(), RegionId(9), TestCredentials()).ok());
+  ASSERT_TRUE(
+      pair.client->Connect("127.0.0.1", pair.server->port(), RegionId(9), Incarnation(), TestCredentials()).ok());
   ASSERT_TRUE(pair.Until([&] { return !pair.at_client.empty(); }));
   EXPECT_EQ(pair.at_client[0].kind, Event::Kind::kDisconnected);
   EXPECT_TRUE(pair.at_client[0].outgoing);
@@ -211,7 +212,7 @@ TEST(EndpointAcceptorTest, OneThatNeverFinishesDoesNotKeepItsPlace) {
   };
   Acceptor acceptor({.max_sessions = 1});
   const Address address{.host = to.sin_addr.s_addr, .port = server->port()};
-  const SessionNumber dial = *acceptor.Dial(Clock::now(), address, RegionId(2), TestCredentials());
+  const SessionNumber dial = *acceptor.Dial(Clock::now(), address, RegionId(2), Incarnation(), TestCredentials());
   const auto limit = Clock::now() + kPatience;
   while (!acceptor.IsOpen(dial) && Clock::now() < limit) {
     for (const Acceptor::Outgoing& out : acceptor.Due(Clock::now())) send(out.bytes);
@@ -220,7 +221,7 @@ TEST(EndpointAcceptorTest, OneThatNeverFinishesDoesNotKeepItsPlace) {
     const ssize_t got = recv(fd, bytes.data(), bytes.size(), 0);
     if (got < 0) continue;
     const auto received =
-        acceptor.Receive(Clock::now(), 0, address, std::span(bytes).first(static_cast<std::size_t>(got)));
+        acceptor.Receive(Clock::now(), address, std::span(bytes).first(static_cast<std::size_t>(got)));
     if (received.kind == Acceptor::Received::Kind::kReply) send(received.bytes);
   }
   ASSERT_TRUE(acceptor.IsOpen(dial));

@@ -4,7 +4,6 @@
 #include <sys/socket.h>
 
 #include <algorithm>
-#include <ctime>
 
 #include "net/endpoint_impl.h"
 #include "net/enet_adapter.h"
@@ -39,10 +38,9 @@ enet_uint32 Endpoint::Impl::Checksum(const ENetBuffer* buffers, std::size_t coun
 // Returns false if the datagram is not for ENet.
 bool Endpoint::Impl::TakeDatagram(ENetEvent* event) {
   const Address from{host->receivedAddress.host, host->receivedAddress.port};
-  const auto unix_s = static_cast<std::uint64_t>(std::time(nullptr));
   if (peer_gone) Sweep();  // a new peer may take its place
   const Acceptor::Received received =
-      acceptor.Receive(Clock::now(), unix_s, from, {host->receivedData, host->receivedDataLength});
+      acceptor.Receive(Clock::now(), from, {host->receivedData, host->receivedDataLength});
   switch (received.kind) {
     case Acceptor::Received::Kind::kNothing:
       return false;

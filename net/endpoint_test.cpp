@@ -190,9 +190,9 @@ TEST(EndpointTest, WrongOptionsAreNamed) {
 
 TEST(EndpointTest, WrongAddressesAreNamed) {
   const auto endpoint = Listen();
-  EXPECT_EQ(endpoint->Connect("127.0.0.1", 0, RegionId(2), TestCredentials()).status().code(),
+  EXPECT_EQ(endpoint->Connect("127.0.0.1", 0, RegionId(2), Incarnation(), TestCredentials()).status().code(),
             absl::StatusCode::kInvalidArgument);
-  const auto unknown = endpoint->Connect("no such host", 7777, RegionId(2), TestCredentials());
+  const auto unknown = endpoint->Connect("no such host", 7777, RegionId(2), Incarnation(), TestCredentials());
   EXPECT_EQ(unknown.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(unknown.status().message().find("no such host"), std::string_view::npos) << unknown.status();
 }

@@ -13,14 +13,18 @@ namespace tessera::net {
 namespace {
 
 constexpr std::size_t kChallengeBytes = 1 + 4 + 16 + 8 + 4 + 16;
-constexpr std::size_t kAcceptBytes = 1 + 4 + 4 + 16 + kProofBytes;
-constexpr std::size_t kLoginFixedBytes = 1 + 4 + 16 + 4 + 16 + 4 + 8 + 2 + kProofBytes;
+// Without credential and certificate.
+constexpr std::size_t kLoginFixedBytes = 1 + 4 + 16 + 4 + 16 + 4 + 8 + 32 + 2 + sizeof(Signature);
+constexpr std::size_t kAcceptFixedBytes = 1 + 4 + 4 + 32 + 2 + sizeof(Signature);
 constexpr std::size_t kRefusalFixedBytes = 1 + 1 + 4 + 16;
 constexpr std::size_t kMaxDetailBytes = 160;
 static_assert(kChallengeBytes < kHelloBytes, "a challenge must not amplify");
-static_assert(kAcceptBytes < kLoginFixedBytes, "an acceptance must not amplify");
+// A certificate has the instance's id, as the credential that it answers has.
+static_assert(kAcceptFixedBytes + WorkerCertificateBytes(0) < kLoginFixedBytes + PlayerCredentialBytes(0),
+              "an acceptance must not amplify");
 static_assert(kRefusalFixedBytes < kHelloBytes, "a refusal must not amplify");
-static_assert(kLoginFixedBytes + kMaxTokenBytes <= kMaxHandshakeBytes);
+static_assert(kLoginFixedBytes + kMaxCredentialBytes <= kMaxHandshakeBytes);
+static_assert(kMaxHandshakeBytes < kMaxUdpBytes);
 
 ByteWriter Begin(DatagramKind kind) {
   ByteWriter out;
@@ -30,30 +34,38 @@ ByteWriter Begin(DatagramKind kind) {
 
 bool IsKind(ByteReader& in, DatagramKind kind) { return in.U8() == static_cast<std::uint8_t>(kind); }
 
-// Keyed BLAKE2b over the name of its use and the bytes.
-template <std::size_t kBytes>
-void Mac(Secret<kBytes>& out, std::string_view use, std::span<const std::uint8_t> bytes, const Key& key) {
-  crypto_generichash_state state;
-  crypto_generichash_init(&state, key.data(), key.size(), kBytes);
-  crypto_generichash_update(&state, reinterpret_cast<const std::uint8_t*>(use.data()), use.size());
-  crypto_generichash_update(&state, bytes.data(), bytes.size());
-  crypto_generichash_final(&state, out.data(), kBytes);
-  sodium_memzero(&state, sizeof state);
+constexpr std::string_view kLoginLabel = "tessera login", kAcceptLabel = "tessera accept",
+                           kTranscriptLabel = "tessera handshake", kKeysLabel = "tessera channel";
+
+// BLAKE2b-512 of both. `accept` is without its signature.
+using Transcript = std::array<std::uint8_t, 64>;
+Transcript TranscriptOf(std::span<const std::uint8_t> login, std::span<const std::uint8_t> accept) {
+  ByteWriter input;
+  input.Text(kTranscriptLabel);
+  input.U32(kProtocolVersion);
+  input.U16(static_cast<std::uint16_t>(login.size()));
+  input.Bytes(login);
+  input.Bytes(accept);
+  Transcript transcript;
+  crypto_generichash(transcript.data(), transcript.size(), input.bytes().data(), input.size(), nullptr, 0);
+  return transcript;
 }
 
-constexpr std::string_view kLoginUse = "tessera login", kAcceptUse = "tessera accept", kKeysUse = "tessera channel";
-
-void AppendProof(ByteWriter& out, std::string_view use, const Key& key) {
-  Secret<kProofBytes> proof;
-  Mac(proof, use, out.bytes(), key);
-  out.Bytes({proof.data(), proof.size()});
+std::span<const std::uint8_t> WithoutSignature(std::span<const std::uint8_t> bytes) {
+  assert(bytes.size() > sizeof(Signature));
+  return bytes.first(bytes.size() - sizeof(Signature));
 }
 
-bool EndsInProof(std::span<const std::uint8_t> bytes, std::string_view use, const Key& key) {
-  assert(bytes.size() > kProofBytes);
-  Secret<kProofBytes> proof;
-  Mac(proof, use, bytes.first(bytes.size() - kProofBytes), key);
-  return sodium_memcmp(proof.data(), bytes.last(kProofBytes).data(), kProofBytes) == 0;
+// Reads a block whose length comes before it as u16; what is left after it must be a signature.
+bool ReadSigned(ByteReader& in, std::vector<std::uint8_t>& block) {
+  const auto bytes = in.Bytes(in.U16());
+  block.assign(bytes.begin(), bytes.end());
+  return in.ok() && in.remaining() == sizeof(Signature) && block.size() <= kMaxCredentialBytes;
+}
+
+void WriteBlock(ByteWriter& out, std::span<const std::uint8_t> block) {
+  out.U16(static_cast<std::uint16_t>(block.size()));
+  out.Bytes(block);
 }
 
 }  // namespace
@@ -68,12 +80,10 @@ std::string_view WordOf(Refused reason) {
   switch (reason) {
     case Refused::kProtocol:
       return "PROTOCOL";
-    case Refused::kBadToken:
-      return "BAD_TOKEN";
+    case Refused::kBadCredential:
+      return "BAD_CREDENTIAL";
     case Refused::kWrongInstance:
       return "WRONG_INSTANCE";
-    case Refused::kExpired:
-      return "EXPIRED";
     case Refused::kFull:
       return "FULL";
     case Refused::kStopping:
@@ -129,7 +139,7 @@ std::optional<Challenge> ReadChallenge(std::span<const std::uint8_t> bytes) {
   return challenge;
 }
 
-std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key) {
+std::vector<std::uint8_t> Write(const Login& login, const SigningKey& key) {
   ByteWriter out = Begin(DatagramKind::kLogin);
   out.U32(login.session);
   out.Bytes(login.nonce);
@@ -137,9 +147,9 @@ std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key) {
   out.Bytes(login.cookie.mac);
   out.U32(login.region.value());
   out.U64(login.incarnation.value());
-  out.U16(static_cast<std::uint16_t>(login.token.size()));
-  out.Bytes(login.token);
-  AppendProof(out, kLoginUse, key);
+  out.Bytes(login.ephemeral);
+  WriteBlock(out, login.credential);
+  out.Bytes(key.Sign(kLoginLabel, out.bytes()));
   return out.Take();
 }
 
@@ -154,37 +164,41 @@ std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes) {
   in.Fill(login.cookie.mac);
   login.region = RegionId(in.U32());
   login.incarnation = Incarnation(in.U64());
-  const auto token = in.Bytes(in.U16());
-  login.token.assign(token.begin(), token.end());
-  const bool fits = in.ok() && in.rest().size() == kProofBytes && token.size() <= kMaxTokenBytes;
+  in.Fill(login.ephemeral);
+  const bool fits = ReadSigned(in, login.credential);
   return fits && login.session <= kMaxSessionNumber ? std::optional(std::move(login)) : std::nullopt;
 }
 
-bool IsProven(std::span<const std::uint8_t> login, const SessionKey& key) { return EndsInProof(login, kLoginUse, key); }
+bool IsSigned(std::span<const std::uint8_t> login, const VerificationKey& holder) {
+  return Verifies(holder, kLoginLabel, WithoutSignature(login), login.last<sizeof(Signature)>());
+}
 
-std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler) {
+std::vector<std::uint8_t> Write(const Accept& accept, std::span<const std::uint8_t> login, const SigningKey& key) {
   ByteWriter out = Begin(DatagramKind::kAccept);
   out.U32(accept.session);
   out.U32(accept.peer);
-  out.Bytes(accept.nonce);
-  AppendProof(out, kAcceptUse, to_dialler);
-  assert(out.size() == kAcceptBytes);
+  out.Bytes(accept.ephemeral);
+  WriteBlock(out, accept.certificate);
+  out.Bytes(key.Sign(kAcceptLabel, TranscriptOf(login, out.bytes())));
   return out.Take();
 }
 
 std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() != kAcceptBytes) return std::nullopt;
+  if (bytes.size() < kAcceptFixedBytes || bytes.size() > kMaxHandshakeBytes) return std::nullopt;
   ByteReader in(bytes);
   if (!IsKind(in, DatagramKind::kAccept)) return std::nullopt;
   Accept accept;
   accept.session = in.U32();
   accept.peer = in.U32();
-  in.Fill(accept.nonce);
-  return accept.peer <= kMaxSessionNumber ? std::optional(accept) : std::nullopt;
+  in.Fill(accept.ephemeral);
+  const bool fits = ReadSigned(in, accept.certificate);
+  return fits && accept.peer <= kMaxSessionNumber ? std::optional(std::move(accept)) : std::nullopt;
 }
 
-bool IsAccepted(std::span<const std::uint8_t> accept, const Key& to_dialler) {
-  return EndsInProof(accept, kAcceptUse, to_dialler);
+bool IsSigned(std::span<const std::uint8_t> accept, std::span<const std::uint8_t> login,
+              const VerificationKey& holder) {
+  return Verifies(holder, kAcceptLabel, TranscriptOf(login, WithoutSignature(accept)),
+                  accept.last<sizeof(Signature)>());
 }
 
 std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_bytes) {
@@ -213,16 +227,33 @@ std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes) {
   return refusal;
 }
 
-DirectionKeys DeriveKeys(const SessionKey& key, RegionId region, Incarnation incarnation, const Nonce& dialler,
-                         const Nonce& acceptor) {
+static_assert(sizeof(EphemeralPublic) == crypto_scalarmult_BYTES &&
+              Secret<32>::size() == crypto_scalarmult_SCALARBYTES);
+
+EphemeralKey::EphemeralKey() {
+  InitializeSodium();
+  randombytes_buf(secret_.data(), secret_.size());
+  crypto_scalarmult_base(public_.data(), secret_.data());
+}
+
+std::optional<SharedSecret> EphemeralKey::SharedWith(const EphemeralPublic& theirs) const {
+  SharedSecret shared;
+  if (crypto_scalarmult(shared.data(), secret_.data(), theirs.data()) != 0) return std::nullopt;  // all zeros
+  return shared;
+}
+
+DirectionKeys DeriveKeys(const SharedSecret& shared, std::span<const std::uint8_t> login,
+                         std::span<const std::uint8_t> accept) {
   ByteWriter input;
+  input.Text(kKeysLabel);
   input.U32(kProtocolVersion);
-  input.U32(region.value());
-  input.U64(incarnation.value());
-  input.Bytes(dialler);
-  input.Bytes(acceptor);
+  input.Bytes(TranscriptOf(login, WithoutSignature(accept)));
   Secret<2 * Key::size()> both;
-  Mac(both, kKeysUse, input.bytes(), key);
+  crypto_generichash_state state;
+  crypto_generichash_init(&state, shared.data(), shared.size(), both.size());
+  crypto_generichash_update(&state, input.bytes().data(), input.size());
+  crypto_generichash_final(&state, both.data(), both.size());
+  sodium_memzero(&state, sizeof state);
   DirectionKeys keys;
   std::copy_n(both.data(), Key::size(), keys.to_acceptor.data());
   std::copy_n(both.data() + Key::size(), Key::size(), keys.to_dialler.data());

@@ -1,12 +1,16 @@
 // The handshake by which an unproven peer becomes a peer, before ENet hears of it: the form of its datagrams, its
 // cookies, and the keys that follow from it (docs/protocol.md, "The acceptor").
 //
-//   dialler                                     acceptor
-//   Hello      nonce                      ->          keeps nothing
+//   dialler                                                    acceptor
+//   Hello      nonce                                     ->          keeps nothing
 //              <-   Challenge   cookie of (time, address, nonce), incarnation
-//   Login      cookie, token, proof       ->          makes a session, and no sooner
-//              <-   Accept      nonce, tag by the new keys
+//   Login      cookie, ephemeral key, credential, signature  ->      makes a session, and no sooner
+//              <-   Accept      ephemeral key, certificate, signature over Login and Accept
 //   or at either step  <-   Refusal   reason
+//
+// A Login holds all fields of the Hello and the Challenge before it, so it stands for both in what is signed and
+// hashed. Long-lived keys only sign; the keys of a connection come from two ephemeral ones, which are wiped, so nobody
+// who has recorded a connection and gets hold of all other keys later can read it.
 //
 // Every answer is shorter than its question, so the acceptor amplifies nothing. Readers take bytes off a wire: they
 // give a value only when size, kind and every field are right, and never read out of bounds. Thread rule: free
@@ -24,17 +28,17 @@
 #include "core/world/ids.h"
 #include "net/address.h"
 #include "net/channel.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/datagram_kind.h"
+#include "net/signing_key.h"
 
 namespace tessera::net {
 
 // Why a login is refused. The numbers are those of tessera.v1.RefusalReason.
 enum class Refused : std::uint8_t {
   kProtocol = 1,
-  kBadToken = 2,
+  kBadCredential = 2,
   kWrongInstance = 3,
-  kExpired = 4,
   kFull = 6,
   kStopping = 7,
   kWrongRegion = 8,
@@ -42,6 +46,8 @@ enum class Refused : std::uint8_t {
 std::string_view WordOf(Refused reason);  // "FULL"
 
 using Nonce = std::array<std::uint8_t, 16>;
+using EphemeralPublic = std::array<std::uint8_t, 32>;  // X25519
+using SharedSecret = Secret<32>;
 
 struct Hello {
   std::uint32_t protocol = 0;
@@ -70,14 +76,16 @@ struct Login {
   Cookie cookie;
   RegionId region{};  // the region that the dialler means
   Incarnation incarnation{};
-  std::vector<std::uint8_t> token;
+  EphemeralPublic ephemeral{};
+  std::vector<std::uint8_t> credential;  // a PlayerCredential or a WorkerCertificate, not checked
   friend bool operator==(const Login&, const Login&) = default;
 };
 
 struct Accept {
   std::uint32_t session = 0;  // the dialler's
   std::uint32_t peer = 0;     // the acceptor's number of the session
-  Nonce nonce{};              // the acceptor's
+  EphemeralPublic ephemeral{};
+  std::vector<std::uint8_t> certificate;  // a WorkerCertificate, not checked
   friend bool operator==(const Accept&, const Accept&) = default;
 };
 
@@ -90,34 +98,47 @@ struct Refusal {
 };
 
 inline constexpr std::size_t kHelloBytes = 96;
-inline constexpr std::size_t kMaxHandshakeBytes = 512;
-inline constexpr std::size_t kProofBytes = 16;
+inline constexpr std::size_t kMaxHandshakeBytes = 576;
 
 std::vector<std::uint8_t> Write(const Hello& hello);
 std::vector<std::uint8_t> Write(const Challenge& challenge);
-// Ends in the proof that its sender holds the token's session key.
-std::vector<std::uint8_t> Write(const Login& login, const SessionKey& key);
-// Ends in the proof that its sender has the keys.
-std::vector<std::uint8_t> Write(const Accept& accept, const Key& to_dialler);
+// Ends in the signature of the credential's holder over all before it.
+std::vector<std::uint8_t> Write(const Login& login, const SigningKey& key);
+// Ends in the signature of the certificate's holder over the Login that it answers and all before it.
+std::vector<std::uint8_t> Write(const Accept& accept, std::span<const std::uint8_t> login, const SigningKey& key);
 // Gives fewer bytes than `question_bytes`, whatever the detail.
 std::vector<std::uint8_t> Write(const Refusal& refusal, std::size_t question_bytes);
 
 std::optional<Hello> ReadHello(std::span<const std::uint8_t> bytes);
 std::optional<Challenge> ReadChallenge(std::span<const std::uint8_t> bytes);
-std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes);  // does not check its proof
-std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes);
+std::optional<Login> ReadLogin(std::span<const std::uint8_t> bytes);    // does not check its signature
+std::optional<Accept> ReadAccept(std::span<const std::uint8_t> bytes);  // likewise
 std::optional<Refusal> ReadRefusal(std::span<const std::uint8_t> bytes);
 
 // Require the bytes that the reader took.
-bool IsProven(std::span<const std::uint8_t> login, const SessionKey& key);
-bool IsAccepted(std::span<const std::uint8_t> accept, const Key& to_dialler);
+bool IsSigned(std::span<const std::uint8_t> login, const VerificationKey& holder);
+bool IsSigned(std::span<const std::uint8_t> accept, std::span<const std::uint8_t> login, const VerificationKey& holder);
 
-// One key for each direction of one connection: both nonces are in it.
+// One side's half of the keys of one connection. It is used once, and wiped when it ends.
+class EphemeralKey {
+ public:
+  EphemeralKey();  // random
+  const EphemeralPublic& public_key() const { return public_; }
+  // Nothing for a point of low order, with which everybody would have the same secret.
+  std::optional<SharedSecret> SharedWith(const EphemeralPublic& theirs) const;
+
+ private:
+  Secret<32> secret_;
+  EphemeralPublic public_{};
+};
+
+// One key for each direction of one connection: they are of the shared secret and of all bytes of Login and Accept but
+// the Accept's signature.
 struct DirectionKeys {
   Key to_acceptor, to_dialler;
 };
-DirectionKeys DeriveKeys(const SessionKey& key, RegionId region, Incarnation incarnation, const Nonce& dialler,
-                         const Nonce& acceptor);
+DirectionKeys DeriveKeys(const SharedSecret& shared, std::span<const std::uint8_t> login,
+                         std::span<const std::uint8_t> accept);
 
 // Cookies prove that the peer which uses an address has seen an answer, without anything kept about it. A cookie is
 // SipHash-2-4-128 by a key that lives as long as the jar, and is good for one to two periods.

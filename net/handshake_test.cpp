@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "net/protocol.h"
+#include "net/testing/test_identity.h"
 
 namespace tessera::net {
 namespace {
@@ -14,36 +15,53 @@ Nonce NonceOf(std::uint8_t byte) {
 }
 
 struct HandshakeTest : testing::Test {
-  const InstanceKey key = MakeInstanceKey();
-  const Credentials pass = Issue({.instance_id = "plaza-1", .player = PlayerNumber(7), .expires_unix_s = 99}, key);
+  HandshakeTest() {
+    login.credential = player.statement;
+    login.ephemeral = ours.public_key();
+    accept.certificate = region.certificate;
+    accept.ephemeral = theirs.public_key();
+  }
+
+  const SigningKey instance = SigningKey::Make();
+  const Credentials player = IssuePlayer("plaza-1", PlayerNumber(7), Generation(1), instance);
+  const EndpointIdentity region = TestWorker(instance, "plaza-1", RegionId(2), Incarnation(5));
+  const EphemeralKey ours, theirs;
   const Hello hello{.protocol = kProtocolVersion, .session = 0x1234, .nonce = NonceOf(1)};
   const Challenge challenge{.session = 0x1234,
                             .nonce = NonceOf(1),
                             .incarnation = Incarnation(5),
                             .cookie = {.period = 9, .mac = NonceOf(2)}};
-  const Login login{.session = 0x1234,
-                    .nonce = NonceOf(1),
-                    .cookie = challenge.cookie,
-                    .region = RegionId(2),
-                    .incarnation = Incarnation(5),
-                    .token = pass.token};
-  const Accept accept{.session = 0x1234, .peer = 0x5678, .nonce = NonceOf(3)};
+  Login login{.session = 0x1234,
+              .nonce = NonceOf(1),
+              .cookie = challenge.cookie,
+              .region = RegionId(2),
+              .incarnation = Incarnation(5),
+              .credential = {}};
+  Accept accept{.session = 0x1234, .peer = 0x5678, .certificate = {}};
 };
 
 TEST_F(HandshakeTest, EachFormReadsAsItWasWritten) {
   EXPECT_EQ(ReadHello(Write(hello)), hello);
   EXPECT_EQ(ReadChallenge(Write(challenge)), challenge);
-  EXPECT_EQ(ReadLogin(Write(login, pass.key)), login);
-  EXPECT_EQ(ReadAccept(Write(accept, pass.key)), accept);
+  const auto login_bytes = Write(login, player.key);
+  EXPECT_EQ(ReadLogin(login_bytes), login);
+  EXPECT_EQ(ReadAccept(Write(accept, login_bytes, region.key)), accept);
   const Refusal refusal{.reason = Refused::kFull, .session = 3, .nonce = NonceOf(1), .detail = "all 64 places"};
   EXPECT_EQ(ReadRefusal(Write(refusal, 1000)), refusal);
 }
 
 TEST_F(HandshakeTest, EachAnswerIsShorterThanItsQuestion) {
   EXPECT_LT(Write(challenge).size(), Write(hello).size());
-  EXPECT_LT(Write(accept, pass.key).size(), Write(Login{}, pass.key).size());
+  for (const std::size_t id_bytes : {std::size_t{0}, std::size_t{7}, kMaxInstanceIdBytes}) {
+    const std::string id(id_bytes, 'i');
+    login.credential = IssuePlayer(id, PlayerNumber(7), Generation(1), instance).statement;
+    accept.certificate = TestWorker(instance, id, RegionId(2), Incarnation(5)).certificate;
+    const auto login_bytes = Write(login, player.key);
+    EXPECT_LT(Write(accept, login_bytes, region.key).size(), login_bytes.size());
+    EXPECT_LE(login_bytes.size(), kMaxHandshakeBytes);
+  }
   const Refusal wordy{.reason = Refused::kFull, .session = 3, .nonce = {}, .detail = std::string(500, 'x')};
-  for (const std::size_t question : {Write(hello).size(), Write(Login{}, pass.key).size(), kMaxHandshakeBytes}) {
+  for (const std::size_t question : {Write(hello).size(), Write(Login{}, player.key).size(), kMaxHandshakeBytes}) {
     EXPECT_LT(Write(wordy, question).size(), question);
     EXPECT_TRUE(ReadRefusal(Write(wordy, question)).has_value());
   }
@@ -57,29 +75,53 @@ TEST_F(HandshakeTest, AnyOtherLengthIsRefused) {
     bytes.push_back(0);
     EXPECT_FALSE(read(std::span<const std::uint8_t>(bytes)).has_value());
   };
+  const auto login_bytes = Write(login, player.key);
   check(Write(hello), ReadHello);
   check(Write(challenge), ReadChallenge);
-  check(Write(login, pass.key), ReadLogin);
-  check(Write(accept, pass.key), ReadAccept);
+  check(login_bytes, ReadLogin);
+  check(Write(accept, login_bytes, region.key), ReadAccept);
 }
 
 TEST_F(HandshakeTest, OneFormIsNotTakenForAnother) {
+  const auto login_bytes = Write(login, player.key);
   for (const auto& bytes :
-       {Write(hello), Write(challenge), Write(login, pass.key), Write(accept, pass.key), Write(Refusal{}, 100)}) {
+       {Write(hello), Write(challenge), login_bytes, Write(accept, login_bytes, region.key), Write(Refusal{}, 100)}) {
     const int taken = ReadHello(bytes).has_value() + ReadChallenge(bytes).has_value() + ReadLogin(bytes).has_value() +
                       ReadAccept(bytes).has_value() + ReadRefusal(bytes).has_value();
     EXPECT_LE(taken, 1);
   }
 }
 
-TEST_F(HandshakeTest, ALoginIsProvenByItsKeyAloneAndInEveryBit) {
-  const std::vector<std::uint8_t> bytes = Write(login, pass.key);
-  EXPECT_TRUE(IsProven(bytes, pass.key));
-  EXPECT_FALSE(IsProven(bytes, SessionKey()));
+TEST_F(HandshakeTest, ALoginIsSignedByItsHolderAloneAndInEveryBit) {
+  const VerificationKey holder = player.key.verification_key();
+  const std::vector<std::uint8_t> bytes = Write(login, player.key);
+  EXPECT_TRUE(IsSigned(bytes, holder));
+  EXPECT_FALSE(IsSigned(bytes, region.key.verification_key()));
+  EXPECT_FALSE(IsSigned(bytes, VerificationKey()));
   for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
     std::vector<std::uint8_t> damaged = bytes;
     damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1u << (bit % 8)));
-    EXPECT_FALSE(IsProven(damaged, pass.key)) << "bit " << bit;
+    EXPECT_FALSE(IsSigned(damaged, holder)) << "bit " << bit;
+  }
+}
+
+TEST_F(HandshakeTest, AnAcceptIsSignedForItsLoginByItsWorkerAloneAndInEveryBit) {
+  const VerificationKey worker = region.key.verification_key();
+  const std::vector<std::uint8_t> login_bytes = Write(login, player.key);
+  const std::vector<std::uint8_t> bytes = Write(accept, login_bytes, region.key);
+  EXPECT_TRUE(IsSigned(bytes, login_bytes, worker));
+  EXPECT_FALSE(IsSigned(bytes, login_bytes, player.key.verification_key()));
+  EXPECT_FALSE(IsSigned(bytes, worker)) << "it does not pass for a Login";
+  EXPECT_FALSE(IsSigned(login_bytes, login_bytes, player.key.verification_key())) << "nor a Login for it";
+  for (std::size_t bit = 0; bit < bytes.size() * 8; ++bit) {
+    std::vector<std::uint8_t> damaged = bytes;
+    damaged[bit / 8] = static_cast<std::uint8_t>(damaged[bit / 8] ^ (1u << (bit % 8)));
+    EXPECT_FALSE(IsSigned(damaged, login_bytes, worker)) << "bit " << bit;
+  }
+  for (std::size_t byte = 0; byte < login_bytes.size(); ++byte) {
+    std::vector<std::uint8_t> other = login_bytes;
+    other[byte] ^= 1;
+    EXPECT_FALSE(IsSigned(bytes, other, worker)) << "byte " << byte;
   }
 }
 
@@ -88,21 +130,58 @@ TEST_F(HandshakeTest, RefusalsWithWhatCannotBePrintedAreDropped) {
   EXPECT_FALSE(ReadRefusal(Write(refusal, 100)).has_value());
 }
 
-TEST_F(HandshakeTest, KeysDependOnEverythingTheyAreOf) {
-  const auto derive = [&](const SessionKey& session, std::uint32_t region, std::uint64_t incarnation, std::uint8_t ours,
-                          std::uint8_t theirs) {
-    return DeriveKeys(session, RegionId(region), Incarnation(incarnation), NonceOf(ours), NonceOf(theirs));
+TEST_F(HandshakeTest, BothSidesComeToTheSameKeysAndEachDirectionHasItsOwn) {
+  const auto login_bytes = Write(login, player.key);
+  const auto accept_bytes = Write(accept, login_bytes, region.key);
+  const DirectionKeys dialler = DeriveKeys(*ours.SharedWith(theirs.public_key()), login_bytes, accept_bytes);
+  const DirectionKeys acceptor = DeriveKeys(*theirs.SharedWith(ours.public_key()), login_bytes, accept_bytes);
+  EXPECT_EQ(dialler.to_acceptor, acceptor.to_acceptor);
+  EXPECT_EQ(dialler.to_dialler, acceptor.to_dialler);
+  EXPECT_FALSE(dialler.to_acceptor == dialler.to_dialler);
+}
+
+TEST_F(HandshakeTest, KeysDependOnTheSharedSecretAndAllThatWasSaid) {
+  const auto login_bytes = Write(login, player.key);
+  const auto accept_bytes = Write(accept, login_bytes, region.key);
+  const SharedSecret shared = *ours.SharedWith(theirs.public_key());
+  const DirectionKeys keys = DeriveKeys(shared, login_bytes, accept_bytes);
+  const auto differ = [&](const DirectionKeys& other) {
+    return !(other.to_acceptor == keys.to_acceptor) && !(other.to_dialler == keys.to_dialler);
   };
-  const DirectionKeys keys = derive(pass.key, 2, 5, 1, 3);
-  EXPECT_EQ(derive(pass.key, 2, 5, 1, 3).to_acceptor, keys.to_acceptor);
-  EXPECT_EQ(derive(pass.key, 2, 5, 1, 3).to_dialler, keys.to_dialler);
-  EXPECT_FALSE(keys.to_acceptor == keys.to_dialler);
-  for (const DirectionKeys& other :
-       {derive(MakeInstanceKey(), 2, 5, 1, 3), derive(pass.key, 3, 5, 1, 3), derive(pass.key, 2, 6, 1, 3),
-        derive(pass.key, 2, 5, 2, 3), derive(pass.key, 2, 5, 1, 4), derive(pass.key, 2, 5, 3, 1)}) {
-    EXPECT_FALSE(other.to_acceptor == keys.to_acceptor);
-    EXPECT_FALSE(other.to_dialler == keys.to_dialler);
+  EXPECT_TRUE(differ(DeriveKeys(*ours.SharedWith(EphemeralKey().public_key()), login_bytes, accept_bytes)));
+  for (std::size_t byte = 0; byte < login_bytes.size(); ++byte) {
+    std::vector<std::uint8_t> other = login_bytes;
+    other[byte] ^= 1;
+    EXPECT_TRUE(differ(DeriveKeys(shared, other, accept_bytes))) << byte;
   }
+  for (std::size_t byte = 0; byte < accept_bytes.size() - sizeof(Signature); ++byte) {
+    std::vector<std::uint8_t> other = accept_bytes;
+    other[byte] ^= 1;
+    EXPECT_TRUE(differ(DeriveKeys(shared, login_bytes, other))) << byte;
+  }
+}
+
+// With each of them everybody would come to the same secret, zero (RFC 7748, section 6.1; the points of
+// https://cr.yp.to/ecdh.html, "validate").
+TEST(EphemeralKeyTest, PointsOfLowOrderAreRefused) {
+  EphemeralPublic zero{}, one{}, minus_one{}, p{}, above_p{};
+  one[0] = 1;
+  p.fill(0xff);
+  p[0] = 0xed;
+  p[31] = 0x7f;
+  minus_one = above_p = p;
+  minus_one[0] = 0xec;
+  above_p[0] = 0xee;
+  const EphemeralPublic order_8 = {0xe0, 0xeb, 0x7a, 0x7c, 0x3b, 0x41, 0xb8, 0xae, 0x16, 0x56, 0xe3,
+                                   0xfa, 0xf1, 0x9f, 0xc4, 0x6a, 0xda, 0x09, 0x8d, 0xeb, 0x9c, 0x32,
+                                   0xb1, 0xfd, 0x86, 0x62, 0x05, 0x16, 0x5f, 0x49, 0xb8, 0x00};
+  const EphemeralPublic other_of_order_8 = {0x5f, 0x9c, 0x95, 0xbc, 0xa3, 0x50, 0x8c, 0x24, 0xb1, 0xd0, 0xb1,
+                                            0x55, 0x9c, 0x83, 0xef, 0x5b, 0x04, 0x44, 0x5c, 0xc4, 0x58, 0x1c,
+                                            0x8e, 0x86, 0xd8, 0x22, 0x4e, 0xdd, 0xd0, 0x9f, 0x11, 0x57};
+  for (const EphemeralPublic& point : {zero, one, minus_one, p, above_p, order_8, other_of_order_8}) {
+    EXPECT_FALSE(EphemeralKey().SharedWith(point).has_value()) << static_cast<int>(point[0]);
+  }
+  EXPECT_TRUE(EphemeralKey().SharedWith(EphemeralKey().public_key()).has_value());
 }
 
 TEST(CookieJarTest, IsGoodForItsAddressAndNonceAndOneToTwoPeriods) {

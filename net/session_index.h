@@ -1,10 +1,10 @@
 // SessionIndex: the accepted sessions of an acceptor, found by what a datagram of an unproven peer shows. Each question
 // takes as long with thousands of sessions as with one.
 //
-//   index.Enter(number, {from, nonce}, token_id, player);  // accepted, but no connection uses it yet
-//   index.GreetedAs({from, nonce});  index.UnsettledOf(token_id);  index.CountFrom(host);  index.CountOf(player);
-//   index.Settle(number, token_id);                        // a connection uses it now
-//   index.Leave(number, {from, nonce}, token_id, player);
+//   index.Enter(number, {from, nonce}, holder, player);  // accepted, but no connection uses it yet
+//   index.GreetedAs({from, nonce});  index.UnsettledOf(holder);  index.CountFrom(host);  index.CountOf(player);
+//   index.Settle(number, holder);                        // a connection uses it now
+//   index.Leave(number, {from, nonce}, holder, player);
 //
 // Thread rule: one thread.
 #pragma once
@@ -17,8 +17,6 @@
 #include "net/acceptor.h"
 
 namespace tessera::net {
-
-using TokenId = std::array<std::uint8_t, 24>;
 
 // Identifies a handshake: the address and the nonce of its Hello.
 struct Greeting {
@@ -33,19 +31,19 @@ struct Greeting {
 
 class SessionIndex {
  public:
-  // Requires that no session here has that greeting, and no unsettled one that token.
-  void Enter(SessionNumber number, const Greeting& greeting, const TokenId& token, PlayerNumber player) {
+  // Requires that no session here has that greeting, and no unsettled one that holder.
+  void Enter(SessionNumber number, const Greeting& greeting, const VerificationKey& holder, PlayerNumber player) {
     greeted_[greeting] = number;
-    unsettled_[token] = number;
+    unsettled_[holder] = number;
     ++from_[greeting.from.host];
     ++of_[player];
   }
-  void Settle(SessionNumber number, const TokenId& token) {
-    const auto found = unsettled_.find(token);
+  void Settle(SessionNumber number, const VerificationKey& holder) {
+    const auto found = unsettled_.find(holder);
     if (found != unsettled_.end() && found->second == number) unsettled_.erase(found);
   }
-  void Leave(SessionNumber number, const Greeting& greeting, const TokenId& token, PlayerNumber player) {
-    Settle(number, token);
+  void Leave(SessionNumber number, const Greeting& greeting, const VerificationKey& holder, PlayerNumber player) {
+    Settle(number, holder);
     greeted_.erase(greeting);
     const auto from = from_.find(greeting.from.host);
     if (--from->second == 0) from_.erase(from);
@@ -54,7 +52,7 @@ class SessionIndex {
   }
 
   std::optional<SessionNumber> GreetedAs(const Greeting& greeting) const { return In(greeted_, greeting); }
-  std::optional<SessionNumber> UnsettledOf(const TokenId& token) const { return In(unsettled_, token); }
+  std::optional<SessionNumber> UnsettledOf(const VerificationKey& holder) const { return In(unsettled_, holder); }
   std::size_t CountFrom(std::uint32_t host) const {
     const auto found = from_.find(host);
     return found == from_.end() ? 0 : found->second;
@@ -72,9 +70,9 @@ class SessionIndex {
   }
 
   absl::flat_hash_map<Greeting, SessionNumber> greeted_;
-  absl::flat_hash_map<TokenId, SessionNumber> unsettled_;
-  absl::flat_hash_map<std::uint32_t, std::size_t> from_;  // by host
-  absl::flat_hash_map<PlayerNumber, std::size_t> of_;     // by player; PlayerNumber() counts those of regions
+  absl::flat_hash_map<VerificationKey, SessionNumber> unsettled_;  // by the key of who holds it
+  absl::flat_hash_map<std::uint32_t, std::size_t> from_;           // by host
+  absl::flat_hash_map<PlayerNumber, std::size_t> of_;              // by player; PlayerNumber() counts those of regions
 };
 
 }  // namespace tessera::net

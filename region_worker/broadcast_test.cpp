@@ -62,12 +62,11 @@ struct Connected {
 class BroadcastTest : public testing::Test {
  protected:
   BroadcastTest() {
-    port_.Open({.self = {"plaza-1", RegionId(2), Incarnation(5)},
-                .key = net::TheKey(),
+    port_.Open({.self = net::TestIdentity(),
                 .tick_rate_hz = scene_->tick_rate_hz,
                 .snapshot_rate_hz = scene_->tick_rate_hz,
                 .map = {}},
-               [](PlayerNumber) { return Admission::kWelcome; });
+               [](PlayerNumber, net::Generation) { return Admission::kWelcome; });
     region_.SpawnPlayer(PlayerNumber(1));
     region_.Start();
     result_ = region_.Step();

@@ -1,7 +1,6 @@
 #include "region_worker/game_port.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "absl/status/statusor.h"
@@ -19,6 +18,7 @@ namespace {
 
 // Margins are clamped to this; a larger one means nothing more.
 constexpr std::int64_t kMaxMargin_ticks = 1000;
+constexpr char kJoinedAnew[] = " was joined by another process";
 
 // The first copy of an input shows how early it came; later copies come later by themselves.
 void NoteMargin(ConnectedClient& client, const PlayerInput& input, Tick tick) {
@@ -34,10 +34,7 @@ GamePort::GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metri
     : endpoint_(std::move(endpoint)), metrics_(metrics) {}
 
 void GamePort::Open(GameRules rules, Admit admit, EndedBecause ended_because) {
-  endpoint_->Open({.instance_id = rules.self.instance_id,
-                   .region = rules.self.region,
-                   .incarnation = rules.self.incarnation,
-                   .key = rules.key});
+  endpoint_->Open(rules.self);
   rules_ = std::move(rules);
   admit_ = std::move(admit);
   ended_because_ = std::move(ended_because);
@@ -49,7 +46,8 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
   for (const net::Event& event : events) {
     switch (event.kind) {
       case net::Event::Kind::kConnected:
-        pending_[event.peer] = {.player = event.who.player, .until = now + kOrderTimeout};
+        pending_[event.peer] = {
+            .player = event.who.player, .generation = event.who.generation, .until = now + kOrderTimeout};
         break;
       case net::Event::Kind::kDisconnected:
         pending_.erase(event.peer);
@@ -68,7 +66,6 @@ ReceivedFromClients GamePort::Service(TimePoint now, Tick tick, bool started) {
   }
   AnswerPending(now, tick, started);
   DropSilent(now);
-  RenewTokens(now);
   CountClients();
   metrics_.game_acceptor.Take(endpoint_->acceptor_stats());
   received.any = !events.empty();
@@ -142,12 +139,12 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
     if (static_cast<std::size_t>(viewers) >= kMaxViewers) {
       Refuse(peer, v1::REFUSAL_REASON_FULL, absl::StrCat(viewers, " viewers watch this region already"));
     } else {
-      Welcome(peer, pending.player, tick, started);
+      Welcome(peer, pending, tick, started);
     }
     return true;
   }
   const std::uint32_t number = pending.player.value();
-  switch (admit_(pending.player)) {
+  switch (AdmissionOf(pending)) {
     case Admission::kNotYet:
       if (now < pending.until) return false;
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER,
@@ -160,16 +157,29 @@ bool GamePort::Answer(net::PeerHandle peer, const PendingClient& pending, TimePo
       }
       Refuse(peer, v1::REFUSAL_REASON_UNKNOWN_PLAYER, absl::StrCat("player ", number, " has left"));
       return true;
+    case Admission::kReplaced:
+      Refuse(peer, v1::REFUSAL_REASON_REPLACED, absl::StrCat("player ", number, kJoinedAnew));
+      return true;
     case Admission::kWelcome:
-      Welcome(peer, pending.player, tick, started);
+      Welcome(peer, pending, tick, started);
       return true;
   }
   return true;
 }
 
-void GamePort::Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started) {
-  Expel(player);  // an older connection of the same player
-  clients_.emplace(peer, ConnectedClient{.player = player});
+// A newer process may be here already, before any order has named its generation.
+Admission GamePort::AdmissionOf(const PendingClient& pending) const {
+  const bool newer_here = std::ranges::any_of(clients_, [&](const auto& client) {
+    return client.second.player == pending.player && client.second.generation > pending.generation;
+  });
+  return newer_here ? Admission::kReplaced : admit_(pending.player, pending.generation);
+}
+
+void GamePort::Welcome(net::PeerHandle peer, const PendingClient& pending, Tick tick, bool started) {
+  const PlayerNumber player = pending.player;
+  Replace(player, pending.generation);
+  Expel(player);  // an older connection of the same process
+  clients_.emplace(peer, ConnectedClient{.player = player, .generation = pending.generation});
   v1::RegionControl message;
   v1::RegionWelcome& welcome = *message.mutable_welcome();
   welcome.set_region(rules_->self.region.value());
@@ -211,22 +221,6 @@ void GamePort::DropSilent(TimePoint now) {
     spdlog::warn("client dropped player={} reason=silent", client.player.value());
     endpoint_->Disconnect(it->first);
     it = clients_.erase(it);
-  }
-}
-
-void GamePort::RenewTokens(TimePoint now) {
-  for (auto& [peer, client] : clients_) {
-    if (now < client.renew_at) continue;
-    client.renew_at = now + kRenewInterval;
-    const net::Credentials renewed =
-        net::Issue({.instance_id = rules_->self.instance_id,
-                    .player = client.player,
-                    .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kTokenLifetime.count())},
-                   rules_->key);
-    v1::RegionControl message;
-    message.mutable_renewed_token()->set_connect_token(renewed.token.data(), renewed.token.size());
-    message.mutable_renewed_token()->set_session_key(renewed.key.data(), renewed.key.size());
-    Send(peer, message);
   }
 }
 
@@ -313,6 +307,16 @@ void GamePort::Expel(PlayerNumber player, const std::string& ended_because) {
     }
     endpoint_->Disconnect(it->first);
     it = clients_.erase(it);
+  }
+}
+
+void GamePort::Replace(PlayerNumber player, net::Generation generation) {
+  for (auto it = clients_.begin(); it != clients_.end();) {
+    const net::PeerHandle peer = it->first;
+    const ConnectedClient& client = (it++)->second;
+    if (client.player != player || client.generation >= generation) continue;
+    Refuse(peer, v1::REFUSAL_REASON_REPLACED, absl::StrCat("player ", player.value(), kJoinedAnew));
+    clients_.erase(peer);
   }
 }
 

@@ -1,13 +1,13 @@
 // GamePort: the connections of a region's clients: who may enter, their inputs in, datagrams and messages out.
 //
-// A peer has shown its connect token to the endpoint's acceptor and is welcomed at once. A player that the orders have
-// not named yet waits for kOrderTimeout, because its token may be faster than the order; then it is refused. A player
-// that connects again replaces its older connection. A client that stays has its token renewed, and one that leaves
-// datagrams unanswered for kSilence is dropped. A viewer (core/world/viewer_number.h) needs no order, may only look,
-// and is no player.
+// A peer has shown its credential to the endpoint's acceptor and is welcomed at once. A player that the orders have not
+// named yet waits for kOrderTimeout, because it may be faster than the order; then it is refused. A player that
+// connects again replaces its older connection; of two processes that play one player, the one of the lower generation
+// is refused with REPLACED. A client that leaves datagrams unanswered for kSilence is dropped. A viewer
+// (core/world/viewer_number.h) needs no order, may only look, and is no player.
 //
 //   GamePort port(*std::move(endpoint), metrics);
-//   port.Open(rules, [&](PlayerNumber player) { return Admission::kWelcome; });
+//   port.Open(rules, [&](PlayerNumber player, net::Generation generation) { return Admission::kWelcome; });
 //   loop: for (const PlayerInput& input : port.Service(now, tick, started).inputs) ...
 //         for (const auto& [peer, client] : port.clients()) port.SendDatagrams(peer, bytes, now);
 //         port.Flush();
@@ -28,11 +28,10 @@
 #include "absl/strings/string_view.h"
 #include "core/world/ids.h"
 #include "core/world/player_input.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/endpoint.h"
 #include "region_worker/command_limit.h"
 #include "region_worker/core/admission.h"
-#include "region_worker/core/identity.h"
 #include "region_worker/core/time.h"
 #include "region_worker/worker_metrics.h"
 #include "telemetry/log_throttle.h"
@@ -41,8 +40,7 @@
 namespace tessera::worker {
 
 struct GameRules {
-  Identity self;
-  net::InstanceKey key{};
+  net::EndpointIdentity self;
   std::uint32_t tick_rate_hz = 0, snapshot_rate_hz = 0;
   v1::RegionMap map;
 };
@@ -50,11 +48,11 @@ struct GameRules {
 // A client that was welcomed.
 struct ConnectedClient {
   PlayerNumber player;
+  net::Generation generation{};
   std::optional<TimePoint> unanswered_since{};  // when the first datagram left after its last answer
   std::uint32_t newest_input = 0;               // number of the newest input that came
   std::int32_t input_margin_ticks = 0;          // how many ticks before its target that input came
   TimePoint may_refuse_at{};                    // earliest time of the next InputRefused
-  TimePoint renew_at{};                         // when its token is renewed
   std::uint32_t newest_command = 0;             // number of the newest one that was within the limit
   CommandLimit commands{};
   TimePoint may_refuse_command_at{};  // earliest time of the next CommandRefused
@@ -85,16 +83,13 @@ struct ReceivedFromClients {
 
 class GamePort {
  public:
-  using Admit = std::function<Admission(PlayerNumber)>;
+  using Admit = std::function<Admission(PlayerNumber, net::Generation)>;
   // Why the game ended the session of a player that has left; empty where it did not.
   using EndedBecause = std::function<std::string(PlayerNumber)>;
 
   static constexpr Duration kOrderTimeout = std::chrono::seconds(3);
   static constexpr Duration kSilence = std::chrono::seconds(10);
   static constexpr Duration kRefusalDistance = std::chrono::milliseconds(100);
-  // A token is renewed long before it expires, so that a client can come back at any time.
-  static constexpr Duration kRenewInterval = std::chrono::hours(1);
-  static constexpr std::chrono::seconds kTokenLifetime{24 * 3600};
 
   GamePort(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
 
@@ -128,6 +123,9 @@ class GamePort {
   void ReportRefused(PlayerNumber player, std::uint32_t command, absl::string_view why, bool for_good, TimePoint now);
   // The player has left: its connection is closed. `ended_because`: the game's reason; empty if it left by itself.
   void Expel(PlayerNumber player, const std::string& ended_because = "");
+  // Another process has joined as the player, of this generation: those of a lower one are told so, and their
+  // connections are closed.
+  void Replace(PlayerNumber player, net::Generation generation);
   // Announces that the region ends, and ends all connections in order.
   void Close(const std::string& reason);
   // True while farewells are under way; Service carries them on.
@@ -137,6 +135,7 @@ class GamePort {
   // A peer that is connected and not yet welcomed.
   struct PendingClient {
     PlayerNumber player;
+    net::Generation generation;
     TimePoint until{};
   };
 
@@ -146,10 +145,10 @@ class GamePort {
                      bool for_good, TimePoint now);
   // False: the peer has to wait.
   bool Answer(net::PeerHandle peer, const PendingClient& pending, TimePoint now, Tick tick, bool started);
+  Admission AdmissionOf(const PendingClient& pending) const;
   void AnswerPending(TimePoint now, Tick tick, bool started);
   void DropSilent(TimePoint now);
-  void RenewTokens(TimePoint now);
-  void Welcome(net::PeerHandle peer, PlayerNumber player, Tick tick, bool started);
+  void Welcome(net::PeerHandle peer, const PendingClient& pending, Tick tick, bool started);
   void Refuse(net::PeerHandle peer, v1::RefusalReason reason, std::string_view detail);
   void ReportRefused(net::PeerHandle peer, ConnectedClient& client, const PlayerInput& input, absl::string_view why,
                      TimePoint now);

@@ -1,7 +1,6 @@
 #include "region_worker/region_links.h"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -16,11 +15,8 @@ RegionLinks::RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics&
 
 void RegionLinks::Open(LinkIdentity identity) {
   identity_ = std::move(identity);
-  endpoint_->Open({.instance_id = identity_->self.instance_id,
-                   .region = identity_->self.region,
-                   .incarnation = identity_->self.incarnation,
-                   .key = identity_->key,
-                   .for_regions = true});
+  identity_->self.for_regions = true;
+  endpoint_->Open(identity_->self);
 }
 
 void RegionLinks::Send(RegionId to, std::span<const std::uint8_t> message) {
@@ -147,7 +143,7 @@ void RegionLinks::Confirm(RegionId region, net::PeerHandle peer, Incarnation inc
 }
 
 void RegionLinks::SendHello(net::PeerHandle peer, MapVersion map_version) {
-  const Identity& self = identity_->self;
+  const net::EndpointIdentity& self = identity_->self;
   v1::LinkHello hello;
   hello.set_region(self.region.value());
   hello.set_incarnation(self.incarnation.value());
@@ -156,13 +152,13 @@ void RegionLinks::SendHello(net::PeerHandle peer, MapVersion map_version) {
   (void)endpoint_->Send(peer, net::Delivery::kReliable, AsBytes(hello.SerializeAsString()));
 }
 
-// `region` and `proven` are proven: by the keys that the acceptor which accepted us derived, or by the caller's token.
+// `region` and `proven` are proven, by the other's certificate and its signature.
 absl::Status RegionLinks::CheckHello(const v1::LinkHello& hello, RegionId region, std::optional<Incarnation> proven,
                                      const LinkTable& table) const {
   const Incarnation incarnation(hello.incarnation());
   if (RegionId(hello.region()) != region || (proven && incarnation != *proven)) {
     return absl::UnauthenticatedError(absl::StrCat("it says that it is region ", hello.region(), " incarnation ",
-                                                   incarnation.value(), ", its token region ", region.value(),
+                                                   incarnation.value(), ", its certificate region ", region.value(),
                                                    " incarnation ", proven.value_or(incarnation).value()));
   }
   if (proven && region > identity_->self.region) {  // the lower id dials
@@ -202,13 +198,8 @@ void RegionLinks::DialDue(const Round& round) {
 }
 
 void RegionLinks::Dial(RegionLink& link, const PeerAddress& address, TimePoint now) {
-  const net::ConnectToken token = {
-      .instance_id = identity_->self.instance_id,
-      .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr) + kTokenLifetime.count()),
-      .region = identity_->self.region,
-      .incarnation = identity_->self.incarnation};
-  const absl::StatusOr<net::PeerHandle> peer =
-      endpoint_->Connect(address.host, address.link_port, address.region, net::Issue(token, identity_->key));
+  const absl::StatusOr<net::PeerHandle> peer = endpoint_->Connect(
+      address.host, address.link_port, address.region, address.incarnation, net::CredentialsOf(identity_->self));
   if (peer.ok()) {
     link.peer = *peer;
     return;

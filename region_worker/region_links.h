@@ -1,9 +1,8 @@
 // RegionLinks: the connections to other regions. Sockets and hellos only: with whom to link, whom to let in and what to
 // send is decided by the core (core/link_table.h).
 //
-// The side with the lower id dials, again and again, and shows the other's acceptor a token that it has made itself,
-// for both hold the instance's key. The first message each way is a LinkHello; the side that was dialled answers only
-// one that it agrees with.
+// The side with the lower id dials, again and again, and shows the other's acceptor its certificate, as that shows it
+// its own. The first message each way is a LinkHello; the side that was dialled answers only one that it agrees with.
 //
 //   RegionLinks links(*std::move(endpoint), metrics);
 //   links.Open(identity);
@@ -21,7 +20,6 @@
 #include <string_view>
 
 #include "core/region/rules.h"
-#include "net/connect_token.h"
 #include "net/endpoint.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/link_message.h"
@@ -33,8 +31,7 @@
 namespace tessera::worker {
 
 struct LinkIdentity {
-  Identity self;
-  net::InstanceKey key;
+  net::EndpointIdentity self;
   std::uint64_t rules = region::RulesOf(region::RegionSettings());  // partners must have the same
 };
 
@@ -49,8 +46,6 @@ class RegionLinks {
  public:
   static constexpr Duration kMinRedial = std::chrono::milliseconds(20), kMaxRedial = std::chrono::milliseconds(1000);
   static constexpr Duration kHelloTimeout = std::chrono::seconds(3);  // for a neighbour that says nothing
-  // Lifetime of a token that this region makes for itself: for one dial, with room for clocks that differ.
-  static constexpr std::chrono::seconds kTokenLifetime{600};
 
   RegionLinks(std::unique_ptr<net::Endpoint> endpoint, WorkerMetrics& metrics);
 

@@ -25,15 +25,16 @@ OrderedPlayer MakePlayer(PlayerNumber number, const Scene& scene, const Partitio
 
 }  // namespace
 
-net::InstanceKey StandaloneKey() {
+net::SigningKey StandaloneKey() {
   constexpr std::string_view kText = "tessera: the key of standalone worlds";
-  net::InstanceKey key{};
-  crypto_generichash(key.data(), key.size(), reinterpret_cast<const unsigned char*>(kText.data()), kText.size(),
+  net::Seed seed;
+  crypto_generichash(seed.data(), seed.size(), reinterpret_cast<const unsigned char*>(kText.data()), kText.size(),
                      nullptr, 0);
-  return key;
+  return net::SigningKey(seed);
 }
 
-absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
+absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags, const Identity& self,
+                                                  const net::VerificationKey& key) {
   absl::StatusOr<std::shared_ptr<const Scene>> scene = LoadSceneFile(flags.scene_path);
   if (!scene.ok()) return scene.status();
   absl::StatusOr<PartitionMap> map = MakeGridMap((*scene)->ground(), flags.regions);
@@ -42,7 +43,14 @@ absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags) {
   Order& order = world.order;
   order.revision = 1;
   order.map = *std::move(map);
-  order.key = StandaloneKey();
+  const net::SigningKey instance_key = StandaloneKey();
+  order.certified = {
+      .instance_key = instance_key.verification_key(),
+      .certificate = net::Sign(
+          net::WorkerCertificate{
+              .instance_id = self.instance_id, .region = self.region, .incarnation = self.incarnation, .key = key},
+          instance_key),
+      .worker_key = key};
   order.snapshot_rate_hz = flags.snapshot_rate_hz;
   order.borders = flags.borders;
   // There is no backend: events for it are dropped as they come.

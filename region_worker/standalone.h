@@ -1,6 +1,7 @@
 // Running without a control plane: its orders, worked out from the flags, the same in every worker.
 //
-// The key is no secret: a standalone world is for loopback and debugging.
+// The instance's key is no secret, and each worker signs its own certificate with it: a standalone world is for
+// loopback and debugging.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/world/scene.h"
 #include "game_sdk/native/native_module.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "region_worker/core/worker_core.h"
 #include "region_worker/worker_options.h"
 
@@ -18,8 +19,8 @@ namespace tessera::worker {
 inline constexpr char kStandaloneInstanceId[] = "standalone";
 inline constexpr double kMaxSeconds = 1e6;
 
-// Connect tokens for such a world are sealed with it.
-net::InstanceKey StandaloneKey();
+// Credentials for such a world are signed with it.
+net::SigningKey StandaloneKey();
 
 // Not yet `run`: the worker starts by itself when it is linked and its players are there.
 struct StandaloneWorld {
@@ -27,8 +28,9 @@ struct StandaloneWorld {
   Order order;
   std::shared_ptr<const game::NativeModule> module = nullptr;  // null: none
 };
-// Reads the scene, and loads the game's library.
-absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags);
+// Reads the scene, and loads the game's library. `self` and `key` are the worker's, which is certified.
+absl::StatusOr<StandaloneWorld> PrepareStandalone(const Standalone& flags, const Identity& self,
+                                                  const net::VerificationKey& key);
 StandaloneRules RulesOf(const Standalone& flags, const StandaloneWorld& world);
 
 }  // namespace tessera::worker

@@ -69,13 +69,13 @@ TEST_F(WorkerAcceptorTest, PlayersJoinAndPlayWhileStrangersFlood) {
             std::string::npos);
 }
 
-TEST_F(WorkerAcceptorTest, NeitherTokensNorKeysAreInTheLog) {
+TEST_F(WorkerAcceptorTest, NeitherCredentialsNorKeysAreInTheLog) {
   const net::Credentials credentials = CredentialsFor(1);
   TestClient client(scene_->bounds);
   EXPECT_TRUE(client.Connect(port_, RegionId(1), credentials));
   ASSERT_TRUE(client.Until([&] { return client.welcome.has_value(); }));
   net::Credentials stolen = credentials;
-  stolen.key = net::MakeInstanceKey();
+  stolen.key = net::SigningKey::Make();
   TestClient thief(scene_->bounds);
   EXPECT_FALSE(thief.Connect(port_, RegionId(1), stolen));
   const std::string said = worker_.said();
@@ -88,8 +88,9 @@ TEST_F(WorkerAcceptorTest, NeitherTokensNorKeysAreInTheLog) {
     }
     return said.find(hex) != std::string::npos || said.find(AsText({bytes, size})) != std::string::npos;
   };
-  EXPECT_FALSE(in_log(credentials.key.data(), 8));
-  EXPECT_FALSE(in_log(credentials.token.data(), 8));
+  const net::Seed seed = credentials.key.seed();
+  EXPECT_FALSE(in_log(seed.data(), 8));
+  EXPECT_FALSE(in_log(credentials.statement.data() + credentials.statement.size() - 64, 8));
 }
 
 }  // namespace

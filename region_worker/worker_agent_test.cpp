@@ -61,10 +61,8 @@ class WorkerAgentTest : public AgentedWorkers {
   v1::WorkerReport WaitForPhase(std::uint32_t region, v1::WorkerPhase phase) {
     return Wait(region, [&](const v1::WorkerReport& report) { return Is(report, phase); });
   }
-  net::Credentials Token(std::uint32_t player) const {
-    net::ConnectToken token = TokenFor(player);
-    token.instance_id = kInstance;
-    return net::Issue(token, key_);
+  net::Credentials Credentials(std::uint32_t player, std::uint64_t generation = 1) const {
+    return net::IssuePlayer(kInstance, PlayerNumber(player), net::Generation(generation), key_);
   }
 
   std::uint32_t regions_ = 1;
@@ -182,7 +180,7 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
   }
   EXPECT_GE(tick(), away_at + 60);
 
-  agent_ = std::make_unique<FakeAgent>(socket_);
+  agent_ = std::make_unique<FakeAgent>(socket_, key_);
   const v1::WorkerReport adopted = Wait(1, [](const auto&) { return true; });
   EXPECT_EQ(adopted.identity().pid(), workers_[1]->pid());
   EXPECT_EQ(adopted.identity().incarnation(), 5u);
@@ -198,7 +196,7 @@ TEST_F(WorkerAgentTest, RunsOnWhileTheAgentIsAwayAndIsAdopted) {
 
 TEST_F(WorkerAgentTest, EndsWhenTheAgentDoesNotKnowIt) {
   agent_.reset();
-  agent_ = std::make_unique<FakeAgent>(socket_, false);
+  agent_ = std::make_unique<FakeAgent>(socket_, key_, false);
   StartWorkers(1);
   EXPECT_EQ(workers_[1]->Wait(), 0);
   EXPECT_TRUE(workers_[1]->WaitForLine("the agent does not know this worker"));
@@ -241,14 +239,14 @@ TEST_F(WorkerAgentTest, OrderForAnotherOrWithoutSenseIsNotTaken) {
   WaitForPhase(1, v1::WORKER_PHASE_LINKED);
 }
 
-TEST_F(WorkerAgentTest, PlayerWhoseTokenIsFasterThanTheOrderIsLetInWhenTheOrderComes) {
+TEST_F(WorkerAgentTest, PlayerWhoIsFasterThanTheOrderIsLetInWhenTheOrderComes) {
   StartWorkers(1);
   v1::WorkerOrder order = NextOrder(1);
   order.set_run(true);
   agent_->Give(order);
   const v1::WorkerReport running = WaitForPhase(1, v1::WORKER_PHASE_RUNNING);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(running.address().game_port()), RegionId(1), Token(1)));
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(running.address().game_port()), RegionId(1), Credentials(1)));
   v1::WorkerOrder with_player = NextOrder(1);
   with_player.set_run(true);
   AddPlayer(with_player, 1, 1);
@@ -264,7 +262,7 @@ TEST_F(WorkerAgentTest, PlayerThatNobodyKnowsIsRefused) {
   agent_->Give(NextOrder(1));
   const v1::WorkerReport linked = WaitForPhase(1, v1::WORKER_PHASE_LINKED);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(linked.address().game_port()), RegionId(1), Token(8)));
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(linked.address().game_port()), RegionId(1), Credentials(8)));
   ASSERT_TRUE(client.Until([&] { return client.refusal.has_value(); }));
   EXPECT_EQ(client.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
   EXPECT_NE(client.refusal->detail().find("8"), std::string::npos);
@@ -279,7 +277,7 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   const v1::WorkerReport there = Wait(1, [](const auto& report) { return report.spawned_bodies() == 1; });
   EXPECT_EQ(there.owned(), kBalls + 1);
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Credentials(1)));
   ASSERT_TRUE(client.Until([&] { return client.welcome.has_value(); }));
 
   v1::WorkerOrder left = NextOrder(1);
@@ -292,9 +290,35 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
   EXPECT_EQ(gone.spawned_bodies(), 1u);
 
   TestClient again(scene_->bounds);
-  ASSERT_TRUE(again.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
+  ASSERT_TRUE(again.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Credentials(1)));
   ASSERT_TRUE(again.Until([&] { return again.refusal.has_value(); }));
   EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_UNKNOWN_PLAYER);
+}
+
+// The order may come before the newer process does.
+TEST_F(WorkerAgentTest, AnOrderWithAHigherGenerationEndsTheOlderProcess) {
+  StartWorkers(1);
+  const auto order_with = [&](std::uint64_t generation) {
+    v1::WorkerOrder order = NextOrder(1);
+    order.set_run(true);
+    AddPlayer(order, 1, 1).set_generation(generation);
+    return order;
+  };
+  agent_->Give(order_with(1));
+  const v1::WorkerReport there = Wait(1, [](const auto& report) { return report.spawned_bodies() == 1; });
+  const auto port = static_cast<std::uint16_t>(there.address().game_port());
+  TestClient older(scene_->bounds), newer(scene_->bounds), again(scene_->bounds);
+  ASSERT_TRUE(older.Connect(port, RegionId(1), Credentials(1, 1)));
+  ASSERT_TRUE(older.Until([&] { return older.welcome.has_value(); }));
+  agent_->Give(order_with(2));
+  ASSERT_TRUE(older.Until([&] { return older.disconnected; }));
+  ASSERT_TRUE(older.refusal.has_value());
+  EXPECT_EQ(older.refusal->reason(), v1::REFUSAL_REASON_REPLACED);
+  ASSERT_TRUE(again.Connect(port, RegionId(1), Credentials(1, 1)));
+  ASSERT_TRUE(again.Until([&] { return again.refusal.has_value(); }));
+  EXPECT_EQ(again.refusal->reason(), v1::REFUSAL_REASON_REPLACED);
+  ASSERT_TRUE(newer.Connect(port, RegionId(1), Credentials(1, 2)));
+  EXPECT_TRUE(newer.Until([&] { return newer.bodies.contains(PlayerBodyId(PlayerNumber(1))); })) << "its body is there";
 }
 
 // An order that names a player no more says that it left long ago: here it was on its way all that time.
@@ -325,7 +349,7 @@ TEST_F(WorkerAgentTest, ParkedPlayersBodyHangsWhereItIs) {
   agent_->Give(order_with(true));
   const v1::WorkerReport there = Wait(1, [](const auto& report) { return report.spawned_bodies() == 1; });
   TestClient client(scene_->bounds);
-  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Token(1)));
+  ASSERT_TRUE(client.Connect(static_cast<std::uint16_t>(there.address().game_port()), RegionId(1), Credentials(1)));
   const BodyId body = PlayerBodyId(PlayerNumber(1));
   const auto height = [&] { return client.bodies.at(body).position.y; };
   ASSERT_TRUE(client.Until([&] { return client.tick.value() > 90 && client.bodies.contains(body); }));

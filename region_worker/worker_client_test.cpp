@@ -4,13 +4,13 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <ctime>
 #include <limits>
 #include <set>
 
 #include "absl/strings/str_cat.h"
 #include "core/replication/input.h"
 #include "core/world/viewer_number.h"
+#include "net/testing/test_identity.h"
 #include "region_worker/core/player_places.h"
 #include "region_worker/input_files.h"
 #include "region_worker/standalone.h"
@@ -345,45 +345,38 @@ class WorkerRefusalTest : public testing::Test {
   Cluster cluster_{1};
 };
 
-TEST_F(WorkerRefusalTest, TokenOfAnotherKey) {
-  const v1::RegionRefusal refusal = RefusalOf(net::Issue(TokenFor(1), net::MakeInstanceKey()));
-  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+TEST_F(WorkerRefusalTest, CredentialOfAnotherKey) {
+  const v1::RegionRefusal refusal =
+      RefusalOf(net::IssuePlayer(kStandaloneInstanceId, PlayerNumber(1), net::Generation(1), net::SigningKey::Make()));
+  EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
   EXPECT_FALSE(refusal.detail().empty());
 }
 
-TEST_F(WorkerRefusalTest, DamagedToken) {
+TEST_F(WorkerRefusalTest, DamagedCredential) {
   net::Credentials credentials = CredentialsFor(1);
-  credentials.token.back() ^= 1;
-  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
-  EXPECT_EQ(RefusalOf({}).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  credentials.statement.back() ^= 1;
+  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
+  EXPECT_EQ(RefusalOf({}).reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
 }
 
-TEST_F(WorkerRefusalTest, TokenThatWasOverheardButNotItsKey) {
+TEST_F(WorkerRefusalTest, CredentialThatWasOverheardButNotItsKey) {
   net::Credentials credentials = CredentialsFor(1);
-  credentials.key = CredentialsFor(1).key;  // goes with another token of the same player
-  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+  credentials.key = CredentialsFor(1).key;  // goes with another credential of the same player
+  EXPECT_EQ(RefusalOf(credentials).reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
 }
 
-TEST_F(WorkerRefusalTest, TokenOfAnotherInstanceNamesBoth) {
-  net::ConnectToken token = TokenFor(1);
-  token.instance_id = "inst-7";
-  const v1::RegionRefusal refusal = RefusalOf(net::Issue(token, StandaloneKey()));
+TEST_F(WorkerRefusalTest, CredentialOfAnotherInstanceNamesBoth) {
+  const v1::RegionRefusal refusal =
+      RefusalOf(net::IssuePlayer("inst-7", PlayerNumber(1), net::Generation(1), StandaloneKey()));
   EXPECT_EQ(refusal.reason(), v1::REFUSAL_REASON_WRONG_INSTANCE);
   EXPECT_NE(refusal.detail().find("inst-7"), std::string::npos) << refusal.detail();
   EXPECT_NE(refusal.detail().find(kStandaloneInstanceId), std::string::npos) << refusal.detail();
 }
 
-TEST_F(WorkerRefusalTest, ExpiredToken) {
-  net::ConnectToken token = TokenFor(1);
-  token.expires_unix_s = 1;
-  EXPECT_EQ(RefusalOf(net::Issue(token, StandaloneKey())).reason(), v1::REFUSAL_REASON_EXPIRED_TOKEN);
-}
-
-TEST_F(WorkerRefusalTest, TokenOfARegion) {
-  net::ConnectToken token = TokenFor(1);
-  token.player = PlayerNumber();
-  token.region = RegionId(2);
-  EXPECT_EQ(RefusalOf(net::Issue(token, StandaloneKey())).reason(), v1::REFUSAL_REASON_BAD_TOKEN);
+TEST_F(WorkerRefusalTest, CertificateOfARegion) {
+  const net::EndpointIdentity region =
+      net::TestWorker(StandaloneKey(), kStandaloneInstanceId, RegionId(2), Incarnation(2));
+  EXPECT_EQ(RefusalOf(net::CredentialsOf(region)).reason(), v1::REFUSAL_REASON_BAD_CREDENTIAL);
 }
 
 TEST_F(WorkerRefusalTest, AnotherRegionNamesBoth) {
@@ -401,19 +394,30 @@ TEST(WorkerClientTest, PlayerThatComesAgainTakesItsPlace) {
   EXPECT_EQ(Metric(cluster.metrics_port(1), "tessera_region_clients"), 1);
 }
 
-TEST(WorkerClientTest, AConnectedPlayerGetsARenewedToken) {
-  Cluster cluster(2);
-  const auto client = cluster.Join(1, 2);
-  ASSERT_TRUE(client->Until([&] { return client->renewed.has_value(); }));
-  const auto now = static_cast<std::uint64_t>(std::time(nullptr));
-  const auto token = net::Open(client->renewed->token, kStandaloneInstanceId, StandaloneKey(), now);
-  ASSERT_TRUE(token.ok()) << token.status();
-  EXPECT_EQ(token->player, PlayerNumber(2));
-  EXPECT_GT(token->expires_unix_s, now + 12 * 3600);
-  TestClient next(cluster.scene().bounds);  // and with it another region accepts it
-  EXPECT_TRUE(next.Connect(cluster.game_port(2), RegionId(2), *client->renewed));
-  ASSERT_TRUE(next.Until([&] { return next.welcome.has_value(); }));
-  EXPECT_EQ(next.welcome->player(), 2u);
+// Each is told once, and the older one does not get in again, in whatever order they come.
+TEST(WorkerClientTest, OfTwoProcessesOfOnePlayerTheNewerOneStays) {
+  Cluster cluster(1);
+  const auto dial = [&](std::uint64_t generation) {
+    auto client = std::make_unique<TestClient>(cluster.scene().bounds);
+    EXPECT_TRUE(client->Connect(cluster.game_port(1), RegionId(1), CredentialsFor(1, generation)));
+    return client;
+  };
+  const auto older = dial(1);
+  ASSERT_TRUE(older->Until([&] { return older->welcome.has_value(); }));
+  const auto newer = dial(2);
+  ASSERT_TRUE(Until({older.get(), newer.get()}, [&] { return older->disconnected && newer->tick > Tick(0); }));
+  ASSERT_TRUE(older->refusal.has_value());
+  EXPECT_EQ(older->refusal->reason(), v1::REFUSAL_REASON_REPLACED);
+  EXPECT_EQ(older->refusal->detail(), "player 1 was joined by another process");
+  const auto again = dial(1);
+  ASSERT_TRUE(Until({again.get(), newer.get()}, [&] { return again->disconnected; }));
+  ASSERT_TRUE(again->refusal.has_value());
+  EXPECT_EQ(again->refusal->reason(), v1::REFUSAL_REASON_REPLACED);
+  EXPECT_FALSE(again->welcome.has_value());
+  const Tick then = newer->tick;
+  EXPECT_TRUE(newer->Until([&] { return newer->tick > then + 30; }));
+  EXPECT_FALSE(newer->disconnected);
+  EXPECT_FALSE(newer->refusal.has_value());
 }
 
 TEST(WorkerClientTest, SigtermTellsClientsThatTheRegionEnds) {

@@ -1,7 +1,6 @@
 // The link between regions: this test is the neighbour, with a region of its own, of a worker that is the real program.
 #include <gmock/gmock.h>
 
-#include <ctime>
 #include <deque>
 #include <optional>
 
@@ -10,6 +9,7 @@
 #include "core/world/byte_view.h"
 #include "net/endpoint.h"
 #include "net/protocol.h"
+#include "net/testing/test_identity.h"
 #include "region_worker/core/link_message.h"
 #include "region_worker/input_files.h"
 #include "region_worker/standalone.h"
@@ -51,20 +51,12 @@ v1::LinkHello HelloOf(std::uint32_t region) {
   return hello;
 }
 
-net::EndpointIdentity IdentityOf(std::uint32_t region, const net::InstanceKey& key) {
-  return {.instance_id = kStandaloneInstanceId,
-          .region = RegionId(region),
-          .incarnation = Incarnation(region),
-          .key = key,
-          .for_regions = true};
+net::EndpointIdentity IdentityOf(std::uint32_t region, const net::SigningKey& key) {
+  return net::TestWorker(key, kStandaloneInstanceId, RegionId(region), Incarnation(region), true);
 }
 
-net::Credentials PassOf(std::uint32_t region, const net::InstanceKey& key) {
-  return net::Issue({.instance_id = kStandaloneInstanceId,
-                     .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60,
-                     .region = RegionId(region),
-                     .incarnation = Incarnation(region)},
-                    key);
+net::Credentials PassOf(std::uint32_t region, const net::SigningKey& key) {
+  return net::CredentialsOf(IdentityOf(region, key));
 }
 
 std::unique_ptr<net::Endpoint> EndpointAt(std::uint16_t port) {
@@ -227,9 +219,9 @@ TEST_F(NeighborTest, FramesThatAreNoneAreCountedAndHarmNothing) {
 }
 
 TEST_F(NeighborTest, AnAcceptorOfAnotherKeyLeadsNowhere) {
-  line_.endpoint->Open(IdentityOf(2, net::MakeInstanceKey()));
+  line_.endpoint->Open(IdentityOf(2, net::SigningKey::Make()));
   ASSERT_TRUE(line_.Until([&] { return line_.endpoint->acceptor_stats().refused > 0; }));
-  ASSERT_TRUE(worker_->WaitForLine("link refused reason=BAD_TOKEN"));
+  ASSERT_TRUE(worker_->WaitForLine("link refused reason=BAD_CREDENTIAL"));
   line_.endpoint->Open(IdentityOf(2, StandaloneKey()));
   Link();  // it dials again, and the right one is taken
   EXPECT_TRUE(StepTo(Tick(5)));
@@ -239,6 +231,19 @@ TEST_F(NeighborTest, AnAcceptorOfAnotherRegionLeadsNowhere) {
   line_.endpoint->Open(IdentityOf(3, StandaloneKey()));
   ASSERT_TRUE(line_.Until([&] { return line_.endpoint->acceptor_stats().refused > 0; }));
   EXPECT_TRUE(worker_->WaitForLine("link refused reason=WRONG_REGION"));
+}
+
+// It lets everybody in, and has no certificate of the region that it plays: nobody sends it a frame.
+TEST_F(NeighborTest, AnImpostorAtTheNeighboursAddressLeadsNowhere) {
+  net::EndpointIdentity impostor = IdentityOf(2, StandaloneKey());
+  impostor.certificate = IdentityOf(3, StandaloneKey()).certificate;
+  line_.endpoint->Open(impostor);
+  ASSERT_TRUE(line_.Until([&] { return line_.endpoint->acceptor_stats().accepted > 1; }));
+  EXPECT_FALSE(line_.connected);
+  EXPECT_TRUE(line_.messages.empty());
+  line_.endpoint->Open(IdentityOf(2, StandaloneKey()));
+  Link();
+  EXPECT_TRUE(StepTo(Tick(5)));
 }
 
 class CrowdTest : public NeighborTest {
@@ -257,7 +262,7 @@ class UnprovenCallerTest : public WorkerLinkTest {
  protected:
   UnprovenCallerTest() : line_(0) { StartWorker(2); }
   void Dial(const net::Credentials& credentials) {
-    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2), RegionId(2), credentials);
+    const auto peer = line_.endpoint->Connect("127.0.0.1", LinkPort(2), RegionId(2), Incarnation(), credentials);
     ASSERT_TRUE(peer.ok());
     ASSERT_TRUE(line_.Until([&] { return line_.connected || line_.refusal; }));
   }
@@ -272,24 +277,35 @@ class UnprovenCallerTest : public WorkerLinkTest {
 };
 
 TEST_F(UnprovenCallerTest, AnotherKeyIsRefusedByTheAcceptor) {
-  Dial(PassOf(1, net::MakeInstanceKey()));
+  Dial(PassOf(1, net::SigningKey::Make()));
   ASSERT_TRUE(line_.refusal.has_value());
-  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
+  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadCredential);
 }
 
-TEST_F(UnprovenCallerTest, APlayersTokenIsRefusedByTheAcceptor) {
-  Dial(net::Issue({.instance_id = kStandaloneInstanceId,
-                   .player = PlayerNumber(1),
-                   .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 60},
-                  StandaloneKey()));
+TEST_F(UnprovenCallerTest, APlayersCredentialIsRefusedByTheAcceptor) {
+  Dial(net::IssuePlayer(kStandaloneInstanceId, PlayerNumber(1), net::Generation(1), StandaloneKey()));
   ASSERT_TRUE(line_.refusal.has_value());
-  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadToken);
+  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadCredential);
 }
 
-TEST_F(UnprovenCallerTest, HelloOfAnotherThanTheTokensIsRefused) {
+// As by a worker that was taken over: its certificate is good, and it signs another for itself.
+TEST_F(UnprovenCallerTest, ARegionCannotSpeakForAnother) {
+  const net::EndpointIdentity self = IdentityOf(1, StandaloneKey());
+  net::Credentials forged = net::CredentialsOf(self);
+  forged.statement = net::Sign(net::WorkerCertificate{.instance_id = kStandaloneInstanceId,
+                                                      .region = RegionId(3),
+                                                      .incarnation = Incarnation(3),
+                                                      .key = self.key.verification_key()},
+                               self.key);
+  Dial(forged);
+  ASSERT_TRUE(line_.refusal.has_value());
+  EXPECT_EQ(line_.refusal->reason, net::Refused::kBadCredential);
+}
+
+TEST_F(UnprovenCallerTest, HelloOfAnotherThanTheCertificatesIsRefused) {
   v1::LinkHello hello = HelloOf(1);
   hello.set_incarnation(2);
-  ExpectRefused(hello, "its token region 1 incarnation 1");
+  ExpectRefused(hello, "its certificate region 1 incarnation 1");
 }
 
 TEST_F(UnprovenCallerTest, OneOfOtherRulesIsRefusedWithTheReasonAndCounted) {

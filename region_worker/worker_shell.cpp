@@ -49,7 +49,7 @@ WorkerShell::WorkerShell(WorkerOptions options, const SignalWatch& signals)
 
 int WorkerShell::Run() {
   absl::StatusOr<StandaloneWorld> world = StandaloneWorld{};
-  if (options_.standalone) world = PrepareStandalone(*options_.standalone);
+  if (options_.standalone) world = PrepareStandalone(*options_.standalone, options_.identity, key_.verification_key());
   absl::Status status = world.status();
   if (status.ok()) status = Bind(*world);
   if (!status.ok()) {
@@ -104,6 +104,7 @@ absl::Status WorkerShell::Bind(const StandaloneWorld& world) {
   setup.address.set_game_port(game_->port());
   setup.address.set_link_port(links_->port());
   setup.address.set_metrics_port(metrics_server_->port());
+  setup.key = key_.verification_key();
   if (options_.standalone) setup.standalone = RulesOf(*options_.standalone, world);
   core_.emplace(std::move(setup));
   spdlog::info("listening instance={} region={} at={} game={} links={} metrics={}",
@@ -269,14 +270,19 @@ void WorkerShell::Do(WriteCheckpoint& action) {
 
 void WorkerShell::Do(const OpenPorts& action) {
   const Scene& scene = *core_->scene();
-  links_->Open({options_.identity, action.key, action.rules});
+  const net::EndpointIdentity self{.instance_id = options_.identity.instance_id,
+                                   .region = options_.identity.region,
+                                   .incarnation = options_.identity.incarnation,
+                                   .instance_key = action.certified.instance_key,
+                                   .certificate = action.certified.certificate,
+                                   .key = key_};
+  links_->Open({self, action.rules});
   game_->Open(
-      {.self = options_.identity,
-       .key = action.key,
+      {.self = self,
        .tick_rate_hz = scene.tick_rate_hz,
        .snapshot_rate_hz = action.snapshot_rate_hz,
        .map = action.map},
-      [this](PlayerNumber player) { return core_->Admit(player); },
+      [this](PlayerNumber player, net::Generation generation) { return core_->Admit(player, generation); },
       [this](PlayerNumber player) { return core_->EndedBecause(player); });
   snapshots_.emplace(options_.identity.region, scene, action.snapshot_rate_hz, replication::SnapshotSettingsFor(scene),
                      metrics_);
@@ -303,6 +309,8 @@ void WorkerShell::Do(const PublishStep& action) {
 }
 
 void WorkerShell::Do(const ExpelPlayer& action) { game_->Expel(action.player, action.ended_because); }
+
+void WorkerShell::Do(const ReplacePlayer& action) { game_->Replace(action.player, action.generation); }
 
 void WorkerShell::Do(SendReport& action) {
   if (const RegionRun* run = core_->run()) {

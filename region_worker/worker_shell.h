@@ -69,6 +69,7 @@ class WorkerShell {
   void Do(const PublishClock& action);
   void Do(const PublishStep& action);
   void Do(const ExpelPlayer& action);
+  void Do(const ReplacePlayer& action);
   void Do(SendReport& action);
   void Do(const SendInventory& action);
   void Do(const AskForLease& action);
@@ -80,6 +81,7 @@ class WorkerShell {
 
   WorkerOptions options_;
   const SignalWatch& signals_;
+  const net::SigningKey key_ = net::SigningKey::Make();  // of this process, and nobody else's
   WorkerMetrics metrics_;
   std::unique_ptr<telemetry::MetricsServer> metrics_server_;
   std::optional<RegionLinks> links_;

@@ -78,7 +78,8 @@ v1::WorkerOrder AgentFixture::Order(std::uint32_t region, std::uint64_t revision
   order.set_region(region);
   order.set_incarnation(100 + region);
   order.set_scene_hash(scene_hash_);
-  order.set_instance_key("TOP-SECRET-INSTANCE-KEY-32-BYTES");
+  order.set_instance_key(std::string(32, 'k'));
+  order.set_certificate("certificate");
   order.set_run(run);
   return order;
 }

@@ -118,7 +118,7 @@ class Worker {
     if (!order.game_hash().empty() && !std::ifstream(order.game_path())) {
       report_.set_failure("no game at " + order.game_path());
     }
-    if (order.instance_key().size() != 32) report_.set_failure("no key");
+    if (order.instance_key().size() != 32 || order.certificate().empty()) report_.set_failure("no certificate");
     v1::RegionAddress& address = *report_.mutable_address();
     address.set_region(report_.identity().region());
     address.set_incarnation(report_.identity().incarnation());

@@ -375,6 +375,54 @@ TEST_F(CApiTest, AnotherProcessComesBackAsTheSamePlayer) {
   EXPECT_EQ(join(token, stranger).code, TESSERA_UNAUTHENTICATED);
 }
 
+// One token in two processes: the newer one plays on, the older one ends, once, and stays away.
+TEST_F(CApiTest, WhoJoinsLaterAsThePlayerEndsTheOneBefore) {
+  Play();
+  std::vector<std::uint8_t> token(TESSERA_MAX_TOKEN);
+  token.resize(tessera_return_token(client, token.data(), token.size()));
+  tessera_join_options options = TESSERA_JOIN_OPTIONS;
+  options.control_address = instance.address.c_str();
+  options.instance_id = FakeInstance::kId;
+  options.bind_address = "127.0.0.1";
+  options.returning = token.data();
+  options.returning_size = static_cast<std::uint32_t>(token.size());
+  tessera_client* newer = nullptr;
+  ASSERT_EQ(tessera_join(&options, &newer), TESSERA_OK) << tessera_last_error();
+  EXPECT_EQ(tessera_own_body(newer), tessera_own_body(client));
+
+  int ended = 0, lost = 0;
+  tessera_code code = TESSERA_OK;
+  std::string detail;
+  const auto poll = [&] {
+    instance.Service();
+    code = tessera_poll(client, now);
+    EXPECT_EQ(tessera_poll(newer, now), TESSERA_OK) << tessera_last_error();
+    tessera_event event = TESSERA_EVENT;
+    while (tessera_next_event(client, &event) != 0) {
+      if (event.kind == TESSERA_EVENT_ENDED) ++ended, detail = event.detail;
+      if (event.kind == TESSERA_EVENT_REGION_LOST) ++lost;
+    }
+    while (tessera_next_event(newer, &event) != 0) {
+      if (event.kind == TESSERA_EVENT_REGION_LOST || event.kind == TESSERA_EVENT_ENDED) ++lost;
+    }
+  };
+  const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  const auto settled = [&] { return ended > 0 && tessera_get_state(newer) == TESSERA_PLAYING; };
+  while (!settled() && std::chrono::steady_clock::now() < limit) poll();
+  for (int i = 0; i < 200; ++i, now += 100'000'000) poll();  // 20 s, in which it would dial again
+  EXPECT_EQ(ended, 1);
+  EXPECT_EQ(lost, 0);
+  EXPECT_EQ(detail, "another process joined as this player");
+  EXPECT_EQ(code, TESSERA_ALREADY_EXISTS);
+  EXPECT_EQ(tessera_get_state(client), TESSERA_ENDED);
+  EXPECT_EQ(tessera_get_state(newer), TESSERA_PLAYING);
+  EXPECT_EQ(instance.regions[0]->clients(), 1u);
+  char reason[64];
+  EXPECT_EQ(tessera_disconnect_reason(client, reason, sizeof reason), detail.size());
+  EXPECT_EQ(reason, detail);
+  tessera_close(newer);
+}
+
 // All is lost from here on, so nothing more is seen; then it gets through again.
 TEST_F(CApiTest, ABadNetworkCanBeHadForTheAsking) {
   Play();

@@ -11,7 +11,7 @@
 #include "control_plane/world_terms.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
-#include "net/connect_token.h"
+#include "net/signing_key.h"
 
 namespace tessera::control {
 
@@ -52,9 +52,21 @@ Cluster::Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& set
 // A control plane that died while it restored an instance may not have said so to the backend.
 absl::Status Cluster::LoadParts(Now now) {
   if (absl::Status status = tokens_.Load(); !status.ok()) return status;
+  if (absl::Status status = GiveSeeds(); !status.ok()) return status;
   if (absl::Status status = game_events_.Load(); !status.ok()) return status;
   for (InstanceEntry& instance : state_->EachInstance()) game_events_.NoteRestore(instance, now);
   return game_messages_.Load();
+}
+
+// An instance of an earlier version has none. Its workers cannot go on, but it can be restored from a checkpoint.
+absl::Status Cluster::GiveSeeds() {
+  for (InstanceEntry& instance : state_->EachInstance()) {
+    if (!instance.record.signing_seed().empty() || instance.record.state() == v1::INSTANCE_STATE_ENDED) continue;
+    records::Instance next = instance.record;
+    next.set_signing_seed(random_(net::kKeyBytes));
+    if (absl::Status status = state_->StoreInstance(instance, next); !status.ok()) return status;
+  }
+  return absl::OkStatus();
 }
 
 void Cluster::Adopt(Now now, InstanceEntry& instance) {
@@ -210,7 +222,7 @@ absl::StatusOr<v1::Instance> Cluster::CreateInstance(Now now, const InstancePlan
     draft.record.set_state(v1::INSTANCE_STATE_PENDING);
     return ViewOf(*state_, draft);
   }
-  record.set_key(random_(net::kKeyBytes));
+  record.set_signing_seed(random_(net::kKeyBytes));
   const auto added = state_->AddInstance(std::move(record), plan.contents);
   if (!added.ok()) return added.status();
   InstanceEntry& instance = **added;
@@ -434,9 +446,7 @@ void Cluster::EndWait(Now now, const std::string& instance_id) {
   if (InstanceEntry* instance = players_.EndWait(instance_id)) reconciler_.Reconcile(now, *instance);
 }
 
-absl::StatusOr<Joined> Cluster::Join(Now now, const v1::JoinInstanceRequest& request) {
-  return players_.Join(request, now);
-}
+absl::StatusOr<Joined> Cluster::Join(Now, const v1::JoinInstanceRequest& request) { return players_.Join(request); }
 
 absl::Status Cluster::Leave(Now now, const v1::LeaveInstanceRequest& request) { return players_.Leave(request, now); }
 

@@ -131,6 +131,7 @@ class Cluster {
  private:
   Cluster(std::unique_ptr<ClusterState> state, const ControlSettings& settings, RandomBytes random, Now now);
   absl::Status LoadParts(Now now);
+  absl::Status GiveSeeds();
   void Adopt(Now now, InstanceEntry& instance);
   void Forget(std::uint64_t number);
   void NoteTime(Now now);

@@ -323,8 +323,8 @@ TEST(InstanceLifeTest, AControlPlaneThatDiesAtAnyCallComesBackAndGoesOn) {
     ASSERT_EQ(harness.Workers(), 4u);
     v1::LeaveInstanceRequest leave;
     leave.set_instance_id(id);
-    leave.set_connect_token(joined->response.connect_token());
-    leave.set_session_key(joined->response.session_key());
+    leave.set_credential(joined->response.credential());
+    leave.set_credential_key(joined->response.credential_key());
     ASSERT_TRUE(harness.cluster().Leave(harness.now, leave).ok());
     harness.Run(seconds(1));
     EXPECT_EQ(harness.Get(id).players(), 0u);

@@ -136,8 +136,8 @@ TEST_F(PropertiesTest, OfAPlayersBodyAsLongAsThePlayerIsThere) {
   EXPECT_EQ(Refusal(Health(body, 1)), "");
   v1::LeaveInstanceRequest leave;
   leave.set_instance_id(id_);
-  leave.set_connect_token(joined->response.connect_token());
-  leave.set_session_key(joined->response.session_key());
+  leave.set_credential(joined->response.credential());
+  leave.set_credential_key(joined->response.credential_key());
   ASSERT_TRUE(harness_.cluster().Leave(harness_.now, leave).ok());
   EXPECT_THAT(Refusal(Health(body, 1)), HasSubstr("has no dynamic body"));
 }

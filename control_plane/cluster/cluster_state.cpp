@@ -69,10 +69,16 @@ void ClusterState::Adopt(const StoredRecord<records::Instance>& stored) {
   instance.number = stored.number;
   instance.record = stored.record;
   instance.revision = stored.revision;
+  FollowSeed(instance);
   FollowPlacements(instance);
   if (!stored.record.request_id().empty()) request_ids_[stored.record.request_id()] = stored.number;
   if (IsFinal(stored.record.state())) return;
   for (const std::string& key : ContentKeys(stored.record)) ++contents_[key].instances;
+}
+
+// With a seed that is none, what the instance signs verifies nowhere.
+void ClusterState::FollowSeed(InstanceEntry& instance) {
+  instance.key = net::SigningKey::FromSeed(instance.record.signing_seed(), "signing_seed").value_or(net::SigningKey());
 }
 
 // A control plane that knew of no properties kept the scene's, unread; its workers may be replaced by some that know
@@ -209,8 +215,10 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
     if (use != contents_.end() && --use->second.instances == 0) contents_.erase(use);
   }
   const bool placed_anew = !SamePlaces(instance.record, next);
+  const bool new_seed = instance.record.signing_seed() != next.signing_seed();
   instance.record = next;
   instance.revision = *written;
+  if (new_seed) FollowSeed(instance);
   if (placed_anew) FollowPlacements(instance);
   return absl::OkStatus();
 }

@@ -30,6 +30,7 @@
 #include "control_plane/store.h"
 #include "control_plane/stored_records.h"
 #include "core/world/partition_map.h"
+#include "net/signing_key.h"
 #include "tessera/v1/worker_link.pb.h"
 
 namespace tessera::control {
@@ -43,6 +44,8 @@ struct WorkerEntry {
 
   // Written by WorkerReports.
   v1::WorkerReport report;  // the last one; empty before the first
+  std::string certificate;  // a signed net::WorkerCertificate; empty until the worker has reported its key
+  std::string certified;    // that key
   bool reported = false;
   Steady reported_at{0};
   int missed = 0;  // heartbeats in a row that did not name it
@@ -83,6 +86,7 @@ struct InstanceEntry {
   records::Instance record;
   Revision revision = kAbsent;
   PartitionMap map;                  // as in the record
+  net::SigningKey key;               // of the record's seed
   std::vector<WorkerEntry> workers;  // as record.placements
 
   // Written by WorkerReports; the newest tick that any worker told since the world last began, also of workers that are
@@ -189,6 +193,7 @@ class ClusterState {
   // The writes of those of `contents` that the store lacks.
   std::vector<StoreOp> PutMissing(const records::Instance& record, const Contents& contents) const;
   void FollowPlacements(InstanceEntry& instance);
+  static void FollowSeed(InstanceEntry& instance);
 
   Store& store_;
   StoredRecord<records::Counters> counters_;

@@ -13,10 +13,12 @@
 #include "core/world/player_name.h"
 #include "core/world/utf8.h"
 #include "core/world/viewer_number.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 
 namespace tessera::control {
 namespace {
+
+constexpr net::Generation kFirstGeneration(1);
 
 absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   const v1::InstanceState state = record.state();
@@ -38,55 +40,49 @@ absl::Status CheckOpen(const records::Instance& record, bool viewer) {
   return absl::OkStatus();
 }
 
-std::uint64_t Seconds(std::chrono::nanoseconds unix_time) {
-  return static_cast<std::uint64_t>(std::chrono::floor<std::chrono::seconds>(unix_time).count());
+std::span<const std::uint8_t> BytesOf(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-// The player of the token. Everybody on the way sees the token when it is presented to a region; the session key never
-// travels there.
-absl::StatusOr<std::uint32_t> PlayerOf(const records::Instance& record, const std::string& connect_token,
-                                       const std::string& session_key, Now now) {
-  const auto key = net::InstanceKeyFrom(record.key());
-  if (!key.ok()) return key.status();
-  const std::span sealed(reinterpret_cast<const std::uint8_t*>(connect_token.data()), connect_token.size());
-  const auto token = net::Open(sealed, record.id(), *key, Seconds(now.unix_time));
-  if (!token.ok()) return absl::UnauthenticatedError(absl::StrCat("connect_token: ", token.status().message()));
-  const auto presented = net::SessionKeyFrom(session_key);
-  if (!presented.ok() || !(*presented == net::SessionKeyOf(sealed, *key))) {
-    return absl::UnauthenticatedError("session_key: is not that of the connect token");
+// The player of the credential. Everybody on the way sees the credential when it is presented to a region; its key
+// never travels there. Any that the player ever had will do: an answer with a newer one may have been lost.
+absl::StatusOr<std::uint32_t> PlayerOf(const InstanceEntry& instance, const std::string& credential,
+                                       const std::string& credential_key) {
+  const auto read =
+      net::ReadPlayerCredential(BytesOf(credential), instance.record.id(), instance.key.verification_key());
+  if (!read.ok()) return absl::UnauthenticatedError(absl::StrCat("credential: ", read.status().message()));
+  const auto key = net::SigningKey::FromSeed(credential_key, "credential_key");
+  if (!key.ok() || key->verification_key() != read->key) {
+    return absl::UnauthenticatedError("credential_key: is not that of the credential");
   }
-  return token->player.value();
+  return read->player.value();
 }
 
-// One that comes back is the player that it was: nothing about it has to be stored or sent.
-absl::StatusOr<std::uint32_t> FindReturning(const records::Instance& record, const v1::JoinInstanceRequest& request,
-                                            Now now) {
-  const auto number = PlayerOf(record, request.connect_token(), request.session_key(), now);
+// The place among the record's players of one that comes back.
+absl::StatusOr<int> FindReturning(const InstanceEntry& instance, const v1::JoinInstanceRequest& request) {
+  const auto number = PlayerOf(instance, request.credential(), request.credential_key());
   if (!number.ok()) return number.status();
-  const auto& players = record.players();
+  const auto& players = instance.record.players();
   const auto player =
       std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
   if (player != players.end() && !player->ended_because().empty()) {
     return absl::AbortedError(player->ended_because());
   }
   if (player == players.end() || player->left()) {
-    return absl::FailedPreconditionError(absl::StrCat("connect_token: player ", *number, " has left for good"));
+    return absl::FailedPreconditionError(absl::StrCat("credential: player ", *number, " has left for good"));
   }
-  return *number;
+  return static_cast<int>(player - players.begin());
 }
 
-absl::StatusOr<v1::JoinInstanceResponse> Admit(const InstanceEntry& instance, std::uint32_t player, Now now) {
+v1::JoinInstanceResponse Admit(const InstanceEntry& instance, PlayerNumber player, net::Generation generation) {
   const records::Instance& record = instance.record;
-  const auto key = net::InstanceKeyFrom(record.key());
-  if (!key.ok()) return key.status();
-  const std::uint64_t expires_unix_s =
-      Seconds(now.unix_time) + static_cast<std::uint64_t>(kConnectTokenLifetime.count());
-  const net::Credentials credentials =
-      net::Issue({.instance_id = record.id(), .player = PlayerNumber(player), .expires_unix_s = expires_unix_s}, *key);
+  const net::Credentials credentials = net::IssuePlayer(record.id(), player, generation, instance.key);
+  const net::Seed seed = credentials.key.seed();
   v1::JoinInstanceResponse response;
-  response.set_player(player);
-  response.set_connect_token(std::string(credentials.token.begin(), credentials.token.end()));
-  response.set_session_key(credentials.key.data(), credentials.key.size());
+  response.set_player(player.value());
+  response.set_credential(std::string(credentials.statement.begin(), credentials.statement.end()));
+  response.set_credential_key(seed.data(), seed.size());
+  response.set_instance_key(credentials.instance_key.data(), credentials.instance_key.size());
   *response.mutable_map() = record.map();
   for (const WorkerEntry& worker : instance.workers) {
     v1::RegionAddress& address = *response.add_regions();
@@ -102,7 +98,7 @@ absl::StatusOr<v1::JoinInstanceResponse> Admit(const InstanceEntry& instance, st
 }
 
 // Nothing is kept of it, so numbers are drawn: with so many, two viewers of one world never have the same.
-std::uint32_t DrawViewer() { return kFirstViewer + randombytes_uniform(kFirstViewer); }
+PlayerNumber DrawViewer() { return PlayerNumber(kFirstViewer + randombytes_uniform(kFirstViewer)); }
 
 // Players with a connection to any worker. A host that is silent may well serve its players still: its last report
 // counts.
@@ -123,8 +119,8 @@ absl::StatusOr<InstanceEntry*> InstancePlayers::BeginWait(const v1::JoinInstance
   if (absl::Status status = CheckPlayerName(request.player_name()); !status.ok()) return status;
   InstanceEntry* instance = state_.FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
-  if (request.viewer() && !request.connect_token().empty()) {
-    return absl::InvalidArgumentError("connect_token: a viewer joins anew each time");
+  if (request.viewer() && !request.credential().empty()) {
+    return absl::InvalidArgumentError("credential: a viewer joins anew each time");
   }
   if (absl::Status status = CheckOpen(instance->record, request.viewer()); !status.ok()) return status;
   if (!request.viewer()) ++known_[instance->number].waiting;
@@ -142,38 +138,50 @@ int InstancePlayers::Waiting(const InstanceEntry& instance) const {
   return known == known_.end() ? 0 : known->second.waiting;
 }
 
-absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request, Now now) {
+absl::StatusOr<Joined> InstancePlayers::Join(const v1::JoinInstanceRequest& request) {
   if (const absl::StatusOr<bool> can = CanJoin(state_, request.instance_id(), request.viewer()); !can.ok()) {
     return can.status();
   }
   InstanceEntry& instance = *state_.FindInstance(request.instance_id());
-  const bool returns = !request.connect_token().empty();
+  if (request.viewer()) return Joined{.response = Admit(instance, DrawViewer(), kFirstGeneration)};
+  const bool returns = !request.credential().empty();
   Joined joined;
-  if (!returns && !request.viewer())
-    joined.mark = state_.last_revision();  // any order made from here on names the player
-  const auto number = request.viewer() ? absl::StatusOr<std::uint32_t>(DrawViewer())
-                      : returns        ? FindReturning(instance.record, request, now)
-                                       : Add(instance, request.player_name());
-  if (!number.ok()) return number.status();
-  auto response = Admit(instance, *number, now);
-  if (!response.ok()) return response.status();
-  joined.response = *std::move(response);
+  if (!returns) joined.mark = state_.last_revision();  // any order made from here on names the player
+  const absl::StatusOr<v1::Player> player = returns ? Return(instance, request) : Add(instance, request.player_name());
+  if (!player.ok()) return player.status();
+  joined.response = Admit(instance, PlayerNumber(player->number()), net::Generation(player->generation()));
   return joined;
 }
 
-absl::StatusOr<std::uint32_t> InstancePlayers::Add(InstanceEntry& instance, const std::string& name) {
-  if (const auto key = net::InstanceKeyFrom(instance.record.key()); !key.ok()) return key.status();
+absl::StatusOr<v1::Player> InstancePlayers::Add(InstanceEntry& instance, const std::string& name) {
   records::Instance next = instance.record;
   const std::uint32_t number = next.last_player() + 1;
   next.set_last_player(number);
   v1::Player& player = *next.add_players();
   player.set_number(number);
   player.set_name(name);
+  player.set_generation(kFirstGeneration.value());
   player.set_spawn_region(SpawnRegionOf(number, next, instance.map));
+  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
+  return player;
+}
+
+// It is the player that it was, of a higher generation: the regions end the connections of a lower one.
+absl::StatusOr<v1::Player> InstancePlayers::Return(InstanceEntry& instance, const v1::JoinInstanceRequest& request) {
+  const absl::StatusOr<int> index = FindReturning(instance, request);
+  if (!index.ok()) return index.status();
+  records::Instance next = instance.record;
+  v1::Player& player = *next.mutable_players(*index);
+  player.set_generation(player.generation() + 1);
+  if (absl::Status status = StorePlayers(instance, next); !status.ok()) return status;
+  return player;
+}
+
+absl::Status InstancePlayers::StorePlayers(InstanceEntry& instance, const records::Instance& next) {
   if (absl::Status status = state_.StoreInstance(instance, next); !status.ok()) return status;
   state_.MarkOrders(instance);
   state_.MarkChanged(instance);
-  return number;
+  return absl::OkStatus();
 }
 
 // --- Leaving.
@@ -181,7 +189,7 @@ absl::StatusOr<std::uint32_t> InstancePlayers::Add(InstanceEntry& instance, cons
 absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now now) {
   InstanceEntry* instance = state_.FindInstance(request.instance_id());
   if (instance == nullptr) return NoInstance("instance_id", request.instance_id());
-  const auto number = PlayerOf(instance->record, request.connect_token(), request.session_key(), now);
+  const auto number = PlayerOf(*instance, request.credential(), request.credential_key());
   if (!number.ok()) return number.status();
   records::Instance next = instance->record;
   auto& players = *next.mutable_players();
@@ -189,10 +197,8 @@ absl::Status InstancePlayers::Leave(const v1::LeaveInstanceRequest& request, Now
       std::find_if(players.begin(), players.end(), [&](const v1::Player& p) { return p.number() == *number; });
   if (player == players.end() || player->left()) return absl::OkStatus();  // has left already
   player->set_left(true);
-  if (absl::Status status = state_.StoreInstance(*instance, next); !status.ok()) return status;
+  if (absl::Status status = StorePlayers(*instance, next); !status.ok()) return status;
   known_[instance->number].left[*number] = {state_.last_revision(), now.steady};
-  state_.MarkOrders(*instance);
-  state_.MarkChanged(*instance);
   return absl::OkStatus();
 }
 

@@ -36,8 +36,9 @@ class InstancePlayers {
   InstanceEntry* EndWait(const std::string& instance_id);
   int Waiting(const InstanceEntry& instance) const;
 
-  // A player with a connect token of its own comes back as the one it was. A viewer is given a number, and not kept.
-  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request, Now now);
+  // A player with a credential of its own comes back as the one it was, of the next generation. A viewer is given a
+  // number, and not kept.
+  absl::StatusOr<Joined> Join(const v1::JoinInstanceRequest& request);
   // Repeating it is fine.
   absl::Status Leave(const v1::LeaveInstanceRequest& request, Now now);
 
@@ -62,7 +63,9 @@ class InstancePlayers {
     std::map<std::uint32_t, Left> left;
   };
 
-  absl::StatusOr<std::uint32_t> Add(InstanceEntry& instance, const std::string& name);
+  absl::StatusOr<v1::Player> Add(InstanceEntry& instance, const std::string& name);
+  absl::StatusOr<v1::Player> Return(InstanceEntry& instance, const v1::JoinInstanceRequest& request);
+  absl::Status StorePlayers(InstanceEntry& instance, const records::Instance& next);
 
   ClusterState& state_;
   ControlSettings settings_;

@@ -16,15 +16,15 @@ class PlayersTest : public ::testing::Test {
   v1::JoinInstanceResponse Join() {
     v1::JoinInstanceRequest request;
     request.set_instance_id(instance_.record.id());
-    const auto joined = players_.Join(request, rig_.now);
+    const auto joined = players_.Join(request);
     EXPECT_TRUE(joined.ok()) << joined.status();
     return joined->response;
   }
   absl::Status Leave(const v1::JoinInstanceResponse& joined) {
     v1::LeaveInstanceRequest request;
     request.set_instance_id(instance_.record.id());
-    request.set_connect_token(joined.connect_token());
-    request.set_session_key(joined.session_key());
+    request.set_credential(joined.credential());
+    request.set_credential_key(joined.credential_key());
     return players_.Leave(request, rig_.now);
   }
   void SetPolicy(v1::LeaverPolicy policy) {
@@ -48,7 +48,7 @@ TEST_F(PlayersTest, AJoinIsStoredBeforeAnyOrderNamesThePlayer) {
   rig_.store.FailNext(1);
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());
-  EXPECT_EQ(players_.Join(request, rig_.now).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(players_.Join(request).status().code(), absl::StatusCode::kUnavailable);
   EXPECT_EQ(instance_.record.players_size(), 0);
   EXPECT_FALSE(alpha_.desired_changed);
   EXPECT_EQ(Join().player(), 1U);
@@ -90,9 +90,9 @@ TEST_F(PlayersTest, WhoIsSentAwayByTheGameHasLeftAndReadsWhy) {
   EXPECT_FALSE(instance_.record.players(1).left());
   v1::JoinInstanceRequest back;
   back.set_instance_id(instance_.record.id());
-  back.set_connect_token(joined.connect_token());
-  back.set_session_key(joined.session_key());
-  EXPECT_EQ(players_.Join(back, rig_.now).status(), absl::AbortedError("you were idle"));
+  back.set_credential(joined.credential());
+  back.set_credential_key(joined.credential_key());
+  EXPECT_EQ(players_.Join(back).status(), absl::AbortedError("you were idle"));
 }
 
 TEST_F(PlayersTest, WhoHasLeftIsKeptUntilAllWorkersKnowAndThenForgotten) {
@@ -140,16 +140,16 @@ TEST_F(PlayersTest, AViewerIsNeitherStoredNorCountedNorOrdered) {
   request.set_viewer(true);
   EXPECT_TRUE(players_.BeginWait(request).ok());
   EXPECT_EQ(players_.Waiting(instance_), 0) << "a lazy world does not start for it";
-  const auto first = players_.Join(request, rig_.now), second = players_.Join(request, rig_.now);
+  const auto first = players_.Join(request), second = players_.Join(request);
   ASSERT_TRUE(first.ok() && second.ok()) << first.status() << second.status();
   EXPECT_GE(first->response.player(), std::uint32_t{1} << 31);
   EXPECT_NE(first->response.player(), second->response.player());
-  EXPECT_FALSE(first->response.connect_token().empty());
+  EXPECT_FALSE(first->response.credential().empty());
   EXPECT_EQ(instance_.record.players_size(), 0);
   EXPECT_FALSE(alpha_.desired_changed);
   EXPECT_TRUE(Leave(first->response).ok()) << "it is no more than not there";
   EXPECT_EQ(Join().player(), 1U);
-  request.set_connect_token(first->response.connect_token());
+  request.set_credential(first->response.credential());
   EXPECT_EQ(players_.BeginWait(request).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
@@ -159,9 +159,9 @@ TEST_F(PlayersTest, AWorldWithoutPlayersCanBeWatched) {
   ASSERT_TRUE(rig_.state->StoreInstance(instance_, next).ok());
   v1::JoinInstanceRequest request;
   request.set_instance_id(instance_.record.id());
-  EXPECT_EQ(players_.Join(request, rig_.now).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(players_.Join(request).status().code(), absl::StatusCode::kFailedPrecondition);
   request.set_viewer(true);
-  EXPECT_TRUE(players_.Join(request, rig_.now).ok());
+  EXPECT_TRUE(players_.Join(request).ok());
 }
 
 TEST_F(PlayersTest, WaitingJoinsAreCountedByInstance) {

@@ -63,7 +63,9 @@ v1::WorkerOrder MakeOrder(const InstanceEntry& instance, std::size_t index, cons
   order.set_game_hash(record.game_hash());
   order.set_game_name(record.game_name());
   *order.mutable_map() = record.map();
-  order.set_instance_key(record.key());
+  const net::VerificationKey& key = instance.key.verification_key();
+  order.set_instance_key(key.data(), key.size());
+  order.set_certificate(instance.workers[index].certificate);
   for (const WorkerEntry& peer : instance.workers) {
     if (peer.region != placement.region() && peer.bound()) *order.add_peers() = peer.report.address();
   }

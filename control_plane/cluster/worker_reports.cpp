@@ -12,6 +12,7 @@
 #include "control_plane/life.h"
 #include "control_plane/one_line.h"
 #include "control_plane/report_limits.h"
+#include "net/credential.h"
 
 namespace tessera::control {
 namespace {
@@ -91,6 +92,7 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->missed = 0;
   instance->newest_tick = std::max(instance->newest_tick, report.tick());
   StoreTakenOut(*instance, report);
+  Certify(*instance, *worker, was_bound, host);
   v1::RegionAddress& address = *worker->report.mutable_address();
   if (!ValidPorts(address)) address.Clear();
   address.set_region(worker->region);
@@ -104,6 +106,22 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   if (changing || before.phase() != report.phase() || !SamePlayers(before, report)) touched.insert(instance->number);
   state_.MarkChanged(*instance);
   return Taken{instance, std::move(before)};
+}
+
+// A process that ended before it listened is started again, as the same life of the region, with another key.
+void WorkerReports::Certify(const InstanceEntry& instance, WorkerEntry& worker, bool was_bound, const HostEntry& host) {
+  const auto key = net::VerificationKeyFrom(worker.report.public_key(), "public_key");
+  if (!key.ok() || worker.report.public_key() == worker.certified) return;
+  if (was_bound && !worker.certified.empty()) return;
+  const std::vector<std::uint8_t> certificate =
+      net::Sign(net::WorkerCertificate{.instance_id = instance.record.id(),
+                                       .region = RegionId(worker.region),
+                                       .incarnation = Incarnation(worker.incarnation),
+                                       .key = *key},
+                instance.key);
+  worker.certificate.assign(certificate.begin(), certificate.end());
+  worker.certified = worker.report.public_key();
+  if (HostEntry* its_host = state_.FindHost(host.record.id())) state_.MarkDesired(*its_host);
 }
 
 // A failover does not look for bodies that became non-finite, or that the game removed. One whose worker dies before it

@@ -1,6 +1,8 @@
 // WorkerReports: the census of workers by their agents' messages: reports, exits, and workers that a heartbeat names no
 // longer.
 //
+// A worker that reports its public key gets a certificate for it, in its order: what it opens its ports with.
+//
 // Messages about another host's worker, or about an earlier incarnation, are ignored. Instances whose next step may
 // depend on a message are added to `touched`, by number; the caller reconciles them.
 //
@@ -41,6 +43,7 @@ class WorkerReports {
   void NoticeLost(const HostEntry& host, InstanceNumbers& touched);
 
  private:
+  void Certify(const InstanceEntry& instance, WorkerEntry& worker, bool was_bound, const HostEntry& host);
   void StoreTakenOut(InstanceEntry& instance, const v1::WorkerReport& report);
 
   ClusterState& state_;

@@ -5,6 +5,7 @@
 
 #include "control_plane/control_settings.h"
 #include "control_plane/testing/state_rig.h"
+#include "net/credential.h"
 
 namespace tessera::control {
 namespace {
@@ -73,6 +74,54 @@ TEST_F(WorkerReportsTest, MessagesAboutOthersWorkersAreIgnored) {
   EXPECT_FALSE(reports_.TakeExit(beta, exited, touched));
   EXPECT_TRUE(reports_.TakeExit(alpha_, exited, touched));
   EXPECT_TRUE(instance_.workers[0].gone);
+}
+
+TEST_F(WorkerReportsTest, AKeyIsCertifiedUntilItsWorkerListens) {
+  WorkerEntry& worker = instance_.workers[0];
+  worker.report.Clear();  // as before its first report
+  EXPECT_TRUE(worker.certificate.empty());
+  const auto certified = [&] {
+    const auto read = net::ReadWorkerCertificate(
+        {reinterpret_cast<const std::uint8_t*>(worker.certificate.data()), worker.certificate.size()},
+        instance_.record.id(), instance_.key.verification_key());
+    EXPECT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(read->region, RegionId(worker.region));
+    EXPECT_EQ(read->incarnation, Incarnation(worker.incarnation));
+    return std::string(read->key.begin(), read->key.end());
+  };
+  const auto take = [&](char key, v1::WorkerPhase phase) {
+    v1::WorkerReport report = ReportOf(1);
+    report.set_phase(phase);
+    report.set_public_key(std::string(32, key));
+    if (phase >= v1::WORKER_PHASE_BOUND) report.mutable_address()->set_game_port(30000);
+    Take(report);
+  };
+  alpha_.desired_changed = false;
+  take('a', v1::WORKER_PHASE_LOADING);
+  EXPECT_EQ(certified(), std::string(32, 'a'));
+  EXPECT_TRUE(alpha_.desired_changed) << "its order has it now";
+  alpha_.desired_changed = false;
+  take('a', v1::WORKER_PHASE_LOADING);
+  EXPECT_FALSE(alpha_.desired_changed);
+  take('b', v1::WORKER_PHASE_LOADING);
+  EXPECT_EQ(certified(), std::string(32, 'b')) << "its port was in use, and it was started again";
+  take('b', v1::WORKER_PHASE_BOUND);
+  take('c', v1::WORKER_PHASE_BOUND);
+  EXPECT_EQ(certified(), std::string(32, 'b')) << "two processes are not one life of a region";
+}
+
+TEST_F(WorkerReportsTest, AKeyOfAnotherHostsWorkerIsNotCertified) {
+  HostEntry& beta = rig_.AddHost("beta");
+  v1::WorkerReport report = ReportOf(1);
+  report.set_public_key(std::string(32, 'x'));
+  InstanceNumbers touched;
+  EXPECT_FALSE(reports_.Take(beta, report, touched, rig_.now));
+  EXPECT_TRUE(instance_.workers[0].certificate.empty());
+  report = ReportOf(1);
+  report.mutable_identity()->set_incarnation(99);
+  report.set_public_key(std::string(32, 'x'));
+  Take(report);
+  EXPECT_TRUE(instance_.workers[0].certificate.empty());
 }
 
 TEST_F(WorkerReportsTest, WhyAWorkerFailedIsSaidOnce) {

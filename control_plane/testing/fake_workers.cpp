@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "absl/strings/str_format.h"
+
 namespace tessera::control {
 namespace {
 
@@ -116,13 +118,16 @@ FakeWorker FakeWorkers::Start(const v1::WorkerOrder& order) {
   worker.report.mutable_address()->set_game_port(port);
   worker.report.mutable_address()->set_link_port(port + 1);
   worker.report.mutable_address()->set_metrics_port(port + 2);
+  worker.report.set_public_key(absl::StrFormat("%032d", last_pid_));
   return worker;
 }
 
 void FakeWorkers::Follow(FakeWorker& worker) const {
   v1::WorkerReport& report = worker.report;
   const bool linked = worker.order.peers_size() + 1 >= worker.order.map().regions_size();
-  report.set_phase(!linked              ? v1::WORKER_PHASE_BOUND
+  const bool bound = report.phase() >= v1::WORKER_PHASE_BOUND || !worker.order.certificate().empty();
+  report.set_phase(!bound               ? v1::WORKER_PHASE_LOADING
+                   : !linked            ? v1::WORKER_PHASE_BOUND
                    : worker.order.run() ? v1::WORKER_PHASE_RUNNING
                                         : v1::WORKER_PHASE_LINKED);
   report.set_order_revision(worker.order.revision());

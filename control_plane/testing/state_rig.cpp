@@ -31,7 +31,7 @@ InstanceEntry& StateRig::AddRunning(const std::vector<HostEntry*>& hosts) {
   records::Instance record = NewInstance(plan, placed, now);
   record.set_state(v1::INSTANCE_STATE_RUNNING);
   record.set_run(true);
-  record.set_key(std::string(32, 'k'));
+  record.set_signing_seed(std::string(32, 'k'));
   InstanceEntry& instance = **state->AddInstance(record, plan.contents);
   for (WorkerEntry& worker : instance.workers) {
     worker.reported = true;

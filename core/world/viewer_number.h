@@ -1,7 +1,7 @@
 // Viewers: clients without a body, which see all of a world and take no part in it.
 //
 // A viewer has a number as a player has, from a range that no player reaches, so that every region knows it by its
-// connect token alone: no order names it, and nothing about it is stored.
+// credential alone: no order names it, and nothing about it is stored.
 #pragma once
 
 #include <cstddef>

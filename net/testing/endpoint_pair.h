@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "net/endpoint.h"
+#include "net/testing/test_identity.h"
 
 namespace tessera::net {
 
@@ -15,16 +16,13 @@ using std::chrono::milliseconds;
 using Clock = std::chrono::steady_clock;
 inline constexpr milliseconds kPatience{20'000};
 
-inline const InstanceKey& TheKey() {
-  static const InstanceKey key = MakeInstanceKey();
+inline const SigningKey& TheKey() {
+  static const SigningKey key = SigningKey::Make();
   return key;
 }
-inline EndpointIdentity TestIdentity() {
-  return {.instance_id = "plaza-1", .region = RegionId(2), .incarnation = Incarnation(5), .key = TheKey()};
-}
+inline EndpointIdentity TestIdentity() { return TestWorker(TheKey(), "plaza-1", RegionId(2), Incarnation(5)); }
 inline Credentials TestCredentials(std::uint32_t player = 7) {
-  return Issue({.instance_id = "plaza-1", .player = PlayerNumber(player), .expires_unix_s = ~std::uint64_t{0}},
-               TheKey());
+  return IssuePlayer("plaza-1", PlayerNumber(player), Generation(1), TheKey());
 }
 
 inline std::unique_ptr<Endpoint> Listen(EndpointOptions options = {}) {
@@ -36,7 +34,7 @@ inline std::unique_ptr<Endpoint> Listen(EndpointOptions options = {}) {
 }
 
 inline absl::StatusOr<PeerHandle> Dial(Endpoint& from, std::uint16_t port, std::uint32_t player = 7) {
-  return from.Connect("127.0.0.1", port, RegionId(2), TestCredentials(player));
+  return from.Connect("127.0.0.1", port, RegionId(2), Incarnation(), TestCredentials(player));
 }
 
 // Two endpoints and all their events.

@@ -14,7 +14,7 @@
 
 #include "core/region/region.h"
 #include "core/world/ids.h"
-#include "net/connect_token.h"
+#include "region_worker/core/order.h"
 #include "region_worker/core/world_clock.h"
 #include "tessera/v1/game.pb.h"
 #include "tessera/v1/worker_link.pb.h"
@@ -54,9 +54,9 @@ struct WriteCheckpoint {  // answered, some time, by CheckpointWritten
 
 // --- Clients ---------------------------------------------------------------------------------------------------------
 
-// From now on regions and clients are let in, by this key.
+// From now on regions and clients are let in, by these keys.
 struct OpenPorts {
-  net::InstanceKey key;
+  Certified certified;
   std::uint64_t rules = 0;  // by which partners must compute too
   std::uint32_t snapshot_rate_hz = 0;
   v1::RegionMap map;
@@ -82,6 +82,11 @@ struct PublishStep {
 struct ExpelPlayer {
   PlayerNumber player;
   std::string ended_because{};  // the game's reason; empty: it left by itself
+};
+// Another process has joined as the player: connections of a lower generation end.
+struct ReplacePlayer {
+  PlayerNumber player;
+  net::Generation generation;
 };
 
 // --- The agent -------------------------------------------------------------------------------------------------------
@@ -112,8 +117,8 @@ struct PrintFailure {
 };
 
 using Action = std::variant<SendMessage, FlushLinks, CutLink, RequestScene, RequestGame, RequestState, WriteCheckpoint,
-                            OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer, SendReport,
-                            SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
+                            OpenPorts, PublishMap, PublishStart, PublishClock, PublishStep, ExpelPlayer, ReplacePlayer,
+                            SendReport, SendInventory, AskForLease, RaisePriority, Log, PrintFailure>;
 using Actions = std::vector<Action>;
 
 inline void LogInfo(Actions& actions, std::string line) { actions.emplace_back(Log{Severity::kInfo, std::move(line)}); }

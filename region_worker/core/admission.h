@@ -1,10 +1,10 @@
-// Whether a player that has proven its token may enter.
+// Whether a player that has proven its credential may enter.
 #pragma once
 
 #include <cstdint>
 
 namespace tessera::worker {
 
-enum class Admission : std::uint8_t { kWelcome, kNotYet, kLeft };
+enum class Admission : std::uint8_t { kWelcome, kNotYet, kLeft, kReplaced };
 
 }  // namespace tessera::worker

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/region/failover_io.h"
+#include "core/world/byte_view.h"
 #include "core/world/limits.h"
 #include "core/world/partition_io.h"
 #include "core/world/player_name.h"
@@ -48,23 +49,35 @@ absl::Status ReadPlayers(const v1::WorkerOrder& message, Order& order) {
     if (player.number() == 0) return absl::InvalidArgumentError(absl::StrCat("players[", i, "].number: 0"));
     // The control plane has checked it; one that is stored from before it did so is no name.
     const std::string name = CheckPlayerName(player.name()).ok() ? player.name() : "";
-    order.players.push_back({PlayerNumber(player.number()), RegionId(player.spawn_region()), player.left(),
-                             player.parked(), name, player.ended_because()});
+    order.players.push_back({.number = PlayerNumber(player.number()),
+                             .generation = net::Generation(player.generation()),
+                             .spawn_region = RegionId(player.spawn_region()),
+                             .left = player.left(),
+                             .parked = player.parked(),
+                             .name = name,
+                             .ended_because = player.ended_because()});
   }
-  return absl::OkStatus();
-}
-
-absl::Status ReadKey(const std::string& bytes, Order& order) {
-  if (bytes.size() != net::kKeyBytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("instance_key has ", bytes.size(), " bytes; it needs ", net::kKeyBytes));
-  }
-  std::copy(bytes.begin(), bytes.end(), order.key.emplace().data());
   return absl::OkStatus();
 }
 
 absl::Status InField(const char* field, const absl::Status& status) {
   return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
+}
+
+// There is none until the control plane has heard of this worker's key.
+absl::Status ReadCertificate(const v1::WorkerOrder& message, const Identity& self, Order& order) {
+  if (message.certificate().empty()) return absl::OkStatus();
+  const auto instance_key = net::VerificationKeyFrom(message.instance_key(), "instance_key");
+  if (!instance_key.ok()) return instance_key.status();
+  const std::span<const std::uint8_t> bytes = AsBytes(message.certificate());
+  const auto certificate = net::ReadWorkerCertificate(bytes, self.instance_id, *instance_key);
+  if (!certificate.ok()) return InField("certificate", certificate.status());
+  if (certificate->region != self.region || certificate->incarnation != self.incarnation) {
+    return absl::InvalidArgumentError("certificate: is another worker's");
+  }
+  order.certified = {
+      .instance_key = *instance_key, .certificate = {bytes.begin(), bytes.end()}, .worker_key = certificate->key};
+  return absl::OkStatus();
 }
 
 absl::Status ReadMaps(const v1::WorkerOrder& message, Order& order) {
@@ -207,9 +220,7 @@ absl::StatusOr<Order> CheckOrder(const v1::WorkerOrder& message, const Identity&
     return absl::InvalidArgumentError(absl::StrCat("region_threads: ", message.region_threads()));
   }
   if (message.region_threads() != 0) order.borders.threads = message.region_threads();
-  if (!message.instance_key().empty()) {
-    if (absl::Status status = ReadKey(message.instance_key(), order); !status.ok()) return status;
-  }
+  if (absl::Status status = ReadCertificate(message, self, order); !status.ok()) return status;
   if (absl::Status status = ReadMaps(message, order); !status.ok()) return status;
   if (absl::Status status = ReadFailover(message, order); !status.ok()) return status;
   if (absl::Status status = ReadStandby(message, self, order); !status.ok()) return status;

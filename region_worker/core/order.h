@@ -13,7 +13,7 @@
 #include "core/region/resolve.h"
 #include "core/region/settings.h"
 #include "core/world/partition_map.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "region_worker/core/backend_orders.h"
 #include "region_worker/core/identity.h"
 #include "region_worker/core/peer_address.h"
@@ -24,7 +24,8 @@ namespace tessera::worker {
 
 struct OrderedPlayer {
   PlayerNumber number;
-  RegionId spawn_region{};  // makes its body; RegionId(): the scene has none
+  net::Generation generation{};  // connections of a lower one are another process's
+  RegionId spawn_region{};       // makes its body; RegionId(): the scene has none
   bool left = false;
   bool parked = false;
   std::string name{};
@@ -66,12 +67,19 @@ struct OrderedGame {
   friend bool operator==(const OrderedGame&, const OrderedGame&) = default;
 };
 
+// By what this life of the region is known, and by what it knows others. Both are checked.
+struct Certified {
+  net::VerificationKey instance_key{};
+  std::vector<std::uint8_t> certificate;
+  net::VerificationKey worker_key{};  // that the certificate is for
+};
+
 struct Order {
   std::uint64_t revision = 0;
   std::string scene_path, scene_hash;
   std::optional<OrderedGame> game, next_game;
   std::optional<PartitionMap> map;
-  std::optional<net::InstanceKey> key;
+  std::optional<Certified> certified;  // nothing: not yet
   std::vector<PeerAddress> peers;
   std::vector<OrderedPlayer> players;
   bool run = false, stop = false;

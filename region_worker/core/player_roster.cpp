@@ -16,6 +16,11 @@ void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, regio
       if (left_.insert(player.number).second) actions.emplace_back(ExpelPlayer{player.number, player.ended_because});
       continue;
     }
+    net::Generation& generation = generations_[player.number];
+    if (generation != net::Generation() && player.generation > generation) {
+      actions.emplace_back(ReplacePlayer{player.number, player.generation});
+    }
+    generation = std::max(generation, player.generation);
     const bool makes_body = players_have_bodies_ && player.spawn_region == region.id();
     if (!makes_body || !asked_to_spawn_.insert(player.number).second) continue;
     if (joins) {
@@ -29,6 +34,7 @@ void PlayerRoster::Set(std::span<const OrderedPlayer> players, bool joins, regio
   const auto forgotten = [this](PlayerNumber player) { return !named_.contains(player); };
   std::erase_if(left_, forgotten);
   std::erase_if(asked_to_spawn_, forgotten);
+  std::erase_if(generations_, [&](const auto& known) { return forgotten(known.first); });
 }
 
 bool PlayerRoster::HasLeft(PlayerNumber player) const {

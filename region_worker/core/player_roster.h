@@ -2,6 +2,7 @@
 //
 // The region that owns a player's spawn point makes its body, once. A player that has left loses its body wherever that
 // is, and it may be on its way from another region when its player leaves: so all regions are asked again and again.
+// A player whose generation is raised has been joined by another process: the connections of the one before end.
 // Players are numbered as they come, and an order that names one no more has forgotten that it left.
 //
 //   PlayerRoster roster(scene.player.has_value());
@@ -12,6 +13,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <set>
 #include <span>
 #include <vector>
@@ -38,6 +40,7 @@ class PlayerRoster {
 
   bool players_have_bodies_;
   std::set<PlayerNumber> asked_to_spawn_, left_, named_;  // among those that the newest order names
+  std::map<PlayerNumber, net::Generation> generations_;   // likewise
   PlayerNumber newest_named_;                             // by any order
   std::vector<PlayerNumber> spawning_;                    // asked for, not seen yet
   std::uint64_t spawned_ = 0;

@@ -64,6 +64,25 @@ TEST_F(PlayerRosterTest, APlayerThatLeftIsExpelledOnceAndLosesItsBody) {
   EXPECT_FALSE(HasBody(kPlayer));
 }
 
+TEST_F(PlayerRosterTest, AHigherGenerationReplacesTheOneBeforeOnce) {
+  const auto of = [](std::uint64_t generation) {
+    OrderedPlayer player = Here(kPlayer);
+    player.generation = net::Generation(generation);
+    return player;
+  };
+  Set({of(1)});
+  Set({of(1)});
+  EXPECT_THAT(AllOf<ReplacePlayer>(rig.actions), SizeIs(0));
+  Set({of(3)});
+  Set({of(3)});
+  Set({of(2)});
+  ASSERT_THAT(AllOf<ReplacePlayer>(rig.actions), SizeIs(1));
+  EXPECT_EQ(AllOf<ReplacePlayer>(rig.actions)[0].player, kPlayer);
+  EXPECT_EQ(AllOf<ReplacePlayer>(rig.actions)[0].generation, net::Generation(3));
+  Step();
+  EXPECT_TRUE(HasBody(kPlayer)) << "the body stays";
+}
+
 TEST_F(PlayerRosterTest, APlayerThatIsNamedNoMoreHasLeft) {
   Set({Here(kPlayer), Here(kNext)});
   Step();

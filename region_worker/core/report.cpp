@@ -98,10 +98,12 @@ void AddSpread(const region::Region& region, v1::WorkerReport& report) {
 }  // namespace
 
 v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::RegionAddress& address,
-                            const ReportedState& state, const RegionRun* run, TimePoint now) {
+                            const net::VerificationKey& key, const ReportedState& state, const RegionRun* run,
+                            TimePoint now) {
   v1::WorkerReport report;
   *report.mutable_identity() = identity;
   *report.mutable_address() = address;
+  report.set_public_key(key.data(), key.size());
   report.set_phase(state.phase);
   report.set_order_revision(state.order_revision);
   report.set_failure(state.failure);

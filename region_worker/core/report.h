@@ -34,7 +34,8 @@ struct ReportedState {
 
 // Without the memory that the process takes. `run` is null until the world is built.
 v1::WorkerReport MakeReport(const v1::WorkerIdentity& identity, const v1::RegionAddress& address,
-                            const ReportedState& state, const RegionRun* run, TimePoint now);
+                            const net::VerificationKey& key, const ReportedState& state, const RegionRun* run,
+                            TimePoint now);
 
 // Lets a report through when the state differs from the last one's, else every kInterval; while there are events for
 // the game's backend that were not in the last one, every kEventInterval.

@@ -82,10 +82,10 @@ bool WorkerCore::MustRebuild() const {
 
 void WorkerCore::Progress(TimePoint now) {
   if (!links_.health().ok()) return Fail(links_.health());
-  if (phase_ == v1::WORKER_PHASE_LOADING && CanBuild()) Load();
-  if (phase_ == v1::WORKER_PHASE_LOADING && CanBuild() && !loading_) {
+  if (phase_ == v1::WORKER_PHASE_LOADING && CanLoad()) Load();
+  if (phase_ == v1::WORKER_PHASE_LOADING && CanLoad() && !loading_ && CanOpen()) {
     if (const absl::Status built = Build(); !built.ok()) return Fail(built);
-    actions_.emplace_back(OpenPorts{*order_.key, region::RulesOf(order_.borders),
+    actions_.emplace_back(OpenPorts{*order_.certified, region::RulesOf(order_.borders),
                                     std::min(order_.snapshot_rate_hz, scene_->tick_rate_hz), ClientMap()});
     FollowOrder(now);
     if (stopping()) return;
@@ -104,10 +104,13 @@ void WorkerCore::Progress(TimePoint now) {
   if (phase_ == v1::WORKER_PHASE_RUNNING && runtime && now >= running_since_ + *runtime) Stop("its time is over");
 }
 
-bool WorkerCore::CanBuild() const {
-  return order_.map && order_.key && (scene_ || !order_.scene_path.empty()) &&
+bool WorkerCore::CanLoad() const {
+  return order_.map && (scene_ || !order_.scene_path.empty()) &&
          (!order_.game || game_ || !order_.game->path.empty()) && (!order_.joins_running || order_.planned);
 }
+
+// A certificate for another key was made for a process before this one.
+bool WorkerCore::CanOpen() const { return order_.certified && order_.certified->worker_key == setup_.key; }
 
 // Asks for the files that are still needed, one after the other.
 void WorkerCore::Load() {
@@ -262,9 +265,14 @@ void WorkerCore::Receive(RegionId from, const LinkMessage& message, TimePoint no
   if (run_ && !stopping()) run_->Receive(from, message, now, links_, actions_);
 }
 
-Admission WorkerCore::Admit(PlayerNumber player) {
+// One of a higher generation than the order's is as good as named: the control plane has signed it, and the order is on
+// its way.
+Admission WorkerCore::Admit(PlayerNumber player, net::Generation generation) {
   const auto known = std::ranges::find(order_.players, player, &OrderedPlayer::number);
-  if (known != order_.players.end()) return known->left ? Admission::kLeft : Admission::kWelcome;
+  if (known != order_.players.end()) {
+    if (known->left) return Admission::kLeft;
+    return generation < known->generation ? Admission::kReplaced : Admission::kWelcome;
+  }
   const bool comes_by_itself =
       setup_.standalone && player != PlayerNumber() && player.value() <= kMaxPlayers && run_.has_value();
   if (!comes_by_itself) return Admission::kNotYet;
@@ -411,7 +419,8 @@ void WorkerCore::Report(TimePoint now) {
   if (!report_gate_.Due(now, state, published)) return;
   v1::WorkerIdentity identity = ToProto(setup_.identity);
   identity.set_pid(setup_.pid);
-  actions_.emplace_back(SendReport{MakeReport(identity, setup_.address, state, run_ ? &*run_ : nullptr, now)});
+  actions_.emplace_back(
+      SendReport{MakeReport(identity, setup_.address, setup_.key, state, run_ ? &*run_ : nullptr, now)});
   report_gate_.Sent(now, std::move(state), published);
 }
 

@@ -56,6 +56,7 @@ struct WorkerSetup {
   // its name. Null: none.
   const tessera_game_module* game_module = nullptr;
   std::string game_module_name{};
+  net::VerificationKey key{};  // of this process, to be certified
 };
 
 class WorkerCore {
@@ -82,7 +83,7 @@ class WorkerCore {
   void Receive(RegionId from, const LinkMessage& message, TimePoint now);
 
   // --- Clients.
-  Admission Admit(PlayerNumber player);
+  Admission Admit(PlayerNumber player, net::Generation generation);
   // Queues a player's input. FAILED_PRECONDITION before the world is built; else as Region::QueueInput.
   absl::Status TakeInput(const PlayerInput& input);
   // As Region::TakeCommand and AcknowledgeEvents.
@@ -120,7 +121,8 @@ class WorkerCore {
   const RegionRun* run() const { return run_ ? &*run_ : nullptr; }  // null before the world is built
 
  private:
-  bool CanBuild() const;
+  bool CanLoad() const;
+  bool CanOpen() const;
   void Load();
   absl::Status Build();
   absl::StatusOr<region::Config> MakeConfig() const;

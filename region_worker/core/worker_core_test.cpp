@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/world/partition_io.h"
+#include "region_worker/testing/certify.h"
 #include "region_worker/testing/core_rig.h"
 #include "region_worker/testing/regions.h"
 
@@ -23,7 +24,7 @@ class WorkerCoreTest : public ::testing::Test {
     order.set_region(kSelf.value());
     order.set_incarnation(1);
     order.set_scene_path("scene.json");
-    order.set_instance_key(std::string(net::kKeyBytes, 'k'));
+    Certify(order, instance_key, key);
     *order.mutable_map() = ToProto(*MakeGridMap(scene->ground(), 1));
   }
   // The newest order, as a new revision.
@@ -62,7 +63,14 @@ class WorkerCoreTest : public ::testing::Test {
   const std::shared_ptr<const Scene> scene = WorldWithPlayers();
   v1::WorkerOrder order;
   std::string game;
-  WorkerCore core{{{"instance", kSelf, Incarnation(1)}, 77, {}, {}, {}}};
+  const net::SigningKey instance_key = net::SigningKey::Make();
+  const net::VerificationKey key = net::SigningKey::Make().verification_key();
+  WorkerCore core{{.identity = {"instance", kSelf, Incarnation(1)},
+                   .pid = 77,
+                   .address = {},
+                   .borders = {},
+                   .standalone = {},
+                   .key = key}};
   TimePoint now{std::chrono::hours(1)};
 };
 
@@ -200,13 +208,62 @@ TEST_F(WorkerCoreTest, AnInstanceThatEndsStopsItInOrder) {
 }
 
 TEST_F(WorkerCoreTest, LetsInThePlayersThatItsOrderNames) {
-  EXPECT_EQ(core.Admit(PlayerNumber(1)), Admission::kNotYet);
+  const net::Generation first(1);
+  EXPECT_EQ(core.Admit(PlayerNumber(1), first), Admission::kNotYet);
   order.add_players()->set_number(1);
   order.add_players()->set_number(2);
   order.mutable_players(1)->set_left(true);
   TakeOrder();
-  EXPECT_EQ(core.Admit(PlayerNumber(1)), Admission::kWelcome);
-  EXPECT_EQ(core.Admit(PlayerNumber(2)), Admission::kLeft);
+  EXPECT_EQ(core.Admit(PlayerNumber(1), first), Admission::kWelcome);
+  EXPECT_EQ(core.Admit(PlayerNumber(2), first), Admission::kLeft);
+}
+
+TEST_F(WorkerCoreTest, OfTwoProcessesOfAPlayerTheNewerOneComesIn) {
+  order.add_players()->set_number(1);
+  order.mutable_players(0)->set_generation(3);
+  TakeOrder();
+  EXPECT_EQ(core.Admit(PlayerNumber(1), net::Generation(2)), Admission::kReplaced);
+  EXPECT_EQ(core.Admit(PlayerNumber(1), net::Generation(3)), Admission::kWelcome);
+  EXPECT_EQ(core.Admit(PlayerNumber(1), net::Generation(4)), Admission::kWelcome) << "the order is on its way";
+}
+
+TEST_F(WorkerCoreTest, ItsPortsStayClosedUntilItsOwnKeyIsCertified) {
+  order.clear_certificate();
+  order.clear_instance_key();
+  EXPECT_THAT(AllOf<RequestScene>(TakeOrder()), SizeIs(1)) << "meanwhile it loads";
+  EXPECT_THAT(AllOf<OpenPorts>(Load()), IsEmpty());
+  const v1::WorkerReport report = ReportIn(Advance());
+  EXPECT_EQ(report.public_key(), std::string(key.begin(), key.end()));
+  EXPECT_EQ(report.phase(), v1::WORKER_PHASE_LOADING);
+  Certify(order, instance_key, net::SigningKey::Make().verification_key());
+  EXPECT_THAT(AllOf<OpenPorts>(TakeOrder()), IsEmpty()) << "that is of the process before this one";
+  Certify(order, instance_key, key);
+  const Actions opened = TakeOrder();
+  ASSERT_THAT(AllOf<OpenPorts>(opened), SizeIs(1));
+  EXPECT_EQ(AllOf<OpenPorts>(opened)[0].certified.instance_key, instance_key.verification_key());
+  EXPECT_EQ(core.phase(), v1::WORKER_PHASE_LINKED);
+}
+
+TEST_F(WorkerCoreTest, ACertificateThatIsNotItsOwnIsRefusedWithItsOrder) {
+  const auto refused = [&](auto change) {
+    v1::WorkerOrder bad = order;
+    change(bad);
+    bad.set_revision(order.revision() + 1);
+    core.TakeOrder(bad, now);
+    const auto lines = AllOf<Log>(core.TakeActions());
+    return lines.empty() ? std::string() : lines.back().line;
+  };
+  EXPECT_THAT(refused([](auto& bad) { bad.set_certificate("?"); }), HasSubstr("certificate: this is no worker"));
+  EXPECT_THAT(refused([](auto& bad) { bad.mutable_certificate()->back() ^= 1; }), HasSubstr("certificate: the worker"));
+  EXPECT_THAT(refused([](auto& bad) { bad.set_instance_key("short"); }), HasSubstr("instance_key has 5 bytes"));
+  EXPECT_THAT(refused([&](auto& bad) {
+                v1::WorkerOrder other = order;
+                other.set_incarnation(2);
+                Certify(other, instance_key, key);
+                bad.set_certificate(other.certificate());
+              }),
+              HasSubstr("certificate: is another worker's"));
+  EXPECT_EQ(core.order().revision, 0U);
 }
 
 TEST_F(WorkerCoreTest, ACheckpointIsWrittenAndReported) {

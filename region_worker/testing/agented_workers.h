@@ -16,7 +16,7 @@
 
 #include "core/world/partition_io.h"
 #include "core/world/scene_load.h"
-#include "net/connect_token.h"
+#include "net/signing_key.h"
 #include "region_worker/testing/fake_agent.h"
 #include "region_worker/testing/worker_process.h"
 
@@ -46,7 +46,6 @@ class AgentedWorkers : public testing::Test {
     order.set_scene_path(scene_path_);
     order.set_scene_hash(scene_hash_);
     *order.mutable_map() = ToProto(map);
-    order.set_instance_key(key_.data(), key_.size());
     return order;
   }
   v1::WorkerReport Wait(std::uint32_t region, const std::function<bool(const v1::WorkerReport&)>& wanted) {
@@ -57,11 +56,11 @@ class AgentedWorkers : public testing::Test {
 
   const std::string instance_;
   std::string socket_ = testing::TempDir() + "tw" + std::to_string(getpid()) + ".sock";
-  net::InstanceKey key_ = net::MakeInstanceKey();
+  const net::SigningKey key_ = net::SigningKey::Make();  // the instance's
   std::shared_ptr<const Scene> scene_;
   std::string scene_path_, scene_hash_;
   std::uint64_t revision_ = 0;
-  std::unique_ptr<FakeAgent> agent_ = std::make_unique<FakeAgent>(socket_);
+  std::unique_ptr<FakeAgent> agent_ = std::make_unique<FakeAgent>(socket_, key_);
   std::map<std::uint32_t, std::unique_ptr<WorkerProcess>> workers_;  // by region
 };
 

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <thread>
 
+#include "region_worker/testing/certify.h"
 #include "region_worker/testing/worker_process.h"
 #include "tessera/v1/worker_link.grpc.pb.h"
 
@@ -16,8 +17,9 @@ namespace tessera::worker {
 struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
   using Stream = grpc::ServerReaderWriter<v1::AgentOrder, v1::WorkerMessage>;
 
-  explicit Impl(bool knows) : known(knows) {}
+  Impl(const net::SigningKey& key, bool knows) : instance_key(key), known(knows) {}
 
+  const net::SigningKey instance_key;
   const bool known;
   mutable std::mutex mutex;
   std::condition_variable changed;
@@ -33,8 +35,10 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
     if (!stream->Read(&message)) return grpc::Status::OK;
     if (!known) return {grpc::StatusCode::NOT_FOUND, "no such worker"};
     const std::uint32_t region = message.report().identity().region();
+    const auto key = net::VerificationKeyFrom(message.report().public_key(), "public_key");
+    if (!key.ok()) return {grpc::StatusCode::INVALID_ARGUMENT, std::string(key.status().message())};
     bool ended = false;  // guarded by mutex
-    std::thread writer([&] { WriteOrders(region, stream, ended); });
+    std::thread writer([&] { WriteOrders(region, *key, stream, ended); });
     do {
       const std::lock_guard lock(mutex);
       Keep(region, message);
@@ -61,7 +65,7 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
     }
   }
 
-  void WriteOrders(std::uint32_t region, Stream* stream, const bool& ended) {
+  void WriteOrders(std::uint32_t region, const net::VerificationKey& key, Stream* stream, const bool& ended) {
     std::unique_lock lock(mutex);
     std::uint64_t told = 0;
     const auto has_order = [&] { return orders.contains(region) && orders[region].revision() > told; };
@@ -71,6 +75,7 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
       v1::AgentOrder message;
       if (has_order()) {
         *message.mutable_order() = orders[region];
+        Certify(*message.mutable_order(), instance_key, key);
         told = orders[region].revision();
       } else {
         *message.mutable_lease() = leases[region];
@@ -83,7 +88,8 @@ struct FakeAgent::Impl final : v1::WorkerLinkService::Service {
   }
 };
 
-FakeAgent::FakeAgent(const std::string& socket_path, bool known) : impl_(std::make_unique<Impl>(known)) {
+FakeAgent::FakeAgent(const std::string& socket_path, const net::SigningKey& instance_key, bool known)
+    : impl_(std::make_unique<Impl>(instance_key, known)) {
   grpc::ServerBuilder builder;
   builder.AddListeningPort("unix:" + socket_path, grpc::InsecureServerCredentials());
   builder.RegisterService(impl_.get());

@@ -1,5 +1,5 @@
-// For tests: an agent that serves the worker link on a Unix socket, gives the orders that it has, keeps every report
-// and inventory, and gives leases unless a test forbids it.
+// For tests: an agent that serves the worker link on a Unix socket, gives the orders that it has, with certificates for
+// the keys that workers report, keeps every report and inventory, and gives leases unless a test forbids it.
 //
 // Thread rule: any thread.
 #pragma once
@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "net/signing_key.h"
 #include "tessera/v1/worker_link.pb.h"
 
 namespace tessera::worker {
@@ -17,7 +18,7 @@ namespace tessera::worker {
 class FakeAgent {
  public:
   // `known` false: every worker is refused as unknown.
-  explicit FakeAgent(const std::string& socket_path, bool known = true);
+  FakeAgent(const std::string& socket_path, const net::SigningKey& instance_key, bool known = true);
   ~FakeAgent();  // gone, as if killed
   FakeAgent(const FakeAgent&) = delete;
   FakeAgent& operator=(const FakeAgent&) = delete;

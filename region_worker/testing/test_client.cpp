@@ -2,21 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <ctime>
-
 #include "net/protocol.h"
 #include "region_worker/standalone.h"
 #include "region_worker/testing/worker_process.h"
 
 namespace tessera::worker {
 
-net::ConnectToken TokenFor(std::uint32_t player) {
-  return {.instance_id = kStandaloneInstanceId,
-          .player = PlayerNumber(player),
-          .expires_unix_s = static_cast<std::uint64_t>(std::time(nullptr)) + 3600};
+net::Credentials CredentialsFor(std::uint32_t player, std::uint64_t generation) {
+  return net::IssuePlayer(kStandaloneInstanceId, PlayerNumber(player), net::Generation(generation), StandaloneKey());
 }
-
-net::Credentials CredentialsFor(std::uint32_t player) { return net::Issue(TokenFor(player), StandaloneKey()); }
 
 TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, replication::SnapshotSettings{}) {
   auto endpoint = net::Endpoint::Create({.bind_address = "127.0.0.1"});
@@ -25,7 +19,7 @@ TestClient::TestClient(const Aabb& world_bounds) : receiver_(world_bounds, repli
 }
 
 void TestClient::Dial(std::uint16_t port, RegionId region, const net::Credentials& credentials) {
-  const auto peer = endpoint_->Connect("127.0.0.1", port, region, credentials);
+  const auto peer = endpoint_->Connect("127.0.0.1", port, region, Incarnation(), credentials);
   ASSERT_TRUE(peer.ok()) << peer.status();
   peer_ = *peer;
 }
@@ -77,12 +71,6 @@ void TestClient::Handle(const net::Event& event) {
   if (control.has_refusal()) refusal = control.refusal();
   if (control.has_input_refused()) input_refused = control.input_refused();
   if (control.has_stopping()) stopping = control.stopping();
-  if (control.has_renewed_token()) {
-    const std::string& token = control.renewed_token().connect_token();
-    const auto key = net::SessionKeyFrom(control.renewed_token().session_key());
-    ASSERT_TRUE(key.ok()) << key.status();
-    renewed = {.token = {token.begin(), token.end()}, .key = *key};
-  }
   started = started || control.has_started() || (control.has_welcome() && control.welcome().started());
 }
 

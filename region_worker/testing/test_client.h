@@ -12,14 +12,13 @@
 #include "core/replication/input.h"
 #include "core/replication/region_figures.h"
 #include "core/replication/snapshot.h"
-#include "net/connect_token.h"
+#include "net/credential.h"
 #include "net/endpoint.h"
 #include "tessera/v1/game.pb.h"
 
 namespace tessera::worker {
 
-net::ConnectToken TokenFor(std::uint32_t player);  // for the standalone instance
-net::Credentials CredentialsFor(std::uint32_t player);
+net::Credentials CredentialsFor(std::uint32_t player, std::uint64_t generation = 1);  // for the standalone instance
 
 class TestClient {
  public:
@@ -42,7 +41,6 @@ class TestClient {
   std::optional<v1::RegionRefusal> refusal;
   std::optional<v1::InputRefused> input_refused;
   std::optional<v1::RegionStopping> stopping;
-  std::optional<net::Credentials> renewed;
   bool started = false, connected = false, disconnected = false;
   std::map<BodyId, BodyState> bodies;  // as received; departed ones are not in it
   Tick tick;

@@ -1,4 +1,5 @@
 // Players who come late, and players who come back.
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 
@@ -127,6 +128,45 @@ TEST_F(LeaverTest, StaysInTheWorldOtherwise) {
   ASSERT_NO_FATAL_FAILURE(LetGuestDieWalking());
   ASSERT_TRUE(PlayOn(4));
   EXPECT_NE(Seen(kGuest), nullptr);
+  EXPECT_EQ(run_->Latest().players(), 2u);
+}
+
+// Two processes with one return token, on four regions: the one that joined last plays on, the other ends, once, and
+// neither throws the other out again.
+TEST_F(PlayerTest, OfTwoProcessesOfOnePlayerTheOlderOneEndsOnce) {
+  const auto older = Join("ann");
+  ASSERT_NE(older, nullptr);
+  ASSERT_TRUE(PlayWith(*older, "it steers", [&] { return older->client().last_applied_input() > 10; }));
+  const auto newer = Join("ann", older->client().return_token());
+  ASSERT_NE(newer, nullptr);
+  EXPECT_EQ(newer->client().player(), older->client().player());
+  int ended = 0, lost = 0;
+  const auto frame = [&] {
+    const client::TimePoint now = client::Clock::now();
+    if (ended == 0) {
+      (void)older->Frame(now);
+      ended += static_cast<int>(
+          std::ranges::count(older->events(), client::ClientEvent::Kind::kEnded, &client::ClientEvent::kind));
+    } else {
+      EXPECT_TRUE(older->client().Poll(now).empty()) << "it has ended";
+    }
+    EXPECT_TRUE(newer->Frame(now)) << newer->client().reason();
+    lost += static_cast<int>(
+        std::ranges::count(newer->events(), client::ClientEvent::Kind::kRegionLost, &client::ClientEvent::kind));
+  };
+  const std::uint32_t before = older->client().last_applied_input();
+  ASSERT_TRUE(PlayUntil("the older one ends and the newer one steers", [&] {
+    frame();
+    return ended > 0 && newer->client().last_applied_input() > before + 30;
+  }));
+  const std::uint64_t then = ReportOf(1).tick();
+  ASSERT_TRUE(PlayUntil("four seconds later", [&] {
+    frame();
+    return ReportOf(1).tick() > then + 240;
+  }));
+  EXPECT_EQ(ended, 1);
+  EXPECT_EQ(lost, 0);
+  EXPECT_EQ(older->client().reason(), absl::AlreadyExistsError("another process joined as this player"));
   EXPECT_EQ(run_->Latest().players(), 2u);
 }
 

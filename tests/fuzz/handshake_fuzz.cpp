@@ -8,6 +8,7 @@
 #include "net/acceptor.h"
 #include "net/handshake.h"
 #include "net/protocol.h"
+#include "net/testing/test_identity.h"
 
 namespace {
 
@@ -21,16 +22,16 @@ void Require(bool holds) {
 }
 
 void ReadAll(std::span<const std::uint8_t> bytes) {
-  const SessionKey key;
+  static const SigningKey key = SigningKey::Make();
   if (const auto hello = ReadHello(bytes)) Require(ReadHello(Write(*hello)) == hello);
   if (const auto challenge = ReadChallenge(bytes)) Require(ReadChallenge(Write(*challenge)) == challenge);
   if (const auto login = ReadLogin(bytes)) {
     Require(ReadLogin(Write(*login, key)) == login);
-    Require(!IsProven(bytes, key));
+    Require(!IsSigned(bytes, key.verification_key()));
   }
   if (const auto accept = ReadAccept(bytes)) {
-    Require(ReadAccept(Write(*accept, key)) == accept);
-    Require(!IsAccepted(bytes, key));
+    Require(ReadAccept(Write(*accept, bytes, key)) == accept);
+    Require(!IsSigned(bytes, bytes, key.verification_key()));
   }
   if (const auto refusal = ReadRefusal(bytes)) Require(ReadRefusal(Write(*refusal, kMaxHandshakeBytes)) == refusal);
 }
@@ -38,10 +39,7 @@ void ReadAll(std::span<const std::uint8_t> bytes) {
 Acceptor& TestAcceptor() {
   static Acceptor* acceptor = [] {
     auto* acceptor = new Acceptor({.max_sessions = 4});
-    acceptor->Open({.instance_id = "plaza-1",
-                    .region = tessera::RegionId(1),
-                    .incarnation = tessera::Incarnation(1),
-                    .key = MakeInstanceKey()});
+    acceptor->Open(TestWorker(SigningKey::Make(), "plaza-1", tessera::RegionId(1), tessera::Incarnation(1)));
     return acceptor;
   }();
   return *acceptor;
@@ -59,14 +57,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Acceptor::TimePoint now{std::chrono::hours(1)};
   if (auto login = ReadLogin(bytes); login && help) {
     Bytes hello = Write(Hello{.protocol = kProtocolVersion, .session = login->session, .nonce = login->nonce});
-    const auto challenge = ReadChallenge(acceptor.Receive(now, 1000, kFrom, hello).bytes);
+    const auto challenge = ReadChallenge(acceptor.Receive(now, kFrom, hello).bytes);
     Require(challenge.has_value());
     login->cookie = challenge->cookie;
     login->incarnation = challenge->incarnation;
-    bytes = Write(*login, SessionKey());
+    bytes = Write(*login, SigningKey());
   }
   const std::size_t question = bytes.size();
-  const Acceptor::Received received = acceptor.Receive(now, 1000, kFrom, bytes);
+  const Acceptor::Received received = acceptor.Receive(now, kFrom, bytes);
   Require(received.kind == Acceptor::Received::Kind::kNothing || received.kind == Acceptor::Received::Kind::kReply);
   Require(received.bytes.empty() || received.bytes.size() < question);
   Require(acceptor.sessions() == 0);

@@ -364,8 +364,8 @@ void Deployment::Leave(std::uint32_t player) {
   if (!control_.alive()) return;
   v1::LeaveInstanceRequest request;
   request.set_instance_id(id_);
-  request.set_connect_token(tokens_.at(player).connect_token());
-  request.set_session_key(tokens_.at(player).session_key());
+  request.set_credential(tokens_.at(player).credential());
+  request.set_credential_key(tokens_.at(player).credential_key());
   invariants_->Removing(PlayerBodyId(PlayerNumber(player)));
   (void)control_.Call([&](control::Cluster& cluster, control::Now now) { return cluster.Leave(now, request); });
 }

@@ -56,6 +56,7 @@ enum {
   TESSERA_INVALID_ARGUMENT = 3,    /* tessera_last_error names the argument */
   TESSERA_DEADLINE_EXCEEDED = 4,   /* no answer in time */
   TESSERA_NOT_FOUND = 5,           /* no such instance, body or file */
+  TESSERA_ALREADY_EXISTS = 6,      /* another process has joined as this player since */
   TESSERA_PERMISSION_DENIED = 7,   /* the player has left for good */
   TESSERA_RESOURCE_EXHAUSTED = 8,  /* the instance is full */
   TESSERA_FAILED_PRECONDITION = 9, /* it has ended, or its scene has no player */
@@ -63,7 +64,7 @@ enum {
   TESSERA_INTERNAL = 13,           /* an answer that made no sense */
   TESSERA_UNAVAILABLE = 14,        /* nobody answers at that address */
   TESSERA_DATA_LOSS = 15,          /* a damaged recording */
-  TESSERA_UNAUTHENTICATED = 16     /* the token was refused */
+  TESSERA_UNAUTHENTICATED = 16     /* the return token was refused, or a region refused who is joining */
 };
 /* One line about the last call on this thread that did not give TESSERA_OK. Valid until the next call on it. */
 TESSERA_API const char* tessera_last_error(void);
@@ -123,7 +124,8 @@ typedef struct tessera_join_options {
   const char* bind_address; /* IPv4, of the local socket; NULL: any */
   uint32_t flags;           /* TESSERA_JOIN_... */
   /* tessera_return_token of an earlier client of this player, in whatever process: comes back as the same player, whose
-   * body is where the world left it. NULL, 0: a new player. */
+   * body is where the world left it. Of two processes that play one player the newer one goes on; the other ends with
+   * TESSERA_ALREADY_EXISTS and does not dial again. NULL, 0: a new player. */
   uint32_t returning_size;
   const uint8_t* returning;
 } tessera_join_options;
@@ -140,9 +142,9 @@ enum {
 
 /* Waits for the control plane, then gives a client that is TESSERA_JOINING. Every client wants tessera_close. */
 TESSERA_API tessera_code tessera_join(const tessera_join_options* options, tessera_client** client);
-/* A token that makes its holder this player, for a day: keep it where a later process of the game finds it, and keep it
- * secret. It changes now and then, so take it again when the game ends or saves. Writes it only if it fits into
- * `capacity` bytes, and gives how many it has; at most TESSERA_MAX_TOKEN. */
+/* A token that makes its holder this player, until the player leaves: keep it where a later process of the game finds
+ * it, and keep it secret. Writes it only if it fits into `capacity` bytes, and gives how many it has; at most
+ * TESSERA_MAX_TOKEN. */
 enum { TESSERA_MAX_TOKEN = 1024 };
 TESSERA_API size_t tessera_return_token(const tessera_client* client, uint8_t* token, size_t capacity);
 /* Has the player's body removed, and ends. The handle stays until tessera_close. */

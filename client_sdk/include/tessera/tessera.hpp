@@ -175,7 +175,7 @@ class Client {
   Error Seek(double seconds) { return Error::Of(tessera_seek(get(), seconds)); }
   Error StopRecording() { return Error::Of(tessera_stop_recording(get())); }
 
-  // Makes whoever has it this player, for a day. Secret.
+  // Makes whoever has it this player, until the player leaves. Secret.
   std::vector<std::uint8_t> ReturnToken() const {
     std::vector<std::uint8_t> token(TESSERA_MAX_TOKEN);
     token.resize(tessera_return_token(get(), token.data(), token.size()));
