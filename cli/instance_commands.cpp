@@ -12,6 +12,7 @@
 #include "cli/contexts.h"
 #include "cli/instance_view.h"
 #include "cli/table.h"
+#include "core/world/scene_warnings.h"
 #include "local_cluster/connection.h"
 #include "local_cluster/game_file.h"
 #include "local_cluster/scene_file.h"
@@ -51,7 +52,11 @@ v1::CreateInstanceRequest RequestOf(const InstanceOptions& options) {
   v1::InstanceSpec& spec = *request.mutable_spec();
   const std::string path =
       options.scene.find_first_of("/.") == std::string::npos ? local::FindScene(options.scene) : options.scene;
-  *spec.mutable_scene() = local::LoadScene(path, options.bodies).message;
+  LoadedScene loaded = local::LoadScene(path, options.bodies);
+  for (const std::string& warning : SceneWarnings(*loaded.scene)) {
+    std::cerr << fmt::format("{}: warning: {}\n", path, warning);
+  }
+  *spec.mutable_scene() = std::move(loaded.message);
   if (!options.game.empty()) *spec.mutable_game() = local::LoadGame(options.game);
   spec.set_regions(options.regions);
   spec.set_expected_players(options.players);

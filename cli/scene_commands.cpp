@@ -12,6 +12,7 @@
 #include "cli/gltf/gltf_import.h"
 #include "cli/table.h"
 #include "core/world/scene_load.h"
+#include "core/world/scene_warnings.h"
 #include "host/files.h"
 #include "local_cluster/command_error.h"
 #include "local_cluster/scene_file.h"
@@ -27,16 +28,19 @@ void Validate(const Globals& globals, const std::vector<std::string>& files) {
       const LoadedScene loaded = local::LoadScene(file);
       const auto dynamic = std::count_if(loaded.scene->bodies.begin(), loaded.scene->bodies.end(),
                                          [](const BodyDef& body) { return body.motion == Motion::kDynamic; });
+      const std::vector<std::string> warnings = SceneWarnings(*loaded.scene);
       report.push_back({{"file", file},
                         {"name", loaded.scene->name},
                         {"hash", loaded.hash},
                         {"bodies", loaded.scene->bodies.size()},
                         {"dynamic", dynamic},
-                        {"joints", loaded.scene->joints.size()}});
+                        {"joints", loaded.scene->joints.size()},
+                        {"warnings", warnings}});
       if (globals.format == Format::kTable || globals.format == Format::kWide) {
         std::cout << fmt::format("{}: valid, {} bodies ({} dynamic), {} joints\n", file, loaded.scene->bodies.size(),
                                  dynamic, loaded.scene->joints.size());
       }
+      for (const std::string& warning : warnings) std::cerr << fmt::format("{}: warning: {}\n", file, warning);
     } catch (const local::CommandError& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }

@@ -4,7 +4,6 @@
 #include <array>
 
 #include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 
 namespace tessera::control {
@@ -147,7 +146,7 @@ absl::Status CheckAccess(const Caller& caller, std::string_view method) {
 }
 
 bool IsFor(std::string_view prefix, std::string_view id) {
-  if (!absl::StartsWith(id, prefix)) return false;
+  if (!id.starts_with(prefix)) return false;
   const auto digit = [](char c) { return absl::ascii_isdigit(static_cast<unsigned char>(c)); };
   return prefix.empty() || id.size() == prefix.size() || !digit(prefix.back()) || !digit(id[prefix.size()]);
 }

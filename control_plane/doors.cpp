@@ -104,8 +104,6 @@ class Doorkeeper final : public grpc::AuthMetadataProcessor {
   ControlPlane& plane_;
   telemetry::LogThrottle refusals_;
 };
-std::uint64_t silent_ = 0;  // refusals since then
-};
 
 absl::Status SocketError(const std::string& path, const std::string& why) {
   return absl::UnavailableError(absl::StrCat("socket ", path, ": ", why));

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "core/physics/thread_team.h"
+
 namespace tessera::region {
 namespace {
 

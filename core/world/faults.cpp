@@ -5,19 +5,23 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
 
 namespace tessera {
 
 void Faults::Add(const std::string& field_and_problem) {
-  if (++count_ > 1) return;
-  first_ = absl::StrCat(file_, place_.empty() ? "" : ": ", place_, ": ", field_and_problem);
+  if (++count_ > kMostFaults) return;
+  texts_.push_back(absl::StrCat(place_, place_.empty() ? "" : ": ", field_and_problem));
+  if (texts_.back().size() > kMostFaultBytes) texts_.back().resize(kMostFaultBytes);
 }
 
 absl::Status Faults::ToStatus() const {
   if (count_ == 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(count_ == 1 ? first_ : absl::StrCat(first_, " (and ", count_ - 1, " more)"));
+  return absl::InvalidArgumentError(
+      absl::StrCat(file_, ": ", absl::StrJoin(texts_, "; "),
+                   count_ > kMostFaults ? absl::StrCat(" (and ", count_ - kMostFaults, " more)") : ""));
 }
 
 bool Faults::Finite(const std::string& field, double value) {

@@ -1,4 +1,4 @@
-// Faults: the list of faults of a scene. It keeps the first one in words and counts the rest.
+// Faults: the list of faults of a scene. It keeps the first kMostFaults in words and counts the rest.
 //
 // A check names a place (`At`: a body, a joint) and a field in it, and returns whether all is well:
 //
@@ -9,6 +9,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/world/math.h"
@@ -42,7 +43,12 @@ class Faults {
  private:
   bool Finite(const std::string& field, double value);
 
-  std::string file_, place_, first_;
+  // So many, of so many bytes at most, are one line that a gRPC status carries, whose metadata are 8 KB at most; and a
+  // scene that has more has one fault many times.
+  static constexpr std::size_t kMostFaults = 20, kMostFaultBytes = 300;
+
+  std::string file_, place_;
+  std::vector<std::string> texts_;
   std::size_t count_ = 0;
 };
 

@@ -74,9 +74,9 @@ TEST(BadSceneTest, HeightFields) {
   EXPECT_EQ(ShapeError("height_field { columns: 2 rows: 2 spacing: 1 heights: [0, 0, 0] }"),
             "shape.height_field.heights must be columns * rows = 4, got 3");
   EXPECT_EQ(ShapeError("height_field { columns: 1 rows: 2 spacing: 1 heights: [0, 0] }"),
-            "shape.height_field.columns and rows must be at least 2, and their product at most 1000000, got 1 and 2");
+            "shape.height_field.columns and rows must be at least 2, and their product at most 1050625, got 1 and 2");
   EXPECT_EQ(ShapeError("height_field { columns: 4294967295 rows: 4294967295 spacing: 1 }"),
-            "shape.height_field.columns and rows must be at least 2, and their product at most 1000000, got 4294967295 "
+            "shape.height_field.columns and rows must be at least 2, and their product at most 1050625, got 4294967295 "
             "and 4294967295");
   EXPECT_EQ(ShapeError("height_field { columns: 2 rows: 2 heights: [0, 0, 0, 0] }"),
             "shape.height_field.spacing must be > 0, got 0");
