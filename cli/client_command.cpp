@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -29,6 +30,8 @@ struct ClientOptions {
   std::string instance;
   std::string name = "bot";
   double seconds = 0;
+  double rate_hz = 60;
+  bool predict = false;
   std::uint64_t seed = 1;
   bool leave = true;
   std::string player_file;
@@ -59,14 +62,20 @@ void Check(const char* what, const absl::Status& status) {
   if (!status.ok()) throw local::CommandError(what + std::string(status.message()));
 }
 
+std::chrono::milliseconds TimeUntil(client::TimePoint at) {
+  return std::max(0ms, std::chrono::ceil<std::chrono::milliseconds>(at - client::Clock::now()));
+}
+
 // Until the time is over, somebody stops it, or the client ends.
 void Watch(const Globals& globals, const ClientOptions& options, local::Bot& bot) {
   StopSignal stop;
   const auto start = client::Clock::now();
-  auto next_line = start + 1s;
+  const std::chrono::nanoseconds frame(std::llround(1e9 / options.rate_hz));
+  auto next_line = start + 1s, next_frame = start;
   bool going = true;
-  while (going && !stop.Wait(kFrameTime)) {
+  while (going && !stop.Wait(TimeUntil(next_frame))) {
     const auto now = client::Clock::now();
+    next_frame = std::max(next_frame + frame, now);  // what was missed is not made up for
     going = bot.Frame(start + std::chrono::duration_cast<client::Clock::duration>((now - start) * options.speed));
     for (const client::ClientEvent& event : bot.events()) {
       const bool must = event.kind == client::ClientEvent::Kind::kRecordingEnded;
@@ -101,8 +110,9 @@ void Play(const Globals& globals, const ClientOptions& options) {
 void Run(const Globals& globals, const ClientOptions& options) {
   if (!options.play_file.empty()) return Play(globals, options);
   const bool has_file = !options.player_file.empty();
-  auto joined = local::Bot::Join(ControlOf(globals), options.instance, options.name, options.seed,
-                                 has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>());
+  auto joined =
+      local::Bot::Join(ControlOf(globals), options.instance, options.name, options.seed,
+                       has_file ? ReadPlayer(options.player_file) : std::vector<std::uint8_t>(), options.predict);
   Check("client: ", joined.status());
   local::Bot& bot = **joined;
   if (has_file) WritePlayer(options.player_file, bot.client().return_token());
@@ -130,6 +140,10 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
   client->add_option("--seconds", options->seconds, "End after so many seconds (default: on Ctrl-C)")
       ->check(CLI::NonNegativeNumber)
       ->check(Finite());
+  client->add_option("--rate", options->rate_hz, "Frames a second")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 240.0))
+      ->check(Finite());
   client->add_option("--seed", options->seed, "Seed of its way through the world, from 1")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
@@ -145,6 +159,8 @@ void AddClientCommand(CLI::App& app, Globals& globals) {
       client->add_option("--play", options->play_file, "Instead of joining, play what such a file holds")
           ->excludes(id)
           ->excludes(record);
+  client->add_flag("--predict", options->predict, "Show the own body where the inputs already made will bring it")
+      ->excludes(play);
   client->add_option("--from", options->from_s, "Play from this time of the file on, seconds")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber)

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "absl/strings/numbers.h"
@@ -23,7 +24,8 @@ std::uint64_t BigEndian(std::string_view bytes) {
 
 }  // namespace
 
-ViewerSocket::ViewerSocket(const std::string& address, const std::string& instance, const Options& options) {
+ViewerSocket::ViewerSocket(const std::string& address, const std::string& instance, const Options& options)
+    : on_binary_(options.on_binary) {
   const std::size_t colon = address.rfind(':');
   std::uint32_t port = 0;
   sockaddr_in to{};
@@ -81,19 +83,20 @@ bool ViewerSocket::Until(const std::function<bool()>& holds, std::chrono::millis
   return true;
 }
 
-void ViewerSocket::Take(std::chrono::milliseconds wait) {
-  if (closed) return;
+std::size_t ViewerSocket::Take(std::chrono::milliseconds wait, std::size_t most) {
+  if (closed) return 0;
   pollfd readable{.fd = socket_, .events = POLLIN, .revents = 0};
-  if (poll(&readable, 1, static_cast<int>(wait.count())) <= 0) return;
-  std::string more(std::size_t{1} << 16, '\0');
+  if (poll(&readable, 1, static_cast<int>(wait.count())) <= 0) return 0;
+  std::string more(std::min(most, kTake_bytes), '\0');
   const ssize_t got = recv(socket_, more.data(), more.size(), 0);
   if (got <= 0) {
     closed.emplace();
-    return;
+    return 0;
   }
   received_.append(more, 0, static_cast<std::size_t>(got));
   if (!upgraded_) ReadAnswer();
   if (upgraded_) ReadFrames();
+  return static_cast<std::size_t>(got);
 }
 
 void ViewerSocket::ReadAnswer() {
@@ -122,7 +125,12 @@ void ViewerSocket::ReadFrames() {
 void ViewerSocket::OnFrame(std::uint8_t opcode, std::string_view payload) {
   bytes += payload.size();
   if (opcode == kBinary) {
-    decoder.Take({reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size()});
+    const std::span message(reinterpret_cast<const std::uint8_t*>(payload.data()), payload.size());
+    if (on_binary_) {
+      on_binary_(message);
+    } else {
+      decoder.Take(message);
+    }
   } else if (opcode == kText) {
     nlohmann::json message = nlohmann::json::parse(payload);
     const std::string type = message.at("type");

@@ -1,4 +1,5 @@
-// ViewerSocket: a WebSocket as a browser has one, by hand, so that tests can be slow, loud and wrong on purpose.
+// ViewerSocket: a WebSocket as a browser has one, by hand, so that tests and benchmarks can be slow, loud and wrong on
+// purpose.
 //
 //   ViewerSocket viewer("127.0.0.1:7710", "inst-1");
 //   viewer.Until([&] { return viewer.decoder.bodies.size() == 100; }, patience);
@@ -7,11 +8,13 @@
 #pragma once
 
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +30,8 @@ class ViewerSocket {
     std::string origin = {};  // none
     std::string host = {};    // else the address
     int receive_buffer_bytes = 0;
+    // Gets the binary messages in place of the decoder, whose words cost more than the gateway that is measured.
+    std::function<void(std::span<const std::uint8_t>)> on_binary = {};
   };
   ViewerSocket(const std::string& address, const std::string& instance) : ViewerSocket(address, instance, Options()) {}
   ViewerSocket(const std::string& address, const std::string& instance, const Options& options);
@@ -40,9 +45,10 @@ class ViewerSocket {
 
   // Takes what comes until it holds; false when time is up.
   bool Until(const std::function<bool()>& holds, std::chrono::milliseconds patience);
-  // Takes what has come by now, and waits for it at most so long.
-  void Take(std::chrono::milliseconds wait);
+  // Takes what has come by now, and waits for it at most so long. Gives how many bytes came, at most `most`.
+  std::size_t Take(std::chrono::milliseconds wait, std::size_t most = kTake_bytes);
 
+  static constexpr std::size_t kTake_bytes = std::size_t{1} << 16;
   static constexpr std::uint8_t kText = 1, kBinary = 2, kClose = 8;
 
   ViewerDecoder decoder;
@@ -57,6 +63,7 @@ class ViewerSocket {
   void ReadFrames();
   void OnFrame(std::uint8_t opcode, std::string_view payload);
 
+  std::function<void(std::span<const std::uint8_t>)> on_binary_;
   int socket_ = -1;
   bool upgraded_ = false;
   std::string received_;
