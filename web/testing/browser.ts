@@ -15,7 +15,7 @@ export interface Complaints {
   foreign: string[];
 }
 
-export async function open(browser: Browser, address: string, options: { dark?: boolean; size?: typeof SIZE } = {}): Promise<{ page: Page; complaints: Complaints }> {
+export async function open(browser: Browser, address: string, options: { dark?: boolean; size?: typeof SIZE; before?: (page: Page) => Promise<void> } = {}): Promise<{ page: Page; complaints: Complaints }> {
   const context = await browser.newContext({ viewport: options.size ?? SIZE, colorScheme: options.dark === false ? 'light' : 'dark' });
   const page = await context.newPage();
   const complaints: Complaints = { errors: [], foreign: [] };
@@ -28,6 +28,7 @@ export async function open(browser: Browser, address: string, options: { dark?: 
     const url = new URL(request.url());
     if (url.protocol.startsWith('http') && url.host !== host) complaints.foreign.push(request.url());
   });
+  await options.before?.(page);
   await page.goto(address);
   return { page, complaints };
 }

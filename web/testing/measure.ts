@@ -1,8 +1,12 @@
 // Measures the page against a bare page that draws the same 5000 bodies with one InstancedMesh and no more: frame rate,
 // script time a frame against copying 5000 matrices, size, requests, complaints. Frames are not capped; the two pages take
-// turns, so that a busy machine slows both.
+// turns, so that a busy machine slows both. With --load it measures instead what a browser loads of a real gateway, and
+// how soon the page draws bodies.
 //
-//   node build/tests/measure.mjs [--rounds 5] [--seconds 4]
+//   node build/tests/measure.mjs [--rounds 5] [--seconds 4] [--json]
+//   node build/tests/measure.mjs --load http://127.0.0.1:7710/#plaza-1
+//
+// Figures are told by metric: as lines, or as JSON with their spread over the rounds.
 
 import { build } from 'esbuild';
 import { createServer } from 'node:http';
@@ -74,34 +78,80 @@ function drawn(page: Page, what: string): Promise<number> {
   })()`) as Promise<number>;
 }
 
-const gateway = new FakeGateway({ page: 'dist', bodies: BODIES - 420, frame_ms: 100 });
-const browser = await launch();
-const bare = await barePage();
-const address = await gateway.listen();
-const plain = await open(browser, bare.address);
-const inspector = await open(browser, `${address}/#plaza-1`);
-await inspector.page.waitForFunction(`window.tessera && tessera.counts.drawn === ${BODIES}`, undefined, { timeout: 60000 });
-// The same number of pixels for the world, and both pages alike uncapped.
-await inspector.page.evaluate('document.body.classList.add("wide")');
-await inspector.page.evaluate('tessera.page.hold = true');
-
-const rates: number[][] = [];
-const own: number[] = [];
-const copies: number[] = [];
-for (let round = 0; round < rounds; ++round) {
-  const first = await drawn(plain.page, 'bare');
-  await inspector.page.evaluate('tessera.perf.reset()');
-  const second = await drawn(inspector.page, 'tessera.page');
-  own.push(...((await inspector.page.evaluate('tessera.perf.own_ms')) as number[]));
-  rates.push([first, second]);
+interface Figure {
+  value: number;
+  unit: string;
+  p10?: number;
+  p90?: number;
 }
-copies.push(...((await plain.page.evaluate('bare.copy_ms')) as number[]));
-const ratios = rates.map(([a, b]) => b! / a!);
-console.log(`frames a second, bare and page, by round: ${rates.map((pair) => pair.map((rate) => rate.toFixed(1)).join(' ')).join(', ')}`);
-console.log(`frame_rate_ratio ${percentile(ratios, 0.5).toFixed(2)}`);
-console.log(`script a frame, ms: page p50 ${percentile(own, 0.5).toFixed(2)} p95 ${percentile(own, 0.95).toFixed(2)}; copying ${BODIES} matrices p50 ${percentile(copies, 0.5).toFixed(2)} p95 ${percentile(copies, 0.95).toFixed(2)}`);
-console.log(`script_time_ratio p95 ${(percentile(own, 0.95) / percentile(copies, 0.95)).toFixed(2)}, p50 ${(percentile(own, 0.5) / percentile(copies, 0.5)).toFixed(2)}`);
-console.log(`page_kbytes ${(gateway.served_bytes / 1000).toFixed(1)}, requests to others ${inspector.complaints.foreign.length}, errors ${inspector.complaints.errors.length}`);
-await browser.close();
-bare.close();
-await gateway.close();
+
+const p95 = (values: number[]) => percentile(values, 0.95);
+const spread = (values: number[], unit = '1'): Figure => ({ value: percentile(values, 0.5), unit, p10: percentile(values, 0.1), p90: percentile(values, 0.9) });
+
+// What goes over the wire until the page draws bodies: headers and compressed bodies of all answers, but no sockets.
+async function load(address: string): Promise<Record<string, Figure>> {
+  const browser = await launch();
+  let bytes = 0;
+  let begin = 0;
+  const { page, complaints } = await open(browser, address, {
+    before: async (page) => {
+      const session = await page.context().newCDPSession(page);
+      session.on('Network.loadingFinished', (event) => (bytes += event.encodedDataLength));
+      await session.send('Network.enable');
+      begin = performance.now();
+    },
+  });
+  await page.waitForFunction('window.tessera && tessera.counts.drawn > 0', undefined, { timeout: 60000 });
+  const ready_ms = performance.now() - begin;
+  await browser.close();
+  return {
+    page_kbytes: { value: bytes / 1000, unit: 'kB' },
+    page_drawn_ms: { value: ready_ms, unit: 'ms' },
+    page_requests_elsewhere: { value: complaints.foreign.length, unit: '1' },
+    page_console_errors: { value: complaints.errors.length, unit: '1' },
+  };
+}
+
+async function compare(): Promise<Record<string, Figure>> {
+  const gateway = new FakeGateway({ page: 'dist', bodies: BODIES - 420, frame_ms: 100 });
+  const browser = await launch();
+  const bare = await barePage();
+  const address = await gateway.listen();
+  const plain = await open(browser, bare.address);
+  const inspector = await open(browser, `${address}/#plaza-1`);
+  await inspector.page.waitForFunction(`window.tessera && tessera.counts.drawn === ${BODIES}`, undefined, { timeout: 60000 });
+  // The same number of pixels for the world, and both pages alike uncapped.
+  await inspector.page.evaluate('document.body.classList.add("wide")');
+  await inspector.page.evaluate('tessera.page.hold = true');
+
+  const bare_rates: number[] = [];
+  const page_rates: number[] = [];
+  const own: number[][] = [];
+  const copies: number[][] = [];
+  for (let round = 0; round < rounds; ++round) {
+    await plain.page.evaluate('bare.copy_ms.length = 0');
+    bare_rates.push(await drawn(plain.page, 'bare'));
+    copies.push((await plain.page.evaluate('bare.copy_ms')) as number[]);
+    await inspector.page.evaluate('tessera.perf.reset()');
+    page_rates.push(await drawn(inspector.page, 'tessera.page'));
+    own.push((await inspector.page.evaluate('tessera.perf.own_ms')) as number[]);
+  }
+  await browser.close();
+  bare.close();
+  await gateway.close();
+  return {
+    frame_rate_ratio: spread(page_rates.map((rate, round) => rate / bare_rates[round]!)),
+    page_frames_per_s: spread(page_rates),
+    bare_page_frames_per_s: spread(bare_rates),
+    // Of all frames; the spread is that of the rounds.
+    script_time_ratio: { ...spread(own.map((ms, round) => p95(ms) / p95(copies[round]!))), value: p95(own.flat()) / p95(copies.flat()) },
+    page_script_p95_ms: { ...spread(own.map(p95), 'ms'), value: p95(own.flat()) },
+    copying_p95_ms: { ...spread(copies.map(p95), 'ms'), value: p95(copies.flat()) },
+    page_comparison_errors: { value: inspector.complaints.errors.length + inspector.complaints.foreign.length, unit: '1' },
+  };
+}
+
+const at = process.argv.indexOf('--load');
+const figures = at < 0 ? await compare() : await load(process.argv[at + 1]!);
+if (at >= 0 || process.argv.includes('--json')) console.log(JSON.stringify(figures));
+else for (const [metric, { value, unit, p10, p90 }] of Object.entries(figures)) console.log(`${metric} ${value.toFixed(2)}${unit === '1' ? '' : ` ${unit}`}${p10 === undefined ? '' : ` (p10 ${p10.toFixed(2)}, p90 ${p90!.toFixed(2)})`}`);
