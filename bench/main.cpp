@@ -13,6 +13,7 @@
 #include "bench/failover.h"
 #include "bench/games.h"
 #include "bench/lean.h"
+#include "bench/people.h"
 #include "bench/report.h"
 #include "bench/snapshots.h"
 #include "bench/speed.h"
@@ -49,6 +50,10 @@ constexpr Suite kSuites[] = {
      "balancing and restoring. About 50 minutes; --only takes worker, pair, host, freeze, agent, link, control, scale, "
      "hot-spot, restore or standby",
      RunFailover},
+    {"people",
+     "What it costs to show a world to people: gateway, viewers, page and swarm. About 20 minutes; --only takes ready, "
+     "viewers, slow, gap, swarm or page",
+     RunPeople},
     {"dissertation", "The dissertation's evaluation: 2 and 3 regions, 1 and 100 objects each, two clients",
      Dissertation},
 };

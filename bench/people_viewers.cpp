@@ -1,0 +1,119 @@
+// CPU and bytes of viewers, against an SDK client that watches the same world beside the gateway.
+//
+// In each round the gateway serves in turn a viewer that sees nothing, one that sees all, and `viewers` of that kind.
+// A ratio is of one round: both sides were measured in the same seconds.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "bench/people_scenes.h"
+#include "bench/people_stage.h"
+
+namespace tessera::bench {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// What happened from one moment to another, a second.
+struct Rates {
+  double gateway_cpu = 0, sdk_cpu = 0;  // shares of a core
+  double sdk_bytes = 0, viewer_bytes = 0, viewer_frames = 0;
+};
+
+class Scales {
+ public:
+  Scales(local::WorldRun& run, const GatewayProcess& gateway, const SdkViewer& sdk, const Viewers& viewer)
+      : run_(run), gateway_(gateway), sdk_(sdk), viewer_(viewer) {}
+
+  Rates Weigh(double seconds) {
+    const auto begin = Clock::now();
+    const Rates before = Read();
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    const Rates after = Read();
+    const double took_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    RequireRunning(run_);
+    const auto rate = [&](double Rates::*field) { return (after.*field - before.*field) / took_s; };
+    return {rate(&Rates::gateway_cpu), rate(&Rates::sdk_cpu), rate(&Rates::sdk_bytes), rate(&Rates::viewer_bytes),
+            rate(&Rates::viewer_frames)};
+  }
+
+ private:
+  // Since the beginning.
+  Rates Read() const {
+    const Viewers::Tally tally = viewer_.Sum();
+    return {ProcessCpu_s(gateway_.pid()), sdk_.cpu_s(), static_cast<double>(sdk_.Stats().bytes_in),
+            static_cast<double>(tally.bytes), static_cast<double>(tally.frames)};
+  }
+
+  local::WorldRun& run_;
+  const GatewayProcess& gateway_;
+  const SdkViewer& sdk_;
+  const Viewers& viewer_;
+};
+
+struct ViewerCosts {
+  std::vector<double> sdk_cpu, unseeing, first, further, bytes, sdk_bytes, viewer_bytes, frames;
+
+  void Add(const Rates& blind, const Rates& one, const Rates& many, double further_viewers) {
+    sdk_cpu.push_back(one.sdk_cpu);
+    unseeing.push_back(blind.gateway_cpu / blind.sdk_cpu);
+    first.push_back(one.gateway_cpu / one.sdk_cpu - 1);
+    further.push_back((many.gateway_cpu / many.sdk_cpu - one.gateway_cpu / one.sdk_cpu) / further_viewers);
+    bytes.push_back(one.viewer_bytes / one.sdk_bytes);
+    sdk_bytes.push_back(one.sdk_bytes);
+    viewer_bytes.push_back(one.viewer_bytes);
+    frames.push_back(many.viewer_frames);
+  }
+};
+
+void Tell(const ViewerCosts& costs, const PeopleSize& size, Report& report) {
+  const std::string config = fmt::format("bodies={}", size.bodies);
+  const auto add = [&](const char* metric, const std::vector<double>& values, const char* unit) {
+    AddSpread(report, "viewers", config, metric, values, unit);
+  };
+  report.Add("viewers", kPeopleEngine, config, "rounds", size.rounds, "1");
+  add("viewer_cpu_ratio", costs.first, "1");
+  add("further_viewer_cpu_ratio", costs.further, "1");
+  add("gateway_without_frames_cpu_ratio", costs.unseeing, "1");
+  add("sdk_client_cpu_share", costs.sdk_cpu, "1");
+  add("viewer_bytes_ratio", costs.bytes, "1");
+  add("sdk_client_bytes_per_s", costs.sdk_bytes, "bytes");
+  add("viewer_bytes_per_s", costs.viewer_bytes, "bytes");
+  add("viewer_frames_per_s", costs.frames, "1");
+}
+
+}  // namespace
+
+absl::Status RunViewers(const PeopleSize& size, Report& report) {
+  local::WorldRun run(PlazaOptions(size.bodies));
+  const GatewayProcess gateway(run.cluster().control_address());
+  const SdkViewer sdk(run.cluster().control_address(), run.instance_id());
+  Viewers viewer(gateway.address(), run.instance_id(), 1);
+  viewer.AwaitFrames();
+  SettlePlaza(run);
+  Scales scales(run, gateway, sdk, viewer);
+  const std::uint32_t further = size.viewers - 1;
+  ViewerCosts costs;
+  for (std::uint32_t round = 0; round < size.rounds; ++round) {
+    viewer.Send({{"type", "view"}, {"rate_hz", 1}, {"center", {0, 1000, 0}}, {"radius_m", 0.001}});
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // that every frame before it has gone
+    const Rates blind = scales.Weigh(size.span_s);
+    viewer.Send({{"type", "view"}, {"rate_hz", kPageRate_hz}});
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const Rates one = scales.Weigh(size.span_s);
+    Viewers others(gateway.address(), run.instance_id(), further);
+    others.AwaitFrames();
+    const Rates many = scales.Weigh(size.span_s);
+    if (one.viewer_frames <= 2 * blind.viewer_frames) return absl::InternalError("the viewer was not sent its frames");
+    costs.Add(blind, one, many, further);
+    std::cerr << fmt::format("people: viewers {} of {}: first {:.2f}, further {:.2f}, bytes {:.2f}\n", round + 1,
+                             size.rounds, costs.first.back(), costs.further.back(), costs.bytes.back());
+  }
+  Tell(costs, size, report);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::bench
