@@ -1,4 +1,5 @@
-// `tessera swarm`: many players in one process, what it says of them, and what it does when they do not get in.
+// `tessera swarm`: many players in one process, what it says of them, and what it does when they do not get in; and the
+// pace of `tessera client`, which is held against it.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -41,6 +42,26 @@ TEST_F(SwarmTest, PlayersComeInMoveAndLeave) {
   // All have left: the next ones are counted from 0.
   const RunResult described = Tessera({"-o", "json", "instance", "describe", "inst-1"});
   EXPECT_EQ(nlohmann::json::parse(described.out).at("players"), 0) << described.out;
+}
+
+TEST_F(SwarmTest, AClientKeepsTheSamePace) {
+  ASSERT_EQ(Tessera({"instance", "create", "--scene", "plaza", "--regions", "1", "--wait"}).exit_code, 0);
+  const RunResult run =
+      Tessera({"-o", "json", "client", "inst-1", "--rate", "20", "--predict", "--seconds", "3", "--name", "ada"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto report = nlohmann::json::parse(run.out);
+  EXPECT_GT(report.at("bytes_in"), 0);
+  // Fewer frames if the machine is busy, but no more than were asked for.
+  const double frames = report.at("frame_time").at("count");
+  EXPECT_GT(frames, 0);
+  EXPECT_LE(frames, 20 * 3 + 2);
+  for (const std::vector<std::string>& wrong : std::vector<std::vector<std::string>>{
+           {"--rate", "0"}, {"--rate", "nan"}, {"--rate", "241"}, {"--play", "a.rec", "--predict"}}) {
+    std::vector<std::string> arguments{"client"};
+    if (wrong[0] != "--play") arguments.emplace_back("inst-1");
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(Tessera(arguments).exit_code, 2) << wrong[0] << " " << wrong[1];
+  }
 }
 
 TEST_F(SwarmTest, SaysWhyPlayersDoNotGetIn) {
