@@ -37,7 +37,7 @@ Json RegionFigures(const v1::RegionStatus& status, std::uint32_t standby, const 
   Json figures{{"region", status.region()},
                {"host", status.host()},
                {"standby", standby},
-               {"alive", heard != nullptr},
+               {"alive", heard != nullptr && !status.host().empty()},
                {"tick", report.tick()},
                {"tick_rate_hz", report.tick_rate_hz()},
                {"step_p50_ms", report.step().p50_seconds() * 1e3},

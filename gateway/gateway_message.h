@@ -42,7 +42,8 @@ struct HeardRegion {
 };
 using HeardRegions = std::map<std::uint32_t, HeardRegion>;  // by number
 
-// `age_s`: how old the figures are. A region that is not heard is dead.
+// `age_s`: how old the figures are. A region that is not heard is dead, and so is one that has no worker: that its
+// connection is silent is seen long after the control plane knows.
 std::string StatusMessage(const v1::Instance& instance, double age_s, const HeardRegions& heard);
 std::string EventsMessage(const std::vector<v1::InstanceEvent>& events);
 // Empty for an event that is no contact.

@@ -48,6 +48,9 @@ TEST(GatewayMessageTest, AStatusHasEveryRegionOfTheMapAndSaysWhichAreHeard) {
   EXPECT_EQ(status["regions"][1]["alive"], false);
   EXPECT_EQ(status["regions"][1]["standby"], 1);
   EXPECT_FALSE(status["regions"][0].contains("broadcast_ms")) << "it has not sent its figures";
+  const json late = json::parse(StatusMessage(TwoRegions(), 0, {{1, HeardRegion()}, {2, HeardRegion()}}));
+  EXPECT_EQ(late["regions"][0]["alive"], true);
+  EXPECT_EQ(late["regions"][1]["alive"], false) << "its worker is gone, whatever its connection still says";
   ASSERT_EQ(status["player_list"].size(), 1u) << "one has left";
   EXPECT_EQ(status["player_list"][0]["connected"], true);
 }
