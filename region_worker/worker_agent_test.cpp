@@ -298,7 +298,7 @@ TEST_F(WorkerAgentTest, PlayerThatLeavesLosesItsBodyAndItsConnection) {
 // The order may come before the newer process does.
 TEST_F(WorkerAgentTest, AnOrderWithAHigherGenerationEndsTheOlderProcess) {
   StartWorkers(1);
-  const auto order_with = [&](std::uint64_t generation) {
+  const auto order_with = [&](std::uint32_t generation) {
     v1::WorkerOrder order = NextOrder(1);
     order.set_run(true);
     AddPlayer(order, 1, 1).set_generation(generation);
