@@ -48,8 +48,9 @@ Agent::Agent(const AgentOptions& options, std::unique_ptr<StateDir> state)
       state_(std::move(state)),
       boot_id_(host::BootId()),
       notify_(loop_),
-      supervisor_(options_.ports,
-                  [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, options_.metrics_host, first); }),
+      supervisor_(
+          options_.ports,
+          [this](std::uint16_t first) { return host::PortsFree(options_.bind_address, options_.metrics_host, first); }),
       contents_(loop_, *state_,
                 {.on_ready =
                      [this](const Content& content, const std::string& path) {

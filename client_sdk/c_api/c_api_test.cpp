@@ -317,18 +317,18 @@ TEST_F(CApiTest, WhatOverlapsAtJoiningHasNotJustEntered) {
   ShowTwo();
   const BodyId own(tessera_own_body(client));
   tessera_event event = TESSERA_EVENT;
-  const auto next = [&] {
-    while (tessera_next_event(client, &event) != 0) {
-      if (event.kind == TESSERA_EVENT_CONTACT_BEGAN) return true;
-    }
-    return false;
+  bool began = false;
+  const auto begins = [&] {
+    while (!began && tessera_next_event(client, &event) != 0) began = event.kind == TESSERA_EVENT_CONTACT_BEGAN;
+    return began;
   };
   instance.regions[0]->TellPairs(Tick(2), {{BodyId(1), own, false, true}}, true);
-  ASSERT_TRUE(Until(next));
+  ASSERT_TRUE(Until(begins));
   EXPECT_EQ(event.flags, std::uint32_t{TESSERA_EVENT_SINCE_BEFORE});
+  began = false;
   instance.regions[0]->TellPairs(Tick(3), {{BodyId(1), own, false, false}});
   instance.regions[0]->TellPairs(Tick(4), {{BodyId(1), own, false, true}});
-  ASSERT_TRUE(Until(next));
+  ASSERT_TRUE(Until(begins));
   EXPECT_EQ(event.flags, 0u);
 }
 

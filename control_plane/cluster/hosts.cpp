@@ -45,6 +45,7 @@ absl::Status CheckSizes(const v1::AgentHello& hello) {
        {Field{"join_token", hello.join_token(), kMaxSecretBytes}, Field{"host_id", hello.host_id(), kMaxNameBytes},
         Field{"host_secret", hello.host_secret(), kMaxSecretBytes},
         Field{"advertise_address", hello.advertise_address(), kMaxAddressBytes},
+        Field{"metrics_address", hello.metrics_address(), kMaxAddressBytes},
         Field{"version", hello.version(), kMaxVersionBytes}, Field{"boot_id", hello.boot_id(), kMaxVersionBytes},
         Field{"certificate_request", hello.certificate_request(), kMaxCertificateRequestBytes}}) {
     if (field.text.size() <= field.most) continue;

@@ -68,8 +68,8 @@ inline constexpr double kUnitTolerance = 1e-3;
 inline constexpr std::size_t kMaxHullPoints = 255;
 inline constexpr std::size_t kMaxCompoundChildren = 255;
 inline constexpr std::size_t kMaxMeshVertices = 1'000'000, kMaxMeshTriangles = 2'000'000;
-// Samples of a height field: 1025 x 1025, the usual size of a terrain of 2^10 cells a side. They are 4 MB of a scene, and
-// a client that predicts builds two million triangles of them at joining.
+// Samples of a height field: 1025 x 1025, the usual size of a terrain of 2^10 cells a side. They are 4 MB of a scene,
+// and a client that predicts builds two million triangles of them at joining.
 inline constexpr std::size_t kMaxHeightSamples = std::size_t{1025} * 1025;
 // Characters of a name, so that an error that quotes it stays one line.
 inline constexpr std::size_t kMaxNameLength = 63;

@@ -136,8 +136,8 @@ HeightFieldShape Heights(Faults& faults, const std::string& field, const v1::Sha
   HeightFieldShape out{.columns = in.columns(), .rows = in.rows(), .spacing_m = in.spacing(), .heights_m = {}};
   const auto samples = std::uint64_t{in.columns()} * in.rows();
   if (in.columns() < 2 || in.rows() < 2 || samples > kMaxHeightSamples) {
-    faults.Add(absl::StrCat(field, ".columns and rows must be at least 2, and their product at most ", kMaxHeightSamples,
-                            ", got ", in.columns(), " and ", in.rows()));
+    faults.Add(absl::StrCat(field, ".columns and rows must be at least 2, and their product at most ",
+                            kMaxHeightSamples, ", got ", in.columns(), " and ", in.rows()));
     return out;
   }
   if (samples != static_cast<std::uint64_t>(in.heights_size())) {

@@ -20,8 +20,8 @@ absl::StatusOr<v1::Scene> ParseScene(std::string_view text, std::string_view fil
 
 // Checks everything that scene.proto and limits.h ask for and expands what is written short: defaults, materials by
 // name, scatters into bodies; quaternions are normalised. INVALID_ARGUMENT in one line, with every fault, up to
-// 20, and how many more there are: `scenes/x.textproto: bodies[12] (id 40 "crate"): mass must be > 0, got -1; bodies[13]
-// (id 41): mass must be > 0, got -2`.
+// 20, and how many more there are: `scenes/x.textproto: bodies[12] (id 40 "crate"): mass must be > 0, got -1;
+// bodies[13] (id 41): mass must be > 0, got -2`.
 absl::StatusOr<std::shared_ptr<const Scene>> ResolveScene(const v1::Scene& scene, std::string_view file);
 
 // The scene's identity on the wire: BLAKE2b-256 over its serialised form, 64 hexadecimal digits.

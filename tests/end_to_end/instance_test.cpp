@@ -71,7 +71,7 @@ TEST(InstanceTest, TheDemoProvesItself) {
 
 TEST(InstanceTest, TheDemoSaysFirstWhereItsPageIs) {
   const support::RunResult demo = support::RunProgram(
-      "tessera", {"demo", "--scene", "plaza", "--seconds", "1", "--bodies", "20", "--regions", "1", "--bots", "0"},
+      "tessera", {"demo", "--scene", "plaza", "--seconds", "4", "--bodies", "20", "--regions", "1", "--bots", "0"},
       120s);
   ASSERT_EQ(demo.exit_code, 0) << demo.err;
   const std::string first = demo.out.substr(0, demo.out.find('\n'));
