@@ -11,7 +11,6 @@
 namespace tessera::control {
 namespace {
 
-using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 class HostsTest : public ::testing::Test {
