@@ -41,7 +41,7 @@ TEST(OptionsTest, ListensEverywhereOnceOthersAreToReachIt) {
   EXPECT_EQ(Parse({"--advertise-address", "10.1.2.3", "--bind-address", "10.1.2.3"})->bind_address, "10.1.2.3");
 }
 
-// What is served at loopback, or everywhere, is found at the advertised address or not at all.
+// A service at loopback, or everywhere, is found at the advertised address or not at all.
 TEST(OptionsTest, MetricsAreFoundWhereTheyAreServed) {
   for (const char* none : {"127.0.0.1", "127.0.0.9", "localhost", "::1", "0.0.0.0", "::"}) {
     EXPECT_EQ(MetricsAddressOfHost(none), "") << none;

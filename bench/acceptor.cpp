@@ -99,7 +99,7 @@ absl::Status MeasureSealing(bool quick, Report& report) {
   return absl::OkStatus();
 }
 
-// What a whole handshake costs each side: hello, challenge, login, acceptance.
+// Measures the cost of a whole handshake to each side: hello, challenge, login, acceptance.
 absl::Status MeasureLogins(bool quick, Report& report) {
   Ends ends;
   const net::Credentials credentials = CredentialsOf(ends.key, 2);

@@ -1,4 +1,4 @@
-// What the scenes of the suite people share: a world, a gateway in a process of its own, and those who look.
+// Parts that the scenes of the suite people share: a world, a gateway in a process of its own, and those who look.
 #pragma once
 
 #include <sys/types.h>

@@ -19,7 +19,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What happened from one moment to another, a second.
+// Rates between two moments, a second.
 struct Rates {
   double gateway_cpu = 0, sdk_cpu = 0;  // shares of a core
   double sdk_bytes = 0, viewer_bytes = 0, viewer_frames = 0;

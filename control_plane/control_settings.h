@@ -85,7 +85,7 @@ inline constexpr std::size_t kMaxNameBytes = 63;        // of hosts: a DNS label
 inline constexpr std::size_t kMaxEndReasonBytes = 200;  // why a game refused or kicked a player
 inline constexpr std::size_t kMaxRequestIdBytes = 128;
 inline constexpr std::size_t kMaxAddressBytes = 253;  // a DNS name
-// Of a join token or a host's secret: ours have 68. What is longer is none, and is not hashed.
+// Largest join token or host's secret: ours have 68 bytes. A longer one is refused before it is hashed.
 inline constexpr std::size_t kMaxSecretBytes = 256;
 // Workers that one message of an agent may name: as many as a host may run, and as many again that are to end.
 inline constexpr std::size_t kMaxNamedWorkers = 2 * std::size_t{kMaxRegions};

@@ -48,7 +48,7 @@ grpc::Status ToGrpc(const absl::Status& status) {
 
 enum class CallKind { kRead, kWatch, kCommand };
 
-// What a call concerns: a name or an id for the log, never a secret; and, where it names one, the instance that its
+// The subject of a call: a name or an id for the log, never a secret; and, where it names one, the instance that its
 // caller's token must be for.
 struct Subject {
   Subject(std::string subject) : text(std::move(subject)) {}  // NOLINT(google-explicit-constructor)
@@ -98,7 +98,7 @@ class Answerer {
   ControlMetrics& metrics_;
   const Door door_;
   const Authority* authority_;  // null: no door needs one
-  // Of what strangers can give cause for as often as they like: calls of players that fail, and hellos.
+  // For lines that strangers can cause as often as they like: failed calls of players, and hellos.
   telemetry::LogThrottle strangers_;
 
  private:

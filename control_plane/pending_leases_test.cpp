@@ -1,4 +1,4 @@
-// What waits for a host that does not read stays bounded, and is the newest.
+// Leases that wait for a host that does not read stay bounded, and are the newest.
 #include "control_plane/pending_leases.h"
 
 #include <gtest/gtest.h>

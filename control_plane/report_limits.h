@@ -1,4 +1,4 @@
-// What a worker's report and an agent's message may hold: what honest ones send, and no more. A host is believed about
+// Bounds of a worker's report and of an agent's message: honest ones stay within them. A host is believed about
 // its own workers, but not that there are sixteen million players in one, nor that it has a million workers. Pure.
 #pragma once
 
@@ -10,8 +10,8 @@ namespace tessera::control {
 
 // INVALID_ARGUMENT "report.connected_players: has 16000000 entries, at most 1024".
 absl::Status CheckReport(const v1::WorkerReport& report);
-// What surrounds the reports: INVALID_ARGUMENT "heartbeat.workers: has 2001 entries, at most 2000". A report that is
-// wrong in itself is its worker's fault, and not looked into here.
+// Checks the message around the reports: INVALID_ARGUMENT "heartbeat.workers: has 2001 entries, at most 2000". A report
+// that is wrong in itself is its worker's fault, and not looked into here.
 absl::Status CheckMessage(const v1::AgentMessage& message);
 absl::Status CheckNamedWorkers(const char* message,
                                const google::protobuf::RepeatedPtrField<v1::WorkerReport>& workers);

@@ -30,7 +30,7 @@ Problem ProblemOf(const absl::Status& status);
 std::optional<Problem> ProblemOf(const v1::Instance& instance);
 std::string ProblemMessage(const Problem& problem);
 
-// What a region's work costs it, as it sends its clients once a second (docs/decisions/0040): the mean of a time that
+// Cost of a region's work, as it sends its clients once a second (docs/decisions/0040): the mean of a time that
 // it was done, over the last second.
 struct RegionWork {
   double broadcast_ms = 0, prediction_ms = 0;

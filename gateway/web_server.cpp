@@ -29,7 +29,7 @@ constexpr lws_usec_t kFrame_us = 1'000'000 / 60, kIdle_us = 200'000;
 constexpr int kUnsent_bytes = 16 * 1024, kSendBuffer_bytes = 256 * 1024;
 // Bytes that go to a socket at once; the rest of a larger message waits for the socket.
 constexpr std::size_t kWrite_bytes = 256 * 1024;
-// Of the page, at once: what libwebsockets may have to keep for a socket that takes less.
+// Bytes of the page sent at once: libwebsockets keeps them for a socket that takes less.
 constexpr std::size_t kPagePiece_bytes = 32 * 1024;
 // A connection that has been silent for so long is asked whether it is there, and ended when it does not answer.
 constexpr std::uint16_t kPingAfter_s = 20, kHangUpAfter_s = 40;
@@ -116,7 +116,7 @@ struct WebServer::Impl {
     bool too_long = false, asked_to_write = false;
   };
 
-  // What a connection of HTTP is being sent of the page; null: nothing.
+  // The part of the page that an HTTP connection is being sent; null: none.
   struct Download {
     const std::string* bytes = nullptr;
     std::size_t sent = 0;

@@ -1,4 +1,4 @@
-// What the gateway's one port serves of a page, as it goes over the wire.
+// The page as the gateway's one port sends it over the wire.
 #include "gateway/web_server.h"
 
 #include <gmock/gmock.h>

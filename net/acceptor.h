@@ -57,7 +57,7 @@ inline Credentials CredentialsOf(const EndpointIdentity& self) {
           .instance_key = self.instance_key};
 }
 
-// Who a peer has proven to be: a player, or a region that dials its neighbour. The other is left out.
+// The proven identity of a peer: a player, or a region that dials its neighbour. The other is left out.
 struct PeerIdentity {
   PlayerNumber player{};
   Generation generation{};
@@ -176,7 +176,7 @@ class Acceptor {
   Received OnSealed(const Address& from, std::span<std::uint8_t> datagram);
   Received OnHello(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
   Received OnLogin(TimePoint now, const Address& from, std::span<const std::uint8_t> bytes);
-  // Who the holder of a login's credential is, and by which key.
+  // The holder of a login's credential, and its key.
   struct Holder {
     PeerIdentity who;
     VerificationKey key{};

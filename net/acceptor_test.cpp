@@ -217,7 +217,7 @@ TEST_F(AcceptorTest, ALoginSaidAgainIsAnsweredAgainUntilTheAnswerIsKnown) {
   EXPECT_EQ(server_.sessions(), 1u);
 }
 
-// Who replays it cannot use them, having no ephemeral key.
+// A peer that replays it cannot use them without the ephemeral key.
 TEST_F(AcceptorTest, AReplayedLoginGetsOtherKeys) {
   const Bytes login = LoginOf(Player());
   Bytes first = login, again = login;
@@ -390,7 +390,7 @@ TEST_F(AcceptorTest, ARegionsKeyMakesNoPlayerAndNoOtherRegion) {
   // A player that its key has signed is none.
   EXPECT_EQ(RefusalOf(IssuePlayer("plaza-1", PlayerNumber(7), Generation(9), taken_over.key))->reason,
             Refused::kBadCredential);
-  // What a player showed to it, it cannot show: the key that goes with it never came there.
+  // It cannot show a credential that a player showed to it: the key that goes with it never came there.
   Credentials seen = Player();
   seen.key = taken_over.key;
   EXPECT_EQ(RefusalOf(seen)->reason, Refused::kBadCredential);

@@ -142,7 +142,7 @@ TEST(SessionTest, EachReturnRaisesThePlayersGeneration) {
   EXPECT_EQ(agent.fake.workers.at({id, 1}).order.players(0).generation(), 3u);
 }
 
-// What an agent and a worker are given, and what a host could put together of it.
+// Collects all that an agent and a worker are given, from which a host could put a key together.
 TEST(SessionTest, OrdersVerifyAndCannotSign) {
   ClusterHarness harness;
   auto& agent = harness.AddHost("alpha", 8);

@@ -1,4 +1,4 @@
-// What is listed, and for whom.
+// Lists and their filters.
 #include "control_plane/cluster/queries.h"
 
 #include <gmock/gmock.h>

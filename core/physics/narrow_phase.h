@@ -35,7 +35,7 @@ class NarrowPhase {
   bool Validate(std::span<RigidBody* const> awake) const;
 
  private:
-  // What was found at a pair.
+  // The outcome of the search at one pair.
   struct Finding {
     bool apart = false;                          // its bounds have come apart: it ends
     bool wakes_low = false, wakes_high = false;  // sleepers that something awake may touch

@@ -1,4 +1,4 @@
-// What scene.proto says of limits is what is checked.
+// scene.proto states the limits that are checked.
 #include <gmock/gmock.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// What is hardly meant is named, and what is meant is not; the scenes that come along have nothing of it.
+// Warnings name things that are hardly meant, and nothing else; the scenes that come along have none.
 #include "core/world/scene_warnings.h"
 
 #include <gmock/gmock.h>
