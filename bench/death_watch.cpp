@@ -43,7 +43,7 @@ bool DeathWatch::most_moved_again() const {
   return 2 * moved > watched_.size();
 }
 
-double MedianDelay_s(const DeathWatch& first, const DeathWatch& second) {
+double MedianDelaySeconds(const DeathWatch& first, const DeathWatch& second) {
   const auto before = first.moved_again(), after = second.moved_again();
   std::vector<double> delays;
   for (const auto& [body, at] : before) {

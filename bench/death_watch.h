@@ -45,6 +45,6 @@ class DeathWatch {
 };
 
 // By how much later the bodies that both saw move again did so for the second, s: the median; NaN if there are none.
-double MedianDelay_s(const DeathWatch& first, const DeathWatch& second);
+double MedianDelaySeconds(const DeathWatch& first, const DeathWatch& second);
 
 }  // namespace tessera::bench

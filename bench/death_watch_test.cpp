@@ -34,13 +34,13 @@ TEST(DeathWatchTest, DelayIsTheMedianOfBodiesThatBothSaw) {
     watch->Begin({1});
     for (std::uint64_t body = 1; body <= 4; ++body) watch->Look(body, 1, {0, 0, 0}, kStart);
   }
-  EXPECT_TRUE(std::isnan(MedianDelay_s(first, second)));
+  EXPECT_TRUE(std::isnan(MedianDelaySeconds(first, second)));
   for (std::uint64_t body = 1; body <= 3; ++body) first.Look(body, 2, {1, 0, 0}, kStart + 100ms);
   second.Look(1, 2, {1, 0, 0}, kStart + 110ms);
   second.Look(2, 2, {1, 0, 0}, kStart + 130ms);
   second.Look(3, 2, {1, 0, 0}, kStart + 400ms);
   second.Look(4, 2, {1, 0, 0}, kStart + 900ms);  // the first has not seen it
-  EXPECT_NEAR(MedianDelay_s(first, second), 0.03, 1e-9);
+  EXPECT_NEAR(MedianDelaySeconds(first, second), 0.03, 1e-9);
 }
 
 }  // namespace

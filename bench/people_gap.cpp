@@ -73,7 +73,7 @@ absl::StatusOr<double> KillOne(Stage& stage, std::uint32_t kill_number, const Wa
   if (absl::Status status = stage.PlayUntilWell(); !status.ok()) return status;
   if (absl::Status status = stage.PlayFor(kBeforeKill_s); !status.ok()) return status;
   const std::vector<Worker> workers = stage.Workers();
-  const Worker victim = workers[kill_number % workers.size()];
+  const Worker& victim = workers[kill_number % workers.size()];
   const std::uint64_t failovers = stage.run().Latest().failovers();
   const std::set<std::uint32_t> regions{victim.region.value()};
   by_sdk.Begin(regions);
@@ -90,7 +90,7 @@ absl::StatusOr<double> KillOne(Stage& stage, std::uint32_t kill_number, const Wa
   });
   if (!carried_on.ok()) return carried_on;
   if (viewer.closed()) return absl::InternalError("the gateway closed the viewer");
-  return MedianDelay_s(by_sdk, by_viewer) * kPageRate_hz;
+  return MedianDelaySeconds(by_sdk, by_viewer) * kPageRate_hz;
 }
 
 }  // namespace

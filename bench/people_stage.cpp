@@ -42,7 +42,7 @@ double ClockSeconds(clockid_t clock) {
 
 }  // namespace
 
-double ProcessCpu_s(pid_t pid) {
+double ProcessCpuSeconds(pid_t pid) {
   clockid_t clock{};
   if (clock_getcpuclockid(pid, &clock) != 0) throw local::CommandError(fmt::format("process {} has ended", pid));
   return ClockSeconds(clock);

@@ -28,7 +28,7 @@ inline constexpr const char* kPeopleEngine = "tessera";
 inline constexpr int kPageRate_hz = 30;
 
 // CPU time of a process so far, all its threads, s. The caller holds the process, so that the number is no other's.
-double ProcessCpu_s(pid_t pid);
+double ProcessCpuSeconds(pid_t pid);
 double ResidentBytes(pid_t pid);
 
 // One region of the plaza, which has run for some seconds: its bodies are on their way.

@@ -42,9 +42,9 @@ class Crowd {
   // CPU time that they take in so many seconds, all players in.
   double CpuOver(double seconds, std::uint32_t players) {
     AwaitPlayers(players);
-    const double before = Cpu_s();
+    const double before = CpuSeconds();
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
-    const double took = Cpu_s() - before;
+    const double took = CpuSeconds() - before;
     RequireRunning(run_);
     return took;
   }
@@ -68,9 +68,9 @@ class Crowd {
     }
     std::this_thread::sleep_for(1s);  // that what a beginning costs is over
   }
-  double Cpu_s() const {
+  double CpuSeconds() const {
     double sum = 0;
-    for (const host::ChildProcess& program : programs_) sum += ProcessCpu_s(program.pid());
+    for (const host::ChildProcess& program : programs_) sum += ProcessCpuSeconds(program.pid());
     return sum;
   }
 

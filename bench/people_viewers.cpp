@@ -46,7 +46,7 @@ class Scales {
   // Since the beginning.
   Rates Read() const {
     const Viewers::Tally tally = viewer_.Sum();
-    return {ProcessCpu_s(gateway_.pid()), sdk_.cpu_s(), static_cast<double>(sdk_.Stats().bytes_in),
+    return {ProcessCpuSeconds(gateway_.pid()), sdk_.cpu_s(), static_cast<double>(sdk_.Stats().bytes_in),
             static_cast<double>(tally.bytes), static_cast<double>(tally.frames)};
   }
 
