@@ -39,14 +39,13 @@ absl::StatusOr<Replay> Replay::Open(RecordingReader reader, const std::string& n
   if (!loaded.ok()) return Named(name, loaded.status().message());
   absl::StatusOr<PartitionMap> map = MapFrom(header.map);
   if (!map.ok()) return Named(name, absl::StrCat("map: ", map.status().message()));
-  Session session{.player = header.player,
-                  .credentials = {},
-                  .map = *std::move(map),
-                  .regions = {},
-                  .scene = std::move(loaded->scene),
-                  .written_scene = std::make_shared<const std::string>(header.scene),
-                  .tick_rate_hz = header.tick_rate_hz,
-                  .snapshot_rate_hz = header.snapshot_rate_hz};
+  Session session;
+  session.player = header.player;
+  session.map = *std::move(map);
+  session.scene = std::move(loaded->scene);
+  session.written_scene = std::make_shared<const std::string>(header.scene);
+  session.tick_rate_hz = header.tick_rate_hz;
+  session.snapshot_rate_hz = header.snapshot_rate_hz;
   return Replay(std::move(reader), name, std::move(session));
 }
 

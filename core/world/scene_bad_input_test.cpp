@@ -21,10 +21,10 @@ TEST(BadSceneTest, TellsEveryFaultAndHowManyMoreThanTwentyThereAre) {
             "bodies[1] (id 40 \"crate\"): mass must be > 0, got -1; bodies[2] (id 41): mass must be > 0, got -2; "
             "player: max_speed must be > 0, got 0");
   const std::string many = Error([](v1::Scene& s) {
-    for (int i = 0; i < 1000; ++i) {
+    for (std::uint64_t i = 0; i < 1000; ++i) {
       v1::Body& body = *s.add_bodies();
       body = s.bodies(2);
-      body.set_id(static_cast<std::uint64_t>(1000 + i));
+      body.set_id(1000 + i);
       body.set_name(std::string(63, 'x'));
       body.set_mass(-1);
     }
