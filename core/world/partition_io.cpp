@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/str_cat.h"
-#include "core/world/limits.h"
+#include "core/world/map_bytes.h"
 
 namespace tessera {
 
@@ -48,11 +47,9 @@ v1::WorldTerms ToProto(const WorldTerms& terms) {
 }
 
 absl::StatusOr<WorldTerms> FromProto(const v1::WorldTerms& terms) {
-  const double pace = terms.ticks_per_second();
-  if (pace != 0 && !(pace >= kMinTicksPerSecond && pace <= kMaxTickRateHz)) {
-    return absl::InvalidArgumentError(absl::StrCat("terms.ticks_per_second: ", pace));
-  }
-  return WorldTerms{.paused = terms.paused(), .ticks_per_second = pace, .game = terms.game()};
+  const WorldTerms read{.paused = terms.paused(), .ticks_per_second = terms.ticks_per_second(), .game = terms.game()};
+  if (absl::Status status = CheckTerms(read); !status.ok()) return status;
+  return read;
 }
 
 absl::StatusOr<PartitionMap> FromProto(const v1::PartitionMap& map) {
