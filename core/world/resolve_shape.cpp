@@ -1,6 +1,5 @@
 #include "core/world/resolve_shape.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -8,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/world/limits.h"
 #include "core/world/proto_math.h"
+#include "core/world/shape_checks.h"
 
 namespace tessera {
 namespace {
@@ -46,26 +46,8 @@ const char* NameOf(ShapeKind kind) {
   return "nothing";
 }
 
-// A hull thinner than this share of its furthest coordinate is flat in float coordinates.
-constexpr double kFlat = 1e-5;
-
 bool Extent(Faults& faults, const std::string& field, double value) {
   return faults.Positive(field, value, kMinExtent_m, kMaxExtent_m);
-}
-
-// Thickness of the points in their thinnest direction, m, as a tetrahedron of extreme points shows it: 0 exactly if the
-// points lie in one plane, on one line or in one place.
-double Thickness(const std::vector<Vec3d>& points) {
-  const auto furthest = [&](auto measure) { return *std::ranges::max_element(points, {}, measure); };
-  const Vec3d a = points.front();
-  const Vec3d b = furthest([&](Vec3d p) { return LengthSquared(p - a); });
-  const Vec3d along = Normalized(b - a);
-  const auto from_line = [&](Vec3d p) { return Cross(along, p - a); };
-  const Vec3d c = furthest([&](Vec3d p) { return LengthSquared(from_line(p)); });
-  if (LengthSquared(from_line(c)) == 0) return 0;
-  const Vec3d up = Normalized(from_line(c));
-  const auto height = [&](Vec3d p) { return std::abs(Dot(up, p - a)); };
-  return height(furthest(height));
 }
 
 ConvexHullShape Hull(Faults& faults, const std::string& field, const v1::Shape::ConvexHull& hull) {
@@ -74,28 +56,17 @@ ConvexHullShape Hull(Faults& faults, const std::string& field, const v1::Shape::
     faults.Add(absl::StrCat(field, ".points must be 4 to ", kMaxHullPoints, ", got ", count));
     return {};
   }
-  std::vector<Vec3d> points;  // as floats hold them
-  double furthest = 0;
   ConvexHullShape out;
   for (int i = 0; i < hull.points_size(); ++i) {
     if (!faults.Vector(absl::StrCat(field, ".points[", i, "]"), hull.points(i), kMaxExtent_m)) return {};
     out.points.emplace_back(FromProto(hull.points(i)));
-    const Vec3d& p = points.emplace_back(out.points.back());
-    furthest = std::max({furthest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   }
-  const double thickness = Thickness(points), least = std::max(kMinExtent_m, kFlat * furthest);
+  const double thickness = ThicknessOf(out.points), least = LeastThicknessOf(out.points);
   if (thickness < least) {
     faults.Add(
         absl::StrCat(field, ".points lie in one plane: they must be at least ", least, " m thick, got ", thickness));
   }
   return out;
-}
-
-bool HasArea(Vec3f a, Vec3f b, Vec3f c) {
-  const Vec3d ab(b - a), ac(c - a), bc(c - b);
-  const double longest = std::max({LengthSquared(ab), LengthSquared(ac), LengthSquared(bc)});
-  // Flatter than float coordinates resolve: its normal would be noise.
-  return Length(Cross(ab, ac)) > 1e-7 * longest;
 }
 
 TriangleMeshShape Mesh(Faults& faults, const std::string& field, const v1::Shape::TriangleMesh& mesh) {

@@ -1,0 +1,113 @@
+// The packed form of shapes: a table, in which those that are alike stand once and a compound comes after its parts.
+//
+// For use inside core/world only. Thread rule: one thread.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "core/world/byte_view.h"
+#include "core/world/packed_io.h"
+#include "core/world/scene.h"
+#include "core/world/shape_checks.h"
+
+namespace tessera::packed {
+
+template <class Io>
+void Extent(Io& io, const char* field, auto& v) {
+  io.Real(field, v, kMinExtent_m, kMaxExtent_m);
+}
+
+struct FormVisitor {
+  template <class Io, class S>
+  static void Box(Io& io, S& s) {
+    Extent(io, "half_extents_m", s.half_extents_m.x);
+    Extent(io, "half_extents_m", s.half_extents_m.y);
+    Extent(io, "half_extents_m", s.half_extents_m.z);
+  }
+  template <class Io, class S>
+  static void Round(Io& io, S& s) {
+    Extent(io, "radius_m", s.radius_m);
+    Extent(io, "half_height_m", s.half_height_m);
+  }
+  template <class Io, class S>
+  static void Cone(Io& io, S& s) {
+    Extent(io, "radius_m", s.radius_m);
+    Extent(io, "height_m", s.height_m);
+  }
+  template <class Io, class S>
+  static void Hull(Io& io, S& s) {
+    io.List("points", s.points, 4, kMaxHullPoints, 12, [&](auto& p) { io.Vector("point", p, kMaxExtent_m); });
+    if constexpr (Io::kReads) {
+      if (io.ok() && ThicknessOf(s.points) < LeastThicknessOf(s.points)) io.Fail("points", "lie in one plane");
+    }
+  }
+  template <class Io, class S>
+  static void Mesh(Io& io, S& s) {
+    io.List("vertices", s.vertices, 3, kMaxMeshVertices, 12, [&](auto& v) { io.Vector("vertex", v, kMaxExtent_m); });
+    const std::uint64_t last = s.vertices.empty() ? 0 : s.vertices.size() - 1;
+    io.List("triangles", s.triangles, 1, kMaxMeshTriangles, 3, [&](auto& triangle) {
+      for (auto& corner : triangle) io.Number("corner", corner, 0, last);
+      if constexpr (Io::kReads) {
+        const auto& v = s.vertices;
+        if (io.ok() && !HasArea(v[triangle[0]], v[triangle[1]], v[triangle[2]])) io.Fail("area", "there is none");
+      }
+    });
+  }
+  template <class Io, class S>
+  static void Heights(Io& io, S& s) {
+    io.Number("columns", s.columns, 2, kMaxHeightSamples);
+    io.Number("rows", s.rows, 2, kMaxHeightSamples);
+    Extent(io, "spacing_m", s.spacing_m);
+    if constexpr (Io::kReads) {
+      if (io.ok() && s.spacing_m * std::max(s.columns, s.rows) > kMaxExtent_m) io.Fail("spacing_m", "is too wide");
+    }
+    io.List("heights_m", s.heights_m, 4, kMaxHeightSamples, 4,
+            [&](auto& h) { io.Real("height", h, -kMaxExtent_m, kMaxExtent_m); });
+    if constexpr (Io::kReads) {
+      if (io.ok() && std::uint64_t{s.columns} * s.rows != s.heights_m.size()) io.Fail("heights_m", "are not all");
+    }
+  }
+  template <class Io, class S>
+  static void Plane(Io& io, S& s) {
+    io.Vector("normal", s.normal, 1 + kUnitTolerance);
+    io.Real("offset_m", s.offset_m, -kMaxCoordinate_m, kMaxCoordinate_m);
+    if constexpr (Io::kReads) {
+      if (io.ok() && std::abs(Length(s.normal) - 1) > kUnitTolerance) io.Fail("normal", "its length is not 1");
+    }
+  }
+};
+
+// Shapes of one scene, parts of compounds included.
+inline constexpr std::size_t kMaxShapes = 2 * kMaxBodies;
+
+// Whether a part of a compound may have this form.
+inline bool IsConvex(const Shape& shape) { return shape.form.index() <= 5; }
+inline bool IsForStaticBodies(const Shape& shape) { return shape.form.index() >= 7; }
+
+// Writes and reads shapes as their places in the table.
+class ShapeTable {
+ public:
+  // Of a writer: adds the shape, and what it is made of, if it is not there yet.
+  void Add(const ShapePtr& shape);
+  std::size_t size() const { return shapes_.size(); }
+
+  void Write(PackWriter& io) const;
+  void Read(PackReader& io);
+
+  void Reference(PackWriter& io, const char* field, const ShapePtr& shape) const;
+  void Reference(PackReader& io, const char* field, ShapePtr& shape) const;
+
+ private:
+  std::vector<std::uint8_t> BytesOf(const Shape& shape) const;
+
+  std::vector<ShapePtr> shapes_;
+  std::vector<std::vector<std::uint8_t>> bytes_;             // of a writer
+  std::unordered_map<const Shape*, std::size_t> by_place_;   // of a writer
+  std::unordered_map<std::string, std::size_t> by_content_;  // of a writer
+};
+
+}  // namespace tessera::packed

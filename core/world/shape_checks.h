@@ -1,0 +1,21 @@
+// What every hull and every triangle must have, wherever a scene comes from: a thickness and an area.
+//
+// For use inside core/world only. Thread rule: free functions on values.
+#pragma once
+
+#include <vector>
+
+#include "core/world/math.h"
+
+namespace tessera {
+
+// Thickness of the points in their thinnest direction, m, as a tetrahedron of extreme points shows it: 0 exactly if the
+// points lie in one plane, on one line or in one place.
+double ThicknessOf(const std::vector<Vec3f>& points);
+// The least that a hull of these points must have, m: thinner, and it is flat in float coordinates.
+double LeastThicknessOf(const std::vector<Vec3f>& points);
+
+// False for a triangle that is flatter than float coordinates resolve: its normal would be noise.
+bool HasArea(Vec3f a, Vec3f b, Vec3f c);
+
+}  // namespace tessera
