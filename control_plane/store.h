@@ -1,9 +1,9 @@
 // Store: the revisioned key-value map with compare-and-swap in which the control plane keeps what must outlive it.
 //
 // Promises. A transaction takes effect whole or not at all, and once it returns OK it survives the loss of the process
-// and of the machine's power (as far as the implementation is durable). Each transaction has a revision, one higher
-// than the last; a key's revision is that of the transaction which wrote it last. Revisions never go back, also over
-// deletes and restarts.
+// and of the machine's power (as far as the implementation is durable). Each transaction has a revision, higher than
+// the last; a key's revision is that of the transaction which wrote it last. Revisions never go back, also over deletes
+// and restarts.
 //
 // A write states the revision at which its author last saw the key, so two authors can never overwrite each other
 // unseen:
@@ -11,8 +11,8 @@
 //   absl::StatusOr<StoreEntry> seen = store.Get("hosts/host-1");
 //   absl::StatusOr<Revision> written = store.Put("hosts/host-1", bytes, seen->revision);  // kAborted if changed since
 //
-// Thread rule: any thread; calls are atomic and happen in one order. Implementations: MemoryStore, SqliteStore; both
-// pass the suite in store_test.cpp.
+// Thread rule: any thread; calls are atomic and happen in one order. Implementations: MemoryStore, SqliteStore and
+// etcd/etcd_store.h; all pass the suite in store_test.cpp.
 #pragma once
 
 #include <cstdint>
@@ -63,7 +63,7 @@ class Store {
   virtual absl::StatusOr<std::vector<StoreEntry>> List(std::string_view prefix) const = 0;
   // Writes all of `ops` or none, and returns the revision of the whole. Errors: kAborted when a key is not at its
   // expected revision, naming it; kInvalidArgument for no op, an empty key, a key named twice or a delete that expects
-  // kAbsent; kUnavailable when it could not be written.
+  // kAbsent; kUnavailable when it could not be written; kFailedPrecondition when this process may write no more.
   virtual absl::StatusOr<Revision> Txn(std::span<const StoreOp> ops) = 0;
   // The last transaction's; 0 before the first.
   virtual Revision revision() const = 0;

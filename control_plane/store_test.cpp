@@ -3,11 +3,17 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <fstream>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
+#include "control_plane/etcd/etcd_election.h"
+#include "control_plane/etcd/etcd_store.h"
 #include "control_plane/memory_store.h"
 #include "control_plane/sqlite_store.h"
+#include "control_plane/testing/fake_etcd.h"
+#include "control_plane/testing/real_etcd.h"
 #include "host/temporary_folder.h"
 
 namespace tessera::control {
@@ -27,6 +33,36 @@ struct Fixture<SqliteStore> {
   std::unique_ptr<Store> store = *SqliteStore::Open(folder.path() + "/store.db");
 };
 
+// The store of an elected leader.
+struct LedStore {
+  explicit LedStore(const EtcdAddress& address)
+      : client(*EtcdClient::Make(address, {})), election(*client, address.prefix, {.operators = "a:1", .players = ""}) {
+    const auto fence = election.Campaign([](const auto&) {}, [] { return false; });
+    store = *EtcdStore::Open(*client, address.prefix, *fence, nullptr);
+  }
+  std::unique_ptr<EtcdClient> client;
+  EtcdElection election;
+  std::unique_ptr<Store> store;
+};
+struct OnFakeEtcd {};
+template <>
+struct Fixture<OnFakeEtcd> {
+  FakeEtcd etcd;
+  LedStore led{etcd.address()};
+  std::unique_ptr<Store>& store = led.store;
+};
+// One etcd serves all tests, each under keys of its own.
+struct OnRealEtcd {};
+template <>
+struct Fixture<OnRealEtcd> {
+  static EtcdAddress NewAddress() {
+    static std::atomic<int> tests{0};
+    return RealEtcd::Shared().address(absl::StrCat("suite/", ++tests));
+  }
+  LedStore led{NewAddress()};
+  std::unique_ptr<Store>& store = led.store;
+};
+
 template <class S>
 class StoreTest : public ::testing::Test {
  protected:
@@ -37,10 +73,12 @@ class StoreTest : public ::testing::Test {
 struct Names {
   template <class S>
   static std::string GetName(int) {
+    if (std::is_same_v<S, OnFakeEtcd>) return "FakeEtcd";
+    if (std::is_same_v<S, OnRealEtcd>) return "RealEtcd";
     return std::is_same_v<S, MemoryStore> ? "Memory" : "Sqlite";
   }
 };
-using Stores = ::testing::Types<MemoryStore, SqliteStore>;
+using Stores = ::testing::Types<MemoryStore, SqliteStore, OnFakeEtcd, OnRealEtcd>;
 TYPED_TEST_SUITE(StoreTest, Stores, Names);
 
 TYPED_TEST(StoreTest, StartsEmptyAtRevisionZero) {
@@ -58,43 +96,93 @@ TYPED_TEST(StoreTest, KeepsAnyBytes) {
   EXPECT_EQ(this->store_.Get("empty")->value, "");
 }
 
-TYPED_TEST(StoreTest, GivesEachTransactionTheNextRevision) {
-  EXPECT_EQ(*this->store_.Put("a", "1", kAbsent), 1);
-  EXPECT_EQ(*this->store_.Put("b", "1", kAbsent), 2);
-  EXPECT_EQ(*this->store_.Put("a", "2", 1), 3);
-  EXPECT_EQ(this->store_.Get("a")->revision, 3);
-  EXPECT_EQ(this->store_.Get("b")->revision, 2);
-  EXPECT_EQ(*this->store_.Delete("a", 3), 4);
-  EXPECT_EQ(this->store_.revision(), 4);
-  EXPECT_EQ(*this->store_.Put("a", "3", kAbsent), 5);
+TYPED_TEST(StoreTest, GivesEachTransactionAHigherRevision) {
+  const Revision first = *this->store_.Put("a", "1", kAbsent);
+  EXPECT_GT(first, kAbsent);
+  const Revision other = *this->store_.Put("b", "1", kAbsent);
+  EXPECT_GT(other, first);
+  const Revision second = *this->store_.Put("a", "2", first);
+  EXPECT_GT(second, other);
+  EXPECT_EQ(this->store_.Get("a")->revision, second);
+  EXPECT_EQ(this->store_.Get("b")->revision, other);
+  const Revision gone = *this->store_.Delete("a", second);
+  EXPECT_GT(gone, second);
+  EXPECT_EQ(this->store_.revision(), gone);
+  EXPECT_GT(*this->store_.Put("a", "3", kAbsent), gone);
 }
 
 TYPED_TEST(StoreTest, RefusesAWriterThatIsBehind) {
-  ASSERT_TRUE(this->store_.Put("a", "1", kAbsent).ok());
-  ASSERT_TRUE(this->store_.Put("a", "2", 1).ok());
-  const absl::StatusOr<Revision> late = this->store_.Put("a", "lost update", 1);
+  const Revision first = *this->store_.Put("a", "1", kAbsent);
+  const Revision second = *this->store_.Put("a", "2", first);
+  const absl::StatusOr<Revision> late = this->store_.Put("a", "lost update", first);
   EXPECT_EQ(late.status().code(), absl::StatusCode::kAborted);
-  EXPECT_THAT(std::string(late.status().message()), HasSubstr("a is at revision 2, expected 1"));
+  EXPECT_THAT(std::string(late.status().message()),
+              HasSubstr(absl::StrCat("a is at revision ", second, ", expected ", first)));
   EXPECT_EQ(this->store_.Put("a", "x", kAbsent).status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(this->store_.Put("new", "x", 7).status().code(), absl::StatusCode::kAborted);
-  EXPECT_EQ(this->store_.Delete("a", 1).status().code(), absl::StatusCode::kAborted);
+  EXPECT_EQ(this->store_.Delete("a", first).status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(this->store_.Delete("new", 1).status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(this->store_.Get("a")->value, "2");
-  EXPECT_EQ(this->store_.revision(), 2);
+  EXPECT_EQ(this->store_.revision(), second);
 }
 
 TYPED_TEST(StoreTest, ATransactionIsAllOrNothing) {
-  ASSERT_TRUE(this->store_.Put("a", "1", kAbsent).ok());
-  const StoreOp bad[] = {PutOp("b", "new", kAbsent), DeleteOp("a", 1), PutOp("c", "x", 9)};
+  const Revision first = *this->store_.Put("a", "1", kAbsent);
+  const StoreOp bad[] = {PutOp("b", "new", kAbsent), DeleteOp("a", first), PutOp("c", "x", 9)};
   EXPECT_EQ(this->store_.Txn(bad).status().code(), absl::StatusCode::kAborted);
   EXPECT_EQ(this->store_.Get("a")->value, "1");
   EXPECT_FALSE(this->store_.Get("b").ok());
-  EXPECT_EQ(this->store_.revision(), 1);
+  EXPECT_EQ(this->store_.revision(), first);
 
-  const StoreOp good[] = {PutOp("b", "new", kAbsent), DeleteOp("a", 1)};
-  EXPECT_EQ(*this->store_.Txn(good), 2);
-  EXPECT_EQ(this->store_.Get("b")->revision, 2);
+  const StoreOp good[] = {PutOp("b", "new", kAbsent), DeleteOp("a", first)};
+  const Revision both = *this->store_.Txn(good);
+  EXPECT_EQ(this->store_.Get("b")->revision, both);
   EXPECT_FALSE(this->store_.Get("a").ok());
+}
+
+// A scene can be as large as a message.
+TYPED_TEST(StoreTest, KeepsLargeValuesWhole) {
+  std::string large(5'300'000, 'x');
+  for (std::size_t i = 0; i < large.size(); i += 1000) large[i] = static_cast<char>(i / 1000);
+  const StoreOp ops[] = {PutOp("scene/1", large, kAbsent), PutOp("instance/1", "small", kAbsent)};
+  const absl::StatusOr<Revision> first = this->store_.Txn(ops);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_TRUE(this->store_.Get("scene/1")->value == large);
+  EXPECT_EQ(this->store_.Get("scene/1")->revision, *first);
+  EXPECT_TRUE(this->store_.List("scene/")->front().value == large);
+
+  const std::string other = large.substr(2'000'000);
+  const absl::StatusOr<Revision> second = this->store_.Put("scene/1", other, *first);
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_TRUE(this->store_.Get("scene/1")->value == other);
+  EXPECT_EQ(this->store_.Put("scene/1", large, *first).status().code(), absl::StatusCode::kAborted);
+  EXPECT_TRUE(this->store_.Get("scene/1")->value == other);
+  const absl::StatusOr<Revision> third = this->store_.Put("scene/1", "tiny", *second);
+  ASSERT_TRUE(third.ok()) << third.status();
+  EXPECT_EQ(this->store_.Get("scene/1")->value, "tiny");
+  EXPECT_TRUE(this->store_.Delete("scene/1", *third).ok());
+  EXPECT_EQ(this->store_.Get("scene/1").status().code(), absl::StatusCode::kNotFound);
+}
+
+// All events that a world's game published are forgotten at once.
+TYPED_TEST(StoreTest, WritesThousandsOfKeysAtOnceOrNone) {
+  std::vector<StoreOp> puts;
+  for (int i = 0; i < 2500; ++i) puts.push_back(PutOp(absl::StrCat("event/1/", i), absl::StrCat("e", i), kAbsent));
+  const absl::StatusOr<Revision> written = this->store_.Txn(puts);
+  ASSERT_TRUE(written.ok()) << written.status();
+  EXPECT_EQ(this->store_.List("event/")->size(), puts.size());
+  EXPECT_EQ(this->store_.Get("event/1/2499")->revision, *written);
+
+  std::vector<StoreOp> deletes;
+  for (const StoreOp& put : puts) deletes.push_back(DeleteOp(put.key, *written));
+  deletes[1700].expected = *written + 1;
+  const absl::Status refused = this->store_.Txn(deletes).status();
+  EXPECT_EQ(refused.code(), absl::StatusCode::kAborted);
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("event/1/1700 is at"));
+  EXPECT_EQ(this->store_.List("event/")->size(), puts.size());
+  deletes[1700].expected = *written;
+  EXPECT_TRUE(this->store_.Txn(deletes).ok());
+  EXPECT_TRUE(this->store_.List("event/")->empty());
 }
 
 TYPED_TEST(StoreTest, RefusesMalformedTransactions) {
@@ -132,7 +220,7 @@ TYPED_TEST(StoreTest, ConcurrentIncrementsAreNeverLost) {
   one.join();
   two.join();
   EXPECT_EQ(this->store_.Get("n")->value, "50");
-  EXPECT_EQ(this->store_.revision(), 51);
+  EXPECT_EQ(this->store_.revision(), this->store_.Get("n")->revision);
 }
 
 TEST(SqliteStoreTest, KeepsEverythingOverARestart) {

@@ -1,0 +1,196 @@
+#include "control_plane/etcd/etcd_election.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+
+namespace tessera::control {
+namespace {
+
+namespace pb = etcdserverpb;
+
+constexpr char kNoDoor[] = "-";
+// The share of a lease by which we step down before its end, and the share after which it is renewed.
+constexpr int kElectionMargin = 10, kElectionRenewals = 3;
+// A call of the election; etcd's answers come in milliseconds. A renewal that takes longer is tried at another member.
+constexpr std::chrono::milliseconds kElectionPatience{1000};
+
+}  // namespace
+
+std::string ToText(const LeaderAddress& address) {
+  return absl::StrCat(address.operators.empty() ? kNoDoor : address.operators, " ",
+                      address.players.empty() ? kNoDoor : address.players);
+}
+
+std::optional<LeaderAddress> ReadLeaderAddress(const std::string& text) {
+  std::vector<std::string> parts = absl::StrSplit(text, ' ');
+  if (parts.size() != 2 || parts[0].empty() || parts[1].empty()) return std::nullopt;
+  for (std::string& part : parts) {
+    if (part == kNoDoor) part.clear();
+  }
+  return LeaderAddress{.operators = parts[0], .players = parts[1]};
+}
+
+EtcdElection::EtcdElection(const EtcdClient& client, const std::string& prefix, LeaderAddress self, ElectionTimes times)
+    : client_(client), key_(prefix + "/leader"), self_(std::move(self)), times_(times) {}
+
+EtcdElection::~EtcdElection() { Resign(); }
+
+// --- Winning.
+
+absl::StatusOr<std::optional<pb::KeyValue>> EtcdElection::ReadLeader() const {
+  pb::RangeRequest request;
+  request.set_key(key_);
+  auto found = client_.Range(request, kElectionPatience);
+  if (!found.ok()) return found.status();
+  if (found->kvs_size() == 0) return std::nullopt;
+  return found->kvs(0);
+}
+
+absl::StatusOr<EtcdFence> EtcdElection::Campaign(
+    const std::function<void(const std::optional<LeaderAddress>&)>& followed, const std::function<bool()>& given_up) {
+  Resign();
+  std::optional<std::optional<LeaderAddress>> said;
+  const auto say = [&](const std::optional<LeaderAddress>& leader) {
+    if (!said || *said != leader) followed(leader);
+    said = leader;
+  };
+  std::string trouble;  // logged once
+  while (!given_up()) {
+    const auto leader = ReadLeader();
+    const bool is_anothers = leader.ok() && leader->has_value() && (lease_ == 0 || (*leader)->lease() != lease_);
+    if (is_anothers) {
+      say(ReadLeaderAddress((*leader)->value()));
+    } else {
+      say(std::nullopt);
+      const absl::Status won = leader.ok() ? TryToWin() : leader.status();
+      if (won.ok()) return EtcdFence{.key = key_, .token = token_};
+      if (std::exchange(trouble, std::string(won.message())) != won.message()) {
+        spdlog::warn("election not won error=\"{}\"", trouble);
+      }
+    }
+    std::unique_lock lock(mutex_);
+    wake_.wait_for(lock, times_.poll);
+  }
+  Resign();
+  return absl::CancelledError("the campaign was given up");
+}
+
+// ABORTED: somebody else was faster. Else it is not known who won; the key will say.
+absl::Status EtcdElection::TryToWin() {
+  if (lease_ == 0) {
+    granted_sent_ = Clock::now();
+    const auto granted = client_.Grant(times_.ttl, kElectionPatience);
+    if (!granted.ok()) return granted.status();
+    lease_ = granted->id();
+    granted_ttl_ = std::chrono::seconds(granted->ttl());
+  }
+  pb::TxnRequest request;
+  EtcdFence{.key = key_, .token = 0}.AddTo(request);
+  pb::PutRequest& put = *request.add_success()->mutable_request_put();
+  put.set_key(key_);
+  put.set_value(ToText(self_));
+  put.set_lease(lease_);
+  request.add_failure()->mutable_request_range()->set_key(key_);
+  const auto answer = client_.Write(request, kElectionPatience);
+  if (absl::IsNotFound(answer.status())) lease_ = 0;  // it ran out meanwhile
+  if (!answer.ok()) return answer.status();
+  if (answer->succeeded()) {
+    token_ = answer->header().revision();
+  } else {
+    const bool answered = answer->responses_size() == 1 && answer->responses(0).response_range().kvs_size() == 1;
+    const pb::KeyValue* found = answered ? &answer->responses(0).response_range().kvs(0) : nullptr;
+    if (found == nullptr || found->lease() != lease_) {
+      Resign();
+      return absl::AbortedError("another control plane was faster");
+    }
+    token_ = found->create_revision();  // by a campaign of ours that was not answered
+  }
+  return BeginToLead();
+}
+
+absl::Status EtcdElection::BeginToLead() {
+  {
+    const std::lock_guard lock(mutex_);
+    lost_ = stopping_ = false;
+    Extend(granted_sent_, granted_ttl_);
+  }
+  if (Left() <= Clock::duration::zero()) {
+    Resign();
+    return absl::DeadlineExceededError("the lease ended before it was known to be won");
+  }
+  renewer_ = std::thread([this, lease = lease_, token = token_] { Renew(lease, token); });
+  return absl::OkStatus();
+}
+
+// --- Leading.
+
+// With the lock held.
+void EtcdElection::Extend(Clock::time_point sent, std::chrono::seconds ttl) {
+  until_ = std::max(until_, sent + ttl - std::chrono::milliseconds(ttl) / kElectionMargin);
+  renew_every_ = std::chrono::milliseconds(ttl) / kElectionRenewals;
+}
+
+EtcdElection::Clock::duration EtcdElection::Left() const {
+  const std::lock_guard lock(mutex_);
+  return lost_ ? Clock::duration::zero() : until_ - Clock::now();
+}
+
+void EtcdElection::Renew(std::int64_t lease, std::int64_t token) {
+  std::unique_lock lock(mutex_);
+  Clock::time_point next = Clock::now() + renew_every_;
+  while (true) {
+    wake_.wait_until(lock, std::min(next, until_), [this] { return stopping_ || lost_; });
+    if (stopping_ || lost_) return;
+    if (Clock::now() >= until_) {
+      spdlog::error("leadership lost reason=\"the lease could not be renewed in time\"");
+      break;
+    }
+    lock.unlock();
+    const Clock::time_point sent = Clock::now();
+    const auto ttl = client_.KeepAlive(lease, kElectionPatience);
+    const auto leader = ReadLeader();
+    lock.lock();
+    const bool is_ours = leader.ok() && leader->has_value() && (*leader)->create_revision() == token;
+    if (absl::IsNotFound(ttl.status()) || (leader.ok() && !is_ours)) {
+      spdlog::error("leadership lost reason=\"the lease is over\"");
+      break;
+    }
+    const bool renewed = ttl.ok() && is_ours;
+    if (renewed) Extend(sent, *ttl);
+    next = renewed ? sent + renew_every_ : Clock::now() + times_.poll;
+  }
+  lost_ = true;
+  wake_.notify_all();
+}
+
+void EtcdElection::WaitUntilLost(const std::function<bool()>& given_up) {
+  std::unique_lock lock(mutex_);
+  while (!lost_ && Clock::now() < until_ && !given_up()) wake_.wait_for(lock, times_.poll);
+}
+
+void EtcdElection::Abandon() {
+  const std::lock_guard lock(mutex_);
+  lost_ = true;
+  wake_.notify_all();
+}
+
+void EtcdElection::Resign() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = lost_ = true;
+    until_ = Clock::time_point::min();
+    wake_.notify_all();
+  }
+  if (renewer_.joinable()) renewer_.join();
+  if (const std::int64_t lease = std::exchange(lease_, 0); lease != 0) {
+    client_.Revoke(lease, kElectionPatience).IgnoreError();  // else it runs out by itself
+  }
+}
+
+}  // namespace tessera::control

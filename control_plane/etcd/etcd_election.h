@@ -1,0 +1,96 @@
+// EtcdElection: which of several control planes leads.
+//
+// One leads: whose transaction creates PREFIX/leader while there is no such key. The key has the lease of the one who
+// made it and goes with it. The span of the lease is the one that etcd granted, and its end is counted from when we
+// *sent* the renewal, on a clock that nobody sets; we step down a tenth earlier than that, so that etcd never gives the
+// key to another while we think that we lead. That is about liveness: what makes a deposed leader harmless is the
+// fence, the revision at which the key was created (etcd_fence.h). etcd has been seen to renew leases that it had
+// revoked, so the key itself is read again with each renewal.
+//
+//   EtcdElection election(client, "tessera", {.operators = "10.0.0.1:7700", .players = ""});
+//   auto fence = election.Campaign(followed, given_up);    // as long as another leads
+//   ...
+//   election.Resign();                                     // the next one may lead at once
+//
+// Thread rule: `Campaign` and `Resign` from one thread; `Left` and `Abandon` from any.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "control_plane/etcd/etcd_client.h"
+#include "control_plane/etcd/etcd_fence.h"
+
+namespace tessera::control {
+
+// Where the doors of a leader are reached; empty: it has none.
+struct LeaderAddress {
+  std::string operators, players;
+  bool operator==(const LeaderAddress&) const = default;
+};
+
+struct ElectionTimes {
+  // What is asked for. Shorter, and an election among etcd's members, 1 to 2 s, costs ours its leader; longer, and so
+  // long nobody leads after a leader's death.
+  std::chrono::seconds ttl{4};
+  // How often a follower looks whether anybody leads.
+  std::chrono::milliseconds poll{200};
+};
+
+class EtcdElection {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  EtcdElection(const EtcdClient& client, const std::string& prefix, LeaderAddress self, ElectionTimes times = {});
+  ~EtcdElection();  // resigns
+  EtcdElection(const EtcdElection&) = delete;
+  EtcdElection& operator=(const EtcdElection&) = delete;
+
+  // Waits until this control plane leads. Meanwhile `followed` is called whenever another one leads than before: with
+  // its address, or nothing while it is not known. CANCELLED once `given_up`, asked at each poll, says so.
+  absl::StatusOr<EtcdFence> Campaign(const std::function<void(const std::optional<LeaderAddress>&)>& followed,
+                                     const std::function<bool()>& given_up);
+  // How much longer we lead for certain; not above 0: we do not. Once lost, it is not won again but by a Campaign.
+  Clock::duration Left() const;
+  // Waits until we no longer lead, or `given_up` says so; it is asked at each poll.
+  void WaitUntilLost(const std::function<bool()>& given_up);
+  // We cannot go on leading, though the lease may stand.
+  void Abandon();
+  // Ends the lease, so that another may lead.
+  void Resign();
+
+ private:
+  absl::StatusOr<std::optional<etcdserverpb::KeyValue>> ReadLeader() const;
+  absl::Status TryToWin();
+  absl::Status BeginToLead();
+  void Renew(std::int64_t lease, std::int64_t token);
+  void Extend(Clock::time_point sent, std::chrono::seconds ttl);
+
+  const EtcdClient& client_;
+  const std::string key_;
+  const LeaderAddress self_;
+  const ElectionTimes times_;
+
+  std::int64_t lease_ = 0;  // granted, and neither over nor revoked as far as we know
+  std::int64_t token_ = 0;
+  Clock::time_point granted_sent_;
+  std::chrono::seconds granted_ttl_{0};
+
+  mutable std::mutex mutex_;  // guards what follows
+  std::condition_variable wake_;
+  Clock::time_point until_ = Clock::time_point::min();
+  std::chrono::milliseconds renew_every_{0};
+  bool lost_ = true, stopping_ = false;
+  std::thread renewer_;
+};
+
+// As the key holds it: "10.0.0.1:7700 10.0.0.1:7703", "-" for none.
+std::string ToText(const LeaderAddress& address);
+std::optional<LeaderAddress> ReadLeaderAddress(const std::string& text);
+
+}  // namespace tessera::control

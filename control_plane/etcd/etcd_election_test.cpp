@@ -1,0 +1,145 @@
+#include "control_plane/etcd/etcd_election.h"
+
+#include <gmock/gmock.h>
+
+#include <atomic>
+#include <thread>
+
+#include "control_plane/testing/fake_etcd.h"
+#include "control_plane/testing/real_etcd.h"
+
+namespace tessera::control {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr ElectionTimes kQuick{.ttl = 2s, .poll = 10ms};
+const auto kNobodyGivesUp = [] { return false; };
+const auto kNobodyListens = [](const std::optional<LeaderAddress>&) {};
+
+class EtcdElectionTest : public ::testing::Test {
+ protected:
+  FakeEtcd etcd_;
+  std::unique_ptr<EtcdClient> client_ = etcd_.Connect();
+};
+
+TEST_F(EtcdElectionTest, TheFirstLeadsAndSaysWhere) {
+  EtcdElection one(*client_, "tessera", {.operators = "10.0.0.1:7700", .players = ""}, kQuick);
+  EXPECT_LE(one.Left(), 0s);
+  const auto fence = one.Campaign(kNobodyListens, kNobodyGivesUp);
+  ASSERT_TRUE(fence.ok()) << fence.status();
+  EXPECT_EQ(fence->key, "tessera/leader");
+  EXPECT_GT(fence->token, 0);
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "10.0.0.1:7700 -");
+  EXPECT_GT(one.Left(), 0s);
+  EXPECT_LE(one.Left(), 1800ms) << "a tenth is kept back";
+}
+
+TEST_F(EtcdElectionTest, AFollowerLearnsWhoLeadsAndIsNext) {
+  EtcdElection one(*client_, "tessera", {.operators = "10.0.0.1:7700", .players = "10.0.0.1:7703"}, kQuick);
+  EtcdElection two(*client_, "tessera", {.operators = "10.0.0.2:7700", .players = ""}, kQuick);
+  const auto first = one.Campaign(kNobodyListens, kNobodyGivesUp);
+  std::optional<LeaderAddress> followed;
+  const auto follow = [&](const std::optional<LeaderAddress>& leader) {
+    if (leader) {
+      followed = leader;
+      one.Resign();
+    }
+  };
+  const auto second = two.Campaign(follow, kNobodyGivesUp);
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_EQ(followed, (LeaderAddress{.operators = "10.0.0.1:7700", .players = "10.0.0.1:7703"}));
+  EXPECT_GT(second->token, first->token);
+  EXPECT_LE(one.Left(), 0s);
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "10.0.0.2:7700 -");
+}
+
+TEST_F(EtcdElectionTest, ACampaignIsGivenUp) {
+  EtcdElection one(*client_, "tessera", {}, kQuick), two(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  int asked = 0;
+  EXPECT_EQ(two.Campaign(kNobodyListens, [&] { return ++asked > 3; }).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_GT(one.Left(), 0s);
+}
+
+TEST_F(EtcdElectionTest, AnUnansweredCampaignThatWonIsFound) {
+  etcd_.FailNext({FakeEtcd::Fault::kLoseAnswer});
+  EtcdElection one(*client_, "tessera", {.operators = "a:1", .players = ""}, kQuick);
+  const auto fence = one.Campaign(kNobodyListens, kNobodyGivesUp);
+  ASSERT_TRUE(fence.ok()) << fence.status();
+  EXPECT_EQ(etcd_.Value("tessera/leader"), "a:1 -");
+  EXPECT_EQ(etcd_.transactions(), 2);
+}
+
+TEST_F(EtcdElectionTest, AnExpiredLeaseEndsIt) {
+  EtcdElection one(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.ExpireLeases();
+  one.WaitUntilLost(kNobodyGivesUp);
+  EXPECT_LE(one.Left(), 0s);
+}
+
+// etcd 3.4.23 has said yes to the renewal of a lease that it had revoked.
+TEST_F(EtcdElectionTest, ARenewalWithoutTheKeyEndsIt) {
+  EtcdElection one(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.ForgetKeys();
+  one.WaitUntilLost(kNobodyGivesUp);
+  EXPECT_LE(one.Left(), 0s);
+}
+
+TEST_F(EtcdElectionTest, WithoutRenewalsItEndsBeforeTheLeaseDoes) {
+  EtcdElection one(*client_, "tessera", {}, kQuick);
+  const auto begun = EtcdElection::Clock::now();
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  etcd_.FailRenewals(true);
+  one.WaitUntilLost(kNobodyGivesUp);
+  EXPECT_LE(one.Left(), 0s);
+  EXPECT_GE(EtcdElection::Clock::now() - begun, 1700ms);
+  EXPECT_FALSE(etcd_.Value("tessera/leader").empty()) << "etcd still holds the key, and nobody else can lead yet";
+}
+
+TEST_F(EtcdElectionTest, RenewalsKeepIt) {
+  EtcdElection one(*client_, "tessera", {}, kQuick);
+  ASSERT_TRUE(one.Campaign(kNobodyListens, kNobodyGivesUp).ok());
+  const auto until = EtcdElection::Clock::now() + 3s;
+  one.WaitUntilLost([&] { return EtcdElection::Clock::now() >= until; });
+  EXPECT_GT(one.Left(), 0s);
+}
+
+TEST(LeaderAddressTest, IsTheSameAfterItWasRead) {
+  for (const LeaderAddress& address :
+       {LeaderAddress{.operators = "a:1", .players = "b:2"}, LeaderAddress{.operators = "", .players = "b:2"}}) {
+    EXPECT_EQ(ReadLeaderAddress(ToText(address)), address);
+  }
+  EXPECT_EQ(ReadLeaderAddress("somebody"), std::nullopt);
+}
+
+// Three campaign at one etcd at once; each resigns when it has led.
+TEST(EtcdElectionRealTest, OneLeadsAtATime) {
+  const EtcdAddress address = RealEtcd::Shared().address("election");
+  std::atomic<int> leading{0}, led{0};
+  std::vector<std::thread> all;
+  std::vector<std::int64_t> tokens(3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    all.emplace_back([&, i] {
+      const auto client = *EtcdClient::Make(address, {});
+      EtcdElection election(*client, address.prefix, {.operators = "a:1", .players = ""}, kQuick);
+      const auto fence = election.Campaign(kNobodyListens, kNobodyGivesUp);
+      EXPECT_TRUE(fence.ok()) << fence.status();
+      EXPECT_EQ(leading.fetch_add(1), 0);
+      tokens[i] = fence->token;
+      ++led;
+      leading.fetch_sub(1);
+      election.Resign();
+    });
+  }
+  for (std::thread& thread : all) thread.join();
+  EXPECT_EQ(led, 3);
+  std::sort(tokens.begin(), tokens.end());
+  EXPECT_LT(tokens[0], tokens[1]);
+  EXPECT_LT(tokens[1], tokens[2]);
+}
+
+}  // namespace
+}  // namespace tessera::control

@@ -1,0 +1,37 @@
+// RealEtcd: the program `etcd` of the system, one member at free ports of loopback, with its data in a folder that goes
+// with it.
+//
+//   RealEtcd etcd;
+//   auto client = EtcdClient::Make(etcd.address("tessera"), {});
+//
+// Thread rule: the test's main thread.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "control_plane/etcd/etcd_address.h"
+#include "host/temporary_folder.h"
+#include "host/testing/watched_program.h"
+
+namespace tessera::control {
+
+class RealEtcd {
+ public:
+  RealEtcd();  // answers on return; the test fails otherwise
+  // One for all tests of this process.
+  static RealEtcd& Shared();
+
+  EtcdAddress address(const std::string& prefix) const {
+    return {.endpoints = {endpoint_}, .prefix = prefix, .is_local = true};
+  }
+  const std::string& endpoint() const { return endpoint_; }
+  host::WatchedProgram& program() { return *program_; }
+
+ private:
+  host::TemporaryFolder folder_;
+  std::string endpoint_;
+  std::unique_ptr<host::WatchedProgram> program_;
+};
+
+}  // namespace tessera::control
