@@ -193,7 +193,7 @@ TEST_F(AgentAdmissionTest, ReadyFileTellsWhereTheMetricsAreAndTheyCount) {
   for (const char* result : {"clean", "error", "signal"}) {
     EXPECT_THAT(metrics, HasSubstr("\ntessera_agent_worker_exits_total{result=\"" + std::string(result) + "\"} 0\n"));
   }
-  EXPECT_THAT(metrics, HasSubstr("\ntessera_process_resident_memory_bytes "));
+  EXPECT_THAT(metrics, HasSubstr("\nprocess_resident_memory_bytes "));
 }
 
 }  // namespace

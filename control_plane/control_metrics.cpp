@@ -52,37 +52,40 @@ void AddGauge(prometheus::MetricFamily& family, std::string state, int value) {
 
 // Adds families with one value for each running instance.
 void AddHealth(const std::vector<InstanceHealth>& all, std::vector<prometheus::MetricFamily>& families) {
-  struct HealthGauge {
+  struct HealthMetric {
+    prometheus::MetricType type;
     const char *name, *help;
     double (*value)(const InstanceHealth&);
     bool (*known)(const InstanceHealth&);
   };
   const auto always = [](const InstanceHealth&) { return true; };
-  const HealthGauge gauges[] = {
-      {"tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
+  using enum prometheus::MetricType;
+  const HealthMetric metrics[] = {
+      {Gauge, "tessera_control_unprotected_regions", "regions whose death now would cost time or bodies",
        [](const InstanceHealth& health) { return static_cast<double>(health.unprotected); }, always},
-      {"tessera_control_checkpoint_timestamp_seconds", "when the newest checkpoint was made; 0: there is none yet",
+      {Gauge, "tessera_control_checkpoint_timestamp_seconds",
+       "when the newest checkpoint was made; 0: there is none yet",
        [](const InstanceHealth& health) { return std::chrono::duration<double>(health.last_checkpoint).count(); },
        [](const InstanceHealth& health) { return health.checkpoints_expected || health.last_checkpoint.count() > 0; }},
-      {"tessera_control_imbalance", "step time of the busiest region by the mean of all",
+      {Gauge, "tessera_control_imbalance", "step time of the busiest region by the mean of all",
        [](const InstanceHealth& health) { return health.imbalance; },
        [](const InstanceHealth& health) { return health.imbalance > 0; }},
-      {"tessera_control_lost_bodies", "bodies lost by failovers",
+      {Counter, "tessera_control_lost_bodies_total", "bodies lost by failovers",
        [](const InstanceHealth& health) { return static_cast<double>(health.lost_bodies); }, always},
-      {"tessera_control_lost_ticks", "ticks lost by restoring from checkpoints",
+      {Counter, "tessera_control_lost_ticks_total", "ticks lost by restoring from checkpoints",
        [](const InstanceHealth& health) { return static_cast<double>(health.lost_ticks); }, always},
-      {"tessera_control_game_events", "events that the game published for its backend",
+      {Gauge, "tessera_control_game_events", "events that the game published for its backend",
        [](const InstanceHealth& health) { return static_cast<double>(health.published_events); }, always},
-      {"tessera_control_game_messages_waiting", "messages of the game's backend that no region has answered",
+      {Gauge, "tessera_control_game_messages_waiting", "messages of the game's backend that no region has answered",
        [](const InstanceHealth& health) { return static_cast<double>(health.game_messages_waiting); }, always},
   };
-  for (const HealthGauge& entry : gauges) {
-    prometheus::MetricFamily family{entry.name, entry.help, prometheus::MetricType::Gauge, {}};
+  for (const HealthMetric& entry : metrics) {
+    prometheus::MetricFamily family{entry.name, entry.help, entry.type, {}};
     for (const InstanceHealth& health : all) {
       if (!entry.known(health)) continue;
       prometheus::ClientMetric metric;
       metric.label.push_back({"instance_id", health.id});
-      metric.gauge.value = entry.value(health);
+      (entry.type == Counter ? metric.counter.value : metric.gauge.value) = entry.value(health);
       family.metric.push_back(std::move(metric));
     }
     families.push_back(std::move(family));

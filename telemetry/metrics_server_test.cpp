@@ -69,7 +69,7 @@ TEST_F(MetricsServerTest, ScrapeShowsRegistryAndProcess) {
   EXPECT_THAT(reply, StartsWith("HTTP/1.1 200 OK\r\n"));
   EXPECT_THAT(reply, HasSubstr("Content-Type: text/plain; version=0.0.4"));
   EXPECT_THAT(reply, HasSubstr("\ntessera_test_total{kind=\"a\"} 3\n"));
-  EXPECT_THAT(reply, HasSubstr("\ntessera_process_resident_memory_bytes "));
+  EXPECT_THAT(reply, HasSubstr("\nprocess_resident_memory_bytes "));
 }
 
 TEST_F(MetricsServerTest, ContentLengthIsThatOfTheBody) {

@@ -27,6 +27,11 @@ std::uint64_t CountOpenFds() {
   return count - 1;  // the folder itself is open while it is read
 }
 
+std::uint64_t MostOpenFds() {
+  rlimit limit{};
+  return getrlimit(RLIMIT_NOFILE, &limit) == 0 ? static_cast<std::uint64_t>(limit.rlim_cur) : 0;
+}
+
 // Boot time plus field 22 of /proc/self/stat, counted in clock ticks since boot (proc(5)). The second field is the
 // program's name in parentheses, which may hold spaces, so fields are counted from the last ')'.
 double StartTime() {
@@ -56,6 +61,14 @@ prometheus::MetricFamily Family(const char* name, const char* help, prometheus::
     metric.gauge.value = value;
   }
   return {.name = name, .help = help, .type = type, .metric = {metric}};
+}
+
+// The value is always 1: which release runs where stands in the label, so that a query can join it to other metrics.
+prometheus::MetricFamily BuildInfo() {
+  prometheus::MetricFamily family =
+      Family("tessera_build_info", "1; the release is in the label", prometheus::MetricType::Gauge, 1);
+  family.metric.front().label.push_back({"version", TESSERA_VERSION});
+  return family;
 }
 
 }  // namespace
@@ -98,7 +111,8 @@ ProcessReading ReadProcess() {
   getrusage(RUSAGE_SELF, &usage);
   return {.cpu_s = Seconds(usage.ru_utime) + Seconds(usage.ru_stime),
           .start_time_unix_s = StartTime(),
-          .open_fds = CountOpenFds()};
+          .open_fds = CountOpenFds(),
+          .max_fds = MostOpenFds()};
 }
 
 std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
@@ -107,9 +121,9 @@ std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
   const ProcessReading process = ReadProcess();
   const auto number = [](std::uint64_t value) { return static_cast<double>(value); };
   return {
-      Family("tessera_process_virtual_memory_bytes", "Address space of this process", Type::Gauge,
+      Family("process_virtual_memory_bytes", "Address space of this process", Type::Gauge,
              number(memory.process_virtual_bytes)),
-      Family("tessera_process_resident_memory_bytes", "Physical memory of this process", Type::Gauge,
+      Family("process_resident_memory_bytes", "Physical memory of this process", Type::Gauge,
              number(memory.process_physical_bytes)),
       Family("tessera_host_virtual_memory_available_bytes", "Memory and swap that the host can still give", Type::Gauge,
              number(memory.host_virtual_available_bytes)),
@@ -119,11 +133,13 @@ std::vector<prometheus::MetricFamily> ProcessMetrics::Collect() const {
              Type::Gauge, number(memory.host_physical_available_bytes)),
       Family("tessera_host_physical_memory_total_bytes", "Memory of the host", Type::Gauge,
              number(memory.host_physical_total_bytes)),
-      Family("tessera_process_cpu_seconds_total", "User and system time of this process", Type::Counter, process.cpu_s),
-      Family("tessera_process_open_fds", "Open file descriptors of this process", Type::Gauge,
-             number(process.open_fds)),
-      Family("tessera_process_start_time_seconds", "When this process started, Unix time", Type::Gauge,
+      Family("process_cpu_seconds_total", "User and system time of this process", Type::Counter, process.cpu_s),
+      Family("process_open_fds", "Open file descriptors of this process", Type::Gauge, number(process.open_fds)),
+      Family("process_max_fds", "File descriptors that this process may have open", Type::Gauge,
+             number(process.max_fds)),
+      Family("process_start_time_seconds", "When this process started, Unix time", Type::Gauge,
              process.start_time_unix_s),
+      BuildInfo(),
   };
 }
 

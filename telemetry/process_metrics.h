@@ -27,6 +27,7 @@ struct ProcessReading {
   double cpu_s = 0;  // user and system, all threads
   double start_time_unix_s = 0;
   std::uint64_t open_fds = 0;
+  std::uint64_t max_fds = 0;  // the soft limit
 };
 
 MemoryReading ReadMemory();
@@ -36,7 +37,8 @@ ProcessReading ReadProcess();
 void ParseStatm(const std::string& statm, std::uint64_t page_bytes, MemoryReading& reading);
 void ParseMeminfo(const std::string& meminfo, MemoryReading& reading);
 
-// The readings as metrics; docs/metrics.md lists the names. MetricsServer includes it by itself.
+// The readings as metrics, under the names that Prometheus gives to such readings of every program, and the release;
+// docs/metrics.md lists them. MetricsServer includes it by itself.
 class ProcessMetrics : public prometheus::Collectable {
  public:
   std::vector<prometheus::MetricFamily> Collect() const override;

@@ -87,14 +87,20 @@ TEST(ReadProcessTest, StartedNotLongAgo) {
 TEST(ProcessMetricsTest, NamesFollowPrometheusConventions) {
   std::map<std::string, prometheus::MetricFamily> families;
   for (auto& family : ProcessMetrics().Collect()) families[family.name] = family;
-  EXPECT_EQ(families.size(), 9u);
+  EXPECT_EQ(families.size(), 11u);
   for (const auto& [name, family] : families) {
-    EXPECT_TRUE(name.starts_with("tessera_")) << name;
+    EXPECT_TRUE(name.starts_with("tessera_") || name.starts_with("process_")) << name;
     EXPECT_EQ(name.ends_with("_total"), family.type == prometheus::MetricType::Counter) << name;
     EXPECT_FALSE(family.help.empty()) << name;
     ASSERT_EQ(family.metric.size(), 1u) << name;
   }
-  EXPECT_GT(families["tessera_process_resident_memory_bytes"].metric[0].gauge.value, 0);
+  EXPECT_GT(families["process_resident_memory_bytes"].metric[0].gauge.value, 0);
+  EXPECT_GE(families["process_max_fds"].metric[0].gauge.value, families["process_open_fds"].metric[0].gauge.value);
+  const prometheus::ClientMetric& build = families["tessera_build_info"].metric[0];
+  EXPECT_EQ(build.gauge.value, 1);
+  ASSERT_EQ(build.label.size(), 1u);
+  EXPECT_EQ(build.label[0].name, "version");
+  EXPECT_FALSE(build.label[0].value.empty());
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ std::vector<DashboardQuery> DashboardQueries(const std::string& window) {
 }
 
 std::set<MetricInfo> ListedMetrics() {
-  static const std::regex row(R"(^\| `(tessera_\w+)(\{[^`]*\})?` \| (\w+) \|)");
+  static const std::regex row(R"(^\| `((?:tessera|process)_\w+)(\{[^`]*\})?` \| (\w+) \|)");
   std::set<MetricInfo> metrics;
   std::istringstream page(ReadSource("docs/metrics.md"));
   for (std::string line; std::getline(page, line);) {
@@ -70,7 +70,7 @@ std::set<MetricInfo> ListedMetrics() {
 }
 
 std::set<std::string> MetricNamesIn(const std::string& text) {
-  static const std::regex word(R"(\btessera_\w+)");
+  static const std::regex word(R"(\b(?:tessera|process)_\w+)");
   std::set<std::string> names;
   for (std::sregex_iterator it(text.begin(), text.end(), word), end; it != end; ++it) names.insert(it->str());
   return names;

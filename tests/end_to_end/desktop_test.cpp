@@ -138,8 +138,8 @@ TEST_F(DesktopTest, PlaysAndShowsWhatItCosts) {
     }
     constexpr double kMib = 1024.0 * 1024;
     near("tick", metric("tessera_region_tick"));
-    near("process_virtual_mib", metric("tessera_process_virtual_memory_bytes") / kMib);
-    near("process_physical_mib", metric("tessera_process_resident_memory_bytes") / kMib);
+    near("process_virtual_mib", metric("process_virtual_memory_bytes") / kMib);
+    near("process_physical_mib", metric("process_resident_memory_bytes") / kMib);
     near("host_virtual_total_mib", metric("tessera_host_virtual_memory_total_bytes") / kMib);
     near("host_physical_total_mib", metric("tessera_host_physical_memory_total_bytes") / kMib);
   }

@@ -52,7 +52,7 @@ class GatewayTest : public WorldTest {
   static double ResidentBytes(const std::string& metrics_address) {
     const auto page = telemetry::HttpGet(metrics_address, "/metrics");
     if (!page.ok()) return 0;
-    const std::string name = "\ntessera_process_resident_memory_bytes ";
+    const std::string name = "\nprocess_resident_memory_bytes ";
     const std::size_t at = page->body.find(name);
     double bytes = 0;
     if (at == std::string::npos) return 0;

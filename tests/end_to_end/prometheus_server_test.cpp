@@ -36,7 +36,7 @@ TEST(PrometheusServerTest, ScrapesWhatDiscoveryListsWithItsLabels) {
   ASSERT_EQ(result.size(), 1u);
   EXPECT_EQ(result[0].at("value").at(1), "42");
   EXPECT_EQ(prometheus.Query(R"(up{job="tessera"} == 1)").size(), 1u);
-  EXPECT_EQ(prometheus.Query("tessera_process_resident_memory_bytes > 1e6").size(), 1u);
+  EXPECT_EQ(prometheus.Query("process_resident_memory_bytes > 1e6").size(), 1u);
 }
 
 TEST(PrometheusServerTest, TellsWhatIsWrongWithAQuery) {
