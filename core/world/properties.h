@@ -36,6 +36,8 @@ struct PropertyBytes {
 // A BodyId refers to another body, which need not be there; 0: to none.
 using PropertyValue = std::variant<bool, std::int64_t, double, std::string, Vec3d, BodyId, PropertyBytes>;
 
+using NamedProperty = std::pair<std::string, PropertyValue>;
+
 // Which clients see a property, or a body.
 enum class Visibility : std::uint8_t {
   kEveryone,
