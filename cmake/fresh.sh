@@ -3,6 +3,8 @@
 #
 #   fresh.sh COMMAND [ARGUMENT...]     as root, in the folder of the repository
 #
+# TESSERA_FRESH_BRING names a folder of the repository that git does not track and that the empty system is to have too.
+#
 # The empty system is made once, by debootstrap, and kept in build/fresh/base; each run works on a fresh overlay of it, which is
 # deleted afterwards. It takes the sources and the proxies of this machine's apt, and whom this machine trusts, for npm behind a
 # proxy that signs for itself. Mounts and processes of a run live in namespaces that end with it, however it ends. The network is
@@ -72,6 +74,10 @@ copy_repository() {
   mkdir -p "$folder"
   tree=$(git -c safe.directory="$PWD" -c user.name=fresh -c user.email=fresh@localhost stash create)
   git -c safe.directory="$PWD" archive "${tree:-HEAD}" | tar -x -C "$folder" --no-same-owner
+  if [[ -n ${TESSERA_FRESH_BRING:-} ]]; then
+    mkdir -p "$folder/$TESSERA_FRESH_BRING"
+    cp -a "$TESSERA_FRESH_BRING/." "$folder/$TESSERA_FRESH_BRING/"
+  fi
 }
 
 # enter RUN COMMAND...: in namespaces of its own. Nothing mounted here is seen outside, and all of it goes with the namespace.

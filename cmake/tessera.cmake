@@ -19,17 +19,21 @@ function(tessera_library name)
   set_property(GLOBAL APPEND PROPERTY tessera_libraries ${name})
 endfunction()
 
-# tessera_program(NAME OUTPUT sources... DEPS target... [NO_INSTALL]): an executable called OUTPUT in <build>/bin. What only
-# developers run is not installed.
+# tessera_program(NAME OUTPUT sources... DEPS target... [PACKAGE package] [NO_INSTALL]): an executable called OUTPUT in
+# <build>/bin. It is installed with the Debian package of its name unless PACKAGE names another. What only developers run is
+# not installed.
 function(tessera_program name output)
-  cmake_parse_arguments(arg "NO_INSTALL" "" "DEPS" ${ARGN})
+  cmake_parse_arguments(arg "NO_INSTALL" "PACKAGE" "DEPS" ${ARGN})
+  if(NOT arg_PACKAGE)
+    set(arg_PACKAGE ${output})
+  endif()
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE tessera_options ${arg_DEPS})
   set_target_properties(${name} PROPERTIES OUTPUT_NAME ${output}
                         RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
   tessera_merge(${name})
   if(NOT arg_NO_INSTALL)
-    install(TARGETS ${name} RUNTIME DESTINATION bin)
+    install(TARGETS ${name} RUNTIME DESTINATION bin COMPONENT ${arg_PACKAGE})
   endif()
 endfunction()
 

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# try_units.sh BUILD FOLDER: tries the units under a real systemd, in a container with no network but its own loopback.
+# try_units.sh PACKAGES FOLDER: tries the units under a real systemd, in a container with no network but its own loopback.
 #
-# BUILD is a build folder that holds the programs (./dev build release). FOLDER is where the container's system lies, for
-# example /var/tmp/tessera-units; if it is not there, debootstrap makes it (350 MB from Debian's mirror, two minutes) and
-# later runs use it again, without network, in half a minute. Needs root, and: apt-get install debootstrap systemd-container
+# PACKAGES is a folder of packages (./dev package); those of a later version, to upgrade to, are in PACKAGES/later, which
+# `./dev package --try` leaves behind. FOLDER is where the container's system lies, for example /var/tmp/tessera-units; if it
+# is not there, debootstrap makes it (350 MB from Debian's mirror, two minutes), and apt installs what the packages depend on.
+# Needs root, and: apt-get install debootstrap systemd-container
 #
 # Holds: both services become ready; a host without token says so and stays down; workers, with their pids, outlive the agent's
-# restart, SIGKILL, hang (watchdog) and stop, and the control plane's restart and SIGKILL; the next agent adopts them and
-# the world runs on.
+# restart, SIGKILL, hang (watchdog) and stop, the control plane's restart and SIGKILL, and an upgrade of all packages; the next
+# agent adopts them and the world runs on. A removal ends them.
 set -euo pipefail
 
 [[ $# -eq 2 ]] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-BUILD=$(realpath -- "$1")
+PACKAGES=$(realpath -- "$1")
 ROOT=$(realpath -m -- "$2")
-readonly BUILD ROOT
-readonly PACKAGES=systemd,systemd-sysv,dbus,procps,libgrpc++1.51,libprotobuf32,libbullet3.24,libenet7,liblua5.4-0,libsodium23,libsqlite3-0,libspdlog1.10,libfmt9,libcivetweb1,libprometheus-cpp-core1.0
+readonly PACKAGES ROOT
 
 fail() {
   printf 'FAILED: %s\n' "$*" >&2
@@ -47,7 +47,7 @@ boot() {
   systemd-nspawn --quiet --directory="$ROOT" --machine=tessera-units --register=no --keep-unit --private-network \
     --console=pipe --boot </dev/null >"$LOG" 2>&1 &
   NSPAWN=$!
-  trap 'kill "$NSPAWN" 2>/dev/null; wait "$NSPAWN" || true; rm -f -- "$LOG"' EXIT
+  trap 'kill "$NSPAWN" 2>/dev/null; wait "$NSPAWN" || true; rm -f -- "$LOG" "$APT_LOG"' EXIT
   local _
   for _ in {1..200}; do
     INIT=$(pgrep --parent "$NSPAWN" | head -n 1) || true
@@ -59,10 +59,19 @@ boot() {
 }
 
 LOG=$(mktemp)
-if [[ ! -e $ROOT/etc/debian_version ]]; then debootstrap --variant=minbase --include="$PACKAGES" bookworm "$ROOT"; fi
-rm -rf -- "$ROOT/var/lib/tessera" "$ROOT/root/.config/tessera" "$ROOT/etc/credstore/tessera.join-token" \
-  "$ROOT"/etc/systemd/system/multi-user.target.wants/tessera-*
-DESTDIR=$ROOT cmake --install "$BUILD" --prefix /usr/local >/dev/null
+APT_LOG=$(mktemp)
+if [[ ! -e $ROOT/etc/debian_version ]]; then debootstrap --include=systemd,systemd-sysv,dbus,procps bookworm "$ROOT"; fi
+
+# in_root COMMAND...: in the container's system while it is not up, with this machine's network.
+in_root() { chroot "$ROOT" env -i DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin "$@"; }
+# What an earlier run left; then the packages anew, and what they depend on.
+in_root dpkg --purge tessera-cli tessera-control tessera-agent tessera-gateway >"$APT_LOG" 2>&1
+rm -rf -- "$ROOT/root/.config/tessera" "$ROOT/etc/credstore/tessera.join-token" "$ROOT/packages"
+mkdir "$ROOT/packages"
+cp -r -- "$PACKAGES"/tessera-*.deb "$PACKAGES/later" "$ROOT/packages"
+apt-config dump | grep -E '^Acquire::' >"$ROOT/etc/apt/apt.conf.d/00host" || true
+in_root sh -c 'apt-get -q update && apt-get -q -y install --no-install-recommends /packages/tessera-*.deb' >"$APT_LOG" 2>&1 ||
+  { cat "$APT_LOG" >&2; printf 'FAILED: the packages cannot be installed\n' >&2; exit 1; }
 boot
 
 # --- What the world looks like ------------------------------------------------------------------------------------------
@@ -83,8 +92,6 @@ survived() {
 
 # --- The trial ----------------------------------------------------------------------------------------------------------
 
-inside systemd-sysusers
-inside systemctl daemon-reload
 inside sh -c 'echo "TESSERA_CONTROL_FLAGS=--listen 127.0.0.1:7700" >/etc/default/tessera-control'
 inside sh -c 'echo "TESSERA_AGENT_FLAGS=--control 127.0.0.1:7700" >/etc/default/tessera-agent'
 inside systemctl start tessera-control || fail "tessera-control is not ready"
@@ -139,6 +146,17 @@ survived "control plane restarted"
 inside systemctl kill --signal=KILL tessera-control
 eventually "control plane killed: another answers" inside tessera instance list
 survived "control plane killed"
+
+inside sh -c 'dpkg -i /packages/later/tessera-*.deb' >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "upgrade"; }
+inside dpkg --status tessera-agent | grep -q '^Version: .*+later$' || fail "not upgraded"
+survived "all packages upgraded"
+
+inside dpkg --remove tessera-agent >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "removal of tessera-agent"; }
+if workers; then fail "workers outlive the removal of their package"; fi
+echo "ok: a removal ends the workers"
+inside sh -c 'dpkg -i /packages/later/tessera-agent_*.deb' >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "installation after a removal"; }
+inside systemctl start tessera-agent
+eventually "installed again: the world is RUNNING" running
 
 inside tessera instance delete inst-1 --wait
 if workers; then fail "workers are left"; fi

@@ -31,7 +31,7 @@ constexpr const char* kInContainer = "needs root and systemd; deploy/systemd/try
 constexpr const char* kWholeBuild = "builds this repository, of which this test is a part";
 constexpr const char* kTakesLong = "takes minutes or more; its parts are run by their own tests";
 
-constexpr std::array<NotRun, 34> kNotRun = {{
+constexpr std::array<NotRun, 36> kNotRun = {{
     {"./dev test", kWholeBuild},
     {"./dev build", kWholeBuild},
     {"./dev fmt", "changes the sources"},
@@ -41,8 +41,10 @@ constexpr std::array<NotRun, 34> kNotRun = {{
     {"./dev bench", kTakesLong},
     {"./dev sim", kTakesLong},
     {".ci/run", kTakesLong},
-    {"cmake --install", "installs into the system; sdk_package_test and try_units.sh install elsewhere"},
-    {"apt-get install", "needs root and the network; try_units.sh installs the same packages"},
+    {"cmake --install", "installs into the system; sdk_package_test installs elsewhere"},
+    {"apt-get install", "needs root and the network; ./dev package --try installs the same packages in an empty system"},
+    {"./dev package", kTakesLong},
+    {"tessera demo", "runs for a minute; end_to_end_instance_test runs it for less"},
     {"systemd-sysusers", kInContainer},
     {"sysctl", "needs root, and changes the kernel of the machine"},
     {"systemctl daemon-reload", kInContainer},
