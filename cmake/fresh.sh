@@ -89,7 +89,15 @@ enter() {
   copy_network "$root"
   local authorities=
   if [[ -e $root$AUTHORITIES ]]; then authorities=$AUTHORITIES; fi
-  copy_repository "$root/tessera"
+  # At its own path, so that what this machine has compiled of the same sources is found in its compiler cache; the cache is
+  # the one thing that the empty system shares.
+  copy_repository "$root$PWD"
+  local cache=()
+  if command -v ccache >/dev/null && [[ -d $(ccache --get-config cache_dir) ]]; then
+    mkdir -p "$root/var/cache/ccache"
+    mount --bind "$(ccache --get-config cache_dir)" "$root/var/cache/ccache"
+    cache=(CCACHE_DIR=/var/cache/ccache CCACHE_MAXSIZE="$(ccache --get-config max_size)")
+  fi
   mount -t proc proc "$root/proc"
   mount -t sysfs sysfs "$root/sys"
   mount -t tmpfs -o mode=755 tmpfs "$root/run"
@@ -104,10 +112,11 @@ enter() {
     mount --bind "/dev/$device" "$root/dev/$device"
   done
   # This shell is process 1 of the namespace and waits for orphans too.
+  # shellcheck disable=SC2016  # expands inside
   chroot "$root" /usr/bin/env -i HOME=/root TERM="${TERM:-dumb}" PATH=/usr/sbin:/usr/bin:/sbin:/bin ${CI:+CI="$CI"} \
     ${authorities:+NODE_EXTRA_CA_CERTS="$authorities"} \
-    ${TESSERA_MERGE:+TESSERA_MERGE="$TESSERA_MERGE"} ${TESSERA_SLOWNESS:+TESSERA_SLOWNESS="$TESSERA_SLOWNESS"} \
-    bash -c 'cd /tessera && exec ./dev "$@"' dev "$@"
+    "${cache[@]}" ${TESSERA_MERGE:+TESSERA_MERGE="$TESSERA_MERGE"} ${TESSERA_SLOWNESS:+TESSERA_SLOWNESS="$TESSERA_SLOWNESS"} \
+    bash -c 'cd "$0" && exec ./dev "$@"' "$PWD" "$@"
 }
 
 # Ends what still runs and deletes the run's folder; processes that were just killed may still add a file to it.

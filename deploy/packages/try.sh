@@ -17,7 +17,7 @@ fail() {
 apt() { env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o Dpkg::Use-Pty=0 "$@" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log >&2; fail "apt-get $*"; }; }
 as_user() { setpriv --reuid=player --regid=player --clear-groups env -i HOME=/home/player PATH=/usr/bin:/bin "$@"; }
 # Lines "path" of everything of ours that is installed.
-ours() { find / -xdev \( -path /proc -o -path /sys -o -path /tessera -o -path /tmp \) -prune -o -iname '*tessera*' -print | sort; }
+ours() { find / -xdev \( -path /proc -o -path /sys -o -path "$PWD" -o -path /tmp \) -prune -o -iname '*tessera*' -print | sort; }
 
 useradd --create-home player
 apt update
