@@ -8,7 +8,7 @@
 #
 # Holds: both services become ready; a host without token says so and stays down; workers, with their pids, outlive the agent's
 # restart, SIGKILL, hang (watchdog) and stop, the control plane's restart and SIGKILL, and an upgrade of all packages; the next
-# agent adopts them and the world runs on. A removal ends them.
+# agent adopts them and the world runs on. A removal ends them, and with the package comes the world, from its checkpoint.
 set -euo pipefail
 
 [[ $# -eq 2 ]] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
@@ -151,6 +151,8 @@ inside sh -c 'dpkg -i /packages/later/tessera-*.deb' >"$APT_LOG" 2>&1 || { cat "
 inside dpkg --status tessera-agent | grep -q '^Version: .*+later$' || fail "not upgraded"
 survived "all packages upgraded"
 
+# All its regions die with the host, so the world comes back from a checkpoint.
+inside tessera instance checkpoint inst-1
 inside dpkg --remove tessera-agent >"$APT_LOG" 2>&1 || { cat "$APT_LOG" >&2; fail "removal of tessera-agent"; }
 if workers; then fail "workers outlive the removal of their package"; fi
 echo "ok: a removal ends the workers"
