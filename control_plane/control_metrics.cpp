@@ -156,7 +156,15 @@ std::vector<prometheus::MetricFamily> SummaryMetrics::Collect() const {
   prometheus::ClientMetric written;
   written.counter.value = static_cast<double>(revision_() - first_revision_);
   writes.metric.push_back(written);
-  std::vector<prometheus::MetricFamily> families{hosts, instances, writes};
+  prometheus::MetricFamily failures{
+      "tessera_control_store_failures_total", "writes to the store that failed", prometheus::MetricType::Counter, {}};
+  failures.metric.emplace_back().counter.value = static_cast<double>(summary.failed_writes);
+  prometheus::MetricFamily failing{"tessera_control_store_failing",
+                                   "1 if the last write to the store failed, else 0",
+                                   prometheus::MetricType::Gauge,
+                                   {}};
+  failing.metric.emplace_back().gauge.value = summary.store_failing ? 1 : 0;
+  std::vector<prometheus::MetricFamily> families{hosts, instances, writes, failures, failing};
   AddHealth(summary.health, families);
   return families;
 }

@@ -40,7 +40,12 @@ Now ControlPlane::ReadClocks() {
 // Hands out what the last call set off. Requires the lock.
 void ControlPlane::Publish() {
   Effects effects = cluster_->TakeEffects();
-  for (const std::string& line : effects.log) spdlog::info("{}", OneLine(line, 2 * kMaxReasonBytes));
+  for (const LogLine& line : effects.log) {
+    const auto level = line.severity == Severity::kError     ? spdlog::level::err
+                       : line.severity == Severity::kWarning ? spdlog::level::warn
+                                                             : spdlog::level::info;
+    spdlog::log(level, "{}", OneLine(line.text, 2 * kMaxReasonBytes));
+  }
   for (const StreamId id : effects.desired) {
     if (const auto found = streams_.find(id); found != streams_.end()) {
       found->second->desired = true;

@@ -105,6 +105,9 @@ inline constexpr std::chrono::milliseconds kWatchInterval{100};
 inline constexpr std::chrono::milliseconds kPlayerKnownTimeout{2000};
 // How long a change of a property waits for the owner of its body: longer than a failover takes.
 inline constexpr std::chrono::milliseconds kPropertyTimeout{10'000};
+// For how long a region's reports must show the same tick before its world is said to stand still: longer than a worker
+// of a busy host misses, and than the regions wait for each other.
+inline constexpr std::chrono::milliseconds kStandsStillAfter{2000};
 // How often deadlines are checked. No command waits for it.
 inline constexpr std::chrono::milliseconds kTimerInterval{100};
 

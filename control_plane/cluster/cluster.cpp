@@ -93,6 +93,7 @@ void Cluster::NoteTime(Now now) {
 
 void Cluster::HandleTimer(Now now) {
   NoteTime(now);
+  state_->ProbeStore(now);
   for (HostEntry& host : state_->EachHost()) {
     if (!hosts_.Lost(host, now)) continue;
     InstanceNumbers touched;

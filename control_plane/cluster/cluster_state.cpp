@@ -28,6 +28,9 @@ std::vector<std::string> Without(std::vector<std::string> keys, const std::vecto
   return keys;
 }
 
+// From a failed write to the next one that only asks whether writing works again.
+constexpr Steady kProbeAfter = std::chrono::seconds(1);
+
 absl::Status NotWritten(const absl::Status& status) { return absl::UnavailableError(status.message()); }
 
 }  // namespace
@@ -58,7 +61,7 @@ absl::StatusOr<std::unique_ptr<ClusterState>> ClusterState::Load(Store& store) {
 absl::Status ClusterState::BeginLife() {
   counters_.record.set_lives(counters_.record.lives() + 1);
   last_revision_ = counters_.record.lives() << kLifeShift;
-  const auto written = store_.Put(kCountersKey, counters_.record.SerializeAsString(), counters_.revision);
+  const auto written = WriteCounters();
   if (!written.ok()) return written.status();
   counters_.revision = *written;
   return absl::OkStatus();
@@ -130,6 +133,36 @@ const InstanceEntry* ClusterState::FindByRequestId(const std::string& request_id
 
 // --- Writing.
 
+absl::StatusOr<Revision> ClusterState::Write(std::span<const StoreOp> ops) {
+  auto written = store_.Txn(ops);
+  const std::string why = written.ok() ? "" : std::string(written.status().message());
+  if (!written.ok()) ++failed_writes_;
+  if (why.empty() != store_trouble_.empty()) {
+    if (why.empty()) {
+      Log("store can be written again");
+    } else {
+      Log(absl::StrCat("store cannot be written, nothing that dies is replaced: ", why), Severity::kError);
+    }
+    probe_at_ = Steady(0);
+  }
+  store_trouble_ = why;
+  return written;
+}
+
+absl::StatusOr<Revision> ClusterState::WriteOne(const StoreOp& op) { return Write({&op, 1}); }
+
+absl::StatusOr<Revision> ClusterState::WriteCounters() {
+  return WriteOne(PutOp(kCountersKey, counters_.record.SerializeAsString(), counters_.revision));
+}
+
+void ClusterState::ProbeStore(Now now) {
+  if (store_trouble_.empty()) return;
+  if (probe_at_ == Steady(0)) probe_at_ = now.steady + kProbeAfter;
+  if (now.steady < probe_at_) return;
+  probe_at_ = now.steady + kProbeAfter;
+  if (const auto written = WriteCounters(); written.ok()) counters_.revision = *written;
+}
+
 absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
   records::Counters counters = counters_.record;
   const std::uint64_t number = counters.last_host() + 1;
@@ -137,7 +170,7 @@ absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
   record.set_id(absl::StrCat(kHostId, number));
   const StoreOp ops[] = {PutOp(kCountersKey, counters.SerializeAsString(), counters_.revision),
                          PutOp(HostKey(number), record.SerializeAsString(), kAbsent)};
-  const auto written = store_.Txn(ops);
+  const auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = counters;
   counters_.revision = *written;
@@ -149,7 +182,7 @@ absl::StatusOr<HostEntry*> ClusterState::AddHost(records::Host record) {
 }
 
 absl::Status ClusterState::StoreHost(HostEntry& host, const records::Host& next) {
-  const auto written = store_.Put(HostKey(host.number), next.SerializeAsString(), host.revision);
+  const auto written = WriteOne(PutOp(HostKey(host.number), next.SerializeAsString(), host.revision));
   if (!written.ok()) return NotWritten(written.status());
   host.record = next;
   host.revision = *written;
@@ -157,7 +190,7 @@ absl::Status ClusterState::StoreHost(HostEntry& host, const records::Host& next)
 }
 
 absl::Status ClusterState::RemoveHost(HostEntry& host, const absl::Status& why) {
-  const auto written = store_.Delete(HostKey(host.number), host.revision);
+  const auto written = WriteOne(DeleteOp(HostKey(host.number), host.revision));
   if (!written.ok()) return NotWritten(written.status());
   CloseStream(host, why);
   hosts_.erase(host.number);
@@ -182,7 +215,7 @@ absl::StatusOr<InstanceEntry*> ClusterState::AddInstance(records::Instance recor
                            PutOp(InstanceKey(number), record.SerializeAsString(), kAbsent)};
   const std::vector<StoreOp> missing = PutMissing(record, contents);
   ops.insert(ops.end(), missing.begin(), missing.end());
-  const auto written = store_.Txn(ops);
+  const auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
   counters_.record = counters;
   counters_.revision = *written;
@@ -206,7 +239,7 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
     const auto use = contents_.find(key);
     if (use != contents_.end() && use->second.instances == 1) ops.push_back(DeleteOp(key, use->second.revision));
   }
-  const auto written = store_.Txn(ops);
+  const auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
   for (const StoreOp& put : missing) contents_[put.key].revision = *written;
   for (const std::string& key : added) ++contents_[key].instances;
@@ -224,7 +257,7 @@ absl::Status ClusterState::StoreInstance(InstanceEntry& instance, const records:
 }
 
 absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
-  const auto written = store_.Delete(InstanceKey(instance.number), instance.revision);
+  const auto written = WriteOne(DeleteOp(InstanceKey(instance.number), instance.revision));
   if (!written.ok()) return written.status();
   request_ids_.erase(instance.record.request_id());
   instances_.erase(instance.number);
@@ -233,7 +266,7 @@ absl::Status ClusterState::RemoveInstance(const InstanceEntry& instance) {
 
 absl::Status ClusterState::ReuseContents(const records::Instance& record, const Contents& contents) {
   if (const std::vector<StoreOp> missing = PutMissing(record, contents); !missing.empty()) {
-    const auto written = store_.Txn(missing);
+    const auto written = Write(missing);
     if (!written.ok()) return NotWritten(written.status());
     for (const StoreOp& put : missing) contents_[put.key].revision = *written;
   }
@@ -242,7 +275,7 @@ absl::Status ClusterState::ReuseContents(const records::Instance& record, const 
 }
 
 absl::StatusOr<Revision> ClusterState::WriteStored(std::span<const StoreOp> ops) {
-  auto written = store_.Txn(ops);
+  auto written = Write(ops);
   if (!written.ok()) return NotWritten(written.status());
   return written;
 }
@@ -330,7 +363,7 @@ HostEntry* HostAt(ClusterState& state, const InstanceEntry& instance, std::size_
 
 void LogTrouble(ClusterState& state, InstanceEntry& instance, const char* what, const absl::Status& status) {
   if (std::exchange(instance.trouble, std::string(status.message())) == status.message()) return;
-  state.Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()));
+  state.Log(absl::StrCat(what, " id=", instance.record.id(), ": ", status.message()), Severity::kWarning);
 }
 
 FoundWorker FindWorker(ClusterState& state, const HostEntry& host, const v1::WorkerIdentity& identity) {

@@ -48,7 +48,8 @@ struct WorkerEntry {
   std::string certified;    // that key
   bool reported = false;
   Steady reported_at{0};
-  int missed = 0;  // heartbeats in a row that did not name it
+  Steady stepped_at{0};  // when it last reported another tick than before
+  int missed = 0;        // heartbeats in a row that did not name it
 
   // Written by DesiredSets.
   v1::WorkerOrder order;       // as last given out
@@ -104,6 +105,9 @@ struct InstanceEntry {
   std::size_t game_messages_waiting = 0;  // for an answer
 
   std::string trouble;  // why its last step could not be taken; logged once
+
+  // Written by Reconciler.
+  std::string unstored;  // why its next step cannot be stored; empty: none is wanted, or it can
 };
 
 // The values of a map, in the order of its keys, for a range-based for.
@@ -163,6 +167,13 @@ class ClusterState {
   absl::StatusOr<Revision> WriteStored(std::span<const StoreOp> ops);
   absl::StatusOr<std::vector<StoreEntry>> ListStored(std::string_view prefix) const { return store_.List(prefix); }
 
+  // --- The store's health.
+  // Why the last write failed; empty if it did not.
+  const std::string& store_trouble() const { return store_trouble_; }
+  std::uint64_t failed_writes() const { return failed_writes_; }
+  // Writes what changes nothing, a second after the last write failed, so that it is known when writing works again.
+  void ProbeStore(Now now);
+
   // --- Agents' streams. An earlier stream of the host is closed with `why`.
   StreamId OpenStream(HostEntry& host, const absl::Status& why);
   void CloseStream(HostEntry& host, const absl::Status& why);
@@ -173,7 +184,9 @@ class ClusterState {
   void MarkDesired(HostEntry& host);                // its desired set may differ
   void MarkOrders(InstanceEntry& instance);         // so may the orders of all its workers
   void MarkChanged(const InstanceEntry& instance);  // wakes those that watch it
-  void Log(std::string line) { effects_.log.push_back(std::move(line)); }
+  void Log(std::string line, Severity severity = Severity::kInfo) {
+    effects_.log.push_back({std::move(line), severity});
+  }
   Effects& effects() { return effects_; }
 
   // Revisions of orders and desired sets; the upper half is the number of this life.
@@ -188,6 +201,10 @@ class ClusterState {
 
   explicit ClusterState(Store& store) : store_(store) {}
   absl::Status BeginLife();
+  // Every write: notes whether it failed.
+  absl::StatusOr<Revision> Write(std::span<const StoreOp> ops);
+  absl::StatusOr<Revision> WriteOne(const StoreOp& op);
+  absl::StatusOr<Revision> WriteCounters();
   void Adopt(const StoredRecord<records::Instance>& stored);
   absl::Status AdoptContent(const std::string& key, const StoredContent& content);
   // The writes of those of `contents` that the store lacks.
@@ -204,6 +221,9 @@ class ClusterState {
   std::map<std::string, ContentUse> contents_;        // by key, of instances that have not ended
   StreamId last_stream_ = 0;
   std::uint64_t last_revision_ = 0;
+  std::string store_trouble_;
+  std::uint64_t failed_writes_ = 0;
+  Steady probe_at_{0};  // 0: when the next timer says
   Effects effects_;
 };
 

@@ -43,6 +43,28 @@ TEST(ClusterStateTest, MemoryFollowsTheStoreAndNeverTheOtherWayRound) {
   EXPECT_TRUE(alpha.desired_changed);
 }
 
+TEST(ClusterStateTest, AStoreThatFailsIsAskedOnceASecondWhetherItCanBeWrittenAgain) {
+  StateRig rig;
+  HostEntry& alpha = rig.AddHost("alpha");
+  rig.state->effects().log.clear();
+  rig.store.FailNext(2);
+  EXPECT_FALSE(rig.state->StoreHost(alpha, alpha.record).ok());
+  EXPECT_NE(rig.state->store_trouble(), "");
+  ASSERT_EQ(rig.state->effects().log.size(), 1U);
+  EXPECT_EQ(rig.state->effects().log[0].severity, Severity::kError);
+
+  rig.state->ProbeStore(rig.now);
+  EXPECT_EQ(rig.state->failed_writes(), 1U) << "a second has not passed";
+  rig.Pass(std::chrono::seconds(1));
+  rig.state->ProbeStore(rig.now);
+  EXPECT_EQ(rig.state->failed_writes(), 2U);
+  rig.Pass(std::chrono::seconds(1));
+  rig.state->ProbeStore(rig.now);
+  EXPECT_EQ(rig.state->store_trouble(), "");
+  EXPECT_EQ(rig.state->effects().log.size(), 2U) << "once each: that it fails, and that it works again";
+  EXPECT_EQ(rig.AddHost("beta").record.id(), "host-2") << "the probe has kept the counters";
+}
+
 TEST(ClusterStateTest, WhatIsKnownOfAWorkerStaysWhilePlacementsChangeAroundIt) {
   StateRig rig;
   HostEntry& alpha = rig.AddHost("alpha");

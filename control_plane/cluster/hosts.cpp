@@ -247,7 +247,7 @@ bool Hosts::Lost(HostEntry& host, Now now) {
   const bool admitted = !host.record.secret_hash().empty();
   if (!admitted || host.lost || now.steady - host.last_heard <= settings_.lost_after) return false;
   host.lost = true;
-  state_.Log(absl::StrCat("host lost host=", host.record.name(), " regions=", host.workers.size()));
+  state_.Log(absl::StrCat("host lost host=", host.record.name(), " regions=", host.workers.size()), Severity::kWarning);
   return true;
 }
 

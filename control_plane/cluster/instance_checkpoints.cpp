@@ -144,7 +144,8 @@ void InstanceCheckpoints::NoteMade(InstanceEntry& instance, const records::Manif
 void InstanceCheckpoints::Abandon(InstanceEntry& instance, const std::string& why, Now now) {
   Work& work = work_[instance.number];
   state_.effects().abandoned.emplace_back(instance.record.id(), work.draft->tick);
-  state_.Log(absl::StrCat("checkpoint abandoned id=", instance.record.id(), " tick=", work.draft->tick, ": ", why));
+  state_.Log(absl::StrCat("checkpoint abandoned id=", instance.record.id(), " tick=", work.draft->tick, ": ", why),
+             Severity::kWarning);
   work.draft.reset();
   work.next = now.steady + kCheckpointRetry;
   state_.MarkOrders(instance);

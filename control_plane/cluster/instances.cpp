@@ -4,11 +4,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "control_plane/cluster/free_hosts.h"
 #include "control_plane/cluster/hosts.h"
 #include "control_plane/cluster/instance_players.h"
 #include "control_plane/failover.h"
 #include "control_plane/instance_record.h"
+#include "control_plane/world_terms.h"
 
 namespace tessera::control {
 namespace {
@@ -27,6 +29,25 @@ std::vector<WorkerFacts> FactsOfWorkers(const ClusterState& state, const Instanc
                      host != nullptr ? host->record.name() : "a removed host", worker.gone, worker.ending});
   }
   return facts;
+}
+
+// "regions 1, 2 do not step": whose reports have shown the same tick for too long; empty if all step, or are not to. A
+// region that waits for a neighbour is among them, and rightly: it does not step.
+std::string StandingStill(const ClusterState& state, const InstanceEntry& instance) {
+  if (IsPaused(instance.record)) return "";
+  const double pace = PaceOf(instance.record);
+  const auto three_ticks = std::chrono::duration_cast<Steady>(std::chrono::duration<double>(pace > 0 ? 3 / pace : 0));
+  const Steady longest = std::max<Steady>(kStandsStillAfter, three_ticks);
+  std::vector<std::uint32_t> still;
+  for (std::size_t i = 0; i < instance.workers.size(); ++i) {
+    const WorkerEntry& worker = instance.workers[i];
+    const HostEntry* host = HostAt(state, instance, i);
+    if (worker.gone || host == nullptr || host->lost || worker.report.phase() != v1::WORKER_PHASE_RUNNING) continue;
+    if (worker.reported_at - worker.stepped_at >= longest) still.push_back(worker.region);
+  }
+  if (still.empty()) return "";
+  return absl::StrCat(still.size() == 1 ? "region " : "regions ", absl::StrJoin(still, ", "),
+                      still.size() == 1 ? " does not step" : " do not step");
 }
 
 }  // namespace
@@ -112,7 +133,8 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
   if (state != previous) {
     instance.state_since = now.steady;
     state_.Log(absl::StrCat("instance ", NameOf(previous), " -> ", NameOf(state), " id=", instance.record.id(),
-                            instance.record.reason().empty() ? "" : ": ", instance.record.reason()));
+                            instance.record.reason().empty() ? "" : ": ", instance.record.reason()),
+               state == v1::INSTANCE_STATE_FAILED ? Severity::kError : Severity::kInfo);
   }
   if (!WantsWorkers(state)) instance.degraded.clear();
   if (MayStillEnd(state)) {
@@ -128,15 +150,22 @@ void Instances::Entered(InstanceEntry& instance, v1::InstanceState previous, Now
 
 void Instances::NoteHealth(InstanceEntry& instance) {
   const records::Instance& record = instance.record;
-  std::string degraded;
-  if (record.state() == v1::INSTANCE_STATE_RUNNING) degraded = DegradedReason(FactsOfWorkers(state_, instance));
-  if (record.has_failover()) {
-    degraded =
-        absl::StrCat("failover of ", DescribeFailover(record.failover()), degraded.empty() ? "" : "; ", degraded);
+  std::vector<std::string> reasons;
+  if (record.has_failover()) reasons.push_back("failover of " + DescribeFailover(record.failover()));
+  if (record.state() == v1::INSTANCE_STATE_RUNNING) {
+    // What has to be known first: while nothing can be stored, nothing else mends itself.
+    if (!instance.unstored.empty()) reasons.push_back("its next step cannot be stored: " + instance.unstored);
+    reasons.push_back(DegradedReason(FactsOfWorkers(state_, instance)));
+    if (!record.has_failover()) reasons.push_back(StandingStill(state_, instance));
   }
+  std::erase(reasons, "");
+  std::string degraded = absl::StrJoin(reasons, "; ");
   if (degraded == instance.degraded) return;
-  state_.Log(degraded.empty() ? absl::StrCat("instance healthy id=", record.id())
-                              : absl::StrCat("instance degraded id=", record.id(), ": ", degraded));
+  if (degraded.empty()) {
+    state_.Log(absl::StrCat("instance healthy id=", record.id()));
+  } else {
+    state_.Log(absl::StrCat("instance degraded id=", record.id(), ": ", degraded), Severity::kWarning);
+  }
   instance.degraded = std::move(degraded);
   state_.MarkChanged(instance);
 }

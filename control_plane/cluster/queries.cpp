@@ -93,6 +93,8 @@ std::optional<v1::InstanceState> StateOf(const ClusterState& state, const std::s
 // It looks at what it needs alone: this runs under the lock, and an instance's view has its whole map and every report.
 ClusterSummary Summarise(const ClusterState& state) {
   ClusterSummary summary;
+  summary.store_failing = !state.store_trouble().empty();
+  summary.failed_writes = state.failed_writes();
   for (const auto& [number, host] : state.hosts()) ++summary.hosts[StateOf(host)];
   for (const auto& [number, instance] : state.instances()) {
     ++summary.instances[StateOf(instance)];

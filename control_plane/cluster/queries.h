@@ -54,6 +54,8 @@ struct ClusterSummary {
   std::map<v1::HostState, int> hosts;
   std::map<v1::InstanceState, int> instances;
   std::vector<InstanceHealth> health;
+  bool store_failing = false;  // the last write failed
+  std::uint64_t failed_writes = 0;
 };
 ClusterSummary Summarise(const ClusterState& state);
 

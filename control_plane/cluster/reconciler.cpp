@@ -11,11 +11,15 @@ void Reconciler::Reconcile(Now now, const InstanceNumbers& touched) {
 }
 
 void Reconciler::Reconcile(Now now, InstanceEntry& instance) {
+  std::string unstored;
   while (const std::optional<records::Instance> next = NextRecord(now, instance)) {
     if (absl::Status status = Enter(now, instance, *next); !status.ok()) {
-      return LogTrouble(state_, instance, "instance cannot go on for now", status);
+      LogTrouble(state_, instance, "instance cannot go on for now", status);
+      unstored = std::string(status.message());
+      break;
     }
   }
+  instance.unstored = std::move(unstored);
   parts_.instances.NoteHealth(instance);
 }
 

@@ -11,8 +11,10 @@ namespace tessera::control {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::Field;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 class ReconcilerTest : public ::testing::Test {
  protected:
@@ -53,10 +55,36 @@ TEST_F(ReconcilerTest, AStepThatCannotBeStoredIsLoggedOnceAndTakenLater) {
   reconciler_.Reconcile(rig_.now, instance_);
   reconciler_.Reconcile(rig_.now, instance_);
   EXPECT_EQ(instance_.record.state(), v1::INSTANCE_STATE_STOPPING);
-  EXPECT_THAT(rig_.state->effects().log, ElementsAre(HasSubstr("instance cannot go on for now id=inst-1")));
+  EXPECT_THAT(rig_.state->effects().log,
+              ElementsAre(Field(&LogLine::text, HasSubstr("store cannot be written")),
+                          Field(&LogLine::text, HasSubstr("instance cannot go on for now id=inst-1"))));
+  EXPECT_EQ(rig_.state->effects().log[0].severity, Severity::kError);
   reconciler_.Reconcile(rig_.now, instance_);
   EXPECT_EQ(instance_.record.state(), v1::INSTANCE_STATE_ENDED);
   EXPECT_THAT(instance_.trouble, IsEmpty());
+}
+
+// A world whose dead region cannot be carried on, because that cannot be stored, is not in good health.
+TEST_F(ReconcilerTest, AWorldWhoseStepCannotBeStoredIsDegradedUntilItCan) {
+  rig_.state->SetGone(instance_, instance_.workers[0], "was killed by signal 9");
+  rig_.store.FailNext(1);
+  reconciler_.Reconcile(rig_.now, instance_);
+  EXPECT_FALSE(instance_.record.has_failover());
+  EXPECT_THAT(instance_.degraded, HasSubstr("its next step cannot be stored"));
+  EXPECT_THAT(rig_.state->store_trouble(), Not(IsEmpty()));
+  EXPECT_EQ(rig_.state->failed_writes(), 1u);
+
+  reconciler_.Reconcile(rig_.now, instance_);
+  EXPECT_THAT(instance_.degraded, Not(HasSubstr("cannot be stored")));
+  EXPECT_THAT(rig_.state->store_trouble(), IsEmpty());
+}
+
+// One that wants no step goes on as before: that the store is full is not its fault.
+TEST_F(ReconcilerTest, AFullStoreDegradesNoWorldThatWantsNoStep) {
+  rig_.store.FailNext(1);
+  EXPECT_FALSE(rig_.state->StoreHost(alpha_, alpha_.record).ok());
+  reconciler_.Reconcile(rig_.now, instance_);
+  EXPECT_EQ(instance_.degraded, "");
 }
 
 }  // namespace

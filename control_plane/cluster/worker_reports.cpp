@@ -80,7 +80,8 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
     // Not to be believed that it ends, either; its agent is told to end it, as it is in no desired set any more.
     worker->evicted = true;
     state_.Log(absl::StrCat("worker refused instance=", instance->record.id(), " region=", worker->region,
-                            " host=", host.record.name(), ": ", fine.message()));
+                            " host=", host.record.name(), ": ", fine.message()),
+               Severity::kError);
     state_.SetGone(*instance, *worker, absl::StrCat("worker refused: ", fine.message()));
     touched.insert(instance->number);
     return std::nullopt;
@@ -90,6 +91,10 @@ std::optional<WorkerReports::Taken> WorkerReports::Take(const HostEntry& host, c
   worker->reported = true;
   worker->reported_at = now.steady;
   worker->missed = 0;
+  // A world that is paused is to stand still, and has time to go on once it may.
+  if (before.tick() != report.tick() || before.phase() != report.phase() || report.world_paused()) {
+    worker->stepped_at = now.steady;
+  }
   instance->newest_tick = std::max(instance->newest_tick, report.tick());
   StoreTakenOut(*instance, report);
   Certify(*instance, *worker, was_bound, host);
@@ -169,7 +174,8 @@ bool WorkerReports::TakeExit(const HostEntry& host, const v1::WorkerExited& exit
   const bool wanted = WantsWorkers(instance->record.state());
   const std::string what = wanted ? DescribeExit(exited, worker->report) : "";
   state_.Log(absl::StrCat("worker ended instance=", instance->record.id(), " region=", worker->region,
-                          " host=", host.record.name(), wanted ? ": " : " as asked", what));
+                          " host=", host.record.name(), wanted ? ": " : " as asked", what),
+             wanted ? Severity::kWarning : Severity::kInfo);
   state_.SetGone(*instance, *worker, what);
   touched.insert(instance->number);
   return true;
