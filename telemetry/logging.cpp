@@ -1,5 +1,8 @@
 #include "telemetry/logging.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -7,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "spdlog/pattern_formatter.h"
 #include "spdlog/sinks/stdout_sinks.h"
 #include "spdlog/spdlog.h"
 
@@ -21,6 +25,28 @@ constexpr std::array<std::pair<std::string_view, spdlog::level::level_enum>, 6> 
     {"error", spdlog::level::err},
     {"off", spdlog::level::off},
 }};
+
+// True if systemd's journal reads what we write to stderr: JOURNAL_STREAM names the device and inode of its socket, and
+// a process that was started by a service may have inherited the variable, but not the socket (systemd.exec(5)).
+bool StderrIsJournal() {
+  const char* const stream = std::getenv("JOURNAL_STREAM");
+  struct stat opened {};
+  if (stream == nullptr || fstat(STDERR_FILENO, &opened) != 0) return false;
+  return std::string(stream) == absl::StrCat(opened.st_dev, ":", opened.st_ino);
+}
+
+// "<4>": the journal takes it for the priority of the line, as syslog counts them (sd-daemon(3)).
+class JournalPriority final : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm& /*time*/, spdlog::memory_buf_t& line) override {
+    const char priority = message.level >= spdlog::level::err    ? '3'
+                          : message.level == spdlog::level::warn ? '4'
+                          : message.level == spdlog::level::info ? '6'
+                                                                 : '7';
+    for (const char letter : {'<', priority, '>'}) line.push_back(letter);
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JournalPriority>(); }
+};
 
 }  // namespace
 
@@ -42,7 +68,10 @@ absl::Status InitLogging(const std::string& component, std::string_view flag) {
                                                    "; use trace, debug, info, warning, error or off"));
   }
   auto logger = std::make_shared<spdlog::logger>(component, std::make_shared<spdlog::sinks::stderr_sink_mt>());
-  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%eZ %l %n: %v", spdlog::pattern_time_type::utc);
+  auto form = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
+  form->add_flag<JournalPriority>('*').set_pattern(std::string(StderrIsJournal() ? "%*" : "") +
+                                                   "%Y-%m-%dT%H:%M:%S.%eZ %l %n: %v");
+  logger->set_formatter(std::move(form));
   logger->set_level(found->second);
   logger->flush_on(spdlog::level::trace);  // a line about a crash must not die in a buffer
   spdlog::set_default_logger(std::move(logger));

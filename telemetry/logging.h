@@ -6,6 +6,9 @@
 //   if (absl::Status status = InitLogging("region", flags.log_level); !status.ok()) return Usage(status);
 //   spdlog::info("worker exited pid={} last_line={}", pid, LogValue(line));
 //
+// Where the journal reads stderr, a line begins with its syslog priority, "<4>", which the journal takes off again:
+// `journalctl -p warning` finds what to look at.
+//
 // Text from outside goes through `LogValue`, so that it cannot forge a line or a key. Tokens and keys are never logged.
 // Thread rule: `InitLogging` once, before threads start; spdlog's functions from any thread.
 #pragma once

@@ -1,6 +1,10 @@
 #include "telemetry/logging.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cstdlib>
+#include <string>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -35,6 +39,22 @@ TEST_F(LoggingTest, DropsWhatIsBelowItsLevel) {
   const std::string text = ::testing::internal::GetCapturedStderr();
   EXPECT_THAT(text, ::testing::Not(HasSubstr("quiet")));
   EXPECT_THAT(text, HasSubstr("warning region: loud"));
+}
+
+TEST_F(LoggingTest, GivesTheJournalThePriorityOfALineAndNobodyElse) {
+  ::testing::internal::CaptureStderr();
+  struct stat opened {};
+  ASSERT_EQ(fstat(STDERR_FILENO, &opened), 0);
+  setenv("JOURNAL_STREAM", (std::to_string(opened.st_dev) + ":" + std::to_string(opened.st_ino)).c_str(), 1);
+  ASSERT_TRUE(InitLogging("region").ok());
+  spdlog::warn("slow");
+  spdlog::error("full");
+  setenv("JOURNAL_STREAM", (std::to_string(opened.st_dev) + ":1").c_str(), 1);  // inherited from a service
+  ASSERT_TRUE(InitLogging("region").ok());
+  spdlog::error("alone");
+  unsetenv("JOURNAL_STREAM");
+  const std::string text = ::testing::internal::GetCapturedStderr();
+  EXPECT_THAT(text, MatchesRegex("<4>[^\n]*region: slow\n<3>[^\n]*region: full\n2[^\n]*region: alone\n"));
 }
 
 TEST_F(LoggingTest, FlagWinsOverEnvironment) {
